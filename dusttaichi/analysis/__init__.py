@@ -1,0 +1,30 @@
+"""What a result means: reads result files only, and never needs Taichi."""
+
+from dusttaichi.analysis.compression import (
+    Curve,
+    Deviation,
+    Fit,
+    compression_curve,
+    fit_compression,
+    rms_from_law,
+)
+from dusttaichi.analysis.ledger import Ledger, ledger
+from dusttaichi.analysis.profile import profile
+from dusttaichi.analysis.run import Run, open_run
+from dusttaichi.analysis.summary import summary, table
+
+__all__ = [
+    "Curve",
+    "Deviation",
+    "Fit",
+    "Ledger",
+    "Run",
+    "compression_curve",
+    "fit_compression",
+    "ledger",
+    "open_run",
+    "profile",
+    "rms_from_law",
+    "summary",
+    "table",
+]

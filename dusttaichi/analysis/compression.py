@@ -1,0 +1,201 @@
+"""Compression curves: filling factor against pressure on the top wall, and laws beside them.
+
+A run is driven by strain: its filling factor is known exactly and grows, its pressure fluctuates.
+So the curve is smoothed along the filling factor, and where one filling factor for each pressure
+is needed, the pressure is made to grow with the filling factor by isotonic regression first.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import curve_fit, isotonic_regression
+
+from dusttaichi.errors import DustError
+from dusttaichi.physics import laws
+
+BIN_WIDTH = 0.01
+"""Width in filling factor of the bins of a curve; a fifth of it is the default output interval."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A compression curve, smoothed and as measured.
+
+    filling_factor, pressure [Pa], count, each (bins,): mean filling factor, median pressure and
+    number of points of every bin of filling factor; bins without a positive pressure left out.
+    raw_filling_factor, raw_pressure [Pa], each (times,). bin_width: in filling factor.
+    """
+
+    filling_factor: np.ndarray
+    pressure: np.ndarray
+    count: np.ndarray
+    raw_filling_factor: np.ndarray
+    raw_pressure: np.ndarray
+    bin_width: float
+
+    def monotone(self):
+        """(lg P, filling factor), each (bins,), with lg P strictly growing.
+
+        lg P is the isotonic regression of the bins' lg P on the filling factor, weighted by
+        their counts. Where that is flat (the sample gave way), the curve jumps in filling factor.
+        """
+        if not len(self.pressure):
+            return np.zeros(0), np.zeros(0)
+        rising = isotonic_regression(np.log10(self.pressure), weights=self.count).x
+        return rising + 1e-9 * np.arange(len(rising)), self.filling_factor
+
+
+def compression_curve(run, bin_width=BIN_WIDTH):
+    """The Curve of a Run: bins `bin_width` wide in filling factor, in each the median pressure.
+
+    The median is that of P and of lg P alike, and single bursts do not move it. Raises DustError
+    where the run has no filling factor or no pressure on the top wall.
+    """
+    series = run.series
+    if "filling_factor" not in series or "pressure" not in series:
+        raise DustError(f"{run.path} has no compression curve: its scene is not a closed box.")
+    phi = series.filling_factor.values
+    pressure = series.pressure.sel(wall="top").values
+    known = np.isfinite(phi) & np.isfinite(pressure)
+    phi, pressure = phi[known], pressure[known]
+    numbers = np.floor(phi / bin_width + 1e-9).astype(int)
+    rows = []
+    for number in np.unique(numbers):
+        here = numbers == number
+        rows.append((phi[here].mean(), np.median(pressure[here]), here.sum()))
+    bins = np.array(rows).reshape(-1, 3)
+    bins = bins[bins[:, 1] > 0]
+    return Curve(bins[:, 0], bins[:, 1], bins[:, 2], phi, pressure, bin_width)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """S12 eq 31 fitted to a curve. `sigma`: name -> 1-sigma uncertainty, 0 for what was fixed."""
+
+    law: laws.CompressionLaw
+    sigma: dict
+    rms: float
+    points: int
+
+    @property
+    def p_m(self):
+        """Pressure p_m [Pa]."""
+        return self.law.p_m
+
+    @property
+    def delta(self):
+        """Width Delta [dex]."""
+        return self.law.delta
+
+    @property
+    def p_m_sigma(self):
+        """1-sigma uncertainty of p_m [Pa]."""
+        return self.sigma["p_m"]
+
+    @property
+    def delta_sigma(self):
+        """1-sigma uncertainty of Delta [dex]."""
+        return self.sigma["delta"]
+
+
+def _correlation_factor(residual):
+    """By how much neighbours that err alike widen an uncertainty: sqrt((1 + r)/(1 - r))."""
+    centred = residual - residual.mean()
+    scale = np.sum(centred**2)
+    r = np.sum(centred[1:] * centred[:-1]) / scale if scale > 0 else 0.0
+    r = min(max(r, 0.0), 0.95)
+    return np.sqrt((1 + r) / (1 - r))
+
+
+def fit_compression(curve, phi1=0.15, phi2=0.58, free=(), p_low=0.0, p_high=np.inf):
+    """Fit S12 eq 31 to the bins of a Curve between `p_low` and `p_high` [Pa]. Returns a Fit.
+
+    Least squares in the filling factor, every bin alike; p_m (as lg p_m) and Delta are free,
+    phi1 and phi2 fixed as in S12 unless named in `free` ("phi1", "phi2"). The 1-sigma
+    uncertainties are those of the least squares with the scatter of the residuals, times
+    sqrt((1 + r)/(1 - r)) where r > 0 is the correlation of neighbouring residuals: a curve that
+    departs from the form of the law gets a wider uncertainty. They do not cover what another
+    sample or size would give. Raises DustError where there are too few bins, or no fit is found.
+    """
+    used = (curve.pressure >= p_low) & (curve.pressure <= p_high)
+    decades, phi = np.log10(curve.pressure[used]), curve.filling_factor[used]
+    names = ["p_m", "delta", *free]
+    if len(phi) < len(names) + 2:
+        raise DustError(
+            f"The compression curve has {len(phi)} points: too few to fit {', '.join(names)}. "
+            "Compress further, or write the series more often."
+        )
+    fixed = {"phi1": phi1, "phi2": phi2}
+
+    def values(parameters):
+        return fixed | dict(zip(names, parameters, strict=True))
+
+    def model(lg_pressure, *parameters):
+        numbers = values(parameters)
+        numbers["p_m"] = 10 ** numbers["p_m"]
+        return laws.filling_factor(10**lg_pressure, **numbers)
+
+    half = np.interp(0.5 * (phi1 + phi2), phi, decades)
+    start = [half, 0.5, *(fixed[name] for name in free)]
+    lowest = {"p_m": -2.0, "delta": 1e-3, "phi1": 0.0, "phi2": 0.0}
+    highest = {"p_m": 12.0, "delta": 20.0, "phi1": 1.0, "phi2": 1.0}
+    bounds = ([lowest[n] for n in names], [highest[n] for n in names])
+    try:
+        best, covariance = curve_fit(model, decades, phi, start, bounds=bounds, max_nfev=10_000)
+    except (RuntimeError, ValueError) as error:
+        raise DustError(f"No fit of S12 eq 31 to the compression curve: {error}.") from error
+    residual = phi - model(decades, *best)
+    sigma = np.sqrt(np.diag(covariance)) * _correlation_factor(residual)
+    numbers = values(best)
+    widths = {"phi1": 0.0, "phi2": 0.0} | dict(zip(names, sigma, strict=True))
+    numbers["p_m"] = 10 ** numbers["p_m"]
+    widths["p_m"] = numbers["p_m"] * np.log(10) * widths["p_m"]
+    law = laws.CompressionLaw(**{k: float(v) for k, v in numbers.items()}, name="fit")
+    return Fit(law, {k: float(v) for k, v in widths.items()},
+               float(np.sqrt(np.mean(residual**2))), len(phi))  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """How far a curve lies from a law, in filling factor, over the pressures that it reaches.
+
+    rms, mean (curve less law), largest (of the absolute values); NaN where nothing is covered.
+    p_low, p_high [Pa]: the range compared. covered: the share of the range asked for, in decades.
+    """
+
+    rms: float
+    mean: float
+    largest: float
+    p_low: float
+    p_high: float
+    covered: float
+
+    @property
+    def complete(self):
+        """True where the whole range asked for is covered."""
+        return self.covered > 0.999
+
+
+def rms_from_law(curve, law, p_low=1e3, p_high=1e5, points=201):
+    """Difference in filling factor between a Curve and a law, at equally spaced lg P.
+
+    The curve is `Curve.monotone`, interpolated linearly in lg P; where it is flat in P it jumps in
+    filling factor. Only pressures that it reaches are compared, nothing is extrapolated: look at
+    `covered`. law: anything with filling_factor(P). Returns a Deviation.
+    """
+    asked = np.linspace(np.log10(p_low), np.log10(p_high), points)
+    decades, phi = curve.monotone()
+    if not len(decades) or decades[0] > asked[-1] or decades[-1] < asked[0]:
+        return Deviation(np.nan, np.nan, np.nan, np.nan, np.nan, 0.0)
+    low, high = max(asked[0], decades[0]), min(asked[-1], decades[-1])
+    covered = (high - low) / (asked[-1] - asked[0])
+    grid = np.linspace(low, high, max(int(round(covered * (points - 1))) + 1, 2))
+    difference = np.interp(grid, decades, phi) - law.filling_factor(10**grid)
+    return Deviation(
+        float(np.sqrt(np.mean(difference**2))),
+        float(difference.mean()),
+        float(np.abs(difference).max()),
+        float(10**low),
+        float(10**high),
+        float(covered),
+    )

@@ -1,0 +1,70 @@
+"""The energy ledger of a run: does it close, and where did the energy go?"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dusttaichi.results.variables import reference_energy
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """Energies over time [J], each (times,), unless said otherwise.
+
+    losses: channel -> cumulative loss in contacts of grains and of walls together.
+    work: of the walls, 0 without walls. stored: kinetic and potential energy less their start.
+    residual: stored - work + losses, as the run wrote it. reference: the energy that has gone
+    through the system, |work| + initial kinetic + |initial potential| + losses.
+    relative: residual over reference (0 where both are 0). worst: its largest absolute value, at
+    `worst_time` [s]. shares: channel -> share of all losses at the end (0 where nothing is lost).
+    """
+
+    time: np.ndarray
+    losses: dict
+    work: np.ndarray
+    stored: np.ndarray
+    residual: np.ndarray
+    reference: np.ndarray
+    relative: np.ndarray
+    worst: float
+    worst_time: float
+    shares: dict
+
+
+def ledger(run):
+    """The Ledger of a Run."""
+    series = run.series
+    zero = np.zeros(len(series.time))
+
+    def total(name, over):
+        return series[name].sum(over).values if name in series else zero
+
+    loss = series.loss + (series.loss_wall if "loss_wall" in series else 0.0)
+    losses = {str(c): loss.sel(channel=c).values for c in series.channel.values}
+    lost = sum(losses.values(), zero)
+    kinetic = (series.kinetic_translation + series.kinetic_rotation).values
+    potential = total("potential", "spring") + total("potential_wall", "spring")
+    work = series.wall_work.values if "wall_work" in series else zero
+    energy, residual = kinetic + potential, series.energy_residual.values
+    if not len(zero):
+        return Ledger(series.time.values, losses, work, zero, residual, zero, zero, 0.0, 0.0,
+                      dict.fromkeys(losses, 0.0))  # fmt: skip
+    reference = reference_energy(work, kinetic[0], potential[0], lost)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        relative = np.where(residual == 0.0, 0.0, residual / reference)
+    # a residual that is not a number is the worst there is
+    size = np.where(np.isnan(relative), np.inf, np.abs(relative))
+    worst = int(np.argmax(size))
+    shares = {c: float(v[-1] / lost[-1]) if lost[-1] else 0.0 for c, v in losses.items()}
+    return Ledger(
+        time=series.time.values,
+        losses=losses,
+        work=work,
+        stored=energy - energy[0],
+        residual=residual,
+        reference=reference,
+        relative=relative,
+        worst=float(size[worst]),
+        worst_time=float(series.time.values[worst]),
+        shares=shares,
+    )

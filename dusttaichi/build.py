@@ -1,0 +1,241 @@
+"""From a scene and a sample to a simulation: the one place that chooses what is compiled in."""
+
+import os
+from dataclasses import dataclass
+from math import floor
+
+import numpy as np
+import taichi as ti
+
+from dusttaichi import units
+from dusttaichi.errors import DustError
+from dusttaichi.kernels import search, store
+from dusttaichi.kernels.measure import make_measure, place_measure
+from dusttaichi.kernels.params import contact_params
+from dusttaichi.kernels.wall_search import make_wall_relist
+from dusttaichi.kernels.walls import Walls
+from dusttaichi.physics import constants, damping, stability
+from dusttaichi.simulation import Kernels, Simulation
+from dusttaichi.step import make_advance
+
+SMALL = 400  # grains below which a second thread costs more than it gains
+AUTO_SKIN = 0.12  # of the radius
+
+
+@dataclass(frozen=True)
+class Effects:
+    """What the contact passes are made of."""
+
+    rolling: bool
+    sliding: bool
+    twisting: bool
+    damping: object  # function of physics.damping, or None
+
+    @property
+    def damped(self):
+        return self.damping is not None
+
+
+def chosen_effects(interaction):
+    """The effects that a scene asks for."""
+    return Effects(
+        rolling=interaction.rolling is not None,
+        sliding=interaction.sliding is not None,
+        twisting=interaction.twisting is not None,
+        damping=damping.COEFFICIENT.get(interaction.damping.model),
+    )
+
+
+def lanes_of(scene):
+    """Contacts an iteration: eight doubles fill a wide vector register, a GPU thread takes one."""
+    return {"cpu": 8, "cuda": 1}[scene.numerics.backend]
+
+
+def threads_of(scene, grains):
+    """Worker threads: all cores that this process may use, one for a small sample."""
+    if scene.numerics.threads != "auto":
+        return scene.numerics.threads
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return 1 if grains < SMALL else max(1, min(cores, grains // (SMALL // 2)))
+
+
+@dataclass(frozen=True)
+class TimeStep:
+    """The step [s], the stiffest period it is measured by, and the largest stable one."""
+
+    dt: float
+    period: float
+    limit: float
+
+
+def time_step(scene, grains):
+    """The step of a scene of `grains` grains.
+
+    Raises DustError when the step asked for cannot be stable.
+    """
+    period = stability.stiffest_period(
+        scene.material, scene.interaction, grains, scene.boundary.kind != "open"
+    )
+    limit = stability.largest_stable_step(period)
+    if scene.numerics.time_step == "auto":
+        if not np.isfinite(period):
+            raise DustError(
+                "numerics.time_step = auto: one free grain has no period to take the step from; "
+                'give a step, for example "0.3 ns"'
+            )
+        return TimeStep(scene.numerics.step_fraction * period, period, limit)
+    dt = scene.numerics.time_step
+    if dt >= limit:
+        raise DustError(
+            f'numerics.time_step = "{dt * 1e9:.4g} ns": not stable. The stiffest period of this '
+            f"scene is {period * 1e9:.4g} ns and the leapfrog needs less than period/pi = "
+            f'{limit * 1e9:.4g} ns; try "auto", or {0.2 * period * 1e9:.3g} ns'
+        )
+    return TimeStep(dt, period, limit)
+
+
+def start_taichi(scene, threads):
+    """Initialise Taichi for this scene, quietly, with the kernels cached on disk."""
+    arch = {"cpu": ti.cpu, "cuda": ti.cuda}[scene.numerics.backend]
+    os.environ.setdefault("TI_OFFLINE_CACHE_CLEANING_POLICY", "lru")
+    try:
+        ti.init(
+            arch=arch,
+            cpu_max_num_threads=threads,
+            default_fp=ti.f64,
+            fast_math=True,
+            offline_cache=True,
+            log_level=ti.ERROR,
+            enable_fallback=False,
+        )
+    except Exception as error:
+        raise DustError(
+            f"numerics.backend = {scene.numerics.backend}: Taichi cannot start it here "
+            f"({str(error).splitlines()[0]}); try backend: cpu"
+        ) from error
+
+
+@dataclass(frozen=True)
+class Box:
+    """Walls in internal units; plane of wall n: x.normal = offset + speed t."""
+
+    normal: np.ndarray
+    offset: np.ndarray
+    speed: np.ndarray
+    strength: np.ndarray
+    present: np.ndarray
+    size: np.ndarray  # lengths at the start
+
+    @property
+    def kernel_argument(self):
+        return Walls(
+            normal=self.normal.tolist(),
+            offset=self.offset.tolist(),
+            speed=self.speed.tolist(),
+            strength=self.strength.tolist(),
+        )
+
+    def planes(self, time):
+        """Coordinates of the six walls at a time [us]."""
+        return (self.offset + self.speed * time) * self.normal.sum(axis=1)
+
+
+NORMALS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
+
+
+def make_box(boundary, positions, radius, overlap):
+    """The walls around a sample (positions, radius, equilibrium overlap in um), or None.
+
+    With `size: fit` the outermost grains are in equilibrium contact with their wall.
+    Raises DustError when the sample does not fit into the box given.
+    """
+    if boundary.kind == "open":
+        return None
+    reach = radius - overlap
+    low, high = positions.min(axis=0) - reach, positions.max(axis=0) + reach
+    if not isinstance(boundary.size, str):
+        size = np.array(boundary.size) / units.LENGTH
+        need = high - low
+        if np.any(size < need * (1.0 - 1e-9)):
+            axis = int(np.argmax(need / size))
+            raise DustError(
+                f"boundary.size: the sample does not fit: it needs {need[axis]:.4g} um along "
+                f"{'xyz'[axis]}, the box has {size[axis]:.4g} um; enlarge the box or use size: fit"
+            )
+        slack = size - need
+        # centred between the side walls, standing on the bottom
+        low = low - np.array([0.5, 0.5, 0.0]) * slack
+        high = low + size
+    present = np.array([name not in boundary.omit for name in store.WALLS], dtype=np.int32)
+    speed = np.zeros(6)
+    speed[5] = boundary.wall_speed / units.SPEED
+    strength = np.array([boundary.side_walls] * 4 + [1.0, 1.0])
+    offset = np.array([low[0], -high[0], low[1], -high[1], low[2], -high[2]])
+    return Box(NORMALS, offset, speed, strength, present, high - low)
+
+
+def spatial_order(positions, cell):
+    """Order of grains along a Morton curve of cells, so that neighbours stand close in memory."""
+    c = np.floor((positions - positions.min(axis=0)) / cell).astype(np.int64)
+    key = np.zeros(len(c), np.int64)
+    for bit in range(20):
+        for axis in range(3):
+            key |= ((c[:, axis] >> bit) & 1) << (3 * bit + axis)
+    return np.argsort(key, kind="stable")
+
+
+def build(scene, sample):
+    """Simulation of a scene with a sample (dusttaichi.samples.Sample), contacts found, loads set.
+
+    Raises DustError for a sample that does not fit, or a step that cannot be stable.
+    """
+    grains = len(sample.positions)
+    step = time_step(scene, grains)
+    threads = threads_of(scene, grains)
+    start_taichi(scene, threads)
+    effects = chosen_effects(scene.interaction)
+    walls = scene.boundary.kind != "open"
+    layout = store.Layout(lanes_of(scene), effects.twisting, effects.damping is not None)
+    fields = store.place(store.declare(grains, layout, walls))
+    scratch = search.place_search(grains, layout, walls)
+    sums = place_measure(grains, layout, walls)
+    relist, list_entries = search.make_relist(fields, scratch, layout, grains, walls)
+    kernels = Kernels(
+        advance=make_advance(fields, layout, effects, grains, walls),
+        bounds=search.make_bounds(fields, scratch, grains),
+        find=search.make_find(fields, scratch, layout, grains, walls),
+        relist=relist,
+        list_entries=list_entries,
+        relist_walls=make_wall_relist(fields, scratch, layout, grains) if walls else None,
+        measure=make_measure(fields, sums, layout, effects, grains, walls),
+    )
+    pair = constants.pair_constants(scene.material, scene.interaction)
+    wall = constants.wall_constants(scene.material, scene.interaction)
+    positions = sample.positions / units.LENGTH
+    radius = scene.material.radius / units.LENGTH
+    box = make_box(scene.boundary, positions, radius, wall.delta0 / units.LENGTH)
+    skin = AUTO_SKIN if scene.numerics.skin == "auto" else scene.numerics.skin
+    order = spatial_order(positions, 4.0 * radius)
+    return Simulation(
+        fields=fields,
+        scratch=scratch,
+        sums=sums,
+        kernels=kernels,
+        layout=layout,
+        sample=sample,
+        order=order,
+        box=box,
+        pair=contact_params(pair),
+        wall=contact_params(wall, walls=True),
+        mass=constants.grain_mass(scene.material) / units.MASS,
+        inertia=constants.moment_of_inertia(scene.material) / units.INERTIA,
+        radius=radius,
+        skin=skin * radius,
+        dt=step.dt / units.TIME,
+        threads=threads,
+    )
+
+
+def steps_in(time, dt):
+    """Whole steps in a time [same unit]."""
+    return max(1, floor(time / dt + 0.5))

@@ -1,0 +1,16 @@
+"""Errors that speak to the user. The command line prints them without a traceback."""
+
+
+class DustError(Exception):
+    """Something the user can mend: bad input, a missing file, a full disk. Exit code 2."""
+
+    exit_code = 2
+
+
+class GuardStop(DustError):
+    """A guard stopped a run because its numbers can no longer be trusted. Exit code 3.
+
+    What was computed up to there is kept.
+    """
+
+    exit_code = 3

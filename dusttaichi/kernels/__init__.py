@@ -1,0 +1,1 @@
+"""Thin loops: gather, call the physics, scatter. No formula of physics stands here."""

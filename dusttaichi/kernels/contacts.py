@@ -1,0 +1,157 @@
+"""One pass over the contacts between grains: pointers, forces, torques, losses, a block at a time."""
+
+import taichi as ti
+
+from dusttaichi.kernels.lanes import vec3
+from dusttaichi.physics import normal, rolling, sliding, twisting
+
+FORMING, BREAKING, DAMPING, ROLLING, SLIDING, TWISTING = range(6)
+
+@ti.func
+def step01(a):
+    """1.0 where a > 0, else 0.0, by arithmetic (a comparison would break the lanes up)."""
+    return ti.min(ti.max(a * 1e30, 0.0), 1.0)
+
+
+@ti.func
+def add_to(field: ti.template(), row, column: ti.template(), value):
+    """field[row, column] grows by value. (`+=` on a field is atomic in Taichi, and slow.)"""
+    field[row, column] = field[row, column] + value
+
+
+def make_access(fields, layout):
+    """Functions that read and write 3-vectors of lanes."""
+    W = layout.width
+    V3 = vec3(W)
+    state, load = fields["state"], fields["load"]
+
+    @ti.func
+    def gather(field: ti.template(), index):
+        return V3(
+            ti.Vector([field[index[k]][0] for k in ti.static(range(W))]),
+            ti.Vector([field[index[k]][1] for k in ti.static(range(W))]),
+            ti.Vector([field[index[k]][2] for k in ti.static(range(W))]),
+        )
+
+    @ti.func
+    def get_state(b, first: ti.template()):
+        return V3(state[b, first], state[b, first + 1], state[b, first + 2])
+
+    @ti.func
+    def put(field: ti.template(), b, first: ti.template(), a):
+        field[b, first] = a.x
+        field[b, first + 1] = a.y
+        field[b, first + 2] = a.z
+
+    return V3, gather, get_state, put, state, load
+
+
+def make_touch(effects):
+    """The part that pairs and walls share: the normal direction."""
+
+    @ti.func
+    def touch(overlap, u, was, dt, p):
+        """Lanes that touch now, that just formed, broke, were kept; s = sqrt(a/a0).
+
+        A lane that breaks in this step has its s evaluated where it was a step ago: that is the
+        potential that is lost.
+        """
+        d = overlap * p.inv_delta0
+        now = step01(d + was * normal.PULL_OFF)
+        kept = now * was
+        formed, broken = now - kept, was - kept
+        s = normal.contact_radius(d + broken * u * (dt * p.inv_delta0))
+        return now, formed, broken, kept, s
+
+    @ti.func
+    def jump(s, u, formed, broken, dt, p):
+        """Force of the spring, and the energy lost on forming and on breaking: the potential, less
+        what the half kick of the step has done with it."""
+        force = p.F4 * normal.force_lanes(s)
+        potential = p.U4 * normal.energy_lanes(s)
+        half_kick = 0.5 * dt * u * force
+        return force, -formed * (potential + half_kick), broken * (potential - half_kick)
+
+    @ti.func
+    def damp(s, u, was, before, f_before, now, dt, p):
+        """Damping force of now (the speed carried on by half a step), and the work of the last."""
+        ahead = u + 0.5 * was * (u - before)
+        f = now * ti.static(effects.damping)(s, p) * ahead
+        return f, 0.5 * dt * f_before * (before + u)
+
+    return touch, jump, damp
+
+
+def make_pair_pass(fields, layout, effects):
+    """Returns `pair_block(b, tile, params, dt)`: updates block b and the losses of its tile."""
+    V3, gather, get_state, put, state, load = make_access(fields, layout)
+    touch, jump, damp = make_touch(effects)
+    x, v, w, loss = fields["x"], fields["v"], fields["w"], fields["loss"]
+    pair_i, pair_j = fields["pair_i"], fields["pair_j"]
+    N1, N2, TWIST, APPROACH = layout.pointer, layout.second, layout.twist, layout.approach
+
+    @ti.func
+    def pair_block(b, tile, p, dt):
+        i, j = pair_i[b], pair_j[b]
+        d = gather(x, i).minus(gather(x, j))
+        dv = gather(v, i).minus(gather(v, j))
+        turn_i, turn_j = gather(w, i).times(dt), gather(w, j).times(dt)
+        square = d.dot(d)
+        inv = 1.0 / ti.sqrt(square)
+        nc = d.times(inv)
+        u = dv.dot(nc)
+        n1, n2 = get_state(b, N1), get_state(b, N2)
+        was = step01(n1.dot(n1) - 0.5)
+        now, formed, broken, kept, s = touch(p.touch - square * inv, u, was, dt, p)
+        push, lost_forming, lost_breaking = jump(s, u, formed, broken, dt, p)
+
+        n1, n2 = n1.turned(turn_i), n2.turned(turn_j)
+        force = nc.times(now * push)
+        m1, m2 = n1, n2
+        a1, a2 = n1.times(0.0), n1.times(0.0)
+        if ti.static(effects.damped):
+            f, lost = damp(s, u, was, state[b, APPROACH], state[b, APPROACH + 1], now, dt, p)
+            force = nc.times(now * push - f)
+            state[b, APPROACH], state[b, APPROACH + 1] = now * u, f
+            add_to(loss, tile, DAMPING, lost)
+        if ti.static(effects.rolling):
+            xi = rolling.displacement(n1, n2, p)
+            c1, c2, left, lost = rolling.correct(xi, n1, n2, p)
+            m1, m2 = m1.plus(xi.times(c1)), m2.plus(xi.times(c2))
+            add_to(loss, tile, ROLLING, lost)
+            xi = xi.times(left)
+            lost_breaking += broken * rolling.energy(xi, p)
+            a1 = a1.plus(xi.times(kept * rolling.pull(p)))
+            a2 = a1
+        if ti.static(effects.sliding):
+            zeta, lever = sliding.displacement(n1, n2, nc, p)
+            c1, c2, left, lost = sliding.correct(zeta, n1, n2, p)
+            m1, m2 = m1.plus(zeta.times(c1)), m2.plus(zeta.times(c2))
+            add_to(loss, tile, SLIDING, lost)
+            zeta = zeta.times(left)
+            lost_breaking += broken * sliding.energy(zeta, p)
+            zeta = zeta.times(kept)
+            force = force.plus(zeta.times(sliding.push(lever, inv, p)))
+            pull = zeta.times(sliding.pull(p))
+            a1, a2 = a1.plus(pull), a2.minus(pull)
+        n1, n2 = m1.unit(), m2.unit()
+        t1, t2 = a1.cross(n1), a2.cross(n2)
+        put(state, b, N1, n1.times(kept).minus(nc.times(formed)))
+        put(state, b, N2, n2.times(kept).plus(nc.times(formed)))
+        if ti.static(effects.twisting):
+            # n_c of half a step ago, so that the twist is second order in dt
+            back = d.minus(dv.times(0.5 * dt)).times(inv + 0.5 * dt * u * inv * inv)
+            turned = state[b, TWIST] + turn_i.minus(turn_j).dot(back)
+            phi, lost = twisting.correct(kept * turned, p)
+            lost_breaking += broken * twisting.energy(turned, p)
+            state[b, TWIST] = phi
+            add_to(loss, tile, TWISTING, lost)
+            torque = nc.times(twisting.torque(phi, p))
+            t1, t2 = t1.plus(torque), t2.minus(torque)
+        put(load, b, 0, force)
+        put(load, b, 3, t1)
+        put(load, b, 6, t2)
+        add_to(loss, tile, FORMING, lost_forming)
+        add_to(loss, tile, BREAKING, lost_breaking)
+
+    return pair_block

@@ -1,0 +1,48 @@
+"""One pass over the grains: gather the loads of the own contacts in a fixed order, kick, drift."""
+
+import taichi as ti
+
+
+def make_gather(fields, layout):
+    """Returns `total(g)`: force and torque on grain g, summed in the order of its list."""
+    W = layout.width
+    entry_start, entry, load = fields["entry_start"], fields["entry"], fields["load"]
+
+    @ti.func
+    def total(g):
+        force, torque = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
+        for e in range(entry_start[g], entry_start[g + 1]):
+            code = entry[e]
+            contact, side = code >> 1, code & 1
+            b, k = contact // W, contact % W
+            first = 3 + 3 * side
+            sign = 1.0 - 2.0 * side
+            force += sign * ti.Vector([load[b, 0][k], load[b, 1][k], load[b, 2][k]])
+            torque += ti.Vector([load[b, first][k], load[b, first + 1][k], load[b, first + 2][k]])
+        return force, torque
+
+    return total
+
+
+def make_grain_pass(fields, layout):
+    """Returns `move(g, dt/m, dt/I, dt, reach2)`: kick and drift; 1 if a new search is due.
+
+    A search is due once a grain has gone further than half the skin from where it was at the last
+    one (reach2 its square), or is no longer a number.
+    """
+    x, v, w, x_search = fields["x"], fields["v"], fields["w"], fields["x_search"]
+    total = make_gather(fields, layout)
+
+    @ti.func
+    def move(g, kick, turn, dt, reach2):
+        force, torque = total(g)
+        # no += on fields: it is atomic in Taichi, and slow
+        velocity = v[g] + kick * force
+        place = x[g] + dt * velocity
+        v[g] = velocity
+        w[g] = w[g] + turn * torque
+        x[g] = place
+        way = place - x_search[g]
+        return ti.select(way.dot(way) <= reach2, 0, 1)
+
+    return move

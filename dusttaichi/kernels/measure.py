@@ -1,0 +1,143 @@
+"""Sums over the state at an output: energies, contacts, extremes. Partial sums by tile and chunk,
+added up by NumPy in their order, so that the result does not depend on the threads."""
+
+import taichi as ti
+
+from dusttaichi.kernels.contacts import make_access, step01
+from dusttaichi.kernels.grains import make_gather
+from dusttaichi.kernels.params import ContactParams
+from dusttaichi.kernels.store import CHUNK, TILE_BLOCKS, capacity
+from dusttaichi.kernels.walls import Walls
+from dusttaichi.physics import normal, rolling, sliding, twisting
+
+# columns of a contact sum
+NORMAL, ROLLING, SLIDING, TWISTING, CONTACTS, PENDING, DEEPEST = range(7)
+# columns of a grain sum; kinetic energies of v, w at the time of the positions
+LINEAR, ANGULAR, FASTEST, FASTEST_SPIN = range(4)
+
+
+def place_measure(grains, layout, walls):
+    pair_blocks, wall_blocks = capacity(grains, layout, walls)
+    sums = {
+        "pair_sum": ti.field(ti.f64, shape=(pair_blocks // TILE_BLOCKS, 7)),
+        "grain_sum": ti.field(ti.f64, shape=(-(-grains // CHUNK), 4)),
+    }
+    if walls:
+        sums["wall_sum"] = ti.field(ti.f64, shape=(wall_blocks // TILE_BLOCKS, 7))
+        sums["wall_force"] = ti.field(ti.f64, shape=(6, 3))
+    return sums
+
+
+def make_measure(fields, sums, layout, effects, grains, walls):
+    """Kernels that fill `sums`: grains(mass, inertia, kick, turn), pairs(p, dt), walls(...)."""
+    W = layout.width
+    V3, gather, get_state, _, state, load = make_access(fields, layout)
+    x, v, w, counts = fields["x"], fields["v"], fields["w"], fields["counts"]
+    total = make_gather(fields, layout)
+    pair_i, pair_j = fields["pair_i"], fields["pair_j"]
+    pair_sum, grain_sum = sums["pair_sum"], sums["grain_sum"]
+    N1, N2, TWIST, APPROACH = layout.pointer, layout.second, layout.twist, layout.approach
+    first = capacity(grains, layout, walls)[0]
+
+    @ti.func
+    def add(table: ti.template(), tile, column, lanes):
+        for k in ti.static(range(W)):
+            table[tile, column] = table[tile, column] + lanes[k]
+
+    @ti.func
+    def common(table: ti.template(), tile, b, overlap, now, p, dt):
+        s = normal.contact_radius(overlap * p.inv_delta0)
+        add(table, tile, NORMAL, now * p.U4 * normal.energy_lanes(s))
+        add(table, tile, CONTACTS, now)
+        if ti.static(effects.damped):
+            # half of the damping work of this step belongs to the time before it
+            add(table, tile, PENDING, 0.5 * dt * state[b, APPROACH] * state[b, APPROACH + 1])
+        for k in ti.static(range(W)):
+            table[tile, DEEPEST] = ti.max(table[tile, DEEPEST], now[k] * overlap[k])
+
+    @ti.func
+    def clear(table: ti.template(), tile):
+        for k in ti.static(range(7)):
+            table[tile, k] = 0.0
+
+    @ti.kernel
+    def measure_grains(mass: ti.f64, inertia: ti.f64, half_kick: ti.f64, half_turn: ti.f64):
+        for chunk in range((grains + CHUNK - 1) // CHUNK):
+            linear, angular, fastest, spin = 0.0, 0.0, 0.0, 0.0
+            for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
+                force, torque = total(g)
+                now = v[g] + half_kick * force
+                turning = w[g] + half_turn * torque
+                linear += now.dot(now)
+                angular += turning.dot(turning)
+                fastest = ti.max(fastest, now.dot(now))
+                spin = ti.max(spin, turning.dot(turning))
+            grain_sum[chunk, LINEAR] = 0.5 * mass * linear
+            grain_sum[chunk, ANGULAR] = 0.5 * inertia * angular
+            grain_sum[chunk, FASTEST] = ti.sqrt(fastest)
+            grain_sum[chunk, FASTEST_SPIN] = ti.sqrt(spin)
+
+    @ti.func
+    def measure_pair_block(tile, b, p, dt):
+        d = gather(x, pair_i[b]).minus(gather(x, pair_j[b]))
+        distance = ti.sqrt(d.dot(d))
+        nc = d.times(1.0 / distance)
+        n1, n2 = get_state(b, N1), get_state(b, N2)
+        now = step01(n1.dot(n1) - 0.5)
+        common(pair_sum, tile, b, p.touch - distance, now, p, dt)
+        if ti.static(effects.rolling):
+            add(pair_sum, tile, ROLLING, rolling.energy(rolling.displacement(n1, n2, p), p))
+        if ti.static(effects.sliding):
+            zeta, _ = sliding.displacement(n1, n2, nc, p)
+            add(pair_sum, tile, SLIDING, sliding.energy(zeta, p))
+        if ti.static(effects.twisting):
+            add(pair_sum, tile, TWISTING, twisting.energy(state[b, TWIST], p))
+
+    @ti.kernel
+    def measure_pairs(p: ContactParams, dt: ti.f64):
+        for tile in range((counts[0] + W * TILE_BLOCKS - 1) // (W * TILE_BLOCKS)):
+            clear(pair_sum, tile)
+            for b in range(tile * TILE_BLOCKS, (tile + 1) * TILE_BLOCKS):
+                measure_pair_block(tile, b, p, dt)
+
+    if not walls:
+        return measure_grains, measure_pairs, None
+
+    wall_sum, wall_force = sums["wall_sum"], sums["wall_force"]
+    wall_grain, wall_gap, wall_of = fields["wall_grain"], fields["wall_gap"], fields["wall_of"]
+
+    @ti.func
+    def measure_wall_block(tile, c, box, time, p, dt):
+        b, k = first + c, wall_of[c]
+        xi = gather(x, wall_grain[c])
+        one = 1.0 + 0.0 * xi.x
+        nw = V3(one * box.normal[k, 0], one * box.normal[k, 1], one * box.normal[k, 2])
+        distance = xi.dot(nw) - box.offset[k] - box.speed[k] * time + wall_gap[c]
+        n1, foot = get_state(b, N1), get_state(b, N2)
+        now = step01(n1.dot(n1) - 0.5)
+        strength = box.strength[k] * now
+        common(wall_sum, tile, b, p.touch - distance, now, p, dt)
+        if ti.static(effects.rolling):
+            add(wall_sum, tile, ROLLING, strength * rolling.energy(rolling.displacement(n1, nw, p), p))
+        if ti.static(effects.sliding):
+            zeta = sliding.displacement_wall(xi, n1, foot, nw, p)
+            add(wall_sum, tile, SLIDING, strength * sliding.energy(zeta, p))
+        if ti.static(effects.twisting):
+            add(wall_sum, tile, TWISTING, strength * twisting.energy(state[b, TWIST], p))
+
+    @ti.kernel
+    def measure_walls(box: Walls, time: ti.f64, p: ContactParams, dt: ti.f64):
+        for tile in range((counts[1] + TILE_BLOCKS - 1) // TILE_BLOCKS):
+            clear(wall_sum, tile)
+            for c in range(tile * TILE_BLOCKS, ti.min((tile + 1) * TILE_BLOCKS, counts[1])):
+                measure_wall_block(tile, c, box, time, p, dt)
+        for n in range(6):
+            for a in ti.static(range(3)):
+                force = 0.0
+                for c in range(counts[1]):
+                    if wall_of[c] == n:
+                        for k in ti.static(range(W)):
+                            force += load[first + c, a][k]
+                wall_force[n, a] = force
+
+    return measure_grains, measure_pairs, measure_walls

@@ -1,0 +1,38 @@
+"""Numbers of a contact as a kernel argument: a change of number does not recompile a kernel."""
+
+import taichi as ti
+
+from dusttaichi import units
+
+FIELDS = (
+    "r", "inv_r", "R", "touch", "inv_delta0", "F4", "U4",
+    "k_r", "k_s", "k_t", "xi_crit", "zeta_crit", "phi_crit", "kappa",
+)  # fmt: skip
+
+ContactParams = ti.types.struct(**{name: ti.f64 for name in FIELDS})
+
+
+def contact_params(constants, walls=False):
+    """ContactParams in internal units (um, us, pg) from SI ContactConstants.
+
+    `touch` is the distance of centres (of centre and wall) at first touch.
+    """
+    length, force = units.LENGTH, units.FORCE
+    stiffness = force / length
+    r = constants.r / length
+    return ContactParams(
+        r=r,
+        inv_r=1.0 / r,
+        R=constants.R / length,
+        touch=r if walls else 2.0 * r,
+        inv_delta0=length / constants.delta0,
+        F4=4.0 * constants.F_c / force,
+        U4=4.0 * constants.F_c * constants.delta0 / units.ENERGY,
+        k_r=constants.k_r / stiffness,
+        k_s=constants.k_s / stiffness,
+        k_t=constants.k_t / (force * length),
+        xi_crit=constants.xi_crit / length,
+        zeta_crit=constants.zeta_crit / length,
+        phi_crit=constants.phi_crit,
+        kappa=constants.kappa / units.DAMPING,
+    )

@@ -1,0 +1,130 @@
+"""What a simulation holds, declared once: fields, checkpoint and documentation derive from it.
+
+Contacts stand in blocks of W lanes, pairs first (sorted by grain), then walls (each block touches
+one wall only). A tile is a fixed run of blocks that one worker passes at a time: losses are summed
+tile by tile, so that no sum depends on the number of threads.
+"""
+
+from dataclasses import dataclass
+
+import taichi as ti
+
+from dusttaichi.kernels.lanes import CHANNELS
+
+WALLS = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
+SPRINGS = ("normal", "rolling", "sliding", "twisting")
+TILE_BLOCKS = 16  # blocks of a tile
+CHUNK = 256  # grains of a chunk: the unit of the parallel scans and of the grain sums
+NEIGHBOURS = 24  # neighbours of a grain within the skin that the search can hold
+PAIRS_PER_GRAIN = 6  # twelve touching neighbours at most
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the numbers of a contact stand; what a scene does not need has no place (-1)."""
+
+    width: int
+    twisting: bool
+    damping: bool
+
+    @property
+    def pointer(self):
+        return 0  # n1: 0 1 2
+
+    @property
+    def second(self):
+        return 3  # n2 of a pair, foot point of a wall contact: 3 4 5
+
+    @property
+    def twist(self):
+        return 6 if self.twisting else -1
+
+    @property
+    def approach(self):
+        """Relative normal speed of the last half step, and the damping force of the last step."""
+        return 6 + self.twisting if self.damping else -1
+
+    @property
+    def state_size(self):
+        return 6 + self.twisting + 2 * self.damping
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One piece of state: name, what it is, unit (internal), element type, shape."""
+
+    name: str
+    meaning: str
+    unit: str
+    element: tuple  # ("f64"|"i32"|"i64", vector length or 0)
+    shape: tuple
+
+
+def declare(grains, layout, walls):
+    """All state of a scene of `grains` grains: a list of Variable."""
+    width = layout.width
+    pair_blocks, wall_blocks = capacity(grains, layout, walls)
+    tiles = pair_blocks // TILE_BLOCKS
+    ghosts = grains + 2  # two far-away grains that fill the empty lanes
+    f, lane, lane_i = ("f64", 0), ("f64", width), ("i32", width)
+    variables = [
+        Variable("x", "positions", "um", ("f64", 3), (ghosts,)),
+        Variable("v", "velocities half a step back", "um/us", ("f64", 3), (ghosts,)),
+        Variable("w", "spins half a step back", "rad/us", ("f64", 3), (ghosts,)),
+        Variable("x_search", "positions at the last search", "um", ("f64", 3), (ghosts,)),
+        Variable("pair_i", "first grain of a pair", "1", lane_i, (pair_blocks,)),
+        Variable("pair_j", "second grain of a pair", "1", lane_i, (pair_blocks,)),
+        Variable("pair_start", "first pair of a grain", "1", ("i32", 0), (grains + 1,)),
+        Variable("state", "pointers, twist, approach", "1, rad, um/us", lane,
+                 (pair_blocks + wall_blocks, layout.state_size)),
+        Variable("load", "force and two torques of a contact", "nN, nN um", lane,
+                 (pair_blocks + wall_blocks, 9)),
+        Variable("entry_start", "first contact of a grain's list", "1", ("i32", 0), (grains + 1,)),
+        Variable("entry", "2 contact + side", "1", ("i32", 0),
+                 (pair_blocks * width * 2 + wall_blocks * width,)),
+        Variable("loss", "losses by tile", "fJ", lane, (tiles, len(CHANNELS))),
+        Variable("sync", "meeting places of the workers", "1", ("i32", 0), (8,)),
+        Variable("counts", "pairs, wall blocks, overflow", "1", ("i32", 0), (3,)),
+    ]  # fmt: skip
+    if walls:
+        variables += [
+            Variable("wall_grain", "grain of a wall contact", "1", lane_i, (wall_blocks,)),
+            Variable("wall_gap", "0, or far away in an empty lane", "um", lane, (wall_blocks,)),
+            Variable("wall_of", "wall of a block", "1", ("i32", 0), (wall_blocks,)),
+            Variable("wall_slot", "lane of a grain on a wall, or -1", "1", ("i32", 6), (grains,)),
+            Variable("wall_loss", "wall losses by tile", "fJ", lane,
+                     (wall_blocks // TILE_BLOCKS, len(CHANNELS))),
+            Variable("impulse", "time integral of the wall force by block", "nN us",
+                     lane, (wall_blocks, 3)),
+            Variable("impulse_total", "the same before the last search", "nN us",
+                     ("f64", 3), (6,)),
+        ]  # fmt: skip
+    return variables
+
+
+def capacity(grains, layout, walls):
+    """Blocks of pairs and of wall contacts that there is room for, whole tiles both.
+
+    Twelve neighbours touch a grain at most. A wall is touched by a face of the sample: every grain
+    of a small or flat one, a share that shrinks as N^(-1/3) of a large one.
+    """
+    per_tile = layout.width * TILE_BLOCKS
+    pairs = PAIRS_PER_GRAIN * grains + 64
+    lanes = min(6 * grains, grains + int(20 * grains ** (2 / 3)) + 64) + 6 * layout.width
+    pair_blocks = -(-pairs // per_tile) * TILE_BLOCKS
+    return pair_blocks, -(-lanes // per_tile) * TILE_BLOCKS if walls else 0
+
+
+def place(variables):
+    """Taichi fields for the declared variables, as a dict by name."""
+    types = {"f64": ti.f64, "i32": ti.i32, "i64": ti.i64}
+    fields = {}
+    for var in variables:
+        dtype, length = types[var.element[0]], var.element[1]
+        make = ti.field if length == 0 else _vector_field(length)
+        fields[var.name] = make(dtype, shape=var.shape)
+    return fields
+
+
+def _vector_field(length):
+    return lambda dtype, shape: ti.Vector.field(length, dtype, shape=shape)

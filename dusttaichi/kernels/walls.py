@@ -1,0 +1,103 @@
+"""One pass over the contacts between grains and walls, a block (of one wall) at a time."""
+
+import taichi as ti
+
+from dusttaichi.kernels.contacts import (
+    BREAKING,
+    DAMPING,
+    FORMING,
+    ROLLING,
+    SLIDING,
+    TWISTING,
+    add_to,
+    make_access,
+    make_touch,
+    step01,
+)
+from dusttaichi.physics import rolling, sliding, twisting
+
+Walls = ti.types.struct(
+    normal=ti.types.matrix(6, 3, ti.f64),  # unit normals, into the sample
+    offset=ti.types.vector(6, ti.f64),  # plane: x.n = offset + speed t
+    speed=ti.types.vector(6, ti.f64),  # along the normal
+    strength=ti.types.vector(6, ti.f64),  # of rolling, sliding, twisting
+)
+
+
+def make_wall_pass(fields, layout, effects):
+    """Returns `wall_block(c, tile, first, plane, strength, params, dt)`.
+
+    c counts wall blocks; their state and loads stand behind those of the pairs, from block `first`.
+    """
+    V3, gather, get_state, put, state, load = make_access(fields, layout)
+    touch, jump, damp = make_touch(effects)
+    x, v, w, loss = fields["x"], fields["v"], fields["w"], fields["wall_loss"]
+    wall_grain, wall_gap, impulse = fields["wall_grain"], fields["wall_gap"], fields["impulse"]
+    N1, FOOT, TWIST, APPROACH = layout.pointer, layout.second, layout.twist, layout.approach
+
+    @ti.func
+    def wall_block(c, tile, first, unit_normal, offset, speed, strength, p, dt):
+        b = first + c
+        i = wall_grain[c]
+        xi_ = gather(x, i)
+        turn = gather(w, i).times(dt)
+        one = 1.0 + 0.0 * wall_gap[c]
+        nw = V3(one * unit_normal[0], one * unit_normal[1], one * unit_normal[2])
+        distance = xi_.dot(nw) - offset + wall_gap[c]
+        u = gather(v, i).dot(nw) - speed
+        n1, foot = get_state(b, N1), get_state(b, FOOT)
+        was = step01(n1.dot(n1) - 0.5)
+        now, formed, broken, kept, s = touch(p.touch - distance, u, was, dt, p)
+        push, lost_forming, lost_breaking = jump(s, u, formed, broken, dt, p)
+
+        n1 = n1.turned(turn)
+        force = nw.times(now * push)
+        a = n1.times(0.0)
+        moved, shift = n1, a
+        if ti.static(effects.damped):
+            f, lost = damp(s, u, was, state[b, APPROACH], state[b, APPROACH + 1], now, dt, p)
+            force = nw.times(now * push - f)
+            state[b, APPROACH], state[b, APPROACH + 1] = now * u, f
+            add_to(loss, tile, DAMPING, lost)
+        if ti.static(effects.sliding):
+            zeta = sliding.displacement_wall(xi_, n1, foot, nw, p)
+            over, left, lost = sliding.correct_wall(zeta, p)
+            shift = zeta.times(over)
+            add_to(loss, tile, SLIDING, was * strength * lost)
+            zeta = zeta.times(left)
+            lost_breaking += broken * strength * sliding.energy(zeta, p)
+            zeta = zeta.times(kept * strength)
+            # force -k_s zeta: the lever of eq 13 is the distance itself on a wall
+            force = force.plus(zeta.times(sliding.push(1.0, 1.0, p)))
+            a = a.plus(zeta.times(sliding.pull(p)))
+        if ti.static(effects.rolling):
+            xi = rolling.displacement(n1, nw, p)
+            c1, left, lost = rolling.correct_wall(xi, n1, p)
+            moved = n1.plus(xi.times(c1))
+            add_to(loss, tile, ROLLING, was * strength * lost)
+            xi = xi.times(left)
+            lost_breaking += broken * strength * rolling.energy(xi, p)
+            a = a.plus(xi.times(kept * strength * rolling.pull(p)))
+        # the foot goes with the pointer: rolling must not load the sliding spring
+        turned, n1 = n1, moved.unit()
+        foot = foot.plus(shift).plus(n1.minus(turned).times(p.r))
+        start = xi_.minus(nw.times(p.r))
+        put(state, b, N1, n1.times(kept).minus(nw.times(formed)))
+        put(state, b, FOOT, foot.times(kept).plus(start.times(formed)))
+        torque = a.cross(n1)
+        if ti.static(effects.twisting):
+            phi_ = state[b, TWIST] + turn.dot(nw)
+            phi, lost = twisting.correct(kept * phi_, p)
+            lost_breaking += broken * strength * twisting.energy(phi_, p)
+            state[b, TWIST] = phi
+            add_to(loss, tile, TWISTING, strength * lost)
+            torque = torque.plus(nw.times(strength * twisting.torque(phi, p)))
+        put(load, b, 0, force)
+        put(load, b, 3, torque)
+        add_to(impulse, c, 0, dt * force.x)
+        add_to(impulse, c, 1, dt * force.y)
+        add_to(impulse, c, 2, dt * force.z)
+        add_to(loss, tile, FORMING, lost_forming)
+        add_to(loss, tile, BREAKING, lost_breaking)
+
+    return wall_block

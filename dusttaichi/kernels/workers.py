@@ -1,0 +1,48 @@
+"""Many steps in one kernel call: workers that stay, with a barrier between the phases of a step.
+
+Taichi wakes and joins its threads for every parallel loop (50-70 us). Here a kernel is one parallel
+loop over workers, each of which passes its share of every phase; they meet at a barrier that costs
+under a microsecond. A worker that the system does not give a thread to is not waited for: `muster`
+lets the first one go on alone, and the result is the same bits.
+"""
+
+import taichi as ti
+
+# A parallel loop is cut into runs of at least 512 iterations: one of each run works.
+STRIDE = 512
+PATIENCE = 20_000_000  # tries (some 0.1-0.4 s) before the first worker goes on alone
+CLOSED = 1_000_000
+
+MEET, MET, CREW = 0, 1, 2  # places in the `sync` field
+
+
+@ti.func
+def muster(sync: ti.template(), workers):
+    """(own number, size of the crew) of this worker; a crew of 0 means: leave.
+
+    The first to arrive decides: all, if all arrive in time, else itself alone.
+    """
+    me = ti.atomic_add(sync[MEET], 1)
+    crew = 0
+    if me == 0:
+        tries = 0
+        while ti.atomic_add(sync[MEET], 0) < workers and tries < PATIENCE:
+            tries += 1
+        crew = 1
+        if ti.atomic_add(sync[MEET], CLOSED) == workers:
+            crew = workers
+        ti.atomic_add(sync[CREW], crew)
+    else:
+        while ti.atomic_add(sync[CREW], 0) == 0:
+            pass
+        if ti.atomic_add(sync[CREW], 0) == workers and me < workers:
+            crew = workers
+    return me, crew
+
+
+@ti.func
+def barrier(sync: ti.template(), target):
+    """Wait until `target` arrivals have been counted."""
+    ti.atomic_add(sync[MET], 1)
+    while ti.atomic_add(sync[MET], 0) < target:
+        pass

@@ -1,0 +1,121 @@
+"""Compression laws of the papers: filling factor against pressure (NumPy, SI units).
+
+S12 is Seizinger et al. 2012, G09 is Güttler et al. 2009. All curves have the form of S12 eq 31
+(G09 eq 9),
+
+    phi(P) = phi2 - (phi2 - phi1) / (exp((lg P - lg p_m) / Delta) + 1),
+
+with phi1 the filling factor without load, phi2 the one at infinite load, p_m [Pa] the pressure
+half way between them and Delta [dex] the width. Its steepest slope, at p_m, is
+(phi2 - phi1)/(4 Delta) a decade (G09, section 3.5, prints it without the factor 4).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+EXPERIMENT_SCATTER = 0.02
+"""Standard deviation of the laboratory's filling factors around their fit (G09 Fig 2)."""
+
+
+def filling_factor(pressure, phi1, phi2, p_m, delta):
+    """Filling factor under `pressure` [Pa], any shape (S12 eq 31). No pressure, or tension: phi1.
+
+    Written with tanh, which is the same function and cannot overflow.
+    """
+    pressure = np.asarray(pressure, dtype=float)
+    with np.errstate(divide="ignore"):
+        decades = np.log10(np.where(pressure <= 0, 0.0, pressure)) - np.log10(p_m)
+    return phi1 + (phi2 - phi1) * 0.5 * (1.0 + np.tanh(0.5 * decades / delta))
+
+
+def pressure(phi, phi1, phi2, p_m, delta):
+    """Pressure [Pa] at filling factor `phi`, any shape: the inverse of S12 eq 31 (G09 eq 10).
+
+    0 at phi1, infinite at phi2, NaN outside of them.
+    """
+    phi = np.asarray(phi, dtype=float)
+    inside = np.where((phi >= phi1) & (phi <= phi2), phi, np.nan)
+    with np.errstate(divide="ignore"):
+        return p_m * ((inside - phi1) / (phi2 - inside)) ** (delta * np.log(10.0))
+
+
+@dataclass(frozen=True)
+class CompressionLaw:
+    """One curve of the form of S12 eq 31 with its numbers, and where they come from."""
+
+    phi1: float
+    phi2: float
+    p_m: float
+    delta: float
+    name: str = ""
+    source: str = ""
+
+    def filling_factor(self, pressure):
+        """Filling factor under `pressure` [Pa]."""
+        return filling_factor(pressure, self.phi1, self.phi2, self.p_m, self.delta)
+
+    def pressure(self, phi):
+        """Pressure [Pa] at filling factor `phi`."""
+        return pressure(phi, self.phi1, self.phi2, self.p_m, self.delta)
+
+
+S12_STATIC = CompressionLaw(
+    0.15, 0.58, 16.667e3, 0.562, "S12 eq 31 (omnidirectional, static)", "S12 section 5.1"
+)
+G09_OMNIDIRECTIONAL = CompressionLaw(
+    0.12, 0.58, 13.0e3, 0.58, "G09 (omnidirectional, static)", "G09 Table 1"
+)
+UNIDIRECTIONAL = CompressionLaw(
+    0.15, 0.33, 5.6e3, 0.33, "G09 (unidirectional, static)", "G09 Table 1, S12 section 5.1"
+)
+
+
+def _speed_within(speed, lowest, highest, equation):
+    speed = np.asarray(speed, dtype=float)
+    if not np.all((speed >= lowest) & (speed <= highest)):
+        raise ValueError(f"{equation} holds for {lowest} <= v <= {highest} m/s, not for {speed}")
+    return speed
+
+
+def p_m_slow(speed):
+    """p_m [Pa] for a wall `speed` [m/s] up to 1 m/s (S12 eq 32). ValueError beyond."""
+    v = _speed_within(speed, 0.0, 1.0, "S12 eq 32")
+    return (18.296 * v**2 - 33.663 * v + 16.667) * 1e3
+
+
+def p_m_fast(speed):
+    """p_m [Pa] for a wall `speed` [m/s] of 1 to 25 m/s (S12 eq 33). ValueError beyond."""
+    v = _speed_within(speed, 1.0, 25.0, "S12 eq 33")
+    return (1.340 * v**1.93 + 0.307) * 1e3
+
+
+def p_m_fast_square(speed):
+    """p_m [Pa] as p_m_fast, with the exponent set to 2 (S12 eq 34). ValueError beyond."""
+    v = _speed_within(speed, 1.0, 25.0, "S12 eq 34")
+    return (1.087 * v**2 + 0.560) * 1e3
+
+
+def delta_dynamic(speed):
+    """Delta [dex] for a wall `speed` [m/s] of 0 to 25 m/s (S12 eq 35). ValueError beyond."""
+    v = _speed_within(speed, 0.0, 25.0, "S12 eq 35")
+    return (v + 1.598) ** -1.997 + 0.170
+
+
+def dynamic_law(speed):
+    """The law for one wall `speed` [m/s]: p_m by S12 eq 32 below 1 m/s, by eq 33 from there on.
+
+    Delta by S12 eq 35, phi1 and phi2 those of the static curve. At 1 m/s the two fits of the
+    paper do not meet (1.30 and 1.65 kPa).
+    """
+    speed = float(speed)
+    p_m = p_m_slow(speed) if speed < 1.0 else p_m_fast(speed)
+    equation = "eq 32" if speed < 1.0 else "eq 33"
+    return CompressionLaw(
+        S12_STATIC.phi1,
+        S12_STATIC.phi2,
+        float(p_m),
+        float(delta_dynamic(speed)),
+        f"S12 {equation} at {speed:g} m/s",
+        "S12 section 5.2",
+    )

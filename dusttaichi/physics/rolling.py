@@ -1,0 +1,50 @@
+"""Rolling: xi = R (n1 + n2), U = 1/2 k_r xi^2 (S12 eqs 8, 11, 12, 17), inelastic past xi_crit.
+
+An effect says how far the contact pointers move when its limit is passed (`correct`), and pulls on
+them with A_i = dU/dn_i, which turns grain i by the torque A_i x n_i. On a wall n2 = n_w is fixed.
+"""
+
+import taichi as ti
+
+from dusttaichi.physics.limit import limit, restoring
+
+
+@ti.func
+def displacement(n1, n2, p):
+    """xi (S12 eq 8)."""
+    return n1.plus(n2).times(p.R)
+
+
+@ti.func
+def correct(xi, n1, n2, p):
+    """Pointer changes -> d1 xi, d2 xi that put |xi| back to xi_crit (Wada et al. 2007); the part
+    of xi that is left; the energy lost, k x (displacement after) x (before - after).
+
+    n_i <- n_i - alpha_i (xi - xi_c)/r_i moves xi by R/r1 + R/r2 = 1 times the excess.
+    """
+    length, inverse, over = limit(xi, p.xi_crit)
+    share = -over * p.inv_r
+    left = 1.0 - over
+    lost = p.k_r * left * over * length * length
+    return share * restoring(n1, xi, inverse), share * restoring(n2, xi, inverse), left, lost
+
+
+@ti.func
+def correct_wall(xi, n1, p):
+    """The same on a wall: n1 alone moves, R = r (S12 eqs 21-23 with xi_crit in eq 23)."""
+    length, inverse, over = limit(xi, p.xi_crit)
+    left = 1.0 - over
+    lost = p.k_r * left * over * length * length
+    return -over * p.inv_r * restoring(n1, xi, inverse), left, lost
+
+
+@ti.func
+def energy(xi, p):
+    """U = 1/2 k_r xi^2."""
+    return 0.5 * p.k_r * xi.dot(xi)
+
+
+@ti.func
+def pull(p):
+    """A1 = A2 = pull xi."""
+    return p.R * p.k_r

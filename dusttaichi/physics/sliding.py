@@ -1,0 +1,60 @@
+"""Sliding: U = 1/2 k_s zeta^2, zeta = [r1 n1 - r2 n2] without its part along n_c (S12 eqs 9, 13,
+14, 18), inelastic past zeta_crit; on a wall zeta = [x + r n1 - foot] without its part along n_w
+(S12 eqs 24, 25), where `foot` is the point of the wall that the contact started from.
+"""
+
+import taichi as ti
+
+from dusttaichi.physics.limit import limit, restoring
+
+
+@ti.func
+def displacement(n1, n2, nc, p):
+    """zeta (S12 eq 9) of two equal grains, and (r2 n2 - r1 n1).n_c."""
+    arm = n1.minus(n2)
+    along = arm.dot(nc)
+    return arm.minus(nc.times(along)).times(p.r), -along * p.r
+
+
+@ti.func
+def displacement_wall(x, n1, foot, nw, p):
+    """zeta on a wall (S12 eq 24)."""
+    arm = x.plus(n1.times(p.r)).minus(foot)
+    return arm.minus(nw.times(arm.dot(nw)))
+
+
+@ti.func
+def correct(zeta, n1, n2, p):
+    """Pointer changes -> d1 zeta, d2 zeta that put |zeta| back to zeta_crit (Wada et al. 2007);
+    the part of zeta that is left; the energy lost."""
+    length, inverse, over = limit(zeta, p.zeta_crit)
+    share = 0.5 * over * p.inv_r
+    left = 1.0 - over
+    lost = p.k_s * left * over * length * length
+    return -share * restoring(n1, zeta, inverse), share * restoring(n2, zeta, inverse), left, lost
+
+
+@ti.func
+def correct_wall(zeta, p):
+    """Shift of `foot` -> shift zeta (S12 eq 25), the part of zeta left, the energy lost."""
+    length, _, over = limit(zeta, p.zeta_crit)
+    left = 1.0 - over
+    return over, left, p.k_s * left * over * length * length
+
+
+@ti.func
+def energy(zeta, p):
+    """U = 1/2 k_s zeta^2."""
+    return 0.5 * p.k_s * zeta.dot(zeta)
+
+
+@ti.func
+def push(lever, inv_distance, p):
+    """Force on grain 1 -> push zeta (S12 eq 13), lever = (r2 n2 - r1 n1).n_c."""
+    return -p.k_s * lever * inv_distance
+
+
+@ti.func
+def pull(p):
+    """A1 = pull zeta, A2 = -pull zeta."""
+    return p.r * p.k_s

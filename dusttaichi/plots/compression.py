@@ -1,0 +1,61 @@
+"""Filling factor against pressure, with the laboratory behind (S12 Fig 4)."""
+
+import numpy as np
+
+from dusttaichi.analysis import compression_curve
+from dusttaichi.errors import DustError
+from dusttaichi.physics.laws import EXPERIMENT_SCATTER, G09_OMNIDIRECTIONAL, S12_STATIC
+from dusttaichi.plots import style
+
+
+def _laboratory(axes, pressure):
+    phi = S12_STATIC.filling_factor(pressure)
+    axes.fill_between(
+        pressure / 1e3,
+        phi - EXPERIMENT_SCATTER,
+        phi + EXPERIMENT_SCATTER,
+        color="#D9D9D9",
+        linewidth=0,
+        label=f"scatter of the experiment, ±{EXPERIMENT_SCATTER}",
+    )
+    axes.plot(pressure / 1e3, phi, color=style.BLACK, linewidth=1.2,
+              label="laboratory, S12 eq 31")  # fmt: skip
+    axes.plot(pressure / 1e3, G09_OMNIDIRECTIONAL.filling_factor(pressure), color=style.BLACK,
+              linewidth=1.2, linestyle=(0, (4, 2)), label="laboratory, fit of G09")  # fmt: skip
+
+
+@style.styled
+def compression(runs, labels=None, laws=(), raw=None):
+    """Filling factor against pressure on the top wall for one Run or several.
+
+    labels: one for each run (default: their names). laws: further CompressionLaw to draw, thin.
+    raw: show the unsmoothed points too (default: with a single run).
+    Raises DustError where a run has no compression curve, or labels do not match the runs.
+    """
+    runs = list(runs) if isinstance(runs, (list, tuple)) else [runs]
+    labels = [run.name for run in runs] if labels is None else list(labels)
+    if len(labels) != len(runs):
+        raise DustError(f"{len(runs)} runs need as many labels, not {len(labels)}.")
+    figure, (axes,) = style.new_figure()
+    pressure = np.logspace(1, 7, 301)
+    _laboratory(axes, pressure)
+    for law in laws:
+        axes.plot(pressure / 1e3, law.filling_factor(pressure), color=style.GREY, linewidth=1.0,
+                  linestyle=(0, (1, 1)), label=law.name)  # fmt: skip
+    top, bottom = 0.6, 0.1
+    for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
+        curve = compression_curve(run)
+        look = style.run_style(number)
+        if raw or (raw is None and len(runs) == 1):
+            axes.plot(curve.raw_pressure / 1e3, curve.raw_filling_factor, ".", markersize=3.5,
+                      color=look["color"], alpha=0.5, markeredgewidth=0)  # fmt: skip
+        axes.plot(curve.pressure / 1e3, curve.filling_factor, label=label, **look)
+        top = max(top, np.max(curve.raw_filling_factor, initial=0) + 0.02)
+        bottom = min(bottom, np.min(curve.raw_filling_factor, initial=1) - 0.02)
+    axes.set_xscale("log")
+    axes.set_xlim(0.05, 2e3)
+    axes.set_ylim(max(bottom, 0), min(top, 0.8))
+    axes.set_xlabel("pressure on the top wall (kPa)")
+    axes.set_ylabel(r"filling factor $\phi$")
+    axes.legend(loc="upper left")
+    return figure

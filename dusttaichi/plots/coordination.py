@@ -1,0 +1,28 @@
+"""Coordination number against filling factor."""
+
+from dusttaichi.errors import DustError
+from dusttaichi.plots import style
+
+
+@style.styled
+def coordination(runs, labels=None):
+    """Mean number of contacts a grain against filling factor, for one Run or several.
+
+    labels: one for each run (default: their names). Raises DustError where a run has no filling
+    factor, or labels do not match the runs.
+    """
+    runs = list(runs) if isinstance(runs, (list, tuple)) else [runs]
+    labels = [run.name for run in runs] if labels is None else list(labels)
+    if len(labels) != len(runs):
+        raise DustError(f"{len(runs)} runs need as many labels, not {len(labels)}.")
+    figure, (axes,) = style.new_figure(height=3.4)
+    for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
+        if "filling_factor" not in run.series:
+            raise DustError(f"{run.path} has no filling factor: its scene is not a closed box.")
+        axes.plot(run.series.filling_factor, run.series.coordination_number, label=label,
+                  **style.run_style(number))  # fmt: skip
+    axes.set_xlabel(r"filling factor $\phi$")
+    axes.set_ylabel("coordination number")
+    axes.set_ylim(0, None)
+    axes.legend(loc="upper left")
+    return figure

@@ -1,0 +1,42 @@
+"""The energy ledger: where the work of the walls went, and what is left unexplained."""
+
+import numpy as np
+
+from dusttaichi.analysis import ledger as ledger_of
+from dusttaichi.plots import style
+
+
+@style.styled
+def ledger(run):
+    """Losses by channel on top of each other, the work, and the residual of a Run over time.
+
+    The sum of the losses must follow the dashed line, the work less what is stored. The lower
+    panel shows the residual over the energy that has gone through the system.
+    """
+    energies = ledger_of(run)
+    figure, (axes, below) = style.new_figure(height=4.8, rows=2, ratios=[3, 1])
+    per_time, time_unit = style.scaled(np.max(energies.time, initial=0.0), style.TIMES)
+    largest = max(np.max(np.abs(energies.work), initial=0.0), np.max(sum(energies.losses.values())))
+    per_energy, energy_unit = style.scaled(largest, style.ENERGIES)
+    time = energies.time * per_time
+    axes.stackplot(
+        time,
+        [v * per_energy for v in energies.losses.values()],
+        labels=[f"lost by {name}" for name in energies.losses],
+        colors=[style.CHANNEL_COLOURS[name] for name in energies.losses],
+        linewidth=0,
+    )
+    axes.plot(time, energies.work * per_energy, color=style.BLACK, label="work of the walls")
+    axes.plot(time, (energies.work - energies.stored) * per_energy, color=style.BLACK,
+              linewidth=1.2, linestyle=(0, (4, 2)), label="work less what is stored")  # fmt: skip
+    axes.set_ylabel(f"energy since the start ({energy_unit})")
+    axes.set_xlim(time[0], time[-1])
+    axes.margins(y=0.05)
+    handles, labels = axes.get_legend_handles_labels()
+    order = [6, 7, 5, 4, 3, 2, 1, 0]  # as they lie above each other
+    axes.legend([handles[i] for i in order], [labels[i] for i in order], loc="best")
+    shown = np.where(energies.relative == 0, np.nan, np.abs(energies.relative))
+    below.semilogy(time, shown, color=style.RED, linewidth=1.0)
+    below.set_ylabel("relative\nresidual")
+    below.set_xlabel(f"time ({time_unit})")
+    return figure

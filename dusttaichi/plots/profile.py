@@ -1,0 +1,36 @@
+"""Vertical profile of the filling factor at several times (S12 Fig 5)."""
+
+import numpy as np
+from matplotlib import colormaps
+
+from dusttaichi.analysis import profile as profile_of
+from dusttaichi.plots import style
+
+
+@style.styled
+def profile(run, most=6):
+    """Height against filling factor for at most `most` profiles of a Run.
+
+    Raises DustError where it has none.
+    """
+    profiles = profile_of(run, most)
+    figure, (axes,) = style.new_figure(height=4.0)
+    count = profiles.sizes["profile"]
+    colours = colormaps["viridis"](np.linspace(0.0, 0.85, count))
+    for number in range(count):
+        one = profiles.isel(profile=number)
+        axes.plot(
+            one.filling_factor,
+            one.middle * 1e6,
+            color=colours[number],
+            label=rf"$\phi$ = {float(one.box_filling_factor):.2f}",
+        )
+        axes.axhline(float(one.height) * 1e6, color=colours[number], linewidth=0.6,
+                     linestyle=(0, (1, 2)))  # fmt: skip
+    axes.set_xlim(0, None)
+    axes.set_ylim(0, 1.04 * float(profiles.height.max()) * 1e6)
+    axes.set_xlabel(r"filling factor, averaged horizontally")
+    axes.set_ylabel("height above the bottom wall (µm)")
+    axes.plot([], [], color=style.GREY, linewidth=0.6, linestyle=(0, (1, 2)), label="top wall")
+    axes.legend(loc="upper right", title="whole box")
+    return figure

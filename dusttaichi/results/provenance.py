@@ -1,0 +1,54 @@
+"""Where a result comes from: scene, versions and machine, as global attributes."""
+
+import os
+import platform
+import subprocess
+from importlib import metadata
+from pathlib import Path
+
+from dusttaichi import __version__
+
+
+def _git_commit():
+    """Commit of the source tree this package runs from, `-dirty` if changed; None outside one."""
+    root = Path(__file__).resolve().parent.parent
+    if not (root / ".git").exists():
+        return None
+    command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=40"]
+    try:
+        answer = subprocess.run(command, capture_output=True, text=True, timeout=5)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return answer.stdout.strip() or None
+
+
+def _cpu_model():
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()
+
+
+def provenance(scene_given, scene_resolved, **numbers):
+    """Global attributes of a run: both YAML texts, versions, machine, and `numbers` as they are.
+
+    `numbers`: title, seed, backend, precision, threads, time_step [s] and whatever else belongs
+    to the run (values of None are left out).
+    """
+    versions = {name: metadata.version(name) for name in ("taichi", "numpy", "netCDF4")}
+    return {
+        "Conventions": "CF-1.11",
+        "source": f"dusttaichi {__version__}",
+        "dusttaichi_version": __version__,
+        "git_commit": _git_commit(),
+        "scene_given": scene_given,
+        "scene_resolved": scene_resolved,
+        "cpu": _cpu_model(),
+        "cpu_cores": os.cpu_count(),
+        "platform": platform.platform(),
+        "python_version": platform.python_version(),
+        **{f"{name.lower()}_version": version for name, version in versions.items()},
+        **numbers,
+    }

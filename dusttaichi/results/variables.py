@@ -1,0 +1,169 @@
+"""The variables of the result file, each declared once: layout and writer derive from here."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+WALLS = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
+SPRINGS = ("normal", "rolling", "sliding", "twisting")
+CHANNELS = ("forming", "breaking", "damping", "rolling", "sliding", "twisting")
+LABELS = {"wall": WALLS, "spring": SPRINGS, "channel": CHANNELS, "xyz": ("x", "y", "z")}
+RECORDS = {  # group -> the dimension that grows
+    "series": "time",
+    "profiles": "profile",
+    "snapshots": "snapshot",
+    "contacts": "contact",
+    "wall_contacts": "wall_contact",
+}
+RAGGED = {"contacts": "contact_count", "wall_contacts": "wall_contact_count"}
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of the result file. `needs`: the features a scene must have to have it."""
+
+    group: str
+    name: str
+    dims: tuple
+    units: str
+    long_name: str
+    source: str
+    dtype: str
+    needs: frozenset
+
+    @property
+    def key(self):
+        """Name as used with the Writer: `pressure`, `snapshots/position`."""
+        return self.name if self.group == "series" else f"{self.group}/{self.name}"
+
+    @property
+    def grows(self):
+        """True where there is one entry a record, False for what is written once."""
+        return RECORDS[self.group] in self.dims
+
+
+_S12, _PHYS = "S12 section 3.2", "README, physics"
+# (name, dimensions, units, long name, source, features needed). The times of /profiles and
+# /snapshots are not called `time`: a DataTree hands the root's coordinate of that name down.
+_TABLE = {
+    "series": [
+        ("time", "time", "s", "simulated time", "", ""),
+        ("step", "time", "1", "time steps done", "", ""),
+        ("height", "time", "m", "top wall above bottom wall", _S12, "height"),
+        ("filling_factor", "time", "1", "volume of the grains over volume of the box",
+         "S12 eq 28", "volume"),
+        ("pressure", "time wall", "Pa", "pressure on the wall, positive in compression, "
+         "average since the last entry or over the stated window", _S12, "walls"),
+        ("wall_force", "time wall xyz", "N", "force of the wall on the grains, average as for "
+         "pressure", _S12, "walls"),
+        ("coordination_number", "time", "1", "mean number of grains that a grain touches", "", ""),
+        ("contact_count", "time", "1", "contacts between grains", "", ""),
+        ("wall_contact_count", "time", "1", "contacts of grains with walls", "", "walls"),
+        ("kinetic_translation", "time", "J", "kinetic energy of translation", "", ""),
+        ("kinetic_rotation", "time", "J", "kinetic energy of rotation", "", ""),
+        ("potential", "time spring", "J", "potential energy in contacts between grains",
+         _PHYS, ""),
+        ("potential_wall", "time spring", "J", "potential energy in contacts with walls",
+         _PHYS, "walls"),
+        ("loss", "time channel", "J", "energy lost in contacts between grains since the start",
+         _PHYS, ""),
+        ("loss_wall", "time channel", "J", "energy lost in contacts with walls since the start",
+         _PHYS, "walls"),
+        ("wall_work", "time", "J", "work of the walls on the grains since the start",
+         _PHYS, "walls"),
+        ("energy_residual", "time", "J", "total energy less that at the start, less work, plus "
+         "losses (0 if the ledger closes)", _PHYS, ""),
+        ("energy_residual_relative", "time", "1", "energy_residual over the energy that has gone "
+         "through the system: |work| + initial kinetic + |initial potential| + losses",
+         "dusttaichi.results.reference_energy", ""),
+        ("largest_overlap", "time", "m", "largest overlap of a contact", "", ""),
+        ("largest_speed", "time", "m/s", "speed of the fastest grain", "", ""),
+        ("wall_clock", "time", "s", "real time spent in the run, interruptions left out", "", ""),
+    ],
+    "profiles": [
+        ("profile_time", "profile", "s", "simulated time", "", "height profiles"),
+        ("step", "profile", "1", "time steps done", "", "height profiles"),
+        ("height", "profile", "m", "top wall above bottom wall", _S12, "height profiles"),
+        ("box_filling_factor", "profile", "1", "filling factor of the whole box", "S12 eq 28",
+         "height profiles"),
+        ("filling_factor", "profile bin", "1", "filling factor of the part of the bin below the "
+         "top wall; not a number above it", "S12 Fig 5", "height profiles"),
+        ("bin_height", "bin", "m", "middle of the bin above the bottom wall", "S12 Fig 5",
+         "height profiles"),
+        ("bin_lower", "bin", "m", "lower end of the bin above the bottom wall", "S12 Fig 5",
+         "height profiles"),
+        ("bin_upper", "bin", "m", "upper end of the bin above the bottom wall", "S12 Fig 5",
+         "height profiles"),
+    ],
+    "snapshots": [
+        ("snapshot_time", "snapshot", "s", "simulated time", "", "snapshots"),
+        ("step", "snapshot", "1", "time steps done", "", "snapshots"),
+        ("position", "snapshot grain xyz", "m", "centre of the grain", "", "snapshots"),
+        ("velocity", "snapshot grain xyz", "m/s", "velocity of the grain", "", "snapshots"),
+        ("spin", "snapshot grain xyz", "rad/s", "angular velocity of the grain", "", "snapshots"),
+        ("box", "snapshot wall", "m", "coordinate of the wall along its normal; not a number "
+         "for a wall left out", "", "walls snapshots"),
+        ("contact_count", "snapshot", "1", "rows of /contacts that belong to the snapshot", "",
+         "snapshots contacts"),
+        ("wall_contact_count", "snapshot", "1", "rows of /wall_contacts that belong to the "
+         "snapshot", "", "walls snapshots contacts"),
+        ("radius", "grain", "m", "radius of the grain", "", "snapshots"),
+    ],
+    "contacts": [
+        ("grain_i", "contact", "1", "first grain", "", "snapshots contacts"),
+        ("grain_j", "contact", "1", "second grain", "", "snapshots contacts"),
+        ("pointer_i", "contact xyz", "1", "contact pointer fixed in the first grain", _PHYS,
+         "snapshots contacts"),
+        ("pointer_j", "contact xyz", "1", "contact pointer fixed in the second grain", _PHYS,
+         "snapshots contacts"),
+        ("twist", "contact", "rad", "twisting angle", _PHYS, "snapshots contacts"),
+        ("approach", "contact", "m/s", "speed of approach in the last half step", "",
+         "snapshots contacts"),
+        ("overlap", "contact", "m", "sum of the radii less distance of the centres", _PHYS,
+         "snapshots contacts"),
+    ],
+    "wall_contacts": [
+        ("grain", "wall_contact", "1", "grain", "", "walls snapshots contacts"),
+        ("wall", "wall_contact", "1", "number of the wall, from 0: " + ", ".join(WALLS), "",
+         "walls snapshots contacts"),
+        ("pointer", "wall_contact xyz", "1", "contact pointer fixed in the grain", _PHYS,
+         "walls snapshots contacts"),
+        ("foot", "wall_contact xyz", "m", "point of the wall where the grain touched", _PHYS,
+         "walls snapshots contacts"),
+        ("twist", "wall_contact", "rad", "twisting angle", _PHYS, "walls snapshots contacts"),
+        ("approach", "wall_contact", "m/s", "speed of approach in the last half step", "",
+         "walls snapshots contacts"),
+        ("overlap", "wall_contact", "m", "radius less distance of the centre from the wall",
+         _PHYS, "walls snapshots contacts"),
+    ],
+}  # fmt: skip
+_INTEGERS = {
+    "step": "i8", "contact_count": "i8", "wall_contact_count": "i8",
+    "grain_i": "i4", "grain_j": "i4", "grain": "i4", "wall": "i4",
+}  # fmt: skip
+VARIABLES = {
+    v.key: v
+    for v in (
+        Variable(group, name, tuple(dims.split()), units, long_name, source,
+                 _INTEGERS.get(name, "f8"), frozenset(needs.split()))
+        for group, rows in _TABLE.items()
+        for name, dims, units, long_name, source, needs in rows
+    )
+}  # fmt: skip
+
+
+def select(features):
+    """Keys of the variables that a scene with these `features` has, in the table's order.
+
+    Features: "walls" (any wall), "height" (top and bottom wall), "volume" (all six walls),
+    "profiles", "snapshots", "contacts" (kept with the snapshots).
+    """
+    return [key for key, v in VARIABLES.items() if v.needs <= set(features)]
+
+
+def reference_energy(work, kinetic_start, potential_start, losses):
+    """Energy that has gone through the system [J]: |work| + K(0) + |U(0)| + losses (all totals).
+
+    What a ledger's residual is compared with; arrays over time or numbers.
+    """
+    return np.abs(work) + kinetic_start + np.abs(potential_start) + losses

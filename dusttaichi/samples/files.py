@@ -1,0 +1,209 @@
+"""Grains from CSV and NetCDF files, as a dict of arrays in SI: position, velocity, spin, contacts.
+
+CSV: comma separated, a header line with x, y, z and perhaps vx, vy, vz, wx, wy, wz (in any
+order), then a line a grain; lines that begin with # are skipped. Numbers are in SI unless the
+column's heading names a unit, as in `x [um]`.
+
+NetCDF: variables position, velocity, spin of shape (grain, 3), or x, y, z, vx, ... of shape
+(grain,), in the group `snapshots` if there is one, else at the root; with one more dimension in
+front (snapshots) the last entry is taken. The attribute `units` is honoured, without it SI.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+
+from dusttaichi import units
+from dusttaichi.errors import DustError
+
+COMPONENTS = {
+    "position": ("x", "y", "z"),
+    "velocity": ("vx", "vy", "vz"),
+    "spin": ("wx", "wy", "wz"),
+}
+DIMENSIONS = {"position": "length", "velocity": "speed", "spin": "angular velocity"}
+COLUMNS = {name: quantity for quantity, names in COMPONENTS.items() for name in names}
+CONTACTS = {  # our name: the result file's
+    "i": "grain_i",
+    "j": "grain_j",
+    "pointer_i": "pointer_i",
+    "pointer_j": "pointer_j",
+    "twist": "twist",
+    "approach": "approach",
+}
+
+
+def read(path: Path, where: str, length_unit: float | None = None) -> dict:
+    """Arrays of a CSV file, a NetCDF file, or a run directory's result.nc.
+
+    where: how errors name the file. length_unit [m]: what x, y, z of a CSV file count in where
+    their headings do not say.
+    """
+    if path.is_dir():
+        path = path / "result.nc"
+        if not path.exists():
+            raise DustError(f"{where}: there is no result.nc in this directory; allowed: a run's.")
+    if not path.exists():
+        raise DustError(
+            f"{where}: there is no such file; allowed: a CSV file, a NetCDF file, or the "
+            "directory of another run. Relative paths start at the YAML file."
+        )
+    if _first_bytes(path, where).startswith((b"\x89HDF", b"CDF")):
+        return _read_netcdf(path, where)
+    return _read_csv(path, where, length_unit)
+
+
+def _first_bytes(path: Path, where: str) -> bytes:
+    try:
+        with path.open("rb") as file:
+            return file.read(4)
+    except OSError as error:
+        raise DustError(f"{where}: it cannot be read ({error.strerror}).") from None
+
+
+def _read_csv(path: Path, where: str, length_unit: float | None) -> dict:
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            rows = [
+                (line, row)
+                for line, row in enumerate(csv.reader(file, skipinitialspace=True), start=1)
+                if any(cell.strip() for cell in row) and not row[0].lstrip().startswith("#")
+            ]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise DustError(
+            f"{where}: it cannot be read as text ({error}); allowed: CSV or NetCDF."
+        ) from None
+    if not rows:
+        raise DustError(f"{where}: the file is empty; allowed: a header x,y,z and lines of grains.")
+    names, factors = _header(rows[0][1], where, length_unit)
+    values = np.array(
+        [_numbers(row, line, names, where) for line, row in rows[1:]], dtype=np.float64
+    ).reshape(-1, len(names)) * factors
+    column = {name: values[:, k] for k, name in enumerate(names)}
+    return {
+        quantity: np.column_stack([column[name] for name in parts])
+        for quantity, parts in COMPONENTS.items()
+        if parts[0] in column
+    }
+
+
+def _header(cells: list[str], where: str, length_unit: float | None):
+    """Column names, and what each must be multiplied with to be in SI."""
+    allowed = "allowed: x,y,z and perhaps vx,vy,vz and wx,wy,wz, each perhaps with a unit: x [um]."
+    names, factors = [], []
+    for cell in cells:
+        match = re.fullmatch(r"\s*(\w+)\s*(?:\[([^\]]*)\])?\s*", cell)
+        if match is None or match[1] not in COLUMNS or match[1] in names:
+            raise DustError(f"{where}: the header has the column {cell.strip()!r}; {allowed}")
+        name, unit = match.groups()
+        quantity = COLUMNS[name]
+        default = length_unit if quantity == "position" and length_unit is not None else 1.0
+        names.append(name)
+        factors.append(
+            default if unit is None else _factor(unit, quantity, f"{where}, column {name}")
+        )
+    for quantity, parts in COMPONENTS.items():
+        missing = [part for part in parts if part not in names]
+        if missing and (quantity == "position" or len(missing) < 3):
+            raise DustError(f"{where}: the header lacks {', '.join(missing)}; {allowed}")
+    return names, np.array(factors)
+
+
+def _factor(unit: str, quantity: str, where: str) -> float:
+    return units.parse(f"1 {unit}", DIMENSIONS[quantity], where)
+
+
+def _numbers(row: list[str], line: int, names: list[str], where: str) -> list[float]:
+    if len(row) != len(names):
+        raise DustError(
+            f"{where}: line {line} has {len(row)} columns; allowed: {len(names)}, as the header."
+        )
+    try:
+        return [float(cell) for cell in row]
+    except ValueError as error:
+        raise DustError(f"{where}: line {line}: {error}; allowed: plain numbers.") from None
+
+
+def _read_netcdf(path: Path, where: str) -> dict:
+    try:
+        with netCDF4.Dataset(path) as data:
+            frame = data.groups.get("snapshots", data)
+            state = {}
+            for quantity in COMPONENTS:
+                values = _last_frame(frame, quantity, where)
+                if values is not None:
+                    state[quantity] = values
+            if "position" not in state:
+                raise DustError(
+                    f"{where}: it has the variables {', '.join(frame.variables) or 'none'}; "
+                    "allowed: position (grain, 3), or x, y and z."
+                )
+            if "contacts" in data.groups and "contact_count" in frame.variables:
+                state["contacts"] = _last_contacts(
+                    data.groups["contacts"], frame.variables["contact_count"], where
+                )
+            return state
+    except OSError as error:
+        raise DustError(
+            f"{where}: it cannot be read as NetCDF ({error}); allowed: a whole file."
+        ) from None
+
+
+def _last_frame(frame, quantity: str, where: str) -> np.ndarray | None:
+    """(N, 3) in SI of the last snapshot, or None where the file does not have the quantity."""
+    parts = COMPONENTS[quantity]
+    if quantity in frame.variables:
+        return _last(frame.variables[quantity], 2, quantity, where)
+    present = [part for part in parts if part in frame.variables]
+    if not present:
+        return None
+    if len(present) < 3:
+        missing = ", ".join(part for part in parts if part not in present)
+        raise DustError(f"{where}: it lacks the variable {missing}; allowed: {', '.join(parts)}.")
+    columns = [_last(frame.variables[part], 1, quantity, where) for part in parts]
+    if len({len(column) for column in columns}) > 1:
+        lengths = ", ".join(str(len(column)) for column in columns)
+        raise DustError(f"{where}: {', '.join(parts)} have {lengths} grains; allowed: the same.")
+    return np.column_stack(columns)
+
+
+def _last(variable, rank: int, quantity: str, where: str) -> np.ndarray:
+    """Last entry along the snapshots, if there are any, of a variable with so many own axes."""
+    shape = "(grain, 3)" if rank == 2 else "(grain,)"
+    if variable.ndim == rank + 1 and variable.shape[0] == 0:
+        raise DustError(f"{where}: it has no snapshot yet; allowed: one or more.")
+    if variable.ndim not in (rank, rank + 1):
+        raise DustError(
+            f"{where}: {variable.name} has the shape {variable.shape}; allowed: {shape}, with "
+            "or without a dimension for snapshots in front."
+        )
+    values = variable[...] if variable.ndim == rank else variable[-1]
+    values = np.ma.filled(np.ma.asarray(values, dtype=np.float64), np.nan)
+    unit = getattr(variable, "units", None)
+    if unit is None:
+        return values
+    return values * _factor(unit, quantity, f"{where}, units of {variable.name}")
+
+
+def _last_contacts(group, count, where: str) -> dict[str, np.ndarray]:
+    missing = [name for name in CONTACTS.values() if name not in group.variables]
+    if missing:
+        raise DustError(f"{where}: its contacts lack {', '.join(missing)}; allowed: all of them.")
+    counts = np.ma.filled(count[...], 0).astype(np.int64)
+    start, stop = int(counts[:-1].sum()), int(counts.sum())
+    held = len(group.variables["grain_i"])
+    if held < stop:
+        raise DustError(f"{where}: it holds {held} contacts; allowed: {stop}, as it counts.")
+    contacts = {
+        ours: np.ma.filled(np.ma.asarray(group.variables[theirs][start:stop], np.float64), np.nan)
+        for ours, theirs in CONTACTS.items()
+    }
+    for grain in ("i", "j"):
+        values = contacts[grain]
+        contacts[grain] = np.where(np.isfinite(values), values, -1).astype(np.int64)
+    return contacts

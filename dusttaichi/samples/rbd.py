@@ -1,0 +1,277 @@
+"""Random ballistic deposition (S12 section 3.1): a cake grown grain by grain, and a cut from it.
+
+Grains fall vertically, one after another, at random x, y, and stay where they first touch a
+grain or the floor. The deposit is laterally periodic and wider than the cut, so it has no side
+anywhere near which it would grow differently, and the cut's faces are what a cut through a bulk
+cake leaves. It stands on the deposition floor (z = 0), whose denser first layers S12 sees in its
+profiles (section 5.1). The fluffy top is cut off: the deposit grows until no later grain can
+come to rest below the cut's top.
+
+Every grain sticks to just one other, so the cake is a forest of trees that stand on the floor,
+and the cut's side faces cut branches off: pieces that touch neither the floor nor what stands on
+it. They are kept and counted (`loose_grains`, `loose_fragments` in the sample's info): without
+them the filling factor would fall below the cake's, most so near the side walls; the compression
+collects them early. It is a surface effect: a third of 1e3 grains, 15-18 % of 1e4, 12-14 % of
+1e5, 10 % of 1e6.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.ndimage import minimum_filter
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from dusttaichi.errors import DustError
+from dusttaichi.samples.sample import (
+    Sample,
+    bulk_filling_factor,
+    extent,
+    filling_factor,
+    touching_pairs,
+)
+
+BULK = 0.15  # filling factor of the bulk, S12 section 3.1; only to guess how wide to deposit
+LEAST_PERIOD = 40.0  # grain radii: a narrower periodic deposit grows as a correlated column
+MOST_DROPS = 2e7  # a mistyped size must not fill the memory; 1e6 grains take 1.5e6 drops, 8 s
+CELLS = 3  # cells per touching distance in the map of landing heights
+ROUNDING = 1e-9  # of the touching distance: far above rounding, far below the overlap delta0
+
+
+class Deposit:
+    """A laterally periodic deposit of equal spheres on the floor z = 0.
+
+    period: (2,) [m], at least two distances each; distance: between the centres of grains that
+    touch [m]; floor: height at which a centre comes to rest on the floor [m].
+    positions: (M, 3) [m], x and y in [0, period), in the order of the drops.
+
+    A drop's height is max(floor, max over earlier grains j closer than distance laterally of
+    z_j + sqrt(distance^2 - l_j^2)). Drops are worked off in batches: first all that a batch
+    owes to earlier batches, then its own members' mutual support until nothing changes. Only
+    maxima of the same sums are taken, so the result is, bit for bit, that of one drop at a time.
+
+    Earlier grains that no later drop can reach are left out of the search. A map of cells keeps
+    a lower bound of the height at which a drop comes to rest anywhere in the cell.
+    """
+
+    def __init__(self, period, distance: float, floor: float):
+        self.period = np.broadcast_to(np.asarray(period, dtype=np.float64), 2).copy()
+        if not (self.period >= 2 * distance).all():
+            raise ValueError("the period must be at least two touching distances")
+        self.distance = distance
+        self.floor = floor
+        self.positions = np.empty((0, 3))
+        self._reachable = np.empty(0, dtype=np.int64)
+        cells = np.ceil(CELLS * self.period / distance).astype(int)
+        edges = self.period / cells
+        self._half_diagonal = 0.5 * float(np.hypot(*edges))
+        self._cell_edges = edges
+        self._landing = np.full(cells, floor, dtype=np.float64)
+        centres = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in cells), indexing="ij"), -1)
+        self._cells = cKDTree((centres * edges).reshape(-1, 2), boxsize=self.period)
+
+    @property
+    def complete_below(self) -> float:
+        """No later drop can come to rest below this height [m]."""
+        return float(self._landing.min()) - ROUNDING * self.distance
+
+    def drop(self, xy: np.ndarray) -> None:
+        """Let grains fall at xy (n, 2) [m], in this order."""
+        earlier = self.positions[self._reachable]
+        tree = cKDTree(xy, boxsize=self.period)
+        z = np.full(len(xy), self.floor, dtype=np.float64)
+        reach = self.distance * (1 + ROUNDING)
+        if len(earlier):
+            near = tree.sparse_distance_matrix(
+                cKDTree(earlier[:, :2], boxsize=self.period), reach, output_type="ndarray"
+            )
+            i, j, rise = self._support(xy, near["i"], earlier[:, :2], near["j"])
+            np.maximum.at(z, i, earlier[j, 2] + rise)
+        pairs = tree.query_pairs(reach, output_type="ndarray")
+        i, j, rise = self._support(xy, pairs[:, 1], xy, pairs[:, 0])
+        while True:
+            raised = z.copy()
+            np.maximum.at(raised, i, z[j] + rise)
+            if np.array_equal(raised, z):
+                break
+            z = raised
+        start = len(self.positions)
+        self.positions = np.concatenate([self.positions, np.column_stack([xy, z])])
+        self._raise_landing(tree, z)
+        self._reachable = np.append(self._reachable, np.arange(start, len(self.positions)))
+        self._forget_covered()
+
+    def _support(self, upper, i, lower, j):
+        """Of pairs (upper grain i, lower grain j), those that can touch, and how far i is above."""
+        apart = upper[i] - lower[j]
+        apart -= self.period * np.round(apart / self.period)
+        left = self.distance**2 - (apart[:, 0] ** 2 + apart[:, 1] ** 2)
+        touch = left > 0
+        return i[touch], j[touch], np.sqrt(left[touch])
+
+    def _raise_landing(self, tree: cKDTree, z: np.ndarray) -> None:
+        within = self.distance - self._half_diagonal
+        near = tree.sparse_distance_matrix(self._cells, within, output_type="ndarray")
+        farthest = near["v"] + self._half_diagonal
+        rise = np.sqrt(np.maximum(self.distance**2 - farthest**2, 0.0))
+        np.maximum.at(self._landing.reshape(-1), near["j"], z[near["i"]] + rise)
+
+    def _forget_covered(self) -> None:
+        """A grain is out of reach if all around it drops rest higher than on its very top."""
+        window = 2 * np.ceil(self.distance / self._cell_edges).astype(int) + 1
+        lowest = minimum_filter(self._landing, size=tuple(window), mode="wrap")
+        x, y, z = self.positions[self._reachable].T
+        cell_x = np.minimum((x / self._cell_edges[0]).astype(int), lowest.shape[0] - 1)
+        cell_y = np.minimum((y / self._cell_edges[1]).astype(int), lowest.shape[1] - 1)
+        top = z + self.distance * (1 + ROUNDING)
+        self._reachable = self._reachable[lowest[cell_x, cell_y] < top]
+
+
+def make(spec, radius: float, equilibrium_distance: float) -> Sample:
+    """The sample that spec asks for: grains at rest, standing on z = 0, axis x = y = 0.
+
+    spec: shape, seed, grains and aspect, or size, as the scene's RbdSample has them.
+    radius [m]; equilibrium_distance: between the centres of grains that touch [m].
+    With `grains`, cuts of the same proportions are nested about the axis and the smallest that
+    holds that many grains is taken, so the number is exact. With `size`, all grains that lie
+    wholly inside are. Pairs between equilibrium_distance and 2 r are rare (the width of that
+    shell is delta0) and count as not touching here.
+    Raises DustError if the size leaves no room for a grain, no grain is in it, or the deposit
+    would be too large for the memory.
+    """
+    proportions = _proportions(spec, radius)
+    if spec.grains is None:
+        cake, drops, scale = _deposit_size(spec, radius, equilibrium_distance, proportions)
+        kept = scale <= 1.0
+    else:
+        cake, drops, scale = _deposit_grains(spec, radius, equilibrium_distance, proportions)
+        kept = np.sort(np.argsort(scale, kind="stable")[: spec.grains])
+    positions = cake[kept]
+    if len(positions) == 0:
+        raise DustError(
+            f"sample.size: {_in_um(proportions)} holds no whole grain of radius "
+            f"{radius * 1e6:g} um with seed {spec.seed}; allowed: a larger size or another seed."
+        )
+    sample = Sample.at_rest(positions)
+    sample.info.update(_describe(sample, spec, radius, equilibrium_distance), deposited=drops)
+    return sample
+
+
+def _proportions(spec, radius: float) -> np.ndarray:
+    """Edges (x, y, z) of the cut; with a number of grains only their ratio counts."""
+    if spec.size is None:
+        return np.array([1.0, 1.0, spec.aspect])
+    if spec.shape == "cylinder":
+        size = np.array([spec.size.diameter, spec.size.diameter, spec.size.height])
+    else:
+        size = np.array(spec.size, dtype=np.float64)
+    if not (size >= 2 * radius).all():
+        raise DustError(
+            f"sample.size: {_in_um(size)} has no room for a grain; allowed: at least one grain "
+            f"diameter, {2e6 * radius:g} um, in each direction."
+        )
+    return size
+
+
+def _in_um(size) -> str:
+    return " x ".join(f"{1e6 * edge:g}" for edge in size) + " um"
+
+
+def _deposit_size(spec, radius, distance, size):
+    period = np.maximum(size[:2], LEAST_PERIOD * radius)
+    _check_drops(period, size[2], radius)
+    deposit = Deposit(period, distance, radius)
+    rng = np.random.Generator(np.random.PCG64(spec.seed))
+    while deposit.complete_below <= size[2] - radius:
+        _drop_batch(deposit, rng)
+    cake = _centred(deposit)
+    return cake, len(cake), _scale(cake, spec.shape, size, radius)
+
+
+def _deposit_grains(spec, radius, distance, proportions):
+    width = _guessed_width(spec, radius)
+    while True:
+        rng = np.random.Generator(np.random.PCG64(spec.seed))
+        period = max(1.1 * width, LEAST_PERIOD * radius)
+        _check_drops(np.full(2, period), spec.aspect * width, radius)
+        deposit = Deposit(period, distance, radius)
+        needed = math.inf
+        while deposit.complete_below <= needed * proportions[2] - radius:
+            _drop_batch(deposit, rng)
+            cake = _centred(deposit)
+            scale = _scale(cake, spec.shape, proportions, radius)
+            if len(cake) >= spec.grains:
+                needed = np.partition(scale, spec.grains - 1)[spec.grains - 1]
+        if needed <= period:
+            return cake, len(cake), scale
+        width = 1.5 * max(period, min(needed, 2 * period))
+
+
+def _check_drops(period, height, radius) -> None:
+    """The fluffy top above the cut is some 30 r of drops."""
+    drops = BULK * np.prod(period) * (height + 30 * radius) / (4 / 3 * math.pi * radius**3)
+    if drops > MOST_DROPS:
+        raise DustError(
+            f"sample: the cake to cut from would have some {drops:.1e} grains; allowed: "
+            f"{MOST_DROPS:.0e}. Take fewer grains, a smaller size, or an aspect nearer to 1."
+        )
+
+
+def _drop_batch(deposit: Deposit, rng) -> None:
+    """Four grains per touching distance squared: several layers' worth, few rounds of support."""
+    n = math.ceil(4 * float(np.prod(deposit.period)) / deposit.distance**2)
+    below = np.nextafter(deposit.period, 0)  # x = period would be outside [0, period)
+    deposit.drop(np.minimum(rng.random((n, 2)) * deposit.period, below))
+
+
+def _centred(deposit: Deposit) -> np.ndarray:
+    return deposit.positions - np.append(deposit.period / 2, 0.0)
+
+
+def _scale(positions, shape, proportions, radius) -> np.ndarray:
+    """By how much the cut of these proportions must be scaled to hold each grain just wholly."""
+    width, depth, height = proportions
+    x, y, z = positions.T
+    upwards = (z + radius) / height
+    if shape == "cylinder":
+        return np.maximum(2 * (np.sqrt(x**2 + y**2) + radius) / width, upwards)
+    sideways = np.maximum((np.abs(x) + radius) / width, (np.abs(y) + radius) / depth)
+    return np.maximum(2 * sideways, upwards)
+
+
+def _guessed_width(spec, radius) -> float:
+    """Width of the cut at bulk density: whole grains need 2 r more than their centres."""
+    area = math.pi / 4 if spec.shape == "cylinder" else 1.0
+    centres = spec.grains * 4 / 3 * math.pi / (BULK * area * spec.aspect)
+    return radius * max(centres ** (1 / 3) + 2.0, 2.0 / spec.aspect)
+
+
+def _describe(sample: Sample, spec, radius, distance) -> dict:
+    n = len(sample)
+    pairs = touching_pairs(sample.positions, distance * (1 + ROUNDING))
+    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    pieces, piece = connected_components(graph, directed=False)
+    on_floor = sample.positions[:, 2] == radius
+    stands = np.zeros(pieces, dtype=bool)
+    stands[piece[on_floor]] = True
+    info = {
+        "kind": "rbd",
+        "shape": spec.shape,
+        "seed": int(spec.seed),
+        "grains": n,
+        "equilibrium_distance": float(distance),
+        "coordination": 2 * len(pairs) / n,
+        "floor_grains": int(np.count_nonzero(on_floor)),
+        "pieces": int(pieces),
+        "largest_piece": int(np.bincount(piece).max()),
+        "loose_fragments": int(np.count_nonzero(~stands)),
+        "loose_grains": int(np.count_nonzero(~stands[piece])),
+        "bulk_filling_factor": bulk_filling_factor(sample, radius),
+    }
+    info.update(zip(("width", "depth", "height"), extent(sample, radius).tolist(), strict=True))
+    sample.info["shape"] = spec.shape
+    info["filling_factor"] = filling_factor(sample, radius)
+    return info

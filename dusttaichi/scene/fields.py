@@ -1,0 +1,138 @@
+"""What all blocks of a scene share: the frozen base class, plain numbers, on/off switches."""
+
+import math
+import numbers
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
+
+from pydantic import BaseModel, ConfigDict
+from pydantic_core import PydanticCustomError, core_schema
+
+
+class Block(BaseModel):
+    """A frozen block of the YAML file; unknown keys are refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True)
+
+    # Keys that the YAML may hold and that are resolved into fields.
+    extra_keys: ClassVar[tuple[str, ...]] = ()
+
+
+def needed(text: str) -> PydanticCustomError:
+    """An error whose text ends the line 'path = value: ...'."""
+    return PydanticCustomError("needed", "{text}", {"text": text})
+
+
+def problems(found: list[tuple[str, str]]) -> PydanticCustomError:
+    """An error about several keys at once: (dotted path below this block, text) for each."""
+    text = "; ".join(f"{path}: {what}" for path, what in found)
+    return PydanticCustomError("problems", "{text}", {"text": text, "found": found})
+
+
+@dataclass(frozen=True)
+class Number:
+    """Marks a field that is a plain number, finite, within bounds; a word may be allowed too."""
+
+    whole: bool = False
+    gt: float | None = None
+    ge: float | None = None
+    lt: float | None = None
+    le: float | None = None
+    word: str | None = None
+    note: str = ""
+
+    @property
+    def needed(self) -> str:
+        """What is allowed, as the end of an error message."""
+        names = {"gt": "above", "ge": "of at least", "lt": "below", "le": "at most"}
+        limits = [
+            f" {words} {getattr(self, key):.12g}"
+            for key, words in names.items()
+            if getattr(self, key) is not None
+        ]
+        what = "a whole number" if self.whole else "a number"
+        word = f'"{self.word}" or ' if self.word else ""
+        return f"{word}{what}{' and'.join(limits)} is needed{self.note}"
+
+    def _number(self, value: Any) -> float:
+        # YAML 1.1 readers hand 1e-3 over as text, so text that reads as a number counts as one.
+        if isinstance(value, bool) or not isinstance(value, (numbers.Real, str)):
+            raise ValueError
+        number = value if isinstance(value, numbers.Integral) else float(value)
+        if not math.isfinite(number):
+            raise ValueError
+        if self.whole and number != int(number):
+            raise ValueError
+        inside = (
+            (self.gt is None or number > self.gt)
+            and (self.ge is None or number >= self.ge)
+            and (self.lt is None or number < self.lt)
+            and (self.le is None or number <= self.le)
+        )
+        if not inside:
+            raise ValueError
+        return int(number) if self.whole else float(number)
+
+    def _validate(self, value: Any) -> float | str:
+        if self.word is not None and value == self.word:
+            return value
+        try:
+            return self._number(value)
+        except (ValueError, OverflowError):
+            raise needed(self.needed) from None
+
+    def __get_pydantic_core_schema__(self, source, handler):
+        return core_schema.no_info_plain_validator_function(self._validate)
+
+    def __get_pydantic_json_schema__(self, schema, handler):
+        keys = {
+            "gt": "exclusiveMinimum",
+            "ge": "minimum",
+            "lt": "exclusiveMaximum",
+            "le": "maximum",
+        }
+        one: dict[str, Any] = {"type": "integer" if self.whole else "number"}
+        for key, name in keys.items():
+            if getattr(self, key) is not None:
+                one[name] = getattr(self, key)
+        return {"anyOf": [{"const": self.word}, one]} if self.word else one
+
+
+@dataclass(frozen=True)
+class Switch:
+    """Marks an optional block that may be written `off` (None) and, if `on` is set, `on`.
+
+    YAML 1.1 readers make false and true of off and on; 1.2 readers leave the words. Both count.
+    """
+
+    needed: str
+    on: bool = False
+
+    def _read(self, value: Any) -> Any:
+        if value is None or value is False or value == "off":
+            return None
+        if self.on and (value is True or value == "on"):
+            return {}
+        if isinstance(value, (dict, BaseModel)):
+            return value
+        raise needed(self.needed)
+
+    def __get_pydantic_core_schema__(self, source, handler):
+        inner = handler(source)
+        return core_schema.no_info_before_validator_function(
+            self._read,
+            inner,
+            serialization=core_schema.wrap_serializer_function_ser_schema(
+                lambda value, write: "off" if value is None else write(value),
+                schema=inner,
+                when_used="json",
+            ),
+        )
+
+    def __get_pydantic_json_schema__(self, schema, handler):
+        block = handler(schema)
+        words = ["on", True, "off", False] if self.on else ["off", False]
+        return {"anyOf": [*block.get("anyOf", [block]), {"enum": words}]}
+
+
+Count = Annotated[int, Number(whole=True, ge=1)]

@@ -1,0 +1,93 @@
+"""How grains act on each other: which effects are on, their modifiers, the damping."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, field_validator
+
+from dusttaichi.scene.fields import Block, Number, Switch, needed
+from dusttaichi.units import Quantity
+
+
+class Effect(Block):
+    """An inelastic effect that is switched on."""
+
+    modifier: Annotated[float, Number(gt=0)] = Field(
+        1.0, description="factor on the spring constant (S12: 8 for rolling, 2.5 for sliding)"
+    )
+
+
+class NoDamping(Block):
+    """No damping along the normal."""
+
+    model: Literal["none"]
+
+
+class Viscous(Block):
+    """Constant damping along the normal, as S12."""
+
+    model: Literal["viscous"]
+    kappa: Annotated[float, Quantity("mass rate", gt=0)] = Field(
+        "1e-6 g/s", description="damping constant"
+    )
+
+
+class Scaled(Block):
+    """Damping constant from mass and characteristic time of the grains, as T19 eq 5."""
+
+    model: Literal["scaled"]
+    coefficient: Annotated[float, Number(gt=0)] = Field(
+        0.01, description="k_n' of T19: damping constant in units of m0/t_c"
+    )
+
+
+class Viscoelastic(Block):
+    """Damping that grows with the contact radius, as Brilliantov 2007 and Krijt 2013."""
+
+    model: Literal["viscoelastic"]
+    time: Annotated[float, Quantity("time", gt=0, example="12.5 ps")] = Field(
+        "12.5 ps", description="viscous relaxation time T_vis"
+    )
+
+
+Damping = NoDamping | Viscous | Scaled | Viscoelastic
+_MODELS = ("none", "viscous", "scaled", "viscoelastic")
+_SWITCH = Switch(
+    "on, off or a block with a modifier is needed, for example {modifier: 2.5}", on=True
+)
+
+
+class _DampingWord:
+    """Lets the damping be written as one word, its numbers at their defaults."""
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema, handler):
+        return {"anyOf": [{"enum": [*_MODELS, None]}, handler(schema)]}
+
+
+class Interaction(Block):
+    """The contact model. Normal adhesion (JKR) is always on."""
+
+    shear_modulus: Literal["mindlin", "printed"] = Field(
+        "mindlin",
+        description="1/G* = sum of (2-nu)/G (mindlin), or (2-nu^2)/G as the papers print it",
+    )
+    rolling: Annotated[Effect | None, _SWITCH] = Field({}, description="resistance to rolling")
+    sliding: Annotated[Effect | None, _SWITCH] = Field({}, description="resistance to sliding")
+    twisting: Annotated[Effect | None, _SWITCH] = Field({}, description="resistance to twisting")
+    damping: Annotated[Damping, Field(discriminator="model"), _DampingWord()] = Field(
+        {"model": "viscous"}, description="damping of the normal motion of a contact"
+    )
+
+    @field_validator("damping", mode="before")
+    @classmethod
+    def _word(cls, value: Any) -> Any:
+        if value is None or value is False or value == "off":
+            return {"model": "none"}
+        if isinstance(value, str) and value in _MODELS:
+            return {"model": value}
+        if not isinstance(value, (dict, Block)):
+            raise needed(
+                f"{', '.join(_MODELS)} or a block is needed, for example "
+                "{model: viscous, kappa: 1e-6 g/s}"
+            )
+        return value

@@ -1,0 +1,98 @@
+"""Reads a scene from a YAML file; the JSON Schema of such files."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from dusttaichi.errors import DustError
+from dusttaichi.scene import problems, yaml_text
+from dusttaichi.scene.scene import Scene
+
+DRAFT = "https://json-schema.org/draft/2020-12/schema"
+
+
+def load(path: str | Path) -> Scene:
+    """The scene of a YAML file, with `source` and `path` set.
+
+    Raises DustError: file missing, not readable, not YAML, or not a scene; for the last one line
+    a problem, with its path in the YAML, its value, what is allowed, and the line.
+    """
+    path = Path(path)
+    scene = from_yaml(_text(path), path.parent, title=str(path), check_files=True)
+    scene._path = path
+    return scene
+
+
+def from_yaml(
+    text: str,
+    folder: str | Path | None = None,
+    *,
+    title: str = "the scene",
+    check_files: bool = False,
+) -> Scene:
+    """The scene of a YAML text; folder: what `sample.file` is relative to. Raises DustError."""
+    document = _document(text, title)
+    if document.problems:
+        found = [problems.line(p, t, None, document.lines) for p, t in document.problems]
+        raise DustError("\n  ".join([f"{title} cannot be used:", *found]))
+    scene = Scene.from_dict(
+        document.data, folder, lines=document.lines, title=title, check_files=check_files
+    )
+    scene._source = text
+    return scene
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise DustError(f"{path}: there is no such file.") from None
+    except IsADirectoryError:
+        raise DustError(f"{path} is a directory; a YAML file is needed.") from None
+    except PermissionError:
+        raise DustError(f"{path} cannot be read: permission denied.") from None
+    except UnicodeDecodeError:
+        raise DustError(f"{path} is not a text file in UTF-8; a YAML file is needed.") from None
+    except OSError as error:
+        raise DustError(f"{path} cannot be read: {error.strerror or error}.") from None
+
+
+def _document(text: str, title: str) -> yaml_text.Document:
+    try:
+        document = yaml_text.read(text)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        where = f" (line {mark.line + 1}, column {mark.column + 1})" if mark else ""
+        raise DustError(f"{title} is not valid YAML: {error.problem}{where}.") from None
+    except (yaml.YAMLError, RecursionError) as error:
+        raise DustError(f"{title} is not valid YAML: {str(error).splitlines()[0]}.") from None
+    if document.data is None:
+        raise DustError(f"{title} is empty; {_BLOCKS}.")
+    if not isinstance(document.data, dict):
+        raise DustError(f"{title} does not hold a scene; {_BLOCKS}.")
+    return document
+
+
+_BLOCKS = "the keys name, material, sample, boundary and stop are needed"
+
+
+def json_schema() -> dict[str, Any]:
+    """JSON Schema (draft 2020-12) of the YAML file, shorthands allowed, for editors."""
+    schema = _without_titles(Scene.model_json_schema())
+    title = {"$schema": DRAFT, "title": "dusttaichi scene"}
+    return {**title, **schema, "description": "One run of dusttaichi."}
+
+
+def schema_text() -> str:
+    """The JSON Schema as the file configs/scene.schema.json holds it."""
+    return json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
+
+
+def _without_titles(node: Any) -> Any:
+    """pydantic titles each field with its own name, which only repeats it in an editor."""
+    if isinstance(node, dict):
+        kept = {k: v for k, v in node.items() if not (k == "title" and isinstance(v, str))}
+        return {key: _without_titles(value) for key, value in kept.items()}
+    return [_without_titles(item) for item in node] if isinstance(node, list) else node

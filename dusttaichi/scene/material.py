@@ -1,0 +1,107 @@
+"""What the grains are made of."""
+
+from typing import Annotated, Any, ClassVar
+
+from pydantic import Field, model_validator
+
+from dusttaichi.scene.fields import Block, Number, needed, problems
+from dusttaichi.units import Quantity
+
+NAMED = {
+    # Seizinger et al. 2012, Table 1.
+    "silicate_s12": {
+        "radius": "0.6 um",
+        "density": "2.65 g/cm^3",
+        "surface_energy": "20 mJ/m^2",
+        "young_modulus": "54 GPa",
+        "poisson_ratio": 0.17,
+        "critical_rolling": "2 nm",
+    },
+    # Paszun & Dominik 2008, Table 1: E* = 27.8 GPa is that of E = 54 GPa and nu = 0.17.
+    "silica_pd08": {
+        "radius": "0.6 um",
+        "density": "2.65 g/cm^3",
+        "surface_energy": "25 mJ/m^2",
+        "young_modulus": "54 GPa",
+        "poisson_ratio": 0.17,
+        "critical_rolling": "2 nm",
+    },
+    # Tatsuuma et al. 2019, Table 1.
+    "ice_t19": {
+        "radius": "0.1 um",
+        "density": "1 g/cm^3",
+        "surface_energy": "100 mJ/m^2",
+        "young_modulus": "7 GPa",
+        "poisson_ratio": 0.25,
+        "critical_rolling": "0.8 nm",
+    },
+}
+
+
+def _named(name: Any) -> dict[str, Any]:
+    if not isinstance(name, str) or name not in NAMED:
+        raise needed(
+            f"{', '.join(NAMED)} or a block is needed, for example "
+            "{base: silicate_s12, surface_energy: 25 mJ/m^2}"
+        )
+    return NAMED[name]
+
+
+class Material(Block):
+    """Written as a name, as a name with some numbers changed (`base`), or as six numbers."""
+
+    extra_keys: ClassVar[tuple[str, ...]] = ("base",)
+
+    name: str = Field("custom", description="name of the material in results and figures")
+    radius: Annotated[float, Quantity("length", gt=0, le=1e-3)] = Field(
+        description="radius of a grain"
+    )
+    density: Annotated[float, Quantity("density", gt=0, le=3e4, example="2.65 g/cm^3")] = Field(
+        description="density of the solid"
+    )
+    surface_energy: Annotated[float, Quantity("surface energy", gt=0, le=10)] = Field(
+        description="surface energy of one surface"
+    )
+    young_modulus: Annotated[float, Quantity("pressure", gt=0, le=1e13, example="54 GPa")] = Field(
+        description="Young's modulus"
+    )
+    poisson_ratio: Annotated[float, Number(ge=0, lt=0.5)] = Field(description="Poisson's ratio")
+    critical_rolling: Annotated[float, Quantity("length", gt=0, example="2 nm")] = Field(
+        description="rolling displacement past which rolling costs energy (xi_crit)"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _expand(cls, data: Any) -> Any:
+        if isinstance(data, str):
+            return {"name": data, **_named(data)}
+        if not isinstance(data, dict):
+            return data if isinstance(data, Material) else _named(data)
+        if "base" not in data:
+            return data
+        base = data["base"]
+        changed = {key: value for key, value in data.items() if key != "base"}
+        name = base if not changed else f"{base}, changed"
+        if not isinstance(base, str) or base not in NAMED:
+            raise problems([("base", f"one of {', '.join(NAMED)} is needed")])
+        return {"name": name, **NAMED[base], **changed}
+
+    @model_validator(mode="after")
+    def _check(self) -> "Material":
+        if self.critical_rolling >= self.radius:
+            raise problems([("critical_rolling", "it must be smaller than the radius of a grain")])
+        return self
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema, handler):
+        block = handler.resolve_ref_schema(handler(schema))
+        numbers = block["properties"]
+        base = {"enum": list(NAMED), "description": "the named material to start from"}
+        return {
+            "description": cls.__doc__,
+            "anyOf": [
+                {"enum": list(NAMED)},
+                {**block, "properties": {"base": base, **numbers}, "required": ["base"]},
+                block,
+            ],
+        }

@@ -1,0 +1,192 @@
+"""Turns pydantic's errors into lines that name path, value, what is allowed, and the line."""
+
+import difflib
+import json
+import re
+import typing
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+Path = tuple[str | int, ...]
+_FORM = {
+    "tuple_type": "a list is needed",
+    "string_type": "a text is needed",
+    "path_type": "a path is needed",
+    "bool_type": "true or false is needed",
+    "bool_parsing": "true or false is needed",
+}
+
+
+def describe(
+    root: type[BaseModel], error: ValidationError, data: Any, lines: Mapping[Path, int]
+) -> list[str]:
+    """One line for each problem, in the order of the file."""
+    found = []
+    for item in error.errors(include_url=False):
+        path = _path(item["loc"], data, item["type"] == "missing")
+        if item["type"] == "problems":
+            for below, text in item["ctx"]["found"]:
+                keys = tuple(below.split(".")) if below else ()
+                found.append(((*path, *keys), text))
+        else:
+            if item["type"] == "union_tag_invalid":
+                path = (*path, item["ctx"]["discriminator"].strip("'"))
+            found.append((path, _text(root, item)))
+    found.sort(key=lambda entry: _line(entry[0], lines) or 0)
+    return [line(path, text, data, lines) for path, text in found]
+
+
+def line(path: Path, text: str, data: Any, lines: Mapping[Path, int]) -> str:
+    """'boundary.wall_speed = "1 cm": a speed is needed, for example "1 cm/s"  (line 14)'."""
+    number = _line(path, lines)
+    where = f"  (line {number})" if number else ""
+    return f"{dotted(path)}{_value(path, data)}: {text}{where}"
+
+
+def dotted(path: Path) -> str:
+    """sample.positions[3]"""
+    text = ""
+    for key in path:
+        text += f"[{key}]" if isinstance(key, int) else f".{key}" if text else key
+    return text or "scene"
+
+
+def _line(path: Path, lines: Mapping[Path, int]) -> int | None:
+    """Line of the path, or of the nearest block around it."""
+    for length in range(len(path), 0, -1):
+        if path[:length] in lines:
+            return lines[path[:length]]
+    return None
+
+
+def _step(data: Any, key: str | int) -> tuple[bool, Any]:
+    if isinstance(data, Mapping) and key in data:
+        return True, data[key]
+    if isinstance(data, (list, tuple)) and isinstance(key, int) and key < len(data):
+        return True, data[key]
+    return False, None
+
+
+def _path(loc: Path, data: Any, missing: bool) -> Path:
+    """Path in the file. pydantic mixes in names of union members, which the data does not have."""
+    path: list[str | int] = []
+    for index, key in enumerate(loc):
+        present, below = _step(data, key)
+        if present:
+            path.append(key)
+            data = below
+        elif missing and index == len(loc) - 1:
+            path.append(key)
+    return tuple(path)
+
+
+def _value(path: Path, data: Any) -> str:
+    for key in path:
+        present, data = _step(data, key)
+        if not present:
+            return ""
+    if not path or isinstance(data, Mapping):
+        return ""
+    text = json.dumps(data, ensure_ascii=False, default=str)
+    return f" = {text if len(text) <= 70 else text[:67] + '...'}"
+
+
+def _text(root: type[BaseModel], item: dict) -> str:
+    kind, ctx = item["type"], item.get("ctx", {})
+    if kind == "missing":
+        return f"it is missing{_hint(root, item['loc'])}"
+    if kind == "extra_forbidden":
+        return _unknown(root, item["loc"])
+    if kind == "literal_error":
+        return f"{_either(ctx['expected'])} is needed"
+    if kind == "union_tag_invalid":
+        return f"{_either(ctx['expected_tags'])} is needed"
+    if kind == "union_tag_not_found":
+        key = ctx["discriminator"].strip("'")
+        blocks = _blocks(root, item["loc"])
+        tags = [repr(typing.get_args(b.model_fields[key].annotation)[0]) for b in blocks]
+        return f"{key} is missing, {_either(', '.join(tags))} is needed"
+    if kind in ("model_type", "model_attributes_type"):
+        keys = [name for block in _blocks(root, item["loc"]) for name in block.model_fields]
+        return f"a block is needed, with keys from {', '.join(dict.fromkeys(keys))}"
+    return _FORM.get(kind, item["msg"])
+
+
+def _either(expected: str) -> str:
+    """'a', 'b' -> "a" or "b", with the quotes of the other texts."""
+    words = re.findall(r"'([^']*)'", expected)
+    quoted = [f'"{word}"' for word in words]
+    return " or ".join([", ".join(quoted[:-1]), quoted[-1]] if len(quoted) > 1 else quoted)
+
+
+def _members(annotation: Any) -> list[type[BaseModel]]:
+    """All blocks that may stand behind an annotation."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [block for part in typing.get_args(annotation) for block in _members(part)]
+
+
+def _blocks(root: type[BaseModel], loc: Path) -> list[type[BaseModel]]:
+    """The blocks that may stand at a location; a union member's name in it selects that one."""
+    blocks = [root]
+    for key in loc:
+        below = [
+            member
+            for block in blocks
+            if key in block.model_fields
+            for member in _members(block.model_fields[key].annotation)
+        ]
+        named = [block for block in blocks if key in _tags(block)]
+        if below:
+            blocks = below
+        elif named:
+            blocks = named
+    return blocks
+
+
+def _tags(block: type[BaseModel]) -> set[str]:
+    fields = [block.model_fields[name] for name in ("kind", "model") if name in block.model_fields]
+    return {tag for item in fields for tag in typing.get_args(item.annotation)}
+
+
+def _hint(root: type[BaseModel], loc: Path) -> str:
+    """What a missing key needs."""
+    for block in _blocks(root, loc[:-1]):
+        item = block.model_fields.get(str(loc[-1]))
+        if item is None:
+            continue
+        for mark in item.metadata:
+            if hasattr(mark, "needed"):
+                return f"; {mark.needed}"
+        if item.description:
+            return f" ({item.description})"
+    return ""
+
+
+def _unknown(root: type[BaseModel], loc: Path) -> str:
+    key = str(loc[-1])
+    known = [
+        name
+        for block in _blocks(root, loc[:-1])
+        for name in (*block.extra_keys, *block.model_fields)
+    ]
+    close = difflib.get_close_matches(key, known, 1)
+    if close:
+        guess = f'did you mean "{close[0]}"? '
+    else:
+        homes = _homes(root, key)
+        guess = f"did you mean {homes[0]}? " if homes else ""
+    return f"unknown key; {guess}allowed: {', '.join(dict.fromkeys(known))}"
+
+
+def _homes(block: type[BaseModel], key: str, path: Path = ()) -> list[str]:
+    """Where in the whole scene there is a key of that name."""
+    found = []
+    for name, item in block.model_fields.items():
+        if name == key and path:
+            found.append(dotted((*path, name)))
+        for member in _members(item.annotation):
+            found += _homes(member, key, (*path, name))
+    return found

@@ -1,0 +1,195 @@
+"""A whole scene: one block of the YAML file each, checked together, frozen."""
+
+import copy
+import re
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import (
+    Field,
+    PrivateAttr,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+
+from dusttaichi.errors import DustError
+from dusttaichi.scene import checks, problems
+from dusttaichi.scene.boundary import Boundary, compresses
+from dusttaichi.scene.fields import Block, needed
+from dusttaichi.scene.fields import problems as several
+from dusttaichi.scene.interaction import Interaction
+from dusttaichi.scene.material import Material
+from dusttaichi.scene.numerics import Numerics
+from dusttaichi.scene.output import Output, default_intervals
+from dusttaichi.scene.sample import Sample
+from dusttaichi.scene.stop import Stop
+
+_NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$"
+
+
+class Scene(Block):
+    """Everything that defines a run; all quantities are SI floats.
+
+    source: the text of the YAML file as read ("" without one). path: that file, or None.
+    """
+
+    name: str = Field(
+        description="name of the run and of its directory",
+        json_schema_extra={"pattern": _NAME},
+    )
+    material: Material = Field(description="what the grains are made of")
+    interaction: Interaction = Field(
+        default_factory=Interaction, description="how grains act on each other"
+    )
+    sample: Sample = Field(description="where the grains are at the start")
+    boundary: Boundary = Field(description="what surrounds the grains")
+    stop: Stop = Field(description="when the run ends")
+    numerics: Numerics = Field(
+        default_factory=Numerics, description="time step, precision, threads"
+    )
+    output: Output = Field({}, description="what is written, how often and where")
+
+    _source: str = PrivateAttr("")
+    _path: Path | None = PrivateAttr(None)
+    _folder: Path | None = PrivateAttr(None)
+    _given: dict[str, Any] | None = PrivateAttr(None)
+
+    @field_validator("name", mode="before")
+    @classmethod
+    def _file_safe(cls, value: Any) -> str:
+        if not isinstance(value, str) or not re.fullmatch(_NAME, value):
+            raise needed(
+                "a text of at most 100 letters, digits, '.', '_' and '-' is needed, "
+                'for example "omni_static"'
+            )
+        return value
+
+    @field_validator("output", mode="before")
+    @classmethod
+    def _fill_output(cls, value: Any, info: ValidationInfo) -> Any:
+        if not isinstance(value, dict) or not {"name", "boundary"} <= info.data.keys():
+            return value
+        intervals = default_intervals(compresses(info.data["boundary"]))
+        return {"directory": f"runs/{info.data['name']}", **intervals, **value}
+
+    @model_validator(mode="after")
+    def _check(self) -> "Scene":
+        found = checks.check(self)
+        if found:
+            raise several(found)
+        return self
+
+    def __eq__(self, other: object) -> bool:
+        # Two files that say the same are the same scene; pydantic would compare their texts too.
+        if not isinstance(other, Scene):
+            return NotImplemented
+        return all(getattr(self, key) == getattr(other, key) for key in type(self).model_fields)
+
+    def __hash__(self) -> int:
+        return hash(tuple(getattr(self, key) for key in type(self).model_fields))
+
+    @property
+    def source(self) -> str:
+        return self._source
+
+    @property
+    def path(self) -> Path | None:
+        return self._path
+
+    @classmethod
+    def from_dict(
+        cls,
+        data: dict[str, Any],
+        folder: str | Path | None = None,
+        *,
+        lines: dict | None = None,
+        title: str = "the scene",
+        check_files: bool = False,
+    ) -> "Scene":
+        """Scene from plain data as a YAML file has it.
+
+        folder: what `sample.file` is relative to (default: the current directory).
+        lines: path -> line number, for errors. check_files: refuse a `sample.file` that is not
+        there. Raises DustError with one line for each problem.
+        """
+        context = {"folder": folder, "check_files": check_files}
+        try:
+            scene = cls.model_validate(data, context=context)
+        except ValidationError as error:
+            found = problems.describe(cls, error, data, lines or {})
+            raise DustError("\n  ".join([f"{title} cannot be used:", *found])) from None
+        scene._given = copy.deepcopy(data)
+        scene._folder = Path(folder) if folder is not None else None
+        return scene
+
+    def with_value(self, path: str, value: Any) -> "Scene":
+        """A new scene with one value changed, written as in the YAML.
+
+        path: keys joined by dots, such as "boundary.wall_speed" or "boundary.size.0".
+        Defaults that depend on other values follow the change. Raises DustError.
+        """
+        data = copy.deepcopy(self._given)
+        if data is None:
+            data = self._plain()
+        _set(data, path.split("."), value, path)
+        scene = type(self).from_dict(data, self._folder, title=f"the scene with {path} = {value!r}")
+        scene._path = self._path
+        return scene
+
+    def _plain(self) -> dict[str, Any]:
+        return _without_none(self.model_dump(mode="json"))
+
+    def to_yaml(self) -> str:
+        """The resolved scene, every default written out; loads again to an equal scene."""
+        return yaml.dump(
+            self._plain(), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=1000
+        )
+
+
+class _Dumper(yaml.SafeDumper):
+    """One line for a list of plain values, one line a key for everything else."""
+
+    def represent_list(self, data: list) -> yaml.Node:
+        flow = not any(isinstance(item, (list, dict)) for item in data)
+        return self.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=flow)
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+_Dumper.add_representer(list, _Dumper.represent_list)
+
+
+def _without_none(data: Any) -> Any:
+    if isinstance(data, dict):
+        return {key: _without_none(item) for key, item in data.items() if item is not None}
+    return data
+
+
+# Shorthands that become blocks when a value inside them is set.
+_BLOCK_KEY = {"material": "base", "damping": "model"}
+
+
+def _set(data: dict[str, Any], keys: list[str], value: Any, path: str) -> None:
+    here: Any = data
+    for depth, key in enumerate(keys):
+        last = depth == len(keys) - 1
+        if isinstance(here, list):
+            if not key.isdigit() or int(key) >= len(here):
+                raise DustError(f"{path}: a number from 0 to {len(here) - 1} is needed, not {key}")
+            key = int(key)
+        elif not isinstance(here, dict):
+            above = ".".join(keys[:depth])
+            raise DustError(f"{path}: {above} = {here!r} has no keys below it")
+        if last:
+            here[key] = value
+            return
+        below = here.get(key) if isinstance(here, dict) else here[key]
+        if isinstance(below, str) and key in _BLOCK_KEY:
+            here[key] = {_BLOCK_KEY[key]: below}
+        elif below in (None, "on", "off") or isinstance(below, bool):
+            here[key] = {}
+        here = here[key]

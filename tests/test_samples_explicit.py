@@ -1,0 +1,282 @@
+"""Grains given one by one: lists, CSV, NetCDF, another run's last frame, and what is refused."""
+
+from types import SimpleNamespace
+
+import netCDF4
+import numpy as np
+import pytest
+
+from dusttaichi.errors import DustError
+from dusttaichi.samples import explicit, make
+from dusttaichi.scene import Scene
+
+R = 0.6e-6
+
+N = 5
+RNG = np.random.default_rng(8)
+STATE = {
+    "position": np.arange(N)[:, None] * [2 * R, 0.1 * R, 0.0] + RNG.random((N, 3)) * 0.01 * R,
+    "velocity": RNG.normal(size=(N, 3)),
+    "spin": RNG.normal(size=(N, 3)) * 1e5,
+}
+NAMES = {"position": "xyz", "velocity": ("vx", "vy", "vz"), "spin": ("wx", "wy", "wz")}
+UNITS = {"position": "m", "velocity": "m/s", "spin": "rad/s"}
+
+
+def explicit_spec(file=None, positions=None, velocities=None, spins=None, units=1.0):
+    return SimpleNamespace(
+        kind="explicit", file=file, positions=positions, velocities=velocities, spins=spins,
+        units=units,
+    )
+
+
+def load(**spec):
+    return explicit.make(explicit_spec(**spec), R)
+
+
+def assert_state(sample, rtol=0.0):
+    for values, name in zip(
+        (sample.positions, sample.velocities, sample.spins), STATE, strict=True
+    ):
+        assert values.dtype == np.float64
+        np.testing.assert_allclose(values, STATE[name], rtol=rtol, atol=0)
+
+
+def write_result(path, frames=2, contacts=True, counts=(1, 2)):
+    """The layout of our own results; the last frame is STATE."""
+    with netCDF4.Dataset(path, "w") as data:
+        group = data.createGroup("snapshots")
+        for name, length in (("snapshot", None), ("grain", N), ("xyz", 3)):
+            group.createDimension(name, length)
+        for name, values in STATE.items():
+            variable = group.createVariable(name, "f8", ("snapshot", "grain", "xyz"))
+            variable.units = UNITS[name]
+            for frame in range(frames):
+                variable[frame] = values if frame == frames - 1 else values + 1.0
+        if contacts:
+            group.createVariable("contact_count", "i8", ("snapshot",))[:] = counts
+            group = data.createGroup("contacts")
+            group.createDimension("contact", None)
+            group.createDimension("xyz", 3)
+            total = sum(counts)
+            for name in ("grain_i", "grain_j"):
+                group.createVariable(name, "i4", ("contact",))[:] = (
+                    np.arange(total) % (N - 1) + (name == "grain_j")
+                )
+            for name in ("pointer_i", "pointer_j"):
+                group.createVariable(name, "f8", ("contact", "xyz"))[:] = (
+                    np.arange(3 * total).reshape(total, 3)
+                )
+            for name in ("twist", "approach"):
+                group.createVariable(name, "f8", ("contact",))[:] = np.arange(total) + 0.5
+    return path
+
+
+def write_csv(path, header, rows):
+    path.write_text("\n".join([header, *(",".join(map(str, row)) for row in rows)]) + "\n")
+    return path
+
+
+def test_positions_from_the_yaml():
+    assert_state(load(positions=STATE["position"].tolist(), velocities=STATE["velocity"].tolist(),
+                      spins=STATE["spin"].tolist()))
+    still = load(positions=STATE["position"])
+    assert not still.velocities.any() and not still.spins.any() and still.contacts is None
+    assert len(load(positions=[[0.0, 0.0, 0.0]])) == 1
+
+
+def test_csv(tmp_path):
+    columns = np.hstack(list(STATE.values())).tolist()
+    names = [name for parts in NAMES.values() for name in parts]
+    assert_state(load(file=write_csv(tmp_path / "a.csv", ",".join(names), columns)))
+    reordered = [row[::-1] for row in columns]
+    file = write_csv(tmp_path / "b.csv", "# grains\n" + " , ".join(names[::-1]), reordered)
+    assert_state(load(file=file))
+    only = write_csv(tmp_path / "c.csv", "x,y,z", STATE["position"].tolist())
+    assert np.array_equal(load(file=only).positions, STATE["position"])
+
+
+def test_csv_with_units(tmp_path):
+    micro = np.hstack([STATE["position"] * 1e6, STATE["velocity"] * 100]).tolist()
+    heading = write_csv(
+        tmp_path / "a.csv", "x [um],y [um],z [um],vx [cm/s],vy [cm/s],vz [cm/s]", micro
+    )
+    option = write_csv(
+        tmp_path / "b.csv", "x,y,z,vx [cm/s],vy [cm/s],vz [cm/s]", micro
+    )
+    for sample in (load(file=heading), load(file=option, units=1e-6)):
+        # Two products of rounded numbers.
+        np.testing.assert_allclose(sample.positions, STATE["position"], rtol=1e-15)
+        np.testing.assert_allclose(sample.velocities, STATE["velocity"], rtol=1e-15)
+
+
+def test_last_snapshot_of_another_run(tmp_path):
+    file = write_result(tmp_path / "result.nc")
+    for source in (file, tmp_path):
+        sample = load(file=source)
+        assert_state(sample)
+        contacts = sample.contacts
+        assert contacts["i"].tolist() == [1, 2] and contacts["j"].tolist() == [2, 3]
+        assert contacts["pointer_i"].tolist() == [[3, 4, 5], [6, 7, 8]]
+        assert contacts["pointer_j"].shape == (2, 3)
+        assert contacts["twist"].tolist() == contacts["approach"].tolist() == [1.5, 2.5]
+    assert load(file=write_result(tmp_path / "bare.nc", contacts=False)).contacts is None
+    empty = load(file=write_result(tmp_path / "none.nc", counts=(2, 0))).contacts
+    assert empty["i"].shape == (0,) and empty["pointer_i"].shape == (0, 3)
+
+
+def test_generic_netcdf(tmp_path):
+    with netCDF4.Dataset(tmp_path / "a.nc", "w", format="NETCDF3_CLASSIC") as data:
+        data.createDimension("n", N)
+        for quantity, factor, unit in (
+            ("position", 1e6, "um"), ("velocity", 1.0, "m s-1"), ("spin", 1.0, "rad/s")
+        ):
+            for k, name in enumerate(NAMES[quantity]):
+                variable = data.createVariable(name, "f8", ("n",))
+                variable.units = unit
+                variable[:] = STATE[quantity][:, k] * factor
+    assert_state(load(file=tmp_path / "a.nc"), rtol=1e-15)  # metres to micrometres and back
+    with netCDF4.Dataset(tmp_path / "b.nc", "w") as data:
+        data.createDimension("n", N)
+        data.createDimension("three", 3)
+        data.createVariable("position", "f8", ("n", "three"))[:] = STATE["position"]
+    assert np.array_equal(load(file=tmp_path / "b.nc").positions, STATE["position"])
+
+
+CSV_ERRORS = [
+    ("x,y\n0,0\n", "header lacks z"),
+    ("x,y,z,vx\n0,0,0,0\n", "header lacks vy, vz"),
+    ("x,y,z,mass\n0,0,0,0\n", "column 'mass'"),
+    ("x,y,x\n0,0,0\n", "column 'x'"),
+    ("0,0,0\n1,1,1\n", "column '0'"),
+    ("x [kg],y,z\n0,0,0\n", "column x = '1 kg': a length is needed"),
+    ("x,y,z\n0,0,0\n\n1,1\n", "line 4 has 2 columns; allowed: 3"),
+    ("x,y,z\n0,0,nought\n", "line 2: .*'nought'; allowed: plain numbers"),
+    ("x,y,z\n0,0,0\n0,nan,0\n", "position of grain 1 .* allowed: finite"),
+    ("x,y,z,wx,wy,wz\n0,0,0,0,inf,0\n", "spin of grain 0 .* allowed: finite"),
+    ("x,y,z\n", "no grains"),
+    ("", "the file is empty"),
+    ("x,y,z\n0,0,0\n9,9,9\n0,0,1e-6\n", r"grains 0 and 2 .* are 1 um apart, 0.833 diameters"),
+    ("x,y,z\n0,0,0\n0,0,0\n", r"grains 0 and 1 .* are 0 um apart"),
+]
+
+
+@pytest.mark.parametrize("text, message", CSV_ERRORS)
+def test_bad_csv_is_refused(tmp_path, text, message):
+    file = tmp_path / "grains.csv"
+    file.write_text(text)
+    with pytest.raises(DustError, match=r"sample\.file = '.*grains\.csv'.*" + message):
+        load(file=file)
+
+
+@pytest.mark.parametrize("name", ["absent.csv", "absent.nc", ""])
+def test_missing_file_is_refused(tmp_path, name):
+    with pytest.raises(DustError, match=r"sample\.file = .*there is no .*allowed"):
+        load(file=tmp_path / name)
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe\x00x", b"\x89HDF\r\n\x1a\n" + b"\0" * 50])
+def test_unreadable_file_is_refused(tmp_path, content):
+    (tmp_path / "a.nc").write_bytes(content)
+    with pytest.raises(DustError, match=r"sample\.file = .*it cannot be read as"):
+        load(file=tmp_path / "a.nc")
+
+
+def generic(path, **variables):
+    with netCDF4.Dataset(path, "w") as data:
+        for name, (values, unit) in variables.items():
+            values = np.asarray(values, dtype=float)
+            dims = []
+            for axis, length in enumerate(values.shape):
+                dims.append(f"{name}_{axis}")
+                data.createDimension(dims[-1], length)
+            variable = data.createVariable(name, "f8", dims)
+            variable[...] = values
+            if unit:
+                variable.units = unit
+    return path
+
+
+@pytest.mark.parametrize(
+    "variables, message",
+    [
+        ({"density": (np.zeros(3), None)}, "has the variables density; allowed: position"),
+        ({"x": ([0.0], "m"), "y": ([0.0], "m")}, "lacks the variable z"),
+        ({"x": ([0.0], "m"), "y": ([0.0], "m"), "z": ([0.0, 1.0], "m")}, "1, 1, 2 grains"),
+        ({"position": (np.zeros((1, 3)), "kg")}, "units of position = '1 kg': a length is needed"),
+        ({"position": (np.zeros(3), "m")}, r"position has the shape \(3,\)"),
+        ({"position": (np.zeros((2, 2)), "m")}, r"position has the shape \(2, 2\)"),
+        ({"position": (np.zeros((0, 4, 3)), "m")}, "no snapshot yet"),
+        (
+            {"position": ([[0, 0, 0]], "m"), "velocity": (np.zeros((2, 3)), None)},
+            r"velocity has the shape \(2, 3\); allowed: \(1, 3\)",
+        ),
+        ({"position": ([[0, 0, np.nan]], "m")}, "position of grain 0"),
+    ],
+)
+def test_bad_netcdf_is_refused(tmp_path, variables, message):
+    file = generic(tmp_path / "a.nc", **variables)
+    with pytest.raises(DustError, match=r"sample\.file = .*" + message):
+        load(file=file)
+
+
+@pytest.mark.parametrize(
+    "group, name, value, message",
+    [
+        ("contacts", "grain_j", 99, "contacts name grain 99; allowed: 0 to 4"),
+        ("contacts", "twist", np.nan, "contacts' twist has not-a-number"),
+        ("snapshots", "contact_count", 99, "it holds 3 contacts; allowed: 100"),
+    ],
+)
+def test_bad_contacts_are_refused(tmp_path, group, name, value, message):
+    file = write_result(tmp_path / "result.nc")
+    with netCDF4.Dataset(file, "a") as data:
+        data[group][name][-1] = value
+    with pytest.raises(DustError, match=message):
+        load(file=file)
+
+
+def test_incomplete_contacts_are_refused(tmp_path):
+    file = write_result(tmp_path / "result.nc")
+    with netCDF4.Dataset(file, "a") as data:
+        data["contacts"].renameVariable("twist", "turn")
+    with pytest.raises(DustError, match="contacts lack twist"):
+        load(file=file)
+
+
+@pytest.mark.parametrize(
+    "lists, message",
+    [
+        ({"positions": []}, "no grains"),
+        ({"positions": [[0, 0, 0], [0, 1]]}, r"position of grain 1 .* is \[0, 1\]; allowed: three"),
+        ({"positions": [[0, 0, float("nan")]]}, "position of grain 0"),
+        (
+            {"positions": [[0, 0, 0]], "spins": [[0, 0, 0], [0, 0, 0]]},
+            r"spin has the shape \(2, 3\); allowed: \(1, 3\)",
+        ),
+        ({"positions": [[0, 0, 0], [R, 0, 0]]}, "grains 0 and 1"),
+    ],
+)
+def test_bad_lists_are_refused(lists, message):
+    with pytest.raises(DustError, match=r"sample\.positions: .*" + message):
+        load(**lists)
+
+
+def scene(**sample):
+    return Scene.from_dict({
+        "name": "grains",
+        "material": "silicate_s12",
+        "sample": {"kind": "explicit", **sample},
+        "boundary": {"kind": "open"},
+        "stop": {"steps": 1},
+    })
+
+
+def test_make_explicit(tmp_path):
+    positions = [["0 um", "0 um", "0 um"], ["1.2 um", "0 um", "0 um"]]
+    sample = make(scene(positions=positions, velocities=[["1 cm/s"] * 3] * 2))
+    assert sample.positions.tolist() == [[0, 0, 0], [1.2e-6, 0, 0]]
+    assert (sample.velocities == 0.01).all()
+    file = write_csv(tmp_path / "a.csv", "x,y,z", [(0, 0, 0), (1.2, 0, 0)])
+    sample = make(scene(file=str(file), units="um"))
+    np.testing.assert_allclose(sample.positions, [[0, 0, 0], [1.2e-6, 0, 0]], rtol=1e-15)
