@@ -19,7 +19,6 @@ from dusttaichi.kernels.measure import (
     TWISTING,
 )
 from dusttaichi.kernels.search import CELLS_PER_GRAIN, Grid
-from dusttaichi.kernels.store import WALLS
 from dusttaichi.kernels.walls import Walls
 from dusttaichi.step import DONE, DUE, Motion
 
@@ -113,7 +112,7 @@ class Simulation:
         if layout.twist >= 0:
             state[p, layout.twist] = contacts["twist"][known]
         if layout.approach >= 0:
-            state[p, layout.approach] = contacts["approach"][known]
+            state[p, layout.approach] = -contacts["approach"][known]
         self._put_lanes("state", state)
 
     # -- steps -----------------------------------------------------------------------------------
@@ -308,4 +307,95 @@ class Simulation:
         self.fields[name].from_numpy(np.ascontiguousarray(a))
 
 
-assert len(WALLS) == 6
+    def grain_state(self):
+        """Positions [um], velocities [um/us], spins [rad/us] now, (N, 3), in the sample's order."""
+        n = self.grains
+        force, torque = self.loads()
+        half = 0.5 * self.dt
+        x = self.fields["x"].to_numpy()[:n]
+        v = self.fields["v"].to_numpy()[:n] + half / self.mass * force
+        w = self.fields["w"].to_numpy()[:n] + half / self.inertia * torque
+        out = np.empty((3, n, 3))
+        out[:, self.order] = x, v, w
+        return out
+
+    def contact_state(self):
+        """Contacts between grains now, a dict of arrays; grains by the sample's numbers."""
+        i, j = self._pair_arrays()
+        state = self._lanes("state")[: len(i)]
+        layout = self.layout
+        first, second = layout.pointer, layout.second
+        on = np.sum(state[:, first : first + 3] ** 2, axis=1) > 0.5
+        i, j, state = i[on], j[on], state[on]
+        x = self.fields["x"].to_numpy()
+        distance = np.linalg.norm(x[i] - x[j], axis=1)
+        return {
+            "grain_i": self.order[i],
+            "grain_j": self.order[j],
+            "pointer_i": state[:, first : first + 3],
+            "pointer_j": state[:, second : second + 3],
+            "overlap": 2.0 * self.radius - distance,
+        } | self._twist_and_approach(state)
+
+    def _twist_and_approach(self, state):
+        zero = np.zeros(len(state))
+        twist, approach = self.layout.twist, self.layout.approach
+        return {
+            "twist": state[:, twist] if twist >= 0 else zero,
+            # stored as speed of separation
+            "approach": -state[:, approach] if approach >= 0 else zero,
+        }
+
+    def wall_contact_state(self):
+        """Contacts with walls now, a dict of arrays; feet and overlaps in um."""
+        blocks = int(self.fields["counts"].to_numpy()[1])
+        W = self.layout.width
+        first = len(self.fields["pair_i"].to_numpy())
+        state = self._lanes("state")[first * W : (first + blocks) * W]
+        grain = self.fields["wall_grain"].to_numpy().reshape(-1)[: blocks * W]
+        wall = np.repeat(self.fields["wall_of"].to_numpy()[:blocks], W)
+        p, f = self.layout.pointer, self.layout.second
+        on = np.sum(state[:, p : p + 3] ** 2, axis=1) > 0.5
+        grain, wall, state = grain[on], wall[on], state[on]
+        x = self.fields["x"].to_numpy()[grain]
+        offset = self.box.offset + self.box.speed * self.time
+        distance = np.sum(x * self.box.normal[wall], axis=1) - offset[wall]
+        return {
+            "grain": self.order[grain],
+            "wall": wall,
+            "pointer": state[:, p : p + 3],
+            "foot": state[:, f : f + 3],
+            "overlap": self.radius - distance,
+        } | self._twist_and_approach(state)
+
+    def wall_distances(self):
+        """Distance of every centre from every wall [um], (N, 6), in the sample's order."""
+        x = self.fields["x"].to_numpy()[: self.grains]
+        offset = self.box.offset + self.box.speed * self.time
+        out = np.empty((self.grains, 6))
+        out[self.order] = x @ self.box.normal.T - offset
+        return out
+
+    # -- checkpoint ------------------------------------------------------------------------------
+
+    def arrays(self):
+        """All state, for a checkpoint: what `kernels.store.declare` lists."""
+        return {name: field.to_numpy() for name, field in self.fields.items()}
+
+    def numbers(self):
+        """The plain numbers that belong to `arrays`."""
+        return {
+            "step": self.step,
+            "searched_at": self.searched_at,
+            "searches": self.searches,
+            "first_wall_force": self.first_wall_force.tolist(),
+        }
+
+    def restore(self, arrays, numbers):
+        """Go back to a checkpoint of the same scene and sample."""
+        for name, field in self.fields.items():
+            field.from_numpy(arrays[name])
+        self.step = numbers["step"]
+        self.searched_at = numbers["searched_at"]
+        self.searches = numbers["searches"]
+        self.first_wall_force = np.array(numbers["first_wall_force"])

@@ -11,7 +11,7 @@ import taichi as ti
 from dusttaichi.kernels.contacts import make_pair_pass
 from dusttaichi.kernels.grains import make_grain_pass
 from dusttaichi.kernels.params import ContactParams
-from dusttaichi.kernels.store import TILE_BLOCKS, WALLS, capacity
+from dusttaichi.kernels.store import TILE_BLOCKS, capacity
 from dusttaichi.kernels.walls import Walls, make_wall_pass
 from dusttaichi.kernels.workers import STRIDE, barrier, muster
 
@@ -111,5 +111,3 @@ def make_phases(fields, layout, effects, grains, walls):
 
     return move_grains, pass_pairs, pass_walls
 
-
-assert len(WALLS) == 6

@@ -1,0 +1,61 @@
+"""Guards: stop a run whose numbers can no longer be trusted, with what, which grain, when, why."""
+
+import numpy as np
+
+from dusttaichi.errors import GuardStop
+from dusttaichi.record import ledger, total_energy
+from dusttaichi.results import WALLS
+
+LARGEST_OVERLAP = 0.1  # of the radius: JKR is a law for small strains
+LARGEST_RESIDUAL = 0.05  # of the energy that has gone through the system
+
+
+def check(sim, m, start):
+    """Raise GuardStop if the measurement `m` shows a run that has gone wrong."""
+    when = f"At {sim.time:.6g} us (step {sim.step})"
+    if not np.isfinite(total_energy(m)):
+        raise GuardStop(
+            f"{when} the energy is not a number{_culprit(sim)}: the step is too long for what "
+            "happens. Try a smaller numerics.time_step or a lower speed."
+        )
+    if m["largest_overlap"] > LARGEST_OVERLAP * sim.radius:
+        raise GuardStop(
+            f"{when} a contact{_deepest(sim)} overlaps by {m['largest_overlap'] * 1e3:.4g} nm, "
+            f"more than {LARGEST_OVERLAP:g} of the radius: adhesive elastic contacts mean nothing "
+            "there. Try a lower wall speed, an earlier stop, or a smaller numerics.time_step."
+        )
+    _inside(sim, when)
+    residual, relative = ledger(m, start)
+    if abs(relative) > LARGEST_RESIDUAL:
+        raise GuardStop(
+            f"{when} the energy ledger is open by {abs(relative):.1%} of the energy that has gone "
+            "through the system: the step does not resolve the motion. Try a smaller "
+            "numerics.time_step."
+        )
+
+
+def _culprit(sim):
+    x, v, _ = sim.grain_state()
+    bad = np.flatnonzero(~np.isfinite(x).all(axis=1) | ~np.isfinite(v).all(axis=1))
+    return f" (grain {bad[0]} first of {len(bad)})" if len(bad) else ""
+
+
+def _deepest(sim):
+    pairs = sim.contact_state()
+    if len(pairs["overlap"]) == 0:
+        return " with a wall"
+    k = int(np.argmax(pairs["overlap"]))
+    return f" (grains {pairs['grain_i'][k]} and {pairs['grain_j'][k]} the deepest)"
+
+
+def _inside(sim, when):
+    if sim.box is None:
+        return
+    distance = sim.wall_distances()
+    distance[:, sim.box.present == 0] = np.inf
+    worst = np.unravel_index(np.argmin(distance), distance.shape)
+    if distance[worst] < 0.0:
+        raise GuardStop(
+            f"{when} the centre of grain {worst[0]} has gone through the wall {WALLS[worst[1]]}. "
+            "Try a lower speed or a smaller numerics.time_step."
+        )

@@ -1,0 +1,271 @@
+"""What a user is told whose YAML file says something that it may not."""
+
+from pathlib import Path
+
+import pytest
+from scene_text import BASE, LINE, OPEN, POSITIONS, edited, scene
+
+from dusttaichi.errors import DustError
+from dusttaichi.scene import NAMED, from_yaml, load
+
+# What is refused: the block's line in BASE, and the parts that the message must have.
+
+REFUSED = [
+    ("name: a/b", ['name = "a/b"', "letters, digits"]),
+    ("name: 12", ["name = 12", "a text"]),
+    ("name: cake\nmaterials: x", ["materials", "unknown key", 'did you mean "material"?']),
+    ("name: cake\nname: pie", ["name", "given twice, in lines 1 and 2"]),
+    ("material: quartz", ['material = "quartz"', *NAMED]),
+    ("material: {base: quartz}", ['material.base = "quartz"', *NAMED]),
+    ("material: 5", ["material = 5", *NAMED]),
+    ("material: {radius: 1 um}", ["material.density", "it is missing", '"2.65 g/cm^3"']),
+    ("material: {base: ice_t19, radius: 0 m}", ['material.radius = "0 m"', "above 0", '"0.6 um"']),
+    ("material: {base: ice_t19, radius: 1 m}", ["material.radius", "at most 1 mm"]),
+    ("material: {base: ice_t19, radius: 1e-7}", ["material.radius = 1e-07", "it has no unit"]),
+    ("material: {base: ice_t19, poisson_ratio: 0.5}", ["poisson_ratio = 0.5", "below 0.5"]),
+    ("material: {base: ice_t19, poisson_ratio: .nan}", ["poisson_ratio = NaN", "a number"]),
+    ("material: {base: ice_t19, critical_rolling: 1 um}", ["critical_rolling", "smaller than"]),
+    ("material: {base: ice_t19, gamma: 1 J/m^2}", ["material.gamma", "allowed: base, name"]),
+    ("interaction: {rolling: 8}", ["interaction.rolling = 8", "on, off or a block", "{modifier:"]),
+    ("interaction: {rolling: {modifier: 0}}", ["interaction.rolling.modifier = 0", "above 0"]),
+    ("interaction: {rolling: {modifier: true}}", ["modifier = true", "a number above 0"]),
+    ("interaction: {rolling: {modifier: x}}", ['modifier = "x"', "a number above 0"]),
+    ("interaction: {rolling: {m: 1}}", ["interaction.rolling.m = 1", "unknown", "modifier"]),
+    ("interaction: {damping: strong}", ['damping = "strong"', "none, viscous, scaled", "{model:"]),
+    ("interaction: {damping: on}", ["interaction.damping", "none, viscous, scaled"]),
+    ("interaction: {damping: {model: x}}", ['damping.model = "x"', '"viscous", "scaled" or']),
+    ("interaction: {damping: {kappa: 1 g/s}}", ["interaction.damping", "model is missing"]),
+    (
+        "interaction: {damping: {model: viscous, kapa: 1 g/s}}",
+        ["interaction.damping.kapa", 'did you mean "kappa"? allowed: model, kappa'],
+    ),
+    ("interaction: {damping: {model: viscous, kappa: 1 m/s}}", ["kappa", '"1e-6 g/s"']),
+    ("interaction: {shear_modulus: x}", ["shear_modulus", '"mindlin" or "printed" is needed']),
+    ("interaction:", ["interaction", "nothing is written here"]),
+    ("sample: {kind: bam}", ['sample.kind = "bam"', '"explicit" or "rbd" is needed']),
+    ("sample: {grains: 5}", ["sample", "kind is missing", '"explicit" or "rbd"']),
+    ("sample: [1]", ["sample = [1]", "a block is needed"]),
+    ("sample: {kind: rbd}", ["sample", "exactly one of grains and size"]),
+    ("sample: {kind: rbd, grains: 0}", ["sample.grains = 0", "a whole number of at least 1"]),
+    ("sample: {kind: rbd, grains: 1.5}", ["sample.grains = 1.5", "a whole number"]),
+    ("sample: {kind: rbd, grains: .inf}", ["sample.grains = Infinity", "a whole number"]),
+    ("sample: {kind: rbd, grains: 9, seed: -1}", ["sample.seed = -1", "at least 0"]),
+    ("sample: {kind: rbd, grains: 9, aspect: 0}", ["sample.aspect = 0", "above 0"]),
+    ("sample: {kind: rbd, size: [9 um, 9 um]}", ["sample.size", "a list of 3 lengths above 0"]),
+    ("sample: {kind: rbd, size: [9 um, 9 um, 9]}", ["sample.size", "it has no unit"]),
+    ("sample: {kind: rbd, size: [1 um, 9 um, 9 um]}", ["sample.size", "2 x material.radius"]),
+    (
+        "sample: {kind: rbd, size: [9 um, 9 um, 9 um], shape: cylinder}",
+        ["sample.size", "diameter and height"],
+    ),
+    ("sample: {kind: rbd, size: {diameter: 9 um}}", ["sample.size.height", "it is missing"]),
+    ("sample: {kind: rbd, size: [9 um, 9 um, 9 um], aspect: 2}", ["sample.aspect", "grains"]),
+    ("sample: {kind: explicit}", ["sample", "exactly one of positions and file"]),
+    ("sample: {kind: explicit, positions: []}", ["sample.positions", "at least one grain"]),
+    ("sample: {kind: explicit, positions: 5}", ["sample.positions = 5", "a list is needed"]),
+    ("sample: {kind: explicit, positions: [[0, 0, 0]]}", ["positions[0]", "it has no unit"]),
+    (
+        f"sample: {{kind: explicit, {POSITIONS}, velocities: [[1 m/s, 0 m/s, 0 m/s]]}}",
+        ["sample.velocities", "2 and not 1"],
+    ),
+    (
+        "sample: {kind: explicit, file: x.csv, spins: [[0 rad/s, 0 rad/s, 0 rad/s]]}",
+        ["sample.spins", "only together with positions"],
+    ),
+    (f"sample: {{kind: explicit, {POSITIONS}, units: nm}}", ["sample.units", "with file"]),
+    ("boundary: {kind: periodic}", ['boundary.kind = "periodic"', '"open" or "box" is needed']),
+    ("boundary: box", ['boundary = "box"', "a block is needed", "kind"]),
+    ("boundary: {kind: box, wall_speed: 1 cm}", ['wall_speed = "1 cm"', "a speed", '"1 cm/s"']),
+    ("boundary: {kind: box, wall_speed: 1}", ["boundary.wall_speed = 1", "no unit", '"1 cm/s"']),
+    ("boundary: {kind: box, wall_speed: nan m/s}", ["boundary.wall_speed", "not a finite"]),
+    ("boundary: {kind: box, wall_speed: -1 m/s}", ["boundary.wall_speed", "at least 0"]),
+    ("boundary: {kind: box, wall_sped: 1 m/s}", ["wall_sped", 'did you mean "wall_speed"?']),
+    ("boundary: {kind: box, radius: 1 um}", ["boundary.radius", "did you mean material.radius?"]),
+    ("boundary: {kind: open, wall_speed: 1 m/s}", ["boundary.wall_speed", "unknown key"]),
+    ("boundary: {kind: box, side_walls: -1}", ["boundary.side_walls = -1", "at least 0"]),
+    ("boundary: {kind: box, omit: [up]}", ['boundary.omit[0] = "up"', '"bottom" or "top"']),
+    ("boundary: {kind: box, omit: top}", ['boundary.omit = "top"', "a list is needed"]),
+    (
+        "boundary: {kind: box, omit: [x_min, x_max, y_min, y_max, bottom, top]}",
+        ["boundary.omit", "kind: open"],
+    ),
+    (
+        "boundary: {kind: box, omit: [top], wall_speed: 1 cm/s}",
+        ['boundary.wall_speed = "1 cm/s"', "the top wall is left out"],
+    ),
+    ("boundary: {kind: box, size: tight}", ['boundary.size = "tight"', '"fit" or a list']),
+    (
+        "boundary: {kind: box, wall_speed: 1 m/s, size: [4 um, 4 um, 4 um]}",
+        ["boundary.size", "100 grains would fill 1.41"],
+    ),
+    ("stop: {}", ["stop", "at least one of filling_factor, pressure, time and steps"]),
+    ("stop: 5", ["stop = 5", "a block is needed, with keys from filling_factor"]),
+    ("stop: {filling_factor: 0.8}", ["stop.filling_factor = 0.8", "at most 0.74"]),
+    ("stop: {filling_factor: 0}", ["stop.filling_factor = 0", "above 0"]),
+    ("stop: {pressure: 5 N}", ['stop.pressure = "5 N"', "a pressure above 0", '"120 kPa"']),
+    ("stop: {time: 0 s}", ['stop.time = "0 s"', "a time above 0"]),
+    ("stop: {steps: 1 s}", ['stop.steps = "1 s"', "a whole number"]),
+    ("numerics: {time_step: 1}", ["numerics.time_step = 1", '"auto" or a time', '"0.3 ns"']),
+    ("numerics: {step_fraction: 0.5}", ["step_fraction = 0.5", "at most 0.31"]),
+    ("numerics: {precision: f32}", ["numerics.precision", '"f64" or "mixed" is needed']),
+    ("numerics: {backend: tpu}", ["numerics.backend", '"cpu" or "cuda" is needed']),
+    ("numerics: {threads: 0}", ["numerics.threads = 0", '"auto" or a whole number']),
+    ("numerics: {skin: -1}", ["numerics.skin = -1", '"auto" or a number above 0']),
+    ("output: {directory: 5}", ["output.directory = 5", "a path is needed"]),
+    ("output: {series: 100}", ["output.series = 100", "off or a block", "{steps: 1000}"]),
+    ("output: {series: on}", ["output.series", "off or a block", "{steps: 1000}"]),
+    ("output: {series: {}}", ["output.series", "exactly one of steps, time and filling_factor"]),
+    ("output: {series: {steps: 1, time: 1 s}}", ["output.series", "exactly one of"]),
+    ("output: {contacts: 5}", ["output.contacts = 5", "true or false"]),
+    ("output: {window: all}", ['output.window = "all"', '"interval" or a whole number']),
+    ("output: {checkpoint: 60}", ["output.checkpoint = 60", "no unit", '"60 s"']),
+]
+
+
+@pytest.mark.parametrize("text, parts", REFUSED, ids=[text for text, _ in REFUSED])
+def test_refused_with_path_value_allowed_and_line(text, parts):
+    block = text.split(":")[0]
+    with pytest.raises(DustError) as error:
+        from_yaml(edited(block, text), title="a.yaml")
+    message = str(error.value)
+    assert message.startswith("a.yaml cannot be used:\n  ")
+    for part in parts:
+        assert part in message
+    first = message.splitlines()[1]
+    assert first.endswith((f"(line {LINE[block]})", f"(line {LINE[block] + 1})"))
+
+
+@pytest.mark.parametrize(
+    "blocks, parts",
+    [
+        (
+            {"boundary": "{kind: open}"},
+            ["stop.filling_factor = 0.55", "without all six walls", "kind: box"],
+        ),
+        ({"boundary": "{kind: box}"}, ["stop.filling_factor", "while the top wall rests"]),
+        (
+            {"boundary": "{kind: box, omit: [x_min], wall_speed: 1 m/s}"},
+            ["stop.filling_factor", "without all six walls"],
+        ),
+        ({**OPEN, "stop": "{pressure: 1 kPa, steps: 5}"}, ["stop.pressure", "the top wall"]),
+        (
+            {"boundary": "{kind: box, omit: [top]}", "stop": "{pressure: 1 kPa, steps: 5}"},
+            ["stop.pressure", "the top wall, and there is none"],
+        ),
+        (
+            {"boundary": "{kind: box}", "stop": "{pressure: 1 kPa}"},
+            ["stop.pressure", "wall rests", "add a time or steps"],
+        ),
+        (
+            {
+                "boundary": "{kind: box, omit: [bottom], wall_speed: 1 m/s}",
+                "stop": "{pressure: 1 kPa}",
+            },
+            ["stop.pressure", "without a bottom wall"],
+        ),
+        (
+            {**OPEN, "output": "{profiles: {filling_factor: 0.1}}"},
+            ["output.profiles.filling_factor = 0.1", "use steps or time"],
+        ),
+        (
+            {"numerics": "{time_step: 1 ns}", "output": "{series: {time: 0.1 ns}}"},
+            ['output.series.time = "0.1 ns"', "shorter than numerics.time_step"],
+        ),
+        (
+            {
+                "sample": "{kind: rbd, size: [40 um, 40 um, 40 um]}",
+                "boundary": "{kind: box, wall_speed: 1 m/s, size: [40 um, 40 um, 39 um]}",
+            },
+            ["boundary.size", "the sample does not fit"],
+        ),
+        (
+            {
+                "sample": f"{{kind: explicit, {POSITIONS}}}",
+                "boundary": "{kind: box, wall_speed: 1 m/s, size: [2 um, 9 um, 9 um]}",
+            },
+            ["boundary.size", "the sample does not fit"],
+        ),
+    ],
+)
+def test_blocks_that_do_not_go_together(blocks, parts):
+    with pytest.raises(DustError) as error:
+        scene(**blocks)
+    assert all(part in str(error.value) for part in parts)
+
+
+def test_all_problems_at_once_in_the_order_of_the_file():
+    text = edited("boundary", "boundary:\n  kind: box\n  wall_speed: 1 cm\n  sides: 5")
+    text = text.replace("grains: 100", "grains: -1")
+    with pytest.raises(DustError) as error:
+        from_yaml(text, title="a.yaml")
+    lines = str(error.value).splitlines()
+    assert lines[1].lstrip().startswith("sample.grains = -1") and lines[1].endswith("(line 4)")
+    assert lines[2] == (
+        '  boundary.wall_speed = "1 cm": a speed of at least 0 is needed, for example "1 cm/s"'
+        "  (line 7)"
+    )
+    assert lines[3].lstrip().startswith("boundary.sides = 5") and lines[3].endswith("(line 8)")
+    assert len(lines) == 4
+
+
+@pytest.mark.parametrize("block", ["name", "material", "sample", "boundary", "stop"])
+def test_missing_block(block):
+    text = BASE.replace(BASE.splitlines()[LINE[block] - 1] + "\n", "")
+    with pytest.raises(DustError, match=f"  {block}: it is missing"):
+        from_yaml(text)
+
+
+# Files.
+
+
+@pytest.mark.parametrize(
+    "content, parts",
+    [
+        (b"", ["is empty", "name, material, sample, boundary and stop are needed"]),
+        (b"# nothing\n", ["is empty"]),
+        (b"- a\n- b\n", ["does not hold a scene"]),
+        (b"hello", ["does not hold a scene"]),
+        (b"a: [1, 2\n", ["is not valid YAML", "(line 2, column 1)"]),
+        (b"a: 1\n\tb: 2\n", ["is not valid YAML", "(line 2"]),
+        (b"a: 1\n---\nb: 1\n", ["is not valid YAML", "another document"]),
+        (b"a: !!python/object:os.system x\n", ["is not valid YAML", "(line 1"]),
+        (b"a: &b [*b]\n", ["is not valid YAML", "anchor"]),
+        (b"a: \x01\n", ["is not valid YAML"]),
+        (b"[1]: 2\n", ["is not valid YAML", "a key must be a word"]),
+        (b"\xff\xfe\x00\x80", ["is not a text file in UTF-8"]),
+    ],
+)
+def test_files_that_are_not_a_scene(tmp_path, content, parts):
+    file = tmp_path / "a.yaml"
+    file.write_bytes(content)
+    with pytest.raises(DustError) as error:
+        load(file)
+    message = str(error.value)
+    assert message.startswith(str(file)) and "\n" not in message
+    assert all(part in message for part in parts)
+
+
+def test_file_missing_or_a_directory(tmp_path):
+    with pytest.raises(DustError, match=r"a\.yaml: there is no such file"):
+        load(tmp_path / "a.yaml")
+    with pytest.raises(DustError, match="is a directory; a YAML file is needed"):
+        load(tmp_path)
+
+
+def test_file_that_may_not_be_read(tmp_path, monkeypatch):
+    # The test may run as root, who may read everything.
+    def refuse(*args, **kwargs):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "read_text", refuse)
+    with pytest.raises(DustError, match="cannot be read: permission denied"):
+        load(tmp_path / "a.yaml")
+
+
+def test_missing_sample_file(tmp_path):
+    file = tmp_path / "a.yaml"
+    file.write_text(edited("sample", "sample: {kind: explicit, file: none.csv}"))
+    with pytest.raises(DustError) as error:
+        load(file)
+    assert 'sample.file = "none.csv": there is no such file' in str(error.value)
+    assert "(line 4)" in str(error.value)
