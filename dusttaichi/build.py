@@ -1,8 +1,10 @@
 """From a scene and a sample to a simulation: the one place that chooses what is compiled in."""
 
 import os
+from contextlib import redirect_stdout
 from dataclasses import dataclass
-from math import floor
+from functools import cached_property
+from io import StringIO
 
 import numpy as np
 import taichi as ti
@@ -99,15 +101,17 @@ def start_taichi(scene, threads):
     arch = {"cpu": ti.cpu, "cuda": ti.cuda}[scene.numerics.backend]
     os.environ.setdefault("TI_OFFLINE_CACHE_CLEANING_POLICY", "lru")
     try:
-        ti.init(
-            arch=arch,
-            cpu_max_num_threads=threads,
-            default_fp=ti.f64,
-            fast_math=True,
-            offline_cache=True,
-            log_level=ti.ERROR,
-            enable_fallback=False,
-        )
+        # Taichi prints where it starts; the output of a run belongs to the user
+        with redirect_stdout(StringIO()):
+            ti.init(
+                arch=arch,
+                cpu_max_num_threads=threads,
+                default_fp=ti.f64,
+                fast_math=True,
+                offline_cache=True,
+                log_level=ti.ERROR,
+                enable_fallback=False,
+            )
     except Exception as error:
         raise DustError(
             f"numerics.backend = {scene.numerics.backend}: Taichi cannot start it here "
@@ -126,7 +130,7 @@ class Box:
     present: np.ndarray
     size: np.ndarray  # lengths at the start
 
-    @property
+    @cached_property
     def kernel_argument(self):
         return Walls(
             normal=self.normal.tolist(),
@@ -234,8 +238,3 @@ def build(scene, sample):
         dt=step.dt / units.TIME,
         threads=threads,
     )
-
-
-def steps_in(time, dt):
-    """Whole steps in a time [same unit]."""
-    return max(1, floor(time / dt + 0.5))

@@ -77,11 +77,11 @@ def run(
 
 def _print_summary(summary, rows):
     table = Table(title=summary["name"], title_justify="left", box=None, pad_edge=False)
-    for heading, justify in (("", "left"), ("run", "right"), ("laboratory", "right")):
-        table.add_column(heading, justify=justify)
+    for heading in (" ", "run", "laboratory"):
+        table.add_column(heading, no_wrap=True)
     for row in rows(summary):
         table.add_row(*row)
-    console.print(table)
+    console.print(table, soft_wrap=True)
 
 
 class _bar:
@@ -133,7 +133,7 @@ def check(file: SceneFile):
     for title, rows in report(scene):
         console.print(f"\n{title}", markup=False, style="bold")
         for what, value in rows:
-            console.print(f"  {what:<38} {value}", markup=False)
+            console.print(f"  {what:<42} {value}", markup=False, soft_wrap=True)
 
 
 @app.command()

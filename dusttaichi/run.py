@@ -34,6 +34,36 @@ class Progress:
     steps_per_second: float
 
 
+class Crew:
+    """How many workers the steps get: all, or one where another process has the cores.
+
+    The bits do not depend on it, so the run may try the other number now and then and take the
+    faster: workers that wait for one which the system does not run lose more than they gain.
+    """
+
+    EVERY = 10.0  # seconds between two trials
+
+    def __init__(self, sim, fixed):
+        self.sim, self.most = sim, sim.threads
+        self.alone = fixed or self.most == 1
+        self.tried = real_time.perf_counter()
+        self.before = None  # (workers, rate) that a trial is compared with
+
+    def after_burst(self, rate):
+        """Tell the steps a second of a full burst; may change sim.threads for the next one."""
+        if self.alone:
+            return
+        now = real_time.perf_counter()
+        if self.before is not None:
+            workers, known = self.before
+            if rate < 1.03 * known:
+                self.sim.threads = workers
+            self.before, self.tried = None, now
+        elif now - self.tried > self.EVERY:
+            self.before = (self.sim.threads, rate)
+            self.sim.threads = 1 if self.sim.threads > 1 else self.most
+
+
 @dataclass
 class Course:
     """The part of a run's state that is not in the simulation; goes into the checkpoint."""
@@ -101,6 +131,7 @@ class _Run:
         self.clock = clock_of(self.sim)
         self.features = features_of(self.scene, self.sim)
         self.end, self.reason = last_step(self.scene.stop, self.clock, 4.0 * self.sim.radius)
+        self.crew = Crew(self.sim, fixed=self.scene.numerics.threads != "auto")
 
     def open_new(self, force):
         sample = samples.make(self.scene)
@@ -204,6 +235,7 @@ class _Run:
             took = real_time.perf_counter() - began
             if self.sim.step - first == burst or self.rate == 0.0:
                 self.rate = (self.sim.step - first) / took
+                self.crew.after_burst(self.rate)
             self._look_around()
 
     def _look_around(self):

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -53,6 +54,7 @@ class Simulation:
         self.searched_at = 0
         self.searches = 0
         self.first_wall_force = np.zeros((6, 3))
+        self._no_walls = Walls()
         self._start(sample)
 
     @property
@@ -130,17 +132,21 @@ class Simulation:
                 pending = 1
 
     def _call(self, steps, pending, dt):
-        motion = Motion(
-            dt=dt,
-            kick=dt / self.mass,
-            turn=dt / self.inertia,
-            reach2=(0.5 * self.skin) ** 2,
-            wall_due=self._wall_due(),
-        )
+        motion = self._motion(dt, self._wall_due())
         self.kernels.advance(steps, self.step, pending, self.threads, motion, self.pair, self.wall,
                              self._walls())  # fmt: skip
         sync = self.fields["sync"].to_numpy()
         return int(sync[DONE]), sync[DONE] < steps
+
+    @lru_cache(maxsize=1)  # noqa: B019 (a simulation lives as long as its process)
+    def _motion(self, dt, wall_due):
+        return Motion(
+            dt=dt,
+            kick=dt / self.mass,
+            turn=dt / self.inertia,
+            reach2=(0.5 * self.skin) ** 2,
+            wall_due=wall_due,
+        )
 
     def _advance_once(self, dt):
         """Contacts and loads at the present positions, without moving anything."""
@@ -149,9 +155,7 @@ class Simulation:
         self.step = step
 
     def _walls(self):
-        if self.box is None:
-            return Walls()
-        return self.box.kernel_argument
+        return self._no_walls if self.box is None else self.box.kernel_argument
 
     def _wall_due(self):
         """Step at which the fastest wall has moved half the skin since the last search."""

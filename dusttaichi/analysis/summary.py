@@ -63,6 +63,8 @@ def _compression(run, law):
         fit = fit_compression(curve)
     except DustError as error:
         return numbers | {"fit_problem": str(error)}
+    if fit.p_m_sigma > fit.p_m or fit.delta_sigma > fit.delta:
+        return numbers | {"fit_problem": "the curve is too short or too rough to fix p_m and Delta"}
     return numbers | {
         "p_m": fit.p_m, "p_m_sigma": fit.p_m_sigma,
         "delta": fit.delta, "delta_sigma": fit.delta_sigma,

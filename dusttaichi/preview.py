@@ -1,0 +1,154 @@
+"""What `dust check` prints: the scene resolved into contact numbers, step, size, cost and parts."""
+
+import time as real_time
+
+import numpy as np
+
+from dusttaichi import samples, units
+from dusttaichi.build import build, chosen_effects, time_step
+from dusttaichi.physics import constants
+from dusttaichi.results import WALLS
+from dusttaichi.run import clock_of
+from dusttaichi.samples.sample import coordination
+from dusttaichi.schedule import NEVER, last_step
+
+TRIAL_SECONDS = 1.0
+
+
+def report(scene):
+    """Sections (title, rows of (what, value)) for a scene. Builds it and tries it for a second."""
+    sample = samples.make(scene)
+    step = time_step(scene, len(sample.positions))
+    sim = build(scene, sample)
+    return [
+        ("Contact of two grains", _contact(constants.pair_constants, scene)),
+        *(
+            [("Contact of a grain and a wall", _contact(constants.wall_constants, scene))]
+            if scene.boundary.kind != "open"
+            else []
+        ),
+        ("Sample", _sample(scene, sample)),
+        ("Time step", _time_step(scene, step)),
+        ("Compiled in", _parts(scene, sim)),
+        ("Cost", _cost(scene, sim)),
+    ]
+
+
+def _contact(function, scene):
+    c = function(scene.material, scene.interaction)
+    quantity = units.format
+    rows = [
+        ("reduced radius R", quantity(c.R, "length", digits=5)),
+        ("contact radius at equilibrium a0", quantity(c.a0, "length", digits=5)),
+        ("overlap at equilibrium delta0", quantity(c.delta0, "length", digits=5)),
+        ("breaks at overlap -delta_c", quantity(-c.delta_c, "length", digits=5)),
+        ("pull-off force F_c", quantity(c.F_c, "force", digits=5)),
+        ("normal stiffness k_n", f"{c.k_n:.5g} N/m"),
+    ]
+    effects = chosen_effects(scene.interaction)
+    if effects.rolling:
+        rows.append(("rolling stiffness k_r, limit xi_crit",
+                     f"{c.k_r:.5g} N/m, {quantity(c.xi_crit, 'length', digits=4)}"))  # fmt: skip
+    if effects.sliding:
+        rows.append(("sliding stiffness k_s, limit zeta_crit",
+                     f"{c.k_s:.5g} N/m, {quantity(c.zeta_crit, 'length', digits=4)}"))  # fmt: skip
+    if effects.twisting:
+        rows.append(("twisting stiffness k_t, limit phi_crit",
+                     f"{c.k_t:.5g} N m, {c.phi_crit:.4g} rad"))  # fmt: skip
+    if effects.damping:
+        rows.append(("damping constant kappa at a0", f"{c.kappa:.4g} kg/s"))
+    return rows
+
+
+def _sample(scene, sample):
+    mass = constants.grain_mass(scene.material)
+    reach = 2.0 * scene.material.radius
+    extent = np.ptp(sample.positions, axis=0) + reach
+    rows = [
+        ("grains", f"{len(sample.positions):,}"),
+        ("mass of a grain", units.format(mass, "mass", digits=5)),
+        ("extent", " x ".join(f"{e * 1e6:.4g}" for e in extent) + " um"),
+        ("coordination number", f"{coordination(sample, reach):.3g}"),
+    ]
+    named = {"filling_factor": "filling factor with its surfaces",
+             "bulk_filling_factor": "filling factor of the inner part",
+             "loose_grains": "grains not connected to the floor"}  # fmt: skip
+    for key, text in named.items():
+        if sample.info.get(key) is not None:
+            rows.append((text, f"{sample.info[key]:.4g}"))
+    return rows
+
+
+def _time_step(scene, step):
+    rows = []
+    if np.isfinite(step.period):
+        rows.append(("stiffest period (densest packing, walls)", f"{step.period * 1e9:.4g} ns"))
+        rows.append(("largest stable step", f"{step.limit * 1e9:.4g} ns"))
+    chosen = f"{step.dt * 1e9:.4g} ns"
+    if np.isfinite(step.period):
+        chosen += f" = {step.dt / step.period:.3g} of the stiffest period"
+    return [*rows, ("time step", chosen)]
+
+
+def _parts(scene, sim):
+    effects = chosen_effects(scene.interaction)
+    on = [name for name in ("rolling", "sliding", "twisting") if getattr(effects, name)]
+    off = [name for name in ("rolling", "sliding", "twisting") if not getattr(effects, name)]
+    damping = scene.interaction.damping.model
+    (on if effects.damping else off).append("damping" + (f" ({damping})" * (damping != "none")))
+    walls = "none"
+    if sim.box is not None:
+        walls = ", ".join(w for w, there in zip(WALLS, sim.box.present, strict=True) if there)
+    return [
+        ("forces", ", ".join(["adhesion (JKR)", *on])),
+        ("left out", ", ".join(off) or "nothing"),
+        ("walls", walls),
+        ("contacts an iteration (lanes)", f"{sim.layout.width}"),
+        ("numbers of state a contact", f"{sim.layout.state_size}"),
+        ("backend, precision, threads",
+         f"{scene.numerics.backend}, {scene.numerics.precision}, {sim.threads}"),
+    ]  # fmt: skip
+
+
+def _cost(scene, sim):
+    sim.advance(20)  # compiles
+    steps, took = 20, 0.0
+    while took < TRIAL_SECONDS:
+        began = real_time.perf_counter()
+        sim.advance(steps)
+        took = real_time.perf_counter() - began
+        if took < TRIAL_SECONDS:
+            steps = int(steps * min(10.0, max(2.0, 1.2 * TRIAL_SECONDS / took)))
+    rate = steps / took
+    clock = clock_of(sim)
+    end, reason = last_step(scene.stop, clock, 4.0 * sim.radius)
+    rows = [
+        ("memory of the state", f"{state_bytes(sim) / 2**20:.4g} MiB "
+         f"({state_bytes(sim) / sim.grains:.0f} bytes a grain)"),
+        ("speed in a trial now", f"{rate:,.0f} steps/s, {rate * sim.grains:.3g} grain-steps/s"),
+    ]  # fmt: skip
+    if end == NEVER:
+        return [*rows, ("steps", "not known beforehand: the pressure ends the run")]
+    seconds = end / rate
+    return [
+        *rows,
+        ("steps at most", f"{end:,} ({end * sim.dt:.5g} us; {reason})"),
+        ("estimated run time at most", f"{_duration(seconds)} at this speed; contacts that form "
+         "in compression make it up to twice that"),
+    ]  # fmt: skip
+
+
+def state_bytes(sim):
+    """Bytes of all fields of a simulation, scratch of the search included."""
+    total = 0
+    for field in [*sim.fields.values(), *sim.scratch.values(), *sim.sums.values()]:
+        lanes = getattr(field, "n", 1) * getattr(field, "m", 1)
+        size = 4 if "32" in str(field.dtype) else 8
+        total += int(np.prod(field.shape)) * lanes * size
+    return total
+
+
+def _duration(seconds):
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"

@@ -1,0 +1,307 @@
+"""The contact model of PHYSICS.md once more: plain NumPy, SI, no import from dusttaichi.
+
+Slow and simple: every pair and every wall is looked at in every step, every formula is written as
+the papers have it. `Reference` shares with the package only what defines its time step: leapfrog,
+a contact forms at the first step that finds an overlap, the approach speed of the damping is that
+of the last half step carried on by half a step.
+
+Energies also take complex positions and pointers, so that a complex step gives their gradient
+without the cancellation of a difference quotient.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+SILICATE = dict(r=0.6e-6, rho=2650.0, gamma=0.02, E=54e9, nu=0.17, xi_crit=2e-9)  # S12 Table 1
+PULL_OFF = (9 / 16) ** (1 / 3)  # delta_c / delta0
+
+
+@dataclass
+class Numbers:
+    """Numbers of one kind of contact; arm: R of the rolling displacement."""
+
+    r: float
+    R: float
+    F_c: float
+    delta0: float
+    k_r: float
+    k_s: float
+    k_t: float
+    xi_crit: float
+    zeta_crit: float
+    phi_crit: float
+    kappa: object  # function of s = sqrt(a/a0)
+
+
+def numbers(wall=False, effects=("rolling", "sliding", "twisting"), m_r=1.0, m_s=1.0, m_t=1.0,
+            damping="none", material=None):  # fmt: skip
+    """Numbers of a pair, or of a grain and a wall."""
+    mat = {**SILICATE, **(material or {})}
+    r, gamma, nu = mat["r"], mat["gamma"], mat["nu"]
+    E_star = mat["E"] / (2 * (1 - nu**2))
+    G = mat["E"] / (2 * (1 + nu))
+    G_star = G / (2 * (2 - nu))
+    R = r if wall else r / 2
+    a0 = (9 * np.pi * gamma * R**2 / E_star) ** (1 / 3)
+    a0_pair = (9 * np.pi * gamma * (r / 2) ** 2 / E_star) ** (1 / 3)
+    F_c = 3 * np.pi * gamma * R
+    mass = mat["rho"] * 4 / 3 * np.pi * r**3
+    t_c = 0.95 * r ** (7 / 6) * mat["rho"] ** 0.5 / (gamma ** (1 / 6) * E_star ** (1 / 3))
+    kappa = {
+        "none": lambda s: 0.0,
+        "viscous": lambda s: 1e-9,
+        "scaled": lambda s: 0.01 * mass / t_c,
+        "viscoelastic": lambda s: 2 * 12.5e-12 / nu**2 * E_star * a0 * s**2,
+    }[damping]
+    return Numbers(
+        r=r, R=R, F_c=F_c, delta0=a0**2 / (3 * R),
+        k_r=("rolling" in effects) * m_r * 12 * np.pi * gamma,
+        k_s=("sliding" in effects) * m_s * 8 * a0 * G_star,
+        k_t=("twisting" in effects) * m_t * 16 / 3 * (G / 2) * a0_pair**3,
+        xi_crit=mat["xi_crit"], zeta_crit=(2 - nu) * a0 / (16 * np.pi), phi_crit=1 / (16 * np.pi),
+        kappa=kappa,
+    )  # fmt: skip
+
+
+def mass_and_inertia(material=None):
+    mat = {**SILICATE, **(material or {})}
+    mass = mat["rho"] * 4 / 3 * np.pi * mat["r"] ** 3
+    return mass, 0.4 * mass * mat["r"] ** 2
+
+
+def contact_radius(delta, p):
+    """s = sqrt(a/a0) of the stable branch; Newton from above, which converges without fail."""
+    d = delta / p.delta0
+    s = 1.0 + np.abs(d) ** 0.25
+    for _ in range(100):
+        old = s
+        s = s - (3 * s**4 - 2 * s - d) / (12 * s**3 - 2)
+        if abs(s - old) < 1e-15 * abs(s):
+            break
+    return s
+
+
+def normal_force(s, p):
+    return 4 * p.F_c * (s**6 - s**3)
+
+
+def normal_energy(s, p):
+    return 4 * p.F_c * p.delta0 * (6 / 5 * s**10 - 2 * s**7 + s**4 / 2)
+
+
+def dot(a, b):
+    return np.sum(a * b)  # np.vdot would conjugate
+
+
+def length(a):
+    return np.sqrt(dot(a, a))
+
+
+def unit(a):
+    return a / length(a)
+
+
+def rotated(n, angle):
+    """n turned by the vector `angle` (Rodrigues)."""
+    t = np.sqrt(np.dot(angle, angle))
+    if t == 0:
+        return n
+    k = angle / t
+    return n * np.cos(t) + np.cross(k, n) * np.sin(t) + k * np.dot(k, n) * (1 - np.cos(t))
+
+
+def xi_of(n1, n2, p):
+    return p.R * (n1 + n2)
+
+
+def zeta_pair(n1, n2, nc, p):
+    arm = p.r * n1 - p.r * n2
+    return arm - dot(arm, nc) * nc
+
+
+def zeta_wall(x, n1, foot, nw, p):
+    arm = x + p.r * n1 - foot
+    return arm - dot(arm, nw) * nw
+
+
+def pair_energies(x1, x2, n1, n2, phi, p):
+    """Normal, rolling, sliding and twisting potential of a pair [J]."""
+    d = x1 - x2
+    nc = unit(d)
+    s = contact_radius(2 * p.r - length(d), p)
+    xi, zeta = xi_of(n1, n2, p), zeta_pair(n1, n2, nc, p)
+    return np.array([normal_energy(s, p), p.k_r * dot(xi, xi) / 2, p.k_s * dot(zeta, zeta) / 2,
+                     p.k_t * phi**2 / 2])  # fmt: skip
+
+
+def wall_energies(x, n1, foot, phi, nw, offset, p, strength=1.0):
+    """The same for a grain and the wall x.nw = offset [J]."""
+    s = contact_radius(p.r - (dot(x, nw) - offset), p)
+    xi, zeta = xi_of(n1, nw, p), zeta_wall(x, n1, foot, nw, p)
+    return np.array([normal_energy(s, p), strength * p.k_r * dot(xi, xi) / 2,
+                     strength * p.k_s * dot(zeta, zeta) / 2,
+                     strength * p.k_t * phi**2 / 2])  # fmt: skip
+
+
+def past(x, critical):
+    """The part of a displacement past its limit, and its direction."""
+    size = np.sqrt(np.dot(x, x))
+    if size <= critical:
+        return np.zeros(3), np.zeros(3)
+    return x * (1 - critical / size), x / size
+
+
+def restoring(n, direction):
+    return 1 / (1 - np.dot(n, direction) ** 2)
+
+
+@dataclass
+class Contact:
+    n1: np.ndarray
+    n2: np.ndarray  # the foot on a wall
+    phi: float = 0.0
+    before: float = None  # approach speed of the last half step
+
+
+@dataclass
+class Wall:
+    normal: np.ndarray
+    offset: float
+    speed: float = 0.0
+    strength: float = 1.0
+
+
+class Reference:
+    """Grains of one size, open or with walls. x, v, w: (N, 3), SI."""
+
+    def __init__(self, x, v, w, dt, pair, wall=None, walls=(), material=None):
+        self.x, self.v, self.w = np.array(x, float), np.array(v, float), np.array(w, float)
+        self.dt, self.pair, self.wall, self.walls = dt, pair, wall, list(walls)
+        self.mass, self.inertia = mass_and_inertia(material)
+        self.contacts, self.step = {}, 0
+        self.force, self.torque = self._loads(0.0)
+        # velocities at n - 1/2 between steps
+        self.v -= dt / 2 * self.force / self.mass
+        self.w -= dt / 2 * self.torque / self.inertia
+
+    def advance(self, steps):
+        for _ in range(steps):
+            self.v += self.dt * self.force / self.mass
+            self.w += self.dt * self.torque / self.inertia
+            self.x += self.dt * self.v
+            self.step += 1
+            self.force, self.torque = self._loads(self.dt)
+
+    def velocities(self):
+        return self.v + self.dt / 2 * self.force / self.mass
+
+    def spins(self):
+        return self.w + self.dt / 2 * self.torque / self.inertia
+
+    def energies(self):
+        """Potential of the four springs, pairs and walls, (2, 4) [J]."""
+        out = np.zeros((2, 4))
+        for (i, j), c in self.contacts.items():
+            if j >= 0:
+                out[0] += pair_energies(self.x[i], self.x[j], c.n1, c.n2, c.phi, self.pair)
+            else:
+                wall, offset = self._plane(j)
+                out[1] += wall_energies(self.x[i], c.n1, c.n2, c.phi, wall.normal, offset,
+                                        self.wall, wall.strength)  # fmt: skip
+        return out
+
+    def _plane(self, j):
+        wall = self.walls[-1 - j]
+        return wall, wall.offset + wall.speed * self.step * self.dt
+
+    def _loads(self, dt):
+        out = np.zeros((2, len(self.x), 3))
+        for i in range(len(self.x)):
+            for j in range(i + 1, len(self.x)):
+                self._pair(i, j, dt, *out)
+            for k in range(len(self.walls)):
+                self._wall(i, -1 - k, dt, *out)
+        return out
+
+    def _found(self, key, delta, p, n1, n2):
+        """The contact if there is one now, after forming and breaking; was it there before?"""
+        if key in self.contacts:
+            if delta <= -PULL_OFF * p.delta0:
+                del self.contacts[key]
+                return None
+            return self.contacts[key]
+        if delta > 0:
+            self.contacts[key] = Contact(n1, n2)
+        return None
+
+    def _normal(self, key, delta, u, p):
+        """Spring and damping along the normal."""
+        c = self.contacts[key]
+        s = contact_radius(delta, p)
+        ahead = u if c.before is None else u + (u - c.before) / 2
+        c.before = u
+        return normal_force(s, p) - p.kappa(s) * ahead
+
+    def _pair(self, i, j, dt, force, torque):
+        p, d, dv = self.pair, self.x[i] - self.x[j], self.v[i] - self.v[j]
+        nc, r = unit(d), self.pair.r
+        c = self._found((i, j), 2 * r - length(d), p, -nc, nc)
+        if (i, j) not in self.contacts:
+            return
+        F = self._normal((i, j), 2 * r - length(d), np.dot(dv, nc), p) * nc
+        M1, M2 = np.zeros(3), np.zeros(3)
+        if c is not None:
+            self._turn_pair(c, i, j, d, dv, nc, dt)
+            n1, n2 = c.n1, c.n2
+            xi, zeta = xi_of(n1, n2, p), zeta_pair(n1, n2, nc, p)
+            F = F - p.k_s * zeta * np.dot(r * n2 - r * n1, nc) / length(d)
+            M1 = -p.R * p.k_r * np.cross(n1, xi) - r * p.k_s * np.cross(n1, zeta) - p.k_t * c.phi * nc
+            M2 = -p.R * p.k_r * np.cross(n2, xi) + r * p.k_s * np.cross(n2, zeta) + p.k_t * c.phi * nc
+        force[i] += F
+        force[j] -= F
+        torque[i] += M1
+        torque[j] += M2
+
+    def _turn_pair(self, c, i, j, d, dv, nc, dt):
+        """Pointers and twist carried on by a step, then put back to the limits."""
+        p = self.pair
+        c.n1, c.n2 = rotated(c.n1, self.w[i] * dt), rotated(c.n2, self.w[j] * dt)
+        c.phi += dt * np.dot(self.w[i] - self.w[j], unit(d - dv * dt / 2))
+        c.phi = np.clip(c.phi, -p.phi_crit, p.phi_crit)
+        roll, along_roll = past(xi_of(c.n1, c.n2, p), p.xi_crit if p.k_r else np.inf)
+        slide, along_slide = past(zeta_pair(c.n1, c.n2, nc, p), p.zeta_crit if p.k_s else np.inf)
+        n1 = c.n1 - restoring(c.n1, along_roll) * roll / p.r
+        n2 = c.n2 - restoring(c.n2, along_roll) * roll / p.r
+        n1 = n1 - restoring(c.n1, along_slide) * slide / (2 * p.r)
+        n2 = n2 + restoring(c.n2, along_slide) * slide / (2 * p.r)
+        c.n1, c.n2 = unit(n1), unit(n2)
+
+    def _wall(self, i, j, dt, force, torque):
+        p, (wall, offset) = self.wall, self._plane(j)
+        nw, x = wall.normal, self.x[i]
+        delta = p.r - (np.dot(x, nw) - offset)
+        c = self._found((i, j), delta, p, -nw, x - p.r * nw)
+        if (i, j) not in self.contacts:
+            return
+        F = self._normal((i, j), delta, np.dot(self.v[i], nw) - wall.speed, p) * nw
+        M = np.zeros(3)
+        if c is not None:
+            self._turn_wall(c, i, nw, dt)
+            xi, zeta = xi_of(c.n1, nw, p), zeta_wall(x, c.n1, c.n2, nw, p)
+            F = F - wall.strength * p.k_s * zeta
+            M = -p.r * p.k_r * np.cross(c.n1, xi) - p.r * p.k_s * np.cross(c.n1, zeta)
+            M = wall.strength * (M - p.k_t * c.phi * nw)
+        force[i] += F
+        torque[i] += M
+
+    def _turn_wall(self, c, i, nw, dt):
+        p = self.wall
+        c.n1 = rotated(c.n1, self.w[i] * dt)
+        c.phi = np.clip(c.phi + dt * np.dot(self.w[i], nw), -p.phi_crit, p.phi_crit)
+        slide, _ = past(zeta_wall(self.x[i], c.n1, c.n2, nw, p), p.zeta_crit if p.k_s else np.inf)
+        roll, along = past(xi_of(c.n1, nw, p), p.xi_crit if p.k_r else np.inf)
+        n1 = unit(c.n1 - restoring(c.n1, along) * roll / p.r)
+        step = p.r * (n1 - c.n1)
+        c.n2 = c.n2 + slide + step - np.dot(step, nw) * nw
+        c.n1 = n1
