@@ -68,6 +68,9 @@ def series(sim, clock, m, start, mean_force, wall_clock):
             "potential_wall": m["potential_wall"] * units.ENERGY,
             "loss_wall": m["loss_wall"] * units.ENERGY,
             "wall_work": m["wall_work"] * units.ENERGY,
+        }
+    if clock.area:
+        record |= {
             "height": clock.height_at(sim.step) * units.LENGTH,
             "filling_factor": clock.filling_factor_at(sim.step),
         }

@@ -224,6 +224,7 @@ class _Run:
             if sim.step == window:
                 self.course.window_step, self.course.window_impulse = window, sim.impulses()
             self._record_due()
+            self._keep()
 
     def _advance_to(self, due):
         while self.sim.step < due:
@@ -237,6 +238,8 @@ class _Run:
                 self.rate = (self.sim.step - first) / took
                 self.crew.after_burst(self.rate)
             self._look_around()
+            if self.sim.step < due:
+                self._keep()
 
     def _look_around(self):
         now = real_time.perf_counter()
@@ -246,6 +249,11 @@ class _Run:
             guards.check(self.sim, self.sim.measure(), self.course.start)
             phi = self.clock.filling_factor_at(self.sim.step) if "volume" in self.features else None
             self.watch(Progress(self.sim.step, self.end, phi, self.pressure, self.rate))
+
+    def _keep(self):
+        """Flush or checkpoint if it is time. Never at a step whose records are still due: a run
+        that goes on from there would lack them."""
+        now = real_time.perf_counter()
         if now - self.saved > self.scene.output.checkpoint:
             self.save()
         elif now - self.flushed > max(5.0, self.flush_cost / FLUSH_SHARE):

@@ -54,6 +54,8 @@ class Simulation:
         self.searched_at = 0
         self.searches = 0
         self.first_wall_force = np.zeros((6, 3))
+        # half of the damping work of step 0 would belong to a time before it
+        self.first_damping = [0.0, 0.0]
         self._no_walls = Walls()
         self._start(sample)
 
@@ -83,6 +85,8 @@ class Simulation:
         self.fields["v"].from_numpy(v)
         self.fields["w"].from_numpy(w)
         self.first_wall_force = self._wall_force()
+        begin = self.measure()
+        self.first_damping = [float(begin["loss"][2]), float(begin["loss_wall"][2])]
 
     def _put_grains(self, name, values, far=False):
         ghosts = np.array([[1e6, 0, 0], [-1e6, 0, 0]]) if far else np.zeros((2, 3))
@@ -273,14 +277,14 @@ class Simulation:
             "loss_wall": np.zeros(len(CHANNELS)),
             "wall_work": 0.0,
         }
-        out["loss"][2] += pairs[:, PENDING].sum()
+        out["loss"][2] += pairs[:, PENDING].sum() - self.first_damping[0]
         if self.box is not None:
             force = self._wall_force()
             walls = self.sums["wall_sum"].to_numpy()[: -(-counts[1] // 16)]
             out["wall_contacts"] = int(round(walls[:, CONTACTS].sum()))
             out["potential_wall"] = walls[:, NORMAL : TWISTING + 1].sum(axis=0)
             out["loss_wall"] = self._losses("wall_loss")
-            out["loss_wall"][2] += walls[:, PENDING].sum()
+            out["loss_wall"][2] += walls[:, PENDING].sum() - self.first_damping[1]
             out["largest_overlap"] = max(out["largest_overlap"], walls[:, DEEPEST].max(initial=0.0))
             velocity = self.box.speed[:, None] * self.box.normal
             # the force of a step acts half before and half after it
@@ -393,6 +397,7 @@ class Simulation:
             "searched_at": self.searched_at,
             "searches": self.searches,
             "first_wall_force": self.first_wall_force.tolist(),
+            "first_damping": self.first_damping,
         }
 
     def restore(self, arrays, numbers):
@@ -403,3 +408,4 @@ class Simulation:
         self.searched_at = numbers["searched_at"]
         self.searches = numbers["searches"]
         self.first_wall_force = np.array(numbers["first_wall_force"])
+        self.first_damping = numbers["first_damping"]

@@ -75,7 +75,7 @@ class LammpsRun:
 def lammps_installed() -> bool:
     """Whether LAMMPS is there and starts."""
     try:
-        _version()
+        lammps_version()
     except DustError:
         return False
     return True
@@ -155,7 +155,7 @@ def run_lammps(
     velocities = _velocities(velocities_m_s, positions)
     if min(steps, repeats, threads) < 1:
         raise ValueError("steps, repeats and threads must be at least 1")
-    version = _version()
+    version = lammps_version()
     with tempfile.TemporaryDirectory(prefix="dust-lammps-") as scratch:
         folder = Path(scratch)
         corners = _corners(positions, material.radius / LENGTH, box_m)
@@ -264,8 +264,8 @@ def _write_data(path: Path, positions, velocities, material, corners) -> None:
             out.write(f"{number} {x:.17g} {y:.17g} {z:.17g} 0 0 0\n")
 
 
-def _version() -> str:
-    """Version of the LAMMPS that is installed; DustError if there is none or it does not start."""
+def lammps_version() -> str:
+    """Version of the LAMMPS that is there. Raises DustError if none is or it does not start."""
     program = _program()
     try:
         said = subprocess.run(

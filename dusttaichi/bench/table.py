@@ -1,0 +1,166 @@
+"""The result of a benchmark as a table: for the screen, for a README, for a spreadsheet."""
+
+import csv
+import io
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Row:
+    """Speed of one configuration: medians over the rounds; nan where there is nothing.
+
+    contacts: of two grains, a grain. ns_per_contact, ns_per_grain_step: of a step with contacts,
+    grains, walls, search and ledger. search, ledger: their share [%]. spread: largest minus
+    smallest round over the median [%]. speed_up: time of one thread over that of `threads`.
+    lammps_ns_per_contact: LAMMPS on as many processes; lammps_ratio: its time a step over ours.
+    speed_up and lammps_ratio are medians of the ratios within a round.
+    """
+
+    grains: int
+    filling_factor: float
+    precision: str
+    threads: int
+    contacts: float
+    ns_per_contact: float
+    ns_per_grain_step: float
+    search: float
+    ledger: float
+    spread: float
+    speed_up: float
+    lammps_ns_per_contact: float = math.nan
+    lammps_ratio: float = math.nan
+
+
+@dataclass(frozen=True)
+class Start:
+    """Start and memory of a number of grains, one thread.
+
+    cold, warm: from the start of the process to the end of the first step [s], with an empty and
+    a filled kernel cache; their difference is the compilation. peak: resident memory [MB], warm.
+    peak_per_grain: its growth from the smallest number of grains measured [B], nan for that one.
+    fields_per_grain: what the fields of the scene take [B].
+    """
+
+    grains: int
+    precision: str
+    cold: float
+    warm: float
+    peak: float
+    peak_per_grain: float
+    fields_per_grain: float
+
+
+@dataclass(frozen=True)
+class Column:
+    """Title in lines, name and unit in CSV, and how the number is written."""
+
+    title: tuple[str, ...]
+    name: str
+    unit: str = ""
+    write: Callable = str
+
+
+def _number(digits: int) -> Callable:
+    return lambda value: "-" if math.isnan(value) else f"{value:.{digits}f}"
+
+
+_KEY = (Column(("grains",), "grains"), Column(("precision",), "precision"))
+SPEED = (
+    _KEY[0],
+    Column(("filling", "factor"), "filling_factor", "", _number(3)),
+    _KEY[1],
+    Column(("threads",), "threads"),
+    Column(("contacts", "a grain"), "contacts", "1/grain", _number(2)),
+    Column(("ns a", "contact"), "ns_per_contact", "ns", _number(1)),
+    Column(("ns a", "grain-step"), "ns_per_grain_step", "ns", _number(1)),
+    Column(("search", "%"), "search", "%", _number(1)),
+    Column(("ledger", "%"), "ledger", "%", _number(1)),
+    Column(("spread", "%"), "spread", "%", _number(0)),
+    Column(("speed-up", "x 1 thread"), "speed_up", "x 1 thread", _number(2)),
+)
+LAMMPS = (
+    Column(("LAMMPS", "ns a contact"), "lammps_ns_per_contact", "ns", _number(0)),
+    Column(("LAMMPS", "x ours"), "lammps_ratio", "x ours", _number(1)),
+)
+START = (
+    *_KEY,
+    Column(("first step", "cold, s"), "cold", "s", _number(1)),
+    Column(("first step", "warm, s"), "warm", "s", _number(1)),
+    Column(("peak memory", "MB"), "peak", "MB", _number(0)),
+    Column(("peak", "B a grain"), "peak_per_grain", "B", _number(0)),
+    Column(("fields", "B a grain"), "fields_per_grain", "B", _number(0)),
+)
+
+
+@dataclass(frozen=True)
+class Table:
+    """speed: a Row a configuration; start: a Start for a number of grains and a precision.
+
+    machine: one line. notes: lines that say how it was measured and what is missing.
+    """
+
+    speed: tuple[Row, ...]
+    start: tuple[Start, ...]
+    machine: str
+    notes: tuple[str, ...] = ()
+
+    @property
+    def _parts(self):
+        with_lammps = any(not math.isnan(row.lammps_ratio) for row in self.speed)
+        columns = SPEED + LAMMPS if with_lammps else SPEED
+        parts = (("Speed", columns, self.speed), ("Start and memory", START, self.start))
+        return [part for part in parts if part[2]]
+
+    def text(self) -> str:
+        """For the screen, in columns."""
+        blocks = [self.machine]
+        for title, columns, rows in self._parts:
+            heads = [(*column.title, "")[:2] for column in columns]
+            lines = [*zip(*heads, strict=True), *_cells(columns, rows)]
+            widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+            lines.insert(2, tuple("-" * width for width in widths))
+            padded = (map(str.rjust, line, widths) for line in lines)
+            blocks.append("\n".join([title, *("  ".join(line).rstrip() for line in padded)]))
+        return "\n\n".join([*blocks, *self.notes])
+
+    def markdown(self) -> str:
+        """For a README."""
+        blocks = [self.machine]
+        for title, columns, rows in self._parts:
+            lines = [
+                tuple(" ".join(column.title) for column in columns),
+                ("---:",) * len(columns),
+                *_cells(columns, rows),
+            ]
+            table = [f"| {' | '.join(line)} |" for line in lines]
+            blocks.append("\n".join([f"**{title}**", "", *table]))
+        return "\n\n".join([*blocks, "\n".join(f"- {note}" for note in self.notes)]).rstrip()
+
+    def csv(self) -> str:
+        """One line a configuration, start and memory of its grains behind; empty where nothing is.
+
+        Machine and notes are lines that begin with #.
+        """
+        starts = {(start.grains, start.precision): start for start in self.start}
+        own, more = SPEED + LAMMPS, START[len(_KEY) :]
+        out = io.StringIO()
+        out.writelines(f"# {line}\n" for line in (self.machine, *self.notes))
+        write = csv.writer(out, lineterminator="\n").writerow
+        write(f"{c.name} [{c.unit}]" if c.unit else c.name for c in own + more)
+        for row in self.speed:
+            start = starts.get((row.grains, row.precision))
+            values = [getattr(row, column.name) for column in own]
+            values += [getattr(start, column.name, math.nan) for column in more]
+            write("" if value != value else value for value in values)
+        return out.getvalue()
+
+    def to_csv(self, path) -> None:
+        """Write `csv` into a file."""
+        Path(path).write_text(self.csv())
+
+
+def _cells(columns, rows) -> list[tuple[str, ...]]:
+    return [tuple(c.write(getattr(row, c.name)) for c in columns) for row in rows]

@@ -1,0 +1,114 @@
+"""One configuration of the benchmark in a process of its own.
+
+Taichi starts once a process, with a fixed number of threads, and its memory is the process's.
+Commands come as lines of JSON on the standard input, answers go as lines of JSON to the standard
+output; whatever else is printed goes to the standard error. The process ends with its input.
+"""
+
+import json
+import os
+import resource
+import signal
+import sys
+import time
+from pathlib import Path
+
+from dusttaichi import samples, units
+from dusttaichi.bench.sample import Recipe, bench_scene, load, make
+from dusttaichi.errors import DustError
+
+LEDGER_EVERY = 1000  # steps between measurements of a run
+FORCED = -(2**40)  # a last search so long ago that the wall makes the next one due
+
+
+class Worker:
+    """Answers commands; holds one simulation."""
+
+    def prepare(self, grains, filling_factor):
+        """Make and keep a sample."""
+        make(Recipe(grains, filling_factor))
+        return {}
+
+    def build(self, grains, path, threads, precision):
+        """Build the scene and make its first step. Answers the filling factor and the box [m]."""
+        from dusttaichi.build import build
+
+        sample = load(Path(path))
+        scene = bench_scene(grains, threads=threads, precision=precision)
+        self.sim = sim = build(scene, sample)
+        sim.advance(1)
+        self.search_seconds, self.search = 0.0, sim.search
+        sim.search = self.timed_search
+        return {
+            "filling_factor": samples.filling_factor(sample, scene.material.radius),
+            "box": (sim.box.size * units.LENGTH).tolist(),
+        }
+
+    def timed_search(self, step=None):
+        import taichi as ti
+
+        begin = time.perf_counter()
+        self.search(step)
+        ti.sync()
+        self.search_seconds += time.perf_counter() - begin
+
+    def time(self, steps):
+        """Seconds a step: of steps alone, of search and ledger at the rates of a run.
+
+        One search is made due, so that its cost is known however short the stretch; it is charged
+        as often as the fastest grain or wall goes half the skin.
+        """
+        sim = self.sim
+        sim.searched_at = FORCED
+        searches, self.search_seconds = sim.searches, 0.0
+        begin = time.perf_counter()
+        sim.advance(steps)
+        middle = time.perf_counter()
+        found = sim.measure()
+        ledger = time.perf_counter() - middle
+        fastest = max(found["largest_speed"], abs(sim.box.speed).max())
+        search_every = 0.5 * sim.skin / (fastest * sim.dt)
+        search = self.search_seconds / (sim.searches - searches)
+        return {
+            "step": (middle - begin - self.search_seconds) / steps,
+            "search": search / max(1.0, search_every),
+            "ledger": ledger / LEDGER_EVERY,
+            "contacts": found["contacts"],
+        }
+
+    def memory(self):
+        """Largest resident memory of this process, and what the fields of the scene take [B]."""
+        tables = [*self.sim.fields.values(), *self.sim.scratch.values(), *self.sim.sums.values()]
+        return {
+            "peak": peak_memory(),
+            "fields": sum(array.nbytes for array in (table.to_numpy() for table in tables)),
+        }
+
+
+def peak_memory():
+    """Largest resident memory of this process [B]."""
+    try:
+        # ru_maxrss would begin with the size of the process that started this one
+        status = Path("/proc/self/status").read_text()
+        return 1024 * int(status.split("VmHWM:")[1].split()[0])
+    except (OSError, IndexError):
+        unit = 1 if sys.platform == "darwin" else 1024
+        return unit * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+
+def main():
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the one who asked ends this process
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    worker = Worker()
+    for line in sys.stdin:
+        command = json.loads(line)
+        try:
+            answer = getattr(worker, command.pop("do"))(**command)
+        except DustError as error:
+            answer = {"error": str(error)}
+        print(json.dumps(answer), file=answers, flush=True)
+
+
+if __name__ == "__main__":
+    main()
