@@ -21,7 +21,7 @@ from dusttaichi.kernels.measure import (
 )
 from dusttaichi.kernels.search import CELLS_PER_GRAIN, Grid
 from dusttaichi.kernels.walls import Walls
-from dusttaichi.step import DONE, DUE, Motion
+from dusttaichi.step import DONE, Motion
 
 NEVER = 2**62
 
@@ -56,6 +56,7 @@ class Simulation:
         self.first_wall_force = np.zeros((6, 3))
         # half of the damping work of step 0 would belong to a time before it
         self.first_damping = [0.0, 0.0]
+        self._search_asked = False
         self._no_walls = Walls()
         self._start(sample)
 
@@ -109,7 +110,9 @@ class Simulation:
         own_i, own_j = self._pair_arrays()
         key = own_i.astype(np.int64) * self.grains + own_j
         place = np.searchsorted(key, low.astype(np.int64) * self.grains + high)
-        known = (place < len(key)) & (key[np.minimum(place, len(key) - 1)] == low * self.grains + high)
+        known = (place < len(key)) & (
+            key[np.minimum(place, len(key) - 1)] == low * self.grains + high
+        )
         state = self._lanes("state")
         layout = self.layout
         p = place[known]
@@ -136,19 +139,21 @@ class Simulation:
                 pending = 1
 
     def _call(self, steps, pending, dt):
-        motion = self._motion(dt, self._wall_due())
+        # every grain has gone further than the root of -1: a search asked for is due at once
+        reach2 = -1.0 if self._search_asked else (0.5 * self.skin) ** 2
+        motion = self._motion(dt, self._wall_due(), reach2)
         self.kernels.advance(steps, self.step, pending, self.threads, motion, self.pair, self.wall,
                              self._walls())  # fmt: skip
         sync = self.fields["sync"].to_numpy()
         return int(sync[DONE]), sync[DONE] < steps
 
     @lru_cache(maxsize=1)  # noqa: B019 (a simulation lives as long as its process)
-    def _motion(self, dt, wall_due):
+    def _motion(self, dt, wall_due, reach2):
         return Motion(
             dt=dt,
             kick=dt / self.mass,
             turn=dt / self.inertia,
-            reach2=(0.5 * self.skin) ** 2,
+            reach2=reach2,
             wall_due=wall_due,
         )
 
@@ -170,9 +175,15 @@ class Simulation:
 
     # -- search ----------------------------------------------------------------------------------
 
+    def request_search(self):
+        """Have the next step search for neighbours, whether it is due or not."""
+        self._search_asked = True
+
     def search(self, step=None):
         """New neighbour lists for the present positions; the history of contacts is kept exactly.
 
+        The loads are void until the next pass over the contacts: between steps use
+        `request_search`.
         Raises GuardStop when positions are no longer numbers or grains overlap without limit.
         """
         step = self.step if step is None else step
@@ -197,6 +208,7 @@ class Simulation:
         self.kernels.list_entries()
         self.searched_at = step
         self.searches += 1
+        self._search_asked = False
 
     def _check_room(self):
         problem = self.fields["counts"].to_numpy()[2]
@@ -313,7 +325,6 @@ class Simulation:
         W = self.layout.width
         a = contacts.reshape(-1, W, contacts.shape[1]).transpose(0, 2, 1)
         self.fields[name].from_numpy(np.ascontiguousarray(a))
-
 
     def grain_state(self):
         """Positions [um], velocities [um/us], spins [rad/us] now, (N, 3), in the sample's order."""

@@ -110,4 +110,3 @@ def make_phases(fields, layout, effects, grains, walls):
                            box.strength[k], wall, dt)  # fmt: skip
 
     return move_grains, pass_pairs, pass_walls
-

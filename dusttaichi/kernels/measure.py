@@ -118,7 +118,12 @@ def make_measure(fields, sums, layout, effects, grains, walls):
         strength = box.strength[k] * now
         common(wall_sum, tile, b, p.touch - distance, now, p, dt)
         if ti.static(effects.rolling):
-            add(wall_sum, tile, ROLLING, strength * rolling.energy(rolling.displacement(n1, nw, p), p))
+            add(
+                wall_sum,
+                tile,
+                ROLLING,
+                strength * rolling.energy(rolling.displacement(n1, nw, p), p),
+            )
         if ti.static(effects.sliding):
             zeta = sliding.displacement_wall(xi, n1, foot, nw, p)
             add(wall_sum, tile, SLIDING, strength * sliding.energy(zeta, p))

@@ -66,7 +66,7 @@ def declare(grains, layout, walls):
     pair_blocks, wall_blocks = capacity(grains, layout, walls)
     tiles = pair_blocks // TILE_BLOCKS
     ghosts = grains + 2  # two far-away grains that fill the empty lanes
-    f, lane, lane_i = ("f64", 0), ("f64", width), ("i32", width)
+    lane, lane_i = ("f64", width), ("i32", width)
     variables = [
         Variable("x", "positions", "um", ("f64", 3), (ghosts,)),
         Variable("v", "velocities half a step back", "um/us", ("f64", 3), (ghosts,)),

@@ -26,10 +26,14 @@ def start(t):
     return W0 + WI * t - (WI - W1) * t * (1.0 + C * t) / (1.0 + A * t + B * t * t)
 
 
-def newton(s, d):
-    """One Newton step for 3 s^4 - 2 s = d."""
+@ti.func
+def newton_lanes(s, d):
+    """One Newton step for 3 s^4 - 2 s = d.
+
+    The slope vanishes at pull-off, where the start is exact: its floor keeps rounding small there.
+    """
     s2 = s * s
-    return s - (3.0 * s2 * s2 - 2.0 * s - d) / (12.0 * s2 * s - 2.0)
+    return s - (3.0 * s2 * s2 - 2.0 * s - d) / ti.max(12.0 * s2 * s - 2.0, 1e-3)
 
 
 def force(s):
@@ -46,16 +50,16 @@ def energy(s):
 
 
 start_lanes = ti.func(start)
-newton_lanes = ti.func(newton)
 force_lanes = ti.func(force)
 energy_lanes = ti.func(energy)
 
 
 @ti.func
 def contact_radius(d):
-    """s = sqrt(a/a0) for the scaled overlap d = delta/delta0 (at or above pull-off)."""
-    t = ti.sqrt(ti.max(d + PULL_OFF, 1e-12))
+    """s = sqrt(a/a0) for the scaled overlap d = delta/delta0; below pull-off that of pull-off."""
+    depth = ti.max(d + PULL_OFF, 0.0)
+    t = ti.sqrt(depth)
     s = ti.sqrt(start_lanes(t))
     for _ in ti.static(range(NEWTON_STEPS)):
-        s = newton_lanes(s, d)
+        s = newton_lanes(s, depth - PULL_OFF)
     return s

@@ -18,8 +18,12 @@ def close_packed(n):
     """Unit-diameter centres of the n <= 13 most connected grains of a close-packed cluster."""
     height, side = sqrt(2.0 / 3.0), sqrt(1.0 / 3.0)
     ring = [(np.cos(a), np.sin(a), 0.0) for a in np.arange(6) * pi / 3.0]
-    upper = [(side * np.cos(a), side * np.sin(a), height) for a in pi / 6 + np.arange(3) * 2 * pi / 3]
-    lower = [(side * np.cos(a), side * np.sin(a), -height) for a in pi / 2 + np.arange(3) * 2 * pi / 3]
+    upper = [
+        (side * np.cos(a), side * np.sin(a), height) for a in pi / 6 + np.arange(3) * 2 * pi / 3
+    ]
+    lower = [
+        (side * np.cos(a), side * np.sin(a), -height) for a in pi / 2 + np.arange(3) * 2 * pi / 3
+    ]
     sites = np.array([(0.0, 0.0, 0.0), *ring, *upper, *lower])
     chosen = [0]
     while len(chosen) < min(n, 13):

@@ -81,9 +81,12 @@ def _read_csv(path: Path, where: str, length_unit: float | None) -> dict:
     if not rows:
         raise DustError(f"{where}: the file is empty; allowed: a header x,y,z and lines of grains.")
     names, factors = _header(rows[0][1], where, length_unit)
-    values = np.array(
-        [_numbers(row, line, names, where) for line, row in rows[1:]], dtype=np.float64
-    ).reshape(-1, len(names)) * factors
+    values = (
+        np.array(
+            [_numbers(row, line, names, where) for line, row in rows[1:]], dtype=np.float64
+        ).reshape(-1, len(names))
+        * factors
+    )
     column = {name: values[:, k] for k, name in enumerate(names)}
     return {
         quantity: np.column_stack([column[name] for name in parts])
