@@ -48,9 +48,20 @@ def chosen_effects(interaction):
     )
 
 
-def lanes_of(scene):
-    """Contacts an iteration: eight doubles fill a wide vector register, a GPU thread takes one."""
-    return {"cpu": 8, "cuda": 1}[scene.numerics.backend]
+@dataclass(frozen=True)
+class Drive:
+    """How the loops are laid out: lanes of a block, blocks of a tile, and what runs the steps.
+
+    Eight doubles fill a wide vector register; a GPU thread takes one contact, and there a kernel
+    a phase takes the place of workers that wait for each other.
+    """
+
+    width: int
+    tile: int
+    kind: str
+
+
+DRIVES = {"cpu": Drive(8, 16, "workers"), "cuda": Drive(1, 1, "launches")}
 
 
 def threads_of(scene, grains):
@@ -188,9 +199,10 @@ def spatial_order(positions, cell):
     return np.argsort(key, kind="stable")
 
 
-def build(scene, sample):
+def build(scene, sample, drive=None):
     """Simulation of a scene with a sample (dusttaichi.samples.Sample), contacts found, loads set.
 
+    drive: a Drive other than that of the backend, to compare them.
     Raises DustError for a sample that does not fit, or a step that cannot be stable.
     """
     grains = len(sample.positions)
@@ -199,13 +211,14 @@ def build(scene, sample):
     start_taichi(scene, threads)
     effects = chosen_effects(scene.interaction)
     walls = scene.boundary.kind != "open"
-    layout = store.Layout(lanes_of(scene), effects.twisting, effects.damping is not None)
+    drive = drive or DRIVES[scene.numerics.backend]
+    layout = store.Layout(drive.width, drive.tile, effects.twisting, effects.damped)
     fields = store.place(store.declare(grains, layout, walls))
     scratch = search.place_search(grains, layout, walls)
     sums = place_measure(grains, layout, walls)
     relist, list_entries = search.make_relist(fields, scratch, layout, grains, walls)
     kernels = Kernels(
-        advance=make_advance(fields, layout, effects, grains, walls),
+        advance=make_advance(fields, layout, effects, grains, walls, drive.kind),
         bounds=search.make_bounds(fields, scratch, grains),
         find=search.make_find(fields, scratch, layout, grains, walls),
         relist=relist,

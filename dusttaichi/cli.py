@@ -18,7 +18,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Grain-by-grain simulation of porous dust.",
 )
-console, err = Console(highlight=False), Console(stderr=True, highlight=False)
+WIDE = 120  # columns where there is no terminal to ask
+console = Console(highlight=False, width=None if sys.stdout.isatty() else WIDE)
+err = Console(stderr=True, highlight=False, width=None if sys.stderr.isatty() else WIDE)
 
 SceneFile = Annotated[Path, typer.Argument(help="YAML file of the scene", metavar="FILE")]
 
@@ -66,7 +68,7 @@ def run(
         except KeyboardInterrupt:
             raise DustError(
                 f"interrupted; everything up to here is in {directory}. "
-                f"Go on with: dust run {file} --resume"
+                f"Go on with: dust run {file} --resume{f' --output {output}' if output else ''}"
             ) from None
     result = analysis.open_run(directory)
     figures = plots.save_all(result, directory)

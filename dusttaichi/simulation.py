@@ -109,10 +109,11 @@ class Simulation:
         second = np.where(swap[:, None], contacts["pointer_i"], contacts["pointer_j"])
         own_i, own_j = self._pair_arrays()
         key = own_i.astype(np.int64) * self.grains + own_j
-        place = np.searchsorted(key, low.astype(np.int64) * self.grains + high)
-        known = (place < len(key)) & (
-            key[np.minimum(place, len(key) - 1)] == low * self.grains + high
-        )
+        if len(key) == 0:
+            return
+        wanted = low.astype(np.int64) * self.grains + high
+        place = np.minimum(np.searchsorted(key, wanted), len(key) - 1)
+        known = key[place] == wanted
         state = self._lanes("state")
         layout = self.layout
         p = place[known]
@@ -273,7 +274,7 @@ class Simulation:
         measure_pairs(self.pair, self.dt)
         grains = self.sums["grain_sum"].to_numpy()
         counts = self.fields["counts"].to_numpy()
-        per_tile = self.layout.width * 16
+        per_tile = self.layout.width * self.layout.tile
         pairs = self.sums["pair_sum"].to_numpy()[: -(-counts[0] // per_tile)]
         out = {
             "kinetic_translation": grains[:, LINEAR].sum(),
@@ -292,7 +293,7 @@ class Simulation:
         out["loss"][2] += pairs[:, PENDING].sum() - self.first_damping[0]
         if self.box is not None:
             force = self._wall_force()
-            walls = self.sums["wall_sum"].to_numpy()[: -(-counts[1] // 16)]
+            walls = self.sums["wall_sum"].to_numpy()[: -(-counts[1] // self.layout.tile)]
             out["wall_contacts"] = int(round(walls[:, CONTACTS].sum()))
             out["potential_wall"] = walls[:, NORMAL : TWISTING + 1].sum(axis=0)
             out["loss_wall"] = self._losses("wall_loss")

@@ -6,12 +6,14 @@ n + 1/2 and computes the loads of n + 1. Positions, velocities, spins, pointers 
 second order in dt (S12 sect. 4).
 """
 
+from types import SimpleNamespace
+
 import taichi as ti
 
 from dusttaichi.kernels.contacts import make_pair_pass
 from dusttaichi.kernels.grains import make_grain_pass
 from dusttaichi.kernels.params import ContactParams
-from dusttaichi.kernels.store import TILE_BLOCKS, capacity
+from dusttaichi.kernels.store import capacity
 from dusttaichi.kernels.walls import Walls, make_wall_pass
 from dusttaichi.kernels.workers import STRIDE, barrier, muster
 
@@ -24,15 +26,24 @@ Motion = ti.types.struct(
 )
 
 
-def make_advance(fields, layout, effects, grains, walls):
-    """Compile-time choice of the step; returns the kernel `advance`.
+DONE, DUE = 6, 7  # places in the `sync` field
 
-    `advance(steps, first, pending, workers, ...)` makes up to `steps` steps from step number
-    `first`; with `pending` the first one has drifted already and lacks its contacts (a search came
-    between). It ends early when a search is due. sync[DONE] and sync[DUE] tell.
+
+def make_advance(fields, layout, effects, grains, walls, drive):
+    """Compile-time choice of the step; returns `advance`.
+
+    `advance(steps, first, pending, workers, motion, pair, wall, box)` makes up to `steps` steps
+    from step number `first`; with `pending` the first one has drifted already and lacks its
+    contacts (a search came between). It ends early when a search is due. sync[DONE] tells.
+    drive: "workers" (CPU: many steps in one kernel call) or "launches" (GPU: a kernel a phase).
     """
     phases = make_phases(fields, layout, effects, grains, walls)
-    move_grains, pass_pairs, pass_walls = phases
+    make = {"workers": make_workers, "launches": make_launches}[drive]
+    return make(fields, layout, phases, grains, walls)
+
+
+def make_workers(fields, layout, phases, grains, walls):
+    """`advance` as one kernel: workers that pass their share of every phase (kernels.workers)."""
     sync = fields["sync"]
 
     @ti.kernel
@@ -46,15 +57,15 @@ def make_advance(fields, layout, effects, grains, walls):
                 done, met, drifted = 0, 0, pending
                 while done < steps and crew > 0:
                     if drifted == 0:
-                        move_grains(me, crew, motion)
+                        phases.move_grains(me, crew, motion)
                         met += crew
                         barrier(sync, met)
                         if sync[DUE] == 1 or first + done + 1 >= motion.wall_due:
                             break
                     drifted = 0
-                    pass_pairs(me, crew, motion.dt, pair)
+                    phases.pass_pairs(me, crew, motion.dt, pair)
                     if ti.static(walls):
-                        pass_walls(me, crew, first + done + 1, motion.dt, wall, box)
+                        phases.pass_walls(me, crew, first + done + 1, motion.dt, wall, box)
                     met += crew
                     barrier(sync, met)
                     done += 1
@@ -64,16 +75,56 @@ def make_advance(fields, layout, effects, grains, walls):
     return advance
 
 
-DONE, DUE = 6, 7  # places in the `sync` field
+def make_launches(fields, layout, phases, grains, walls):
+    """`advance` as a loop in Python over kernels with one parallel loop a phase."""
+    sync, counts = fields["sync"], fields["counts"]
+
+    @ti.kernel
+    def drift(motion: Motion):
+        sync[DUE] = 0
+        for g in range(grains):
+            if phases.move(g, motion.kick, motion.turn, motion.dt, motion.reach2) == 1:
+                sync[DUE] = 1
+
+    @ti.kernel
+    def touch(step: ti.i64, dt: ti.f64, pair: ContactParams, wall: ContactParams, box: Walls):
+        for tile in range(phases.tiles(counts[0], layout.width * layout.tile)):
+            phases.pair_tile(tile, dt, pair)
+        if ti.static(walls):
+            for tile in range(phases.tiles(counts[1], layout.tile)):
+                phases.wall_tile(tile, step, dt, wall, box)
+
+    def advance(steps, first, pending, workers, motion, pair, wall, box):
+        done = 0
+        while done < steps:
+            if not pending:
+                drift(motion)
+                if sync[DUE] == 1 or first + done + 1 >= motion.wall_due:
+                    break
+            pending = 0
+            touch(first + done + 1, motion.dt, pair, wall, box)
+            done += 1
+        sync[DONE] = done
+
+    return advance
 
 
 def make_phases(fields, layout, effects, grains, walls):
-    """The phases of a step for one worker of a crew: grains, pairs, walls."""
+    """The phases of a step: for one grain or tile, and for one worker of a crew."""
     move = make_grain_pass(fields, layout)
     pair_block = make_pair_pass(fields, layout, effects)
     counts, sync = fields["counts"], fields["sync"]
-    width = layout.width
+    W, T = layout.width, layout.tile
     first_wall_block = capacity(grains, layout, walls)[0]
+
+    @ti.func
+    def tiles(contacts, size):
+        return (contacts + size - 1) // size
+
+    @ti.func
+    def pair_tile(tile, dt, pair):
+        for b in range(tile * T, (tile + 1) * T):
+            pair_block(b, tile, pair, dt)
 
     @ti.func
     def move_grains(me, crew, motion):
@@ -85,28 +136,32 @@ def make_phases(fields, layout, effects, grains, walls):
 
     @ti.func
     def pass_pairs(me, crew, dt, pair):
-        tiles = (counts[0] + width * TILE_BLOCKS - 1) // (width * TILE_BLOCKS)
-        for tile in range(tiles * me // crew, tiles * (me + 1) // crew):
-            for b in range(tile * TILE_BLOCKS, (tile + 1) * TILE_BLOCKS):
-                pair_block(b, tile, pair, dt)
+        n = tiles(counts[0], W * T)
+        for tile in range(n * me // crew, n * (me + 1) // crew):
+            pair_tile(tile, dt, pair)
 
+    phases = SimpleNamespace(move=move, tiles=tiles, pair_tile=pair_tile, move_grains=move_grains,
+                             pass_pairs=pass_pairs)  # fmt: skip
     if not walls:
-        return move_grains, pass_pairs, None
+        return phases
 
     wall_block = make_wall_pass(fields, layout, effects)
     wall_of = fields["wall_of"]
 
     @ti.func
-    def pass_walls(me, crew, step, dt, wall, box):
-        blocks = counts[1]
-        tiles = (blocks + TILE_BLOCKS - 1) // TILE_BLOCKS
-        # from the other end: the worker with the smaller share of pairs gets the odd tile
-        for tile in range(tiles * me // crew, tiles * (me + 1) // crew):
-            for c in range(tile * TILE_BLOCKS, ti.min((tile + 1) * TILE_BLOCKS, blocks)):
-                k = wall_of[c]
-                unit_normal = ti.Vector([box.normal[k, 0], box.normal[k, 1], box.normal[k, 2]])
-                offset = box.offset[k] + box.speed[k] * (dt * step)
-                wall_block(c, tile, first_wall_block, unit_normal, offset, box.speed[k],
-                           box.strength[k], wall, dt)  # fmt: skip
+    def wall_tile(tile, step, dt, wall, box):
+        for c in range(tile * T, ti.min((tile + 1) * T, counts[1])):
+            k = wall_of[c]
+            unit_normal = ti.Vector([box.normal[k, 0], box.normal[k, 1], box.normal[k, 2]])
+            offset = box.offset[k] + box.speed[k] * (dt * step)
+            wall_block(c, tile, first_wall_block, unit_normal, offset, box.speed[k],
+                       box.strength[k], wall, dt)  # fmt: skip
 
-    return move_grains, pass_pairs, pass_walls
+    @ti.func
+    def pass_walls(me, crew, step, dt, wall, box):
+        n = tiles(counts[1], T)
+        for tile in range(n * me // crew, n * (me + 1) // crew):
+            wall_tile(tile, step, dt, wall, box)
+
+    phases.wall_tile, phases.pass_walls = wall_tile, pass_walls
+    return phases

@@ -6,7 +6,7 @@ import taichi as ti
 from dusttaichi.kernels.contacts import make_access, step01
 from dusttaichi.kernels.grains import make_gather
 from dusttaichi.kernels.params import ContactParams
-from dusttaichi.kernels.store import CHUNK, TILE_BLOCKS, capacity
+from dusttaichi.kernels.store import CHUNK, capacity
 from dusttaichi.kernels.walls import Walls
 from dusttaichi.physics import normal, rolling, sliding, twisting
 
@@ -19,18 +19,18 @@ LINEAR, ANGULAR, FASTEST, FASTEST_SPIN = range(4)
 def place_measure(grains, layout, walls):
     pair_blocks, wall_blocks = capacity(grains, layout, walls)
     sums = {
-        "pair_sum": ti.field(ti.f64, shape=(pair_blocks // TILE_BLOCKS, 7)),
+        "pair_sum": ti.field(ti.f64, shape=(pair_blocks // layout.tile, 7)),
         "grain_sum": ti.field(ti.f64, shape=(-(-grains // CHUNK), 4)),
     }
     if walls:
-        sums["wall_sum"] = ti.field(ti.f64, shape=(wall_blocks // TILE_BLOCKS, 7))
+        sums["wall_sum"] = ti.field(ti.f64, shape=(wall_blocks // layout.tile, 7))
         sums["wall_force"] = ti.field(ti.f64, shape=(6, 3))
     return sums
 
 
 def make_measure(fields, sums, layout, effects, grains, walls):
     """Kernels that fill `sums`: grains(mass, inertia, kick, turn), pairs(p, dt), walls(...)."""
-    W = layout.width
+    W, T = layout.width, layout.tile
     V3, gather, get_state, _, state, load = make_access(fields, layout)
     x, v, w, counts = fields["x"], fields["v"], fields["w"], fields["counts"]
     total = make_gather(fields, layout)
@@ -95,9 +95,9 @@ def make_measure(fields, sums, layout, effects, grains, walls):
 
     @ti.kernel
     def measure_pairs(p: ContactParams, dt: ti.f64):
-        for tile in range((counts[0] + W * TILE_BLOCKS - 1) // (W * TILE_BLOCKS)):
+        for tile in range((counts[0] + W * T - 1) // (W * T)):
             clear(pair_sum, tile)
-            for b in range(tile * TILE_BLOCKS, (tile + 1) * TILE_BLOCKS):
+            for b in range(tile * T, (tile + 1) * T):
                 measure_pair_block(tile, b, p, dt)
 
     if not walls:
@@ -132,9 +132,9 @@ def make_measure(fields, sums, layout, effects, grains, walls):
 
     @ti.kernel
     def measure_walls(box: Walls, time: ti.f64, p: ContactParams, dt: ti.f64):
-        for tile in range((counts[1] + TILE_BLOCKS - 1) // TILE_BLOCKS):
+        for tile in range((counts[1] + T - 1) // T):
             clear(wall_sum, tile)
-            for c in range(tile * TILE_BLOCKS, ti.min((tile + 1) * TILE_BLOCKS, counts[1])):
+            for c in range(tile * T, ti.min((tile + 1) * T, counts[1])):
                 measure_wall_block(tile, c, box, time, p, dt)
         for n in range(6):
             for a in ti.static(range(3)):

@@ -7,7 +7,7 @@ outside it. Lists are sorted by grain number, whatever order the threads worked 
 
 import taichi as ti
 
-from dusttaichi.kernels.store import CHUNK, NEIGHBOURS, TILE_BLOCKS, capacity
+from dusttaichi.kernels.store import CHUNK, NEIGHBOURS, capacity
 
 Grid = ti.types.struct(
     origin=ti.types.vector(3, ti.f64),
@@ -249,7 +249,7 @@ def make_relist(fields, scratch, layout, grains, walls):
         for _ in range(1):
             pairs = pair_start[grains]
             counts[0] = pairs
-            full = W * TILE_BLOCKS
+            full = W * layout.tile
             for c in range(pairs, (pairs + full - 1) // full * full):
                 clear_lane(c)
 

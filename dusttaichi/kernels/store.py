@@ -13,7 +13,6 @@ from dusttaichi.kernels.lanes import CHANNELS
 
 WALLS = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
 SPRINGS = ("normal", "rolling", "sliding", "twisting")
-TILE_BLOCKS = 16  # blocks of a tile
 CHUNK = 256  # grains of a chunk: the unit of the parallel scans and of the grain sums
 NEIGHBOURS = 24  # neighbours of a grain within the skin that the search can hold
 PAIRS_PER_GRAIN = 6  # twelve touching neighbours at most
@@ -23,7 +22,8 @@ PAIRS_PER_GRAIN = 6  # twelve touching neighbours at most
 class Layout:
     """Where the numbers of a contact stand; what a scene does not need has no place (-1)."""
 
-    width: int
+    width: int  # lanes of a block
+    tile: int  # blocks of a tile
     twisting: bool
     damping: bool
 
@@ -64,7 +64,7 @@ def declare(grains, layout, walls):
     """All state of a scene of `grains` grains: a list of Variable."""
     width = layout.width
     pair_blocks, wall_blocks = capacity(grains, layout, walls)
-    tiles = pair_blocks // TILE_BLOCKS
+    tiles = pair_blocks // layout.tile
     ghosts = grains + 2  # two far-away grains that fill the empty lanes
     lane, lane_i = ("f64", width), ("i32", width)
     variables = [
@@ -93,7 +93,7 @@ def declare(grains, layout, walls):
             Variable("wall_of", "wall of a block", "1", ("i32", 0), (wall_blocks,)),
             Variable("wall_slot", "lane of a grain on a wall, or -1", "1", ("i32", 6), (grains,)),
             Variable("wall_loss", "wall losses by tile", "fJ", lane,
-                     (wall_blocks // TILE_BLOCKS, len(CHANNELS))),
+                     (wall_blocks // layout.tile, len(CHANNELS))),
             Variable("impulse", "time integral of the wall force by block", "nN us",
                      lane, (wall_blocks, 3)),
             Variable("impulse_total", "the same before the last search", "nN us",
@@ -108,11 +108,11 @@ def capacity(grains, layout, walls):
     Twelve neighbours touch a grain at most. A wall is touched by a face of the sample: every grain
     of a small or flat one, a share that shrinks as N^(-1/3) of a large one.
     """
-    per_tile = layout.width * TILE_BLOCKS
+    per_tile = layout.width * layout.tile
     pairs = PAIRS_PER_GRAIN * grains + 64
     lanes = min(6 * grains, grains + int(20 * grains ** (2 / 3)) + 64) + 6 * layout.width
-    pair_blocks = -(-pairs // per_tile) * TILE_BLOCKS
-    return pair_blocks, -(-lanes // per_tile) * TILE_BLOCKS if walls else 0
+    pair_blocks = -(-pairs // per_tile) * layout.tile
+    return pair_blocks, -(-lanes // per_tile) * layout.tile if walls else 0
 
 
 def place(variables):
