@@ -5,7 +5,8 @@ import taichi as ti
 
 def make_gather(fields, layout):
     """Returns `total(g)`: force and torque on grain g, summed in the order of its list."""
-    W = layout.width
+    W = layout.width  # a power of two
+    shift = W.bit_length() - 1
     entry_start, entry, load = fields["entry_start"], fields["entry"], fields["load"]
 
     @ti.func
@@ -14,7 +15,7 @@ def make_gather(fields, layout):
         for e in range(entry_start[g], entry_start[g + 1]):
             code = entry[e]
             contact, side = code >> 1, code & 1
-            b, k = contact // W, contact % W
+            b, k = contact >> shift, contact & (W - 1)
             first = 3 + 3 * side
             sign = 1.0 - 2.0 * side
             force += sign * ti.Vector([load[b, 0][k], load[b, 1][k], load[b, 2][k]])

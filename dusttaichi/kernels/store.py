@@ -13,6 +13,7 @@ from dusttaichi.kernels.lanes import CHANNELS
 
 WALLS = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
 SPRINGS = ("normal", "rolling", "sliding", "twisting")
+GATHERED = ("x", "v", "w")  # gathered together by contacts: they stand side by side in memory
 CHUNK = 256  # grains of a chunk: the unit of the parallel scans and of the grain sums
 NEIGHBOURS = 24  # neighbours of a grain within the skin that the search can hold
 PAIRS_PER_GRAIN = 6  # twelve touching neighbours at most
@@ -118,8 +119,12 @@ def capacity(grains, layout, walls):
 def place(variables):
     """Taichi fields for the declared variables, as a dict by name."""
     types = {"f64": ti.f64, "i32": ti.i32, "i64": ti.i64}
-    fields = {}
+    together = [var for var in variables if var.name in GATHERED]
+    fields = {var.name: ti.Vector.field(3, ti.f64) for var in together}
+    ti.root.dense(ti.i, together[0].shape[0]).place(*fields.values())
     for var in variables:
+        if var.name in fields:
+            continue
         dtype, length = types[var.element[0]], var.element[1]
         make = ti.field if length == 0 else _vector_field(length)
         fields[var.name] = make(dtype, shape=var.shape)
