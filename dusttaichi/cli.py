@@ -170,6 +170,45 @@ def plot(
         console.print(f"wrote {path}")
 
 
+COLUMNS = (
+    ("run", "name", "{}"),
+    ("grains", "grains", "{:,}"),
+    ("p_m kPa", "p_m", "{:.1f}"),
+    ("Delta", "delta", "{:.2f}"),
+    ("rms", "rms", "{:.3f}"),
+    ("mean", "rms_mean", "{:+.3f}"),
+    ("covered", "rms_covered", "{:.2f}"),
+    ("contacts/grain at 0.3", "contacts_per_grain_at_0.3", "{:.2f}"),
+    ("at 0.45", "contacts_per_grain_at_0.45", "{:.2f}"),
+    ("ledger", "ledger_worst", "{:.0e}"),
+)
+
+
+@app.command()
+def compare(
+    runs: Annotated[list[Path], typer.Argument(help="run directories or result files")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="CSV file of all numbers")
+    ] = None,
+):
+    """Compression runs side by side: fit, distance from S12 eq 31, contacts a grain, ledger."""
+    from dusttaichi import analysis
+
+    rows = analysis.compare([analysis.open_run(path) for path in runs])
+    table = Table(box=None, pad_edge=False)
+    for heading, _, _ in COLUMNS:
+        table.add_column(heading, justify="left" if heading == "run" else "right")
+    for row in rows:
+        scaled = row | {"p_m": None if row["p_m"] is None else row["p_m"] / 1e3}
+        table.add_row(
+            *("-" if scaled[key] is None else text.format(scaled[key]) for _, key, text in COLUMNS)
+        )
+    console.print(table)
+    if output is not None:
+        analysis.to_csv(rows, output)
+        console.print(f"wrote {output}")
+
+
 @app.command()
 def bench(
     quick: Annotated[bool, typer.Option("--quick", help="small sizes only, two minutes")] = False,

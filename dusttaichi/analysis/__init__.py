@@ -1,5 +1,6 @@
 """What a result means: reads result files only, and never needs Taichi."""
 
+from dusttaichi.analysis.compare import compare, to_csv
 from dusttaichi.analysis.compression import (
     Curve,
     Deviation,
@@ -19,6 +20,7 @@ __all__ = [
     "Fit",
     "Ledger",
     "Run",
+    "compare",
     "compression_curve",
     "fit_compression",
     "ledger",
@@ -27,4 +29,5 @@ __all__ = [
     "rms_from_law",
     "summary",
     "table",
+    "to_csv",
 ]

@@ -11,7 +11,7 @@ from dusttaichi import __version__
 
 def _git_commit():
     """Commit of the source tree this package runs from, `-dirty` if changed; None outside one."""
-    root = Path(__file__).resolve().parent.parent
+    root = Path(__file__).resolve().parents[2]
     if not (root / ".git").exists():
         return None
     command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=40"]
