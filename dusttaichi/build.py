@@ -5,6 +5,7 @@ from contextlib import redirect_stdout
 from dataclasses import dataclass
 from functools import cached_property
 from io import StringIO
+from math import pi
 
 import numpy as np
 import taichi as ti
@@ -21,6 +22,7 @@ from dusttaichi.simulation import Kernels, Simulation
 from dusttaichi.step import make_advance
 
 SMALL = 400  # grains below which a second thread costs more than it gains
+SAFE = 1.4  # a step that strong damping limits may be this much nearer to its limit
 SKIN = (0.12, 0.35)  # of the radius: while little moves, and behind a fast wall
 SKIN_PER_SPEED = 0.07  # of the radius for each m/s of the wall
 
@@ -66,10 +68,13 @@ DRIVES = {"cpu": Drive(8, 16, "workers"), "cuda": Drive(1, 1, "launches")}
 
 
 def threads_of(scene, grains):
-    """Worker threads: all cores that this process may use, one for a small sample."""
-    if scene.numerics.threads != "auto":
-        return scene.numerics.threads
+    """Worker threads: all cores that this process may use, one for a small sample.
+
+    Never more than there are cores: workers wait for each other.
+    """
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    if scene.numerics.threads != "auto":
+        return min(scene.numerics.threads, cores)
     return 1 if grains < SMALL else max(1, min(cores, grains // (SMALL // 2)))
 
 
@@ -87,23 +92,24 @@ def time_step(scene, grains):
 
     Raises DustError when the step asked for cannot be stable.
     """
-    period = stability.stiffest_period(
-        scene.material, scene.interaction, grains, scene.boundary.kind != "open"
+    period, rate = stability.stiffest(
+        scene.material, scene.interaction, grains, wall_strengths(scene.boundary)
     )
-    limit = stability.largest_stable_step(period)
+    limit = stability.largest_stable_step(period, rate)
     if scene.numerics.time_step == "auto":
         if not np.isfinite(period):
             raise DustError(
                 "numerics.time_step = auto: one free grain has no period to take the step from; "
                 'give a step, for example "0.3 ns"'
             )
-        return TimeStep(scene.numerics.step_fraction * period, period, limit)
+        fraction = scene.numerics.step_fraction
+        return TimeStep(min(fraction * period, fraction * pi * limit * SAFE), period, limit)
     dt = scene.numerics.time_step
     if dt >= limit:
         raise DustError(
             f'numerics.time_step = "{dt * 1e9:.4g} ns": not stable. The stiffest period of this '
-            f"scene is {period * 1e9:.4g} ns and the leapfrog needs less than period/pi = "
-            f'{limit * 1e9:.4g} ns; try "auto", or {0.2 * period * 1e9:.3g} ns'
+            f"scene is {period * 1e9:.4g} ns and the leapfrog needs less than "
+            f'{limit * 1e9:.4g} ns with this damping; try "auto", or {0.6 * limit * 1e9:.3g} ns'
         )
     return TimeStep(dt, period, limit)
 
@@ -159,6 +165,15 @@ class Box:
 NORMALS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
 
 
+def wall_strengths(boundary):
+    """Factor on the springs of each wall, None for one left out; None for a scene without walls."""
+    if boundary.kind == "open":
+        return None
+    factors = [boundary.side_walls] * 4 + [1.0, 1.0]
+    return [None if name in boundary.omit else f
+            for name, f in zip(store.WALLS, factors, strict=True)]  # fmt: skip
+
+
 def make_box(boundary, positions, radius, overlap):
     """The walls around a sample (positions, radius, equilibrium overlap in um), or None.
 
@@ -185,7 +200,7 @@ def make_box(boundary, positions, radius, overlap):
     present = np.array([name not in boundary.omit for name in store.WALLS], dtype=np.int32)
     speed = np.zeros(6)
     speed[5] = boundary.wall_speed / units.SPEED
-    strength = np.array([boundary.side_walls] * 4 + [1.0, 1.0])
+    strength = np.array([factor or 0.0 for factor in wall_strengths(boundary)])
     offset = np.array([low[0], -high[0], low[1], -high[1], low[2], -high[2]])
     return Box(NORMALS, offset, speed, strength, present, high - low)
 

@@ -21,6 +21,7 @@ from dusttaichi.kernels.measure import (
 )
 from dusttaichi.kernels.search import CELLS_PER_GRAIN, Grid
 from dusttaichi.kernels.walls import Walls
+from dusttaichi.physics.constants import PULL_OFF
 from dusttaichi.step import DONE, Motion
 
 NEVER = 2**62
@@ -73,7 +74,7 @@ class Simulation:
         self._put_grains("x", sample.positions[order] / length, far=True)
         self._put_grains("v", sample.velocities[order])
         self._put_grains("w", sample.spins[order] / 1e6)
-        self.search()
+        self._search()
         if sample.contacts is not None:
             self._take_contacts(sample.contacts)
         self._advance_once(0.0)
@@ -136,7 +137,7 @@ class Simulation:
             self.step += done
             pending = 0
             if due:
-                self.search(self.step + 1)
+                self._search(self.step + 1)
                 pending = 1
 
     def _call(self, steps, pending, dt):
@@ -176,15 +177,14 @@ class Simulation:
 
     # -- search ----------------------------------------------------------------------------------
 
-    def request_search(self):
+    def search(self):
         """Have the next step search for neighbours, whether it is due or not."""
         self._search_asked = True
 
-    def search(self, step=None):
+    def _search(self, step=None):
         """New neighbour lists for the present positions; the history of contacts is kept exactly.
 
-        The loads are void until the next pass over the contacts: between steps use
-        `request_search`.
+        The loads are void until the next pass over the contacts.
         Raises GuardStop when positions are no longer numbers or grains overlap without limit.
         """
         step = self.step if step is None else step
@@ -192,7 +192,8 @@ class Simulation:
         bounds = self.scratch["bounds"].to_numpy()
         if bounds[6] > 0:
             self._stop_not_a_number()
-        reach = 2.0 * self.radius + self.skin
+        # bonds hold beyond first touch, down to pull-off
+        reach = 2.0 * self.radius + self.skin + PULL_OFF / self.pair.inv_delta0
         extent = bounds[3:6] - bounds[:3]
         edge = reach * 1.000001
         while np.prod(np.floor(extent / edge) + 1.0) > CELLS_PER_GRAIN * self.grains + 60:
@@ -203,7 +204,8 @@ class Simulation:
         self._check_room()
         self.kernels.relist()
         if self.box is not None:
-            self.kernels.relist_walls(self._walls(), step * self.dt, self.radius + self.skin,
+            wall_reach = self.radius + self.skin + PULL_OFF / self.wall.inv_delta0
+            self.kernels.relist_walls(self._walls(), step * self.dt, wall_reach,
                                       self.box.present.tolist())  # fmt: skip
             self._check_room()
         self.kernels.list_entries()

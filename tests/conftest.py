@@ -1,7 +1,6 @@
 """Small scenes for the tests of the physics: real Scene and Sample objects, no YAML files."""
 
 import numpy as np
-import pytest
 
 from dusttaichi import units
 from dusttaichi.build import build
@@ -130,8 +129,3 @@ def lanes(field):
     """A field of lane vectors (blocks, components) as (contacts, components)."""
     a = field.to_numpy()
     return a.transpose(0, 2, 1).reshape(-1, a.shape[1])
-
-
-@pytest.fixture(scope="session")
-def rng():
-    return np.random.default_rng(5)

@@ -256,8 +256,9 @@ class Reference:
             n1, n2 = c.n1, c.n2
             xi, zeta = xi_of(n1, n2, p), zeta_pair(n1, n2, nc, p)
             F = F - p.k_s * zeta * np.dot(r * n2 - r * n1, nc) / length(d)
-            M1 = -p.R * p.k_r * np.cross(n1, xi) - r * p.k_s * np.cross(n1, zeta) - p.k_t * c.phi * nc
-            M2 = -p.R * p.k_r * np.cross(n2, xi) + r * p.k_s * np.cross(n2, zeta) + p.k_t * c.phi * nc
+            twist = p.k_t * c.phi * nc
+            M1 = -p.R * p.k_r * np.cross(n1, xi) - r * p.k_s * np.cross(n1, zeta) - twist
+            M2 = -p.R * p.k_r * np.cross(n2, xi) + r * p.k_s * np.cross(n2, zeta) + twist
         force[i] += F
         force[j] -= F
         torque[i] += M1

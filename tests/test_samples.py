@@ -67,7 +67,7 @@ def test_search_leaves_out_only_what_no_drop_can_reach():
         deposit.drop(rng.random((300, 2)) * period)
     x, cells = deposit.positions, np.array(deposit._landing.shape)
     # Probes all over, most of them close to the corners of the map's cells, where its bound binds.
-    probes = (rng.integers(0, cells, (4000, 2)) + rng.choice([0.001, 0.5, 0.999], (4000, 2)))
+    probes = rng.integers(0, cells, (4000, 2)) + rng.choice([0.001, 0.5, 0.999], (4000, 2))
     probes *= period / cells
     apart = probes[:, None] - x[None, :, :2]
     apart -= period * np.round(apart / period)
@@ -187,8 +187,9 @@ def test_deposit_with_its_fluffy_top_is_less_filled():
 def test_first_layers_are_denser():
     sample = cake(grains=20000)
     z = sample.positions[:, 2]
-    per_radius = [np.count_nonzero((z >= a * R) & (z < b * R)) / (b - a) for a, b in
-                  [(1, 6), (40, 60)]]
+    per_radius = [
+        np.count_nonzero((z >= a * R) & (z < b * R)) / (b - a) for a, b in [(1, 6), (40, 60)]
+    ]
     # 0.20 against 0.155 in S12's measure; counts of 1e3 scatter by 3 %.
     assert per_radius[0] > 1.2 * per_radius[1]
 
@@ -250,13 +251,15 @@ def test_samples_import_no_taichi():
 
 
 def scene(**sample):
-    return Scene.from_dict({
-        "name": "grains",
-        "material": "silicate_s12",
-        "sample": sample,
-        "boundary": {"kind": "open"},
-        "stop": {"steps": 1},
-    })
+    return Scene.from_dict(
+        {
+            "name": "grains",
+            "material": "silicate_s12",
+            "sample": sample,
+            "boundary": {"kind": "open"},
+            "stop": {"steps": 1},
+        }
+    )
 
 
 def test_make_deposits_at_the_equilibrium_distance_of_the_material():

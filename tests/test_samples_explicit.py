@@ -25,7 +25,11 @@ UNITS = {"position": "m", "velocity": "m/s", "spin": "rad/s"}
 
 def explicit_spec(file=None, positions=None, velocities=None, spins=None, units=1.0):
     return SimpleNamespace(
-        kind="explicit", file=file, positions=positions, velocities=velocities, spins=spins,
+        kind="explicit",
+        file=file,
+        positions=positions,
+        velocities=velocities,
+        spins=spins,
         units=units,
     )
 
@@ -60,13 +64,13 @@ def write_result(path, frames=2, contacts=True, counts=(1, 2)):
             group.createDimension("xyz", 3)
             total = sum(counts)
             for name in ("grain_i", "grain_j"):
-                group.createVariable(name, "i4", ("contact",))[:] = (
-                    np.arange(total) % (N - 1) + (name == "grain_j")
+                group.createVariable(name, "i4", ("contact",))[:] = np.arange(total) % (N - 1) + (
+                    name == "grain_j"
                 )
             for name in ("pointer_i", "pointer_j"):
-                group.createVariable(name, "f8", ("contact", "xyz"))[:] = (
-                    np.arange(3 * total).reshape(total, 3)
-                )
+                group.createVariable(name, "f8", ("contact", "xyz"))[:] = np.arange(
+                    3 * total
+                ).reshape(total, 3)
             for name in ("twist", "approach"):
                 group.createVariable(name, "f8", ("contact",))[:] = np.arange(total) + 0.5
     return path
@@ -78,8 +82,13 @@ def write_csv(path, header, rows):
 
 
 def test_positions_from_the_yaml():
-    assert_state(load(positions=STATE["position"].tolist(), velocities=STATE["velocity"].tolist(),
-                      spins=STATE["spin"].tolist()))
+    assert_state(
+        load(
+            positions=STATE["position"].tolist(),
+            velocities=STATE["velocity"].tolist(),
+            spins=STATE["spin"].tolist(),
+        )
+    )
     still = load(positions=STATE["position"])
     assert not still.velocities.any() and not still.spins.any() and still.contacts is None
     assert len(load(positions=[[0.0, 0.0, 0.0]])) == 1
@@ -101,9 +110,7 @@ def test_csv_with_units(tmp_path):
     heading = write_csv(
         tmp_path / "a.csv", "x [um],y [um],z [um],vx [cm/s],vy [cm/s],vz [cm/s]", micro
     )
-    option = write_csv(
-        tmp_path / "b.csv", "x,y,z,vx [cm/s],vy [cm/s],vz [cm/s]", micro
-    )
+    option = write_csv(tmp_path / "b.csv", "x,y,z,vx [cm/s],vy [cm/s],vz [cm/s]", micro)
     for sample in (load(file=heading), load(file=option, units=1e-6)):
         # Two products of rounded numbers.
         np.testing.assert_allclose(sample.positions, STATE["position"], rtol=1e-15)
@@ -129,7 +136,9 @@ def test_generic_netcdf(tmp_path):
     with netCDF4.Dataset(tmp_path / "a.nc", "w", format="NETCDF3_CLASSIC") as data:
         data.createDimension("n", N)
         for quantity, factor, unit in (
-            ("position", 1e6, "um"), ("velocity", 1.0, "m s-1"), ("spin", 1.0, "rad/s")
+            ("position", 1e6, "um"),
+            ("velocity", 1.0, "m s-1"),
+            ("spin", 1.0, "rad/s"),
         ):
             for k, name in enumerate(NAMES[quantity]):
                 variable = data.createVariable(name, "f8", ("n",))
@@ -263,13 +272,15 @@ def test_bad_lists_are_refused(lists, message):
 
 
 def scene(**sample):
-    return Scene.from_dict({
-        "name": "grains",
-        "material": "silicate_s12",
-        "sample": {"kind": "explicit", **sample},
-        "boundary": {"kind": "open"},
-        "stop": {"steps": 1},
-    })
+    return Scene.from_dict(
+        {
+            "name": "grains",
+            "material": "silicate_s12",
+            "sample": {"kind": "explicit", **sample},
+            "boundary": {"kind": "open"},
+            "stop": {"steps": 1},
+        }
+    )
 
 
 def test_make_explicit(tmp_path):

@@ -36,8 +36,8 @@ class Worker:
         scene = bench_scene(grains, threads=threads, precision=precision)
         self.sim = sim = build(scene, sample)
         sim.advance(1)
-        self.search_seconds, self.search = 0.0, sim.search
-        sim.search = self.timed_search
+        self.search_seconds, self.search = 0.0, sim._search
+        sim._search = self.timed_search
         return {
             "filling_factor": samples.filling_factor(sample, scene.material.radius),
             "box": (sim.box.size * units.LENGTH).tolist(),
@@ -58,7 +58,7 @@ class Worker:
         as often as the fastest grain or wall goes half the skin.
         """
         sim = self.sim
-        sim.request_search()
+        sim.search()
         searches, self.search_seconds = sim.searches, 0.0
         begin = time.perf_counter()
         sim.advance(steps)

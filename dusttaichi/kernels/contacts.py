@@ -100,59 +100,66 @@ def make_pair_pass(fields, layout, effects):
         square = d.dot(d)
         inv = 1.0 / ti.sqrt(square)
         nc = d.times(inv)
-        u = dv.dot(nc)
+        # speed and n_c of half a step ago, where v and w are: second order in dt
+        back = d.minus(dv.times(0.5 * dt)).times(inv + 0.5 * dt * dv.dot(nc) * inv * inv)
+        u = dv.dot(back)
         n1, n2 = get_state(b, N1), get_state(b, N2)
         was = step01(n1.dot(n1) - 0.5)
         now, formed, broken, kept, s = touch(p.touch - square * inv, u, was, dt, p)
         push, lost_forming, lost_breaking = jump(s, u, formed, broken, dt, p)
-
-        n1, n2 = n1.turned(turn_i), n2.turned(turn_j)
-        force = nc.times(now * push)
-        m1, m2 = n1, n2
-        a1, a2 = n1.times(0.0), n1.times(0.0)
+        push = now * push
         if ti.static(effects.damped):
             f, lost = damp(s, u, was, state[b, APPROACH], state[b, APPROACH + 1], now, dt, p)
-            force = nc.times(now * push - f)
+            push -= f
             state[b, APPROACH], state[b, APPROACH + 1] = now * u, f
             add_to(loss, tile, DAMPING, lost)
+
+        # pointers and twist of lanes that did not touch a step ago are zero, and so are their loads
+        n1, n2 = n1.turned(turn_i), n2.turned(turn_j)
+        m1, m2 = n1, n2
         if ti.static(effects.rolling):
             xi = rolling.displacement(n1, n2, p)
-            c1, c2, left, lost = rolling.correct(xi, n1, n2, p)
+            c1, c2, lost = rolling.correct(xi, n1, n2, p)
             m1, m2 = m1.plus(xi.times(c1)), m2.plus(xi.times(c2))
             add_to(loss, tile, ROLLING, lost)
-            xi = xi.times(left)
-            lost_breaking += broken * rolling.energy(xi, p)
-            a1 = a1.plus(xi.times(kept * rolling.pull(p)))
+        if ti.static(effects.sliding):
+            zeta, _ = sliding.displacement(n1, n2, nc, p)
+            c1, c2, lost = sliding.correct(zeta, n1, n2, p)
+            m1, m2 = m1.plus(zeta.times(c1)), m2.plus(zeta.times(c2))
+            add_to(loss, tile, SLIDING, lost)
+        n1, n2 = m1.unit(), m2.unit()
+        put(state, b, N1, n1.times(kept).minus(nc.times(formed)))
+        put(state, b, N2, n2.times(kept).plus(nc.times(formed)))
+
+        stored = 0.0 * inv
+        shear = nc.times(stored)
+        a1, a2 = shear, shear
+        if ti.static(effects.rolling):
+            xi = rolling.displacement(n1, n2, p)
+            stored += rolling.energy(xi, p)
+            a1 = xi.times(rolling.pull(p))
             a2 = a1
         if ti.static(effects.sliding):
             zeta, lever = sliding.displacement(n1, n2, nc, p)
-            c1, c2, left, lost = sliding.correct(zeta, n1, n2, p)
-            m1, m2 = m1.plus(zeta.times(c1)), m2.plus(zeta.times(c2))
-            add_to(loss, tile, SLIDING, lost)
-            zeta = zeta.times(left)
-            lost_breaking += broken * sliding.energy(zeta, p)
-            zeta = zeta.times(kept)
-            force = force.plus(zeta.times(sliding.push(lever, inv, p)))
+            stored += sliding.energy(zeta, p)
+            shear = zeta.times(sliding.push(lever, inv, p))
             pull = zeta.times(sliding.pull(p))
             a1, a2 = a1.plus(pull), a2.minus(pull)
-        n1, n2 = m1.unit(), m2.unit()
         t1, t2 = a1.cross(n1), a2.cross(n2)
-        put(state, b, N1, n1.times(kept).minus(nc.times(formed)))
-        put(state, b, N2, n2.times(kept).plus(nc.times(formed)))
         if ti.static(effects.twisting):
-            # n_c of half a step ago, so that the twist is second order in dt
-            back = d.minus(dv.times(0.5 * dt)).times(inv + 0.5 * dt * u * inv * inv)
-            turned = state[b, TWIST] + turn_i.minus(turn_j).dot(back)
-            phi, lost = twisting.correct(kept * turned, p)
-            lost_breaking += broken * twisting.energy(turned, p)
-            state[b, TWIST] = phi
+            way = turn_i.minus(turn_j).dot(back)
+            phi, lost = twisting.correct(was * (state[b, TWIST] + way), p)
+            stored += twisting.energy(phi, p)
+            state[b, TWIST] = kept * phi
             add_to(loss, tile, TWISTING, lost)
             torque = nc.times(twisting.torque(phi, p))
             t1, t2 = t1.plus(torque), t2.minus(torque)
-        put(load, b, 0, force)
-        put(load, b, 3, t1)
-        put(load, b, 6, t2)
+        # a spring that breaks has worked for half a step less than its displacement says
+        work = dt * shear.dot(dv) + t1.dot(turn_i) + t2.dot(turn_j)
+        put(load, b, 0, nc.times(push).plus(shear.times(kept)))
+        put(load, b, 3, t1.times(kept))
+        put(load, b, 6, t2.times(kept))
         add_to(loss, tile, FORMING, lost_forming)
-        add_to(loss, tile, BREAKING, lost_breaking)
+        add_to(loss, tile, BREAKING, lost_breaking + broken * (stored + 0.5 * work))
 
     return pair_block

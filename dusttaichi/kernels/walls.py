@@ -39,65 +39,74 @@ def make_wall_pass(fields, layout, effects):
     def wall_block(c, tile, first, unit_normal, offset, speed, strength, p, dt):
         b = first + c
         i = wall_grain[c]
-        xi_ = gather(x, i)
+        place = gather(x, i)
         turn = gather(w, i).times(dt)
         one = 1.0 + 0.0 * wall_gap[c]
         nw = V3(one * unit_normal[0], one * unit_normal[1], one * unit_normal[2])
-        distance = xi_.dot(nw) - offset + wall_gap[c]
-        u = gather(v, i).dot(nw) - speed
+        distance = place.dot(nw) - offset + wall_gap[c]
+        dv = gather(v, i).minus(nw.times(speed))
+        u = dv.dot(nw)
         n1, foot = get_state(b, N1), get_state(b, FOOT)
         was = step01(n1.dot(n1) - 0.5)
         now, formed, broken, kept, s = touch(p.touch - distance, u, was, dt, p)
         push, lost_forming, lost_breaking = jump(s, u, formed, broken, dt, p)
-
-        n1 = n1.turned(turn)
-        force = nw.times(now * push)
-        a = n1.times(0.0)
-        moved, shift = n1, a
+        push = now * push
         if ti.static(effects.damped):
             f, lost = damp(s, u, was, state[b, APPROACH], state[b, APPROACH + 1], now, dt, p)
-            force = nw.times(now * push - f)
+            push -= f
             state[b, APPROACH], state[b, APPROACH + 1] = now * u, f
             add_to(loss, tile, DAMPING, lost)
+
+        # the pointer of a lane that did not touch a step ago is zero: `strong` masks its springs
+        strong = was * strength
+        turned = n1.turned(turn)
+        n1 = turned
         if ti.static(effects.sliding):
-            zeta = sliding.displacement_wall(xi_, n1, foot, nw, p)
-            over, left, lost = sliding.correct_wall(zeta, p)
-            shift = zeta.times(over)
-            add_to(loss, tile, SLIDING, was * strength * lost)
-            zeta = zeta.times(left)
-            lost_breaking += broken * strength * sliding.energy(zeta, p)
-            zeta = zeta.times(kept * strength)
-            # force -k_s zeta: the lever of eq 13 is the distance itself on a wall
-            force = force.plus(zeta.times(sliding.push(1.0, 1.0, p)))
-            a = a.plus(zeta.times(sliding.pull(p)))
+            zeta = sliding.displacement_wall(place, turned, foot, nw, p)
+            over, lost = sliding.correct_wall(zeta, p)
+            foot = foot.plus(zeta.times(over))
+            add_to(loss, tile, SLIDING, strong * lost)
         if ti.static(effects.rolling):
-            xi = rolling.displacement(n1, nw, p)
-            c1, left, lost = rolling.correct_wall(xi, n1, p)
-            moved = n1.plus(xi.times(c1))
-            add_to(loss, tile, ROLLING, was * strength * lost)
-            xi = xi.times(left)
-            lost_breaking += broken * strength * rolling.energy(xi, p)
-            a = a.plus(xi.times(kept * strength * rolling.pull(p)))
+            xi = rolling.displacement(turned, nw, p)
+            c1, lost = rolling.correct_wall(xi, turned, p)
+            n1 = turned.plus(xi.times(c1))
+            add_to(loss, tile, ROLLING, strong * lost)
         # the foot goes with the pointer: rolling must not load the sliding spring
-        turned, n1 = n1, moved.unit()
-        foot = foot.plus(shift).plus(n1.minus(turned).times(p.r))
-        start = xi_.minus(nw.times(p.r))
+        n1 = n1.unit()
+        foot = foot.plus(n1.minus(turned).times(p.r))
+        start = place.minus(nw.times(p.r))
         put(state, b, N1, n1.times(kept).minus(nw.times(formed)))
         put(state, b, FOOT, foot.times(kept).plus(start.times(formed)))
+
+        stored = 0.0 * was
+        shear = nw.times(stored)
+        a = shear
+        if ti.static(effects.rolling):
+            xi = rolling.displacement(n1, nw, p)
+            stored += rolling.energy(xi, p)
+            a = xi.times(rolling.pull(p))
+        if ti.static(effects.sliding):
+            zeta = sliding.displacement_wall(place, n1, foot, nw, p)
+            stored += sliding.energy(zeta, p)
+            # force -k_s zeta: the lever of eq 13 is the distance itself on a wall
+            shear = zeta.times(sliding.push(1.0, 1.0, p))
+            a = a.plus(zeta.times(sliding.pull(p)))
         torque = a.cross(n1)
         if ti.static(effects.twisting):
-            phi_ = state[b, TWIST] + turn.dot(nw)
-            phi, lost = twisting.correct(kept * phi_, p)
-            lost_breaking += broken * strength * twisting.energy(phi_, p)
-            state[b, TWIST] = phi
+            phi, lost = twisting.correct(was * (state[b, TWIST] + turn.dot(nw)), p)
+            stored += twisting.energy(phi, p)
+            state[b, TWIST] = kept * phi
             add_to(loss, tile, TWISTING, strength * lost)
-            torque = torque.plus(nw.times(strength * twisting.torque(phi, p)))
+            torque = torque.plus(nw.times(twisting.torque(phi, p)))
+        # a spring that breaks has worked for half a step less than its displacement says
+        work = dt * shear.dot(dv) + torque.dot(turn)
+        force = nw.times(push).plus(shear.times(kept * strength))
         put(load, b, 0, force)
-        put(load, b, 3, torque)
+        put(load, b, 3, torque.times(kept * strength))
         add_to(impulse, c, 0, dt * force.x)
         add_to(impulse, c, 1, dt * force.y)
         add_to(impulse, c, 2, dt * force.z)
         add_to(loss, tile, FORMING, lost_forming)
-        add_to(loss, tile, BREAKING, lost_breaking)
+        add_to(loss, tile, BREAKING, lost_breaking + broken * strength * (stored + 0.5 * work))
 
     return wall_block

@@ -22,7 +22,7 @@ NEWTON_STEPS = 2
 
 
 def start(t):
-    """s^2 to 8e-5 from t; the root is taken by the caller."""
+    """s^2 from t; its root, taken by the caller, is s to 8e-5."""
     return W0 + WI * t - (WI - W1) * t * (1.0 + C * t) / (1.0 + A * t + B * t * t)
 
 

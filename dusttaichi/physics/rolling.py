@@ -17,25 +17,23 @@ def displacement(n1, n2, p):
 
 @ti.func
 def correct(xi, n1, n2, p):
-    """Pointer changes -> d1 xi, d2 xi that put |xi| back to xi_crit (Wada et al. 2007); the part
-    of xi that is left; the energy lost, k x (displacement after) x (before - after).
+    """c1, c2: pointer changes c xi that put |xi| back to xi_crit (Wada et al. 2007); the energy
+    lost, k x (displacement after) x (before - after).
 
     n_i <- n_i - alpha_i (xi - xi_c)/r_i moves xi by R/r1 + R/r2 = 1 times the excess.
     """
     length, inverse, over = limit(xi, p.xi_crit)
     share = -over * p.inv_r
-    left = 1.0 - over
-    lost = p.k_r * left * over * length * length
-    return share * restoring(n1, xi, inverse), share * restoring(n2, xi, inverse), left, lost
+    lost = p.k_r * (1.0 - over) * over * length * length
+    return share * restoring(n1, xi, inverse), share * restoring(n2, xi, inverse), lost
 
 
 @ti.func
 def correct_wall(xi, n1, p):
     """The same on a wall: n1 alone moves, R = r (S12 eqs 21-23 with xi_crit in eq 23)."""
     length, inverse, over = limit(xi, p.xi_crit)
-    left = 1.0 - over
-    lost = p.k_r * left * over * length * length
-    return -over * p.inv_r * restoring(n1, xi, inverse), left, lost
+    lost = p.k_r * (1.0 - over) * over * length * length
+    return -over * p.inv_r * restoring(n1, xi, inverse), lost
 
 
 @ti.func

@@ -25,21 +25,19 @@ def displacement_wall(x, n1, foot, nw, p):
 
 @ti.func
 def correct(zeta, n1, n2, p):
-    """Pointer changes -> d1 zeta, d2 zeta that put |zeta| back to zeta_crit (Wada et al. 2007);
-    the part of zeta that is left; the energy lost."""
+    """c1, c2: pointer changes c zeta that put |zeta| back to zeta_crit (Wada et al. 2007); the
+    energy lost."""
     length, inverse, over = limit(zeta, p.zeta_crit)
     share = 0.5 * over * p.inv_r
-    left = 1.0 - over
-    lost = p.k_s * left * over * length * length
-    return -share * restoring(n1, zeta, inverse), share * restoring(n2, zeta, inverse), left, lost
+    lost = p.k_s * (1.0 - over) * over * length * length
+    return -share * restoring(n1, zeta, inverse), share * restoring(n2, zeta, inverse), lost
 
 
 @ti.func
 def correct_wall(zeta, p):
-    """Shift of `foot` -> shift zeta (S12 eq 25), the part of zeta left, the energy lost."""
+    """c: shift c zeta of `foot` that puts |zeta| back to zeta_crit (S12 eq 25); the energy lost."""
     length, _, over = limit(zeta, p.zeta_crit)
-    left = 1.0 - over
-    return over, left, p.k_s * left * over * length * length
+    return over, p.k_s * (1.0 - over) * over * length * length
 
 
 @ti.func

@@ -44,35 +44,37 @@ def on_a_wall(n):
     return sites[order[: min(n, 10)]]
 
 
-def stiffness_matrix(centres, pair, wall=None):
-    """Stiffness matrix (6n, 6n) of touching grains, coordinates (x, r theta), SI.
+def stiffness_matrix(centres, pair, walls=()):
+    """Stiffness and damping matrix, (6n, 6n) each, of touching grains, coordinates (x, r theta), SI.
 
     Rows of the springs, from the definitions of the displacements (S12 eqs 8-10, 24) about a
     contact just formed: n.(dx1 - dx2); [dx1 - dx2]_t - r (th1 + th2) x n; R (th2 - th1) x n;
-    (th1 - th2).n. With `wall`, grains at z = 0 touch it.
+    (th1 - th2).n. walls: (ContactConstants, normal, strength of its springs but the normal one,
+    numbers of the grains that touch it).
     """
     n = len(centres)
-    K = np.zeros((6 * n, 6 * n))
-    r = pair.r
+    K, C = np.zeros((6 * n, 6 * n)), np.zeros((6 * n, 6 * n))
     for i, j in combinations(range(n), 2):
         d = centres[i] - centres[j]
         if np.linalg.norm(d) < 1.01:
-            _add_springs(K, pair, d / np.linalg.norm(d), r, i, j, pair.R)
-    if wall is not None:
-        for i in np.flatnonzero(np.abs(centres[:, 2]) < 0.1):
-            _add_springs(K, wall, np.array([0.0, 0.0, 1.0]), r, i, None, r)
-    return K
+            _add_springs(K, C, pair, d / np.linalg.norm(d), i, j)
+    for wall, normal, strength, grains in walls:
+        for i in grains:
+            _add_springs(K, C, wall, np.array(normal, float), i, None, strength)
+    return K, C
 
 
-def _add_springs(K, contact, n, r, i, j, R):
+def _add_springs(K, C, contact, n, i, j, strength=1.0):
+    """The springs of a contact of grains i and j (None: a wall), normal n."""
+    r, R = contact.r, contact.R
     across = np.array([[0, -n[2], n[1]], [n[2], 0, -n[0]], [-n[1], n[0], 0]])  # theta -> -theta x n
     tangential = np.eye(3) - np.outer(n, n)
     rows = []
     for k, dx, turn1, turn2 in (
         (contact.k_n, n[None, :], np.zeros((1, 3)), np.zeros((1, 3))),
-        (contact.k_s, tangential, across, across),
-        (contact.k_r, np.zeros((3, 3)), across * R / r, -across * R / r),
-        (contact.k_t / r**2, np.zeros((1, 3)), n[None, :], -n[None, :]),
+        (strength * contact.k_s, tangential, across, across),
+        (strength * contact.k_r, np.zeros((3, 3)), across * R / r, -across * R / r),
+        (strength * contact.k_t / r**2, np.zeros((1, 3)), n[None, :], -n[None, :]),
     ):
         row = np.zeros((len(dx), K.shape[0]))
         row[:, 6 * i : 6 * i + 3] = dx
@@ -83,27 +85,69 @@ def _add_springs(K, contact, n, r, i, j, R):
         rows.append(sqrt(k) * row)
     B = np.concatenate(rows)
     K += B.T @ B
+    C += contact.kappa / contact.k_n * np.outer(B[0], B[0])
+
+
+def highest(matrix, mass):
+    """Largest eigenvalue of M^-1 times the matrix; a rotation r theta has the mass 2/5 m."""
+    scale = np.tile(np.r_[np.ones(3), np.full(3, sqrt(2.5))], len(matrix) // 6) / sqrt(mass)
+    return max(0.0, np.linalg.eigvalsh(matrix * np.outer(scale, scale))[-1])
 
 
 def highest_frequency(K, mass):
-    """Largest angular frequency [rad/s]; a rotation r theta has the mass 2/5 m."""
-    scale = np.tile(np.r_[np.ones(3), np.full(3, sqrt(2.5))], len(K) // 6) / sqrt(mass)
-    return sqrt(np.linalg.eigvalsh(K * np.outer(scale, scale))[-1])
+    """Largest angular frequency [rad/s]."""
+    return sqrt(highest(K, mass))
 
 
-def stiffest_period(material, interaction, grains, walls):
-    """Shortest period [s] of `grains` grains that may pack densely, with or without walls."""
+AXES = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))
+FEW = 8  # grains that may all touch every wall of a box made for them
+
+
+def clusters(pair, wall, grains, strengths):
+    """Matrices of the stiffest arrangements of `grains` grains; strengths: of the six walls, 0 for
+    one that is not there, or None without walls."""
+    out = [stiffness_matrix(close_packed(grains), pair)] if grains > 1 else []
+    if strengths is None:
+        return out
+    there = [(axis, s) for axis, s in zip(AXES, strengths, strict=True) if s is not None]
+    if grains <= FEW:
+        sites = close_packed(grains)
+        walls = [(wall, axis, s, range(len(sites))) for axis, s in there]
+        return [*out, stiffness_matrix(sites, pair, walls)]
+    sites = on_a_wall(grains)
+    layer = np.flatnonzero(np.abs(sites[:, 2]) < 0.1)
+    strongest = max(s for _, s in there)
+    out.append(stiffness_matrix(sites, pair, [(wall, (0, 0, 1), strongest, layer)]))
+    # a corner: the walls of three axes, and the neighbours along them
+    corner = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
+    walls = []
+    for k in range(3):
+        here = [s for axis, s in there if axis[k]]
+        if here:
+            walls.append((wall, np.eye(3)[k], max(here), np.flatnonzero(corner[:, k] < 0.5)))
+    return [*out, stiffness_matrix(corner, pair, walls)]
+
+
+def stiffest(material, interaction, grains, strengths=None):
+    """(shortest period [s], highest damping rate [1/s]) of `grains` grains that may pack densely.
+
+    strengths: factor on the springs (but the normal one) of the six walls, None for one left out.
+    """
     pair = constants.pair_constants(material, interaction)
+    wall = constants.wall_constants(material, interaction)
     mass = constants.grain_mass(material)
-    clusters = [stiffness_matrix(close_packed(grains), pair)] if grains > 1 else []
-    if walls:
-        wall = constants.wall_constants(material, interaction)
-        clusters.append(stiffness_matrix(on_a_wall(grains), pair, wall))
-    if not clusters:
-        return float("inf")
-    return 2.0 * pi / max(highest_frequency(K, mass) for K in clusters)
+    found = clusters(pair, wall, grains, strengths)
+    if not found:
+        return float("inf"), 0.0
+    omega = max(highest_frequency(K, mass) for K, _ in found)
+    return 2.0 * pi / omega, max(highest(C, mass) for _, C in found)
 
 
-def largest_stable_step(period):
-    """Limit of the leapfrog: dt < 2/omega = T/pi [s]."""
-    return period / pi
+def largest_stable_step(period, rate=0.0):
+    """Largest stable step [s] of the leapfrog: (omega dt/2)^2 + rate dt < 1.
+
+    Without damping T/pi. The damping force is carried forward from the last two half steps
+    (Adams-Bashforth), which alone is stable for rate dt < 1; the sum is on the safe side.
+    """
+    a = (pi / period) ** 2
+    return 2.0 / (rate + sqrt(rate**2 + 4.0 * a)) if a + rate > 0.0 else float("inf")

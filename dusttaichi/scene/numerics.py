@@ -23,7 +23,7 @@ class Numerics(Block):
     )
     backend: Literal["cpu", "cuda"] = Field("cpu", description="what the kernels run on")
     threads: Annotated[int | Literal["auto"], Number(whole=True, ge=1, word="auto")] = Field(
-        "auto", description="CPU threads"
+        "auto", description="CPU threads, no more than there are cores"
     )
     skin: Annotated[float | Literal["auto"], Number(gt=0, le=10, word="auto")] = Field(
         "auto", description="extra reach of the neighbour search as a fraction of the radius"

@@ -1,0 +1,191 @@
+"""Every effect on its own and all together, pairs and a wall: what the kernels do follows from one
+energy, conserves what must be conserved, and does not care who looks at it.
+
+A new effect is a new entry of EFFECTS and of `pair_energies` / `wall_energies` in reference.py.
+"""
+
+import numpy as np
+import pytest
+import reference as ref
+from conftest import RADIUS, Probe, box, make_scene, sample_of
+
+EFFECTS = {
+    "normal": (),
+    "rolling": ("rolling",),
+    "sliding": ("sliding",),
+    "twisting": ("twisting",),
+    "all": ("rolling", "sliding", "twisting"),
+}
+NUMBER = {"normal": 0, "rolling": 1, "sliding": 2, "twisting": 3}
+FLOOR = np.array([0.0, 0.0, 1.0])
+
+
+def triangle():
+    """Three touching grains on the floor, none of them in equilibrium with the others."""
+    d = 2 * RADIUS
+    gaps = np.array([-0.25e-9, -0.1e-9, -0.05e-9])
+    x = np.array([[0, 0, 0], [d + gaps[0], 0, 0.05e-9], [0, 0, 0.02e-9]])
+    a, b = d + gaps[1], d + gaps[2]
+    along = (a**2 - b**2 + x[1, 0] ** 2) / (2 * x[1, 0])
+    x[2, :2] = along, np.sqrt(a**2 - along**2)
+    return x
+
+
+V = np.array([[0.02, -0.01, 0.004], [-0.01, 0.015, -0.003], [0.003, -0.012, 0.005]])
+W = np.array([[2.0, -4.0, 7.0], [-5.0, 3.0, -6.0], [4.0, 6.0, -3.0]]) * 1e4
+
+
+@pytest.fixture(scope="module", params=EFFECTS)
+def strained(request):
+    """(effects, probe): 12 elastic steps after a start with generic velocities and spins."""
+    effects = EFFECTS[request.param]
+    probe = Probe(make_scene(effects=effects, boundary=box("bottom")), sample_of(triangle(), V, W))
+    probe.advance(12)
+    assert np.all(probe.sim.measure()["loss"] == 0), "nothing may have slipped yet"
+    assert np.all(probe.sim.measure()["loss_wall"] == 0)
+    return effects, probe
+
+
+def energies(probe, effects, x=None, turn=None):
+    """Potential by effect, (2, 4): pairs, walls; grains moved to x, turned by the vectors `turn`.
+
+    A turn acts on pointers and twist to first order: all that a complex step needs.
+    """
+    x = probe.x if x is None else x
+    turn = np.zeros((3, 3)) if turn is None else turn
+    floor = probe.sim.box.offset[4] * 1e-6
+    total = np.zeros((2, 4), complex)
+    for (i, j), (n1, n2, phi) in probe.contacts().items():
+        n1 = n1 + np.cross(turn[i], n1)
+        if j >= 0:
+            n2 = n2 + np.cross(turn[j], n2)
+            nc = ref.unit(x[i] - x[j])
+            phi = phi + ref.dot(turn[i] - turn[j], nc)
+            total[0] += ref.pair_energies(x[i], x[j], n1, n2, phi, ref.numbers(effects=effects))
+        else:
+            phi = phi + ref.dot(turn[i], FLOOR)
+            p = ref.numbers(wall=True, effects=effects)
+            total[1] += ref.wall_energies(x[i], n1, n2, phi, FLOOR, floor, p)
+    return total
+
+
+def test_energy_is_what_measure_reports(strained):
+    """1e-11: overlaps are differences of positions that are 4000 times as long."""
+    effects, probe = strained
+    measured = probe.sim.measure()
+    expected = energies(probe, effects).real / 1e-15
+    assert measured["contacts"] == 3 and measured["wall_contacts"] == 3
+    for name, other in zip(("potential", "potential_wall"), expected, strict=True):
+        own = measured[name]
+        np.testing.assert_allclose(own, other, rtol=1e-11, atol=1e-14)
+    for effect in effects:
+        assert expected[0, NUMBER[effect]] > 0 and expected[1, NUMBER[effect]] > 0
+
+
+def test_loads_are_minus_the_gradient(strained):
+    """Complex steps: no cancellation. 1e-9 of the largest force: cancellation of the energies'
+    arguments as above, and forces are the small difference of attraction and repulsion."""
+    effects, probe = strained
+    force, torque = probe.loads()
+    h = 1e-30
+    for grain in range(3):
+        for axis in range(3):
+            step = np.zeros((3, 3), complex)
+            step[grain, axis] = 1j * h
+            by_place = -energies(probe, effects, x=probe.x + step).sum().imag / h
+            by_angle = -energies(probe, effects, turn=step).sum().imag / h
+            assert by_place == pytest.approx(force[grain, axis], abs=1e-9 * np.abs(force).max())
+            scale = max(np.abs(torque).max(), 1e-25)  # without effects there is no torque at all
+            assert by_angle == pytest.approx(torque[grain, axis], abs=1e-9 * scale)
+
+
+def momenta(probe):
+    """Momentum, angular momentum about the origin, and the scale of each."""
+    m, inertia = ref.mass_and_inertia()
+    x, v, w = probe.x, probe.v, probe.w
+    linear, turning = m * v, m * np.cross(x, v) + inertia * w
+    return linear.sum(0), turning.sum(0), np.abs(linear).sum(), np.abs(turning).sum()
+
+
+def cluster(speed, spin, rng):
+    """Two tight groups of six that collide obliquely, every grain with its own spin."""
+    d = 2 * RADIUS - 0.1e-9
+    octahedron = np.concatenate([np.eye(3), -np.eye(3)]) * d / np.sqrt(2)
+    shift = np.array([d / np.sqrt(2) + 2 * RADIUS + 0.3e-9 + d / np.sqrt(2), 0, 0])
+    x = np.concatenate([octahedron, octahedron + shift])
+    v = speed * np.array([[0.5, 0.3, 0.1]] * 6 + [[-0.5, -0.2, 0.05]] * 6)
+    return x, v + 0.1 * speed * rng.normal(size=(12, 3)), spin * rng.normal(size=(12, 3))
+
+
+@pytest.fixture(scope="module")
+def collide():
+    def run(x, v, w, steps=0, **keys):
+        probe = Probe(make_scene(dt="0.1 ns", **keys), sample_of(x, v, w))
+        probe.advance(steps)
+        return probe
+
+    return run
+
+
+@pytest.mark.parametrize("damping", ["none", "viscoelastic"])
+@pytest.mark.parametrize("speed, spin", [(0.01, 1e4), (0.5, 2e6)], ids=["elastic", "slipping"])
+def test_free_cluster_keeps_its_momenta(collide, speed, spin, damping):
+    """To rounding, slipping or not: 1000 steps of some 20 contacts each add 1e-16 of the kicks."""
+    x, v, w = cluster(speed, spin, np.random.default_rng(5))
+    probe = collide(x, v, w, damping=damping)
+    linear, turning, linear_scale, turning_scale = momenta(probe)
+    for _ in range(10):
+        probe.advance(100)
+        now = momenta(probe)
+        assert np.abs(now[0] - linear).max() < 1e-13 * linear_scale
+        assert np.abs(now[1] - turning).max() < 1e-12 * turning_scale
+    assert probe.sim.measure()["loss"][0] > 0.0, "the groups must have met: contacts formed"
+    slipped = probe.sim.measure()["loss"][3:5].sum() > 0
+    assert slipped == (speed > 0.1)
+
+
+def rotation(rng):
+    q, r = np.linalg.qr(rng.normal(size=(3, 3)))
+    q = q * np.sign(np.diag(r))
+    return q * np.sign(np.linalg.det(q))
+
+
+def end_of(probe):
+    """Velocities, spins and contacts; Taichi keeps one simulation at a time."""
+    return probe.v, probe.w, probe.sim.measure()["contacts"]
+
+
+@pytest.mark.parametrize("damping", ["none", "viscoelastic"])
+def test_rotated_scene(collide, damping):
+    """Positions of 2 um are rounded to 4e-16 um, a 2e-12 of delta0; 300 steps (three periods of
+    the normal spring, contacts forming) let that grow to some 1e-9 of what happens."""
+    x, v, w = cluster(0.2, 5e5, np.random.default_rng(6))
+    Q = rotation(np.random.default_rng(7))
+    v1, w1, contacts = end_of(collide(x, v, w, 300, damping=damping))
+    v2, w2, turned = end_of(collide(x @ Q.T, v @ Q.T, w @ Q.T, 300, damping=damping))
+    assert contacts == turned > 0
+    assert np.abs(v2 - v1 @ Q.T).max() < 1e-8 * np.abs(v1).max()
+    assert np.abs(w2 - w1 @ Q.T).max() < 1e-8 * np.abs(w1).max()
+
+
+@pytest.mark.parametrize("damping", ["none", "viscoelastic"])
+def test_moving_frame(collide, damping):
+    """Same reasoning as above; 3 m/s is ten times what the grains do among themselves."""
+    x, v, w = cluster(0.2, 5e5, np.random.default_rng(8))
+    frame = np.array([3.0, -2.0, 1.0])
+    v1, w1, contacts = end_of(collide(x, v, w, 300, damping=damping))
+    v2, w2, moving = end_of(collide(x, v + frame, w, 300, damping=damping))
+    assert contacts == moving > 0
+    assert np.abs(v2 - frame - v1).max() < 1e-8 * np.abs(v1).max()
+    assert np.abs(w2 - w1).max() < 1e-8 * np.abs(w1).max()
+
+
+def test_action_is_reaction(collide):
+    """Loads of a pair: opposite forces to the bit, torques that balance the lever to rounding."""
+    x, v, w = cluster(0.3, 5e5, np.random.default_rng(9))
+    probe = collide(x, v, w, 40, damping="viscoelastic")
+    force, torque = probe.loads()
+    # forces of opposite sign and the same bits, summed in different orders
+    assert np.abs(force.sum(0)).max() < 1e-14 * np.abs(force).sum()
+    lever = np.cross(probe.x, force).sum(0) + torque.sum(0)
+    assert np.abs(lever).max() < 1e-13 * (np.abs(torque).sum() + RADIUS * np.abs(force).sum())
