@@ -249,7 +249,9 @@ class Reference:
         c = self._found((i, j), 2 * r - length(d), p, -nc, nc)
         if (i, j) not in self.contacts:
             return
-        F = self._normal((i, j), 2 * r - length(d), np.dot(dv, nc), p) * nc
+        # the speed of half a step ago belongs to the normal of half a step ago
+        u = np.dot(dv, unit(d - dv * dt / 2))
+        F = self._normal((i, j), 2 * r - length(d), u, p) * nc
         M1, M2 = np.zeros(3), np.zeros(3)
         if c is not None:
             self._turn_pair(c, i, j, d, dv, nc, dt)

@@ -45,7 +45,7 @@ def on_a_wall(n):
 
 
 def stiffness_matrix(centres, pair, walls=()):
-    """Stiffness and damping matrix, (6n, 6n) each, of touching grains, coordinates (x, r theta), SI.
+    """Stiffness and damping matrix, (6n, 6n) each, SI, of touching grains in (x, r theta).
 
     Rows of the springs, from the definitions of the displacements (S12 eqs 8-10, 24) about a
     contact just formed: n.(dx1 - dx2); [dx1 - dx2]_t - r (th1 + th2) x n; R (th2 - th1) x n;
