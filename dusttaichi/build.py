@@ -23,8 +23,6 @@ from dusttaichi.step import make_advance
 
 SMALL = 400  # grains below which a second thread costs more than it gains
 SAFE = 1.4  # a step that strong damping limits may be this much nearer to its limit
-SKIN = (0.12, 0.35)  # of the radius: while little moves, and behind a fast wall
-SKIN_PER_SPEED = 0.07  # of the radius for each m/s of the wall
 
 
 @dataclass(frozen=True)
@@ -205,13 +203,6 @@ def make_box(boundary, positions, radius, overlap):
     return Box(NORMALS, offset, speed, strength, present, high - low)
 
 
-def auto_skin(boundary):
-    """Skin over radius. A search costs some eight steps, a pair that is listed but does not touch
-    a lane: the faster the wall, the thicker the skin that balances them."""
-    fast = SKIN_PER_SPEED * getattr(boundary, "wall_speed", 0.0)
-    return min(max(SKIN[0], fast), SKIN[1])
-
-
 def spatial_order(positions, cell):
     """Order of grains along a Morton curve of cells, so that neighbours stand close in memory."""
     c = np.floor((positions - positions.min(axis=0)) / cell).astype(np.int64)
@@ -254,9 +245,6 @@ def build(scene, sample, drive=None):
     positions = sample.positions / units.LENGTH
     radius = scene.material.radius / units.LENGTH
     box = make_box(scene.boundary, positions, radius, wall.delta0 / units.LENGTH)
-    skin = scene.numerics.skin
-    if skin == "auto":
-        skin = auto_skin(scene.boundary)
     order = spatial_order(positions, 4.0 * radius)
     return Simulation(
         fields=fields,
@@ -272,7 +260,7 @@ def build(scene, sample, drive=None):
         mass=constants.grain_mass(scene.material) / units.MASS,
         inertia=constants.moment_of_inertia(scene.material) / units.INERTIA,
         radius=radius,
-        skin=skin * radius,
+        skin=None if scene.numerics.skin == "auto" else scene.numerics.skin * radius,
         dt=step.dt / units.TIME,
         threads=threads,
     )

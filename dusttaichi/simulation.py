@@ -25,6 +25,7 @@ from dusttaichi.physics.constants import PULL_OFF
 from dusttaichi.step import DONE, Motion
 
 NEVER = 2**62
+SKIN = (0.01, 0.4)  # least and most, of the radius
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,8 @@ class Simulation:
         self.layout, self.order, self.box = layout, order, box
         self.pair, self.wall = pair, wall
         self.mass, self.inertia, self.radius = mass, inertia, radius
-        self.skin, self.dt, self.threads = skin, dt, threads
+        self.fixed_skin, self.skin = skin, skin or 0.0
+        self.dt, self.threads = dt, threads
         self.grains = len(order)
         self.step = 0
         self.searched_at = 0
@@ -190,8 +192,10 @@ class Simulation:
         step = self.step if step is None else step
         self.kernels.bounds()
         bounds = self.scratch["bounds"].to_numpy()
-        if bounds[6] > 0:
+        if bounds[6] > 0 or not np.isfinite(bounds[7]):
             self._stop_not_a_number()
+        if self.fixed_skin is None:
+            self.skin = self._best_skin(bounds[7])
         # bonds hold beyond first touch, down to pull-off
         reach = 2.0 * self.radius + self.skin + PULL_OFF / self.pair.inv_delta0
         extent = bounds[3:6] - bounds[:3]
@@ -212,6 +216,17 @@ class Simulation:
         self.searched_at = step
         self.searches += 1
         self._search_asked = False
+
+    def _best_skin(self, speed):
+        """Skin [um] that costs least at the speed of the fastest grain [um/us].
+
+        A search costs some eight steps and is due every skin/(2 speed dt) steps; the pairs that are
+        listed but do not touch make a step dearer by about five times skin/radius.
+        """
+        walls = 0.0 if self.box is None else float(np.max(np.abs(self.box.speed)))
+        way = max(speed, 2.0 * walls) * self.dt
+        best = np.sqrt(3.2 * way * self.radius)
+        return float(np.clip(best, SKIN[0] * self.radius, SKIN[1] * self.radius))
 
     def _check_room(self):
         problem = self.fields["counts"].to_numpy()[2]
@@ -410,6 +425,7 @@ class Simulation:
             "step": self.step,
             "searched_at": self.searched_at,
             "searches": self.searches,
+            "skin": self.skin,
             "first_wall_force": self.first_wall_force.tolist(),
             "first_damping": self.first_damping,
         }
@@ -421,5 +437,6 @@ class Simulation:
         self.step = numbers["step"]
         self.searched_at = numbers["searched_at"]
         self.searches = numbers["searches"]
+        self.skin = numbers["skin"]
         self.first_wall_force = np.array(numbers["first_wall_force"])
         self.first_damping = numbers["first_damping"]

@@ -45,7 +45,7 @@ FULL = {
     "-1e-17 m/s]]}",
     "boundary": "{kind: box, size: [40 um, 40 um, 3.3333333333333335 um], omit: [bottom]}",
     "stop": "{pressure: 1 kPa, time: 0.1 ms, steps: 1e6}",
-    "numerics": "{time_step: 0.3 ns, precision: mixed, backend: cuda, threads: 2, skin: 0.1}",
+    "numerics": "{time_step: 0.3 ns, precision: f64, backend: cuda, threads: 2, skin: 0.1}",
     "output": "{directory: elsewhere, series: {steps: 7}, profiles: {time: 1 us}, snapshots: off, "
     "contacts: false, window: 100, checkpoint: 5 s}",
 }

@@ -183,7 +183,8 @@ if os.path.exists(saved):
     state = checkpoint.load(saved)
     step, writer = int(state.arrays["step"]), Writer.resume(path, state.meta["counts"])
 else:
-    step, writer = 0, synthetic.writer(path, test_results.GRAINS)
+    # killed before its first checkpoint: the run starts anew
+    step, writer = 0, synthetic.writer(path, test_results.GRAINS, force=True)
 print("ready", step, flush=True)
 while True:
     test_results.fill(writer, step, step + 7)

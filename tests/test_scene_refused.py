@@ -107,7 +107,7 @@ REFUSED = [
     ("stop: {steps: 1 s}", ['stop.steps = "1 s"', "a whole number"]),
     ("numerics: {time_step: 1}", ["numerics.time_step = 1", '"auto" or a time', '"0.3 ns"']),
     ("numerics: {step_fraction: 0.5}", ["step_fraction = 0.5", "at most 0.31"]),
-    ("numerics: {precision: f32}", ["numerics.precision", '"f64" or "mixed" is needed']),
+    ("numerics: {precision: f32}", ["numerics.precision", '"f64" is needed']),
     ("numerics: {backend: tpu}", ["numerics.backend", '"cpu" or "cuda" is needed']),
     ("numerics: {threads: 0}", ["numerics.threads = 0", '"auto" or a whole number']),
     ("numerics: {skin: -1}", ["numerics.skin = -1", '"auto" or a number above 0']),

@@ -83,11 +83,53 @@ def make_touch(effects):
     return touch, jump, damp
 
 
+def make_pointers(loss, effects):
+    """The part of a pair that the contact pointers carry: rolling and sliding."""
+
+    @ti.func
+    def slip(tile, n1, n2, nc, p):
+        """Pointers put back to the limits, of unit length; the losses of the tile."""
+        m1, m2 = n1, n2
+        if ti.static(effects.rolling):
+            xi = rolling.displacement(n1, n2, p)
+            c1, c2, lost = rolling.correct(xi, n1, n2, p)
+            m1, m2 = m1.plus(xi.times(c1)), m2.plus(xi.times(c2))
+            add_to(loss, tile, ROLLING, lost)
+        if ti.static(effects.sliding):
+            zeta, _ = sliding.displacement(n1, n2, nc, p)
+            c1, c2, lost = sliding.correct(zeta, n1, n2, p)
+            m1, m2 = m1.plus(zeta.times(c1)), m2.plus(zeta.times(c2))
+            add_to(loss, tile, SLIDING, lost)
+        return m1.unit(), m2.unit()
+
+    @ti.func
+    def springs(n1, n2, nc, inv, p):
+        """Force on the first grain, torques on both, energy stored."""
+        stored = 0.0 * inv
+        shear = nc.times(stored)
+        a1, a2 = shear, shear
+        if ti.static(effects.rolling):
+            xi = rolling.displacement(n1, n2, p)
+            stored += rolling.energy(xi, p)
+            a1 = xi.times(rolling.pull(p))
+            a2 = a1
+        if ti.static(effects.sliding):
+            zeta, lever = sliding.displacement(n1, n2, nc, p)
+            stored += sliding.energy(zeta, p)
+            shear = zeta.times(sliding.push(lever, inv, p))
+            pull = zeta.times(sliding.pull(p))
+            a1, a2 = a1.plus(pull), a2.minus(pull)
+        return shear, a1.cross(n1), a2.cross(n2), stored
+
+    return slip, springs
+
+
 def make_pair_pass(fields, layout, effects):
     """Returns `pair_block(b, tile, params, dt)`: updates block b and the losses of its tile."""
     V3, gather, get_state, put, state, load = make_access(fields, layout)
     touch, jump, damp = make_touch(effects)
     x, v, w, loss = fields["x"], fields["v"], fields["w"], fields["loss"]
+    slip, springs = make_pointers(loss, effects)
     pair_i, pair_j = fields["pair_i"], fields["pair_j"]
     N1, N2, TWIST, APPROACH = layout.pointer, layout.second, layout.twist, layout.approach
 
@@ -116,36 +158,11 @@ def make_pair_pass(fields, layout, effects):
 
         # pointers and twist of lanes that did not touch a step ago are zero, and so are their loads
         n1, n2 = n1.turned(turn_i), n2.turned(turn_j)
-        m1, m2 = n1, n2
-        if ti.static(effects.rolling):
-            xi = rolling.displacement(n1, n2, p)
-            c1, c2, lost = rolling.correct(xi, n1, n2, p)
-            m1, m2 = m1.plus(xi.times(c1)), m2.plus(xi.times(c2))
-            add_to(loss, tile, ROLLING, lost)
-        if ti.static(effects.sliding):
-            zeta, _ = sliding.displacement(n1, n2, nc, p)
-            c1, c2, lost = sliding.correct(zeta, n1, n2, p)
-            m1, m2 = m1.plus(zeta.times(c1)), m2.plus(zeta.times(c2))
-            add_to(loss, tile, SLIDING, lost)
-        n1, n2 = m1.unit(), m2.unit()
+        n1, n2 = slip(tile, n1, n2, nc, p)
         put(state, b, N1, n1.times(kept).minus(nc.times(formed)))
         put(state, b, N2, n2.times(kept).plus(nc.times(formed)))
 
-        stored = 0.0 * inv
-        shear = nc.times(stored)
-        a1, a2 = shear, shear
-        if ti.static(effects.rolling):
-            xi = rolling.displacement(n1, n2, p)
-            stored += rolling.energy(xi, p)
-            a1 = xi.times(rolling.pull(p))
-            a2 = a1
-        if ti.static(effects.sliding):
-            zeta, lever = sliding.displacement(n1, n2, nc, p)
-            stored += sliding.energy(zeta, p)
-            shear = zeta.times(sliding.push(lever, inv, p))
-            pull = zeta.times(sliding.pull(p))
-            a1, a2 = a1.plus(pull), a2.minus(pull)
-        t1, t2 = a1.cross(n1), a2.cross(n2)
+        shear, t1, t2, stored = springs(n1, n2, nc, inv, p)
         if ti.static(effects.twisting):
             way = turn_i.minus(turn_j).dot(back)
             phi, lost = twisting.correct(was * (state[b, TWIST] + way), p)

@@ -33,21 +33,23 @@ def place_search(grains, layout, walls):
         "own_count": ti.field(ti.i32, shape=grains + 1),
         "old_start": ti.field(ti.i32, shape=grains + 1),
         "chunk_sum": ti.field(ti.i32, shape=chunks),
-        "bounds": ti.field(ti.f64, shape=7),
+        "bounds": ti.field(ti.f64, shape=8),
         "wall_chunk": ti.field(ti.i32, shape=(6, -(-grains // CHUNK) + 1)),
         "wall_first": ti.field(ti.i32, shape=8),
     }
 
 
 def make_bounds(fields, scratch, grains):
-    """Kernel: bounds[0:3], [3:6] smallest and largest coordinates, [6] how many are not numbers."""
-    x, bounds = fields["x"], scratch["bounds"]
+    """Kernel: bounds[0:3], [3:6] smallest and largest coordinates, [6] 1 if some are not numbers,
+    [7] the largest speed."""
+    x, v, bounds = fields["x"], fields["v"], scratch["bounds"]
 
     @ti.kernel
     def find_bounds():
-        for k in range(7):
+        for k in range(8):
             bounds[k] = ti.select(k < 3, 1e300, ti.select(k < 6, -1e300, 0.0))
         for g in range(grains):
+            ti.atomic_max(bounds[7], v[g].norm())
             for k in ti.static(range(3)):
                 if ti.abs(x[g][k]) < 1e12:
                     ti.atomic_min(bounds[k], x[g][k])
