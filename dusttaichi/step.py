@@ -123,7 +123,7 @@ def make_phases(fields, layout, effects, grains, walls):
 
     @ti.func
     def pair_tile(tile, dt, pair):
-        for b in range(tile * T, (tile + 1) * T):
+        for b in range(tile * T, ti.min((tile + 1) * T, tiles(counts[0], W))):
             pair_block(b, tile, pair, dt)
 
     @ti.func

@@ -25,7 +25,7 @@ def overlaps(x):
 
 def test_contacts_against_brute_force():
     """Every pair that overlaps is an active contact, and none that is past pull-off."""
-    probe = Probe(make_scene(**FREE), sample_of(*stirred()))
+    probe = Probe(make_scene(**FREE, numerics={"skin": 0.05}), sample_of(*stirred()))
     upper = np.triu_indices(GRAINS, 1)
     formed = 0
     for _ in range(60):
@@ -52,7 +52,7 @@ def test_fast_grain_is_not_missed():
     x[0] = x[1] - [7 * RADIUS, 0, 0]
     v = np.zeros((GRAINS, 3))
     v[0, 0] = 500.0
-    probe = Probe(make_scene(**FREE), sample_of(x, v))
+    probe = Probe(make_scene(**FREE, numerics={"skin": 0.05}), sample_of(x, v))
     while overlaps(probe.x)[0, 1] <= 0:
         assert not probe.contacts()
         probe.advance(1)
