@@ -111,17 +111,9 @@ def _parts(scene, sim):
 
 
 def _cost(scene, sim):
-    sim.advance(20)  # compiles
-    steps, took = 20, 0.0
-    while took < TRIAL_SECONDS:
-        began = real_time.perf_counter()
-        sim.advance(steps)
-        took = real_time.perf_counter() - began
-        if took < TRIAL_SECONDS:
-            steps = int(steps * min(10.0, max(2.0, 1.2 * TRIAL_SECONDS / took)))
-    rate = steps / took
     clock = clock_of(sim)
     end, reason = last_step(scene.stop, clock, 4.0 * sim.radius)
+    rate = _trial(sim, end)
     rows = [
         ("memory of the state", f"{state_bytes(sim) / 2**20:.4g} MiB "
          f"({state_bytes(sim) / sim.grains:.0f} bytes a grain)"),
@@ -136,6 +128,20 @@ def _cost(scene, sim):
         ("estimated run time at most", f"{_duration(seconds)} at this speed; contacts that form "
          "in compression make it up to twice that"),
     ]  # fmt: skip
+
+
+def _trial(sim, end):
+    """Steps a second, tried for about TRIAL_SECONDS and not beyond the end of the scene."""
+    sim.advance(1)  # compiles
+    steps, took, rate = 20, 0.0, float("nan")
+    while took < TRIAL_SECONDS and sim.step < end:
+        steps = min(steps, end - sim.step)
+        began = real_time.perf_counter()
+        sim.advance(steps)
+        took = real_time.perf_counter() - began
+        rate = steps / took
+        steps = int(steps * min(10.0, max(2.0, 1.2 * TRIAL_SECONDS / took)))
+    return rate
 
 
 def state_bytes(sim):
