@@ -28,7 +28,7 @@ def report(scene):
             else []
         ),
         ("Sample", _sample(scene, sample)),
-        ("Time step", _time_step(scene, step)),
+        ("Time step", _time_step(step)),
         ("Compiled in", _parts(scene, sim)),
         ("Cost", _cost(scene, sim)),
     ]
@@ -79,7 +79,7 @@ def _sample(scene, sample):
     return rows
 
 
-def _time_step(scene, step):
+def _time_step(step):
     rows = []
     if np.isfinite(step.period):
         rows.append(("stiffest period (densest packing, walls)", f"{step.period * 1e9:.4g} ns"))

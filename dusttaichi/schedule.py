@@ -4,6 +4,8 @@ interrupted run goes on with the very same steps."""
 from dataclasses import dataclass
 from math import ceil, floor
 
+from dusttaichi import units
+
 NEVER = 2**62
 
 
@@ -53,7 +55,7 @@ def next_step(interval, clock, step):
     if interval.steps is not None:
         return (step // interval.steps + 1) * interval.steps
     if interval.time is not None:
-        every = interval.time / 1e-6 / clock.dt
+        every = interval.time / units.TIME / clock.dt
         k = floor((step + 0.5) / every) + 1
         while (due := floor(k * every + 0.5)) <= step:
             k += 1
@@ -73,7 +75,7 @@ def last_step(stop, clock, floor_height):
     if stop.steps is not None:
         ends.append((stop.steps, f"{stop.steps} steps"))
     if stop.time is not None:
-        ends.append((clock.steps_in(stop.time / 1e-6), f"time {stop.time * 1e6:.6g} us"))
+        ends.append((clock.steps_in(stop.time / units.TIME), f"time {stop.time * 1e6:.6g} us"))
     if stop.filling_factor is not None:
         ends.append(
             (

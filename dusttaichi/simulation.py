@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from dusttaichi import units
 from dusttaichi.errors import GuardStop
 from dusttaichi.kernels.lanes import CHANNELS
 from dusttaichi.kernels.measure import (
@@ -72,10 +73,9 @@ class Simulation:
     def _start(self, sample):
         """Grains into their fields, contacts found, loads of time 0, v and w half a step back."""
         order, n = self.order, self.grains
-        length = 1e-6
-        self._put_grains("x", sample.positions[order] / length, far=True)
-        self._put_grains("v", sample.velocities[order])
-        self._put_grains("w", sample.spins[order] / 1e6)
+        self._put_grains("x", sample.positions[order] / units.LENGTH, far=True)
+        self._put_grains("v", sample.velocities[order] / units.SPEED)
+        self._put_grains("w", sample.spins[order] / units.SPIN)
         self._search()
         if sample.contacts is not None:
             self._take_contacts(sample.contacts)

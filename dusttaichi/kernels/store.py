@@ -12,7 +12,6 @@ import taichi as ti
 from dusttaichi.kernels.lanes import CHANNELS
 
 WALLS = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
-SPRINGS = ("normal", "rolling", "sliding", "twisting")
 GATHERED = ("x", "v", "w")  # gathered together by contacts: they stand side by side in memory
 CHUNK = 256  # grains of a chunk: the unit of the parallel scans and of the grain sums
 NEIGHBOURS = 24  # neighbours of a grain within the skin that the search can hold
