@@ -3,7 +3,6 @@
 import os
 from contextlib import redirect_stdout
 from dataclasses import dataclass
-from functools import cached_property
 from io import StringIO
 from math import pi
 
@@ -13,13 +12,15 @@ import taichi as ti
 from dusttaichi import units
 from dusttaichi.errors import DustError
 from dusttaichi.kernels import search, store
+from dusttaichi.kernels.cell import make_wrap
 from dusttaichi.kernels.measure import make_measure, place_measure
 from dusttaichi.kernels.params import contact_params
 from dusttaichi.kernels.wall_search import make_wall_relist
-from dusttaichi.kernels.walls import Walls
 from dusttaichi.physics import constants, damping, stability
+from dusttaichi.scene import AXES
 from dusttaichi.simulation import Kernels, Simulation
 from dusttaichi.step import make_advance
+from dusttaichi.surroundings import glued, make_surroundings, wall_strengths
 
 SMALL = 400  # grains below which a second thread costs more than it gains
 SAFE = 1.4  # a step that strong damping limits may be this much nearer to its limit
@@ -76,6 +77,13 @@ def threads_of(scene, grains):
     return 1 if grains < SMALL else max(1, min(cores, grains // (SMALL // 2)))
 
 
+def contact_constants(scene):
+    """ContactConstants of two grains and of a grain and a wall of the scene."""
+    pair = constants.pair_constants(scene.material, scene.interaction)
+    wall = constants.wall_constants(scene.material, scene.interaction)
+    return pair, glued(wall, scene.boundary)
+
+
 @dataclass(frozen=True)
 class TimeStep:
     """The step [s], the stiffest period it is measured by, and the largest stable one."""
@@ -90,8 +98,9 @@ def time_step(scene, grains):
 
     Raises DustError when the step asked for cannot be stable.
     """
+    pair, wall = contact_constants(scene)
     period, rate = stability.stiffest(
-        scene.material, scene.interaction, grains, wall_strengths(scene.boundary)
+        constants.grain_mass(scene.material), pair, wall, grains, wall_strengths(scene.boundary)
     )
     limit = stability.largest_stable_step(period, rate)
     if scene.numerics.time_step == "auto":
@@ -135,74 +144,6 @@ def start_taichi(scene, threads):
         ) from error
 
 
-@dataclass(frozen=True)
-class Box:
-    """Walls in internal units; plane of wall n: x.normal = offset + speed t."""
-
-    normal: np.ndarray
-    offset: np.ndarray
-    speed: np.ndarray
-    strength: np.ndarray
-    present: np.ndarray
-    size: np.ndarray  # lengths at the start
-
-    @cached_property
-    def kernel_argument(self):
-        return Walls(
-            normal=self.normal.tolist(),
-            offset=self.offset.tolist(),
-            speed=self.speed.tolist(),
-            strength=self.strength.tolist(),
-        )
-
-    def planes(self, time):
-        """Coordinates of the six walls at a time [us]."""
-        return (self.offset + self.speed * time) * self.normal.sum(axis=1)
-
-
-NORMALS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
-
-
-def wall_strengths(boundary):
-    """Factor on the springs of each wall, None for one left out; None for a scene without walls."""
-    if boundary.kind == "open":
-        return None
-    factors = [boundary.side_walls] * 4 + [1.0, 1.0]
-    return [None if name in boundary.omit else f
-            for name, f in zip(store.WALLS, factors, strict=True)]  # fmt: skip
-
-
-def make_box(boundary, positions, radius, overlap):
-    """The walls around a sample (positions, radius, equilibrium overlap in um), or None.
-
-    With `size: fit` the outermost grains are in equilibrium contact with their wall.
-    Raises DustError when the sample does not fit into the box given.
-    """
-    if boundary.kind == "open":
-        return None
-    reach = radius - overlap
-    low, high = positions.min(axis=0) - reach, positions.max(axis=0) + reach
-    if not isinstance(boundary.size, str):
-        size = np.array(boundary.size) / units.LENGTH
-        need = high - low
-        if np.any(size < need * (1.0 - 1e-9)):
-            axis = int(np.argmax(need / size))
-            raise DustError(
-                f"boundary.size: the sample does not fit: it needs {need[axis]:.4g} um along "
-                f"{'xyz'[axis]}, the box has {size[axis]:.4g} um; enlarge the box or use size: fit"
-            )
-        slack = size - need
-        # centred between the side walls, standing on the bottom
-        low = low - np.array([0.5, 0.5, 0.0]) * slack
-        high = low + size
-    present = np.array([name not in boundary.omit for name in store.WALLS], dtype=np.int32)
-    speed = np.zeros(6)
-    speed[5] = boundary.wall_speed / units.SPEED
-    strength = np.array([factor or 0.0 for factor in wall_strengths(boundary)])
-    offset = np.array([low[0], -high[0], low[1], -high[1], low[2], -high[2]])
-    return Box(NORMALS, offset, speed, strength, present, high - low)
-
-
 def spatial_order(positions, cell):
     """Order of grains along a Morton curve of cells, so that neighbours stand close in memory."""
     c = np.floor((positions - positions.min(axis=0)) / cell).astype(np.int64)
@@ -224,9 +165,11 @@ def build(scene, sample, drive=None):
     threads = threads_of(scene, grains)
     start_taichi(scene, threads)
     effects = chosen_effects(scene.interaction)
-    walls = scene.boundary.kind != "open"
+    walls = bool(scene.boundary.walls)
     drive = drive or DRIVES[scene.numerics.backend]
-    layout = store.Layout(drive.width, drive.tile, effects.twisting, effects.damped)
+    periodic = tuple(AXES.index(axis) for axis in scene.boundary.periodic_axes)
+    layout = store.Layout(drive.width, drive.tile, effects.twisting, effects.damped, periodic,
+                          scene.output.stress)  # fmt: skip
     fields = store.place(store.declare(grains, layout, walls))
     scratch = search.place_search(grains, layout, walls)
     sums = place_measure(grains, layout, walls)
@@ -238,13 +181,17 @@ def build(scene, sample, drive=None):
         relist=relist,
         list_entries=list_entries,
         relist_walls=make_wall_relist(fields, scratch, layout, grains) if walls else None,
+        wrap=make_wrap(fields, layout, grains, store.CHUNK) if periodic else None,
         measure=make_measure(fields, sums, layout, effects, grains, walls),
     )
-    pair = constants.pair_constants(scene.material, scene.interaction)
-    wall = constants.wall_constants(scene.material, scene.interaction)
+    pair, wall = contact_constants(scene)
     positions = sample.positions / units.LENGTH
     radius = scene.material.radius / units.LENGTH
-    box = make_box(scene.boundary, positions, radius, wall.delta0 / units.LENGTH)
+    period = sample.info.get("period")
+    box, cell = make_surroundings(
+        scene.boundary, positions, radius, 2.0 * radius - pair.delta0 / units.LENGTH,
+        wall.delta0 / units.LENGTH, None if period is None else np.array(period) / units.LENGTH,
+    )  # fmt: skip
     order = spatial_order(positions, 4.0 * radius)
     return Simulation(
         fields=fields,
@@ -255,6 +202,9 @@ def build(scene, sample, drive=None):
         sample=sample,
         order=order,
         box=box,
+        cell=cell,
+        material=scene.material,
+        drive=scene.legs[0].drive,
         pair=contact_params(pair),
         wall=contact_params(wall, walls=True),
         mass=constants.grain_mass(scene.material) / units.MASS,

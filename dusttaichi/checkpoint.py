@@ -22,7 +22,8 @@ try:
 except ImportError:  # not a POSIX system: runs there go without a lock
     fcntl = None
 
-MAGIC = b"dusttaichi checkpoint 1\n"
+MAGIC = b"dusttaichi checkpoint 2\n"
+RESULT, CHECKPOINT = "result.nc", "checkpoint.bin"  # the files of a run directory
 
 
 # --- files --------------------------------------------------------------------------------------

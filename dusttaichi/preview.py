@@ -1,16 +1,17 @@
 """What `dust check` prints: the scene resolved into contact numbers, step, size, cost and parts."""
 
 import time as real_time
+from types import SimpleNamespace
 
 import numpy as np
 
 from dusttaichi import samples, units
-from dusttaichi.build import build, chosen_effects, time_step
+from dusttaichi.build import build, chosen_effects, contact_constants, time_step
 from dusttaichi.physics import constants
 from dusttaichi.results import WALLS
-from dusttaichi.run import clock_of
 from dusttaichi.samples.sample import coordination
-from dusttaichi.schedule import NEVER, last_step
+from dusttaichi.scene import filling_direction
+from dusttaichi.schedule import NEVER, clock_of, last_step
 
 TRIAL_SECONDS = 1.0
 
@@ -20,13 +21,10 @@ def report(scene):
     sample = samples.make(scene)
     step = time_step(scene, len(sample.positions))
     sim = build(scene, sample)
+    pair, wall = contact_constants(scene)
     return [
-        ("Contact of two grains", _contact(constants.pair_constants, scene)),
-        *(
-            [("Contact of a grain and a wall", _contact(constants.wall_constants, scene))]
-            if scene.boundary.kind != "open"
-            else []
-        ),
+        ("Contact of two grains", _contact(pair, scene)),
+        *([("Contact of a grain and a wall", _contact(wall, scene))] if scene.boundary.walls else []),
         ("Sample", _sample(scene, sample)),
         ("Time step", _time_step(step)),
         ("Compiled in", _parts(scene, sim)),
@@ -34,8 +32,7 @@ def report(scene):
     ]
 
 
-def _contact(function, scene):
-    c = function(scene.material, scene.interaction)
+def _contact(c, scene):
     quantity = units.format
     rows = [
         ("reduced radius R", quantity(c.R, "length", digits=5)),
@@ -111,23 +108,40 @@ def _parts(scene, sim):
 
 
 def _cost(scene, sim):
-    clock = clock_of(sim)
-    end, reason = last_step(scene.stop, clock, 4.0 * sim.radius)
-    rate = _trial(sim, end)
+    plan = _plan(scene, sim)
+    rate = _trial(sim, plan[0][1])
     rows = [
         ("memory of the state", f"{state_bytes(sim) / 2**20:.4g} MiB "
          f"({state_bytes(sim) / sim.grains:.0f} bytes a grain)"),
         ("speed in a trial now", f"{rate:,.0f} steps/s, {rate * sim.grains:.3g} grain-steps/s"),
     ]  # fmt: skip
-    if end == NEVER:
-        return [*rows, ("steps", "not known beforehand: the pressure ends the run")]
-    seconds = end / rate
-    return [
-        *rows,
-        ("steps at most", f"{end:,} ({end * sim.dt:.5g} us; {reason})"),
-        ("estimated run time at most", f"{_duration(seconds)} at this speed; contacts that form "
-         "in compression make it up to twice that"),
-    ]  # fmt: skip
+    total = 0
+    for name, steps, reason in plan:
+        what = f"steps at most, stage {name}" if name else "steps at most"
+        if steps == NEVER:
+            return [*rows, (what, "not known beforehand: what is measured ends the run")]
+        total += steps
+        rows.append((what, f"{steps:,} ({steps * sim.dt:.5g} us; {reason})"))
+    remark = ""
+    if any(filling_direction(scene.boundary, leg.drive) > 0 for leg in scene.legs):
+        remark = "; contacts that form in compression make it up to twice that"
+    return [*rows, ("estimated run time at most", f"{_duration(total / rate)} at this speed{remark}")]
+
+
+def _plan(scene, sim):
+    """(name, steps at most, reason) of every stage, from the edges that each leaves behind."""
+    box, cell, first, out = sim.box, sim.cell, 0, []
+    for leg in scene.legs:
+        time = first * sim.dt
+        box = box and box.driven(leg.drive, time)
+        cell = cell and cell.driven(leg.drive, time, scene.material)
+        room = SimpleNamespace(box=box, cell=cell, radius=sim.radius, grains=sim.grains, dt=sim.dt)
+        end, reason = last_step(leg.stop, clock_of(room, first))
+        out.append((leg.name, end - first if end < NEVER else NEVER, reason))
+        if end == NEVER:
+            break
+        first = end
+    return out
 
 
 def _trial(sim, end):

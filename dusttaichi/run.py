@@ -2,25 +2,28 @@
 
 import signal
 import time as real_time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import yaml
 
-from dusttaichi import checkpoint, guards, record, samples, units
+from dusttaichi import checkpoint, guards, record, samples, stages, units
 from dusttaichi.build import build
+from dusttaichi.checkpoint import CHECKPOINT, RESULT
+from dusttaichi.course import Course, Crew
 from dusttaichi.errors import DustError, GuardStop
-from dusttaichi.results import Writer, provenance, select
+from dusttaichi.results import WALLS, Writer, provenance, select
 from dusttaichi.samples.sample import Sample
-from dusttaichi.schedule import NEVER, Clock, last_step, next_step
+from dusttaichi.schedule import NEVER, clock_of, last_step, next_step
 
 BURST_SECONDS = 0.25  # of machine time between two looks at the clock, the guards and Ctrl-C
 FLUSH_SHARE = 0.02  # of the machine time that may go into writing
-RESULT, CHECKPOINT, SCENE = "result.nc", "checkpoint.bin", "scene.yaml"
+SCENE = "scene.yaml"
+TOP = WALLS.index("top")
 # what may differ between a run and its continuation
 FREE_TO_CHANGE = (("stop",), ("output", "directory"), ("output", "checkpoint"),
-                  ("numerics", "threads"))  # fmt: skip
+                  ("numerics", "threads"), ("replicas",))  # fmt: skip
 
 
 @dataclass
@@ -34,71 +37,16 @@ class Progress:
     steps_per_second: float
 
 
-class Crew:
-    """How many workers the steps get: all, or one where another process has the cores.
-
-    The bits do not depend on it, so the run may try the other number now and then and take the
-    faster: workers that wait for one which the system does not run lose more than they gain.
-    """
-
-    EVERY = 10.0  # seconds between two trials
-
-    def __init__(self, sim, fixed):
-        self.sim, self.most = sim, sim.threads
-        self.alone = fixed or self.most == 1
-        self.tried = real_time.perf_counter()
-        self.before = None  # (workers, rate) that a trial is compared with
-
-    def after_burst(self, rate):
-        """Tell the steps a second of a full burst; may change sim.threads for the next one."""
-        if self.alone:
-            return
-        now = real_time.perf_counter()
-        if self.before is not None:
-            workers, known = self.before
-            if rate < 1.03 * known:
-                self.sim.threads = workers
-            self.before, self.tried = None, now
-        elif now - self.tried > self.EVERY:
-            self.before = (self.sim.threads, rate)
-            self.sim.threads = 1 if self.sim.threads > 1 else self.most
-
-
-@dataclass
-class Course:
-    """The part of a run's state that is not in the simulation; goes into the checkpoint."""
-
-    start: dict  # measurement at step 0
-    window_step: int = 0
-    window_impulse: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
-    mean_force: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
-    wall_clock: float = 0.0
-
-    def to_meta(self):
-        return {
-            "start": {k: np.asarray(v).tolist() for k, v in self.start.items()},
-            "window_step": self.window_step,
-            "window_impulse": self.window_impulse.tolist(),
-            "mean_force": self.mean_force.tolist(),
-            "wall_clock": self.wall_clock,
-        }
-
-    @classmethod
-    def from_meta(cls, meta):
-        start = {k: np.array(v) if isinstance(v, list) else v for k, v in meta["start"].items()}
-        return cls(start, meta["window_step"], np.array(meta["window_impulse"]),
-                   np.array(meta["mean_force"]), meta["wall_clock"])  # fmt: skip
-
-
 def run_directory(scene, output=None):
     """Where the results of a scene go."""
     return Path(output) if output is not None else Path(scene.output.directory)
 
 
-def execute(scene, directory, *, force=False, resume=False, watch=lambda progress: None,
-            say=lambda text: None):  # fmt: skip
+def execute(scene, directory, *, force=False, resume=False, fresh=False,
+            watch=lambda progress: None, say=lambda text: None):  # fmt: skip
     """Run a scene into `directory`; returns the directory.
 
+    fresh: compute every stage, even those that an earlier run has finished and kept.
     Raises DustError (bad input, an existing result, a full disk), GuardStop (with the result up to
     there kept), KeyboardInterrupt (after flushing and a checkpoint).
     """
@@ -109,8 +57,11 @@ def execute(scene, directory, *, force=False, resume=False, watch=lambda progres
                 f"{directory / RESULT} exists already. Use --force to overwrite it, --resume to go "
                 "on with it, or choose another output directory."
             )
-        run = _Run(scene, directory, lock, watch)
-        run.open_resumed(say) if resume else run.open_new(force)
+        run = _Run(scene, directory, lock, watch, say)
+        if resume:
+            run.open_resumed()
+        elif fresh or not run.open_kept():
+            run.open_new(force)
         run.go()
     return directory
 
@@ -118,8 +69,9 @@ def execute(scene, directory, *, force=False, resume=False, watch=lambda progres
 class _Run:
     """One run in progress."""
 
-    def __init__(self, scene, directory, lock, watch):
-        self.scene, self.directory, self.lock, self.watch = scene, directory, lock, watch
+    def __init__(self, scene, directory, lock, watch, say):
+        self.scene, self.directory, self.lock = scene, directory, lock
+        self.watch, self.say = watch, say
         self.rate, self.flush_cost, self.interrupted = 0.0, 0.0, False
         self.pressure = None
 
@@ -128,36 +80,71 @@ class _Run:
     def _build(self, sample):
         self.sample = sample
         self.sim = build(self.scene, sample)
-        self.clock = clock_of(self.sim)
+        self.plates = record.plates_of(self.scene.boundary, sample, self.sim.radius)
         self.features = features_of(self.scene, self.sim)
-        self.end, self.reason = last_step(self.scene.stop, self.clock, 4.0 * self.sim.radius)
         self.crew = Crew(self.sim, fixed=self.scene.numerics.threads != "auto")
+        clock = clock_of(self.sim)
+        self.edges = record.bin_edges(clock, self.sim.radius) if "profiles" in self.features else None
+
+    def _plan(self):
+        """The present stage: its clock, and when it ends at the latest."""
+        self.leg = self.scene.legs[self.course.stage]
+        self.clock = clock_of(self.sim, self.course.first)
+        self.end, self.reason = last_step(self.leg.stop, self.clock)
+        if self.course.ended:
+            self.end, self.reason = self.sim.step, self.course.ended
 
     def open_new(self, force):
-        sample = samples.make(self.scene)
-        self._build(sample)
+        self._build(samples.make(self.scene))
         self.course = Course(self.sim.measure())
+        self.course.open_window(self.sim)
+        self._plan()
         checkpoint.discard(self.directory / CHECKPOINT)
         _write_text(self.directory / SCENE, self.scene.to_yaml())
-        self.edges = record.bin_edges(self.clock, self.sim.radius) if self.clock.area else None
         self.writer = Writer.create(
             self.directory / RESULT, select(self.features), self._sizes(), self._coords(),
             self._attributes(), force=force, lock=self.lock,
         )  # fmt: skip
         self._record_due(first=True)
 
-    def open_resumed(self, say):
+    def open_kept(self):
+        """Go on from the latest stage that an earlier run has finished; False where there is
+        none."""
+        if not self.scene.stages:
+            return False
+        found = stages.take(self.scene, self.directory)
+        if found is None:
+            return False
+        stage, folder = found
+        names = ", ".join(s.name for s in self.scene.stages[: stage + 1])
+        self.say(f"finished before and taken over from {folder}: {names} (--fresh computes anew)")
+        _write_text(self.directory / SCENE, self.scene.to_yaml())
+        self._open_saved(checkpoint.load(self.directory / CHECKPOINT))
+        self.writer.set_attributes(self._attributes())
+        return True
+
+    def open_resumed(self):
         saved = checkpoint.load(self.directory / CHECKPOINT)
         if saved.note:
-            say(saved.note)
-        _same_scene(saved.meta["scene"], self.scene)
-        arrays = saved.arrays
-        self._build(Sample(*(arrays.pop(f"sample_{k}") for k in _SAMPLE)))
-        self.sim.restore(arrays, saved.meta["numbers"])
-        self.course = Course.from_meta(saved.meta["course"])
-        self.edges = record.bin_edges(self.clock, self.sim.radius) if self.clock.area else None
-        self.writer = Writer.resume(self.directory / RESULT, saved.meta["counts"], lock=self.lock)
-        say(f"going on from step {self.sim.step:,} ({self.sim.time:.6g} us)")
+            self.say(saved.note)
+        stage = saved.meta["course"]["stage"]
+        _same_scene(saved.meta["scene"], self.scene, stage)
+        old = yaml.safe_load(saved.meta["scene"])
+        new = yaml.safe_load(self.scene.to_yaml())
+        ends = [d["stages"][stage]["stop"] if d.get("stages") else d["stop"] for d in (old, new)]
+        if ends[0] != ends[1]:
+            saved.meta["course"]["ended"] = ""
+        self._open_saved(saved)
+        self.say(f"going on from step {self.sim.step:,} ({self.sim.time:.6g} us)")
+
+    def _open_saved(self, saved):
+        arrays, meta = saved.arrays, saved.meta
+        sample = Sample(*(arrays.pop(f"sample_{k}") for k in _SAMPLE), info=meta["sample_info"])
+        self._build(sample)
+        self.sim.restore(arrays, meta["numbers"])
+        self.course = Course.from_meta(meta["course"])
+        self._plan()
+        self.writer = Writer.resume(self.directory / RESULT, meta["counts"], lock=self.lock)
 
     def _sizes(self):
         sizes = {"grain": self.sim.grains}
@@ -187,6 +174,8 @@ class _Run:
             precision=scene.numerics.precision,
             threads=sim.threads,
             time_step=sim.dt * units.TIME,
+            stages=" ".join(stage.name for stage in scene.stages) or None,
+            periodic_axes=" ".join(scene.boundary.periodic_axes),
             sample=yaml.safe_dump(_plain(self.sample.info), sort_keys=False),
         )
 
@@ -195,10 +184,15 @@ class _Run:
     def go(self):
         """Run to the end; whatever ends it, what was computed is on disk."""
         handlers = {s: signal.signal(s, self._interrupt) for s in _signals()}
+        self.opened_at = self.sim.step
         self.began = real_time.perf_counter() - self.course.wall_clock
         self.saved = self.flushed = real_time.perf_counter()
         try:
             self._loop()
+            while self.course.stage + 1 < len(self.scene.legs):
+                self._keep_stage()
+                self._next_stage()
+                self._loop()
             self.finish(f"finished: {self.reason}")
         except GuardStop as stop:
             self.writer.set_status(f"stopped by guard: {stop}")
@@ -212,19 +206,39 @@ class _Run:
         self.interrupted = True
 
     def _loop(self):
-        sim, output = self.sim, self.scene.output
+        """The present stage, to its end."""
+        sim, leg, output = self.sim, self.leg, self.scene.output
         while sim.step < self.end:
-            series = min(next_step(output.series, self.clock, sim.step), self.end)
+            series = min(next_step(leg.series, self.clock, sim.step), self.end)
             window = NEVER
             if output.window != "interval" and series - output.window > sim.step:
                 window = series - output.window
-            due = min(series, window, next_step(output.profiles, self.clock, sim.step),
-                      next_step(output.snapshots, self.clock, sim.step))  # fmt: skip
+            due = min(series, window, next_step(leg.profiles, self.clock, sim.step),
+                      next_step(leg.snapshots, self.clock, sim.step))  # fmt: skip
             self._advance_to(due)
             if sim.step == window:
-                self.course.window_step, self.course.window_impulse = window, sim.impulses()
+                self.course.open_window(sim)
             self._record_due()
             self._keep()
+
+    def _keep_stage(self):
+        """The state at the end of a stage, for runs that begin alike. Only a convenience: a disk
+        that is too full for it does not end the run."""
+        self.save()
+        try:
+            stages.keep(self.scene, self.course.stage, self.directory)
+        except OSError as error:
+            self.say(f"stage {self.leg.name} is not kept for other runs: {error}")
+
+    def _next_stage(self):
+        if self.sim.step > self.opened_at:
+            self.say(f"stage {self.leg.name} finished: {self.reason}")
+        if self.last_snapshot != self.sim.step:
+            self._record_snapshot()
+        following = self.course.stage + 1
+        self.sim.drive(self.scene.legs[following].drive)
+        self.course.begin_stage(following, self.sim)
+        self._plan()
 
     def _advance_to(self, due):
         while self.sim.step < due:
@@ -247,7 +261,7 @@ class _Run:
         if now - self.looked > BURST_SECONDS:
             self.looked = now
             guards.check(self.sim, self.sim.measure(), self.course.start)
-            phi = self.clock.filling_factor_at(self.sim.step) if "volume" in self.features else None
+            phi = self.clock.filling_factor_at(self.sim.step) if self.clock.bounded else None
             self.watch(Progress(self.sim.step, self.end, phi, self.pressure, self.rate))
 
     def _keep(self):
@@ -270,40 +284,68 @@ class _Run:
 
     def _record_due(self, first=False):
         """Write what is due at this step. `first`: the state at step 0, before any motion."""
-        sim, output = self.sim, self.scene.output
+        sim, leg = self.sim, self.leg
 
         def due(interval):
             return first or (
                 interval is not None and next_step(interval, self.clock, sim.step - 1) == sim.step
             )
 
-        if due(output.series) or sim.step == self.end:
+        if due(leg.series) or sim.step == self.end:
             self._record_series(first)
-        if "profiles" in self.features and due(output.profiles):
+        if "profiles" in self.features and due(leg.profiles):
             self.writer.append("profiles", record.profile(sim, self.clock, self.edges))
-        if due(output.snapshots):
+        if due(leg.snapshots):
             self._record_snapshot()
 
     def _record_series(self, first):
         sim, course = self.sim, self.course
-        if sim.box is not None and not first:
-            impulse = sim.impulses()
-            span = (sim.step - course.window_step) * sim.dt
-            course.mean_force = (impulse - course.window_impulse) / span
-            course.window_step, course.window_impulse = sim.step, impulse
-        elif sim.box is not None:
-            course.mean_force = sim.first_wall_force
+        if first:
+            course.mean_force = sim.books.wall_force
+        else:
+            course.close_window(sim)
         m = sim.measure()
         guards.check(sim, m, course.start)
-        entry = record.series(sim, self.clock, m, course.start, course.mean_force,
-                              course.wall_clock)  # fmt: skip
+        entry = record.series(
+            sim, self.clock, m, course.start, course.mean_force,
+            course.mean_stress if sim.layout.stress else None, course.wall_clock,
+            stage=course.stage if self.scene.stages else None, plates=self.plates,
+        )  # fmt: skip
         keys = [k for k in select(self.features) if "/" not in k]
         self.writer.append("series", {k: entry[k] for k in keys})
-        if sim.box is not None and sim.box.present[5]:
-            self.pressure = float(entry["pressure"][5])
-            if self.scene.stop.pressure is not None and self.pressure >= self.scene.stop.pressure:
-                self.end = sim.step
-                self.reason = f"pressure {self.scene.stop.pressure / 1e3:.6g} kPa"
+        if not first:
+            self._end_by(entry)
+
+    def _end_by(self, entry):
+        """Ends the stage where a condition is met that only its record tells."""
+        stop, ended = self.leg.stop, ""
+        self.pressure = self._pressure(entry)
+        if stop.pressure is not None and self.pressure >= stop.pressure:
+            ended = f"pressure {stop.pressure / 1e3:.6g} kPa"
+        if stop.filling_factor is not None and not self.clock.bounded:
+            way = 1.0 if (self.leg.drive.wall_speed or 0.0) > 0.0 else -1.0
+            if way * (entry["filling_factor"] - stop.filling_factor) >= 0.0:
+                ended = f"filling factor {stop.filling_factor:.4g}"
+        if stop.past_maximum is not None and self.course.past_maximum(
+            self._tension(entry) / units.PRESSURE, stop.past_maximum
+        ):
+            ended = f"the tension has fallen by {stop.past_maximum:.0%} below its largest value"
+        if ended:
+            self.end, self.reason, self.course.ended = self.sim.step, ended, ended
+
+    def _pressure(self, entry):
+        """Pressure of a record [Pa]: on the top wall, else of the cell; None without either."""
+        if self.sim.box is not None and self.sim.box.present[TOP]:
+            return float(entry["pressure"][TOP])
+        return -float(np.trace(entry["stress"])) / 3.0 if "stress" in entry else None
+
+    def _tension(self, entry):
+        """Tension of a record along the axis that strains most [Pa]."""
+        if "stress" not in entry:
+            return -float(entry["pressure"][TOP])
+        now, before = (np.array(self.clock.lengths(s)) for s in (self.sim.step, self.clock.first))
+        axis = int(np.argmax(np.abs(now / before - 1.0)))
+        return float(entry["stress"][axis, axis])
 
     def _record_snapshot(self):
         for group, entry in record.snapshot(self.sim, self.scene.output.contacts):
@@ -327,6 +369,7 @@ class _Run:
             "numbers": self.sim.numbers(),
             "course": self.course.to_meta(),
             "counts": self.writer.counts(),
+            "sample_info": self.sample.info,
         }
         checkpoint.save(self.directory / CHECKPOINT, self.sim.arrays() | sample, meta)
         self.saved = real_time.perf_counter()
@@ -349,45 +392,47 @@ def _signals():
     return (signal.SIGINT, signal.SIGTERM)
 
 
-def clock_of(sim):
-    """The Clock of a simulation: its step, and its box if it has a floor and a lid."""
-    if sim.box is None or not (sim.box.present[4] and sim.box.present[5]):
-        return Clock(sim.dt)
-    volume = sim.grains * 4.0 / 3.0 * np.pi * sim.radius**3
-    size = sim.box.size
-    return Clock(sim.dt, volume, float(size[0] * size[1]), float(size[2]), float(sim.box.speed[5]))
-
-
 def features_of(scene, sim):
     """What the result of a scene has, in the words of `results.select`."""
-    features = {"snapshots"}
-    if scene.output.contacts:
-        features.add("contacts")
-    if sim.box is not None:
-        features.add("walls")
-        if sim.box.present[4] and sim.box.present[5]:
-            features.add("height")
-            if sim.box.present.all():
-                features.add("volume")
-                if scene.output.profiles is not None:
-                    features.add("profiles")
-    return features
+    lengths = sim.lengths()
+    bounded = not np.isnan(lengths).any()
+    asked = {
+        "snapshots": True,
+        "contacts": scene.output.contacts,
+        "walls": sim.box is not None,
+        "cell": sim.cell is not None,
+        "room": sim.box is not None or sim.cell is not None,
+        "height": not np.isnan(lengths[2]),
+        "plates": scene.boundary.kind == "plates",
+        "filling": bounded or scene.boundary.kind == "plates",
+        "stress": sim.layout.stress,
+        "stages": bool(scene.stages),
+        "profiles": bounded and any(leg.profiles is not None for leg in scene.legs),
+    }
+    return {name for name, there in asked.items() if there}
 
 
-def _same_scene(saved, scene):
-    """Refuse to go on with another scene than the one the checkpoint is of."""
+def _same_scene(saved, scene, stage):
+    """Refuse to go on with another scene than the one the checkpoint is of.
+
+    stage: number of the one that the checkpoint stands in: its end and later stages may change.
+    """
     old, new = yaml.safe_load(saved), yaml.safe_load(scene.to_yaml())
     for path in FREE_TO_CHANGE:
         for tree in (old, new):
             for key in path[:-1]:
                 tree = tree.get(key, {})
             tree.pop(path[-1], None)
+    for tree in (old, new):
+        done = tree.get("stages", [])[: stage + 1]
+        tree["stages"] = {str(n): s for n, s in enumerate(done)}
+        tree["stages"].get(str(stage), {}).pop("stop", None)
     changed = sorted(_differences(old, new))
     if changed:
         raise DustError(
             "--resume: the scene is not the one that this run was started with; it differs in "
             f"{', '.join(changed)}. Put that back, or start anew with --force. (stop, "
-            "numerics.threads, output.checkpoint may change.)"
+            "numerics.threads, output.checkpoint and stages still to come may change.)"
         )
 
 

@@ -1,7 +1,11 @@
-"""A built scene in motion: advances by whole steps, searches when due, measures. Internal units."""
+"""A built scene in motion: advances by whole steps, searches when due, measures. Internal units.
+
+The box (walls) and the cell (periodic faces) of `surroundings` move as the drive of the moment says;
+`drive` changes it between two steps, and the ledger goes on.
+"""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -13,6 +17,7 @@ from dusttaichi.kernels.measure import (
     ANGULAR,
     CONTACTS,
     DEEPEST,
+    FACES,
     FASTEST,
     FASTEST_SPIN,
     LINEAR,
@@ -27,6 +32,8 @@ from dusttaichi.step import DONE, Motion
 
 NEVER = 2**62
 SKIN = (0.01, 0.4)  # least and most, of the radius
+# parts of the skin that each grain of a pair may go, and that faces between them may move
+STILL, DRIVEN = (0.5, 0.0), (0.3, 0.4)
 
 
 @dataclass(frozen=True)
@@ -39,16 +46,44 @@ class Kernels:
     relist: Callable
     list_entries: Callable
     relist_walls: Callable | None
+    wrap: Callable | None
     measure: tuple
+
+
+@dataclass
+class Books:
+    """Ends of the sums over steps, each of which counts the force of a step half before, half after.
+
+    wall_force (6, 3), face_power: at the start of the present drive and of the run. wall_work,
+    impulse (6, 3): of earlier drives. face_jumps: what changes of the drive leave over. damping:
+    half of the work of step 0, which would belong to a time before it (pairs, walls).
+    """
+
+    wall_force: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
+    impulse: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
+    wall_work: float = 0.0
+    face_power: float = 0.0
+    face_jumps: float = 0.0
+    damping: list = field(default_factory=lambda: [0.0, 0.0])
+
+    def to_numbers(self):
+        return asdict(self) | {"wall_force": self.wall_force.tolist(),
+                               "impulse": self.impulse.tolist()}  # fmt: skip
+
+    @classmethod
+    def from_numbers(cls, numbers):
+        arrays = {key: np.array(numbers[key]) for key in ("wall_force", "impulse")}
+        return cls(**(numbers | arrays))
 
 
 class Simulation:
     """State and kernels of one scene. `step` counts steps; `time` = step dt."""
 
-    def __init__(self, *, fields, scratch, sums, kernels, layout, sample, order, box, pair, wall,
-                 mass, inertia, radius, skin, dt, threads):  # fmt: skip
+    def __init__(self, *, fields, scratch, sums, kernels, layout, sample, order, box, cell,
+                 material, drive, pair, wall, mass, inertia, radius, skin, dt, threads):  # fmt: skip
         self.fields, self.scratch, self.sums, self.kernels = fields, scratch, sums, kernels
-        self.layout, self.order, self.box = layout, order, box
+        self.layout, self.order, self.box, self.cell = layout, order, box, cell
+        self.material = material
         self.pair, self.wall = pair, wall
         self.mass, self.inertia, self.radius = mass, inertia, radius
         self.fixed_skin, self.skin = skin, skin or 0.0
@@ -57,11 +92,10 @@ class Simulation:
         self.step = 0
         self.searched_at = 0
         self.searches = 0
-        self.first_wall_force = np.zeros((6, 3))
-        # half of the damping work of step 0 would belong to a time before it
-        self.first_damping = [0.0, 0.0]
+        self.books = Books()
         self._search_asked = False
         self._no_walls = Walls()
+        self._move(drive)
         self._start(sample)
 
     @property
@@ -88,16 +122,18 @@ class Simulation:
         w[:n] -= half / self.inertia * torque
         self.fields["v"].from_numpy(v)
         self.fields["w"].from_numpy(w)
-        self.first_wall_force = self._wall_force()
+        self.books.wall_force = self._wall_force()
         begin = self.measure()
-        self.first_damping = [float(begin["loss"][2]), float(begin["loss_wall"][2])]
+        self.books.damping = [float(begin["loss"][2]), float(begin["loss_wall"][2])]
+        self.books.face_power = self._face_power()
 
     def _put_grains(self, name, values, far=False):
         ghosts = np.array([[1e6, 0, 0], [-1e6, 0, 0]]) if far else np.zeros((2, 3))
         self.fields[name].from_numpy(np.ascontiguousarray(np.concatenate([values, ghosts])))
 
     def _clear_ledger(self):
-        for name in ("loss", "wall_loss", "impulse", "impulse_total"):
+        for name in ("loss", "wall_loss", "impulse", "impulse_total", "face_work", "wrap_work",
+                     "virial", "wall_virial", "flux"):  # fmt: skip
             if name in self.fields:
                 self.fields[name].fill(0.0)
 
@@ -128,6 +164,32 @@ class Simulation:
             state[p, layout.approach] = -contacts["approach"][known]
         self._put_lanes("state", state)
 
+    # -- drive -----------------------------------------------------------------------------------
+
+    def drive(self, drive):
+        """Move walls and faces as `drive` (scene.Drive) says from this step on."""
+        force, power = self._wall_force(), self._face_power()
+        impulse = self.impulses()
+        self.books.wall_work = self._wall_work(force, impulse)
+        self.books.wall_force, self.books.impulse = force, impulse
+        self._move(drive)
+        self.books.face_jumps += 0.5 * self.dt * (self._face_power() - power)
+        self.search()
+
+    def _move(self, drive):
+        if self.box is not None:
+            self.box = self.box.driven(drive, self.time)
+        if self.cell is not None:
+            self.cell = self.cell.driven(drive, self.time, self.material)
+            self.fields["cell"].from_numpy(self.cell.rows)
+
+    def _closing_speed(self):
+        """Speed at which faces may bring grains together [um/us]."""
+        return 0.0 if self.cell is None else float(np.abs(self.cell.speeds(self.time)).sum())
+
+    def _wall_speed(self):
+        return 0.0 if self.box is None else float(np.max(np.abs(self.box.speed)))
+
     # -- steps -----------------------------------------------------------------------------------
 
     def advance(self, steps):
@@ -144,7 +206,7 @@ class Simulation:
 
     def _call(self, steps, pending, dt):
         # every grain has gone further than the root of -1: a search asked for is due at once
-        reach2 = -1.0 if self._search_asked else (0.5 * self.skin) ** 2
+        reach2 = -1.0 if self._search_asked else (self._shares()[0] * self.skin) ** 2
         motion = self._motion(dt, self._wall_due(), reach2)
         self.kernels.advance(steps, self.step, pending, self.threads, motion, self.pair, self.wall,
                              self._walls())  # fmt: skip
@@ -170,12 +232,17 @@ class Simulation:
     def _walls(self):
         return self._no_walls if self.box is None else self.box.kernel_argument
 
+    def _shares(self):
+        return DRIVEN if self._closing_speed() > 0.0 else STILL
+
     def _wall_due(self):
-        """Step at which the fastest wall has moved half the skin since the last search."""
-        speed = 0.0 if self.box is None else float(np.max(np.abs(self.box.speed)))
-        if speed == 0.0:
-            return NEVER
-        return self.searched_at + max(1, int(0.5 * self.skin / (speed * self.dt)))
+        """Step at which a wall or face has moved its part of the skin since the last search."""
+        grains, faces = self._shares()
+        due = NEVER
+        for speed, share in ((self._wall_speed(), 1.0 - grains), (self._closing_speed(), faces)):
+            if speed > 0.0:
+                due = min(due, self.searched_at + max(1, int(share * self.skin / (speed * self.dt))))
+        return due
 
     # -- search ----------------------------------------------------------------------------------
 
@@ -197,16 +264,19 @@ class Simulation:
         if self.fixed_skin is None:
             self.skin = self._best_skin(bounds[7])
         # bonds hold beyond first touch, down to pull-off
-        reach = 2.0 * self.radius + self.skin + PULL_OFF / self.pair.inv_delta0
-        extent = bounds[3:6] - bounds[:3]
-        edge = reach * 1.000001
-        while np.prod(np.floor(extent / edge) + 1.0) > CELLS_PER_GRAIN * self.grains + 60:
-            edge *= 1.1
-        cells = (np.floor(extent / edge) + 1).astype(int)
-        grid = Grid(origin=bounds[:3].tolist(), inv_edge=[1.0 / edge] * 3, cells=cells.tolist())
+        touch = 2.0 * self.radius + PULL_OFF / self.pair.inv_delta0
+        low, extent, edges = bounds[:3], bounds[3:6] - bounds[:3], np.zeros(3)
+        if self.cell is not None:
+            edges = self._wrap(step, touch)
+            low = np.where(edges > 0.0, self.cell.low(step * self.dt), low)
+            extent = np.where(edges > 0.0, edges, extent)
+        reach = touch + self.skin
+        cells, width = self._cells(extent, edges, reach)
+        grid = Grid(origin=low.tolist(), inv_edge=(1.0 / width).tolist(), cells=cells.tolist(),
+                    edges=edges.tolist())  # fmt: skip
         self.kernels.find(grid, int(np.prod(cells)), reach**2)
         self._check_room()
-        self.kernels.relist()
+        self.kernels.relist(edges.tolist())
         if self.box is not None:
             wall_reach = self.radius + self.skin + PULL_OFF / self.wall.inv_delta0
             self.kernels.relist_walls(self._walls(), step * self.dt, wall_reach,
@@ -217,6 +287,37 @@ class Simulation:
         self.searches += 1
         self._search_asked = False
 
+    def _cells(self, extent, edges, reach):
+        """Numbers and widths of the cells of the grid: no cell is narrower than `reach`, and whole
+        numbers of them fill a periodic edge."""
+        width = reach * 1.000001
+        while True:
+            cells = np.floor(extent / width) + np.where(edges > 0.0, 0.0, 1.0)
+            if np.prod(cells) <= CELLS_PER_GRAIN * self.grains + 60:
+                break
+            width *= 1.1
+        cells = np.maximum(cells, 1.0)
+        return cells.astype(int), np.where(edges > 0.0, edges / cells, width)
+
+    def _wrap(self, step, touch):
+        """Grains back into the cell; returns its edges. No pair may meet across two faces."""
+        time = step * self.dt
+        edges = self.cell.edges(time)
+        shortest = edges[list(self.cell.axes)].min()
+        most = 0.5 * shortest - touch
+        if most < SKIN[0] * self.radius:
+            raise GuardStop(
+                f"At {self.time:.6g} us the periodic cell has shrunk to {shortest:.4g} um, four "
+                "radii: a grain would touch another twice, across both faces. Stop earlier, or take "
+                "a larger sample."
+            )
+        self.skin = min(self.skin, most)
+        # v stands half a step back
+        speeds = self.cell.speeds(time - 0.5 * self.dt)
+        self.kernels.wrap(self.cell.low(time).tolist(), np.where(edges > 0, edges, 1.0).tolist(),
+                          speeds.tolist(), self.mass)  # fmt: skip
+        return edges
+
     def _best_skin(self, speed):
         """Skin [um] that costs least at the speed of the fastest grain [um/us].
 
@@ -224,8 +325,7 @@ class Simulation:
         grains), and is due every skin/(2 speed dt) steps; the pairs that are listed but do not
         touch make a step dearer by about five times skin/radius.
         """
-        walls = 0.0 if self.box is None else float(np.max(np.abs(self.box.speed)))
-        way = max(speed, 2.0 * walls) * self.dt
+        way = max(speed, 2.0 * self._wall_speed(), 2.0 * self._closing_speed()) * self.dt
         search = 8.0 * (1.0 + 5000.0 / self.grains)
         best = np.sqrt(0.4 * search * way * self.radius)
         return float(np.clip(best, SKIN[0] * self.radius, SKIN[1] * self.radius))
@@ -278,6 +378,8 @@ class Simulation:
 
     def impulses(self):
         """Time integral of the wall forces since the start [nN us], (6, 3)."""
+        if self.box is None:
+            return np.zeros((6, 3))
         total = self.fields["impulse_total"].to_numpy()
         blocks = int(self.fields["counts"].to_numpy()[1])
         lanes = self.fields["impulse"].to_numpy()[:blocks].reshape(blocks, 3, -1)
@@ -290,7 +392,7 @@ class Simulation:
         half = 0.5 * self.dt
         measure_grains, measure_pairs, measure_walls = self.kernels.measure
         measure_grains(self.mass, self.inertia, half / self.mass, half / self.inertia)
-        measure_pairs(self.pair, self.dt)
+        measure_pairs(self.pair, self.step, self.dt)
         grains = self.sums["grain_sum"].to_numpy()
         counts = self.fields["counts"].to_numpy()
         per_tile = self.layout.width * self.layout.tile
@@ -308,20 +410,64 @@ class Simulation:
             "potential_wall": np.zeros(4),
             "loss_wall": np.zeros(len(CHANNELS)),
             "wall_work": 0.0,
+            "face_work": 0.0,
         }
-        out["loss"][2] += pairs[:, PENDING].sum() - self.first_damping[0]
+        out["loss"][2] += pairs[:, PENDING].sum() - self.books.damping[0]
+        if self.cell is not None:
+            ends = self.books.face_power - pairs[:, FACES].sum()
+            work = self.fields["face_work"].to_numpy().sum() + half * ends + self.books.face_jumps
+            out["face_work"] = float(work + self.fields["wrap_work"].to_numpy().sum())
         if self.box is not None:
             force = self._wall_force()
             walls = self.sums["wall_sum"].to_numpy()[: -(-counts[1] // self.layout.tile)]
             out["wall_contacts"] = int(round(walls[:, CONTACTS].sum()))
             out["potential_wall"] = walls[:, NORMAL : TWISTING + 1].sum(axis=0)
             out["loss_wall"] = self._losses("wall_loss")
-            out["loss_wall"][2] += walls[:, PENDING].sum() - self.first_damping[1]
+            out["loss_wall"][2] += walls[:, PENDING].sum() - self.books.damping[1]
             out["largest_overlap"] = max(out["largest_overlap"], walls[:, DEEPEST].max(initial=0.0))
-            velocity = self.box.speed[:, None] * self.box.normal
-            # the force of a step acts half before and half after it
-            impulse = self.impulses() + half * (self.first_wall_force - force)
-            out["wall_work"] = float(np.sum(velocity * impulse))
+            out["wall_work"] = self._wall_work(force, self.impulses())
+        return out
+
+    def _wall_work(self, force, impulse):
+        """Work of the walls since the start, with their force of now and impulse up to now."""
+        if self.box is None:
+            return 0.0
+        velocity = self.box.speed[:, None] * self.box.normal
+        # the force of a step acts half before and half after it
+        own = impulse - self.books.impulse + 0.5 * self.dt * (self.books.wall_force - force)
+        return self.books.wall_work + float(np.sum(velocity * own))
+
+    def _face_power(self):
+        """Power of the moving faces now [fJ/us]."""
+        if self.cell is None:
+            return 0.0
+        self.kernels.measure[1](self.pair, self.step, self.dt)
+        per_tile = self.layout.width * self.layout.tile
+        pairs = -(-self.fields["counts"].to_numpy()[0] // per_tile)
+        return float(self.sums["pair_sum"].to_numpy()[:pairs, FACES].sum())
+
+    def momentum_flux(self):
+        """Time integral since the start of sum m v_a v_b + sum of branch_a force_b over all contacts
+        [fJ us], (3, 3): minus volume times stress (T19 eq 23)."""
+        xx, xy, xz, yy, yz, zz = self.fields["flux"].to_numpy().sum(axis=0)
+        total = self.mass * np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        for name in ("virial", "wall_virial"):
+            if name in self.fields:
+                table = self.fields[name].to_numpy()
+                total += table.reshape(len(table), 9, -1).sum(axis=(0, 2)).reshape(3, 3)
+        return total
+
+    def lengths(self):
+        """Edges of the room for the grains now [um], (3,); not a number where it is open."""
+        out = np.full(3, np.nan)
+        if self.box is not None:
+            planes, there = self.box.planes(self.time), self.box.present
+            for n in range(3):
+                if there[2 * n] and there[2 * n + 1]:
+                    out[n] = planes[2 * n + 1] - planes[2 * n]
+        if self.cell is not None:
+            axes = list(self.cell.axes)
+            out[axes] = self.cell.edges(self.time)[axes]
         return out
 
     def _losses(self, name):
@@ -354,6 +500,11 @@ class Simulation:
         x = self.fields["x"].to_numpy()[:n]
         v = self.fields["v"].to_numpy()[:n] + half / self.mass * force
         w = self.fields["w"].to_numpy()[:n] + half / self.inertia * torque
+        if self.cell is not None:
+            edges, speeds = self.cell.edges(self.time), self.cell.speeds(self.time)
+            out_of = np.floor((x - self.cell.low(self.time)) / np.where(edges > 0.0, edges, np.inf))
+            out_of = np.where(edges > 0.0, out_of, 0.0)
+            x, v = x - out_of * edges, v - out_of * speeds
         out = np.empty((3, n, 3))
         out[:, self.order] = x, v, w
         return out
@@ -367,7 +518,11 @@ class Simulation:
         on = np.sum(state[:, first : first + 3] ** 2, axis=1) > 0.5
         i, j, state = i[on], j[on], state[on]
         x = self.fields["x"].to_numpy()
-        distance = np.linalg.norm(x[i] - x[j], axis=1)
+        d = x[i] - x[j]
+        if self.cell is not None:
+            axes = list(self.cell.axes)
+            d[:, axes] -= (self._lanes("shift")[: len(on)][on] * self.cell.edges(self.time)[axes])
+        distance = np.linalg.norm(d, axis=1)
         return {
             "grain_i": self.order[i],
             "grain_j": self.order[j],
@@ -428,8 +583,10 @@ class Simulation:
             "searched_at": self.searched_at,
             "searches": self.searches,
             "skin": self.skin,
-            "first_wall_force": self.first_wall_force.tolist(),
-            "first_damping": self.first_damping,
+            "search_asked": self._search_asked,
+            "books": self.books.to_numbers(),
+            "box": None if self.box is None else [self.box.offset.tolist(), self.box.speed.tolist()],
+            "cell": None if self.cell is None else self.cell.rows.tolist(),
         }
 
     def restore(self, arrays, numbers):
@@ -440,5 +597,12 @@ class Simulation:
         self.searched_at = numbers["searched_at"]
         self.searches = numbers["searches"]
         self.skin = numbers["skin"]
-        self.first_wall_force = np.array(numbers["first_wall_force"])
-        self.first_damping = numbers["first_damping"]
+        self._search_asked = numbers["search_asked"]
+        self.books = Books.from_numbers(numbers["books"])
+        if self.box is not None:
+            offset, speed = (np.array(row) for row in numbers["box"])
+            self.box = replace(self.box, offset=offset, speed=speed)
+        if self.cell is not None:
+            rows = dict(zip(("start", "rate", "growth", "centre"), np.array(numbers["cell"]),
+                            strict=True))  # fmt: skip
+            self.cell = replace(self.cell, **rows)

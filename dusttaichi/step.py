@@ -10,10 +10,11 @@ from types import SimpleNamespace
 
 import taichi as ti
 
+from dusttaichi.kernels.cell import make_cell
 from dusttaichi.kernels.contacts import make_pair_pass
-from dusttaichi.kernels.grains import make_grain_pass
+from dusttaichi.kernels.grains import make_flux, make_grain_pass
 from dusttaichi.kernels.params import ContactParams
-from dusttaichi.kernels.store import capacity
+from dusttaichi.kernels.store import CHUNK, capacity
 from dusttaichi.kernels.walls import Walls, make_wall_pass
 from dusttaichi.kernels.workers import STRIDE, barrier, muster
 
@@ -63,7 +64,7 @@ def make_workers(fields, layout, phases, grains, walls):
                         if sync[DUE] == 1 or first + done + 1 >= motion.wall_due:
                             break
                     drifted = 0
-                    phases.pass_pairs(me, crew, motion.dt, pair)
+                    phases.pass_pairs(me, crew, first + done + 1, motion.dt, pair)
                     if ti.static(walls):
                         phases.pass_walls(me, crew, first + done + 1, motion.dt, wall, box)
                     met += crew
@@ -82,14 +83,14 @@ def make_launches(fields, layout, phases, grains, walls):
     @ti.kernel
     def drift(motion: Motion):
         sync[DUE] = 0
-        for g in range(grains):
-            if phases.move(g, motion.kick, motion.turn, motion.dt, motion.reach2) == 1:
+        for part in range(phases.parts):
+            if phases.move_part(part, motion) == 1:
                 sync[DUE] = 1
 
     @ti.kernel
     def touch(step: ti.i64, dt: ti.f64, pair: ContactParams, wall: ContactParams, box: Walls):
         for tile in range(phases.tiles(counts[0], layout.width * layout.tile)):
-            phases.pair_tile(tile, dt, pair)
+            phases.pair_tile(tile, dt, pair, phases.frame(step, dt))
         if ti.static(walls):
             for tile in range(phases.tiles(counts[1], layout.tile)):
                 phases.wall_tile(tile, step, dt, wall, box)
@@ -116,31 +117,46 @@ def make_phases(fields, layout, effects, grains, walls):
     counts, sync = fields["counts"], fields["sync"]
     W, T = layout.width, layout.tile
     first_wall_block = capacity(grains, layout, walls)[0]
+    frame = make_cell(fields, layout)[0]
+    add_flux = make_flux(fields, grains) if layout.stress else None
+    # a stress is summed by chunks of grains, so that its bits do not depend on the workers
+    parts = -(-grains // CHUNK) if layout.stress else grains
 
     @ti.func
     def tiles(contacts, size):
         return (contacts + size - 1) // size
 
     @ti.func
-    def pair_tile(tile, dt, pair):
+    def pair_tile(tile, dt, pair, frame):
         for b in range(tile * T, ti.min((tile + 1) * T, tiles(counts[0], W))):
-            pair_block(b, tile, pair, dt)
+            pair_block(b, tile, pair, dt, frame)
+
+    @ti.func
+    def move_part(part, motion):
+        due = 0
+        if ti.static(layout.stress):
+            due = add_flux(part, move, motion)
+        else:
+            due = move(part, motion.kick, motion.turn, motion.dt, motion.reach2)
+        return due
 
     @ti.func
     def move_grains(me, crew, motion):
         due = 0
-        for g in range(grains * me // crew, grains * (me + 1) // crew):
-            due = ti.max(due, move(g, motion.kick, motion.turn, motion.dt, motion.reach2))
+        for part in range(parts * me // crew, parts * (me + 1) // crew):
+            due = ti.max(due, move_part(part, motion))
         if due == 1:
             sync[DUE] = 1
 
     @ti.func
-    def pass_pairs(me, crew, dt, pair):
+    def pass_pairs(me, crew, step, dt, pair):
         n = tiles(counts[0], W * T)
+        here = frame(step, dt)
         for tile in range(n * me // crew, n * (me + 1) // crew):
-            pair_tile(tile, dt, pair)
+            pair_tile(tile, dt, pair, here)
 
-    phases = SimpleNamespace(move=move, tiles=tiles, pair_tile=pair_tile, move_grains=move_grains,
+    phases = SimpleNamespace(parts=parts, move_part=move_part, tiles=tiles, frame=frame,
+                             pair_tile=pair_tile, move_grains=move_grains,
                              pass_pairs=pass_pairs)  # fmt: skip
     if not walls:
         return phases

@@ -65,6 +65,7 @@ DIMENSIONS = {
         "1e5 rad/s",
         {"rad/s": 0, "rad/us": 6},
     ),
+    "rate": Dimension("a rate", "rates", "s^-1", "1e3 s^-1", {"s^-1": 0}),
     "force": Dimension("a force", "forces", "N", "57 nN", {"N": 0, "uN": -6, "nN": -9, "pN": -12}),
     "energy": Dimension("an energy", "energies", "J", "1 fJ", {"J": 0, "fJ": -15, "aJ": -18}),
     "pressure": Dimension(
@@ -181,8 +182,9 @@ def format(value: float, dimension: str, digits: int | None = None) -> str:
 class Quantity:
     """Marks a pydantic field that is written with a unit and held as an SI float.
 
-    gt, ge, lt, le: bounds in SI. word: a word allowed in place of the number ("auto", "fit").
-    count: a list of so many quantities, held as a tuple. bare_unit: "um" means "1 um".
+    gt, ge, lt, le: bounds in SI. word: a word allowed in place of the number ("auto", "fit"), or
+    several. count: a list of so many quantities, held as a tuple; with `spread` a single one counts
+    for all of them. bare_unit: "um" means "1 um".
     """
 
     dimension: str
@@ -190,10 +192,16 @@ class Quantity:
     ge: float | None = None
     lt: float | None = None
     le: float | None = None
-    word: str | None = None
+    word: str | tuple[str, ...] | None = None
     count: int | None = None
+    spread: bool = False
     bare_unit: bool = False
     example: str | None = None
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The words allowed in place of the number."""
+        return (self.word,) if isinstance(self.word, str) else self.word or ()
 
     @property
     def needed(self) -> str:
@@ -206,7 +214,8 @@ class Quantity:
             if getattr(self, key) is not None
         ]
         what = f"a list of {self.count} {kind.plural}" if self.count else kind.name
-        word = f'"{self.word}" or ' if self.word else ""
+        what = f"{kind.name} or {what}" if self.spread else what
+        word = "".join(f'"{word}" or ' for word in self.words)
         return f"{word}{what}{' and'.join(limits)} is needed, for example {self._example_text}"
 
     @property
@@ -229,9 +238,11 @@ class Quantity:
         return si
 
     def _validate(self, value: Any) -> float | str | tuple[float, ...]:
-        if self.word is not None and value == self.word:
+        if isinstance(value, str) and value in self.words:
             return value
         try:
+            if self.spread and isinstance(value, str):
+                return (self._one(value),) * self.count
             if self.count is None:
                 return self._one(value)
             if not isinstance(value, (list, tuple)) or len(value) != self.count:
@@ -272,7 +283,9 @@ class Quantity:
                 "maxItems": self.count,
                 "examples": [one["examples"] * self.count],
             }
-        return {"anyOf": [{"const": self.word}, one]} if self.word else one
+        either = [{"const": word} for word in self.words]
+        either += [one["items"]] if self.spread else []
+        return {"anyOf": [*either, one]} if either else one
 
 
 Length = Annotated[float, Quantity("length")]

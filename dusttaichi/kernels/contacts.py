@@ -2,6 +2,7 @@
 
 import taichi as ti
 
+from dusttaichi.kernels.cell import make_cell
 from dusttaichi.kernels.lanes import vec3
 from dusttaichi.physics import normal, rolling, sliding, twisting
 
@@ -124,20 +125,46 @@ def make_pointers(loss, effects):
     return slip, springs
 
 
+def make_virial(table):
+    """Returns `add_virial(tile, branch, force, dt)`: sums branch x force over time (T19 eq 23)."""
+
+    @ti.func
+    def add_row(tile, first: ti.template(), way, force):
+        add_to(table, tile, first, way * force.x)
+        add_to(table, tile, first + 1, way * force.y)
+        add_to(table, tile, first + 2, way * force.z)
+
+    @ti.func
+    def add_virial(tile, branch, force, dt):
+        add_row(tile, 0, branch.x * dt, force)
+        add_row(tile, 3, branch.y * dt, force)
+        add_row(tile, 6, branch.z * dt, force)
+
+    return add_virial
+
+
 def make_pair_pass(fields, layout, effects):
-    """Returns `pair_block(b, tile, params, dt)`: updates block b and the losses of its tile."""
+    """Returns `pair_block(b, tile, params, dt, frame)`: updates block b and the sums of its tile.
+
+    frame: of a periodic cell (kernels.cell); anything in a scene without.
+    """
     V3, gather, get_state, put, state, load = make_access(fields, layout)
     touch, jump, damp = make_touch(effects)
     x, v, w, loss = fields["x"], fields["v"], fields["w"], fields["loss"]
     slip, springs = make_pointers(loss, effects)
     pair_i, pair_j = fields["pair_i"], fields["pair_j"]
     N1, N2, TWIST, APPROACH = layout.pointer, layout.second, layout.twist, layout.approach
+    _, across, power = make_cell(fields, layout)
+    face_work = fields.get("face_work")
+    add_virial = make_virial(fields.get("virial"))
 
     @ti.func
-    def pair_block(b, tile, p, dt):
+    def pair_block(b, tile, p, dt, frame):
         i, j = pair_i[b], pair_j[b]
         d = gather(x, i).minus(gather(x, j))
         dv = gather(v, i).minus(gather(v, j))
+        if ti.static(layout.periodic):
+            d, dv = across(b, d, 0, frame), across(b, dv, 1, frame)
         turn_i, turn_j = gather(w, i).times(dt), gather(w, j).times(dt)
         square = d.dot(d)
         inv = 1.0 / ti.sqrt(square)
@@ -173,9 +200,14 @@ def make_pair_pass(fields, layout, effects):
             t1, t2 = t1.plus(torque), t2.minus(torque)
         # a spring that breaks has worked for half a step less than its displacement says
         work = dt * shear.dot(dv) + t1.dot(turn_i) + t2.dot(turn_j)
-        put(load, b, 0, nc.times(push).plus(shear.times(kept)))
+        force = nc.times(push).plus(shear.times(kept))
+        put(load, b, 0, force)
         put(load, b, 3, t1.times(kept))
         put(load, b, 6, t2.times(kept))
+        if ti.static(layout.periodic):
+            face_work[tile] = face_work[tile] + dt * power(b, force, frame)
+        if ti.static(layout.stress):
+            add_virial(tile, d, force, dt)
         add_to(loss, tile, FORMING, lost_forming)
         add_to(loss, tile, BREAKING, lost_breaking + broken * (stored + 0.5 * work))
 

@@ -2,6 +2,8 @@
 
 import taichi as ti
 
+from dusttaichi.kernels.store import CHUNK
+
 
 def make_gather(fields, layout):
     """Returns `total(g)`: force and torque on grain g, summed in the order of its list."""
@@ -47,3 +49,25 @@ def make_grain_pass(fields, layout):
         return ti.select(way.dot(way) <= reach2, 0, 1)
 
     return move
+
+
+def make_flux(fields, grains):
+    """Returns `add_flux(chunk, move, motion)`: moves the grains of a chunk and sums v v dt.
+
+    The kinetic part of the stress, with the velocities of the half step; 1 if a search is due.
+    """
+    v, flux = fields["v"], fields["flux"]
+
+    @ti.func
+    def add_flux(chunk, move: ti.template(), motion):
+        due = 0
+        sums = ti.Vector.zero(ti.f64, 6)
+        for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
+            due = ti.max(due, move(g, motion.kick, motion.turn, motion.dt, motion.reach2))
+            u = v[g]
+            sums += ti.Vector([u.x * u.x, u.x * u.y, u.x * u.z, u.y * u.y, u.y * u.z, u.z * u.z])
+        for k in ti.static(range(6)):
+            flux[chunk, k] = flux[chunk, k] + motion.dt * sums[k]
+        return due
+
+    return add_flux

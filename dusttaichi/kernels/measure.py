@@ -3,6 +3,7 @@ added up by NumPy in their order, so that the result does not depend on the thre
 
 import taichi as ti
 
+from dusttaichi.kernels.cell import make_cell
 from dusttaichi.kernels.contacts import make_access, step01
 from dusttaichi.kernels.grains import make_gather
 from dusttaichi.kernels.params import ContactParams
@@ -11,7 +12,7 @@ from dusttaichi.kernels.walls import Walls
 from dusttaichi.physics import normal, rolling, sliding, twisting
 
 # columns of a contact sum
-NORMAL, ROLLING, SLIDING, TWISTING, CONTACTS, PENDING, DEEPEST = range(7)
+NORMAL, ROLLING, SLIDING, TWISTING, CONTACTS, PENDING, DEEPEST, FACES = range(8)
 # columns of a grain sum; kinetic energies of v, w at the time of the positions
 LINEAR, ANGULAR, FASTEST, FASTEST_SPIN = range(4)
 
@@ -19,11 +20,11 @@ LINEAR, ANGULAR, FASTEST, FASTEST_SPIN = range(4)
 def place_measure(grains, layout, walls):
     pair_blocks, wall_blocks = capacity(grains, layout, walls)
     sums = {
-        "pair_sum": ti.field(ti.f64, shape=(pair_blocks // layout.tile, 7)),
+        "pair_sum": ti.field(ti.f64, shape=(pair_blocks // layout.tile, 8)),
         "grain_sum": ti.field(ti.f64, shape=(-(-grains // CHUNK), 4)),
     }
     if walls:
-        sums["wall_sum"] = ti.field(ti.f64, shape=(wall_blocks // layout.tile, 7))
+        sums["wall_sum"] = ti.field(ti.f64, shape=(wall_blocks // layout.tile, 8))
         sums["wall_force"] = ti.field(ti.f64, shape=(6, 3))
     return sums
 
@@ -38,6 +39,8 @@ def make_measure(fields, sums, layout, effects, grains, walls):
     pair_sum, grain_sum = sums["pair_sum"], sums["grain_sum"]
     N1, N2, TWIST, APPROACH = layout.pointer, layout.second, layout.twist, layout.approach
     first = capacity(grains, layout, walls)[0]
+
+    frame, across, power = make_cell(fields, layout)
 
     @ti.func
     def add(table: ti.template(), tile, column, lanes):
@@ -57,7 +60,7 @@ def make_measure(fields, sums, layout, effects, grains, walls):
 
     @ti.func
     def clear(table: ti.template(), tile):
-        for k in ti.static(range(7)):
+        for k in ti.static(range(8)):
             table[tile, k] = 0.0
 
     @ti.kernel
@@ -78,8 +81,11 @@ def make_measure(fields, sums, layout, effects, grains, walls):
             grain_sum[chunk, FASTEST_SPIN] = ti.sqrt(spin)
 
     @ti.func
-    def measure_pair_block(tile, b, p, dt):
+    def measure_pair_block(tile, b, p, dt, frame):
         d = gather(x, pair_i[b]).minus(gather(x, pair_j[b]))
+        if ti.static(layout.periodic):
+            d = across(b, d, 0, frame)
+            add(pair_sum, tile, FACES, power(b, V3(load[b, 0], load[b, 1], load[b, 2]), frame))
         distance = ti.sqrt(d.dot(d))
         nc = d.times(1.0 / distance)
         n1, n2 = get_state(b, N1), get_state(b, N2)
@@ -94,11 +100,12 @@ def make_measure(fields, sums, layout, effects, grains, walls):
             add(pair_sum, tile, TWISTING, twisting.energy(state[b, TWIST], p))
 
     @ti.kernel
-    def measure_pairs(p: ContactParams, dt: ti.f64):
+    def measure_pairs(p: ContactParams, step: ti.i64, dt: ti.f64):
         for tile in range((counts[0] + W * T - 1) // (W * T)):
             clear(pair_sum, tile)
+            here = frame(step, dt)
             for b in range(tile * T, (tile + 1) * T):
-                measure_pair_block(tile, b, p, dt)
+                measure_pair_block(tile, b, p, dt, here)
 
     if not walls:
         return measure_grains, measure_pairs, None

@@ -13,6 +13,7 @@ Grid = ti.types.struct(
     origin=ti.types.vector(3, ti.f64),
     inv_edge=ti.types.vector(3, ti.f64),
     cells=ti.types.vector(3, ti.i32),
+    edges=ti.types.vector(3, ti.f64),  # of the periodic cell, 0 along other axes
 )
 
 CELLS_PER_GRAIN = 4
@@ -110,30 +111,47 @@ def make_find(fields, scratch, layout, grains, walls):
         return (c[0] * grid.cells[1] + c[1]) * grid.cells[2] + c[2]
 
     @ti.func
+    def list_cells(g, low, high, image, reach2):
+        """Adds the grains of the cells low ... high, moved by `image`, to the neighbours of g."""
+        for k in range(cell_start[low], cell_start[high + 1]):
+            other = cell_grain[k]
+            d = x[other] + image - x[g]
+            if d.dot(d) < reach2 and other != g:
+                found = near_count[g]
+                if found < NEIGHBOURS:
+                    place = found
+                    while place > 0 and near[g, ti.max(place - 1, 0)] > other:
+                        near[g, place] = near[g, place - 1]
+                        place -= 1
+                    near[g, place] = other
+                    near_count[g] = found + 1
+                    own_count[g] = own_count[g] + ti.cast(other > g, ti.i32)
+                else:
+                    counts[2] = 1
+
+    @ti.func
     def list_neighbours(g, grid, reach2):
         c = cell_of(x[g], grid)
-        found, own = 0, 0
-        for a in range(ti.max(c[0] - 1, 0), ti.min(c[0] + 2, grid.cells[0])):
-            for b in range(ti.max(c[1] - 1, 0), ti.min(c[1] + 2, grid.cells[1])):
-                # cells of a column stand one after another
-                low = number(ti.Vector([a, b, ti.max(c[2] - 1, 0)]), grid)
-                high = number(ti.Vector([a, b, ti.min(c[2] + 1, grid.cells[2] - 1)]), grid)
-                for k in range(cell_start[low], cell_start[high + 1]):
-                    other = cell_grain[k]
-                    d = x[other] - x[g]
-                    if d.dot(d) < reach2 and other != g:
-                        if found < NEIGHBOURS:
-                            place = found
-                            while place > 0 and near[g, ti.max(place - 1, 0)] > other:
-                                near[g, place] = near[g, place - 1]
-                                place -= 1
-                            near[g, place] = other
-                            found += 1
-                            own += ti.cast(other > g, ti.i32)
-                        else:
-                            counts[2] = 1
-        near_count[g] = found
-        own_count[g] = own
+        near_count[g], own_count[g] = 0, 0
+        if ti.static(layout.periodic):
+            for a, b, e in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
+                there = c + ti.Vector([a, b, e])
+                image = ti.Vector([0.0, 0.0, 0.0])
+                for n in ti.static(layout.periodic):
+                    turn = ti.cast(there[n] >= grid.cells[n], ti.i32) - ti.cast(there[n] < 0, ti.i32)
+                    there[n] -= turn * grid.cells[n]
+                    image[n] = turn * grid.edges[n]
+                if there.min() >= 0 and (grid.cells - 1 - there).min() >= 0:
+                    home = number(there, grid)
+                    list_cells(g, home, home, image, reach2)
+        else:
+            none = ti.Vector([0.0, 0.0, 0.0])
+            for a in range(ti.max(c[0] - 1, 0), ti.min(c[0] + 2, grid.cells[0])):
+                for b in range(ti.max(c[1] - 1, 0), ti.min(c[1] + 2, grid.cells[1])):
+                    # cells of a column stand one after another
+                    low = number(ti.Vector([a, b, ti.max(c[2] - 1, 0)]), grid)
+                    high = number(ti.Vector([a, b, ti.min(c[2] + 1, grid.cells[2] - 1)]), grid)
+                    list_cells(g, low, high, none, reach2)
 
     @ti.kernel
     def find(grid: Grid, cells: ti.i32, reach2: ti.f64):
@@ -170,7 +188,10 @@ def make_find(fields, scratch, layout, grains, walls):
 
 
 def make_relist(fields, scratch, layout, grains, walls):
-    """Kernel `relist()`: pairs, their history, and the list of contacts of every grain."""
+    """Kernel `relist(edges)`: pairs, their history, and the list of contacts of every grain.
+
+    edges: of the periodic cell.
+    """
     W = layout.width
     pair_i, pair_j, pair_start = fields["pair_i"], fields["pair_j"], fields["pair_start"]
     state, load, counts = fields["state"], fields["load"], fields["counts"]
@@ -181,6 +202,8 @@ def make_relist(fields, scratch, layout, grains, walls):
     pair_blocks = capacity(grains, layout, walls)[0]
     size = layout.state_size
     wall_slot = fields["wall_slot"] if walls else None
+    axes = layout.periodic
+    x, shift = fields["x"], fields["shift"] if axes else None
 
     @ti.func
     def keep_old(b):
@@ -190,9 +213,12 @@ def make_relist(fields, scratch, layout, grains, walls):
         old_j[b] = pair_j[b]
 
     @ti.func
-    def write_pair(g, j, c):
+    def write_pair(g, j, c, edges):
         b, k = c // W, c % W
         pair_i[b][k], pair_j[b][k] = g, j
+        for n in ti.static(range(len(axes))):
+            a = ti.static(axes[n])
+            shift[b, n][k] = ti.floor((x[g][a] - x[j][a]) / edges[a] + 0.5)
         old = -1
         for o in range(old_start[g], old_start[g + 1]):
             if old_j[o // W][o % W] == j:
@@ -204,11 +230,11 @@ def make_relist(fields, scratch, layout, grains, walls):
             state[b, n][k] = value
 
     @ti.func
-    def write_pairs(g):
+    def write_pairs(g, edges):
         c = pair_start[g]
         for k in range(near_count[g]):
             if near[g, k] > g:
-                write_pair(g, near[g, k], c)
+                write_pair(g, near[g, k], c, edges)
                 c += 1
 
     @ti.func
@@ -217,6 +243,8 @@ def make_relist(fields, scratch, layout, grains, walls):
         pair_i[b][k], pair_j[b][k] = grains, grains + 1
         for n in ti.static(range(size)):
             state[b, n][k] = 0.0
+        for n in ti.static(range(len(axes))):
+            shift[b, n][k] = 0.0
 
     @ti.func
     def contact_of(g, j):
@@ -242,12 +270,12 @@ def make_relist(fields, scratch, layout, grains, walls):
                     e += 1
 
     @ti.kernel
-    def relist():
+    def relist(edges: ti.types.vector(3, ti.f64)):
         old_blocks = (old_start[grains] + W - 1) // W
         for b in range(old_blocks):
             keep_old(b)
         for g in range(grains):
-            write_pairs(g)
+            write_pairs(g, edges)
         for _ in range(1):
             pairs = pair_start[grains]
             counts[0] = pairs

@@ -26,6 +26,8 @@ class Layout:
     tile: int  # blocks of a tile
     twisting: bool
     damping: bool
+    periodic: tuple = ()  # numbers of the axes along which the cell repeats
+    stress: bool = False
 
     @property
     def pointer(self):
@@ -99,6 +101,27 @@ def declare(grains, layout, walls):
             Variable("impulse_total", "the same before the last search", "nN us",
                      ("f64", 3), (6,)),
         ]  # fmt: skip
+    if layout.periodic:
+        variables += [
+            Variable("shift", "edges between a pair, along each periodic axis", "1", lane,
+                     (pair_blocks, len(layout.periodic))),
+            Variable("wraps", "how often a grain has crossed the faces", "1", ("i32", 3), (grains,)),
+            Variable("cell", "how the edges go: rows of kernels.cell", "um, um/us, 1/us",
+                     ("f64", 0), (4, 3)),
+            Variable("face_work", "work of the faces by tile", "fJ", lane, (tiles,)),
+            Variable("wrap_work", "energy given to grains that crossed, by chunk", "fJ",
+                     ("f64", 0), (-(-grains // CHUNK),)),
+        ]  # fmt: skip
+    if layout.stress:
+        variables += [
+            Variable("virial", "time integral of branch x force by tile", "nN um us", lane,
+                     (tiles, 9)),
+            Variable("flux", "time integral of v v by chunk: xx xy xz yy yz zz", "um^2/us",
+                     ("f64", 0), (-(-grains // CHUNK), 6)),
+        ]  # fmt: skip
+        if walls:
+            variables.append(Variable("wall_virial", "time integral of branch x force by tile",
+                                      "nN um us", lane, (wall_blocks // layout.tile, 9)))  # fmt: skip
     return variables
 
 

@@ -12,6 +12,7 @@ from dusttaichi.kernels.contacts import (
     add_to,
     make_access,
     make_touch,
+    make_virial,
     step01,
 )
 from dusttaichi.physics import rolling, sliding, twisting
@@ -34,6 +35,7 @@ def make_wall_pass(fields, layout, effects):
     x, v, w, loss = fields["x"], fields["v"], fields["w"], fields["wall_loss"]
     wall_grain, wall_gap, impulse = fields["wall_grain"], fields["wall_gap"], fields["impulse"]
     N1, FOOT, TWIST, APPROACH = layout.pointer, layout.second, layout.twist, layout.approach
+    add_virial = make_virial(fields.get("wall_virial"))
 
     @ti.func
     def wall_block(c, tile, first, unit_normal, offset, speed, strength, p, dt):
@@ -106,6 +108,8 @@ def make_wall_pass(fields, layout, effects):
         add_to(impulse, c, 0, dt * force.x)
         add_to(impulse, c, 1, dt * force.y)
         add_to(impulse, c, 2, dt * force.z)
+        if ti.static(layout.stress):
+            add_virial(tile, nw.times(distance), force, dt)
         add_to(loss, tile, FORMING, lost_forming)
         add_to(loss, tile, BREAKING, lost_breaking + broken * strength * (stored + 0.5 * work))
 

@@ -11,8 +11,6 @@ from math import pi, sqrt
 
 import numpy as np
 
-from dusttaichi.physics import constants
-
 
 def close_packed(n):
     """Unit-diameter centres of the n <= 13 most connected grains of a close-packed cluster."""
@@ -128,14 +126,12 @@ def clusters(pair, wall, grains, strengths):
     return [*out, stiffness_matrix(corner, pair, walls)]
 
 
-def stiffest(material, interaction, grains, strengths=None):
+def stiffest(mass, pair, wall, grains, strengths=None):
     """(shortest period [s], highest damping rate [1/s]) of `grains` grains that may pack densely.
 
-    strengths: factor on the springs (but the normal one) of the six walls, None for one left out.
+    pair, wall: ContactConstants. strengths: factor on the springs (but the normal one) of the six
+    walls, None for one left out.
     """
-    pair = constants.pair_constants(material, interaction)
-    wall = constants.wall_constants(material, interaction)
-    mass = constants.grain_mass(material)
     found = clusters(pair, wall, grains, strengths)
     if not found:
         return float("inf"), 0.0

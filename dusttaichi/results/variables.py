@@ -7,7 +7,8 @@ import numpy as np
 WALLS = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
 SPRINGS = ("normal", "rolling", "sliding", "twisting")
 CHANNELS = ("forming", "breaking", "damping", "rolling", "sliding", "twisting")
-LABELS = {"wall": WALLS, "spring": SPRINGS, "channel": CHANNELS, "xyz": ("x", "y", "z")}
+AXES = ("x", "y", "z")
+LABELS = {"wall": WALLS, "spring": SPRINGS, "channel": CHANNELS, "xyz": AXES, "axis": AXES}
 RECORDS = {  # group -> the dimension that grows
     "series": "time",
     "profiles": "profile",
@@ -50,8 +51,21 @@ _TABLE = {
         ("time", "time", "s", "simulated time", "", ""),
         ("step", "time", "1", "time steps done", "", ""),
         ("height", "time", "m", "top wall above bottom wall", _S12, "height"),
-        ("filling_factor", "time", "1", "volume of the grains over volume of the box",
-         "S12 eq 28", "volume"),
+        ("stage", "time", "1", "number of the stage, from 0; their names stand in the global "
+         "attribute stages", "", "stages"),
+        ("filling_factor", "time", "1", "volume of the grains over that of the room: of the box or "
+         "cell; between plates projected_area x height", "S12 eq 28, section 3.2", "filling"),
+        ("inner_filling_factor", "time", "1", "filling factor of an upright cylinder in the middle "
+         "of the initial footprint", "PD08 section 3.1.2", "plates"),
+        ("projected_area", "time", "m2", "area of the shadow of the grains on the plates, exact",
+         _S12, "plates"),
+        ("outside_count", "time", "1", "grains whose centre has left the initial footprint", "",
+         "plates"),
+        ("box_length", "time xyz", "m", "edges of the periodic cell, or distance of two walls; not "
+         "a number along an open axis", "T19 eq 11", "cell"),
+        ("stress", "time xyz axis", "Pa", "virial stress, positive in tension, average since the "
+         "last entry or over the stated window; the force along `axis` on a face across `xyz`",
+         "T19 eq 23", "stress"),
         ("pressure", "time wall", "Pa", "pressure on the wall, positive in compression, "
          "average since the last entry or over the stated window", _S12, "walls"),
         ("wall_force", "time wall xyz", "N", "force of the wall on the grains, average as for "
@@ -71,6 +85,8 @@ _TABLE = {
          _PHYS, "walls"),
         ("wall_work", "time", "J", "work of the walls on the grains since the start",
          _PHYS, "walls"),
+        ("face_work", "time", "J", "work of the moving faces of the cell on the grains since the "
+         "start", _PHYS, "cell"),
         ("energy_residual", "time", "J", "total energy less that at the start, less work, plus "
          "losses (0 if the ledger closes)", _PHYS, ""),
         ("energy_residual_relative", "time", "1", "energy_residual over the energy that has gone "
@@ -101,8 +117,8 @@ _TABLE = {
         ("position", "snapshot grain xyz", "m", "centre of the grain", "", "snapshots"),
         ("velocity", "snapshot grain xyz", "m/s", "velocity of the grain", "", "snapshots"),
         ("spin", "snapshot grain xyz", "rad/s", "angular velocity of the grain", "", "snapshots"),
-        ("box", "snapshot wall", "m", "coordinate of the wall along its normal; not a number "
-         "for a wall left out", "", "walls snapshots"),
+        ("box", "snapshot wall", "m", "coordinate of the wall, or of the face of the periodic cell, "
+         "along its normal; not a number where there is neither", "", "room snapshots"),
         ("contact_count", "snapshot", "1", "rows of /contacts that belong to the snapshot", "",
          "snapshots contacts"),
         ("wall_contact_count", "snapshot", "1", "rows of /wall_contacts that belong to the "
@@ -138,7 +154,7 @@ _TABLE = {
     ],
 }  # fmt: skip
 _INTEGERS = {
-    "step": "i8", "contact_count": "i8", "wall_contact_count": "i8",
+    "step": "i8", "stage": "i4", "outside_count": "i8", "contact_count": "i8", "wall_contact_count": "i8",
     "grain_i": "i4", "grain_j": "i4", "grain": "i4", "wall": "i4",
 }  # fmt: skip
 VARIABLES = {
@@ -155,8 +171,9 @@ VARIABLES = {
 def select(features):
     """Keys of the variables that a scene with these `features` has, in the table's order.
 
-    Features: "walls" (any wall), "height" (top and bottom wall), "volume" (all six walls),
-    "profiles", "snapshots", "contacts" (kept with the snapshots).
+    Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (a
+    finite one), "filling" (a filling factor), "plates", "stress", "stages", "profiles",
+    "snapshots", "contacts" (kept with the snapshots).
     """
     return [key for key, v in VARIABLES.items() if v.needs <= set(features)]
 

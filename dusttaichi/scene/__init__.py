@@ -1,6 +1,18 @@
 """What a YAML file may say: one block a file, frozen, in SI once read."""
 
-from dusttaichi.scene.boundary import WALLS, BoxBoundary, OpenBoundary, compresses
+from dusttaichi.scene.boundary import (
+    AXES,
+    WALLS,
+    BoxBoundary,
+    Drive,
+    OpenBoundary,
+    PeriodicBoundary,
+    PlatesBoundary,
+    bounded_axes,
+    filling_direction,
+    own_drive,
+    strains,
+)
 from dusttaichi.scene.interaction import (
     Effect,
     Interaction,
@@ -15,31 +27,41 @@ from dusttaichi.scene.numerics import Numerics
 from dusttaichi.scene.output import Interval, Output
 from dusttaichi.scene.sample import CylinderSize, ExplicitSample, RbdSample
 from dusttaichi.scene.scene import Scene
+from dusttaichi.scene.stage import Leg, Stage
 from dusttaichi.scene.stop import Stop
 
 __all__ = [
+    "AXES",
     "NAMED",
     "WALLS",
     "BoxBoundary",
     "CylinderSize",
+    "Drive",
     "Effect",
     "ExplicitSample",
     "Interaction",
     "Interval",
+    "Leg",
     "Material",
     "NoDamping",
     "Numerics",
     "OpenBoundary",
     "Output",
+    "PeriodicBoundary",
+    "PlatesBoundary",
     "RbdSample",
     "Scaled",
     "Scene",
+    "Stage",
     "Stop",
     "Viscoelastic",
     "Viscous",
-    "compresses",
+    "bounded_axes",
+    "filling_direction",
     "from_yaml",
     "json_schema",
     "load",
+    "own_drive",
     "schema_text",
+    "strains",
 ]

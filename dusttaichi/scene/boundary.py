@@ -1,14 +1,60 @@
-"""What surrounds the grains."""
+"""What surrounds the grains, and how it moves."""
 
 from typing import Annotated, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
-from dusttaichi.scene.fields import Block, Number, needed
+from dusttaichi.scene.fields import Block, Number, needed, problems
 from dusttaichi.units import Quantity, Vector
 
 WALLS = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
 WallName = Literal["x_min", "x_max", "y_min", "y_max", "bottom", "top"]
+AXES = ("x", "y", "z")
+AxisName = Literal["x", "y", "z"]
+
+
+Rates = Annotated[Vector, Quantity("rate", count=3, spread=True)]
+Speeds = Annotated[Vector, Quantity("speed", count=3, spread=True)]
+FACE_LAWS = ("compression_rate", "strain_rate", "face_speed")
+
+
+class Drive(Block):
+    """How walls and faces move; what is not given rests. Each boundary knows some of these."""
+
+    wall_speed: Annotated[float, Quantity("speed")] | None = Field(
+        None, description="speed of the top wall downwards; negative pulls it up"
+    )
+    compression_rate: Annotated[float, Number(gt=0)] | None = Field(
+        None,
+        description="C_v of Kataoka et al. 2013: every periodic edge shrinks as exp(-2 C_v t/t_c)",
+    )
+    strain_rate: Rates | None = Field(
+        None, description="every periodic edge grows as exp(rate t): one rate, or one for each axis"
+    )
+    face_speed: Speeds | None = Field(
+        None,
+        description="outward speed v_b of both faces of a periodic axis (T19): L = L_0 + 2 v_b t; "
+        "one speed, or one for each axis",
+    )
+
+    @model_validator(mode="after")
+    def _one_law(self) -> "Drive":
+        laws = [n for n in FACE_LAWS if getattr(self, n) is not None]
+        if len(laws) > 1:
+            raise problems([(laws[1], f"it is not allowed together with {laws[0]}")])
+        return self
+
+    @property
+    def moving_faces(self) -> bool:
+        """True where some periodic edge changes."""
+        laws = (getattr(self, name) for name in FACE_LAWS)
+        return any(law is not None and bool(any(law) if isinstance(law, tuple) else law)
+                   for law in laws)  # fmt: skip
+
+    @property
+    def moves(self) -> bool:
+        """True where anything moves."""
+        return bool(self.wall_speed) or self.moving_faces
 
 
 class OpenBoundary(Block):
@@ -16,9 +62,23 @@ class OpenBoundary(Block):
 
     kind: Literal["open"]
 
+    @property
+    def drives(self) -> tuple[str, ...]:
+        """Keys of a Drive that this boundary knows."""
+        return ()
+
+    @property
+    def walls(self) -> tuple[str, ...]:
+        """Walls that are there."""
+        return ()
+
+    @property
+    def periodic_axes(self) -> tuple[str, ...]:
+        return ()
+
 
 class BoxBoundary(Block):
-    """A box of flat walls that stick like grains (S12 section 2.2); the top wall may move down."""
+    """A box of flat walls that stick like grains (S12 section 2.2); the top wall may move."""
 
     kind: Literal["box"]
     size: Annotated[
@@ -44,11 +104,146 @@ class BoxBoundary(Block):
         """All six walls are there."""
         return not self.omit
 
+    @property
+    def walls(self) -> tuple[str, ...]:
+        return tuple(wall for wall in WALLS if wall not in self.omit)
 
-def compresses(boundary: Block) -> bool:
-    """A box with all six walls whose top wall moves: its filling factor grows."""
-    return isinstance(boundary, BoxBoundary) and boundary.closed and boundary.wall_speed > 0
+    @property
+    def drives(self) -> tuple[str, ...]:
+        return ("wall_speed",) if "top" in self.walls else ()
+
+    @property
+    def periodic_axes(self) -> tuple[str, ...]:
+        return ()
+
+
+class PlatesBoundary(Block):
+    """Two plates, bottom and top (PD08 section 3.1, S12 section 5.3); grains may leave sideways."""
+
+    kind: Literal["plates"]
+    gap: Annotated[float | Literal["fit"], Quantity("length", gt=0, word="fit")] = Field(
+        "fit", description="height between the plates, or fit: as high as the sample"
+    )
+    wall_speed: Annotated[float, Quantity("speed")] = Field(
+        "0 m/s", description="speed of the top plate downwards; negative pulls the plates apart"
+    )
+    glue: Annotated[float, Number(ge=1)] = Field(
+        1.0, description="factor on the normal force between grains and plates"
+    )
+    inner_radius: Annotated[float | Literal["auto"], Quantity("length", gt=0, word="auto")] = Field(
+        "auto",
+        description="radius of PD08's inner cylinder, in which a filling factor is measured too; "
+        "auto: the sample's less one grain radius",
+    )
+
+    @property
+    def walls(self) -> tuple[str, ...]:
+        return ("bottom", "top")
+
+    @property
+    def drives(self) -> tuple[str, ...]:
+        return ("wall_speed",)
+
+    @property
+    def periodic_axes(self) -> tuple[str, ...]:
+        return ()
+
+
+class PeriodicBoundary(Block):
+    """A cell that repeats along some axes; the others are open, or have walls."""
+
+    kind: Literal["periodic"]
+    axes: tuple[AxisName, ...] = Field(AXES, description="axes along which the cell repeats")
+    size: Annotated[
+        Vector | Literal["fit", "cube"],
+        Quantity("length", gt=0, count=3, word=("fit", "cube"), example="40 um"),
+    ] = Field(
+        "fit",
+        description="edges [Lx, Ly, Lz]; fit: the sample's, its outermost grains in contact "
+        "across the faces; cube: a cube of the largest of these",
+    )
+    walls: tuple[WallName, ...] = Field((), description="walls on axes that are not periodic")
+    wall_speed: Annotated[float, Quantity("speed")] = Field(
+        "0 m/s", description="speed of the top wall downwards, where there is one"
+    )
+    compression_rate: Annotated[float, Number(gt=0)] | None = Drive.model_fields["compression_rate"]
+    strain_rate: Rates | None = Drive.model_fields["strain_rate"]
+    face_speed: Speeds | None = Drive.model_fields["face_speed"]
+
+    @field_validator("axes", mode="after")
+    @classmethod
+    def _some(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        if not value:
+            raise needed("at least one axis is needed; without any write kind: open or box")
+        return tuple(axis for axis in AXES if axis in value)
+
+    @field_validator("walls", mode="after")
+    @classmethod
+    def _order(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(wall for wall in WALLS if wall in value)
+
+    @model_validator(mode="after")
+    def _check(self) -> "PeriodicBoundary":
+        found = [
+            ("walls", f"{wall} stands on the axis {AXES[WALLS.index(wall) // 2]}, which repeats")
+            for wall in self.walls
+            if AXES[WALLS.index(wall) // 2] in self.axes
+        ]
+        laws = [name for name in FACE_LAWS if getattr(self, name) is not None]
+        if len(laws) > 1:
+            found.append((laws[1], f"it is not allowed together with {laws[0]}"))
+        if found:
+            raise problems(found)
+        return self
+
+    @property
+    def drives(self) -> tuple[str, ...]:
+        return (*(("wall_speed",) if "top" in self.walls else ()), *FACE_LAWS)
+
+    @property
+    def periodic_axes(self) -> tuple[str, ...]:
+        return self.axes
+
+
+def own_drive(boundary: Block) -> Drive:
+    """The drive that a boundary gives itself, in a scene without stages."""
+    return Drive.model_construct(
+        **{name: getattr(boundary, name, None) for name in Drive.model_fields}
+    )
+
+
+def bounded_axes(boundary: Block) -> tuple[str, ...]:
+    """Axes along which the room for the grains is finite: periodic, or with both walls."""
+    return tuple(
+        axis
+        for n, axis in enumerate(AXES)
+        if axis in boundary.periodic_axes or set(WALLS[2 * n : 2 * n + 2]) <= set(boundary.walls)
+    )
+
+
+def strains(boundary: Block, drive: Drive) -> bool:
+    """True where some length, the height between bottom and top or an edge, changes."""
+    height = {"bottom", "top"} <= set(boundary.walls) and bool(drive.wall_speed)
+    return height or drive.moving_faces
+
+
+def filling_direction(boundary: Block, drive: Drive) -> int:
+    """1 where the filling factor of a bounded room only grows, -1 where it only falls, else 0."""
+    if bounded_axes(boundary) != AXES:
+        return 0
+    ways = [drive.wall_speed or 0.0] if "top" in boundary.walls else []
+    if drive.compression_rate is not None:
+        ways.append(1.0)
+    for law in (drive.strain_rate, drive.face_speed):
+        if law is not None:
+            ways += [-rate for axis, rate in zip(AXES, law, strict=True)
+                     if axis in boundary.periodic_axes]  # fmt: skip
+    if any(w > 0 for w in ways) and not any(w < 0 for w in ways):
+        return 1
+    return -1 if any(w < 0 for w in ways) and not any(w > 0 for w in ways) else 0
 
 
 # One entry a kind: a new kind of boundary is a new class here.
-Boundary = Annotated[OpenBoundary | BoxBoundary, Field(discriminator="kind")]
+Boundary = Annotated[
+    OpenBoundary | BoxBoundary | PlatesBoundary | PeriodicBoundary, Field(discriminator="kind")
+]

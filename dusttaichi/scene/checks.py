@@ -2,7 +2,17 @@
 
 import math
 
-from dusttaichi.scene.boundary import BoxBoundary, compresses
+from dusttaichi.scene.boundary import (
+    AXES,
+    FACE_LAWS,
+    BoxBoundary,
+    PeriodicBoundary,
+    PlatesBoundary,
+    bounded_axes,
+    filling_direction,
+    own_drive,
+    strains,
+)
 from dusttaichi.scene.sample import CylinderSize, ExplicitSample, RbdSample
 
 Found = list[tuple[str, str]]
@@ -11,86 +21,153 @@ DENSEST = 0.74  # filling factor of the densest packing of equal spheres
 
 def check(scene) -> Found:
     """Every problem as (dotted path, text)."""
-    return [*_drive(scene), *_stop(scene), *_intervals(scene), *_sizes(scene), *_room(scene)]
+    found = [*_ends(scene), *_own_drive(scene)]
+    if not found:
+        for path, leg in zip(_paths(scene), scene.legs, strict=True):
+            found += [*_drive(scene, path, leg), *_stop(scene, path, leg)]
+            found += _intervals(scene, path, leg)
+    return [*found, *_stress(scene), *_sizes(scene), *_room(scene)]
 
 
-def _drive(scene) -> Found:
-    box = scene.boundary
-    if isinstance(box, BoxBoundary) and "top" in box.omit and box.wall_speed > 0:
-        return [
-            (
-                "boundary.wall_speed",
-                "the top wall is left out, so it cannot move; "
-                'remove wall_speed, or "top" from boundary.omit',
-            )
-        ]
+def _paths(scene):
+    """Prefix of the path of each leg's blocks."""
+    return [f"stages.{n}." for n in range(len(scene.stages))] or [""]
+
+
+def _ends(scene) -> Found:
+    if scene.stop is None and not scene.stages:
+        return [("stop", "it is missing (when the run ends); give stop, or stages with one each")]
+    if scene.stop is not None and scene.stages:
+        return [("stop", "each of the stages has its own; remove this one")]
+    names = [stage.name for stage in scene.stages]
+    return [
+        (f"stages.{n}.name", f'the name "{name}" is used already; every stage needs its own')
+        for n, name in enumerate(names)
+        if name in names[:n]
+    ]
+
+
+def _own_drive(scene) -> Found:
+    """With stages, the drive belongs to them."""
+    if not scene.stages or not own_drive(scene.boundary).moves:
+        return []
+    drive = own_drive(scene.boundary)
+    keys = ("wall_speed", *FACE_LAWS)
+    return [(f"boundary.{key}", "with stages it belongs to the drive of each stage")
+            for key in keys if getattr(drive, key)]  # fmt: skip
+
+
+def _drive(scene, path, leg) -> Found:
+    """Every part of the drive must have something to move."""
+    boundary, found = scene.boundary, []
+    where = f"{path}drive" if path else "boundary"
+    if leg.drive.wall_speed and "wall_speed" not in boundary.drives:
+        left_out = isinstance(boundary, BoxBoundary)
+        text = (
+            'the top wall is left out, so it cannot move; remove wall_speed, or "top" from '
+            "boundary.omit"
+            if left_out
+            else "there is no top wall that could move; allowed with kind: box, plates, or "
+            "periodic with the top wall among boundary.walls"
+        )
+        found.append((f"{where}.wall_speed", text))
+    for law in FACE_LAWS:
+        values = getattr(leg.drive, law)
+        if values is None:
+            continue
+        if not isinstance(boundary, PeriodicBoundary):
+            found.append((f"{where}.{law}", "it moves the faces of kind: periodic only"))
+        elif isinstance(values, tuple):
+            # one value for all axes is meant for those that repeat
+            idle = [axis for axis, v in zip(AXES, values, strict=True)
+                    if v and axis not in boundary.axes]  # fmt: skip
+            if idle and len(set(values)) > 1:
+                found.append((f"{where}.{law}", f"the axis {idle[0]} does not repeat; give it 0"))
+    return found
+
+
+def _stop(scene, path, leg) -> Found:
+    stop, found = leg.stop, []
+    where = f"{path}stop"
+    if stop.filling_factor is not None:
+        found += _stop_filling_factor(scene.boundary, leg.drive, f"{where}.filling_factor")
+    ends_anyway = stop.time is not None or stop.steps is not None or stop.strain is not None
+    if stop.pressure is not None:
+        found += _stop_pressure(scene, leg.drive, ends_anyway, f"{where}.pressure")
+    moving = strains(scene.boundary, leg.drive)
+    if stop.strain is not None and not moving:
+        found.append((f"{where}.strain", "nothing strains: no wall or face moves; "
+                      "stop by time or steps"))  # fmt: skip
+    if stop.past_maximum is not None:
+        pulls = isinstance(scene.boundary, PlatesBoundary) or scene.output.stress
+        if not moving:
+            found.append((f"{where}.past_maximum", "nothing is pulled: no wall or face moves"))
+        elif not pulls:
+            found.append((f"{where}.past_maximum", "no tension is measured; use kind: plates or "
+                          "periodic, or output.stress: true"))  # fmt: skip
+        elif not ends_anyway and stop.filling_factor is None:
+            found.append((f"{where}.past_maximum", "the tension may have no maximum; add a strain, "
+                          "a time or steps as the latest end"))  # fmt: skip
+    return found
+
+
+def _stop_filling_factor(boundary, drive, where) -> Found:
+    if isinstance(boundary, PlatesBoundary):
+        if drive.wall_speed:
+            return []
+    elif bounded_axes(boundary) != AXES:
+        return [(where, "it is never reached without all six walls; use kind: box without omit, "
+                 "kind: plates, or kind: periodic, or stop by time or steps")]  # fmt: skip
+    elif filling_direction(boundary, drive):
+        return []
+    if isinstance(boundary, PeriodicBoundary):
+        return [(where, "it is never reached: no face moves, or some move in and some out; set "
+                 "compression_rate, strain_rate or face_speed, or stop by strain, time or steps")]  # fmt: skip
+    return [(where, "it is never reached while the top wall rests; "
+             'set boundary.wall_speed, for example "1 cm/s"')]  # fmt: skip
+
+
+def _stop_pressure(scene, drive, ends_anyway, where) -> Found:
+    boundary = scene.boundary
+    if scene.output.stress and bounded_axes(boundary) == AXES and boundary.periodic_axes:
+        if drive.moves or ends_anyway:
+            return []
+        return [(where, "it may never be reached while no face moves; add a time or steps")]
+    if "top" not in boundary.walls:
+        return [(where, "it is the pressure on the top wall, and there is none; "
+                 "use kind: box or plates, or stop by time or steps")]  # fmt: skip
+    if not (drive.wall_speed or 0.0) > 0.0 and not ends_anyway:
+        return [(where, "it may never be reached while the top wall rests; "
+                 'set boundary.wall_speed, for example "1 cm/s", or add a time or steps')]  # fmt: skip
+    if "bottom" not in boundary.walls and not ends_anyway:
+        return [(where, "it may never be reached without a bottom wall; add a time or steps")]
     return []
 
 
-def _stop(scene) -> Found:
-    box, stop, found = scene.boundary, scene.stop, []
-    is_box = isinstance(box, BoxBoundary)
-    if stop.filling_factor is not None:
-        if not is_box or not box.closed:
-            found.append(
-                (
-                    "stop.filling_factor",
-                    "it is never reached without all six walls; "
-                    "use kind: box without omit, or stop by time or steps",
-                )
-            )
-        elif box.wall_speed == 0:
-            found.append(
-                (
-                    "stop.filling_factor",
-                    "it is never reached while the top wall rests; "
-                    'set boundary.wall_speed, for example "1 cm/s"',
-                )
-            )
-    if stop.pressure is None:
-        return found
-    ends_anyway = stop.time is not None or stop.steps is not None
-    if not is_box or "top" in box.omit:
-        found.append(
-            (
-                "stop.pressure",
-                "it is the pressure on the top wall, and there is none; "
-                "use kind: box with its top wall, or stop by time or steps",
-            )
-        )
-    elif box.wall_speed == 0 and not ends_anyway:
-        found.append(
-            (
-                "stop.pressure",
-                "it may never be reached while the top wall rests; "
-                'set boundary.wall_speed, for example "1 cm/s", or add a time or steps',
-            )
-        )
-    elif "bottom" in box.omit and not ends_anyway:
-        found.append(
-            ("stop.pressure", "it may never be reached without a bottom wall; add a time or steps")
-        )
-    return found
-
-
-def _intervals(scene) -> Found:
+def _intervals(scene, path, leg) -> Found:
     found = []
     for name in ("series", "profiles", "snapshots"):
-        interval = getattr(scene.output, name)
+        interval = getattr(leg, name)
         if interval is None:
             continue
-        if interval.filling_factor is not None and not compresses(scene.boundary):
-            found.append(
-                (
-                    f"output.{name}.filling_factor",
-                    "the filling factor grows only in a "
-                    "box with all six walls and a wall_speed above 0; use steps or time",
-                )
-            )
+        where = f"{path}output.{name}"
+        if interval.filling_factor is not None and not filling_direction(scene.boundary, leg.drive):
+            found.append((f"{where}.filling_factor", "the filling factor changes steadily only in a "
+                          "room that is bounded along all axes and driven one way; "
+                          "use strain, steps or time"))  # fmt: skip
+        if interval.strain is not None and not strains(scene.boundary, leg.drive):
+            found.append((f"{where}.strain", "nothing strains; use steps or time"))
         step = scene.numerics.time_step
         if interval.time is not None and step != "auto" and interval.time < step:
-            found.append((f"output.{name}.time", "it is shorter than numerics.time_step"))
+            found.append((f"{where}.time", "it is shorter than numerics.time_step"))
     return found
+
+
+def _stress(scene) -> Found:
+    if scene.output.stress and bounded_axes(scene.boundary) != AXES:
+        return [("output.stress", "a stress needs a volume: a room that is bounded along all axes; "
+                 "use kind: box without omit or kind: periodic with all axes, or false")]  # fmt: skip
+    return []
 
 
 def _lengths(size) -> tuple[float, ...]:
@@ -104,13 +181,23 @@ def _sizes(scene) -> Found:
     sizes = {}
     if isinstance(scene.boundary, BoxBoundary) and scene.boundary.size != "fit":
         sizes["boundary.size"] = scene.boundary.size
+    if isinstance(scene.boundary, PlatesBoundary) and scene.boundary.gap != "fit":
+        sizes["boundary.gap"] = (scene.boundary.gap,)
     if isinstance(scene.sample, RbdSample) and scene.sample.size is not None:
         sizes["sample.size"] = _lengths(scene.sample.size)
-    return [
+    found = [
         (path, "every side must be at least as long as a grain is wide (2 x material.radius)")
         for path, size in sizes.items()
         if min(size) < diameter
     ]
+    cell = scene.boundary
+    if isinstance(cell, PeriodicBoundary) and not isinstance(cell.size, str):
+        short = [axis for axis, edge in zip(AXES, cell.size, strict=True)
+                 if axis in cell.axes and edge < 2 * diameter]  # fmt: skip
+        if short:
+            found.append(("boundary.size", f"the edge along {short[0]} is shorter than four radii: "
+                          "a grain would touch another twice, across both faces"))  # fmt: skip
+    return found
 
 
 def _room(scene) -> Found:

@@ -102,11 +102,15 @@ class Number:
 class Switch:
     """Marks an optional block that may be written `off` (None) and, if `on` is set, `on`.
 
-    YAML 1.1 readers make false and true of off and on; 1.2 readers leave the words. Both count.
+    `auto`: the word auto is allowed too, and kept. YAML 1.1 readers make false and true of off and on; 1.2 readers leave the words. Both count.
     """
 
     needed: str
     on: bool = False
+    auto: bool = False
+
+    def _word(self, value: Any, read: Any) -> Any:
+        return value if self.auto and value == "auto" else read(value)
 
     def _read(self, value: Any) -> Any:
         if value is None or value is False or value == "off":
@@ -119,11 +123,15 @@ class Switch:
 
     def __get_pydantic_core_schema__(self, source, handler):
         inner = handler(source)
-        return core_schema.no_info_before_validator_function(
-            self._read,
-            inner,
+        words = {None: "off", "auto": "auto"}
+        block = core_schema.no_info_before_validator_function(self._read, inner)
+        return core_schema.no_info_wrap_validator_function(
+            self._word,
+            block,
             serialization=core_schema.wrap_serializer_function_ser_schema(
-                lambda value, write: "off" if value is None else write(value),
+                lambda value, write: (
+                    words[value] if value is None or isinstance(value, str) else write(value)
+                ),
                 schema=inner,
                 when_used="json",
             ),
@@ -132,6 +140,7 @@ class Switch:
     def __get_pydantic_json_schema__(self, schema, handler):
         block = handler(schema)
         words = ["on", True, "off", False] if self.on else ["off", False]
+        words += ["auto"] if self.auto else []
         return {"anyOf": [*block.get("anyOf", [block]), {"enum": words}]}
 
 

@@ -75,7 +75,7 @@ def _document(text: str, title: str) -> yaml_text.Document:
     return document
 
 
-_BLOCKS = "the keys name, material, sample, boundary and stop are needed"
+_BLOCKS = "the keys name, material, sample, boundary and stop (or stages) are needed"
 
 
 def json_schema() -> dict[str, Any]:

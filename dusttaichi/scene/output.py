@@ -5,29 +5,33 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from dusttaichi.scene.boundary import Drive, filling_direction, strains
 from dusttaichi.scene.fields import Block, Count, Number, Switch, problems
 from dusttaichi.units import Quantity
 
 
 class Interval(Block):
-    """How often something is written: exactly one of the three."""
+    """How often something is written: exactly one of the four."""
 
     steps: Count | None = Field(None, description="every so many time steps")
     time: Annotated[float, Quantity("time", gt=0, example="5 ns")] | None = Field(
         None, description="simulated time between two"
     )
     filling_factor: Annotated[float, Number(gt=0, lt=1)] | None = Field(
-        None, description="growth of the filling factor between two"
+        None, description="change of the filling factor between two"
+    )
+    strain: Annotated[float, Number(gt=0)] | None = Field(
+        None, description="strain between two, counted as stop.strain is"
     )
 
     @model_validator(mode="after")
     def _check(self) -> "Interval":
-        if [self.steps, self.time, self.filling_factor].count(None) != 2:
+        if sum(getattr(self, name) is not None for name in Interval.model_fields) != 1:
             raise problems(
                 [
                     (
                         "",
-                        "exactly one of steps, time and filling_factor is needed, "
+                        "exactly one of steps, time, filling_factor and strain is needed, "
                         "for example {steps: 1000}",
                     )
                 ]
@@ -36,16 +40,19 @@ class Interval(Block):
 
 
 _SWITCH = Switch(
-    "off or a block with one of steps, time and filling_factor is needed, for example {steps: 1000}"
+    "auto, off or a block with one of steps, time, filling_factor and strain is needed, "
+    "for example {steps: 1000}",
+    auto=True,
 )
 OptionalInterval = Annotated[Interval | None, _SWITCH]
 
 
-def default_intervals(compressing: bool) -> dict[str, Any]:
-    """Intervals of what the YAML does not mention; compressing: a closed box with a moving top."""
-    if compressing:
-        return {"series": {"filling_factor": 0.002}, "profiles": {"filling_factor": 0.05}}
-    return {"series": {"steps": 1000}, "profiles": "off"}
+def default_intervals(boundary: Block, drive: Drive) -> dict[str, Any]:
+    """Intervals of what the YAML does not mention, for one drive."""
+    still = {"profiles": "off", "snapshots": "off"}
+    if boundary.kind == "box" and filling_direction(boundary, drive) > 0:
+        return still | {"series": {"filling_factor": 0.002}, "profiles": {"filling_factor": 0.05}}
+    return still | {"series": {"strain": 0.005} if strains(boundary, drive) else {"steps": 1000}}
 
 
 class Output(Block):
@@ -58,23 +65,28 @@ class Output(Block):
         json_schema_extra={"default": "runs/<name>"},
     )
     series: OptionalInterval = Field(
-        {"steps": 1000},
-        description="interval of the time series; default filling_factor 0.002 in a closed box "
-        "whose top wall moves, else 1000 steps",
+        "auto",
+        description="interval of the time series; auto: filling_factor 0.002 in a closed box "
+        "whose top wall moves down, strain 0.005 where else something moves, else 1000 steps",
     )
     profiles: OptionalInterval = Field(
-        "off",
-        description="interval of the vertical profiles of the filling factor; default "
-        "filling_factor 0.05 in a closed box whose top wall moves, else off",
+        "auto",
+        description="interval of the vertical profiles of the filling factor; auto: "
+        "filling_factor 0.05 in a closed box whose top wall moves down, else off",
     )
     snapshots: OptionalInterval = Field(
-        "off", description="interval of the snapshots of all grains"
+        "off", description="interval of the snapshots of all grains; auto: off"
     )
     contacts: bool = Field(True, description="snapshots hold the contacts with their state")
     window: Annotated[int | Literal["interval"], Number(whole=True, ge=1, word="interval")] = Field(
         "interval",
-        description="steps over which wall pressures are averaged (S12: 100), or interval: "
-        "since the last point of the series",
+        description="steps over which wall pressures and stresses are averaged (S12: 100), or "
+        "interval: since the last point of the series",
+    )
+    stress: bool = Field(
+        False,
+        description="virial stress in the series; default true for periodic, else false",
+        json_schema_extra={"default": "true for periodic, else false"},
     )
     checkpoint: Annotated[float, Quantity("time", gt=0, example="60 s")] = Field(
         "60 s", description="wall-clock time between two checkpoints"

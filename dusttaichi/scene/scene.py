@@ -17,14 +17,15 @@ from pydantic import (
 
 from dusttaichi.errors import DustError
 from dusttaichi.scene import checks, problems
-from dusttaichi.scene.boundary import Boundary, compresses
+from dusttaichi.scene.boundary import AXES, Boundary, bounded_axes, own_drive
 from dusttaichi.scene.fields import Block, needed
 from dusttaichi.scene.fields import problems as several
 from dusttaichi.scene.interaction import Interaction
 from dusttaichi.scene.material import Material
 from dusttaichi.scene.numerics import Numerics
-from dusttaichi.scene.output import Output, default_intervals
+from dusttaichi.scene.output import Interval, Output, default_intervals
 from dusttaichi.scene.sample import Sample
+from dusttaichi.scene.stage import Leg, Stage
 from dusttaichi.scene.stop import Stop
 
 _NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$"
@@ -46,7 +47,10 @@ class Scene(Block):
     )
     sample: Sample = Field(description="where the grains are at the start")
     boundary: Boundary = Field(description="what surrounds the grains")
-    stop: Stop = Field(description="when the run ends")
+    stop: Stop | None = Field(None, description="when the run ends; either this or stages")
+    stages: tuple[Stage, ...] = Field(
+        (), description="parts of the run, one after another, each with its drive and its end"
+    )
     numerics: Numerics = Field(
         default_factory=Numerics, description="time step, precision, threads"
     )
@@ -72,8 +76,14 @@ class Scene(Block):
     def _fill_output(cls, value: Any, info: ValidationInfo) -> Any:
         if not isinstance(value, dict) or not {"name", "boundary"} <= info.data.keys():
             return value
-        intervals = default_intervals(compresses(info.data["boundary"]))
-        return {"directory": f"runs/{info.data['name']}", **intervals, **value}
+        boundary = info.data["boundary"]
+        stress = boundary.kind == "periodic" and bounded_axes(boundary) == AXES
+        filled = {"directory": f"runs/{info.data['name']}", "stress": stress, **value}
+        if not info.data.get("stages"):
+            for name, interval in default_intervals(boundary, own_drive(boundary)).items():
+                if filled.get(name, "auto") == "auto":
+                    filled[name] = interval
+        return filled
 
     @model_validator(mode="after")
     def _check(self) -> "Scene":
@@ -81,6 +91,26 @@ class Scene(Block):
         if found:
             raise several(found)
         return self
+
+    @property
+    def legs(self) -> tuple[Leg, ...]:
+        """The stages with everything resolved; one without a name where there are none."""
+        if not self.stages:
+            return (self._leg("", own_drive(self.boundary), self.stop, None),)
+        return tuple(self._leg(s.name, s.drive, s.stop, s.output) for s in self.stages)
+
+    def _leg(self, name, drive, stop, own) -> Leg:
+        defaults = default_intervals(self.boundary, drive)
+
+        def interval(key):
+            for block in (own, self.output):
+                if block is not None and getattr(block, key) != "auto":
+                    return getattr(block, key)
+            default = defaults[key]
+            return None if default == "off" else Interval(**default)
+
+        intervals = (interval(key) for key in ("series", "profiles", "snapshots"))
+        return Leg(name, drive, stop, *intervals)
 
     def __eq__(self, other: object) -> bool:
         # Two files that say the same are the same scene; pydantic would compare their texts too.
@@ -166,6 +196,8 @@ _Dumper.add_representer(list, _Dumper.represent_list)
 def _without_none(data: Any) -> Any:
     if isinstance(data, dict):
         return {key: _without_none(item) for key, item in data.items() if item is not None}
+    if isinstance(data, list):
+        return [_without_none(item) for item in data]
     return data
 
 

@@ -16,9 +16,21 @@ class Stop(Block):
             float, Number(gt=0, le=0.74, note=" (0.74 is the densest packing of equal spheres)")
         ]
         | None
-    ) = Field(None, description="filling factor of a closed box")
+    ) = Field(None, description="filling factor")
     pressure: Annotated[float, Quantity("pressure", gt=0, example="120 kPa")] | None = Field(
-        None, description="pressure on the top wall, averaged over output.window"
+        None,
+        description="pressure on the top wall, or of a periodic cell (-trace of the stress / 3), "
+        "averaged over output.window",
+    )
+    strain: Annotated[float, Number(gt=0)] | None = Field(
+        None,
+        description="change of the height, or of the edge that changes most, over its length at "
+        "the start",
+    )
+    past_maximum: Annotated[float, Number(gt=0, lt=1)] | None = Field(
+        None,
+        description="the tension, averaged over output.window, has fallen by this share below its "
+        "largest value",
     )
     time: Annotated[float, Quantity("time", gt=0, example="1 us")] | None = Field(
         None, description="simulated time"
@@ -27,12 +39,12 @@ class Stop(Block):
 
     @model_validator(mode="after")
     def _check(self) -> "Stop":
-        if self.filling_factor is self.pressure is self.time is self.steps is None:
+        if all(getattr(self, name) is None for name in Stop.model_fields):
             raise problems(
                 [
                     (
                         "",
-                        "at least one of filling_factor, pressure, time and steps is needed, "
+                        f"at least one of {', '.join(Stop.model_fields)} is needed, "
                         "for example {filling_factor: 0.5}",
                     )
                 ]

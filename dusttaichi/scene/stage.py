@@ -1,0 +1,54 @@
+"""Stages: one simulation whose walls and faces are driven differently, one stage after another."""
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import Field, field_validator
+
+from dusttaichi.scene.boundary import Drive
+from dusttaichi.scene.fields import Block, needed
+from dusttaichi.scene.output import Interval, OptionalInterval
+from dusttaichi.scene.stop import Stop
+
+_NAME = r"^[A-Za-z0-9][A-Za-z0-9_-]{0,39}$"
+
+
+class StageOutput(Block):
+    """What a stage writes; auto: as in `output`."""
+
+    series: OptionalInterval = Field("auto", description="interval of the time series")
+    profiles: OptionalInterval = Field("auto", description="interval of the vertical profiles")
+    snapshots: OptionalInterval = Field("auto", description="interval of the snapshots")
+
+
+class Stage(Block):
+    """A part of the run: how walls and faces move, and until when."""
+
+    name: str = Field(description="name of the stage", json_schema_extra={"pattern": _NAME})
+    drive: Drive = Field(
+        default_factory=Drive, description="how walls and faces move; at rest if not given"
+    )
+    stop: Stop = Field(description="when the stage ends; counted from its start")
+    output: StageOutput = Field({}, description="what is written, where it differs from `output`")
+
+    @field_validator("name", mode="before")
+    @classmethod
+    def _word(cls, value: Any) -> str:
+        if not isinstance(value, str) or not re.fullmatch(_NAME, value):
+            raise needed(
+                "a word of at most 40 letters, digits, '_' and '-' is needed, for example \"relax\""
+            )
+        return value
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A stage with everything resolved; a scene without stages has a single one, without a name."""
+
+    name: str
+    drive: Drive
+    stop: Stop
+    series: Interval | None
+    profiles: Interval | None
+    snapshots: Interval | None
