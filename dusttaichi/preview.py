@@ -9,7 +9,6 @@ from dusttaichi import samples, units
 from dusttaichi.build import build, chosen_effects, contact_constants, time_step
 from dusttaichi.physics import constants
 from dusttaichi.results import WALLS
-from dusttaichi.samples.sample import coordination
 from dusttaichi.scene import filling_direction
 from dusttaichi.schedule import NEVER, clock_of, last_step
 
@@ -65,14 +64,26 @@ def _sample(scene, sample):
         ("grains", f"{len(sample.positions):,}"),
         ("mass of a grain", units.format(mass, "mass", digits=5)),
         ("extent", " x ".join(f"{e * 1e6:.4g}" for e in extent) + " um"),
-        ("coordination number", f"{coordination(sample, reach):.3g}"),
     ]
-    named = {"filling_factor": "filling factor with its surfaces",
+    info = sample.info
+    if "period" in info:
+        edges = " x ".join(f"{edge * 1e6:.5g}" for edge in info["period"])
+        rows.append(("repeats itself after", f"{edges} um"))
+    rows += [
+        ("coordination number", f"{info['coordination']:.3g}"),
+        (f"filling factor of the {info['filling_factor_in']}", f"{info['filling_factor']:.4g}"),
+        ("radius of gyration", f"{info['radius_of_gyration'] * 1e6:.4g} um"),
+    ]
+    named = {"fractal_dimension": "fractal dimension of the core",
              "bulk_filling_factor": "filling factor of the inner part",
+             "pieces": "pieces that hang together",
              "loose_grains": "grains not connected to the floor"}  # fmt: skip
-    for key, text in named.items():
-        if sample.info.get(key) is not None:
-            rows.append((text, f"{sample.info[key]:.4g}"))
+    rows += [(text, f"{info[key]:.4g}") for key, text in named.items() if key in info]
+    if info["kind"] == "collision":
+        for key, text in (("impact_parameter", "impact parameter"), ("gap", "flight to the touch")):
+            rows.append((text, units.format(info[key], "length", digits=4)))
+        if not info["hit"]:
+            rows[-1] = ("flight to the touch", "never: the bodies miss each other")
     return rows
 
 

@@ -110,6 +110,18 @@ PLACE = {
     "interaction.damping.coefficient": {"interaction": {"damping": "scaled"}},
     "interaction.damping.time": {"interaction": {"damping": "viscoelastic"}},
     "interaction.damping.kappa": {"interaction": {"damping": "viscous"}},
+    "sample.filling_factor": {"sample": {"kind": "random_packing", "grains": 9}},
+    "sample.axis": {"sample": {"kind": "chain", "grains": 9}},
+    "sample.speed": {"sample": {"kind": "pair"}},
+    "sample.impact_parameter": {"sample": {"kind": "pair"}},
+    "sample.orientation": {
+        "sample": {
+            "kind": "collision",
+            "target": {"kind": "pair"},
+            "projectile": {"kind": "pair"},
+            "speed": "1 m/s",
+        }
+    },
     "sample.units": {"sample": {"kind": "explicit", "file": "grains.csv"}},
     "output.series": COMPRESSING,
     "output.profiles": COMPRESSING,

@@ -1,12 +1,25 @@
 """Samples: where the grains are before the first step. One generator a file."""
 
 from dusttaichi.physics.constants import pair_constants
-from dusttaichi.samples import explicit, rbd
+from dusttaichi.samples import (
+    bcca,
+    chain,
+    collision,
+    explicit,
+    lattice,
+    pair,
+    pca,
+    random_packing,
+    rbd,
+)
 from dusttaichi.samples.sample import (
     Sample,
     bulk_filling_factor,
     coordination,
+    describe,
     filling_factor,
+    fractal_dimension,
+    radius_of_gyration,
     touching_pairs,
 )
 
@@ -14,20 +27,44 @@ __all__ = [
     "Sample",
     "bulk_filling_factor",
     "coordination",
+    "describe",
     "filling_factor",
+    "fractal_dimension",
     "make",
+    "radius_of_gyration",
     "touching_pairs",
 ]
 
+# One entry a kind: make(spec, radius [m], equilibrium distance [m]) -> Sample.
+GENERATORS = {
+    "bcca": bcca.make,
+    "chain": chain.make,
+    "explicit": lambda spec, radius, distance: explicit.make(spec, radius),
+    "lattice": lattice.make,
+    "pair": pair.make,
+    "pca": pca.make,
+    "random_packing": random_packing.make,
+    "rbd": rbd.make,
+}
+
 
 def make(scene) -> Sample:
-    """The sample of a scene; everything in SI.
+    """The sample of a scene; everything in SI. Its info says what it is and what it is like.
 
     Raises DustError, naming the place in the YAML, for a file that cannot be used, grains that
-    overlap too much, or a cut without grains.
+    overlap too much, a cut without grains, or a sample that would be too large.
     """
     radius = scene.material.radius
-    if scene.sample.kind == "explicit":
-        return explicit.make(scene.sample, radius)
     overlap = pair_constants(scene.material, scene.interaction).delta0
-    return rbd.make(scene.sample, radius, 2 * radius - overlap)
+    return _made(scene.sample, radius, 2 * radius - overlap)
+
+
+def _made(spec, radius: float, distance: float) -> Sample:
+    if spec.kind == "collision":
+        bodies = [_made(body, radius, distance) for body in (spec.target, spec.projectile)]
+        sample = collision.make(spec, *bodies, radius)
+    else:
+        sample = GENERATORS[spec.kind](spec, radius, distance)
+    # Grains that overlap at the start are in contact.
+    sample.info.update(describe(sample, radius, 2 * radius))
+    return sample

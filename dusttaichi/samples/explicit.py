@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import files
-from dusttaichi.samples.sample import Sample, coordination, filling_factor
+from dusttaichi.samples.sample import Sample
 
 CLOSEST = 0.9  # diameters: at 10 % overlap JKR is far outside what it was derived for
 
@@ -36,22 +36,12 @@ def make(spec, radius: float) -> Sample:
         raise DustError(f"{where}: it has no grains; allowed: one grain or more.")
     velocities = _vectors(state.get("velocity"), where, "velocity", len(positions))
     spins = _vectors(state.get("spin"), where, "spin", len(positions))
-    _check_apart(positions, radius, where)
+    check_apart(positions, radius, where)
     contacts = state.get("contacts")
     if contacts is not None:
         _check_contacts(contacts, len(positions), where)
     sample = Sample(positions, velocities, spins, contacts)
-    sample.info.update(
-        kind="explicit",
-        source=source,
-        grains=len(positions),
-        filling_factor=filling_factor(sample, radius),
-        coordination=(
-            2 * len(contacts["i"]) / len(positions)
-            if contacts is not None
-            else coordination(sample, 2 * radius)
-        ),
-    )
+    sample.info.update(kind="explicit", source=source, grains=len(positions))
     return sample
 
 
@@ -82,7 +72,8 @@ def _vectors(values, where: str, name: str, n: int | None) -> np.ndarray:
     return array
 
 
-def _check_apart(positions: np.ndarray, radius: float, where: str) -> None:
+def check_apart(positions: np.ndarray, radius: float, where: str) -> None:
+    """DustError, naming where they come from, for two centres closer than CLOSEST diameters."""
     if len(positions) < 2:
         return
     distance, neighbour = cKDTree(positions).query(positions, k=2)

@@ -21,24 +21,16 @@ import math
 
 import numpy as np
 from scipy.ndimage import minimum_filter
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from dusttaichi.errors import DustError
-from dusttaichi.samples.sample import (
-    Sample,
-    bulk_filling_factor,
-    extent,
-    filling_factor,
-    touching_pairs,
-)
+from dusttaichi.samples import cut
+from dusttaichi.samples.sample import ROUNDING, Sample, bulk_filling_factor, extent
 
 BULK = 0.15  # filling factor of the bulk, S12 section 3.1; only to guess how wide to deposit
 LEAST_PERIOD = 40.0  # grain radii: a narrower periodic deposit grows as a correlated column
 MOST_DROPS = 2e7  # a mistyped size must not fill the memory; 1e6 grains take 1.5e6 drops, 8 s
 CELLS = 3  # cells per touching distance in the map of landing heights
-ROUNDING = 1e-9  # of the touching distance: far above rounding, far below the overlap delta0
 
 
 class Deposit:
@@ -142,7 +134,7 @@ def make(spec, radius: float, equilibrium_distance: float) -> Sample:
     Raises DustError if the size leaves no room for a grain, no grain is in it, or the deposit
     would be too large for the memory.
     """
-    proportions = _proportions(spec, radius)
+    proportions = cut.proportions(spec, radius)
     if spec.grains is None:
         cake, drops, scale = _deposit_size(spec, radius, equilibrium_distance, proportions)
         kept = scale <= 1.0
@@ -151,33 +143,10 @@ def make(spec, radius: float, equilibrium_distance: float) -> Sample:
         kept = np.sort(np.argsort(scale, kind="stable")[: spec.grains])
     positions = cake[kept]
     if len(positions) == 0:
-        raise DustError(
-            f"sample.size: {_in_um(proportions)} holds no whole grain of radius "
-            f"{radius * 1e6:g} um with seed {spec.seed}; allowed: a larger size or another seed."
-        )
+        raise cut.nothing_inside(proportions, radius, spec.seed)
     sample = Sample.at_rest(positions)
     sample.info.update(_describe(sample, spec, radius, equilibrium_distance), deposited=drops)
     return sample
-
-
-def _proportions(spec, radius: float) -> np.ndarray:
-    """Edges (x, y, z) of the cut; with a number of grains only their ratio counts."""
-    if spec.size is None:
-        return np.array([1.0, 1.0, spec.aspect])
-    if spec.shape == "cylinder":
-        size = np.array([spec.size.diameter, spec.size.diameter, spec.size.height])
-    else:
-        size = np.array(spec.size, dtype=np.float64)
-    if not (size >= 2 * radius).all():
-        raise DustError(
-            f"sample.size: {_in_um(size)} has no room for a grain; allowed: at least one grain "
-            f"diameter, {2e6 * radius:g} um, in each direction."
-        )
-    return size
-
-
-def _in_um(size) -> str:
-    return " x ".join(f"{1e6 * edge:g}" for edge in size) + " um"
 
 
 def _deposit_size(spec, radius, distance, size):
@@ -188,7 +157,7 @@ def _deposit_size(spec, radius, distance, size):
     while deposit.complete_below <= size[2] - radius:
         _drop_batch(deposit, rng)
     cake = _centred(deposit)
-    return cake, len(cake), _scale(cake, spec.shape, size, radius)
+    return cake, len(cake), cut.scale(cake, spec.shape, size, radius)
 
 
 def _deposit_grains(spec, radius, distance, proportions):
@@ -202,7 +171,7 @@ def _deposit_grains(spec, radius, distance, proportions):
         while deposit.complete_below <= needed * proportions[2] - radius:
             _drop_batch(deposit, rng)
             cake = _centred(deposit)
-            scale = _scale(cake, spec.shape, proportions, radius)
+            scale = cut.scale(cake, spec.shape, proportions, radius)
             if len(cake) >= spec.grains:
                 needed = np.partition(scale, spec.grains - 1)[spec.grains - 1]
         if needed <= period:
@@ -231,17 +200,6 @@ def _centred(deposit: Deposit) -> np.ndarray:
     return deposit.positions - np.append(deposit.period / 2, 0.0)
 
 
-def _scale(positions, shape, proportions, radius) -> np.ndarray:
-    """By how much the cut of these proportions must be scaled to hold each grain just wholly."""
-    width, depth, height = proportions
-    x, y, z = positions.T
-    upwards = (z + radius) / height
-    if shape == "cylinder":
-        return np.maximum(2 * (np.sqrt(x**2 + y**2) + radius) / width, upwards)
-    sideways = np.maximum((np.abs(x) + radius) / width, (np.abs(y) + radius) / depth)
-    return np.maximum(2 * sideways, upwards)
-
-
 def _guessed_width(spec, radius) -> float:
     """Width of the cut at bulk density: whole grains need 2 r more than their centres."""
     area = math.pi / 4 if spec.shape == "cylinder" else 1.0
@@ -251,9 +209,7 @@ def _guessed_width(spec, radius) -> float:
 
 def _describe(sample: Sample, spec, radius, distance) -> dict:
     n = len(sample)
-    pairs = touching_pairs(sample.positions, distance * (1 + ROUNDING))
-    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
-    pieces, piece = connected_components(graph, directed=False)
+    pieces, piece = cut.pieces(sample.positions, distance * (1 + ROUNDING))
     on_floor = sample.positions[:, 2] == radius
     stands = np.zeros(pieces, dtype=bool)
     stands[piece[on_floor]] = True
@@ -263,7 +219,6 @@ def _describe(sample: Sample, spec, radius, distance) -> dict:
         "seed": int(spec.seed),
         "grains": n,
         "equilibrium_distance": float(distance),
-        "coordination": 2 * len(pairs) / n,
         "floor_grains": int(np.count_nonzero(on_floor)),
         "pieces": int(pieces),
         "largest_piece": int(np.bincount(piece).max()),
@@ -272,6 +227,4 @@ def _describe(sample: Sample, spec, radius, distance) -> dict:
         "bulk_filling_factor": bulk_filling_factor(sample, radius),
     }
     info.update(zip(("width", "depth", "height"), extent(sample, radius).tolist(), strict=True))
-    sample.info["shape"] = spec.shape
-    info["filling_factor"] = filling_factor(sample, radius)
     return info

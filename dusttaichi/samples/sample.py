@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial import cKDTree
 
+ROUNDING = 1e-9  # of the touching distance: far above rounding, far below the overlap delta0
+
 
 @dataclass(frozen=True)
 class Sample:
@@ -17,14 +19,17 @@ class Sample:
         i, j (C,) int64; pointer_i, pointer_j (C, 3) unit vectors; twist (C,) [rad];
         approach (C,), carried over exactly as the run that wrote it has defined it.
         None means that contacts are to be found from the distances.
-    info: plain numbers and strings that say where the sample comes from.
+    info: plain numbers and texts that say where the sample comes from and what it is like.
+        `period` (3 numbers, m): edges after which the sample repeats itself, of one that can.
+        `shape`: "cylinder" for an upright cylinder about x = y = 0, "aggregate" for a cluster
+        that nothing has cut; they decide in what volume the filling factor is taken.
     """
 
     positions: np.ndarray
     velocities: np.ndarray
     spins: np.ndarray
     contacts: dict[str, np.ndarray] | None = None
-    info: dict[str, int | float | str] = field(default_factory=dict)
+    info: dict = field(default_factory=dict)
 
     @classmethod
     def at_rest(cls, positions: np.ndarray, info: dict | None = None) -> Sample:
@@ -43,16 +48,87 @@ def extent(sample: Sample, radius: float) -> np.ndarray:
 
 
 def filling_factor(sample: Sample, radius: float) -> float:
-    """Grain volume over the volume of the smallest upright box around the grains (S12 eq 28).
+    """Grain volume over the volume that the sample takes.
 
-    Grain surfaces are inside the box. A sample whose info names the shape "cylinder" is
-    measured by the smallest upright cylinder around the axis x = y = 0 instead.
+    That is the smallest upright box around the grains (S12 eq 28), surfaces inside, but
+    of a sample with a `period` the periodic cell;
+    of shape "cylinder" the smallest upright cylinder about the axis x = y = 0;
+    of shape "aggregate" the sphere with the aggregate's radius of gyration, of radius
+    sqrt(5/3) R_g: a box about its branches would be mostly empty.
     """
+    grains = len(sample) * 4 / 3 * np.pi * radius**3
+    return float(grains / _volume(sample, radius)[0])
+
+
+def _volume(sample: Sample, radius: float) -> tuple[float, str]:
+    """Volume [m^3] for the filling factor, and what it is the volume of."""
+    if "period" in sample.info:
+        return float(np.prod(sample.info["period"])), "periodic cell"
+    if sample.info.get("shape") == "aggregate":
+        characteristic = np.sqrt(5 / 3) * radius_of_gyration(sample, radius)
+        return 4 / 3 * np.pi * characteristic**3, "sphere of radius sqrt(5/3) R_g"
     width, depth, height = extent(sample, radius)
-    area = width * depth
     if sample.info.get("shape") == "cylinder":
-        area = np.pi * (np.hypot(*sample.positions[:, :2].T).max() + radius) ** 2
-    return float(len(sample) * 4 / 3 * np.pi * radius**3 / (area * height))
+        reach = np.hypot(*sample.positions[:, :2].T).max() + radius
+        return np.pi * reach**2 * height, "bounding cylinder"
+    return width * depth * height, "bounding box"
+
+
+def radius_of_gyration(sample: Sample, radius: float) -> float:
+    """R_g [m] of the mass of the grains: R_g^2 = mean of |x_i - x_cm|^2, and (3/5) r^2."""
+    apart = sample.positions - sample.positions.mean(axis=0)
+    return float(np.sqrt((apart**2).sum(axis=1).mean() + 0.6 * radius**2))
+
+
+LEAST_FRACTAL = 100  # grains: in fewer there is no range of radii to fit a power law to
+SHELLS = 8  # radii of the fit
+MOST_DISTANCES = 2e7  # between centres and all grains: below a second
+
+
+def fractal_dimension(sample: Sample, radius: float) -> float:
+    """D of N(<R) ~ R^D about grains of the core; nan for a sample too small to say.
+
+    N(<R) is the mean number of grains within R of a grain of the core, itself not counted; the
+    core are the grains within R_g/2 of the centre of mass. D is the slope of ln N(<R) in ln R
+    by least squares, for 8 radii evenly spaced in ln R from 3 r to 3/4 R_g. In a ball or cube
+    all of these spheres lie inside, so a homogeneous body has D = 3, a plate 2, a chain 1, up to
+    the first shells of neighbours. Of one fractal aggregate it scatters by some 0.2.
+    """
+    core_reach = radius_of_gyration(sample, radius) / 2
+    largest = 1.5 * core_reach
+    if len(sample) < LEAST_FRACTAL or largest < 5 * radius:
+        return float("nan")
+    x = sample.positions
+    core = np.flatnonzero(np.linalg.norm(x - x.mean(axis=0), axis=1) <= core_reach)
+    if len(core) == 0:
+        return float("nan")
+    most = max(20, int(MOST_DISTANCES / len(sample)))
+    core = core[:: -(-len(core) // most)]
+    radii = np.geomspace(3 * radius, largest, SHELLS)
+    counts = np.zeros(SHELLS)
+    for centre in x[core]:
+        distance = np.sqrt(((x - centre) ** 2).sum(axis=1))
+        counts += np.searchsorted(np.sort(distance[distance <= largest]), radii, "right") - 1
+    if counts[0] == 0:
+        return float("nan")
+    return float(np.polyfit(np.log(radii), np.log(counts), 1)[0])
+
+
+def describe(sample: Sample, radius: float, touch: float) -> dict:
+    """What can be said of any sample, for its info.
+
+    touch: centres no farther apart than this [m] are in contact.
+    filling_factor, and filling_factor_in: the volume it is taken in; radius_of_gyration [m];
+    coordination, of the grains as they stand; fractal_dimension, left out where there is none.
+    """
+    info = {
+        "filling_factor": filling_factor(sample, radius),
+        "filling_factor_in": _volume(sample, radius)[1],
+        "radius_of_gyration": radius_of_gyration(sample, radius),
+        "coordination": coordination(sample, touch),
+    }
+    dimension = fractal_dimension(sample, radius)
+    return info | ({"fractal_dimension": dimension} if np.isfinite(dimension) else {})
 
 
 def bulk_filling_factor(
@@ -85,6 +161,11 @@ def touching_pairs(positions: np.ndarray, distance: float) -> np.ndarray:
 def coordination(sample: Sample, distance: float) -> float:
     """Mean number of grains that a grain touches: centres no farther apart than distance [m].
 
-    Walls are not counted.
+    Contacts that the sample brings along count too, however far they are stretched. Walls and
+    periodic images are not counted.
     """
-    return 2 * len(touching_pairs(sample.positions, distance)) / len(sample)
+    pairs = touching_pairs(sample.positions, distance)
+    if sample.contacts is not None:
+        brought = np.sort(np.column_stack([sample.contacts["i"], sample.contacts["j"]]), axis=1)
+        pairs = np.unique(np.concatenate([pairs, brought]), axis=0)
+    return 2 * len(pairs) / len(sample)

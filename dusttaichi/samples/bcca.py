@@ -1,0 +1,86 @@
+"""Ballistic cluster-cluster aggregation (BCCA): equal clusters hit and stick, twice as large each.
+
+2^k grains become 2^(k-1) pairs, these 2^(k-2) clusters of four, and so on: a binary tree of
+collisions, in which each cluster has grown on its own. Both partners of a collision are turned at
+random, one flies at the other along a straight line at a random impact parameter, even over the
+disc whose radius is the sum of their outer radii, and stays where it first touches. After a miss
+both are turned and shot again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from dusttaichi.errors import DustError
+from dusttaichi.samples.ballistic import first_touch, random_in_disc, random_rotations
+from dusttaichi.samples.sample import Sample
+
+MOST_GRAINS = 2**20  # a minute or two
+
+
+def generations(grains: int, distance: float, rng) -> Iterator[np.ndarray]:
+    """Clusters (C, n, 3) [m] of n = 1, 2, 4, ... grains, C = grains/n of them.
+
+    grains: a power of two; distance: between the centres of grains that touch [m]. Each cluster
+    has its centre of mass at the origin. Clusters of one generation are independent.
+    """
+    clusters = np.zeros((grains, 1, 3))
+    yield clusters
+    while len(clusters) > 1:
+        clusters = collide(clusters[0::2], clusters[1::2], distance, rng)
+        yield clusters
+
+
+def collide(targets: np.ndarray, projectiles: np.ndarray, distance: float, rng) -> np.ndarray:
+    """Hit and stick: from bodies (C, n, 3) and (C, m, 3) to (C, n + m, 3).
+
+    All of them stand about their centres of mass, before and after.
+    """
+    joined = np.empty((len(targets), targets.shape[1] + projectiles.shape[1], 3))
+    waiting = np.arange(len(targets))
+    while len(waiting):
+        one = _turned(targets[waiting], rng)
+        other = _turned(projectiles[waiting], rng)
+        reach = _outer(one) + _outer(other) + distance
+        other[..., :2] += (random_in_disc(rng, len(waiting)) * reach[:, None])[:, None]
+        flight = first_touch(one, other, distance)
+        hit = np.isfinite(flight)
+        other[hit, :, 2] -= flight[hit, None]
+        joined[waiting[hit]] = np.concatenate([one[hit], other[hit]], axis=1)
+        waiting = waiting[~hit]
+    return joined - joined.mean(axis=1, keepdims=True)
+
+
+def _turned(bodies, rng) -> np.ndarray:
+    return np.einsum("cij,cnj->cni", random_rotations(rng, len(bodies)), bodies)
+
+
+def _outer(bodies) -> np.ndarray:
+    """Distance of the farthest centre from the origin, (C,)."""
+    return np.sqrt((bodies**2).sum(axis=2)).max(axis=1)
+
+
+def make(spec, radius: float, equilibrium_distance: float) -> Sample:
+    """The aggregate that spec asks for, at rest, its centre of mass at the origin.
+
+    spec: grains (a power of two) and seed, as the scene's BccaSample has them.
+    radius [m]; equilibrium_distance: between the centres of grains that touch [m].
+    Raises DustError for more grains than memory and patience allow.
+    """
+    if spec.grains > MOST_GRAINS:
+        raise DustError(
+            f"sample.grains = {spec.grains}: too many for bcca; allowed: at most {MOST_GRAINS}."
+        )
+    rng = np.random.Generator(np.random.PCG64(spec.seed))
+    *_, clusters = generations(spec.grains, equilibrium_distance, rng)
+    sample = Sample.at_rest(clusters[0])
+    sample.info.update(
+        kind="bcca",
+        shape="aggregate",
+        seed=int(spec.seed),
+        grains=len(sample),
+        equilibrium_distance=float(equilibrium_distance),
+    )
+    return sample

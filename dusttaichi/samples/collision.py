@@ -1,0 +1,105 @@
+"""Two bodies that fly at each other: target and projectile, each a sample of its own.
+
+The projectile starts on the side of +x and flies along -x, the target along +x; the impact
+parameter is along +y, between the lines on which the centres of mass fly. The common centre of
+mass rests at the origin.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dusttaichi.samples.ballistic import first_touch, random_rotations
+from dusttaichi.samples.sample import Sample
+
+# Coordinates in which the projectile flies along -z: x, y, z there are y, z, x here.
+FLIGHT = [1, 2, 0]
+
+
+def make(spec, target: Sample, projectile: Sample, radius: float) -> Sample:
+    """The bodies before they meet; grains of the target come first.
+
+    spec: speed, impact_parameter, orientation, gap, seed, as the scene's CollisionSample has
+    them. target, projectile: what they collide with, of which the mean velocity is taken away.
+    radius [m].
+    The impact parameter may be a fraction of the sum of the outer radii; an outer radius is that
+    of the smallest sphere about the body's centre of mass that holds it, surfaces included.
+    gap: length of the relative flight until two surfaces touch, a radius by default. If the
+    bodies miss, it is the distance along x between the planes that bound them.
+    info: hit, 1 or 0; gap, impact_parameter, outer radii [m]; time_to_touch [s] of a hit.
+    """
+    rng = np.random.Generator(np.random.PCG64(spec.seed))
+    turns = random_rotations(rng, 2) if spec.orientation == "random" else [np.eye(3)] * 2
+    one, other = (
+        _body(sample, turn) for sample, turn in zip((target, projectile), turns, strict=True)
+    )
+    outer = [float(np.linalg.norm(body.positions, axis=1).max()) + radius for body in (one, other)]
+    impact = spec.impact_parameter.metres(sum(outer))
+    gap = radius if spec.gap is None else spec.gap
+    place, hit = _start(one.positions, other.positions, impact, gap, radius)
+    share = len(other) / (len(one) + len(other))
+    ahead = np.array([spec.speed, 0.0, 0.0])
+    together = Sample(
+        np.concatenate([one.positions - share * place, other.positions + (1 - share) * place]),
+        np.concatenate([one.velocities + share * ahead, other.velocities - (1 - share) * ahead]),
+        np.concatenate([one.spins, other.spins]),
+        _joined_contacts(one, other),
+    )
+    together.info.update(
+        kind="collision",
+        seed=int(spec.seed),
+        grains=len(together),
+        target_grains=len(one),
+        projectile_grains=len(other),
+        target_outer_radius=outer[0],
+        projectile_outer_radius=outer[1],
+        speed=float(spec.speed),
+        impact_parameter=float(impact),
+        orientation=spec.orientation,
+        gap=float(gap),
+        hit=int(hit),
+    )
+    if hit and spec.speed > 0:
+        together.info["time_to_touch"] = float(gap / spec.speed)
+    together.info.update(target=target.info, projectile=projectile.info)
+    return together
+
+
+def _start(target, projectile, impact: float, gap: float, radius: float):
+    """Where the projectile's centre of mass is as seen from the target's (3,), and if it hits."""
+    place = np.array([0.0, impact, 0.0])
+    flight = first_touch(target[None, :, FLIGHT], (projectile + place)[None, :, FLIGHT], 2 * radius)
+    hit = bool(np.isfinite(flight[0]))
+    beside = target[:, 0].max() - projectile[:, 0].min() + 2 * radius
+    place[0] = gap - flight[0] if hit else gap + beside
+    return place, hit
+
+
+def _body(sample: Sample, turn: np.ndarray) -> Sample:
+    """A sample about its centre of mass, turned; its contacts turn with it."""
+    contacts = None
+    if sample.contacts is not None:
+        contacts = dict(sample.contacts)
+        for pointer in ("pointer_i", "pointer_j"):
+            contacts[pointer] = contacts[pointer] @ turn.T
+    return Sample(
+        (sample.positions - sample.positions.mean(axis=0)) @ turn.T,
+        (sample.velocities - sample.velocities.mean(axis=0)) @ turn.T,
+        sample.spins @ turn.T,
+        contacts,
+    )
+
+
+def _joined_contacts(one: Sample, other: Sample) -> dict | None:
+    """Contacts that the bodies bring along, None if neither does; others come from distances."""
+    brought = [
+        (body.contacts, first) for body, first in ((one, 0), (other, len(one))) if body.contacts
+    ]
+    if not brought:
+        return None
+    return {
+        key: np.concatenate(
+            [contacts[key] + (first if key in ("i", "j") else 0) for contacts, first in brought]
+        )
+        for key in brought[0][0]
+    }

@@ -1,0 +1,68 @@
+"""A box or an upright cylinder cut from a body that is larger, and the pieces that it leaves."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from dusttaichi.errors import DustError
+from dusttaichi.samples.sample import touching_pairs
+
+
+def proportions(spec, radius: float) -> np.ndarray:
+    """Edges (x, y, z) of the cut [m], shape (3,); with a number of grains only their ratio counts.
+
+    spec: shape, and size or aspect, as the scene has them. Raises DustError for a size that
+    leaves no room for a grain.
+    """
+    if spec.size is None:
+        return np.array([1.0, 1.0, spec.aspect])
+    if spec.shape == "cylinder":
+        size = np.array([spec.size.diameter, spec.size.diameter, spec.size.height])
+    else:
+        size = np.array(spec.size, dtype=np.float64)
+    check_room(size, radius)
+    return size
+
+
+def check_room(size: np.ndarray, radius: float) -> None:
+    """DustError for a size (3,) [m] that no grain fits into."""
+    if not (np.asarray(size) >= 2 * radius).all():
+        raise DustError(
+            f"sample.size: {in_um(size)} has no room for a grain; allowed: at least one grain "
+            f"diameter, {2e6 * radius:g} um, in each direction."
+        )
+
+
+def in_um(size) -> str:
+    return " x ".join(f"{1e6 * edge:g}" for edge in size) + " um"
+
+
+def nothing_inside(size, radius: float, seed: int) -> DustError:
+    return DustError(
+        f"sample.size: {in_um(size)} holds no whole grain of radius {radius * 1e6:g} um with "
+        f"seed {seed}; allowed: a larger size or another seed."
+    )
+
+
+def scale(positions, shape: str, edges, radius: float, *, centred: bool = False) -> np.ndarray:
+    """By how much the cut of these edges must be scaled to hold each grain just wholly, (N,).
+
+    The cut's axis is x = y = 0. It stands on z = 0, or with `centred` its middle is at z = 0.
+    """
+    width, depth, height = edges
+    x, y, z = positions.T
+    upwards = 2 * (np.abs(z) + radius) / height if centred else (z + radius) / height
+    if shape == "cylinder":
+        return np.maximum(2 * (np.sqrt(x**2 + y**2) + radius) / width, upwards)
+    sideways = np.maximum((np.abs(x) + radius) / width, (np.abs(y) + radius) / depth)
+    return np.maximum(2 * sideways, upwards)
+
+
+def pieces(positions: np.ndarray, touch: float) -> tuple[int, np.ndarray]:
+    """Number of connected pieces, and each grain's piece (N,); touch: distance of contact [m]."""
+    n = len(positions)
+    pairs = touching_pairs(positions, touch)
+    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    return connected_components(graph, directed=False)

@@ -1,0 +1,164 @@
+"""Particle-cluster aggregation (PCA, BPCA; PD08 section 3.1.1): grain after grain from all sides.
+
+The aggregate is turned at random before each shot, a grain flies at it along a straight line at
+a random impact parameter, and stays where it first touches; misses are shot again. To turn the
+aggregate evenly over all orientations is to choose the direction of the flight evenly over the
+sphere, so the aggregate stays and the shots come from all sides. The impact parameter is even
+over a disc that covers the aggregate. Which disc does not matter: a larger one only adds misses.
+
+A box or cylinder is cut about the first grain, out of an aggregate that has stopped growing in
+there: its last fifth added less than a thousandth to the cut. Every grain sticks to just one
+earlier grain, so the cut leaves pieces that hang together with nothing else in it; they are kept
+and counted.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from dusttaichi.errors import DustError
+from dusttaichi.samples import cut
+from dusttaichi.samples.ballistic import (
+    across,
+    arrival,
+    first_hits,
+    random_directions,
+    random_in_disc,
+)
+from dusttaichi.samples.sample import ROUNDING, Sample, extent
+
+BULK = 0.15  # filling factor of the bulk; only to guess how large an aggregate to cut from
+MOST_GRAINS = 2e6  # of the aggregate: minutes
+LAST = 0.2  # part of the aggregate that came last,
+FEW = 1e-3  # and grains of it that may have come to rest in a cut, as a part of the cut's
+
+
+class Aggregate:
+    """A cluster that grows by hit and stick; distance: between the centres of grains that touch.
+
+    positions: (N, 3) [m], the first at the origin, in the order of the hits.
+
+    Shots are worked off in batches: the aggregate as it stands for all of them at once, then in
+    their order those that a grain of the same batch stops earlier. The result is that of one
+    shot at a time.
+    """
+
+    def __init__(self, distance: float):
+        self.distance = distance
+        self.positions = np.zeros((1, 3))
+        self.reach = 0.0  # of the farthest centre from the first grain
+
+    def shoot(self, rng) -> None:
+        """Let a batch of grains fly at the aggregate."""
+        distance = self.distance
+        shots = int(np.clip(len(self.positions) // 20, 16, 2000))
+        # The disc leaves some room for the aggregate to grow; once that is used up, the shots
+        # that are left are dropped, which, being independent of what came before, they may be.
+        cover = 1.05 * self.reach + 2 * distance
+        directions = random_directions(rng, shots)
+        off = random_in_disc(rng, shots) * cover
+        u, v = across(directions)
+        starts = off[:, :1] * u + off[:, 1:] * v - cover * directions
+        hits = first_hits(self.positions, starts, directions, distance, 2 * cover)
+        new = np.empty((shots, 3))
+        count = 0
+        for start, direction, hit in zip(starts, directions, hits, strict=True):
+            apart = new[:count] - start
+            along = apart @ direction
+            across_squared = ((apart - along[:, None] * direction) ** 2).sum(axis=1)
+            hit = arrival(along, across_squared, distance).min(initial=hit)
+            if hit == np.inf:
+                continue
+            new[count] = start + hit * direction
+            self.reach = max(self.reach, float(np.linalg.norm(new[count])))
+            count += 1
+            if self.reach + distance > cover:
+                break
+        self.positions = np.concatenate([self.positions, new[:count]])
+
+
+def make(spec, radius: float, equilibrium_distance: float) -> Sample:
+    """The sample that spec asks for: grains at rest.
+
+    spec: shape, seed, grains (and aspect), or size, as the scene's PcaSample has them.
+    radius [m]; equilibrium_distance: between the centres of grains that touch [m].
+    An aggregate has its centre of mass at the origin. A cut stands on z = 0 with its axis at
+    x = y = 0: with `size` all grains that lie wholly inside, with `grains` the smallest of the
+    cuts of the same proportions that holds that many.
+    Raises DustError if the size leaves no room for a grain, or the aggregate would be too large.
+    """
+    rng = np.random.Generator(np.random.PCG64(spec.seed))
+    aggregate = Aggregate(equilibrium_distance)
+    if spec.shape == "aggregate":
+        _check_grains(spec.grains)
+        while len(aggregate.positions) < spec.grains:
+            aggregate.shoot(rng)
+        positions = aggregate.positions[: spec.grains]
+        positions = positions - positions.mean(axis=0)
+    else:
+        positions = _cut(spec, radius, aggregate, rng)
+    sample = Sample.at_rest(positions)
+    count, piece = cut.pieces(positions, equilibrium_distance * (1 + ROUNDING))
+    sample.info.update(
+        kind="pca",
+        shape=spec.shape,
+        seed=int(spec.seed),
+        grains=len(sample),
+        equilibrium_distance=float(equilibrium_distance),
+        aggregated=len(aggregate.positions),
+        pieces=int(count),
+        largest_piece=int(np.bincount(piece).max()),
+    )
+    sample.info.update(
+        zip(("width", "depth", "height"), extent(sample, radius).tolist(), strict=True)
+    )
+    return sample
+
+
+def _cut(spec, radius, aggregate: Aggregate, rng) -> np.ndarray:
+    edges = cut.proportions(spec, radius)
+    _check_grains(_guessed_grains(spec, radius, edges))
+    while True:
+        aggregate.shoot(rng)
+        positions = aggregate.positions
+        scale = cut.scale(positions, spec.shape, edges, radius, centred=True)
+        if spec.grains is None:
+            needed = 1.0
+        elif len(positions) > spec.grains:
+            needed = np.partition(scale, spec.grains - 1)[spec.grains - 1]
+        else:
+            continue
+        last = scale[int((1 - LAST) * len(positions)) :]
+        # Corners of the cut that the aggregate has not reached yet would stay empty too.
+        corner = needed * np.linalg.norm(edges * _corner(spec.shape)) / 2
+        inside = scale <= needed
+        latecomers = np.count_nonzero(last <= needed)
+        if aggregate.reach > corner and latecomers <= FEW * np.count_nonzero(inside):
+            break
+    return positions[inside] + [0.0, 0.0, needed * edges[2] / 2]
+
+
+def _corner(shape: str) -> np.ndarray:
+    """Half edges that add up to the distance of the farthest corner."""
+    return np.array([1.0, 0.0 if shape == "cylinder" else 1.0, 1.0])
+
+
+def _guessed_grains(spec, radius, edges) -> float:
+    """Grains of a ball at bulk density about the cut, some 10 r of growing surface around it."""
+    grain = 4 / 3 * math.pi * radius**3
+    if spec.grains is not None:
+        area = math.pi / 4 if spec.shape == "cylinder" else 1.0
+        volume = edges.prod() * area
+        edges = edges * (spec.grains * grain / BULK / volume) ** (1 / 3)
+    corner = np.linalg.norm(edges * _corner(spec.shape)) / 2
+    return BULK * (corner / radius + 10) ** 3
+
+
+def _check_grains(grains: float) -> None:
+    if grains > MOST_GRAINS:
+        raise DustError(
+            f"sample: the aggregate would have some {grains:.1e} grains; allowed: "
+            f"{MOST_GRAINS:.0e}. Take fewer grains, a smaller size, or an aspect nearer to 1."
+        )

@@ -1,0 +1,122 @@
+"""Random packing of spheres in a periodic cell, up to just below random close packing.
+
+Grains start at random points and push each other apart: the energy, a spring for every overlap,
+is minimised until no two centres are closer than the equilibrium distance of a contact. Below
+random close packing (0.64) such minima without overlap exist and are found; grains that were
+pushed stay close to what pushed them, in contact. No gravity, no friction: this is not a
+model of how a packing comes about.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.spatial import cKDTree
+
+from dusttaichi.errors import DustError
+from dusttaichi.samples import cut
+from dusttaichi.samples.sample import Sample
+
+MOST_GRAINS = 2e5  # minutes
+MOST_ROUNDS = 60
+ROUND = 200  # evaluations between two looks at what is left of the overlaps
+MARGIN = 0.02  # overlaps delta0: springs reach so much farther, so that they leave none in the end
+
+
+def make(spec, radius: float, equilibrium_distance: float) -> Sample:
+    """The packing that spec asks for: grains at rest in a periodic cell with a corner at 0.
+
+    spec: filling_factor, seed, and grains (the cell is a cube) or size (the cell), as the
+    scene's RandomPackingSample has them. radius [m]; equilibrium_distance: what no two centres
+    are closer than [m], images included; those in contact are no more than 2 % of delta0 farther.
+    info: period, the edges of the cell [m]; closest, the smallest distance of two centres [m].
+    The filling factor is met to one grain. Raises DustError for a size without room, too many
+    grains, or a packing that is not found.
+    """
+    grain = 4 / 3 * math.pi * radius**3
+    if spec.grains is not None:
+        count = spec.grains
+        period = np.full(3, (count * grain / spec.filling_factor) ** (1 / 3))
+    else:
+        period = np.array(spec.size)
+        cut.check_room(period, radius)
+        count = spec.filling_factor * float(period.prod()) / grain
+    if count > MOST_GRAINS:
+        raise DustError(
+            f"sample: the packing would have {count:.1e} grains; allowed: {MOST_GRAINS:.0e}."
+        )
+    count = max(1, int(count + 1e-9))
+    if period.min() < 4 * radius:
+        raise DustError(
+            f"sample: the periodic cell, {cut.in_um(period)}, is narrower than two grains; "
+            "allowed: more grains or a larger size."
+        )
+    rng = np.random.Generator(np.random.PCG64(spec.seed))
+    overlap = 2 * radius - equilibrium_distance
+    positions = _pushed_apart(
+        rng.random((count, 3)) * period, period, equilibrium_distance, MARGIN * overlap, spec
+    )
+    sample = Sample.at_rest(positions)
+    sample.info.update(
+        kind="random_packing",
+        seed=int(spec.seed),
+        grains=count,
+        equilibrium_distance=float(equilibrium_distance),
+        closest=_closest(positions, period),
+        period=period.tolist(),
+    )
+    return sample
+
+
+def _pushed_apart(points, period, distance: float, margin: float, spec) -> np.ndarray:
+    """Points (N, 3) moved until none of them is closer than distance to another or its images."""
+    reach = distance + margin
+    x = points / reach  # lengths of order one, for the minimiser
+    box = period / reach
+    for _ in range(MOST_ROUNDS):
+        if _closest(x, box) * reach >= distance:
+            return np.mod(x, box) * reach
+        found = minimize(
+            _energy,
+            x.reshape(-1),
+            args=(box,),
+            jac=True,
+            method="L-BFGS-B",
+            options={"maxfun": ROUND, "maxiter": ROUND, "ftol": 0.0, "gtol": 0.0, "maxcor": 20},
+        )
+        x = np.mod(found.x.reshape(-1, 3), box)
+    raise DustError(
+        f"sample.filling_factor = {spec.filling_factor:g}: no packing without overlaps was found "
+        f"with seed {spec.seed}; try a lower filling factor, more grains, or another seed."
+    )
+
+
+def _energy(flat, box):
+    """Sum of (1 - |x_i - x_j|)^2 / 2 over pairs closer than 1, and its gradient."""
+    x = np.mod(flat.reshape(-1, 3), box)
+    i, j = _tree(x, box).query_pairs(1.0, output_type="ndarray").T
+    apart = x[i] - x[j]
+    apart -= box * np.round(apart / box)
+    length = np.sqrt((apart**2).sum(axis=1))
+    overlap = 1.0 - length
+    push = (overlap / np.maximum(length, 1e-12))[:, None] * apart
+    n = len(x)
+    gradient = np.column_stack(
+        [np.bincount(j, push[:, k], n) - np.bincount(i, push[:, k], n) for k in range(3)]
+    )
+    return 0.5 * float((overlap**2).sum()), gradient.reshape(-1)
+
+
+def _tree(x, box) -> cKDTree:
+    # A coordinate that rounding put on the far face belongs on the near one.
+    return cKDTree(np.where(x >= box, 0.0, x), boxsize=box)
+
+
+def _closest(x, box) -> float:
+    """Smallest distance of two points, images included; inf for one point."""
+    if len(x) < 2:
+        return math.inf
+    x = np.mod(x, box)
+    return float(_tree(x, box).query(x, k=2)[0][:, 1].min())

@@ -1,0 +1,65 @@
+"""Grains of a sample looked at by brute force: what the tests of samples share."""
+
+import numpy as np
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial.distance import pdist, squareform
+
+from dusttaichi.physics.constants import pair_constants
+from dusttaichi.scene import Scene
+
+R = 0.6e-6
+
+
+def scene(**sample):
+    """A scene of S12's silicate with this sample block and nothing around it."""
+    return Scene.from_dict(
+        {
+            "name": "grains",
+            "material": "silicate_s12",
+            "sample": sample,
+            "boundary": {"kind": "open"},
+            "stop": {"steps": 1},
+        }
+    )
+
+
+def _equilibrium_distance():
+    built = scene(kind="chain", grains=1)
+    return 2 * R - pair_constants(built.material, built.interaction).delta0
+
+
+D = _equilibrium_distance()
+# Positions are sums of a few numbers of up to 100 D and are turned some ten times; each operation
+# rounds by 1e-16 of that. Still 1e-7 of the overlap at equilibrium.
+ROUNDING = 1e-11 * D
+
+
+def distances(positions):
+    """Of every pair, (N, N), infinite on the diagonal."""
+    apart = squareform(pdist(positions))
+    np.fill_diagonal(apart, np.inf)
+    return apart
+
+
+def pieces(positions, touch=D + ROUNDING):
+    return connected_components(distances(positions) <= touch, directed=False)[0]
+
+
+def periodic_distances(positions, period):
+    apart = positions[:, None] - positions
+    apart -= period * np.round(apart / period)
+    apart = np.sqrt((apart**2).sum(axis=2))
+    np.fill_diagonal(apart, np.inf)
+    return apart
+
+
+def refused(**sample):
+    """The text of the error that a sample block is refused with, when read or when made."""
+    from dusttaichi.errors import DustError
+    from dusttaichi.samples import make
+
+    try:
+        make(scene(**sample))
+    except DustError as error:
+        return str(error)
+    raise AssertionError(f"{sample} was accepted")

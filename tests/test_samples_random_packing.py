@@ -1,0 +1,74 @@
+"""Random packings: no overlap beyond that of a contact at rest, at the filling factor asked for."""
+
+import numpy as np
+import pytest
+from bodies import D, R, periodic_distances, refused, scene
+
+from dusttaichi.samples import make
+
+GRAIN = 4 / 3 * np.pi * R**3
+OVERLAP = 2 * R - D
+
+
+def packing(**keys):
+    return make(scene(kind="random_packing", **keys))
+
+
+@pytest.mark.parametrize("grains, filling", [(1, 0.05), (300, 0.1), (400, 0.6), (100, 0.61)])
+def test_no_overlap_beyond_equilibrium_with_images(grains, filling):
+    sample = packing(grains=grains, filling_factor=filling)
+    info, x = sample.info, sample.positions
+    period = np.array(info["period"])
+    assert len(x) == info["grains"] == grains
+    assert ((x >= 0) & (x < period)).all()
+    # Distances across the period carry the rounding of the cell's edge.
+    apart = periodic_distances(x, period)
+    assert apart.min() >= D - 1e-14 * period.max()
+    assert info["closest"] == pytest.approx(apart.min(), rel=1e-12)
+    assert info["filling_factor"] == pytest.approx(filling, rel=1e-12)
+    assert not sample.velocities.any() and not sample.spins.any()
+
+
+def test_dense_packing_is_in_contact_and_random():
+    sample = packing(grains=300, filling_factor=0.61, seed=2)
+    period = np.array(sample.info["period"])
+    apart = periodic_distances(sample.positions, period)
+    # Those pushed stay within 2 % of delta0 of equilibrium. At random close packing there would
+    # be 6 a grain; somewhat below it, where the last overlaps vanish, there are less.
+    contacts = np.count_nonzero(apart <= D + 0.03 * OVERLAP, axis=1).mean()
+    assert 2.5 < contacts < 6.5
+    # No crystal: fcc would have nothing between D and 1.41 D, a random packing has a third there.
+    between = np.count_nonzero((apart > 1.1 * D) & (apart < 1.35 * D), axis=1).mean()
+    assert between > 2
+
+
+def test_size_is_the_cell():
+    sample = packing(size=["10 um", "12 um", "8 um"], filling_factor=0.5)
+    period = np.array(sample.info["period"])
+    np.testing.assert_allclose(period, [10e-6, 12e-6, 8e-6], rtol=1e-15)
+    # Met to one grain.
+    assert 0 <= 0.5 - sample.info["filling_factor"] < GRAIN / period.prod()
+    assert periodic_distances(sample.positions, period).min() >= D - 1e-14 * period.max()
+
+
+def test_same_seed_same_bits():
+    first, again, other = (packing(grains=100, seed=seed) for seed in (3, 3, 4))
+    assert first.positions.tobytes() == again.positions.tobytes()
+    assert first.info == again.info and first.info["seed"] == 3
+    assert first.positions.tobytes() != other.positions.tobytes()
+
+
+@pytest.mark.parametrize(
+    "keys, words",
+    [
+        ({}, "exactly one of grains and size is needed"),
+        ({"grains": 9, "size": ["9 um"] * 3}, "exactly one of grains and size"),
+        ({"grains": 9, "filling_factor": 0.7}, "a number above 0 and at most 0.62 is needed"),
+        ({"grains": 9, "filling_factor": 0}, "a number above 0 and at most 0.62"),
+        ({"grains": 2}, "narrower than two grains"),
+        ({"size": ["1 um"] * 3}, "no room for a grain"),
+        ({"grains": 10**7}, "allowed: 2e+05"),
+    ],
+)
+def test_refused(keys, words):
+    assert words in refused(kind="random_packing", **keys)
