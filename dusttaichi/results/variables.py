@@ -7,7 +7,8 @@ import numpy as np
 WALLS = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
 SPRINGS = ("normal", "rolling", "sliding", "twisting")
 CHANNELS = ("forming", "breaking", "damping", "rolling", "sliding", "twisting")
-LABELS = {"wall": WALLS, "spring": SPRINGS, "channel": CHANNELS, "xyz": ("x", "y", "z")}
+LABELS = {"wall": WALLS, "spring": SPRINGS, "channel": CHANNELS, "xyz": ("x", "y", "z"),
+          "axis": ("x", "y", "z")}  # fmt: skip
 RECORDS = {  # group -> the dimension that grows
     "series": "time",
     "profiles": "profile",
@@ -49,13 +50,24 @@ _TABLE = {
     "series": [
         ("time", "time", "s", "simulated time", "", ""),
         ("step", "time", "1", "time steps done", "", ""),
+        ("stage", "time", "1", "number of the stage, from 0", "", "stages"),
         ("height", "time", "m", "top wall above bottom wall", _S12, "height"),
+        ("box_length", "time xyz", "m", "edges of the cell; not a number along an open axis", "",
+         "cell"),
         ("filling_factor", "time", "1", "volume of the grains over volume of the box",
          "S12 eq 28", "volume"),
         ("pressure", "time wall", "Pa", "pressure on the wall, positive in compression, "
          "average since the last entry or over the stated window", _S12, "walls"),
         ("wall_force", "time wall xyz", "N", "force of the wall on the grains, average as for "
          "pressure", _S12, "walls"),
+        ("projected_area", "time", "m^2", "area of the union of the grains' shadows on the plate",
+         _PHYS, "plates"),
+        ("inner_filling_factor", "time", "1", "filling factor of the inner cylinder",
+         "PD08 section 3.1", "plates"),
+        ("outside_count", "time", "1", "grains whose centre has left the initial footprint", "",
+         "plates"),
+        ("stress", "time xyz axis", "Pa", "virial stress, positive in tension, average since the "
+         "last entry", "T19 eq 23", "stress"),
         ("coordination_number", "time", "1", "mean number of grains that a grain touches", "", ""),
         ("contact_count", "time", "1", "contacts between grains", "", ""),
         ("wall_contact_count", "time", "1", "contacts of grains with walls", "", "walls"),
@@ -71,6 +83,8 @@ _TABLE = {
          _PHYS, "walls"),
         ("wall_work", "time", "J", "work of the walls on the grains since the start",
          _PHYS, "walls"),
+        ("face_work", "time", "J", "work of moving periodic faces on the grains since the start",
+         _PHYS, "cell"),
         ("energy_residual", "time", "J", "total energy less that at the start, less work, plus "
          "losses (0 if the ledger closes)", _PHYS, ""),
         ("energy_residual_relative", "time", "1", "energy_residual over the energy that has gone "
@@ -102,7 +116,7 @@ _TABLE = {
         ("velocity", "snapshot grain xyz", "m/s", "velocity of the grain", "", "snapshots"),
         ("spin", "snapshot grain xyz", "rad/s", "angular velocity of the grain", "", "snapshots"),
         ("box", "snapshot wall", "m", "coordinate of the wall along its normal; not a number "
-         "for a wall left out", "", "walls snapshots"),
+         "for a wall left out", "", "bounds snapshots"),
         ("contact_count", "snapshot", "1", "rows of /contacts that belong to the snapshot", "",
          "snapshots contacts"),
         ("wall_contact_count", "snapshot", "1", "rows of /wall_contacts that belong to the "
@@ -138,7 +152,8 @@ _TABLE = {
     ],
 }  # fmt: skip
 _INTEGERS = {
-    "step": "i8", "contact_count": "i8", "wall_contact_count": "i8",
+    "step": "i8", "contact_count": "i8", "wall_contact_count": "i8", "outside_count": "i8",
+    "stage": "i4",
     "grain_i": "i4", "grain_j": "i4", "grain": "i4", "wall": "i4",
 }  # fmt: skip
 VARIABLES = {
@@ -156,9 +171,13 @@ def select(features):
     """Keys of the variables that a scene with these `features` has, in the table's order.
 
     Features: "walls" (any wall), "height" (top and bottom wall), "volume" (all six walls),
-    "profiles", "snapshots", "contacts" (kept with the snapshots).
+    "profiles", "snapshots", "contacts" (kept with the snapshots), "cell" (periodic), "stress",
+    "plates", "stages".
     """
-    return [key for key, v in VARIABLES.items() if v.needs <= set(features)]
+    features = set(features)
+    if features & {"walls", "cell"}:
+        features.add("bounds")
+    return [key for key, v in VARIABLES.items() if v.needs <= features]
 
 
 def reference_energy(work, kinetic_start, potential_start, losses):
