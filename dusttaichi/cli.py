@@ -79,7 +79,7 @@ def run(
 
 def _print_summary(summary, rows):
     table = Table(title=summary["name"], title_justify="left", box=None, pad_edge=False)
-    for heading in (" ", "run", "laboratory"):
+    for heading in (" ", "run", "literature"):
         table.add_column(heading, no_wrap=True)
     for row in rows(summary):
         table.add_row(*row)
@@ -153,35 +153,44 @@ def plot(
         Path | None, typer.Option("--output", "-o", help="directory of the figures")
     ] = None,
 ):
-    """Figures of a run: compression curve, profile, energy ledger. Several runs: one curve plot."""
+    """Figures of a run: curves, stress, profile, energy. Several runs: their curves in one."""
     from dusttaichi import analysis, plots
 
     results = [analysis.open_run(path) for path in runs]
     if len(results) == 1:
         folder = output or (runs[0] if runs[0].is_dir() else runs[0].parent)
-        folder.mkdir(parents=True, exist_ok=True)
         paths = plots.save_all(results[0], folder)
     else:
-        folder = output or Path(".")
-        folder.mkdir(parents=True, exist_ok=True)
-        paths = [folder / "compression.png"]
-        plots.compression(results, [r.name for r in results]).savefig(paths[0])
+        paths = plots.save_together(results, output or Path("."))
     for path in paths:
         console.print(f"wrote {path}")
 
 
-COLUMNS = (
-    ("run", "name", "{}"),
-    ("grains", "grains", "{:,}"),
-    ("p_m kPa", "p_m", "{:.1f}"),
-    ("Delta", "delta", "{:.2f}"),
-    ("rms", "rms", "{:.3f}"),
-    ("mean", "rms_mean", "{:+.3f}"),
-    ("covered", "rms_covered", "{:.2f}"),
-    ("contacts/grain at 0.3", "contacts_per_grain_at_0.3", "{:.2f}"),
-    ("at 0.45", "contacts_per_grain_at_0.45", "{:.2f}"),
-    ("ledger", "ledger_worst", "{:.0e}"),
+COLUMNS = (  # heading, key of analysis.compare, shown as, unit; only what the runs have
+    ("run", "name", "{}", 1),
+    ("grains", "grains", "{:,}", 1),
+    ("p_m kPa", "p_m", "{:.1f}", 1e3),
+    ("Delta", "delta", "{:.2f}", 1),
+    ("rms", "rms", "{:.3f}", 1),
+    ("mean", "rms_mean", "{:+.3f}", 1),
+    ("covered", "rms_covered", "{:.2f}", 1),
+    ("contacts/grain at 0.3", "contacts_per_grain_at_0.3", "{:.2f}", 1),
+    ("at 0.45", "contacts_per_grain_at_0.45", "{:.2f}", 1),
+    ("phi_init", "phi_init", "{:.3g}", 1),
+    ("strength kPa", "strength", "{:.3g}", 1e3),
+    ("sigma", "strength_sigma", "{:.2g}", 1e3),
+    ("at phi", "strength_phi", "{:.3g}", 1),
+    ("T19 eq 33", "strength_law", "{:.3g}", 1e3),
+    ("past it", "strength_passed", "{!s}", 1),
+    ("P/(E_roll/r^3 phi^3)", "ratio", "{:.2f}", 1),
+    ("ledger", "ledger_worst", "{:.0e}", 1),
 )
+
+
+def _cell(value, text, unit):
+    if value is None:
+        return "-"
+    return text.format(value if unit == 1 else value / unit)
 
 
 @app.command()
@@ -191,18 +200,16 @@ def compare(
         Path | None, typer.Option("--output", "-o", help="CSV file of all numbers")
     ] = None,
 ):
-    """Compression runs side by side: fit, distance from S12 eq 31, contacts a grain, ledger."""
+    """Runs side by side: fit and distance from the law, tensile strength, contacts, ledger."""
     from dusttaichi import analysis
 
     rows = analysis.compare([analysis.open_run(path) for path in runs])
     table = Table(box=None, pad_edge=False)
-    for heading, _, _ in COLUMNS:
+    shown = [column for column in COLUMNS if column[1] in rows[0]]
+    for heading, *_ in shown:
         table.add_column(heading, justify="left" if heading == "run" else "right")
     for row in rows:
-        scaled = row | {"p_m": None if row["p_m"] is None else row["p_m"] / 1e3}
-        table.add_row(
-            *("-" if scaled[key] is None else text.format(scaled[key]) for _, key, text in COLUMNS)
-        )
+        table.add_row(*(_cell(row[key], text, unit) for _, key, text, unit in shown))
     console.print(table)
     if output is not None:
         analysis.to_csv(rows, output)

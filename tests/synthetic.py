@@ -1,38 +1,48 @@
-"""Result files of compression runs that never took place: a known law, a ledger that closes."""
+"""Result files of runs that never took place: a known law, a ledger that closes."""
 
 import numpy as np
 
-from dusttaichi.physics.laws import S12_STATIC
-from dusttaichi.results import Writer, provenance, select
+from dusttaichi.physics import laws
+from dusttaichi.physics.laws import S12_STATIC, UNIDIRECTIONAL
+from dusttaichi.results import VARIABLES, Writer, provenance, select
+from dusttaichi.results.variables import LABELS
+from dusttaichi.scene.material import NAMED, Material
 
 RADIUS = 0.6e-6
 SHARES = np.array([0.22, 0.17, 0.11, 0.37, 0.1, 0.03])  # of the losses, by channel
-FEATURES = {"walls", "height", "volume", "profiles", "snapshots", "contacts"}
+BOX = {"walls", "height", "volume", "profiles", "snapshots", "contacts"}
+PLATES = {"walls", "height", "volume", "plates"}
+CELL = {"cell", "stress", "volume", "stages", "snapshots"}
+FEATURES = BOX | PLATES | CELL  # no scene has them all
+ICE = Material(**NAMED["ice_t19"])
 
 
-def writer(path, grains=50, bins=20, features=FEATURES, **options):
-    """An empty result file for `grains` grains."""
+def writer(path, grains=50, bins=20, features=FEATURES, scene="name: test\n", attrs=(),
+           radius=RADIUS, **options):  # fmt: skip
+    """An empty result file for `grains` grains. attrs: further global attributes (dict)."""
     lower = np.arange(bins) * 2 * RADIUS
     coords = {
-        "snapshots/radius": np.full(grains, RADIUS),
+        "snapshots/radius": np.full(grains, radius),
         "profiles/bin_lower": lower,
         "profiles/bin_height": lower + RADIUS,
         "profiles/bin_upper": lower + 2 * RADIUS,
     }
-    attrs = provenance(
-        "name: test\n", "name: test\n", title="test", seed=1, backend="cpu", precision="f64"
-    )
+    known = provenance(scene, scene, title="test", seed=1, backend="cpu", precision="f64")
     return Writer.create(
-        path, select(features), {"grain": grains, "bin": bins}, coords, attrs, **options
+        path,
+        select(features),
+        {"grain": grains, "bin": bins},
+        coords,
+        known | dict(attrs),
+        **options,
     )
 
 
 def series_record(step, features=FEATURES):
     """A record of the time series with numbers that tell the step."""
-    shapes = {"pressure": 6, "wall_force": (6, 3), "potential": 4, "potential_wall": 4,
-              "loss": 6, "loss_wall": 6}  # fmt: skip
     keys = [k for k in select(features) if "/" not in k]
-    return {k: np.full(shapes[k], float(step)) if k in shapes else step for k in keys}
+    shapes = {k: tuple(len(LABELS[d]) for d in VARIABLES[k].dims[1:]) for k in keys}
+    return {k: np.full(shapes[k], float(step)) if shapes[k] else step for k in keys}
 
 
 def snapshot_records(step, grains, rows, wall_rows=2):
@@ -81,7 +91,7 @@ def compression_run(path, law=S12_STATIC, noise=0.1, points=200, seed=1, grains=
         phi, height, pressure, area, grains, contacts
     )
     bins = int(np.ceil(height[0] / (2 * RADIUS)))
-    with writer(path, grains, bins) as result:
+    with writer(path, grains, bins, BOX) as result:
         for i in range(points):
             walls = np.full(6, 0.6 * pressure[i])
             walls[5] = pressure[i]
@@ -116,3 +126,132 @@ def _profile(i, phi, height, bins, rng):
         "profile_time": i * 1e-6, "step": i * 1000, "height": height, "box_filling_factor": phi,
         "filling_factor": np.where(np.arange(bins) * 2 * RADIUS < height, values, np.nan),
     }  # fmt: skip
+
+
+SHAPE = 2.0
+"""Of the stress of `stretched_stress`: its maximum is where the filling factor has halved."""
+
+
+def stretched_stress(phi, phi_init, strength):
+    """Stress [Pa] at `phi`: 0 at phi_init, `strength` at phi_init / 2, falling beyond."""
+    rise = np.log(phi_init / phi) / np.log(2.0)
+    return strength * (rise * np.exp(1.0 - rise)) ** SHAPE
+
+
+def cell_scene(material="ice_t19"):
+    """Resolved scene of a cell that is pressed and then stretched (T19)."""
+    numbers = "".join(f"  {key}: {value}\n" for key, value in NAMED[material].items())
+    return (
+        f"name: test\nmaterial:\n  name: {material}\n{numbers}"
+        "boundary: {kind: periodic, axes: [x, y, z]}\n"
+        "stages:\n"
+        "- {name: press, drive: {compression_rate: 3e-7}}\n"
+        "- {name: stretch, drive: {face_speed: 10 cm/s}}\n"
+    )
+
+
+def cell_run(path, phi_init=0.1, noise=0.05, points=400, seed=1, strength=None, last=0.03,
+             ratio=1.3, grains=300, stages=("press", "stretch")):  # fmt: skip
+    """A periodic cell of ice pressed from all sides to phi_init, then stretched along x to `last`.
+
+    Pressed along `ratio` times T19 eq 9 from phi_init / 10 on; stretched along `stretched_stress`,
+    by default with the strength of T19 eq 33; noise: of a record of the stress, as a share of the
+    largest, in each of the two. stages: those written ("stretch" alone is a run without stages).
+    """
+    rng = np.random.default_rng(seed)
+    law = (ICE.surface_energy, ICE.radius, ICE.critical_rolling)
+    strength = laws.tensile_strength(phi_init, *law[:2]) if strength is None else strength
+    volume = grains * 4 / 3 * np.pi * ICE.radius**3
+    edge = (volume / phi_init) ** (1 / 3)
+    phi, sizes, stress, stage = [], [], [], []
+    if "press" in stages:
+        pressed = np.geomspace(0.1 * phi_init, phi_init, points)
+        phi.append(pressed)
+        sizes.append(np.repeat(((volume / pressed) ** (1 / 3))[:, None], 3, axis=1))
+        halfway = 0.5 * (pressed + np.concatenate([pressed[:1], pressed[:-1]]))
+        size = laws.isotropic_pressure(halfway, *law)
+        size = ratio * size * 10 ** (noise * rng.standard_normal(points))
+        stress.append(-size[:, None, None] * np.eye(3))
+        stage.append(np.zeros(points, dtype=int))
+    if "stretch" in stages:
+        length = edge * np.linspace(1.0, phi_init / last, points + 1)[1 if phi else 0 :]
+        fallen = phi_init * edge / length
+        halfway = 0.5 * (fallen + np.concatenate([[phi_init], fallen[:-1]]))
+        pull = np.zeros((len(length), 3, 3))
+        pull[:, 0, 0] = stretched_stress(halfway, phi_init, strength)
+        pull += noise * strength * rng.standard_normal(pull.shape)
+        phi.append(fallen)
+        sizes.append(np.stack([length, np.full_like(length, edge), np.full_like(length, edge)], 1))
+        stress.append(pull)
+        stage.append(np.full(len(length), len(phi) - 1))
+    staged = len(stages) > 1
+    phi, sizes, stress, stage = (np.concatenate(a) for a in (phi, sizes, stress, stage))
+    features = CELL if staged else CELL - {"stages"}
+    attrs = {"periodic_axes": "x y z", "grains": grains}
+    attrs |= {"stages": " ".join(stages)} if staged else {}
+    cube = sizes.prod(axis=1)
+    contacts = laws.coordination_number(phi) / 2 * grains
+    work = np.concatenate([[0], np.cumsum(np.abs(np.diff(np.log(cube))) * cube[1:] *
+                                          np.abs(stress[1:, 0, 0]))])  # fmt: skip
+    lost = 0.9 * np.maximum.accumulate(work)
+    with writer(path, grains, 1, features, cell_scene(), attrs, ICE.radius) as result:
+        for i in range(len(phi)):
+            record = {
+                "time": i * 1e-7, "step": i * 1000, "stage": stage[i], "box_length": sizes[i],
+                "filling_factor": phi[i], "stress": stress[i],
+                "coordination_number": 2 * contacts[i] / grains,
+                "contact_count": int(contacts[i]), "kinetic_translation": 1e-20,
+                "kinetic_rotation": 1e-20, "potential": 0.1 * work[i] * np.eye(4)[1],
+                "loss": lost[i] * SHARES, "face_work": work[i], "energy_residual": 0.0,
+                "energy_residual_relative": 0.0, "largest_overlap": 1e-10, "largest_speed": 0.05,
+                "wall_clock": 0.1 * i,
+            }  # fmt: skip
+            if not staged:
+                del record["stage"]
+            result.append("series", record)
+        shape = rng.random((grains, 3))
+        begin = points - 1 if staged else 0
+        for i in np.unique([0, *np.linspace(begin, len(phi) - 1, 4).astype(int)]):
+            low, high = -0.5 * sizes[i], 0.5 * sizes[i]
+            result.append("snapshots", {
+                "snapshot_time": i * 1e-7, "step": i * 1000, "position": low + shape * sizes[i],
+                "velocity": np.zeros((grains, 3)), "spin": np.zeros((grains, 3)),
+                "box": np.stack([low, high], axis=1).ravel(),
+            })  # fmt: skip
+        result.set_status("finished: filling factor reached")
+    return path
+
+
+def plates_run(path, law=UNIDIRECTIONAL, noise=0.05, points=200, pull=None, grains=291):
+    """A cake between plates, pressed along `law`; or pulled apart with the strength `pull` [Pa]."""
+    rng = np.random.default_rng(2)
+    area = np.pi * (6.6e-6) ** 2
+    if pull is None:
+        phi = np.linspace(law.phi1 + 0.001, 0.325, points)
+        pressure = law.pressure(phi) * 10 ** (noise * rng.standard_normal(points))
+        shadow = area * np.linspace(1.0, 1.6, points)  # the cake spreads
+    else:
+        phi = 0.2 / np.linspace(1.0, 5.0, points)
+        halfway = 0.5 * (phi + np.concatenate([phi[:1], phi[:-1]]))
+        pressure = -stretched_stress(halfway, 0.2, pull) + noise * pull * rng.standard_normal(
+            points
+        )
+        shadow = np.full(points, area)
+    height = grains * 4 / 3 * np.pi * RADIUS**3 / (shadow * phi)
+    scene = "name: test\nmaterial: silica_pd08\nboundary: {kind: plates, wall_speed: 5 cm/s}\n"
+    zero = np.zeros(6)
+    with writer(path, grains, 1, PLATES, scene, {"grains": grains}) as result:
+        for i in range(points):
+            walls = np.array([np.nan] * 4 + [0.9 * pressure[i], pressure[i]])
+            result.append("series", {
+                "time": i * 1e-6, "step": i * 1000, "height": height[i], "filling_factor": phi[i],
+                "projected_area": shadow[i], "inner_filling_factor": 1.05 * phi[i],
+                "outside_count": i // 10, "pressure": walls, "wall_force": np.zeros((6, 3)),
+                "coordination_number": 2.5, "contact_count": grains, "wall_contact_count": 20,
+                "kinetic_translation": 1e-20, "kinetic_rotation": 0.0, "potential": np.zeros(4),
+                "potential_wall": np.zeros(4), "loss": i * 1e-18 * SHARES, "loss_wall": zero,
+                "wall_work": i * 1e-18, "energy_residual": 0.0, "energy_residual_relative": 0.0,
+                "largest_overlap": 1e-10, "largest_speed": 0.05, "wall_clock": 0.1 * i,
+            })  # fmt: skip
+        result.set_status("finished")
+    return path

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from dusttaichi.physics import laws
+from dusttaichi.scene.material import NAMED, Material
 
 ALL = [laws.S12_STATIC, laws.G09_OMNIDIRECTIONAL, laws.UNIDIRECTIONAL, laws.dynamic_law(2.0)]
 
@@ -50,3 +51,49 @@ def test_speed_laws():
     for law, speed in ((laws.p_m_slow, 1.1), (laws.p_m_fast, 0.9), (laws.delta_dynamic, 30)):
         with pytest.raises(ValueError, match="m/s"):
             law(speed)
+
+
+ICE, SILICATE = (Material(**NAMED[name]) for name in ("ice_t19", "silicate_s12"))
+
+
+def test_tensile_strength():
+    """T19 eq 33: 0.12 F_c/r^2 with the F_c of eq 3, and 6e5 Pa to the digit printed."""
+    F_c = 3 * np.pi * 0.1 * 0.05e-6
+    factor = laws.tensile_strength(1.0, ICE.surface_energy, ICE.radius)
+    assert factor == pytest.approx(0.12 * F_c / 1e-14, rel=1e-12)
+    assert factor == pytest.approx(6e5, rel=0.06)  # 0.12 and 6e5 are rounded, and C is +-8 %
+    phi = np.array([0.1, 0.2])
+    strength = laws.tensile_strength(phi, ICE.surface_energy, ICE.radius)
+    assert strength[1] / strength[0] == pytest.approx(2**1.8)
+    half = laws.tensile_strength(phi, 0.5 * ICE.surface_energy, 2 * ICE.radius)
+    np.testing.assert_allclose(half, strength / 4)
+    # section 4.3: 3 to 200 Pa at phi = 0.2 and 20 mJ/m^2 means radii of 220 to 3.3 um
+    for strength, radius in ((3.0, 220e-6), (200.0, 3.3e-6)):
+        assert laws.tensile_strength(0.2, 0.02, radius) == pytest.approx(strength, rel=0.08)
+
+
+def test_tensile_strength_of_the_laboratory():
+    assert laws.tensile_strength_laboratory(0.0) == pytest.approx(10**2.8)
+    assert np.log10(laws.tensile_strength_laboratory(0.5)) == pytest.approx(2.8 + 0.74)
+
+
+def test_isotropic_compression():
+    ice = (ICE.surface_energy, ICE.radius, ICE.critical_rolling)
+    assert laws.rolling_energy(*ice) == pytest.approx(4.7e-16, rel=0.01)  # T19 eq 1, as printed
+    assert laws.isotropic_pressure(0.1, *ice) == pytest.approx(4.7e5 * 1e-3, rel=0.01)
+    # sound speed of eq 10, sqrt(P/rho): 22 m/s phi
+    sound = np.sqrt(laws.isotropic_pressure(0.1, *ice) / (0.1 * ICE.density))
+    assert sound == pytest.approx(22 * 0.1, rel=0.02)
+    thin = np.array([1e-5, 1e-4])
+    # 1/0.74 beside 1/phi: 3 phi/0.74
+    np.testing.assert_allclose(laws.compressive_strength(thin, *ice),
+                               laws.isotropic_pressure(thin, *ice), rtol=5e-4)  # fmt: skip
+    assert np.all(np.isinf(laws.compressive_strength([0.74, 0.8], *ice)))
+    silicate = (SILICATE.surface_energy, SILICATE.radius, SILICATE.critical_rolling)
+    dense = laws.rolling_energy(*silicate) / SILICATE.radius**3 * (1 / 0.5 - 1 / 0.74) ** -3
+    assert laws.compressive_strength(0.5, *silicate) == pytest.approx(dense)
+
+
+def test_coordination_number():
+    assert laws.coordination_number(0.0) == 2
+    assert laws.coordination_number(0.5) == pytest.approx(2 + 9.38 * 0.5**1.62)

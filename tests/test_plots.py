@@ -49,6 +49,7 @@ def test_compression_shows_runs_and_laboratory(runs):
     curve = analysis.compression_curve(runs[0])
     line = next(line for line in axes.lines if line.get_label() == "slow")
     np.testing.assert_allclose(line.get_xdata(), curve.pressure / 1e3)
+    assert not any("unidirectional" in label for label in labels)
     with pytest.raises(DustError, match="labels"):
         plots.compression(runs, ["one"])
 

@@ -1,31 +1,42 @@
-"""Several compression runs side by side: distance from the laboratory, and what lies behind it."""
+"""Several runs side by side: distance from the laboratory, strength, and what lies behind it."""
 
 import csv
 
 import numpy as np
 
-from dusttaichi.analysis.compression import compression_curve
 from dusttaichi.analysis.summary import summary
 from dusttaichi.errors import DustError
 
 AT = (0.2, 0.3, 0.4, 0.45)  # filling factors at which pressure and contacts are told
 HALF_WIDTH = 0.006  # of filling factor, averaged over
+DRIVES = ("wall_speed", "face_speed", "strain_rate", "compression_rate")
 
 
 def compare(runs, at=AT):
-    """Rows (dicts) for runs of closed boxes, SI: scene (grains, damping, wall_speed, time_step),
-    p_m, delta and their sigma, rms and mean distance from S12 eq 31 with the share of 1-100 kPa
-    covered, pressure on the top wall, contacts a grain and kinetic energy a grain at the filling
-    factors `at` (NaN where not reached), worst ledger residual, steps, wall time, version.
+    """Rows (dicts) for runs that are compressed or stretched, SI, all with the same keys.
 
-    Raises DustError for a run without a compression curve.
+    Scene (grains, damping, modifiers, wall_speed, time_step, and the drive of every stage where
+    anything else than compression under a wall is among them). Where one of the runs is compressed
+    under a wall: p_m, delta and their sigma, rms and mean distance from the laboratory's law with
+    the share of 1-100 kPa covered, the pressure on the top wall, contacts a grain and kinetic
+    energy a grain at the filling factors `at`. Where one is stretched: strength, its sigma,
+    filling factor and strain there, phi_init, T19 eq 33 (`strength_law`), strength_passed. Where
+    one is pressed from all sides: ratio of the pressure to T19 eq 9 and its scatter.
+    Then worst ledger residual, steps, wall time, version. None or nan for what a run has not.
+
+    Raises DustError for a run that is neither compressed nor stretched.
     """
-    return [_row(run, at) for run in runs]
+    for run in runs:
+        if not (run.compresses or run.stretches or run.shrinks):
+            raise DustError(
+                f"{run.path} is neither compressed nor stretched: there is nothing to compare."
+            )
+    parts = [does for does in COLUMNS if any(getattr(run, does) for run in runs)]
+    return [_row(run, parts, at) for run in runs]
 
 
-def _row(run, at):
-    compression_curve(run)  # says what is missing where there is no curve
-    numbers, scene, series = summary(run), run.scene, run.series
+def _row(run, parts, at):
+    numbers, scene = summary(run), run.scene
     interaction = scene.get("interaction", {})
     row = {
         "name": run.name,
@@ -36,23 +47,58 @@ def _row(run, at):
         "wall_speed": str(scene.get("boundary", {}).get("wall_speed", "")),
         "time_step_ns": float(run.attrs.get("time_step", np.nan)) * 1e9,
     }
-    for key in ("p_m", "p_m_sigma", "delta", "delta_sigma", "rms", "rms_mean", "rms_covered"):
-        row[key] = numbers[key]
-    phi = series.filling_factor.to_numpy()
-    for value in at:
-        here = np.abs(phi - value) < HALF_WIDTH
-        for name, of in (
-            ("pressure_kpa", series.pressure.sel(wall="top").to_numpy() / 1e3),
-            ("contacts_per_grain", series.contact_count.to_numpy() / run.grains),
-            ("kinetic_fj_per_grain", series.kinetic_translation.to_numpy() / run.grains * 1e15),
-        ):
-            row[f"{name}_at_{value:g}"] = of[here].mean() if here.any() else np.nan
+    if parts != ["compresses"]:
+        row["drive"] = _drive(scene)
+    for part in parts:
+        row |= COLUMNS[part](run, numbers, at)
     row["ledger_worst"] = numbers["ledger_worst"]
     row["steps"] = numbers["steps"]
     row["wall_time"] = numbers["wall_time"]
     row["status"] = numbers["status"]
     row["version"] = run.attrs.get("git_commit", run.attrs.get("dusttaichi_version", ""))
     return row
+
+
+def _compression(run, numbers, at):
+    keys = ("p_m", "p_m_sigma", "delta", "delta_sigma", "rms", "rms_mean", "rms_covered")
+    row = {key: numbers[key] for key in keys}
+    series = run.part_that("compresses").series
+    for value in at:
+        here = np.zeros(0, dtype=bool)
+        if run.compresses:
+            here = np.abs(series.filling_factor.values - value) < HALF_WIDTH
+        for name, of in (
+            ("pressure_kpa", lambda: series.pressure.sel(wall="top").values / 1e3),
+            ("contacts_per_grain", lambda: series.contact_count.values / run.grains),
+            ("kinetic_fj_per_grain", lambda: series.kinetic_translation.values / run.grains * 1e15),
+        ):
+            row[f"{name}_at_{value:g}"] = of()[here].mean() if here.any() else np.nan
+    return row
+
+
+def _tension(run, numbers, at):
+    keys = ("strength", "strength_sigma", "strength_phi", "strength_strain", "phi_init",
+            "strength_law", "strength_passed")  # fmt: skip
+    return {key: numbers[key] for key in keys}
+
+
+def _isotropic(run, numbers, at):
+    return {key: numbers[key] for key in ("ratio", "ratio_scatter", "ratio_low", "ratio_high")}
+
+
+COLUMNS = {"compresses": _compression, "stretches": _tension, "shrinks": _isotropic}
+
+
+def _drive(scene):
+    """What moves and how fast, as the scene has it; of each stage where there are stages."""
+    stages = scene.get("stages") or [{"drive": scene.get("boundary", {})}]
+    texts = []
+    for stage in stages:
+        drive = stage.get("drive") or {}
+        moved = [f"{key} {drive[key]}" for key in DRIVES if drive.get(key) is not None]
+        name = f"{stage['name']}: " if "name" in stage else ""
+        texts.extend(f"{name}{text}" for text in moved)
+    return "; ".join(texts)
 
 
 def _modifier(effect):

@@ -45,27 +45,56 @@ class Curve:
         return rising + 1e-9 * np.arange(len(rising)), self.filling_factor
 
 
-def compression_curve(run, bin_width=BIN_WIDTH):
+def compression_curve(run, bin_width=BIN_WIDTH, stage=None, of="filling_factor"):
     """The Curve of a Run: bins `bin_width` wide in filling factor, in each the median pressure.
 
-    The median is that of P and of lg P alike, and single bursts do not move it. Raises DustError
-    where the run has no filling factor or no pressure on the top wall.
+    The median is that of P and of lg P alike, and single bursts do not move it. stage: name or
+    number (default: the first that compresses). of: `filling_factor`, or `inner_filling_factor`,
+    that of PD08's inner cylinder between plates. Raises DustError where the run has no such
+    filling factor or no pressure on the top wall.
     """
-    series = run.series
-    if "filling_factor" not in series or "pressure" not in series:
-        raise DustError(f"{run.path} has no compression curve: its scene is not a closed box.")
-    phi = series.filling_factor.values
+    series = run.part_that("compresses", stage).series
+    if of not in series or "pressure" not in series:
+        raise DustError(
+            f"{run.path} has no compression curve: it has no {of.replace('_', ' ')}, or no "
+            "pressure on the top wall."
+        )
+    phi = series[of].values
     pressure = series.pressure.sel(wall="top").values
     known = np.isfinite(phi) & np.isfinite(pressure)
     phi, pressure = phi[known], pressure[known]
-    numbers = np.floor(phi / bin_width + 1e-9).astype(int)
-    rows = []
-    for number in np.unique(numbers):
-        here = numbers == number
-        rows.append((phi[here].mean(), np.median(pressure[here]), here.sum()))
-    bins = np.array(rows).reshape(-1, 3)
-    bins = bins[bins[:, 1] > 0]
-    return Curve(bins[:, 0], bins[:, 1], bins[:, 2], phi, pressure, bin_width)
+    mean, median, count = binned(np.floor(phi / bin_width + 1e-9), phi, pressure)
+    up = median > 0
+    return Curve(mean[up], median[up], count[up], phi, pressure, bin_width)
+
+
+def binned(numbers, phi, values):
+    """Mean of phi, median of values and count in each bin, by growing bin number: (bins,) each.
+
+    numbers: of the bin of each point, (points,).
+    """
+    rows = [(phi[here].mean(), np.median(values[here]), here.sum())
+            for here in (numbers == number for number in np.unique(numbers))]  # fmt: skip
+    return np.array(rows).reshape(-1, 3).T
+
+
+def compression_law(run):
+    """The laboratory's law for the scene of a Run: between plates the cake spreads sideways."""
+    return laws.UNIDIRECTIONAL if run.boundary == "plates" else laws.S12_STATIC
+
+
+def onset(curve, rise=0.1):
+    """Pressure [Pa] at which a cake starts to yield (PD08 section 3.1), nan if it does not.
+
+    Where `Curve.monotone` crosses (1 + rise) times the filling factor of the curve's first point,
+    by linear interpolation of lg P in the filling factor.
+    """
+    decades, phi = curve.monotone()
+    start = curve.raw_filling_factor[0] if len(curve.raw_filling_factor) else np.nan
+    crossed = (1.0 + rise) * start
+    if not len(phi) or not phi[0] <= crossed <= phi[-1]:
+        return np.nan
+    return float(10 ** np.interp(crossed, phi, decades))
 
 
 @dataclass(frozen=True)
@@ -98,7 +127,7 @@ class Fit:
         return self.sigma["delta"]
 
 
-def _correlation_factor(residual):
+def correlation_factor(residual):
     """By how much neighbours that err alike widen an uncertainty: sqrt((1 + r)/(1 - r))."""
     centred = residual - residual.mean()
     scale = np.sum(centred**2)
@@ -111,7 +140,8 @@ def fit_compression(curve, phi1=0.15, phi2=0.58, free=(), p_low=0.0, p_high=np.i
     """Fit S12 eq 31 to the bins of a Curve between `p_low` and `p_high` [Pa]. Returns a Fit.
 
     Least squares in the filling factor, every bin alike; p_m (as lg p_m) and Delta are free,
-    phi1 and phi2 fixed as in S12 unless named in `free` ("phi1", "phi2"). The 1-sigma
+    phi1 and phi2 fixed as in S12 unless named in `free` ("phi1", "phi2"); between plates phi2 is
+    that of `laws.UNIDIRECTIONAL`. The 1-sigma
     uncertainties are those of the least squares with the scatter of the residuals, times
     sqrt((1 + r)/(1 - r)) where r > 0 is the correlation of neighbouring residuals: a curve that
     departs from the form of the law gets a wider uncertainty. They do not cover what another
@@ -145,7 +175,7 @@ def fit_compression(curve, phi1=0.15, phi2=0.58, free=(), p_low=0.0, p_high=np.i
     except (RuntimeError, ValueError) as error:
         raise DustError(f"No fit of S12 eq 31 to the compression curve: {error}.") from error
     residual = phi - model(decades, *best)
-    sigma = np.sqrt(np.diag(covariance)) * _correlation_factor(residual)
+    sigma = np.sqrt(np.diag(covariance)) * correlation_factor(residual)
     numbers = values(best)
     widths = {"phi1": 0.0, "phi2": 0.0} | dict(zip(names, sigma, strict=True))
     numbers["p_m"] = 10 ** numbers["p_m"]

@@ -12,9 +12,10 @@ class Ledger:
     """Energies over time [J], each (times,), unless said otherwise.
 
     losses: channel -> cumulative loss in contacts of grains and of walls together.
-    work: of the walls, 0 without walls. stored: kinetic and potential energy less their start.
-    residual: stored - work + losses, as the run wrote it. reference: the energy that has gone
-    through the system, |work| + initial kinetic + |initial potential| + losses.
+    work: of the walls and of the periodic faces, 0 without them. stored: kinetic and potential
+    energy less their start. residual: stored - work + losses, as the run wrote it. reference: the
+    energy that has gone through the system, |work| + initial kinetic + |initial potential| +
+    losses.
     relative: residual over reference (0 where both are 0). worst: its largest absolute value, at
     `worst_time` [s]. shares: channel -> share of all losses at the end (0 where nothing is lost).
     """
@@ -31,20 +32,25 @@ class Ledger:
     shares: dict
 
 
+def losses_by_channel(series):
+    """Channel -> energy lost since the start [J], (times,), in contacts of grains and walls."""
+    loss = series.loss + (series.loss_wall if "loss_wall" in series else 0.0)
+    return {str(c): loss.sel(channel=c).values for c in series.channel.values}
+
+
 def ledger(run):
-    """The Ledger of a Run."""
-    series = run.series
+    """The Ledger of a Run, from its start, over all its stages."""
+    series = run.whole.series
     zero = np.zeros(len(series.time))
 
     def total(name, over):
         return series[name].sum(over).values if name in series else zero
 
-    loss = series.loss + (series.loss_wall if "loss_wall" in series else 0.0)
-    losses = {str(c): loss.sel(channel=c).values for c in series.channel.values}
+    losses = losses_by_channel(series)
     lost = sum(losses.values(), zero)
     kinetic = (series.kinetic_translation + series.kinetic_rotation).values
     potential = total("potential", "spring") + total("potential_wall", "spring")
-    work = series.wall_work.values if "wall_work" in series else zero
+    work = sum((series[n].values for n in ("wall_work", "face_work") if n in series), zero)
     energy, residual = kinetic + potential, series.energy_residual.values
     if not len(zero):
         return Ledger(series.time.values, losses, work, zero, residual, zero, zero, 0.0, 0.0,

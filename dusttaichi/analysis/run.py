@@ -1,5 +1,6 @@
-"""One run as its result file has it."""
+"""One run as its result file has it, and its stages."""
 
+import copy
 from pathlib import Path
 
 import numpy as np
@@ -7,33 +8,26 @@ import xarray as xr
 import yaml
 
 from dusttaichi.errors import DustError
+from dusttaichi.results import WALLS
+from dusttaichi.scene.material import Material
+
+LEAST_CHANGE = 1e-3
+"""Relative change of the filling factor from which a run counts as compressed or stretched."""
 
 
 class Run:
-    """A result file, open for reading. Close it, or use it as a context manager.
+    """A result file, open for reading, or one stage of it (`stage`). Use `open_run`.
 
     series, profiles: xr.Dataset in memory (profiles None where there are none).
     tree: xr.DataTree of the whole file, read when used. attrs: the global attributes.
+    whole: the run that a stage belongs to; a run itself. Close it, or use it as a context manager.
     """
 
-    def __init__(self, path):
-        self.path = Path(path)
-        try:
-            self.tree = xr.open_datatree(self.path, engine="netcdf4")
-            self.series = self.tree.to_dataset(inherit=False).load()
-            self.profiles = self._group("profiles")
-        except (OSError, RuntimeError, ValueError, KeyError) as error:
-            raise DustError(f"{self.path} cannot be read as a result: {error}.") from error
-        if "time" not in self.series or "step" not in self.series:
-            self.close()
-            raise DustError(f"{self.path} is not a result of dusttaichi: it has no time series.")
-        self.attrs = dict(self.series.attrs)
-
-    def _group(self, name):
-        if name not in self.tree.children:
-            return None
-        group = self.tree[name].to_dataset(inherit=False).load()
-        return group if group.sizes.get("profile", 0) else None
+    def __init__(self, path, series, profiles=None, tree=None):
+        self.path, self.series, self.profiles, self.tree = Path(path), series, profiles, tree
+        self.attrs = dict(series.attrs)
+        self.whole = self
+        self._before = None  # the record that a stage starts from
 
     @property
     def name(self):
@@ -51,36 +45,168 @@ class Run:
         return yaml.safe_load(self.attrs.get("scene_resolved", "")) or {}
 
     @property
+    def boundary(self):
+        """Kind of the scene's boundary: "box", "plates", "periodic", "open", "" if not known."""
+        return self.scene.get("boundary", {}).get("kind", "")
+
+    @property
+    def material(self):
+        """What the grains are made of (Material, SI), or None where the file does not tell."""
+        numbers = self.scene.get("material")
+        return None if numbers is None else Material.model_validate(numbers)
+
+    @property
     def grains(self):
         """Number of grains, or None where the file does not tell."""
         grains = self.attrs.get("grains")
         return None if grains is None else int(grains)
 
+    # Stages.
+
+    @property
+    def stages(self):
+        """Names of the stages of the scene, in order; () where it has none."""
+        return tuple(self.attrs.get("stages", "").split()) if "stage" in self.series else ()
+
+    def stage(self, which):
+        """The stage with this name or number (from 0) as a Run: its series, profiles, snapshots.
+
+        Its `start` is the last record of the stage before. Raises DustError for a stage that
+        there is not, or that has not begun.
+        """
+        names = self.whole.stages
+        if which not in names and which not in range(len(names)):
+            known = f"its stages are {', '.join(names)}" if names else "it has no stages"
+            raise DustError(f"{self.path} has no stage {which!r}: {known}.")
+        number = names.index(which) if which in names else which
+        series = self.whole.series
+        mine = np.flatnonzero(series.stage.values == number)
+        if not len(mine):
+            raise DustError(f"{self.path}: stage {names[number]} has not begun.")
+        view = copy.copy(self.whole)
+        view._before = series.isel(time=mine[0] - 1) if mine[0] else None
+        view.series = series.isel(time=mine)
+        if view.profiles is not None:
+            inside = view._holds(view.profiles.step.values)
+            view.profiles = view.profiles.isel(profile=inside) if inside.any() else None
+        return view
+
+    @property
+    def parts(self):
+        """The stages that have begun, or the run itself where it has none."""
+        if self.whole is not self or not self.stages:
+            return [self]
+        begun = set(self.series.stage.values.tolist())
+        return [self.stage(number) for number in range(len(self.stages)) if number in begun]
+
+    def part_that(self, does, stage=None):
+        """The stage asked for; without, the first that `does` ("compresses" ...), or the run."""
+        if stage is not None:
+            return self.stage(stage)
+        return next((part for part in self.parts if getattr(part, does)), self)
+
+    @property
+    def start(self):
+        """The record that all begins with: the last of the stage before, or the first."""
+        return self.series.isel(time=0) if self._before is None else self._before
+
+    def _holds(self, steps):
+        """Which of `steps` lie between the start and the last record, both included."""
+        if not len(self.series.time):
+            return np.zeros(len(steps), dtype=bool)
+        return (steps >= int(self.start.step)) & (steps <= int(self.series.step[-1]))
+
+    # What happens in it.
+
     @property
     def compresses(self):
-        """True where there is a filling factor that grew, and a pressure on the top wall."""
-        if not {"filling_factor", "pressure"} <= set(self.series) or len(self.series.time) < 2:
+        """True where a filling factor grows (in one of the stages) under a top wall's pressure."""
+        return self._does(lambda part: part._growth > LEAST_CHANGE and part._presses)
+
+    @property
+    def shrinks(self):
+        """True where a periodic cell shrinks along all three axes alike (in one of the stages)."""
+        return self._does(lambda part: part._growth > LEAST_CHANGE and part._evenly)
+
+    @property
+    def stretches(self):
+        """True where the filling factor falls (in a stage), and stress or pressure tell of it."""
+        return self._does(
+            lambda part: part._growth < -LEAST_CHANGE and (part._presses or "stress" in part.series)
+        )
+
+    def _does(self, what):
+        return any(what(part) for part in self.parts)
+
+    @property
+    def _growth(self):
+        """Relative growth of the filling factor from the start to the end."""
+        if "filling_factor" not in self.series or not len(self.series.time):
+            return 0.0
+        growth = float(self.series.filling_factor[-1] / self.start.filling_factor) - 1.0
+        return growth if np.isfinite(growth) else 0.0
+
+    @property
+    def _presses(self):
+        if "pressure" not in self.series:
             return False
-        phi = self.series.filling_factor.values
-        return bool(np.nanmax(phi) > 1.001 * phi[0])
+        return bool(np.isfinite(self.series.pressure.sel(wall="top")).any())
+
+    @property
+    def _evenly(self):
+        if not {"box_length", "stress"} <= set(self.series):
+            return False
+        ratio = (self.series.box_length[-1] / self.start.box_length).values
+        return bool(np.all(np.abs(ratio / ratio[0] - 1.0) < 0.01))  # not for nan either
+
+    # Snapshots.
+
+    @property
+    def snapshots(self):
+        """/snapshots as an xr.Dataset read when used, or None: position (snapshot, grain, xyz) ...
+
+        Of a stage those from its start to its end.
+        """
+        numbers = self._snapshot_numbers()
+        if not len(numbers):
+            return None
+        return self.tree["snapshots"].to_dataset().isel(snapshot=numbers)
+
+    def _snapshot_numbers(self):
+        if self.tree is None or "snapshots" not in self.tree.children:
+            return np.zeros(0, dtype=int)
+        steps = self.tree["snapshots"].step.values
+        return np.arange(len(steps)) if self.whole is self else np.flatnonzero(self._holds(steps))
+
+    def period(self, snapshot=-1):
+        """Edges of the cell in a snapshot [m], (3,), nan along an axis that is not periodic."""
+        axes = self.attrs.get("periodic_axes", "").split()
+        edges = np.full(3, np.nan)
+        for axis in axes:
+            low, high = WALLS[2 * "xyz".index(axis)], WALLS[2 * "xyz".index(axis) + 1]
+            box = self.snapshots.box.isel(snapshot=snapshot)
+            edges["xyz".index(axis)] = float(box.sel(wall=high) - box.sel(wall=low))
+        return edges
 
     def contacts(self, snapshot=-1, group="contacts"):
         """Rows of /contacts (or group="wall_contacts") of one snapshot, as an xr.Dataset.
 
         Raises DustError where the run kept none, IndexError for a snapshot that is not there.
         """
-        if group not in self.tree.children:
+        if self.tree is None or group not in self.tree.children:
             raise DustError(f"{self.path} holds no {group} (output: contacts: false, or no walls).")
+        number = self._snapshot_numbers()[snapshot]
         name = "contact_count" if group == "contacts" else "wall_contact_count"
-        ends = np.cumsum(self.tree["snapshots"][name].values)
-        end = int(ends[snapshot])
-        start = end - int(self.tree["snapshots"][name].values[snapshot])
+        counts = self.tree["snapshots"][name].values
+        end = int(np.sum(counts[: number + 1]))
         dim = "contact" if group == "contacts" else "wall_contact"
-        return self.tree[group].to_dataset().isel({dim: slice(start, end)}).load()
+        rows = slice(end - int(counts[number]), end)
+        return self.tree[group].to_dataset().isel({dim: rows}).load()
 
     def close(self):
         """Close the file. `series` and `profiles` stay usable."""
-        self.tree.close()
+        if self.tree is not None:
+            self.tree.close()
 
     def __enter__(self):
         return self
@@ -98,4 +224,16 @@ def open_run(path):
     file = path / "result.nc" if path.is_dir() else path
     if not file.exists():
         raise DustError(f"There is no result at {file}.")
-    return Run(file)
+    try:
+        tree = xr.open_datatree(file, engine="netcdf4")
+        series = tree.to_dataset(inherit=False).load()
+        profiles = None
+        if "profiles" in tree.children:
+            profiles = tree["profiles"].to_dataset(inherit=False).load()
+    except (OSError, RuntimeError, ValueError, KeyError) as error:
+        raise DustError(f"{file} cannot be read as a result: {error}.") from error
+    if "time" not in series or "step" not in series:
+        tree.close()
+        raise DustError(f"{file} is not a result of dusttaichi: it has no time series.")
+    written = profiles is not None and profiles.sizes.get("profile", 0)
+    return Run(file, series, profiles if written else None, tree)

@@ -1,12 +1,21 @@
 """The few numbers that tell how a run went, and the table that shows them."""
 
-from dusttaichi.analysis.compression import compression_curve, fit_compression, rms_from_law
+import numpy as np
+
+from dusttaichi.analysis.compression import (
+    compression_curve,
+    compression_law,
+    fit_compression,
+    onset,
+    rms_from_law,
+)
+from dusttaichi.analysis.isotropic import isotropic
 from dusttaichi.analysis.ledger import ledger
+from dusttaichi.analysis.tensile import tensile
 from dusttaichi.errors import DustError
-from dusttaichi.physics.laws import S12_STATIC
 
 
-def summary(run, law=S12_STATIC):
+def summary(run, law=None):
     """The numbers of a Run as a dict (SI units; None where the run does not have them).
 
     name, status, grains, contacts, contacts_per_grain, coordination_number, steps, time,
@@ -14,7 +23,11 @@ def summary(run, law=S12_STATIC):
     ledger_worst (relative), ledger_shares (channel -> share of the losses);
     p_m, p_m_sigma, delta, delta_sigma and law_p_m, law_delta, law_name beside them;
     rms, rms_mean (signed), rms_p_low, rms_p_high, rms_covered: distance from the law over
-    1-100 kPa, see `rms_from_law`; fit_problem: why there is no fit, or None.
+    1-100 kPa, see `rms_from_law`; fit_problem: why there is no fit, or None; onset between plates;
+    strength, strength_sigma, strength_phi, strength_strain, strength_passed, phi_init and
+    strength_law of a sample that is stretched, see `tensile`;
+    ratio, ratio_scatter, ratio_low, ratio_high of one pressed from all sides, see `isotropic`.
+    law: the CompressionLaw to compare with (default: `compression_law`, by the boundary).
     """
     series = run.series
     numbers = {"name": run.name, "status": run.status, "grains": run.grains}
@@ -39,12 +52,12 @@ def summary(run, law=S12_STATIC):
     }  # fmt: skip
     energies = ledger(run)
     numbers |= {"ledger_worst": energies.worst, "ledger_shares": energies.shares}
-    return numbers | _compression(run, law)
+    return numbers | _compression(run, law) | _tension(run) | _isotropic(run)
 
 
 _COMPRESSION = (
     "p_m", "p_m_sigma", "delta", "delta_sigma", "law_p_m", "law_delta", "law_name",
-    "rms", "rms_mean", "rms_p_low", "rms_p_high", "rms_covered", "fit_problem",
+    "rms", "rms_mean", "rms_p_low", "rms_p_high", "rms_covered", "fit_problem", "onset",
 )  # fmt: skip
 
 
@@ -52,15 +65,17 @@ def _compression(run, law):
     numbers = dict.fromkeys(_COMPRESSION)
     if not run.compresses:
         return numbers
+    law = compression_law(run) if law is None else law
     curve = compression_curve(run)
     deviation = rms_from_law(curve, law)
     numbers |= {
         "law_p_m": law.p_m, "law_delta": law.delta, "law_name": law.name,
         "rms": deviation.rms, "rms_mean": deviation.mean, "rms_p_low": deviation.p_low,
         "rms_p_high": deviation.p_high, "rms_covered": deviation.covered,
+        "onset": onset(curve) if run.boundary == "plates" else None,
     }  # fmt: skip
     try:
-        fit = fit_compression(curve)
+        fit = fit_compression(curve, phi2=law.phi2)
     except DustError as error:
         return numbers | {"fit_problem": str(error)}
     if fit.p_m_sigma > fit.p_m or fit.delta_sigma > fit.delta:
@@ -68,6 +83,30 @@ def _compression(run, law):
     return numbers | {
         "p_m": fit.p_m, "p_m_sigma": fit.p_m_sigma,
         "delta": fit.delta, "delta_sigma": fit.delta_sigma,
+    }  # fmt: skip
+
+
+_TENSION = ("strength", "strength_sigma", "strength_phi", "strength_strain")
+
+
+def _tension(run):
+    if not run.stretches:
+        return dict.fromkeys((*_TENSION, "strength_passed", "phi_init", "strength_law"))
+    result = tensile(run)
+    numbers = {name: getattr(result, name) for name in _TENSION}
+    return numbers | {
+        "strength_passed": result.passed, "phi_init": result.phi_init,
+        "strength_law": result.law if np.isfinite(result.law) else None,
+    }  # fmt: skip
+
+
+def _isotropic(run):
+    ratio = isotropic(run).ratio_between() if run.shrinks else None
+    if ratio is None or not np.isfinite(ratio.value):
+        return dict.fromkeys(("ratio", "ratio_scatter", "ratio_low", "ratio_high"))
+    return {
+        "ratio": ratio.value, "ratio_scatter": ratio.scatter,
+        "ratio_low": ratio.low, "ratio_high": ratio.high,
     }  # fmt: skip
 
 
@@ -79,8 +118,27 @@ def _duration(seconds):
     return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {seconds:02d} s"
 
 
+def _pascal(value, sigma=None):
+    scale, unit = (1e3, "kPa") if abs(value) >= 1e3 else (1.0, "Pa")
+    within = "" if sigma is None else f" ± {sigma / scale:.2g}"
+    return f"{value / scale:.3g}{within} {unit}"
+
+
+def _tensile_rows(n, row):
+    if n["strength"] is None:
+        return
+    text = _pascal(n["strength"], n["strength_sigma"])
+    if not n["strength_passed"]:
+        text = f"at least {text}: the stress had not fallen yet"
+    law = "" if n["strength_law"] is None else f"{_pascal(n['strength_law'])} (T19 eq 33)"
+    row("tensile strength", text, str, law)
+    row("… at filling factor", n["strength_phi"],
+        lambda v: f"{v:.3g} from {n['phi_init']:.3g} (strain {n['strength_strain']:.2f})",
+        f"{0.5 * n['phi_init']:.3g} (T19: half)")  # fmt: skip
+
+
 def table(numbers):
-    """Rows (what, run, laboratory) of text for a summary, in the order to print them.
+    """Rows (what, run, literature) of text for a summary, in the order to print them.
 
     What the run does not have is left out.
     """
@@ -104,6 +162,13 @@ def table(numbers):
             within = f"{n['rms']:.3f} ({n['rms_p_low'] / 1e3:.3g}-{n['rms_p_high'] / 1e3:.3g} kPa)"
         law = n["law_name"].split(" (")[0] or "the law"
         row(f"rms of the filling factor from {law}", within, str, "0.02 (scatter)")
+    row("onset of compression", n["onset"] if n["onset"] and np.isfinite(n["onset"]) else None,
+        lambda v: f"{v:.3g} Pa", "500 Pa (PD08)")  # fmt: skip
+    _tensile_rows(n, row)
+    if n["ratio"] is not None:
+        scatter, covered = n["ratio_scatter"], f"phi {n['ratio_low']:.3g}-{n['ratio_high']:.3g}"
+        row("pressure over (E_roll/r^3) phi^3", n["ratio"],
+            lambda v: f"{v:.3g} ± {scatter:.2f} dex ({covered})", "1 (T19 eq 9)")  # fmt: skip
     row("filling factor", n["filling_factor"], "{:.4f}".format)
     row("pressure on the top wall", n["pressure"], lambda v: f"{v / 1e3:.4g} kPa")
     row("worst residual of the energy ledger", n["ledger_worst"], "{:.1e}".format)

@@ -1,7 +1,7 @@
-"""Compression laws of the papers: filling factor against pressure (NumPy, SI units).
+"""Laws of the papers: compression, tension, coordination number (NumPy, SI units).
 
-S12 is Seizinger et al. 2012, G09 is Güttler et al. 2009. All curves have the form of S12 eq 31
-(G09 eq 9),
+S12 is Seizinger et al. 2012, G09 is Güttler et al. 2009, T19 is Tatsuuma et al. 2019. The
+compression curves between walls have the form of S12 eq 31 (G09 eq 9),
 
     phi(P) = phi2 - (phi2 - phi1) / (exp((lg P - lg p_m) / Delta) + 1),
 
@@ -13,6 +13,8 @@ half way between them and Delta [dex] the width. Its steepest slope, at p_m, is
 from dataclasses import dataclass
 
 import numpy as np
+
+from dusttaichi.physics import constants
 
 EXPERIMENT_SCATTER = 0.02
 """Standard deviation of the laboratory's filling factors around their fit (G09 Fig 2)."""
@@ -119,3 +121,54 @@ def dynamic_law(speed):
         f"S12 {equation} at {speed:g} m/s",
         "S12 section 5.2",
     )
+
+
+def tensile_strength(phi, surface_energy, radius):
+    """Tensile strength [Pa] of aggregates stretched from filling factor `phi` (T19 eq 33).
+
+    0.12 (F_c/r^2) phi^1.8 with F_c = 3 pi gamma R of two equal grains: 5.7e5 phi^1.8 Pa for ice
+    of 0.1 um, which T19 rounds to 6e5. Simulated for phi of 0.01 to 0.5; the factor is
+    0.12 +- 0.01. surface_energy [J/m^2], radius [m].
+    """
+    F_c = constants.pull_off_force(surface_energy, constants.reduced_radius(radius, radius))
+    return 0.12 * F_c / radius**2 * np.asarray(phi, dtype=float) ** 1.8
+
+
+def tensile_strength_laboratory(phi):
+    """Tensile strength [Pa] of silica cakes in the laboratory, 10^(2.8 + 1.48 phi) (G09 eq 8)."""
+    return 10.0 ** (2.8 + 1.48 * np.asarray(phi, dtype=float))
+
+
+def rolling_energy(surface_energy, radius, critical_rolling):
+    """E_roll = 6 pi^2 gamma r xi_crit [J]: to roll a grain by 90 degrees (T19 eq 1)."""
+    return 6.0 * np.pi**2 * surface_energy * radius * critical_rolling
+
+
+def isotropic_pressure(phi, surface_energy, radius, critical_rolling):
+    """Pressure [Pa] that holds cluster-cluster aggregates at `phi`, (E_roll/r^3) phi^3 (T19 eq 9).
+
+    Kataoka et al. 2013b, for static isotropic compression of thin aggregates: at phi = 0.1
+    `compressive_strength` is already half as much again.
+    """
+    scale = rolling_energy(surface_energy, radius, critical_rolling) / radius**3
+    return scale * np.asarray(phi, dtype=float) ** 3
+
+
+CLOSEST_PACKING = 0.74
+"""Filling factor at which equal spheres cannot be packed closer, as in Tatsuuma et al. 2023."""
+
+
+def compressive_strength(phi, surface_energy, radius, critical_rolling):
+    """Pressure [Pa] at `phi` up to dense packing, (E_roll/r^3) (1/phi - 1/0.74)^-3.
+
+    Tatsuuma et al. 2023; `isotropic_pressure` where phi is small. Infinite from 0.74 on.
+    """
+    scale = rolling_energy(surface_energy, radius, critical_rolling) / radius**3
+    with np.errstate(divide="ignore"):
+        room = 1.0 / np.asarray(phi, dtype=float) - 1.0 / CLOSEST_PACKING
+        return scale * np.maximum(room, 0.0) ** -3.0
+
+
+def coordination_number(phi):
+    """Mean number of grains that a grain touches, 2 + 9.38 phi^1.62 (arXiv:1901.09700)."""
+    return 2.0 + 9.38 * np.asarray(phi, dtype=float) ** 1.62

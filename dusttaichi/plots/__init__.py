@@ -8,26 +8,86 @@ from pathlib import Path
 from dusttaichi.errors import DustError
 from dusttaichi.plots.compression import compression
 from dusttaichi.plots.coordination import coordination
+from dusttaichi.plots.fractal import fractal
+from dusttaichi.plots.isotropic import isotropic
 from dusttaichi.plots.ledger import ledger
+from dusttaichi.plots.losses import losses
 from dusttaichi.plots.profile import profile
-from dusttaichi.plots.style import styled
+from dusttaichi.plots.stress import stress
+from dusttaichi.plots.style import bands, styled
+from dusttaichi.plots.tensile import strength, tensile
 
-__all__ = ["compression", "coordination", "ledger", "profile", "save_all"]
+__all__ = [
+    "bands",
+    "compression",
+    "coordination",
+    "fractal",
+    "isotropic",
+    "ledger",
+    "losses",
+    "profile",
+    "save_all",
+    "save_together",
+    "strength",
+    "stress",
+    "tensile",
+]
 
 
 @styled
 def save_all(run, directory, suffix=".png"):
     """Write every figure that a Run has something for. Returns the paths.
 
-    compression, coordination (closed boxes that compress), profile (where profiles were written)
-    and ledger. suffix: what matplotlib knows, .png, .pdf, .svg. Raises DustError where the
-    directory cannot be written.
+    ledger; compression and coordination (compressed under a wall); isotropic and coordination
+    (pressed from all sides); tensile and losses (stretched), and with two snapshots of the
+    stretching fractal; stress (where it was written); profile (where profiles were written).
+    suffix: what matplotlib knows, .png, .pdf, .svg. Raises DustError where the directory cannot
+    be written.
     """
     figures = {"ledger": ledger(run)} if len(run.series.time) > 1 else {}
     if run.compresses:
-        figures |= {"compression": compression([run]), "coordination": coordination([run])}
+        figures["compression"] = compression([run])
+    if run.shrinks:
+        figures["isotropic"] = isotropic([run])
+    if run.compresses or run.shrinks:
+        figures["coordination"] = coordination([run])
+    if run.stretches:
+        figures |= {"tensile": tensile([run]), "losses": losses(run)}
+        frames = run.part_that("stretches").snapshots
+        if frames is not None and frames.sizes["snapshot"] > 1:
+            figures["fractal"] = fractal(run)
+    if "stress" in run.series and len(run.series.time) > 1:
+        figures["stress"] = stress(run)
     if run.profiles is not None:
         figures["profile"] = profile(run)
+    return _save(figures, directory, suffix)
+
+
+@styled
+def save_together(runs, directory, suffix=".png"):
+    """Write the figures that show several Runs in one. Returns the paths.
+
+    compression, isotropic, tensile and strength, of those runs that have them. Raises DustError
+    where no two of them have the same, or the directory cannot be written.
+    """
+    figures = {}
+    for does, draw in (
+        ("compresses", {"compression": compression}),
+        ("shrinks", {"isotropic": isotropic}),
+        ("stretches", {"tensile": tensile, "strength": strength}),
+    ):
+        able = [run for run in runs if getattr(run, does)]
+        if len(able) > 1:
+            figures |= {name: function(able) for name, function in draw.items()}
+    if not figures:
+        raise DustError(
+            "No two of these runs are both compressed, or both stretched: there is no figure to "
+            "show them together."
+        )
+    return _save(figures, directory, suffix)
+
+
+def _save(figures, directory, suffix):
     paths = []
     try:
         Path(directory).mkdir(parents=True, exist_ok=True)

@@ -2,47 +2,59 @@
 
 import numpy as np
 
-from dusttaichi.analysis import compression_curve
-from dusttaichi.errors import DustError
-from dusttaichi.physics.laws import EXPERIMENT_SCATTER, G09_OMNIDIRECTIONAL, S12_STATIC
+from dusttaichi.analysis import compression_curve, compression_law
+from dusttaichi.physics.laws import (
+    EXPERIMENT_SCATTER,
+    G09_OMNIDIRECTIONAL,
+    S12_STATIC,
+    UNIDIRECTIONAL,
+)
 from dusttaichi.plots import style
 
 
-def _laboratory(axes, pressure):
-    phi = S12_STATIC.filling_factor(pressure)
-    axes.fill_between(
-        pressure / 1e3,
-        phi - EXPERIMENT_SCATTER,
-        phi + EXPERIMENT_SCATTER,
-        color="#D9D9D9",
-        linewidth=0,
-        label=f"scatter of the experiment, ±{EXPERIMENT_SCATTER}",
-    )
-    axes.plot(pressure / 1e3, phi, color=style.BLACK, linewidth=1.2,
-              label="laboratory, S12 eq 31")  # fmt: skip
-    axes.plot(pressure / 1e3, G09_OMNIDIRECTIONAL.filling_factor(pressure), color=style.BLACK,
-              linewidth=1.2, linestyle=(0, (4, 2)), label="laboratory, fit of G09")  # fmt: skip
+def _laboratory(axes, pressure, drawn):
+    """The laws of the laboratory that belong to the boundaries of the runs."""
+    scatter = f"scatter of the experiment, ±{EXPERIMENT_SCATTER}"
+    if S12_STATIC in drawn:
+        _scatter(axes, pressure, S12_STATIC, scatter)
+        axes.plot(pressure / 1e3, S12_STATIC.filling_factor(pressure), color=style.BLACK,
+                  linewidth=1.2, label="laboratory, S12 eq 31")  # fmt: skip
+        axes.plot(pressure / 1e3, G09_OMNIDIRECTIONAL.filling_factor(pressure), color=style.BLACK,
+                  linewidth=1.2, linestyle=(0, (4, 2)), label="laboratory, fit of G09")  # fmt: skip
+    if UNIDIRECTIONAL in drawn:
+        _scatter(axes, pressure, UNIDIRECTIONAL, None if S12_STATIC in drawn else scatter)
+        axes.plot(pressure / 1e3, UNIDIRECTIONAL.filling_factor(pressure), color=style.BLACK,
+                  linewidth=1.2, linestyle=(0, (5, 1, 1, 1)),
+                  label="laboratory, unidirectional (G09)")  # fmt: skip
+
+
+def _scatter(axes, pressure, law, label):
+    phi = law.filling_factor(pressure)
+    axes.fill_between(pressure / 1e3, phi - EXPERIMENT_SCATTER, phi + EXPERIMENT_SCATTER,
+                      color="#D9D9D9", linewidth=0, label=label)  # fmt: skip
 
 
 @style.styled
 def compression(runs, labels=None, laws=(), raw=None):
     """Filling factor against pressure on the top wall for one Run or several.
 
+    The laboratory's laws behind are those of the boundaries: omnidirectional in a box,
+    unidirectional between plates, where the filling factor of the inner cylinder (PD08) is drawn
+    as well, dotted.
+
     labels: one for each run (default: their names). laws: further CompressionLaw to draw, thin.
     raw: show the unsmoothed points too (default: with a single run).
     Raises DustError where a run has no compression curve, or labels do not match the runs.
     """
-    runs = list(runs) if isinstance(runs, (list, tuple)) else [runs]
-    labels = [run.name for run in runs] if labels is None else list(labels)
-    if len(labels) != len(runs):
-        raise DustError(f"{len(runs)} runs need as many labels, not {len(labels)}.")
+    runs, labels = style.named(runs, labels)
     figure, (axes,) = style.new_figure()
     pressure = np.logspace(1, 7, 301)
-    _laboratory(axes, pressure)
+    drawn = [compression_law(run) for run in runs]
+    _laboratory(axes, pressure, drawn)
     for law in laws:
         axes.plot(pressure / 1e3, law.filling_factor(pressure), color=style.GREY, linewidth=1.0,
                   linestyle=(0, (1, 1)), label=law.name)  # fmt: skip
-    top, bottom = 0.6, 0.1
+    top, bottom = max(law.phi2 for law in drawn) + EXPERIMENT_SCATTER, 0.1
     for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
         curve = compression_curve(run)
         look = style.run_style(number)
@@ -50,6 +62,11 @@ def compression(runs, labels=None, laws=(), raw=None):
             axes.plot(curve.raw_pressure / 1e3, curve.raw_filling_factor, ".", markersize=3.5,
                       color=look["color"], alpha=0.5, markeredgewidth=0)  # fmt: skip
         axes.plot(curve.pressure / 1e3, curve.filling_factor, label=label, **look)
+        if "inner_filling_factor" in run.series:
+            inner = compression_curve(run, of="inner_filling_factor")
+            axes.plot(inner.pressure / 1e3, inner.filling_factor, color=look["color"],
+                      linewidth=1.2, linestyle=(0, (1, 1)), label="inner cylinder")  # fmt: skip
+            top = max(top, np.max(inner.filling_factor, initial=0) + 0.02)
         top = max(top, np.max(curve.raw_filling_factor, initial=0) + 0.02)
         bottom = min(bottom, np.min(curve.raw_filling_factor, initial=1) - 0.02)
     axes.set_xscale("log")

@@ -11,14 +11,11 @@ def coordination(runs, labels=None):
     labels: one for each run (default: their names). Raises DustError where a run has no filling
     factor, or labels do not match the runs.
     """
-    runs = list(runs) if isinstance(runs, (list, tuple)) else [runs]
-    labels = [run.name for run in runs] if labels is None else list(labels)
-    if len(labels) != len(runs):
-        raise DustError(f"{len(runs)} runs need as many labels, not {len(labels)}.")
+    runs, labels = style.named(runs, labels)
     figure, (axes,) = style.new_figure(height=3.4)
     for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
         if "filling_factor" not in run.series:
-            raise DustError(f"{run.path} has no filling factor: its scene is not a closed box.")
+            raise DustError(f"{run.path} has no filling factor: it has no volume to fill.")
         axes.plot(run.series.filling_factor, run.series.coordination_number, label=label,
                   **style.run_style(number))  # fmt: skip
     axes.set_xlabel(r"filling factor $\phi$")

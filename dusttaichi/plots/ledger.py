@@ -1,4 +1,4 @@
-"""The energy ledger: where the work of the walls went, and what is left unexplained."""
+"""The energy ledger: where the work of walls and faces went, and what is left unexplained."""
 
 import numpy as np
 
@@ -23,17 +23,18 @@ def ledger(run):
         time,
         [v * per_energy for v in energies.losses.values()],
         labels=[f"lost by {name}" for name in energies.losses],
-        colors=[style.CHANNEL_COLOURS[name] for name in energies.losses],
+        colors=[style.CHANNEL_COLOURS.get(name, style.GREY) for name in energies.losses],
         linewidth=0,
     )
-    axes.plot(time, energies.work * per_energy, color=style.BLACK, label="work of the walls")
+    axes.plot(time, energies.work * per_energy, color=style.BLACK, label="work done on the grains")
     axes.plot(time, (energies.work - energies.stored) * per_energy, color=style.BLACK,
               linewidth=1.2, linestyle=(0, (4, 2)), label="work less what is stored")  # fmt: skip
     axes.set_ylabel(f"energy since the start ({energy_unit})")
     axes.set_xlim(time[0], time[-1])
     axes.margins(y=0.05)
     handles, labels = axes.get_legend_handles_labels()
-    order = [6, 7, 5, 4, 3, 2, 1, 0]  # as they lie above each other
+    work = labels.index("work done on the grains")
+    order = [work, work + 1, *reversed(range(work))]  # as they lie above each other
     axes.legend([handles[i] for i in order], [labels[i] for i in order], loc="best")
     shown = np.where(energies.relative == 0, np.nan, np.abs(energies.relative))
     below.semilogy(time, shown, color=style.RED, linewidth=1.0)

@@ -2,9 +2,12 @@
 
 from functools import wraps
 
+import numpy as np
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+
+from dusttaichi.errors import DustError
 
 # Okabe and Ito: told apart with any colour vision
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
@@ -70,7 +73,47 @@ def scaled(largest, units):
     return 1.0 / scale, name
 
 
+def named(runs, labels=None):
+    """(runs, labels) as lists, for one Run or several; labels default to the names of the runs.
+
+    Raises DustError where labels do not match the runs.
+    """
+    runs = list(runs) if isinstance(runs, (list, tuple)) else [runs]
+    labels = [run.name for run in runs] if labels is None else list(labels)
+    if len(labels) != len(runs):
+        raise DustError(f"{len(runs)} runs need as many labels, not {len(labels)}.")
+    return runs, labels
+
+
+def few_ticks(axis):
+    """Label 1, 2 and 5 of each decade of a logarithmic `axis` (axes.xaxis ...), as plain numbers.
+
+    For an axis of a decade or two, where matplotlib labels the decades alone, or all at once.
+    """
+
+    def said(value, _):
+        first = value / 10 ** np.floor(np.log10(value) + 1e-9)
+        return f"{value:g}" if np.min(np.abs(first - np.array([1, 2, 5]))) < 1e-6 else ""
+
+    axis.set_major_formatter(said)
+    axis.set_minor_formatter(said)
+
+
+def bands(x, mean, std, axes, label, number=0):
+    """Draw a mean with a band of one standard deviation to either side, as run `number`.
+
+    x, mean, std (points,), on the same points, in the units of the axes; gaps where one is nan.
+    For an ensemble: its mean and standard deviation over the replicas. Returns the line.
+    """
+    x, mean, std = (np.asarray(a, dtype=float) for a in (x, mean, std))
+    look = run_style(number)
+    axes.fill_between(x, mean - std, mean + std, color=look["color"], alpha=0.2, linewidth=0)
+    (line,) = axes.plot(x, mean, label=label, **look)
+    return line
+
+
 TIMES = ((1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
+PRESSURES = ((1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa"))
 ENERGIES = ((1e-6, "µJ"), (1e-9, "nJ"), (1e-12, "pJ"), (1e-15, "fJ"), (1e-18, "aJ"))
 
 

@@ -1,0 +1,75 @@
+"""Structure of a sample: how many grains lie within a distance of a grain (T19 Fig 10)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dusttaichi.errors import DustError
+from dusttaichi.geometry import neighbours_within
+
+SMALL_SCALE = 20.0
+"""Number of grains up to which T19 section 4.1 finds the fractal dimension of the aggregates."""
+
+
+@dataclass(frozen=True)
+class Fractal:
+    """Mean number of other grains nearer than r_in, in some snapshots.
+
+    radius_in [m] (radii,). number, slope (snapshots, radii): N(r < r_in), the grain in the middle
+    not counted, and d ln N / d ln r_in (nan where N is 0). dimension (snapshots,): slope of a line
+    through ln N over the radii beyond contact with N <= 20, nan where these are fewer than three.
+    time [s], filling_factor (nan where there is none), each (snapshots,). grain_radius [m].
+    """
+
+    radius_in: np.ndarray
+    number: np.ndarray
+    slope: np.ndarray
+    dimension: np.ndarray
+    time: np.ndarray
+    filling_factor: np.ndarray
+    grain_radius: float
+
+
+def fractal(run, snapshots=None, radii=None, stage=None):
+    """The Fractal of a Run, images of periodic cells included.
+
+    snapshots: their numbers in the run or stage (default: five at most, from the first to the
+    last). radii [m]: (radii,), growing (default: 30 from 2.1 grain radii to half of the largest
+    extent). stage: name or number (default: the first that stretches).
+    Raises DustError where there are no snapshots.
+    """
+    part = run.part_that("stretches", stage)
+    frames = part.snapshots
+    if frames is None or not frames.sizes["snapshot"]:
+        raise DustError(f"{run.path} has no snapshots: set output: snapshots in the scene.")
+    if snapshots is None:
+        snapshots = np.unique(np.linspace(0, frames.sizes["snapshot"] - 1, 5).round().astype(int))
+    r = float(frames.radius.max())
+    frames = [(n, frames.isel(snapshot=n).load()) for n in snapshots]
+    if radii is None:
+        extent = max(float(np.ptp(f.position.values, axis=0).max()) for _, f in frames)
+        radii = np.geomspace(2.1 * r, max(0.5 * extent, 4.0 * r), 30)
+    radii = np.asarray(radii, dtype=float)
+    number = np.array(
+        [neighbours_within(f.position.values, radii, part.period(n)) for n, f in frames]
+    )
+    time = np.array([float(f.snapshot_time) for _, f in frames])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope = np.gradient(np.log(number), np.log(radii), axis=1)
+    slope[~np.isfinite(slope)] = np.nan
+    return Fractal(radii, number, slope, np.array([_dimension(radii, n, r) for n in number]),
+                   time, _filling_factor(run, time), r)  # fmt: skip
+
+
+def _dimension(radii, number, grain_radius):
+    used = (number > 0) & (number <= SMALL_SCALE) & (radii > 2.0 * grain_radius)
+    if used.sum() < 3:
+        return np.nan
+    return float(np.polyfit(np.log(radii[used]), np.log(number[used]), 1)[0])
+
+
+def _filling_factor(run, time):
+    if "filling_factor" not in run.series:
+        return np.full(len(time), np.nan)
+    series = run.whole.series
+    return np.interp(time, series.time.values, series.filling_factor.values)

@@ -1,0 +1,89 @@
+"""Compression of a periodic cell from all sides: pressure against filling factor (T19 eq 9)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dusttaichi.analysis.compression import binned
+from dusttaichi.errors import DustError
+from dusttaichi.physics import laws
+
+DECADES = 0.05
+"""Width in lg(filling factor) of the bins: the pressure, ~ phi^3, grows by 0.15 dex in one."""
+
+THIN = 0.1
+"""Filling factor up to which (E_roll/r^3) phi^3 is compared with (T19 eq 9)."""
+
+
+@dataclass(frozen=True)
+class Isotropic:
+    """Mean pressure against filling factor, smoothed and as measured.
+
+    filling_factor, pressure [Pa], law [Pa], count, each (bins,): mean filling factor, median
+    pressure and (E_roll/r^3) phi^3 in every bin of lg(filling factor), bins without a positive
+    pressure left out. ratio (bins,): median of pressure over law. law and ratio are nan where the
+    file does not tell the material. raw_filling_factor, raw_pressure [Pa], each (times,).
+    """
+
+    filling_factor: np.ndarray
+    pressure: np.ndarray
+    law: np.ndarray
+    ratio: np.ndarray
+    count: np.ndarray
+    raw_filling_factor: np.ndarray
+    raw_pressure: np.ndarray
+
+    def ratio_between(self, low=0.0, high=THIN):
+        """The Ratio of pressure and law over the bins with a mean filling factor in the range."""
+        inside = (self.filling_factor >= low) & (self.filling_factor <= high)
+        inside &= self.ratio > 0
+        if not inside.any():
+            return Ratio(np.nan, np.nan, np.nan, np.nan)
+        decades, phi = np.log10(self.ratio[inside]), self.filling_factor[inside]
+        return Ratio(float(10 ** np.median(decades)), float(decades.std()),
+                     float(phi[0]), float(phi[-1]))  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """Pressure over law: median of the bins, their standard deviation [dex], and the range of
+    filling factor that they cover; nan where there are none."""
+
+    value: float
+    scatter: float
+    low: float
+    high: float
+
+
+def isotropic(run, stage=None, decades=DECADES):
+    """The Isotropic of a Run: the mean pressure is -trace(stress)/3.
+
+    stage: name or number (default: the first in which the cell shrinks along all axes alike).
+    decades: width of the bins in lg(filling factor). Raises DustError where there is no stress or
+    no filling factor.
+    """
+    series = run.part_that("shrinks", stage).series
+    if not {"stress", "filling_factor"} <= set(series):
+        raise DustError(
+            f"{run.path} has no mean pressure: it needs a filling factor and the stress "
+            "(a periodic boundary, or output: stress: on)."
+        )
+    phi = series.filling_factor.values
+    pressure = -np.trace(series.stress.transpose("time", "xyz", "axis").values, axis1=1, axis2=2)
+    pressure = pressure / 3.0
+    known = np.isfinite(phi) & np.isfinite(pressure) & (phi > 0)
+    phi, pressure = phi[known], pressure[known]
+    law = _law(run, phi)
+    numbers = np.floor(np.log10(phi) / decades + 1e-9)
+    mean, median, count = binned(numbers, phi, pressure)
+    ratio = binned(numbers, phi, pressure / law)[1]
+    up = median > 0
+    return Isotropic(mean[up], median[up], _law(run, mean[up]), ratio[up], count[up].astype(int),
+                     phi, pressure)  # fmt: skip
+
+
+def _law(run, phi):
+    m = run.material
+    if m is None:
+        return np.full(len(phi), np.nan)
+    return laws.isotropic_pressure(phi, m.surface_energy, m.radius, m.critical_rolling)

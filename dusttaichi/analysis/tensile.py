@@ -1,0 +1,253 @@
+"""Stretching: stress against filling factor, and the tensile strength (T19 section 3.1).
+
+The filling factor falls steadily and the stress fluctuates, so the stress is averaged over
+windows of the filling factor; the tensile strength is the largest average.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dusttaichi.analysis.compression import correlation_factor
+from dusttaichi.errors import DustError
+from dusttaichi.geometry import AXES
+from dusttaichi.physics import laws
+
+WIDEST = 0.1
+"""Largest share by which the filling factor may change within a window (T19 section 3.1)."""
+
+QUIET = 0.02
+"""Uncertainty of the largest average, as a share of it, that the default windows aim at."""
+
+
+@dataclass(frozen=True)
+class Tensile:
+    """Stress along `axis` while a sample is stretched, in the order of time.
+
+    filling_factor, stress, sigma [Pa], count, each (windows,): means over the window, the
+    uncertainty of the mean stress, and its number of records. raw_filling_factor, raw_stress
+    [Pa], each (times,): as recorded, the filling factor in the middle of the time averaged over.
+    window: share by which the filling factor falls within a window.
+    strength, strength_sigma [Pa], strength_phi, strength_strain: the largest mean stress, its
+    uncertainty, and the filling factor and the strain (L/L0 - 1 of the cell) there.
+    passed: the stress has fallen since; without that, `strength` is only a lower limit.
+    phi_init: filling factor at the start. law [Pa]: T19 eq 33 for phi_init, nan where the file
+    does not tell the material.
+    """
+
+    axis: str
+    filling_factor: np.ndarray
+    stress: np.ndarray
+    sigma: np.ndarray
+    count: np.ndarray
+    raw_filling_factor: np.ndarray
+    raw_stress: np.ndarray
+    window: float
+    strength: float
+    strength_sigma: float
+    strength_phi: float
+    strength_strain: float
+    passed: bool
+    phi_init: float
+    law: float
+
+
+def tensile(run, stage=None, axis=None, windows=None):
+    """The Tensile of a Run that is stretched.
+
+    stage: name or number (default: the first in which the filling factor falls). axis: x, y or z
+    (default: that along which the cell grows most; z between walls). The stress is the virial
+    stress (T19 eq 23), or, where the file has none, the pull on the top wall.
+
+    windows: how many, each with the same relative change of the filling factor. The default is as
+    many as the noise allows: narrow enough for the maximum, wide enough that its uncertainty is
+    below 2 %, and never wider than a change of 10 % (T19 section 3.1).
+    The uncertainty of a mean is the scatter of the records around a straight line in the window,
+    over sqrt(records), times sqrt((1 + r)/(1 - r)) for a correlation r of neighbouring records.
+    It is not that of another sample (T19: standard deviation of ten), and the largest of several
+    noisy means is too large by about one of it. Raises DustError where nothing is stretched.
+    """
+    part = run.part_that("stretches", stage)
+    if not part.stretches:
+        raise DustError(
+            f"{part.path} has no tensile strength: no filling factor that falls, or neither "
+            "stress nor a pressure on the top wall."
+        )
+    axis = _stretched_axis(part) if axis is None else axis
+    time, phi, stress, edge = _records(part, axis)
+    place = np.log(phi)  # even steps of it are even relative changes
+    noise = _noise(place, stress)
+    if windows is None:
+        windows = _as_many_as_noise_allows(place, stress, time, noise)
+    rows = _averaged(place, windows, time, phi, stress, edge, noise)
+    mean_phi, mean_stress, mean_edge, sigma, count = rows
+    full = np.where(count >= 0.5 * np.median(count), mean_stress, -np.inf)
+    top = int(np.argmax(full))
+    phi_init = float(part.start.filling_factor)
+    start_edge = _edge(part.start, axis)
+    strain = mean_edge[top] / start_edge - 1.0 if start_edge else phi_init / mean_phi[top] - 1.0
+    return Tensile(
+        axis=axis,
+        filling_factor=mean_phi,
+        stress=mean_stress,
+        sigma=sigma,
+        count=count.astype(int),
+        raw_filling_factor=phi,
+        raw_stress=stress,
+        window=1.0 - float(np.exp(-np.ptp(place) / windows)),
+        strength=float(mean_stress[top]),
+        strength_sigma=float(sigma[top]),
+        strength_phi=float(mean_phi[top]),
+        strength_strain=float(strain),
+        passed=top < len(mean_stress) - 1,
+        phi_init=phi_init,
+        law=_law(part, phi_init),
+    )
+
+
+def _law(part, phi_init):
+    m = part.material
+    return np.nan if m is None else float(
+        laws.tensile_strength(phi_init, m.surface_energy, m.radius))  # fmt: skip
+
+
+def _stretched_axis(part):
+    if "box_length" not in part.series:
+        return "z"
+    growth = (part.series.box_length[-1] / part.start.box_length).values
+    return AXES[int(np.nanargmax(growth))]
+
+
+def _edge(records, axis):
+    """Length of the cell along `axis` [m], or None where the file does not tell."""
+    if "box_length" in records:
+        return records.box_length.sel(xyz=axis).values
+    return records["height"].values if "height" in records and axis == "z" else None
+
+
+def _records(part, axis):
+    """(duration [s], filling factor, stress [Pa], edge [m]) of the records, each (times,).
+
+    The stress of a record is the mean since the one before, so filling factor and edge are taken
+    half way between the two.
+    """
+    series, start = part.series, part.start
+    if "stress" in series:
+        stress = series.stress.sel(xyz=axis, axis=axis).values
+    else:
+        if axis != "z":
+            raise DustError(
+                f"{part.path} has no stress along {axis}: only that on the top wall, z."
+            )
+        stress = -series.pressure.sel(wall="top").values
+    edge = _edge(series, axis)
+
+    def halfway(values, first):
+        before = np.concatenate([[first], values[:-1]])
+        return 0.5 * (before + values)
+
+    duration = np.diff(series.time.values, prepend=float(start.time))
+    phi = halfway(series.filling_factor.values, float(start.filling_factor))
+    edge = np.full(len(phi), np.nan) if edge is None else halfway(edge, _edge(start, axis))
+    used = (duration > 0) & np.isfinite(stress) & (phi > 0)
+    if not used.any():
+        raise DustError(f"{part.path} has no record of the stress along {axis}.")
+    return duration[used], phi[used], stress[used], edge[used]
+
+
+def _window_of(place, windows):
+    """Number of the window of each record, from 0 in the order of falling filling factor."""
+    width = np.ptp(place) / windows
+    return np.minimum(((place.max() - place) / width).astype(int), windows - 1) if width else (
+        np.zeros(len(place), dtype=int))  # fmt: skip
+
+
+def _noise(place, stress):
+    """Uncertainty of a single record [Pa], (times,): scatter around a line, with correlation.
+
+    Lines are fitted in windows as wide as allowed, or so wide that eight records lie in them.
+    """
+    windows = max(min(_fewest(place), len(place) // 8), 1)
+    window = _window_of(place, windows)
+    residual, scale = np.zeros(len(place)), np.zeros(len(place))
+    for number in np.unique(window):
+        here = window == number
+        if here.sum() < 3:  # a line leaves no scatter
+            residual[here], scale[here] = 0.0, np.nan
+            continue
+        line = np.polyfit(place[here] - place[here].mean(), stress[here], 1)
+        residual[here] = stress[here] - np.polyval(line, place[here] - place[here].mean())
+        scale[here] = np.sqrt(np.sum(residual[here] ** 2) / (here.sum() - 2))
+    known = np.isfinite(scale)
+    if not known.any():
+        return np.full(len(place), np.nan)
+    scale[~known] = np.median(scale[known])
+    return scale * correlation_factor(residual)
+
+
+def _fewest(place):
+    """Number of windows in which the filling factor changes by no more than WIDEST."""
+    return max(int(np.ceil(np.ptp(place) / -np.log(1.0 - WIDEST) - 1e-9)), 1)
+
+
+def _as_many_as_noise_allows(place, stress, duration, noise):
+    fewest = min(_fewest(place), len(place))
+    windows = len(place)
+    while windows > fewest:
+        _, mean, _, sigma, _ = _averaged(place, windows, duration, place, stress, place, noise)
+        top = np.argmax(mean)
+        if sigma[top] <= QUIET * mean[top]:
+            break
+        windows = int(windows / 1.25)
+    return max(windows, fewest)
+
+
+def _averaged(place, windows, duration, phi, stress, edge, noise):
+    """Means of phi, stress and edge over each window, sigma and count, (5, windows).
+
+    The means are weighted with the duration of the records; windows without any are left out.
+    """
+    window = _window_of(place, windows)
+    count = np.bincount(window)
+    held = count > 0
+    length = np.bincount(window, duration)[held]
+    means = [
+        np.bincount(window, duration * values)[held] / length for values in (phi, stress, edge)
+    ]
+    sigma = np.sqrt(np.bincount(window, noise**2)[held]) / count[held]
+    return np.array([*means, sigma, count[held]])
+
+
+@dataclass(frozen=True)
+class StrengthFit:
+    """Tensile strength = factor * phi_init^exponent [Pa], fitted to several runs.
+
+    exponent_sigma: 1-sigma uncertainty by the scatter of the runs, nan for two of them.
+    """
+
+    factor: float
+    exponent: float
+    exponent_sigma: float
+
+    def strength(self, phi_init):
+        """Tensile strength [Pa] at `phi_init`."""
+        return self.factor * np.asarray(phi_init, dtype=float) ** self.exponent
+
+
+def fit_strength(results):
+    """The StrengthFit of several Tensile: least squares in the logarithms, every run alike.
+
+    None where the runs do not differ in phi_init by 5 % at least, or one has no strength.
+    """
+    phi = np.array([t.phi_init for t in results])
+    strength = np.array([t.strength for t in results])
+    if len(phi) < 2 or np.any(strength <= 0) or phi.max() < 1.05 * phi.min():
+        return None
+    x, y = np.log(phi) - np.log(phi).mean(), np.log(strength)
+    exponent = np.sum(x * y) / np.sum(x**2)
+    residual = y - y.mean() - exponent * x
+    sigma = np.nan
+    if len(phi) > 2:
+        sigma = np.sqrt(np.sum(residual**2) / (len(phi) - 2) / np.sum(x**2))
+    factor = np.exp(y.mean() - exponent * np.log(phi).mean())
+    return StrengthFit(float(factor), float(exponent), float(sigma))

@@ -1,0 +1,44 @@
+"""Number of grains around a grain against distance (T19 Fig 10)."""
+
+import numpy as np
+from matplotlib import colormaps
+
+from dusttaichi.analysis import fractal as fractal_of
+from dusttaichi.plots import style
+
+
+@style.styled
+def fractal(run, snapshots=None, stage=None):
+    """N(r < r_in) and its local slope for some snapshots of a Run; see `analysis.fractal`.
+
+    Slopes of 2 and 3 are drawn beside the numbers. Raises DustError where there are no snapshots.
+    """
+    result = fractal_of(run, snapshots, stage=stage)
+    figure, (axes, below) = style.new_figure(height=4.8, rows=2, ratios=[2.4, 1])
+    x = result.radius_in / result.grain_radius
+    colours = colormaps["viridis"](np.linspace(0.0, 0.85, len(result.number)))
+    phi = result.filling_factor
+    per_time, time_unit = style.scaled(result.time.max(), style.TIMES)
+    for number, colour in enumerate(colours):
+        said = rf"$\phi$ = {phi[number]:.3g}"
+        if np.isnan(phi[number]):
+            said = f"{result.time[number] * per_time:.3g} {time_unit}"
+        shown = np.where(result.number[number] > 0, result.number[number], np.nan)
+        axes.plot(x, shown, color=colour, linewidth=1.3, label=said)
+        below.plot(x, result.slope[number], color=colour, linewidth=1.1)
+    first = result.number[0]
+    for slope, dashes, at in ((2, (0, (4, 2)), np.argmax(first >= 1)), (3, (0, (1, 1)), -1)):
+        line = first[at] * (x / x[at]) ** slope
+        axes.plot(x, line, color=style.BLACK, linewidth=0.9, linestyle=dashes,
+                  label=rf"$\propto r_{{\rm in}}^{slope}$")  # fmt: skip
+        below.axhline(slope, color=style.BLACK, linewidth=0.9, linestyle=dashes)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    style.few_ticks(below.xaxis)
+    axes.set_ylim(0.5, 2 * result.number.max())
+    axes.set_ylabel(r"grains nearer than $r_{\rm in}$")
+    axes.legend(loc="upper left", ncols=2)
+    below.set_ylim(0.0, 4.0)
+    below.set_ylabel("local slope $D$")
+    below.set_xlabel(r"$r_{\rm in}$ over the radius of a grain")
+    return figure

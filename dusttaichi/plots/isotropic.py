@@ -1,0 +1,51 @@
+"""Pressure against filling factor of a cell pressed from all sides (Kataoka et al. 2013b)."""
+
+import numpy as np
+
+from dusttaichi.analysis import isotropic as isotropic_of
+from dusttaichi.physics import laws
+from dusttaichi.plots import style
+
+
+@style.styled
+def isotropic(runs, labels=None, stage=None):
+    """Mean pressure against filling factor for one Run or several, on logarithmic axes.
+
+    With (E_roll/r^3) phi^3 (T19 eq 9) and the law of Tatsuuma et al. 2023 for each material among
+    them; with a single run the records themselves too. labels: one for each run (default: their
+    names). stage: see `analysis.isotropic`. Raises DustError where there is no stress, or labels
+    do not match the runs.
+    """
+    runs, labels = style.named(runs, labels)
+    results = [isotropic_of(run, stage) for run in runs]
+    figure, (axes,) = style.new_figure()
+    raw = np.concatenate([t.raw_filling_factor for t in results])
+    phi = np.geomspace(0.8 * raw.min(), min(1.2 * raw.max(), 0.7), 200)
+    shown = np.concatenate([t.pressure for t in results])
+    materials = {(m.surface_energy, m.radius, m.critical_rolling): m.name
+                 for m in (run.material for run in runs) if m}  # fmt: skip
+    for numbers, name in materials.items():
+        name = f" ({name})" if len(materials) > 1 else ""
+        for law, look, text in (
+            (laws.isotropic_pressure, "-", r"$(E_{\rm roll}/r^3)\,\phi^3$, T19 eq 9"),
+            (laws.compressive_strength, (0, (4, 2)),
+             r"$(E_{\rm roll}/r^3)(1/\phi-1/0.74)^{-3}$, Tatsuuma+ 2023"),
+        ):  # fmt: skip
+            axes.plot(phi, law(phi, *numbers), color=style.BLACK, linewidth=1.1,
+                      linestyle=look, label=text + name)  # fmt: skip
+    for number, (t, label) in enumerate(zip(results, labels, strict=True)):
+        look = style.run_style(number)
+        if len(runs) == 1:
+            up = t.raw_pressure > 0
+            axes.plot(t.raw_filling_factor[up], t.raw_pressure[up], ".", markersize=2.5,
+                      color=look["color"], alpha=0.3, markeredgewidth=0)  # fmt: skip
+        axes.plot(t.filling_factor, t.pressure, label=label, **look)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    style.few_ticks(axes.xaxis)
+    if len(shown):
+        axes.set_ylim(0.3 * shown.min(), 10 * shown.max())
+    axes.set_xlabel(r"filling factor $\phi$")
+    axes.set_ylabel("mean pressure (Pa)")
+    axes.legend(loc="upper left")
+    return figure

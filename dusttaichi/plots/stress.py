@@ -1,0 +1,40 @@
+"""Components of the stress over time."""
+
+import numpy as np
+
+from dusttaichi.errors import DustError
+from dusttaichi.plots import style
+
+
+@style.styled
+def stress(run):
+    """Diagonal and shear components of the stress of a Run over time, positive in tension.
+
+    Dotted lines part the stages. Raises DustError where the file has no stress.
+    """
+    if "stress" not in run.series:
+        raise DustError(f"{run.path} holds no stress: it needs a periodic boundary.")
+    tensor = run.series.stress.transpose("time", "xyz", "axis").values
+    figure, (axes, below) = style.new_figure(height=4.6, rows=2, ratios=[2, 1])
+    time = run.series.time.values
+    per_time, time_unit = style.scaled(np.max(time, initial=0.0), style.TIMES)
+    known = np.abs(tensor[np.isfinite(tensor)])
+    scale, unit = style.scaled(np.max(known, initial=0.0), style.PRESSURES)
+    for number, axis in enumerate("xyz"):
+        axes.plot(time * per_time, tensor[:, number, number] * scale, linewidth=1.1,
+                  color=style.RUN_COLOURS[number], label=rf"$\sigma_{{{axis}{axis}}}$")  # fmt: skip
+    for number, (a, b) in enumerate(((0, 1), (0, 2), (1, 2))):
+        below.plot(time * per_time, 0.5 * (tensor[:, a, b] + tensor[:, b, a]) * scale,
+                   linewidth=1.0, color=style.RUN_COLOURS[number + 3],
+                   label=rf"$\sigma_{{{'xyz'[a]}{'xyz'[b]}}}$")  # fmt: skip
+    for panel in (axes, below):
+        panel.axhline(0.0, color=style.GREY, linewidth=0.6)
+        for part in run.parts[1:]:
+            panel.axvline(float(part.start.time) * per_time, color=style.GREY, linewidth=0.9,
+                          linestyle=(0, (1, 2)))  # fmt: skip
+        panel.legend(loc="best", ncols=3)
+    axes.set_xlim(time[0] * per_time, time[-1] * per_time)
+    axes.set_ylabel(f"stress, positive in tension ({unit})")
+    below.set_ylabel(f"shear ({unit})")
+    below.set_xlabel(f"time ({time_unit})")
+    return figure

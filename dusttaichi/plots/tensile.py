@@ -1,0 +1,118 @@
+"""Stress while a sample is stretched (T19 Fig 3), and tensile strength of several (T19 Fig 5)."""
+
+import numpy as np
+
+from dusttaichi.analysis import fit_strength
+from dusttaichi.analysis import tensile as tensile_of
+from dusttaichi.errors import DustError
+from dusttaichi.physics import laws
+from dusttaichi.plots import style
+
+
+@style.styled
+def tensile(runs, labels=None, stage=None):
+    """Stress along the axis of stretching against filling factor, for one Run or several.
+
+    The averages with their uncertainty, the maximum marked; with a single run the records
+    themselves and T19 eq 33 too. Time runs from right to left. labels: one for each run (default:
+    their names). stage: see `analysis.tensile`. Raises DustError where nothing is stretched, or
+    labels do not match the runs.
+    """
+    runs, labels = style.named(runs, labels)
+    results = [tensile_of(run, stage) for run in runs]
+    figure, (axes,) = style.new_figure()
+    scale, unit = style.scaled(max(abs(t.strength) for t in results), style.PRESSURES)
+    for number, (t, label) in enumerate(zip(results, labels, strict=True)):
+        look = style.run_style(number)
+        if len(runs) == 1:
+            axes.plot(t.raw_filling_factor, t.raw_stress * scale, ".", markersize=2.5,
+                      color=look["color"], alpha=0.3, markeredgewidth=0)  # fmt: skip
+        if np.isfinite(t.sigma).all():
+            style.bands(t.filling_factor, t.stress * scale, t.sigma * scale, axes, label, number)
+        else:
+            axes.plot(t.filling_factor, t.stress * scale, label=label, **look)
+        axes.plot(t.strength_phi, t.strength * scale, "o", markersize=6, color=look["color"],
+                  markeredgecolor="white", label=_said(t, scale, unit) if len(runs) == 1 else None,
+                  zorder=4)  # fmt: skip
+    if len(runs) == 1 and np.isfinite(results[0].law):
+        (t,) = results
+        said = rf"strength by T19 eq 33 for $\phi_{{\rm init}}$ = {t.phi_init:.3g}"
+        axes.axhline(t.law * scale, color=style.BLACK, linewidth=1.0, linestyle=(0, (4, 2)),
+                     label=said)  # fmt: skip
+    axes.axhline(0.0, color=style.GREY, linewidth=0.6)
+    if max(t.strength for t in results) > 10 * min(t.strength for t in results) > 0:
+        _logarithmic(axes, results, scale)
+    else:
+        _linear(axes, results, scale)
+    axes.set_xlabel(r"filling factor $\phi$ (stretching goes on to the left)")
+    along = results[0].axis if len({t.axis for t in results}) == 1 else "the stretching"
+    axes.set_ylabel(f"stress along {along}, positive in tension ({unit})")
+    axes.legend(loc="upper right")
+    return figure
+
+
+def _linear(axes, results, scale):
+    low = min(np.min(t.stress - np.nan_to_num(t.sigma)) for t in results) * scale
+    high = max(max(t.strength, np.nan_to_num(t.law)) for t in results) * scale
+    if high > 0:
+        axes.set_ylim(min(1.3 * low, -0.1 * high), 1.5 * high)  # room for the legend
+    axes.set_xlim(0.0, 1.04 * max(t.phi_init for t in results))
+
+
+def _logarithmic(axes, results, scale):
+    """For strengths that differ more than tenfold. Where there is pressure nothing is drawn."""
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    style.few_ticks(axes.xaxis)
+    strengths = [t.strength * scale for t in results]
+    axes.set_ylim(0.05 * min(strengths), 20 * max(strengths))
+
+
+def _said(t, scale, unit):
+    most = "largest average" if t.passed else "so far at least"
+    sigma = "" if np.isnan(t.strength_sigma) else f" ± {t.strength_sigma * scale:.2g}"
+    return rf"{most}: {t.strength * scale:.3g}{sigma} {unit} at $\phi$ = {t.strength_phi:.3g}"
+
+
+@style.styled
+def strength(runs, labels=None):
+    """Tensile strength against initial filling factor for several Runs, on logarithmic axes.
+
+    With T19 eq 33 for each material among them and, where the runs differ in filling factor, the
+    fitted power law. Hollow: the stress had not fallen yet. Raises DustError where nothing is
+    stretched, or labels do not match the runs.
+    """
+    runs, labels = style.named(runs, labels)
+    results = [tensile_of(run) for run in runs]
+    if any(t.strength <= 0 for t in results):
+        raise DustError(
+            "The largest stress of a run is still a pressure: it has no tensile strength to draw."
+        )
+    figure, (axes,) = style.new_figure()
+    scale, unit = style.scaled(max(t.strength for t in results), style.PRESSURES)
+    phi = [t.phi_init for t in results]
+    line = np.geomspace(0.7 * min(phi), 1.4 * max(phi), 100)
+    materials = {(m.surface_energy, m.radius): m for m in (run.material for run in runs) if m}
+    for number, m in enumerate(materials.values()):
+        law = laws.tensile_strength(line, m.surface_energy, m.radius)
+        name = f" ({m.name})" if len(materials) > 1 else ""
+        axes.plot(line, law * scale, color=style.BLACK, linewidth=1.2,
+                  linestyle=style.RUN_DASHES[(number + 1) % len(style.RUN_DASHES)],
+                  label=rf"T19 eq 33, $0.12\,(F_{{\rm c}}/r^2)\,\phi^{{1.8}}${name}")  # fmt: skip
+    fit = fit_strength(results) if len(materials) <= 1 else None
+    if fit is not None:
+        sigma = "" if np.isnan(fit.exponent_sigma) else rf"\pm{fit.exponent_sigma:.2f}"
+        axes.plot(line, fit.strength(line) * scale, color=style.GREY, linewidth=1.0,
+                  label=rf"fit, $\propto\phi^{{{fit.exponent:.2f}{sigma}}}$")  # fmt: skip
+    for number, (t, label) in enumerate(zip(results, labels, strict=True)):
+        colour = style.run_style(number)["color"]
+        axes.errorbar(t.phi_init, t.strength * scale, np.nan_to_num(t.strength_sigma) * scale,
+                      marker="o", markersize=5, color=colour, linestyle="none", capsize=2,
+                      markerfacecolor=colour if t.passed else "white", label=label)  # fmt: skip
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlabel(r"initial filling factor $\phi_{\rm init}$")
+    axes.set_ylabel(f"tensile strength ({unit})")
+    style.few_ticks(axes.xaxis)
+    axes.legend(loc="best")
+    return figure
