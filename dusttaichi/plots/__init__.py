@@ -8,11 +8,12 @@ from pathlib import Path
 from dusttaichi.errors import DustError
 from dusttaichi.plots.compression import compression
 from dusttaichi.plots.coordination import coordination
+from dusttaichi.plots.ensemble import ensemble
 from dusttaichi.plots.ledger import ledger
 from dusttaichi.plots.profile import profile
 from dusttaichi.plots.style import styled
 
-__all__ = ["compression", "coordination", "ledger", "profile", "save_all"]
+__all__ = ["compression", "coordination", "ensemble", "ledger", "profile", "save_all"]
 
 
 @styled

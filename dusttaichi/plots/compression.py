@@ -8,7 +8,8 @@ from dusttaichi.physics.laws import EXPERIMENT_SCATTER, G09_OMNIDIRECTIONAL, S12
 from dusttaichi.plots import style
 
 
-def _laboratory(axes, pressure):
+def laboratory(axes, pressure):
+    """S12 eq 31 with the scatter of the experiment, and the fit of G09, at pressures [Pa]."""
     phi = S12_STATIC.filling_factor(pressure)
     axes.fill_between(
         pressure / 1e3,
@@ -38,7 +39,7 @@ def compression(runs, labels=None, laws=(), raw=None):
         raise DustError(f"{len(runs)} runs need as many labels, not {len(labels)}.")
     figure, (axes,) = style.new_figure()
     pressure = np.logspace(1, 7, 301)
-    _laboratory(axes, pressure)
+    laboratory(axes, pressure)
     for law in laws:
         axes.plot(pressure / 1e3, law.filling_factor(pressure), color=style.GREY, linewidth=1.0,
                   linestyle=(0, (1, 1)), label=law.name)  # fmt: skip
