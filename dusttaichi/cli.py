@@ -1,5 +1,6 @@
-"""The command `dust`: run, check, schema, plot, bench."""
+"""The command `dust`: run, sweep, check, schema, plot, compare, bench."""
 
+import shlex
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -22,6 +23,9 @@ WIDE = 120  # columns where there is no terminal to ask
 console = Console(highlight=False, width=None if sys.stdout.isatty() else WIDE)
 err = Console(stderr=True, highlight=False, width=None if sys.stderr.isatty() else WIDE)
 
+Scheduler = Annotated[
+    str | None, typer.Option(help="address of a Dask scheduler", metavar="ADDRESS")
+]
 SceneFile = Annotated[Path, typer.Argument(help="YAML file of the scene", metavar="FILE")]
 
 
@@ -49,19 +53,25 @@ def run(
         Path | None, typer.Option("--output", "-o", help="directory of the results")
     ] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="CPU threads")] = None,
+    scheduler: Scheduler = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="no progress bar")] = False,
 ):
     """Run the scene of a YAML file: result, figures and a short table."""
     from dusttaichi import analysis, plots
     from dusttaichi.run import execute, run_directory
-    from dusttaichi.scene import load
 
-    if force and resume:
-        raise DustError("--force starts anew, --resume goes on: give only one of them")
-    scene = load(file)
-    if threads is not None:
-        scene = scene.with_value("numerics.threads", threads)
+    scene = _scene(file, force, resume, threads)
     directory = run_directory(scene, output)
+    if scene.replicas is not None:
+        from dusttaichi import ensemble
+
+        plan = ensemble.ensemble_plan(scene, directory)
+        again = _again("run", file, output, scheduler)
+        ensemble.command(plan, again, force=force, resume=resume, scheduler=scheduler,
+                         quiet=quiet, console=console, err=err)  # fmt: skip
+        return
+    if scheduler is not None:
+        raise DustError("--scheduler is for many runs: a scene with replicas, or dust sweep")
     with _bar(quiet) as (watch, say):
         try:
             execute(scene, directory, force=force, resume=resume, watch=watch, say=say)
@@ -75,6 +85,51 @@ def run(
     _print_summary(analysis.summary(result), analysis.table)
     for path in [directory / "result.nc", *figures]:
         console.print(f"wrote {path}")
+
+
+def _scene(file, force, resume, threads):
+    from dusttaichi.scene import load
+
+    if force and resume:
+        raise DustError("--force starts anew, --resume goes on: give only one of them")
+    scene = load(file)
+    return scene if threads is None else scene.with_value("numerics.threads", threads)
+
+
+def _again(command, file, output, scheduler, settings=()):
+    """The command that goes on with what was interrupted."""
+    words = ["dust", command, str(file)]
+    words += [word for setting in settings for word in ("--set", setting)]
+    words += ["--output", str(output)] if output else []
+    words += ["--scheduler", scheduler] if scheduler else []
+    return shlex.join([*words, "--resume"])
+
+
+@app.command()
+def sweep(
+    file: SceneFile,
+    settings: Annotated[
+        list[str],
+        typer.Option("--set", help="a key and its values, key=value,value", metavar="KEY=VALUES"),
+    ],
+    force: Annotated[bool, typer.Option("--force", help="overwrite existing results")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="go on with what is missing")] = False,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="directory of the results")
+    ] = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="CPU threads a run")] = None,
+    scheduler: Scheduler = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="no progress bar")] = False,
+):
+    """Run a scene over a grid of values of its keys: one dataset, a figure, a table."""
+    from dusttaichi import ensemble
+
+    scene = _scene(file, force, resume, threads)
+    runs = scene.output.directory
+    plan = ensemble.sweep_plan(scene, settings, output or runs.with_name(f"{runs.name}-sweep"))
+    again = _again("sweep", file, output, scheduler, settings)
+    ensemble.command(plan, again, force=force, resume=resume, scheduler=scheduler, quiet=quiet,
+                     console=console, err=err)  # fmt: skip
 
 
 def _print_summary(summary, rows):

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-
 from scipy.spatial import cKDTree
 
 from dusttaichi import units

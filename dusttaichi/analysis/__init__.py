@@ -11,6 +11,7 @@ from dusttaichi.analysis.compression import (
     onset,
     rms_from_law,
 )
+from dusttaichi.analysis.ensemble import Band, bands, gather, save_ensemble
 from dusttaichi.analysis.fractal import Fractal, fractal
 from dusttaichi.analysis.isotropic import Isotropic, Ratio, isotropic
 from dusttaichi.analysis.ledger import Ledger, ledger
@@ -21,6 +22,7 @@ from dusttaichi.analysis.summary import summary, table
 from dusttaichi.analysis.tensile import StrengthFit, Tensile, fit_strength, tensile
 
 __all__ = [
+    "Band",
     "Curve",
     "Deviation",
     "Fit",
@@ -32,6 +34,7 @@ __all__ = [
     "Run",
     "StrengthFit",
     "Tensile",
+    "bands",
     "compare",
     "compression_curve",
     "compression_law",
@@ -39,12 +42,14 @@ __all__ = [
     "fit_strength",
     "fractal",
     "isotropic",
+    "gather",
     "ledger",
     "losses_against_filling_factor",
     "onset",
     "open_run",
     "profile",
     "rms_from_law",
+    "save_ensemble",
     "summary",
     "table",
     "tensile",

@@ -8,6 +8,7 @@ from pathlib import Path
 from dusttaichi.errors import DustError
 from dusttaichi.plots.compression import compression
 from dusttaichi.plots.coordination import coordination
+from dusttaichi.plots.ensemble import ensemble
 from dusttaichi.plots.fractal import fractal
 from dusttaichi.plots.isotropic import isotropic
 from dusttaichi.plots.ledger import ledger
@@ -21,6 +22,7 @@ __all__ = [
     "bands",
     "compression",
     "coordination",
+    "ensemble",
     "fractal",
     "isotropic",
     "ledger",

@@ -12,7 +12,7 @@ from dusttaichi.physics.laws import (
 from dusttaichi.plots import style
 
 
-def _laboratory(axes, pressure, drawn):
+def laboratory(axes, pressure, drawn=(S12_STATIC,)):
     """The laws of the laboratory that belong to the boundaries of the runs."""
     scatter = f"scatter of the experiment, ±{EXPERIMENT_SCATTER}"
     if S12_STATIC in drawn:
@@ -50,7 +50,7 @@ def compression(runs, labels=None, laws=(), raw=None):
     figure, (axes,) = style.new_figure()
     pressure = np.logspace(1, 7, 301)
     drawn = [compression_law(run) for run in runs]
-    _laboratory(axes, pressure, drawn)
+    laboratory(axes, pressure, drawn)
     for law in laws:
         axes.plot(pressure / 1e3, law.filling_factor(pressure), color=style.GREY, linewidth=1.0,
                   linestyle=(0, (1, 1)), label=law.name)  # fmt: skip

@@ -18,7 +18,7 @@ from pydantic import (
 from dusttaichi.errors import DustError
 from dusttaichi.scene import checks, problems
 from dusttaichi.scene.boundary import AXES, Boundary, bounded_axes, own_drive
-from dusttaichi.scene.fields import Block, needed
+from dusttaichi.scene.fields import Block, Count, needed
 from dusttaichi.scene.fields import problems as several
 from dusttaichi.scene.interaction import Interaction
 from dusttaichi.scene.material import Material
@@ -55,6 +55,9 @@ class Scene(Block):
         default_factory=Numerics, description="time step, precision, threads"
     )
     output: Output = Field({}, description="what is written, how often and where")
+    replicas: Count | None = Field(
+        None, description="number of runs of this scene, each with the next seed; default one run"
+    )
 
     _source: str = PrivateAttr("")
     _path: Path | None = PrivateAttr(None)

@@ -1,0 +1,369 @@
+"""Several runs of one scene, or of the points of a sweep, in one dataset with means and scatter.
+
+Every run is interpolated linearly onto one coordinate, each within its own range only.
+"""
+
+import itertools
+import math
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from dusttaichi import units
+from dusttaichi.analysis.compression import BIN_WIDTH
+from dusttaichi.analysis.summary import summary
+from dusttaichi.checkpoint import explain, replace_atomically
+from dusttaichi.errors import DustError
+from dusttaichi.results.variables import VARIABLES
+
+MOST = 10_000  # points of the common coordinate
+GROWTH = 1.001  # by which a filling factor grows that counts as growing
+RECORDED = {v.name: v for v in VARIABLES.values() if v.group == "series"}
+UNITS = {
+    "p_m": "Pa", "p_m_sigma": "Pa", "law_p_m": "Pa", "rms_p_low": "Pa", "rms_p_high": "Pa",
+    "wall_time": "s", "steps_per_second": "1/s",
+} | dict.fromkeys((
+    "grains", "contacts", "contacts_per_grain", "steps", "ledger_worst", "delta", "delta_sigma",
+    "law_delta", "rms", "rms_mean", "rms_covered",
+), "1")  # fmt: skip
+# numbers of the summary that tables leave out: they describe the machine or the law
+UNTOLD = {
+    "grains", "wall_time", "steps_per_second", "p_m_sigma", "delta_sigma", "law_p_m", "law_delta",
+    "rms_p_low", "rms_p_high", "rms_covered",
+}  # fmt: skip
+# these say again what others say, or hardly differ between points: tables of sweeps lack them too
+REPEATED = {"contacts", "coordination_number", "height", "time", "steps", "rms_mean"}
+# global attributes of the runs that the dataset keeps, all values that occur
+KEPT = (
+    "dusttaichi_version", "git_commit", "taichi_version", "numpy_version", "netcdf4_version",
+    "python_version", "platform", "cpu", "backend", "precision",
+)  # fmt: skip
+CONVENTION = (
+    "NAME: every replica, interpolated linearly onto {coordinate} within its own range, not a "
+    "number outside it. mean_NAME and std_NAME: mean and standard deviation (n - 1) over the "
+    "replicas that have a number there. replica_count: how many reach that far. summary_numbers: "
+    "the variables that hold the numbers of dusttaichi.analysis.summary; final_NAME is NAME at "
+    "the end of a run."
+)
+
+
+# -- gathering -----------------------------------------------------------------------------------
+
+
+def gather(runs, axes=None, labels=None, attrs=None):
+    """One xr.Dataset of Runs; None stands for a run that is not there, whose numbers are NaN.
+
+    axes: name -> 1-d xr.Variable of a swept key. runs: in the order of the axes and then of the
+    replicas, which are as many for each point. labels: name -> one value a run, kept as
+    coordinates (seed, status). attrs: further global attributes.
+
+    Dimensions (*axes, replica, coordinate, ...). The coordinate is the filling factor where it
+    grows in every run, over the last stage; else the time. See the attribute `convention`.
+    Raises DustError where no run has a time series.
+    """
+    axes, present = dict(axes or {}), [r for r in runs if r is not None and len(r.series.time)]
+    if not present:
+        raise DustError("No run has come to its end: there is nothing to gather.")
+    shape = tuple(len(values) for values in axes.values())
+    shape = (*shape, len(runs) // math.prod(shape))
+    dims = (*axes, "replica")
+    name = "filling_factor" if all(_grows(_last_stage(run)) for run in present) else "time"
+    courses = [None if run is None else _course(run, name) for run in runs]
+    grid = common_coordinate([c[name].values for c in courses if c is not None])
+    data = xr.Dataset(coords={**axes, "replica": ("replica", np.arange(shape[-1]))})
+    data.coords[name] = (name, grid, _attributes(present[0].series[name]))
+    data["replica"].attrs["long_name"] = "number of the replica"
+    for label, values in (labels or {}).items():
+        data.coords[label] = (dims, np.array(values).reshape(shape))
+    _add_series(data, courses, dims, shape, name, grid)
+    data.attrs["summary_numbers"] = _add_numbers(data, runs, dims, shape)
+    for variable in list(data.data_vars):
+        _add_statistics(data, variable)
+    reach = [_reaches(c, name, grid) for c in courses]
+    count = np.array(reach).reshape(*shape, len(grid)).sum(axis=len(dims) - 1)
+    told = {"long_name": f"replicas that reach this {name.replace('_', ' ')}", "units": "1"}
+    data["replica_count"] = ((*axes, name), count, told)
+    for label in KEPT:
+        found = sorted({str(run.attrs[label]) for run in present if label in run.attrs})
+        data.attrs |= {label: ", ".join(found)} if found else {}
+    data.attrs |= {"Conventions": "CF-1.11", "coordinate": name, **(attrs or {})}
+    data.attrs["convention"] = CONVENTION.format(coordinate=name)
+    return data
+
+
+def _last_stage(run):
+    series = run.series
+    if "stage" not in series:
+        return series
+    return series.isel(time=series.stage.values == series.stage.values[-1])
+
+
+def _grows(series):
+    """The filling factor never falls, and grows by more than rounding."""
+    if "filling_factor" not in series:
+        return False
+    phi = series.filling_factor.values
+    phi = phi[np.isfinite(phi)]
+    return len(phi) > 1 and bool(np.all(np.diff(phi) >= 0) and phi[-1] > GROWTH * phi[0])
+
+
+def _course(run, name):
+    """The part of the series along which the coordinate grows, strictly."""
+    series = _last_stage(run) if name == "filling_factor" else run.series
+    series = series.drop_vars("stage", errors="ignore")
+    values = series[name].values
+    series = series.isel(time=np.isfinite(values))
+    values = values[np.isfinite(values)]
+    return series.isel(time=np.concatenate([[True], np.diff(values) > 0])[: len(values)])
+
+
+def common_coordinate(ranges):
+    """One coordinate for several, each (points,) and growing.
+
+    The longest of them where the others are its beginnings; else from the lowest to the highest
+    value in multiples of the median distance of points, rounded to two digits: where the series
+    was written every so often in that coordinate, its points are met again.
+    """
+    longest = max(ranges, key=len)
+    if all(np.array_equal(values, longest[: len(values)]) for values in ranges):
+        return longest
+    low, high = min(r[0] for r in ranges), max(r[-1] for r in ranges)
+    steps = np.concatenate([np.diff(r) for r in ranges])
+    step = float(np.median(steps)) if len(steps) else high - low
+    step = float(f"{max(step, (high - low) / MOST):.1e}")
+    # a value that misses a multiple by rounding is on it
+    first, last = math.ceil(low / step - 1e-6), math.floor(high / step + 1e-6)
+    return step * np.arange(first, last + 1) if last > first else np.array([low, high])
+
+
+def _inside(values, grid):
+    """Points of the grid that lie between the first and the last value, rounding forgiven."""
+    slack = 1e-6 * float(np.min(np.diff(grid), initial=np.inf)) if len(grid) > 1 else 0.0
+    return (grid >= values[0] - slack) & (grid <= values[-1] + slack)
+
+
+def _reaches(course, name, grid):
+    return np.zeros(len(grid), bool) if course is None else _inside(course[name].values, grid)
+
+
+def interpolate(x, y, grid):
+    """y, shape (points, ...), at x (points,) growing, on the grid: (grid, ...), NaN outside."""
+    out = np.full((len(grid), *y.shape[1:]), np.nan)
+    inside = _inside(x, grid)
+    flat, columns = out.reshape(len(grid), -1), y.reshape(len(x), -1)
+    for column in range(columns.shape[1]):
+        flat[inside, column] = np.interp(grid[inside], x, columns[:, column])
+    return out
+
+
+def _add_series(data, courses, dims, shape, name, grid):
+    """Every variable of the series that is not the coordinate; of runs that lack it, NaN."""
+    there = [course for course in courses if course is not None]
+    examples = {}
+    for course in there:
+        for key, variable in course.variables.items():
+            if key != name and variable.dims[:1] == ("time",):
+                examples.setdefault(key, course[key])
+    for course in there:
+        data.coords.update({k: v for k, v in course.coords.items() if "time" not in v.dims})
+    for key, example in examples.items():
+        tail = example.shape[1:]
+        rows = [
+            interpolate(course[name].values, course[key].values.astype(float), grid)
+            if course is not None and key in course.variables
+            else np.full((len(grid), *tail), np.nan)
+            for course in courses
+        ]
+        values = np.array(rows).reshape(*shape, len(grid), *tail)
+        data[key] = ((*dims, name, *example.dims[1:]), values, _attributes(example))
+
+
+def _attributes(variable):
+    return {k: v for k, v in variable.attrs.items() if k in ("units", "long_name", "comment")}
+
+
+def _add_numbers(data, runs, dims, shape):
+    """The numbers of the summaries as variables over the runs; returns their names, joined."""
+    rows = [{} if run is None else _numbers(run) for run in runs]
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    for name in names:
+        values = np.array([row.get(name, np.nan) for row in rows], float).reshape(shape)
+        attrs = {"long_name": f"{name} of the summary of a run"}
+        unit = UNITS.get(name)
+        if name in RECORDED:
+            attrs = {"long_name": f"{RECORDED[name].long_name}, at the end of a run"}
+            unit = RECORDED[name].units
+        data[_number(name)] = (dims, values, attrs | ({"units": unit} if unit else {}))
+    return " ".join(_number(name) for name in names)
+
+
+def _number(name):
+    """Name in the dataset: the series has variables of some of the names."""
+    return f"final_{name}" if name in RECORDED else name
+
+
+def _numbers(run):
+    return {
+        name: value
+        for name, value in summary(run).items()
+        if isinstance(value, (int, float)) and not isinstance(value, bool)
+    }
+
+
+def _add_statistics(data, name):
+    """mean_NAME and std_NAME over the replicas, NaN where there are none, or fewer than two."""
+    variable = data[name]
+    axis = variable.dims.index("replica")
+    values, known = variable.values, np.isfinite(variable.values)
+    count = known.sum(axis=axis, keepdims=True)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.where(known, values, 0.0).sum(axis=axis, keepdims=True) / count
+        square = np.where(known, values - mean, 0.0) ** 2
+        std = np.sqrt(square.sum(axis=axis, keepdims=True) / np.where(count > 1, count - 1, np.nan))
+    dims = tuple(d for d in variable.dims if d != "replica")
+    for kind, result, method in (("mean", mean, "mean"), ("std", std, "standard_deviation")):
+        attrs = variable.attrs | {"cell_methods": f"replica: {method}"}
+        data[f"{kind}_{name}"] = (dims, result.squeeze(axis), attrs)
+
+
+def save_ensemble(data, path):
+    """Write the dataset of `gather`, whole or not at all. Raises DustError."""
+    path = Path(path)
+    temporary = path.with_name(f".{path.name}.tmp")
+    encoding = {name: {"zlib": True, "complevel": 1} for name in data.data_vars}
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        data.to_netcdf(temporary, engine="netcdf4", encoding=encoding)
+        replace_atomically(temporary, path)
+    except (OSError, RuntimeError) as error:
+        if os.path.exists(temporary):
+            os.unlink(temporary)
+        raise DustError(f"Could not write {path}: {explain(error, path)}.") from error
+
+
+# -- what figures show ---------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Band:
+    """A quantity along the common coordinate: mean and scatter over the replicas of one point.
+
+    x, mean, std: (points,), SI; std NaN where fewer than two replicas are. replicas: the most
+    that are anywhere. label: the point of the sweep, "" without one.
+    """
+
+    x: np.ndarray
+    mean: np.ndarray
+    std: np.ndarray
+    replicas: int
+    label: str
+
+
+def bands(data, name, width=BIN_WIDTH, **selected):
+    """A Band for each point of a dataset of `gather`, of its variable `name`.
+
+    selected: labels of further dimensions, such as wall="top". Along the filling factor each
+    replica is smoothed first, by its median in windows `width` wide, as a compression curve is.
+    Points at which no replica has a number are left out.
+    """
+    x = data.attrs["coordinate"]
+    values = data[name].sel(selected) if selected else data[name]
+    if x == "filling_factor" and data.sizes[x] > 1:
+        window = max(1, round(width / float(np.median(np.diff(data[x].values)))))
+        # the last window may be short
+        values = values.coarsen({x: window}, boundary="pad").median()
+    scattered = xr.Dataset({"y": values.transpose(..., "replica", x)})
+    _add_statistics(scattered, "y")
+    known = np.isfinite(scattered.y.values)
+    found = []
+    for index, label in zip(np.ndindex(known.shape[:-2]), point_labels(data), strict=True):
+        here = known[index].any(axis=0)
+        if here.any():
+            found.append(Band(
+                scattered[x].values[here], scattered.mean_y.values[index][here],
+                scattered.std_y.values[index][here], int(known[index].any(axis=1).sum()), label,
+            ))  # fmt: skip
+    return found
+
+
+def point_labels(data):
+    """ "wall_speed = 1 cm/s, kappa = 1e-6 g/s" for each point in order; [""] without axes."""
+    keys = [axis.split(".")[-1] for axis in axes_of(data)]
+    return [
+        ", ".join(f"{key} = {value}" for key, value in zip(keys, values, strict=True))
+        for values in point_values(data)
+    ]
+
+
+def point_values(data):
+    """The values of the swept keys, as people write them, for each point in order."""
+    return list(itertools.product(*(_axis_texts(data, axis) for axis in axes_of(data))))
+
+
+def axes_of(data):
+    """Names of the swept keys."""
+    dims = data[data.attrs["summary_numbers"].split()[0]].dims
+    return dims[: dims.index("replica")]
+
+
+def _axis_texts(data, axis):
+    values, unit = data[axis].values, data[axis].attrs.get("units")
+    return [quantity_text(v, unit) if values.dtype.kind in "fi" else str(v)
+            for v in values.tolist()]  # fmt: skip
+
+
+# -- tables --------------------------------------------------------------------------------------
+
+DECIMALS = 5  # more than these are written as powers of ten
+# SI unit -> (power of ten, unit), largest first
+_POWERS = {
+    kind.unit: sorted(((power, unit) for unit, power in kind.powers.items()), reverse=True)
+    for kind in units.DIMENSIONS.values()
+}
+
+
+def quantity_text(value, unit, std=None):
+    """ "21.9 ± 0.8 kPa": a number [unit] with its scatter, if there is one, in a fitting unit."""
+    scatters = std is not None and math.isfinite(std)
+    factor, name = 1.0, "" if unit in (None, "1") else unit
+    if unit in _POWERS:
+        size = max(abs(value), std if scatters else 0.0)
+        fitting = [(p, text) for p, text in _POWERS[unit] if size * (1 + 1e-9) >= 10.0**p]
+        power, name = (fitting or [_POWERS[unit][-1] if size else (0, unit)])[0]
+        factor = 10.0**power
+    mean, std = value / factor, std / factor if scatters else 0.0
+    # two digits of the scatter, and the mean as far
+    decimals = 1 - math.floor(math.log10(std)) if std > 1e-12 * abs(mean) else math.inf
+    if decimals <= DECIMALS:
+        mean, std = (f"{round(v, decimals) + 0.0:.{max(decimals, 0)}f}" for v in (mean, std))
+    else:
+        whole = mean == round(mean) and abs(mean) < 1e9
+        mean = f"{mean:.0f}" if whole else f"{mean:.4g}"
+        std = f"{std:.2g}" if decimals < math.inf else "0"
+    return f"{mean}{f' ± {std}' if scatters else ''} {name}".rstrip()
+
+
+def told_numbers(data):
+    """Names of the numbers of the summary that tables show: those that some run has.
+
+    Fewer for a sweep, whose table has a column for each.
+    """
+    untold = UNTOLD | REPEATED if axes_of(data) else UNTOLD
+    return [
+        name
+        for name in data.attrs["summary_numbers"].split()
+        if name.removeprefix("final_") not in untold and np.isfinite(data[name].values).any()
+    ]
+
+
+def number_texts(data, name):
+    """ "mean ± std" of one number for each point, in order; "-" where no run has it."""
+    mean, std = data[f"mean_{name}"].values.ravel(), data[f"std_{name}"].values.ravel()
+    unit = data[name].attrs.get("units")
+    return [
+        quantity_text(m, unit, s) if math.isfinite(m) else "-"
+        for m, s in zip(mean.tolist(), std.tolist(), strict=True)
+    ]
