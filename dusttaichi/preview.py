@@ -23,7 +23,11 @@ def report(scene):
     pair, wall = contact_constants(scene)
     return [
         ("Contact of two grains", _contact(pair, scene)),
-        *([("Contact of a grain and a wall", _contact(wall, scene))] if scene.boundary.walls else []),
+        *(
+            [("Contact of a grain and a wall", _contact(wall, scene))]
+            if scene.boundary.walls
+            else []
+        ),
         ("Sample", _sample(scene, sample)),
         ("Time step", _time_step(step)),
         ("Compiled in", _parts(scene, sim)),
@@ -136,7 +140,10 @@ def _cost(scene, sim):
     remark = ""
     if any(filling_direction(scene.boundary, leg.drive) > 0 for leg in scene.legs):
         remark = "; contacts that form in compression make it up to twice that"
-    return [*rows, ("estimated run time at most", f"{_duration(total / rate)} at this speed{remark}")]
+    return [
+        *rows,
+        ("estimated run time at most", f"{_duration(total / rate)} at this speed{remark}"),
+    ]
 
 
 def _plan(scene, sim):

@@ -84,7 +84,9 @@ class _Run:
         self.features = features_of(self.scene, self.sim)
         self.crew = Crew(self.sim, fixed=self.scene.numerics.threads != "auto")
         clock = clock_of(self.sim)
-        self.edges = record.bin_edges(clock, self.sim.radius) if "profiles" in self.features else None
+        self.edges = (
+            record.bin_edges(clock, self.sim.radius) if "profiles" in self.features else None
+        )
 
     def _plan(self):
         """The present stage: its clock, and when it ends at the latest."""

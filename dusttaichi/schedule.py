@@ -145,9 +145,9 @@ def next_step(interval, clock, step):
         return due
     way = -1 if clock._fills(-1) else 1
     k = floor(way * clock.filling_factor_at(step) / interval.filling_factor) + 1
-    while k != 0 and (
-        due := clock.step_of_filling_factor(way * k * interval.filling_factor)
-    ) <= step:
+    while (
+        k != 0 and (due := clock.step_of_filling_factor(way * k * interval.filling_factor)) <= step
+    ):
         k += 1
     return due if k != 0 else NEVER
 

@@ -241,7 +241,9 @@ class Simulation:
         due = NEVER
         for speed, share in ((self._wall_speed(), 1.0 - grains), (self._closing_speed(), faces)):
             if speed > 0.0:
-                due = min(due, self.searched_at + max(1, int(share * self.skin / (speed * self.dt))))
+                due = min(
+                    due, self.searched_at + max(1, int(share * self.skin / (speed * self.dt)))
+                )
         return due
 
     # -- search ----------------------------------------------------------------------------------
@@ -521,7 +523,7 @@ class Simulation:
         d = x[i] - x[j]
         if self.cell is not None:
             axes = list(self.cell.axes)
-            d[:, axes] -= (self._lanes("shift")[: len(on)][on] * self.cell.edges(self.time)[axes])
+            d[:, axes] -= self._lanes("shift")[: len(on)][on] * self.cell.edges(self.time)[axes]
         distance = np.linalg.norm(d, axis=1)
         return {
             "grain_i": self.order[i],
@@ -585,7 +587,9 @@ class Simulation:
             "skin": self.skin,
             "search_asked": self._search_asked,
             "books": self.books.to_numbers(),
-            "box": None if self.box is None else [self.box.offset.tolist(), self.box.speed.tolist()],
+            "box": None
+            if self.box is None
+            else [self.box.offset.tolist(), self.box.speed.tolist()],
             "cell": None if self.cell is None else self.cell.rows.tolist(),
         }
 

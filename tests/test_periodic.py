@@ -280,7 +280,9 @@ def test_refused_cells():
     with pytest.raises(DustError, match="shorter than four radii"):
         build(make_scene(boundary={"kind": "periodic"}), sample_of(lattice(2, REST)[:4]))
     with pytest.raises(DustError, match="overlap with images"):
-        build(make_scene(boundary=cell([3 * RADIUS * 2.5] * 3)), sample_of(lattice(4, 2.2 * RADIUS)))
+        build(
+            make_scene(boundary=cell([3 * RADIUS * 2.5] * 3)), sample_of(lattice(4, 2.2 * RADIUS))
+        )
 
 
 def test_a_cell_that_shrinks_too_far_is_stopped():

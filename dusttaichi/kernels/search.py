@@ -138,7 +138,9 @@ def make_find(fields, scratch, layout, grains, walls):
                 there = c + ti.Vector([a, b, e])
                 image = ti.Vector([0.0, 0.0, 0.0])
                 for n in ti.static(layout.periodic):
-                    turn = ti.cast(there[n] >= grid.cells[n], ti.i32) - ti.cast(there[n] < 0, ti.i32)
+                    turn = ti.cast(there[n] >= grid.cells[n], ti.i32) - ti.cast(
+                        there[n] < 0, ti.i32
+                    )
                     there[n] -= turn * grid.cells[n]
                     image[n] = turn * grid.edges[n]
                 if there.min() >= 0 and (grid.cells - 1 - there).min() >= 0:
