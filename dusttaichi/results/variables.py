@@ -55,7 +55,7 @@ _TABLE = {
         ("box_length", "time xyz", "m", "edges of the cell; not a number along an open axis", "",
          "cell"),
         ("filling_factor", "time", "1", "volume of the grains over volume of the box",
-         "S12 eq 28", "volume"),
+         "S12 eq 28", "filling"),
         ("pressure", "time wall", "Pa", "pressure on the wall, positive in compression, "
          "average since the last entry or over the stated window", _S12, "walls"),
         ("wall_force", "time wall xyz", "N", "force of the wall on the grains, average as for "
@@ -116,7 +116,7 @@ _TABLE = {
         ("velocity", "snapshot grain xyz", "m/s", "velocity of the grain", "", "snapshots"),
         ("spin", "snapshot grain xyz", "rad/s", "angular velocity of the grain", "", "snapshots"),
         ("box", "snapshot wall", "m", "coordinate of the wall along its normal; not a number "
-         "for a wall left out", "", "bounds snapshots"),
+         "for a wall left out", "", "room snapshots"),
         ("contact_count", "snapshot", "1", "rows of /contacts that belong to the snapshot", "",
          "snapshots contacts"),
         ("wall_contact_count", "snapshot", "1", "rows of /wall_contacts that belong to the "
@@ -170,13 +170,13 @@ VARIABLES = {
 def select(features):
     """Keys of the variables that a scene with these `features` has, in the table's order.
 
-    Features: "walls" (any wall), "height" (top and bottom wall), "volume" (all six walls),
-    "profiles", "snapshots", "contacts" (kept with the snapshots), "cell" (periodic), "stress",
-    "plates", "stages".
+    Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (top
+    and bottom wall), "filling" (a filling factor; "volume", all six walls, has one), "plates",
+    "stress", "stages", "profiles", "snapshots", "contacts" (kept with the snapshots).
     """
     features = set(features)
-    if features & {"walls", "cell"}:
-        features.add("bounds")
+    features |= {"room"} if features & {"walls", "cell"} else set()
+    features |= {"filling"} if "volume" in features else set()
     return [key for key, v in VARIABLES.items() if v.needs <= features]
 
 
