@@ -2,6 +2,7 @@
 
 import shlex
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -211,12 +212,13 @@ def plot(
     """Figures of a run: curves, stress, profile, energy. Several runs: their curves in one."""
     from dusttaichi import analysis, plots
 
-    results = [analysis.open_run(path) for path in runs]
-    if len(results) == 1:
-        folder = output or (runs[0] if runs[0].is_dir() else runs[0].parent)
-        paths = plots.save_all(results[0], folder)
-    else:
-        paths = plots.save_together(results, output or Path("."))
+    with ExitStack() as opened:
+        results = [opened.enter_context(analysis.open_run(path)) for path in runs]
+        if len(results) == 1:
+            folder = output or (runs[0] if runs[0].is_dir() else runs[0].parent)
+            paths = plots.save_all(results[0], folder)
+        else:
+            paths = plots.save_together(results, output or Path("."))
     for path in paths:
         console.print(f"wrote {path}")
 
@@ -258,7 +260,8 @@ def compare(
     """Runs side by side: fit and distance from the law, tensile strength, contacts, ledger."""
     from dusttaichi import analysis
 
-    rows = analysis.compare([analysis.open_run(path) for path in runs])
+    with ExitStack() as opened:
+        rows = analysis.compare([opened.enter_context(analysis.open_run(path)) for path in runs])
     table = Table(box=None, pad_edge=False)
     shown = [column for column in COLUMNS if column[1] in rows[0]]
     for heading, *_ in shown:

@@ -10,9 +10,9 @@ from dusttaichi.scene.material import NAMED, Material
 
 RADIUS = 0.6e-6
 SHARES = np.array([0.22, 0.17, 0.11, 0.37, 0.1, 0.03])  # of the losses, by channel
-BOX = {"walls", "height", "volume", "profiles", "snapshots", "contacts"}
-PLATES = {"walls", "height", "volume", "plates"}
-CELL = {"cell", "stress", "volume", "stages", "snapshots"}
+BOX = {"walls", "room", "height", "filling", "profiles", "snapshots", "contacts"}
+PLATES = {"walls", "room", "height", "filling", "plates"}
+CELL = {"cell", "room", "stress", "filling", "stages", "snapshots"}
 FEATURES = BOX | PLATES | CELL  # no scene has them all
 ICE = Material(**NAMED["ice_t19"])
 
@@ -146,7 +146,7 @@ def cell_scene(material="ice_t19"):
         "boundary: {kind: periodic, axes: [x, y, z]}\n"
         "stages:\n"
         "- {name: press, drive: {compression_rate: 3e-7}}\n"
-        "- {name: stretch, drive: {face_speed: 10 cm/s}}\n"
+        "- {name: stretch, drive: {face_speed: [10 cm/s, 0 m/s, 0 m/s]}}\n"
     )
 
 

@@ -368,7 +368,9 @@ def test_compare(cell, plates, tmp_path):
     assert list(one) == list(two)
     assert one["strength_law"] == pytest.approx(T19) and two["strength"] is None
     assert one["p_m"] is None and two["rms"] < 0.01 and np.isnan(one["pressure_kpa_at_0.2"])
-    assert one["drive"] == "press: compression_rate 3e-7; stretch: face_speed 10 cm/s"
+    assert one["drive"] == (
+        "press: compression_rate 3e-7; stretch: face_speed 10 cm/s, 0 m/s, 0 m/s"
+    )
     assert two["drive"] == "wall_speed 5 cm/s"
     (alone,) = analysis.compare([cell])
     assert "p_m" not in alone and alone["phi_init"] == 0.1 and alone["ratio_scatter"] < 0.03

@@ -44,7 +44,7 @@ def _row(run, parts, at):
         "damping": interaction.get("damping", {}).get("model", ""),
         "m_r": _modifier(interaction.get("rolling")),
         "m_s": _modifier(interaction.get("sliding")),
-        "wall_speed": str(scene.get("boundary", {}).get("wall_speed", "")),
+        "wall_speed": str(scene.get("boundary", {}).get("wall_speed") or ""),
         "time_step_ns": float(run.attrs.get("time_step", np.nan)) * 1e9,
     }
     if parts != ["compresses"]:
@@ -95,7 +95,7 @@ def _drive(scene):
     texts = []
     for stage in stages:
         drive = stage.get("drive") or {}
-        moved = [f"{key} {drive[key]}" for key in DRIVES if drive.get(key) is not None]
+        moved = [f"{key} {_text(drive[key])}" for key in DRIVES if drive.get(key) is not None]
         name = f"{stage['name']}: " if "name" in stage else ""
         texts.extend(f"{name}{text}" for text in moved)
     return "; ".join(texts)
@@ -120,4 +120,6 @@ def to_csv(rows, path):
 def _text(value):
     if value is None:
         return ""
+    if isinstance(value, (list, tuple)):
+        return ", ".join(map(_text, value))
     return f"{value:.5g}" if isinstance(value, float) else str(value)

@@ -74,12 +74,12 @@ def tensile(run, stage=None, axis=None, windows=None):
             "stress nor a pressure on the top wall."
         )
     axis = _stretched_axis(part) if axis is None else axis
-    time, phi, stress, edge = _records(part, axis)
+    duration, phi, stress, edge = _records(part, axis)
     place = np.log(phi)  # even steps of it are even relative changes
     noise = _noise(place, stress)
     if windows is None:
-        windows = _as_many_as_noise_allows(place, stress, time, noise)
-    rows = _averaged(place, windows, time, phi, stress, edge, noise)
+        windows = _as_many_as_noise_allows(place, stress, duration, noise)
+    rows = _averaged(place, windows, duration, phi, stress, edge, noise)
     mean_phi, mean_stress, mean_edge, sigma, count = rows
     full = np.where(count >= 0.5 * np.median(count), mean_stress, -np.inf)
     top = int(np.argmax(full))

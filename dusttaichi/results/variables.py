@@ -54,7 +54,7 @@ _TABLE = {
         ("stage", "time", "1", "number of the stage, from 0; their names stand in the global "
          "attribute stages", "", "stages"),
         ("filling_factor", "time", "1", "volume of the grains over that of the room: of the box or "
-         "cell; between plates projected_area x height", "S12 eq 28, section 3.2", "volume"),
+         "cell; between plates projected_area x height", "S12 eq 28, section 3.2", "filling"),
         ("inner_filling_factor", "time", "1", "filling factor of an upright cylinder in the middle "
          "of the initial footprint", "PD08 section 3.1.2", "plates"),
         ("projected_area", "time", "m2", "area of the shadow of the grains on the plates, exact",
@@ -118,7 +118,7 @@ _TABLE = {
         ("velocity", "snapshot grain xyz", "m/s", "velocity of the grain", "", "snapshots"),
         ("spin", "snapshot grain xyz", "rad/s", "angular velocity of the grain", "", "snapshots"),
         ("box", "snapshot wall", "m", "coordinate of the wall, or of the face of the periodic cell, "
-         "along its normal; not a number where there is neither", "", "bounds snapshots"),
+         "along its normal; not a number where there is neither", "", "room snapshots"),
         ("contact_count", "snapshot", "1", "rows of /contacts that belong to the snapshot", "",
          "snapshots contacts"),
         ("wall_contact_count", "snapshot", "1", "rows of /wall_contacts that belong to the "
@@ -172,14 +172,11 @@ VARIABLES = {
 def select(features):
     """Keys of the variables that a scene with these `features` has, in the table's order.
 
-    Features: "walls" (any wall), "cell" (periodic axes), "height" (a finite one), "volume" (of the
-    room, or from the shadow between plates), "plates", "stress", "stages", "profiles", "snapshots",
-    "contacts" (kept with the snapshots).
+    Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (a
+    finite one), "filling" (a filling factor), "plates", "stress", "stages", "profiles",
+    "snapshots", "contacts" (kept with the snapshots).
     """
-    features = set(features)
-    if features & {"walls", "cell"}:
-        features.add("bounds")
-    return [key for key, v in VARIABLES.items() if v.needs <= features]
+    return [key for key, v in VARIABLES.items() if v.needs <= set(features)]
 
 
 def reference_energy(work, kinetic_start, potential_start, losses):
