@@ -29,7 +29,7 @@ def command(plan, again, *, force, resume, scheduler, quiet, console, err):
             ) from None
     failed = [outcome for outcome in outcomes if outcome.code != 0]
     if len(failed) == len(outcomes):
-        raise _failure(plan, failed)
+        raise failure(plan, failed)
     data = gather_plan(plan, outcomes)
     analysis.save_ensemble(data, plan.file)
     figure = plan.file.with_suffix(".png")
@@ -38,10 +38,10 @@ def command(plan, again, *, force, resume, scheduler, quiet, console, err):
     for path in (plan.file, figure):
         console.print(f"wrote {path}")
     if failed:
-        raise _failure(plan, failed)
+        raise failure(plan, failed)
 
 
-def _failure(plan, failed):
+def failure(plan, failed):
     """The error that tells of runs that failed, one line a reason."""
     reasons = {}
     for outcome in failed:

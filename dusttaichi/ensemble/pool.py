@@ -80,6 +80,7 @@ class Dask:
 
     def __init__(self, scheduler, workers, heard):
         from distributed import Client, Event, LocalCluster
+        from distributed.comm import resolve_address
 
         self._cluster = None
         if scheduler is None:
@@ -91,7 +92,9 @@ class Dask:
                 silence_logs=logging.ERROR,
             )
         try:
-            self._client = Client(self._cluster or scheduler, timeout=CONNECT, set_as_default=False)
+            # of what is no address, a client would tell only after a while
+            at = self._cluster or resolve_address(scheduler)
+            self._client = Client(at, timeout=CONNECT, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
             raise DustError(
                 f"--scheduler {scheduler}: no scheduler answers there ({error}); an address such "

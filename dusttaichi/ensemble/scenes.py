@@ -83,7 +83,7 @@ def sweep_plan(scene: Scene, settings: list[str], directory: Path) -> Plan:
     Each point goes to directory/<key=value,...>. Raises DustError, for all that cannot be used
     at once, with the path and what is allowed.
     """
-    axes = tuple(_axis(scene, key, texts) for key, texts in _settings(settings).items())
+    axes = _axes(scene, _settings(settings))
     points = list(itertools.product(*(range(len(axis.values)) for axis in axes)))
     scenes = [_point(scene, axes, point) for point in points]
     members = []
@@ -188,22 +188,26 @@ def _split(text: str) -> list[str]:
     return parts
 
 
-def _axis(scene: Scene, key: str, texts: list[str]) -> Axis:
-    values, scenes, problems = [], [], []
-    for text in texts:
-        try:
-            values.append(read(text).data)
-            scenes.append(scene.with_value(key, values[-1]))
-        except DustError as error:
-            problems.append(str(error))
-        except yaml.YAMLError as error:
-            problems.append(f"{key} = {text}: not valid YAML: {str(error).splitlines()[0]}")
+def _axes(scene: Scene, settings: dict[str, list[str]]) -> tuple[Axis, ...]:
+    axes, problems = [], []
+    for key, texts in settings.items():
+        values, scenes = [], []
+        for text in texts:
+            try:
+                values.append(read(text).data)
+                scenes.append(scene.with_value(key, values[-1]))
+            except DustError as error:
+                problems.append(str(error))
+            except yaml.YAMLError as error:
+                problems.append(f"{key} = {text}: not valid YAML: {str(error).splitlines()[0]}")
+        if len(scenes) == len(texts):
+            axes.append(Axis(key, tuple(texts), tuple(values), *_coordinate(scenes, key, texts)))
+    for axis in axes:
+        if len(set(axis.coordinate.tolist())) < len(axis.texts):
+            problems.append(f"--set {axis.key}={','.join(axis.texts)}: a value is given twice")
     if problems:
         raise DustError("\n".join(problems))
-    coordinate, unit = _coordinate(scenes, key, texts)
-    if len(set(coordinate.tolist())) < len(texts):
-        raise DustError(f"--set {key}={','.join(texts)}: a value is given twice")
-    return Axis(key, tuple(texts), tuple(values), coordinate, unit)
+    return tuple(axes)
 
 
 def _point(scene: Scene, axes: tuple[Axis, ...], point: tuple[int, ...]) -> Scene:
