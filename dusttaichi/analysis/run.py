@@ -76,7 +76,9 @@ class Run:
         end = int(ends[snapshot])
         start = end - int(self.tree["snapshots"][name].values[snapshot])
         dim = "contact" if group == "contacts" else "wall_contact"
-        return self.tree[group].to_dataset().isel({dim: slice(start, end)}).load()
+        # not with the labels of the root: `wall` there would take the place of the group's own
+        rows = self.tree[group].to_dataset(inherit=False).isel({dim: slice(start, end)})
+        return rows.assign_coords(xyz=self.series.xyz).load()
 
     def close(self):
         """Close the file. `series` and `profiles` stay usable."""
