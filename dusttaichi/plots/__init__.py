@@ -6,13 +6,27 @@ Each function returns a matplotlib Figure of its own, without pyplot and without
 from pathlib import Path
 
 from dusttaichi.errors import DustError
+from dusttaichi.plots.animation import animation
 from dusttaichi.plots.compression import compression
 from dusttaichi.plots.coordination import coordination
+from dusttaichi.plots.fragments import mass_spectrum, restitution, sound_speed
+from dusttaichi.plots.grains import grains
 from dusttaichi.plots.ledger import ledger
 from dusttaichi.plots.profile import profile
 from dusttaichi.plots.style import styled
 
-__all__ = ["compression", "coordination", "ledger", "profile", "save_all"]
+__all__ = [
+    "animation",
+    "compression",
+    "coordination",
+    "grains",
+    "ledger",
+    "mass_spectrum",
+    "profile",
+    "restitution",
+    "save_all",
+    "sound_speed",
+]
 
 
 @styled
