@@ -184,6 +184,15 @@ def test_nothing_is_clipped(run):
         assert (shown < 0.6).any()
 
 
+def test_a_chain_leaves_room_for_its_colour_bar(tmp_path):
+    chain = {"position": np.arange(30.0)[:, None] * [2 * R, 0.0, 0.0]}
+    with analysis.open_run(snapshots.write(tmp_path / "result.nc", [chain], R)) as made:
+        figure = plots.grains(made, view="front", color="speed", dpi=60)
+    figure.canvas.draw()
+    text = figure.axes[-1].yaxis.label.get_window_extent()
+    assert text.y0 > 0 and text.y1 < figure.bbox.height and text.x1 < figure.bbox.width
+
+
 def test_scale_bar_has_its_length(run):
     figure = plots.grains(run, view="front", color="uniform", dpi=100)
     (line,), (text,) = figure.axes[1].lines, figure.axes[1].texts

@@ -41,7 +41,7 @@ def sound_speed(arrivals, fit=None, references=()):
     figure, (axes,) = style.new_figure(height=3.4)
     factor, unit = style.scaled(arrivals.distance.max(), ((1e-3, "mm"), (1e-6, "µm")))
     axes.plot(arrivals.distance * factor, arrivals.speed, "o", ms=2.5, mew=0, alpha=0.7,
-              color=style.BLUE, label="grains: distance / time")  # fmt: skip
+              color=style.BLUE, label="grains: distance / time", zorder=4)  # fmt: skip
     if fit is not None:
         axes.axhline(fit.speed, color=style.RED, zorder=3,
                      label=rf"fit: {fit.speed:.4g} $\pm$ {fit.sigma:.1g} m/s")  # fmt: skip

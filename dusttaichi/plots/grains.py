@@ -24,6 +24,7 @@ VIEWS = {
 }
 COLOURS = ("coordination", "speed", "height", "fragment", "uniform")
 WIDTH, TALLEST = 6.4, 8.0  # of the figure [inches]
+LOWEST = 1.7  # of the picture where there is a colour bar, which needs room for its label [inches]
 MARGIN, FOOT, HEAD = 0.12, 0.42, 0.2  # around the picture, for the scale bar, for a note
 BAR, NAMES = 0.95, 0.5  # for the colour bar, and for names beside it
 NAMED_FRAGMENTS = 7  # each in a colour of its own; the rest and single grains in one
@@ -147,10 +148,12 @@ def _camera(look, bar, head):
     extent = look.bounds[1] - look.bounds[0]
     room = np.array([WIDTH - 2 * MARGIN - bar, TALLEST - MARGIN - FOOT])
     scale = (room / extent).min()  # inches a metre
-    columns, rows = np.ceil(extent * scale * look.dpi).astype(int)
+    seen = np.maximum(extent, (0.0, LOWEST / scale if bar else 0.0))
+    columns, rows = np.ceil(seen * scale * look.dpi).astype(int)
     # the rounded number of pixels sees a little more, so that pixels stay square
-    high = look.bounds[0] + np.array([columns, rows]) / (scale * look.dpi)
-    camera = Camera(axes_of(look.view), look.bounds[0], high, int(columns), int(rows))
+    seen = np.array([columns, rows]) / (scale * look.dpi)
+    low = look.bounds.mean(axis=0) - 0.5 * seen
+    camera = Camera(axes_of(look.view), low, low + seen, int(columns), int(rows))
     inches = np.array([columns, rows]) / look.dpi + (2 * MARGIN + bar, head + FOOT)
     return camera, np.ceil(inches * look.dpi) / look.dpi
 
@@ -244,7 +247,7 @@ def _colouring(frame, look, masses):
         units = SPEEDS if color == "speed" else LENGTHS
         factor, unit = style.scaled(max(abs(low), abs(high)), units)
         label = f"{color} ({unit})"
-    norm = Normalize(factor * low, factor * (high if high > low else low + 1.0))
+    norm = Normalize(factor * low, factor * high if high > low else factor * low + 1.0)
     bar = ScalarMappable(norm, colour_map())
     above = (values > high).any()
     return Colouring(bar.to_rgba(factor * values)[:, :3], bar, label,
