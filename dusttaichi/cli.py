@@ -1,4 +1,4 @@
-"""The command `dust`: run, sweep, check, schema, plot, compare, bench."""
+"""The command `dust`: run, sweep, check, schema, plot, compare, export, render, bench."""
 
 import shlex
 import sys
@@ -286,6 +286,67 @@ def bench(
     from dusttaichi import bench as benchmark
 
     benchmark.command(quick=quick, lammps=lammps, output=output, say=console.print)
+
+
+RunPath = Annotated[Path, typer.Argument(help="run directory or result file", metavar="RUN")]
+
+
+@app.command()
+def export(
+    run: RunPath,
+    to: Annotated[str, typer.Option(help="vtk, extxyz or lammps")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="directory of the files")
+    ] = None,
+    snapshot: Annotated[str, typer.Option(help="number, from the end if negative, or all")] = "all",
+):
+    """Snapshots for other programs: ParaView (vtk), ASE and OVITO (extxyz), OVITO (lammps)."""
+    from dusttaichi import analysis
+    from dusttaichi.export import export as write
+
+    number = snapshot if snapshot == "all" else _whole("--snapshot", snapshot, " or all")
+    with analysis.open_run(run) as result:
+        paths = write(result, to, output, number)
+    console.print(f"wrote {paths[0]}{f' and {len(paths) - 1} more' if len(paths) > 1 else ''}")
+
+
+def _whole(option, text, otherwise=""):
+    try:
+        return int(text)
+    except ValueError:
+        raise DustError(f"{option}: {text}; allowed: a whole number{otherwise}.") from None
+
+
+@app.command()
+def render(
+    run: RunPath,
+    snapshot: Annotated[int, typer.Option(help="number, from the end if negative")] = -1,
+    color: Annotated[
+        str, typer.Option(help="coordination, speed, height, fragment or uniform")
+    ] = "coordination",
+    view: Annotated[
+        str, typer.Option(help="oblique, front, side, top, bottom or x,y,z to look from")
+    ] = "oblique",
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="file: .png, .pdf; .gif, .mp4")
+    ] = None,
+    animate: Annotated[bool, typer.Option("--animate", help="a film of all snapshots")] = False,
+):
+    """Picture of the grains of a snapshot, or a film of all snapshots."""
+    from dusttaichi import analysis, plots
+
+    folder = run if run.is_dir() else run.parent
+    path = output or folder / ("grains.gif" if animate else "grains.png")
+    with analysis.open_run(run) as result:
+        if animate:
+            plots.animation(result, path, color, view)
+        else:
+            figure = plots.grains(result, snapshot, color, view)
+            try:
+                figure.savefig(path)
+            except (OSError, ValueError) as error:
+                raise DustError(f"The picture cannot be written to {path}: {error}.") from error
+    console.print(f"wrote {path}")
 
 
 def main():

@@ -197,3 +197,11 @@ def test_what_is_no_result(tmp_path):
     xr.Dataset({"a": 1}).to_netcdf(tmp_path / "other.nc")
     with pytest.raises(DustError, match="no time series"):
         analysis.open_run(tmp_path / "other.nc")
+
+
+def test_contacts_with_walls_name_their_wall(run):
+    """The group has a variable `wall` of its own, beside the labels of that name at the root."""
+    touching = run.contacts(-1, "wall_contacts")
+    assert touching.wall.dims == ("wall_contact",)
+    assert touching.wall.values.tolist() == [5, 5]
+    assert touching.foot.sel(xyz="z").dims == ("wall_contact",)

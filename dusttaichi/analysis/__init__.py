@@ -1,5 +1,6 @@
 """What a result means: reads result files only, and never needs Taichi."""
 
+from dusttaichi.analysis.arrival import Arrival, SoundSpeed, arrival, sound_speed
 from dusttaichi.analysis.compare import compare, to_csv
 from dusttaichi.analysis.compression import (
     Curve,
@@ -13,45 +14,74 @@ from dusttaichi.analysis.compression import (
 )
 from dusttaichi.analysis.ensemble import Band, bands, gather, save_ensemble
 from dusttaichi.analysis.fractal import Fractal, fractal
+from dusttaichi.analysis.fragments import (
+    Compaction,
+    Fragments,
+    MassSpectrum,
+    compaction,
+    fragments,
+    growth_efficiency,
+    mass_spectrum,
+)
+from dusttaichi.analysis.frame import Frame, frame_count, grain_masses, read_frame
 from dusttaichi.analysis.isotropic import Isotropic, Ratio, isotropic
 from dusttaichi.analysis.ledger import Ledger, ledger
 from dusttaichi.analysis.losses import Losses, losses_against_filling_factor
 from dusttaichi.analysis.profile import profile
+from dusttaichi.analysis.restitution import Restitution, restitution, wall_restitution
 from dusttaichi.analysis.run import Run, open_run
 from dusttaichi.analysis.summary import summary, table
 from dusttaichi.analysis.tensile import StrengthFit, Tensile, fit_strength, tensile
 
 __all__ = [
+    "Arrival",
     "Band",
+    "Compaction",
     "Curve",
     "Deviation",
     "Fit",
     "Fractal",
+    "Fragments",
+    "Frame",
     "Isotropic",
     "Ledger",
     "Losses",
+    "MassSpectrum",
     "Ratio",
+    "Restitution",
     "Run",
+    "SoundSpeed",
     "StrengthFit",
     "Tensile",
+    "arrival",
     "bands",
+    "compaction",
     "compare",
     "compression_curve",
     "compression_law",
     "fit_compression",
     "fit_strength",
     "fractal",
-    "isotropic",
+    "fragments",
+    "frame_count",
     "gather",
+    "grain_masses",
+    "growth_efficiency",
+    "isotropic",
     "ledger",
     "losses_against_filling_factor",
+    "mass_spectrum",
     "onset",
     "open_run",
     "profile",
+    "read_frame",
+    "restitution",
     "rms_from_law",
     "save_ensemble",
+    "sound_speed",
     "summary",
     "table",
     "tensile",
     "to_csv",
+    "wall_restitution",
 ]

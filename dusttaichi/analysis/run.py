@@ -201,7 +201,9 @@ class Run:
         end = int(np.sum(counts[: number + 1]))
         dim = "contact" if group == "contacts" else "wall_contact"
         rows = slice(end - int(counts[number]), end)
-        return self.tree[group].to_dataset().isel({dim: rows}).load()
+        # not with the labels of the root: `wall` there would take the place of the group's own
+        kept = self.tree[group].to_dataset(inherit=False).isel({dim: rows})
+        return kept.assign_coords(xyz=self.series.xyz).load()
 
     def close(self):
         """Close the file. `series` and `profiles` stay usable."""

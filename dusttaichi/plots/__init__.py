@@ -6,10 +6,13 @@ Each function returns a matplotlib Figure of its own, without pyplot and without
 from pathlib import Path
 
 from dusttaichi.errors import DustError
+from dusttaichi.plots.animation import animation
 from dusttaichi.plots.compression import compression
 from dusttaichi.plots.coordination import coordination
 from dusttaichi.plots.ensemble import ensemble
 from dusttaichi.plots.fractal import fractal
+from dusttaichi.plots.fragments import mass_spectrum, restitution, sound_speed
+from dusttaichi.plots.grains import grains
 from dusttaichi.plots.isotropic import isotropic
 from dusttaichi.plots.ledger import ledger
 from dusttaichi.plots.losses import losses
@@ -19,17 +22,22 @@ from dusttaichi.plots.style import bands, styled
 from dusttaichi.plots.tensile import strength, tensile
 
 __all__ = [
+    "animation",
     "bands",
     "compression",
     "coordination",
     "ensemble",
     "fractal",
+    "grains",
     "isotropic",
     "ledger",
     "losses",
+    "mass_spectrum",
     "profile",
+    "restitution",
     "save_all",
     "save_together",
+    "sound_speed",
     "strength",
     "stress",
     "tensile",

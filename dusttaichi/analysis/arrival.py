@@ -1,0 +1,148 @@
+"""When a push arrives at each grain, and the speed of sound from it (PD08 section 3.2)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dusttaichi.analysis.frame import frame_count, nearest_image, read_frame
+from dusttaichi.errors import DustError
+from dusttaichi.results.variables import WALLS
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """When each of N grains first moved by more than a threshold.
+
+    time [s]: (N,), since the first snapshot taken, not a number for a grain that has not moved so
+    far. distance [m]: (N,), from the pushed grain, or from the plane of the pushed wall, at the
+    start. threshold [m]: the displacement that counts. push [m]: that of the pushed grain or wall.
+    """
+
+    time: np.ndarray
+    distance: np.ndarray
+    threshold: float
+    push: float
+
+    @property
+    def reached(self):
+        """(N,) bool: the signal came from elsewhere and has arrived."""
+        return (self.distance > 0.0) & (self.time > 0.0)
+
+    @property
+    def speed(self):
+        """Distance over time of each grain [m/s], (N,) (PD08 Fig 7); NaN where not reached."""
+        out = np.full(len(self.time), np.nan)
+        return np.divide(self.distance, self.time, out=out, where=self.reached)
+
+
+def arrival(run, pushed, fraction=0.1, threshold=None, push=None, first=0):
+    """The Arrival of a push at the grains of a Run.
+
+    pushed: number of the grain that is pushed, or name of the wall, as "bottom".
+    A grain is reached once it is farther than the threshold from where it was in snapshot
+    `first`; the moment is interpolated linearly between snapshots, so that these must be denser
+    than the signal is long.
+    threshold [m]: absolute. Without it: `fraction` of `push` [m], whose default is the largest
+    displacement of the pushed grain or wall. PD08 names no number; the smaller it is, the faster
+    the front that is seen, since waves in chains are dispersive.
+    Raises DustError for a grain or wall that is not there, or that has not moved.
+    """
+    start = read_frame(run, first, contacts=False)
+    distance = _distance(start, pushed)
+    times, displaced, moved = _motion(run, start)
+    own = moved[:, WALLS.index(pushed)] if isinstance(pushed, str) else displaced[:, pushed]
+    push = own.max() if push is None else push
+    if threshold is None:
+        threshold = fraction * push
+    if not threshold > 0.0:
+        raise DustError(
+            f"{run.path}: {pushed} is not displaced after snapshot {start.number}, so there is no "
+            "signal; allowed: the grain or wall that is pushed, or a threshold above 0."
+        )
+    time = _crossing(times, displaced, threshold)
+    return Arrival(time, distance, float(threshold), float(push))
+
+
+def _motion(run, start):
+    """Times (T,) since the Frame `start`, displacements of grains (T, N) and walls (T, 6)."""
+    snapshots, chosen = run.tree["snapshots"], slice(start.number, frame_count(run))
+    times = snapshots.snapshot_time[chosen].values - start.time
+    cells = np.tile(start.cell.ravel(), (len(times), 1))
+    if "box" in snapshots:
+        cells = snapshots.box[chosen].values
+    displaced = np.empty((len(times), len(start.position)))
+    for n, cell in enumerate(cells):  # one at a time: all positions may not fit into memory
+        moved = snapshots.position[start.number + n].values - start.position
+        edges = cell.reshape(3, 2) @ (-1.0, 1.0)
+        displaced[n] = np.linalg.norm(nearest_image(moved, edges, start.periodic), axis=1)
+    return times, displaced, np.abs(cells - start.cell.ravel())
+
+
+def _distance(start, pushed):
+    if isinstance(pushed, str):
+        return np.abs(start.position[:, _wall(start, pushed) // 2] - _plane(start, pushed))
+    if not 0 <= pushed < len(start.position):
+        raise DustError(f"There is no grain {pushed}; allowed: 0 to {len(start.position) - 1}.")
+    return np.linalg.norm(start.nearest(start.position - start.position[pushed]), axis=1)
+
+
+def _wall(frame, name):
+    present = [w for w, at in zip(WALLS, frame.cell.ravel(), strict=True) if not np.isnan(at)]
+    if name not in present:
+        raise DustError(f'There is no wall "{name}"; allowed: {", ".join(present) or "none"}.')
+    return WALLS.index(name)
+
+
+def _plane(frame, name):
+    return frame.cell.ravel()[_wall(frame, name)]
+
+
+def _crossing(times, values, level):
+    """Moment when each column of values (T, N) first exceeds the level, by straight lines, (N,)."""
+    over = values > level
+    after = np.argmax(over, axis=0)
+    before = np.maximum(after - 1, 0)
+    grain = np.arange(values.shape[1])
+    low, high = values[before, grain], values[after, grain]
+    part = np.divide(level - low, high - low, out=np.zeros(len(grain)), where=high > low)
+    moment = times[before] + part * (times[after] - times[before])
+    return np.where(over.any(axis=0), moment, np.nan)
+
+
+@dataclass(frozen=True)
+class SoundSpeed:
+    """Straight line through arrival times: time = delay + distance/speed.
+
+    speed, sigma [m/s]: the speed and its standard error. delay [s]: of the line at distance 0.
+    grains: how many went into it.
+    """
+
+    speed: float
+    sigma: float
+    delay: float
+    grains: int
+
+
+def sound_speed(arrivals, beyond=0.0):
+    """The SoundSpeed of an Arrival, by least squares over the grains it has reached.
+
+    beyond [m]: grains nearer than this are left out: close to the push the speed is that of single
+    chains (PD08 Fig 7). Raises DustError where fewer than three grains are left, or the signal
+    does not come later at greater distance.
+    """
+    used = arrivals.reached & (arrivals.distance >= beyond)
+    distance, time = arrivals.distance[used], arrivals.time[used]
+    if len(time) < 3 or np.ptp(distance) == 0.0:
+        raise DustError(
+            f"The signal has reached {len(time)} grains at distances of {beyond:g} m and more; a "
+            "fit needs three. Try a smaller threshold or a longer run."
+        )
+    middle = distance - distance.mean()
+    square = (middle**2).sum()
+    slope = (middle * time).sum() / square
+    rest = time - time.mean() - slope * middle
+    if slope <= 0.0:
+        raise DustError("The signal does not arrive later at greater distance: no speed of sound.")
+    error = np.sqrt((rest**2).sum() / (len(time) - 2) / square)
+    delay = time.mean() - slope * distance.mean()
+    return SoundSpeed(float(1.0 / slope), float(error / slope**2), float(delay), len(time))

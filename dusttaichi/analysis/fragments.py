@@ -1,0 +1,189 @@
+"""Fragments: grains connected by contacts; how much of a collision stays in the largest one."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array, csgraph
+
+from dusttaichi.analysis.frame import grain_masses, read_frame
+from dusttaichi.errors import DustError
+
+
+@dataclass(frozen=True)
+class Fragments:
+    """The F fragments of one snapshot, largest mass first; everything in SI.
+
+    label: (N,) the fragment of each grain, 0 is the largest. grains: (F,) how many it has.
+    mass [kg], volume of its grains [m^3], radius_of_gyration [m]: (F,). centre [m],
+    velocity [m/s], both of the centre of mass: (F, 3). angular_momentum [kg m^2/s]: (F, 3), about
+    the centre of mass, spins included.
+
+    The radius of gyration takes grains as points at their centres, weighted by mass, as the
+    papers do (Wada et al. 2008): 0 for a single grain. In a periodic cell the centre may lie
+    outside the cell, and of a fragment that spans the cell it and the radius depend on where the
+    fragment is cut open; images are taken to move alike.
+    """
+
+    label: np.ndarray
+    grains: np.ndarray
+    mass: np.ndarray
+    volume: np.ndarray
+    centre: np.ndarray
+    velocity: np.ndarray
+    angular_momentum: np.ndarray
+    radius_of_gyration: np.ndarray
+
+    def __len__(self):
+        return len(self.grains)
+
+    @property
+    def characteristic_radius(self):
+        """sqrt(5/3) R_g [m], (F,): of the uniform sphere with that radius of gyration."""
+        return np.sqrt(5.0 / 3.0) * self.radius_of_gyration
+
+    @property
+    def filling_factor(self):
+        """Grain volume over that of the sphere of the characteristic radius (Mukai 1992), (F,).
+
+        Not a number for a single grain. Above 1 for two or three, whose radius leaves out their
+        own extent.
+        """
+        sphere = 4.0 / 3.0 * np.pi * self.characteristic_radius**3
+        return np.divide(self.volume, sphere, out=np.full(len(self), np.nan), where=sphere > 0.0)
+
+
+def fragments(run, snapshot=-1):
+    """The Fragments of a snapshot of a Run: sets of grains connected by contacts between grains.
+
+    Walls connect nothing. Raises DustError where the snapshots hold no contacts.
+    """
+    return fragments_of(read_frame(run, snapshot), grain_masses(run))
+
+
+def fragments_of(frame, masses):
+    """The Fragments of a Frame whose grains have these masses [kg], (N,)."""
+    count = len(masses)
+    i, j = frame.pairs.T
+    graph = coo_array((np.ones(len(i), dtype=np.int8), (i, j)), shape=(count, count)).tocsr()
+    number, label = csgraph.connected_components(graph, directed=False)
+    label = _largest_first(label, number, masses)
+    position = _unwrapped(frame, graph, label)
+    mass = np.bincount(label, masses, minlength=number)
+
+    def mean(values):
+        return _sums(label, masses[:, None] * values, number) / mass[:, None]
+
+    centre, velocity = mean(position), mean(frame.velocity)
+    offset, relative = position - centre[label], frame.velocity - velocity[label]
+    spin = 0.4 * (masses * frame.radius**2)[:, None] * frame.spin
+    angular = _sums(label, masses[:, None] * np.cross(offset, relative) + spin, number)
+    square = np.bincount(label, masses * (offset**2).sum(axis=1), minlength=number) / mass
+    volume = np.bincount(label, 4.0 / 3.0 * np.pi * frame.radius**3, minlength=number)
+    grains = np.bincount(label, minlength=number)
+    return Fragments(label, grains, mass, volume, centre, velocity, angular, np.sqrt(square))
+
+
+def _largest_first(label, number, masses):
+    """Labels in the order of falling mass; of equal ones the one with the first grain first."""
+    mass = np.bincount(label, masses, minlength=number)
+    # equal fragments differ by rounding of their sums, which must not decide about their order
+    order = np.argsort(-np.round(mass / masses.min(), 6), kind="stable")
+    rank = np.empty(number, dtype=np.int64)
+    rank[order] = np.arange(number)
+    return rank[label]
+
+
+def _sums(label, vectors, number):
+    return np.stack([np.bincount(label, v, minlength=number) for v in vectors.T], axis=1)
+
+
+def _unwrapped(frame, graph, label):
+    """Positions [m], (N, 3), such that contacts across periodic faces hold a fragment together."""
+    if not frame.periodic.any():
+        return frame.position
+    position = frame.position.copy()
+    for start in np.unique(label, return_index=True)[1]:
+        order, parent = csgraph.breadth_first_order(graph, start, directed=False)
+        for grain in order[1:]:
+            step = frame.nearest(frame.position[grain] - frame.position[parent[grain]])
+            position[grain] = position[parent[grain]] + step
+    return position
+
+
+@dataclass(frozen=True)
+class MassSpectrum:
+    """How the mass is shared among fragments.
+
+    mass [kg]: (F,), rising. count: (F,) fragments of at least this mass. share: (F,) their part of
+    the total mass. edges [kg]: (bins + 1,), evenly spaced in the logarithm; histogram: (bins,).
+    """
+
+    mass: np.ndarray
+    count: np.ndarray
+    share: np.ndarray
+    edges: np.ndarray
+    histogram: np.ndarray
+
+
+def mass_spectrum(parts, bins=10):
+    """The MassSpectrum of Fragments, the histogram over `bins` from the smallest to the largest."""
+    mass = np.sort(parts.mass)
+    count = np.arange(len(mass), 0, -1)
+    share = np.cumsum(mass[::-1])[::-1] / mass.sum()
+    # the ends a little outside, so that rounding of the logarithm loses no fragment
+    edges = np.geomspace(mass[0] * (1 - 1e-9), mass[-1] * (1 + 1e-9), bins + 1)
+    return MassSpectrum(mass, count, share, edges, np.histogram(mass, edges)[0])
+
+
+def growth_efficiency(run, first=0, last=-1):
+    """f = (M_largest - M_target)/M_projectile of a collision (Wada et al. 2013).
+
+    M_largest: of the largest fragment in snapshot `last`. Target and projectile: the larger and
+    the smaller of the two fragments in snapshot `first`. 1: everything sticks; 0: the target
+    keeps its mass, a bounce for one; negative: it is eroded.
+    Raises DustError where snapshot `first` does not hold exactly two fragments.
+    """
+    target, projectile = two_fragments(run, first).mass
+    return float((fragments(run, last).mass[0] - target) / projectile)
+
+
+def two_fragments(run, snapshot):
+    """The Fragments of a snapshot that holds exactly two. Raises DustError otherwise."""
+    parts = fragments(run, snapshot)
+    if len(parts) != 2:
+        raise DustError(
+            f"Snapshot {snapshot} of {run.path} holds {len(parts)} fragments; a collision needs "
+            "two before it: try another snapshot."
+        )
+    return parts
+
+
+@dataclass(frozen=True)
+class Compaction:
+    """The largest fragment before and after.
+
+    grains (2,), radius_of_gyration [m] (2,), filling_factor (2,), as in Fragments.
+    """
+
+    grains: np.ndarray
+    radius_of_gyration: np.ndarray
+    filling_factor: np.ndarray
+
+    @property
+    def ratio(self):
+        """Filling factor after over before: above 1 where the fragment was compacted."""
+        return float(self.filling_factor[1] / self.filling_factor[0])
+
+
+def compaction(run, first=0, last=-1):
+    """The Compaction of the largest fragment between two snapshots of a Run.
+
+    The filling factor is within the characteristic radius sqrt(5/3) R_g, so that fragments of
+    different mass can be compared; R_g alone says little where the mass has changed.
+    """
+    both = [fragments(run, first), fragments(run, last)]
+
+    def pick(name):
+        return np.array([getattr(parts, name)[0] for parts in both])
+
+    return Compaction(pick("grains"), pick("radius_of_gyration"), pick("filling_factor"))

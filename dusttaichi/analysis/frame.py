@@ -1,0 +1,116 @@
+"""One snapshot of a run: grains, contacts and the cell around them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from dusttaichi import units
+from dusttaichi.errors import DustError
+
+AXES = ("x", "y", "z")
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One snapshot in SI: N grains, C contacts between them.
+
+    number: of the snapshot, from 0. time [s], step. position [m], velocity [m/s], spin [rad/s]:
+    (N, 3). radius [m]: (N,). cell [m]: (3, 2), lower and upper coordinate of the walls or periodic
+    faces of each axis, not a number where there is none. periodic: (3,) bool. contacts: xr.Dataset
+    with grain_i, grain_j, overlap ... (C,), or None where the run kept none.
+    """
+
+    number: int
+    time: float
+    step: int
+    position: np.ndarray
+    velocity: np.ndarray
+    spin: np.ndarray
+    radius: np.ndarray
+    cell: np.ndarray
+    periodic: np.ndarray
+    contacts: xr.Dataset | None
+
+    @property
+    def pairs(self):
+        """The grains in contact, (C, 2) int. Raises DustError where the run kept no contacts."""
+        if self.contacts is None:
+            raise DustError("The snapshots hold no contacts: set output: contacts: true.")
+        ends = (self.contacts.grain_i.values, self.contacts.grain_j.values)
+        return np.stack(ends, axis=1).astype(np.int64)
+
+    @property
+    def coordination(self):
+        """Number of grains that each grain touches, (N,) int. Walls are not counted."""
+        return np.bincount(self.pairs.ravel(), minlength=len(self.radius))
+
+    @property
+    def edges(self):
+        """Edges of the cell [m], (3,); not a number where one of its two faces is missing."""
+        return self.cell[:, 1] - self.cell[:, 0]
+
+    def nearest(self, vectors):
+        """Differences of positions [m], (..., 3), to the nearest image along periodic axes."""
+        return nearest_image(vectors, self.edges, self.periodic)
+
+
+def nearest_image(vectors, edges, periodic):
+    """Differences of positions [m], (..., 3), to the nearest image along the axes `periodic` (3,).
+
+    edges [m]: (3,) of the cell.
+    """
+    vectors = np.array(vectors, dtype=float)
+    for axis in np.flatnonzero(periodic):
+        vectors[..., axis] -= edges[axis] * np.round(vectors[..., axis] / edges[axis])
+    return vectors
+
+
+def frame_count(run):
+    """Number of snapshots of a Run. Raises DustError where it kept none."""
+    if "snapshots" not in run.tree.children or not run.tree["snapshots"].sizes.get("snapshot", 0):
+        raise DustError(f"{run.path} holds no snapshots: set output: snapshots in the scene.")
+    return int(run.tree["snapshots"].sizes["snapshot"])
+
+
+def read_frame(run, snapshot=-1, contacts=True):
+    """The Frame number `snapshot` of a Run, counted from 0, or from the end if negative.
+
+    contacts: read these too, where the run kept them. Raises DustError where there is none of this
+    number.
+    """
+    count = frame_count(run)
+    if not -count <= snapshot < count:
+        raise DustError(
+            f"{run.path} has no snapshot {snapshot}; allowed: 0 to {count - 1}, or -1 for the last."
+        )
+    number = snapshot % count
+    data = run.tree["snapshots"].to_dataset(inherit=False).isel(snapshot=number).load()
+    kept = contacts and "contacts" in run.tree.children
+    named = run.attrs.get("periodic_axes", "").split()
+    cell = data.box.values.reshape(3, 2) if "box" in data else np.full((3, 2), np.nan)
+    return Frame(
+        number=number,
+        time=float(data.snapshot_time),
+        step=int(data.step),
+        position=data.position.values,
+        velocity=data.velocity.values,
+        spin=data.spin.values,
+        radius=data.radius.values,
+        cell=cell,
+        periodic=np.array([axis in named for axis in AXES]),
+        contacts=run.contacts(number) if kept else None,
+    )
+
+
+def grain_masses(run):
+    """Masses of the grains [kg], (N,): their volume times the density of the scene's material.
+
+    Raises DustError where the result does not name a density.
+    """
+    frame_count(run)
+    material = run.scene.get("material", {})
+    if not isinstance(material, dict) or "density" not in material:
+        raise DustError(f"{run.path} does not tell the density of its grains (scene_resolved).")
+    density = units.parse(material["density"], "density", "material.density")
+    return 4.0 / 3.0 * np.pi * run.tree["snapshots"].radius.values ** 3 * density

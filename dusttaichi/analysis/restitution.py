@@ -1,0 +1,117 @@
+"""Coefficient of restitution of grains, aggregates, and of grains on a wall."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dusttaichi.analysis.fragments import fragments, two_fragments
+from dusttaichi.analysis.frame import frame_count, grain_masses, read_frame
+from dusttaichi.errors import DustError
+from dusttaichi.results.variables import WALLS
+
+
+@dataclass(frozen=True)
+class Restitution:
+    """A collision along its normal.
+
+    before, after [m/s]: relative speed of the centres of mass along the normal, of approach before
+    the collision and of separation after it (negative: still approaching). sticks: the two stay
+    together. normal: (3,) unit vector, from the second body, or the wall, to the first.
+    """
+
+    before: float
+    after: float
+    sticks: bool
+    normal: np.ndarray
+
+    @property
+    def coefficient(self):
+        """e = after over before; 0 where the two stick."""
+        return 0.0 if self.sticks else self.after / self.before
+
+
+def restitution(run, first=0, last=-1, bodies=None):
+    """The Restitution of two bodies between snapshots `first` (before) and `last` (after).
+
+    bodies: two lists of grain numbers; by default the two fragments of snapshot `first`. Their
+    grains stay theirs through the collision, wherever they end up. The normal is the line between
+    the centres of mass at the snapshot where these are closest. They stick where one fragment of
+    snapshot `last` holds more than half of the mass of each.
+    Raises DustError where there are not two bodies, or they do not approach each other.
+    """
+    masses = grain_masses(run)
+    if bodies is None:
+        label = two_fragments(run, first).label
+        bodies = [np.flatnonzero(label == k) for k in (0, 1)]
+    one, other = (np.asarray(body, dtype=np.int64) for body in bodies)
+    start, end = read_frame(run, first, False), read_frame(run, last, False)
+    meanwhile = (read_frame(run, n, False) for n in range(start.number, end.number + 1))
+    line = min((_between(f, one, other, masses) for f in meanwhile), key=np.linalg.norm)
+    normal = line / np.linalg.norm(line)
+
+    def separation(snapshot):
+        relative = _velocity(snapshot, one, masses) - _velocity(snapshot, other, masses)
+        return float(relative @ normal)
+
+    parts = fragments(run, last)
+    held = [np.bincount(parts.label[b], masses[b], minlength=len(parts)) for b in (one, other)]
+    together = (held[0] > 0.5 * masses[one].sum()) & (held[1] > 0.5 * masses[other].sum())
+    return _result(run, -separation(start), separation(end), bool(together.any()), normal)
+
+
+def wall_restitution(run, wall="bottom", first=0, last=-1, grains=None):
+    """The Restitution of grains on a wall between snapshots `first` and `last`.
+
+    grains: their numbers, by default all. Speeds are relative to the wall, which may move. They
+    stick where one of them is in contact with the wall in snapshot `last`.
+    Raises DustError where there is no such wall, or the grains do not approach it.
+    """
+    start, end = read_frame(run, first, False), read_frame(run, last, False)
+    side = WALLS.index(wall) if wall in WALLS else None
+    if side is None or np.isnan(start.cell.ravel()[side]):
+        raise DustError(f'{run.path} has no wall "{wall}"; allowed: {", ".join(WALLS)}, if there.')
+    masses = grain_masses(run)
+    body = np.arange(len(masses)) if grains is None else np.asarray(grains, dtype=np.int64)
+    axis, sign = side // 2, 1.0 if side % 2 == 0 else -1.0
+    touching = run.contacts(end.number, "wall_contacts")
+    sticks = np.isin(touching.grain.values[touching.wall.values == side], body).any()
+
+    def separation(snapshot):
+        own = _velocity(snapshot, body, masses)[axis]
+        return float(sign * (own - _wall_velocity(run, snapshot, side)))
+
+    normal = sign * np.eye(3)[axis]
+    return _result(run, -separation(start), separation(end), bool(sticks), normal)
+
+
+def _result(run, before, after, sticks, normal):
+    if not before > 0.0:
+        raise DustError(
+            f"{run.path}: the bodies do not approach each other in the first snapshot taken "
+            f"(relative speed {before:.3g} m/s); allowed: a snapshot before the collision."
+        )
+    return Restitution(before, after, sticks, normal)
+
+
+def _between(frame, one, other, masses):
+    """From the centre of mass of `other` to that of `one` [m], (3,), the shortest way."""
+    return frame.nearest(_centre(frame, one, masses) - _centre(frame, other, masses))
+
+
+def _centre(frame, body, masses):
+    origin = frame.position[body[0]]  # a body is smaller than half a periodic cell
+    offset = frame.nearest(frame.position[body] - origin)
+    return origin + np.average(offset, axis=0, weights=masses[body])
+
+
+def _velocity(frame, body, masses):
+    return np.average(frame.velocity[body], axis=0, weights=masses[body])
+
+
+def _wall_velocity(run, now, side):
+    """Speed of the wall along its axis [m/s], from the snapshots next to this one."""
+    low = read_frame(run, max(now.number - 1, 0), False)
+    high = read_frame(run, min(now.number + 1, frame_count(run) - 1), False)
+    if high.time == low.time:
+        return 0.0
+    return (high.cell.ravel()[side] - low.cell.ravel()[side]) / (high.time - low.time)

@@ -1,0 +1,45 @@
+"""Which snapshots go where: one writer a format, each in a file of its own."""
+
+from importlib import import_module
+from pathlib import Path
+
+from dusttaichi.analysis.frame import frame_count, read_frame
+from dusttaichi.errors import DustError
+
+FORMATS = ("vtk", "extxyz", "lammps")
+_NEEDS = {"vtk": "meshio", "extxyz": "ase"}
+
+
+def export(run, to, output=None, snapshot="all"):
+    """Write snapshots of a Run for another program. Returns the paths, what to open first.
+
+    to: "vtk" (ParaView), "extxyz" (ASE, OVITO) or "lammps" (OVITO, LAMMPS). output: the directory,
+    by default one of the format's name beside the result. snapshot: a number, from the end if
+    negative, or "all". Existing files of the same names are overwritten.
+    Raises DustError where the format or the snapshot is not there, its library is not installed,
+    or the files cannot be written.
+    """
+    if to not in FORMATS:
+        raise DustError(f'There is no format "{to}"; allowed: {", ".join(FORMATS)}.')
+    writer = _writer(to)
+    numbers = range(frame_count(run)) if snapshot == "all" else [snapshot]
+    frames = (read_frame(run, number) for number in numbers)
+    folder = Path(output) if output is not None else run.path.parent / to
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        return writer.write(run, frames, folder)
+    except OSError as error:
+        raise DustError(f"Cannot write to {folder}: {error}.") from error
+
+
+def _writer(to):
+    try:
+        return import_module(f"dusttaichi.export.{to}")
+    except ModuleNotFoundError as error:
+        library = _NEEDS.get(to)
+        if error.name != library:
+            raise
+        raise DustError(
+            f"{library} is not installed, and only the export to {to} needs it; to get it: "
+            "pip install 'dusttaichi[export]'"
+        ) from None

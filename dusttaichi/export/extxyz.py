@@ -1,0 +1,52 @@
+"""Extended XYZ for ASE and OVITO: all snapshots in one file, in ASE's units.
+
+Positions, radii and cell in Angstrom, masses in u, momenta in ASE's units, so that
+`atoms.get_velocities()` is right; beside them `velocity_m_per_s` and `spin_rad_per_s` as they
+are called. `Origin` is the lower corner of the cell, as OVITO reads it; ASE's cells begin at 0.
+The format has no place for contacts; each grain has its `coordination`.
+"""
+
+import numpy as np
+from ase import Atoms
+from ase import units as ase_units
+from ase.io import write as ase_write
+
+from dusttaichi.analysis.frame import grain_masses
+
+FILE = "grains.extxyz"
+ANGSTROM = 1e-10  # [m]
+DALTON = 1.0 / ase_units.kg  # [kg]
+UNITS = "pos, radius, Lattice, Origin: Angstrom; masses: u; momenta: ASE; time_s: s"
+
+
+def write(run, frames, folder):
+    """Write the frames to one file in `folder`. Returns its path in a list."""
+    masses = grain_masses(run)
+    images = [atoms(frame, masses) for frame in frames]
+    ase_write(folder / FILE, images, format="extxyz")
+    return [folder / FILE]
+
+
+def atoms(frame, masses):
+    """A Frame as ase.Atoms; the masses of its grains [kg], (N,)."""
+    bounded = np.isfinite(frame.edges)
+    image = Atoms(
+        numbers=np.zeros(len(masses), dtype=int),  # "X": no chemical element
+        positions=frame.position / ANGSTROM,
+        masses=masses / DALTON,
+        cell=np.where(bounded, frame.edges, 0.0) / ANGSTROM,
+        pbc=frame.periodic,
+        info={
+            "Origin": np.where(bounded, frame.cell[:, 0], 0.0) / ANGSTROM,
+            "time_s": frame.time,
+            "step": frame.step,
+            "units": UNITS,
+        },
+    )
+    image.set_velocities(frame.velocity * ase_units.m / ase_units.second)
+    image.set_array("radius", frame.radius / ANGSTROM)
+    image.set_array("velocity_m_per_s", frame.velocity)
+    image.set_array("spin_rad_per_s", frame.spin)
+    if frame.contacts is not None:
+        image.set_array("coordination", frame.coordination)
+    return image

@@ -1,0 +1,98 @@
+"""A film of the grains over the snapshots of a run: GIF, or MP4 where there is ffmpeg."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from dusttaichi.analysis.frame import frame_count, grain_masses, read_frame
+from dusttaichi.errors import DustError
+from dusttaichi.plots import style
+from dusttaichi.plots.grains import draw, look
+
+DPI = 110
+SECONDS = 8.0  # of a film by default, and
+SLOWEST, FASTEST = 4.0, 25.0  # frames a second that it may take
+LAST = 1.2  # seconds that the last frame of a GIF stays
+
+
+def animation(run, path, color="coordination", view="oblique", rate=None, cell=True, dpi=DPI):
+    """Write the snapshots of a Run as a film to `path`, .gif or .mp4. Returns the path.
+
+    color, view, cell: as in `grains`; colours and frame of the picture stay the same throughout.
+    rate: frames a second, by default such that the film lasts some eight seconds.
+    Raises DustError where there are fewer than two snapshots, for another kind of file, where
+    ffmpeg is missing, or where the film cannot be written.
+    """
+    path, count = Path(path), frame_count(run)
+    writers = {".gif": _gif, ".mp4": _mp4}
+    if path.suffix not in writers:
+        raise DustError(f"A film cannot be written to {path}; allowed: .gif and .mp4.")
+    if count < 2:
+        raise DustError(f"{run.path} holds one snapshot only: set output: snapshots in the scene.")
+    if rate is None:
+        rate = min(max(count / SECONDS, SLOWEST), FASTEST)
+    frames = [read_frame(run, number) for number in range(count)]
+    masses = grain_masses(run) if color == "fragment" else None
+    seen = look(frames, color, view, cell=cell, dpi=dpi)
+    factor, unit = style.scaled(frames[-1].time, style.TIMES)
+    images = (_image(draw(f, seen, masses, f"{f.time * factor:.3g} {unit}")) for f in frames)
+    try:
+        writers[path.suffix](path, images, rate)
+    except OSError as error:
+        raise DustError(f"The film cannot be written to {path}: {error}.") from error
+    return path
+
+
+def _image(figure):
+    """A Figure as (height, width, 3) bytes."""
+    figure.canvas.draw()
+    return np.asarray(figure.canvas.buffer_rgba())[..., :3].copy()
+
+
+def _gif(path, images, rate):
+    # each frame has its own 256 colours: dithering would flicker and not compress
+    paletted = [Image.fromarray(i).quantize(256, dither=Image.Dither.NONE) for i in images]
+    duration = [round(1000.0 / rate)] * (len(paletted) - 1) + [round(1000.0 * LAST)]
+    paletted[0].save(path, save_all=True, append_images=paletted[1:], duration=duration, loop=0,
+                     optimize=True)  # fmt: skip
+
+
+def _mp4(path, images, rate):
+    program, process = _ffmpeg(), None
+    for image in images:
+        if process is None:
+            height, width = image.shape[:2]
+            # H.264 wants even numbers of pixels
+            even = "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white"
+            command = [program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24",
+                       "-s", f"{width}x{height}", "-r", f"{rate:g}", "-i", "-", "-vf", even,
+                       "-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p",
+                       str(path)]  # fmt: skip
+            process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
+        try:
+            process.stdin.write(image.tobytes())
+        except BrokenPipeError:  # it says why below
+            break
+    _, problem = process.communicate()
+    if process.returncode:
+        text = problem.decode(errors="replace").strip()
+        raise DustError(f"ffmpeg could not write {path}: {text}. Try a .gif.")
+
+
+def _ffmpeg():
+    """Path of ffmpeg: the system's, or that of the package imageio-ffmpeg."""
+    program = shutil.which("ffmpeg")
+    if program:
+        return program
+    try:
+        import imageio_ffmpeg
+
+        return imageio_ffmpeg.get_ffmpeg_exe()
+    except (ImportError, RuntimeError):
+        raise DustError(
+            "ffmpeg is not installed, and only .mp4 needs it; allowed: .gif. To get it: "
+            "pip install 'dusttaichi[export]'"
+        ) from None

@@ -1,0 +1,320 @@
+"""A picture of the grains of a snapshot: shaded spheres, the cell, a scale bar, a colour bar."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize
+from matplotlib.figure import Figure
+
+from dusttaichi.analysis.fragments import fragments_of
+from dusttaichi.analysis.frame import grain_masses, read_frame
+from dusttaichi.errors import DustError
+from dusttaichi.plots import style
+from dusttaichi.plots.spheres import Camera, Lines, axes_of, picture
+
+VIEWS = {
+    "oblique": (-0.5, -1.0, 0.42),
+    "front": (0.0, -1.0, 0.0),
+    "side": (1.0, 0.0, 0.0),
+    "top": (0.0, 0.0, 1.0),
+    "bottom": (0.0, 0.0, -1.0),
+}
+COLOURS = ("coordination", "speed", "height", "fragment", "uniform")
+WIDTH, TALLEST = 6.4, 8.0  # of the figure [inches]
+LOWEST = 1.7  # of the picture where there is a colour bar, which needs room for its label [inches]
+MARGIN, FOOT, HEAD = 0.12, 0.42, 0.2  # around the picture, for the scale bar, for a note
+BAR, NAMES = 0.95, 0.5  # for the colour bar, and for names beside it
+NAMED_FRAGMENTS = 7  # each in a colour of its own; the rest and single grains in one
+SPEEDS = ((1.0, "m/s"), (1e-2, "cm/s"), (1e-3, "mm/s"), (1e-6, "µm/s"))
+LENGTHS = ((1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"))
+
+
+@dataclass(frozen=True)
+class Colouring:
+    """What grains are coloured by. colours: (N, 3). The rest is for the colour bar.
+
+    bar: None without one. ticks, names: of discrete values, None of continuous ones.
+    """
+
+    colours: np.ndarray
+    bar: ScalarMappable | None = None
+    label: str = ""
+    ticks: list | None = None
+    names: list | None = None
+    extend: str = "neither"
+
+
+@dataclass(frozen=True)
+class Look:
+    """How frames are drawn, the same for all of a film. limits: of the colours, see `grains`."""
+
+    color: object
+    view: tuple
+    limits: tuple | None
+    label: str
+    cell: bool
+    bounds: np.ndarray  # (2, 2) [m]: ends along right and up
+    dpi: int
+
+
+@style.styled
+def grains(run, snapshot=-1, color="coordination", view="oblique", limits=None, label=None,
+           cell=True, dpi=300):  # fmt: skip
+    """The grains of a snapshot as shaded spheres, in parallel projection.
+
+    color: "coordination", "speed", "height", "fragment" (connected by contacts; the largest ones
+    each in a colour), "uniform", or numbers, (N,), with a `label` for the colour bar.
+    view: direction from which one looks, a name of VIEWS or three numbers (x, y, z), z upwards.
+    limits: ends of the colour bar, in SI, of speed, height or numbers. cell: draw walls (solid)
+    and periodic faces (dashed). Raises DustError for names that are not there.
+    """
+    frame = read_frame(run, snapshot)
+    masses = grain_masses(run) if _needs_masses(color) else None
+    return draw(frame, look([frame], color, view, limits, label, cell, dpi), masses)
+
+
+def look(frames, color, view, limits=None, label=None, cell=True, dpi=300):
+    """The Look that holds all of `frames`: colours and frame of the picture fit every one."""
+    view = direction(view)
+    if isinstance(color, str) and color not in COLOURS:
+        raise DustError(f'There is no colour by "{color}"; allowed: {", ".join(COLOURS)}.')
+    found, low, high = [], [], []
+    for frame in frames:
+        if limits is None:
+            found.append(_limits(frame, color))
+        ends = _extent(frame, axes_of(view), cell)
+        low.append(ends[0])
+        high.append(ends[1])
+    if limits is None and found[0] is not None:
+        limits = (min(f[0] for f in found), max(f[1] for f in found))
+    bounds = np.array([np.min(low, axis=0), np.max(high, axis=0)])
+    return Look(color, view, limits, label or "", cell, bounds, dpi)
+
+
+def direction(view):
+    """A direction (3,) from a name of VIEWS, or three numbers, also as text "1,0,0.5"."""
+    if isinstance(view, str) and view in VIEWS:
+        return VIEWS[view]
+    try:
+        numbers = view.split(",") if isinstance(view, str) else view
+        vector = tuple(float(number) for number in numbers)
+    except (TypeError, ValueError):
+        vector = ()
+    if len(vector) != 3 or not np.isfinite(vector).all() or not any(vector):
+        raise DustError(
+            f'There is no view "{view}"; allowed: {", ".join(VIEWS)}, or three numbers "x,y,z".'
+        )
+    return vector
+
+
+@style.styled
+def draw(frame, look, masses=None, note=None):
+    """One Frame as a Figure, as a Look has it. note: text at the top left.
+
+    masses [kg], (N,), are needed for the colours of fragments only.
+    """
+    colouring = _colouring(frame, look, masses)
+    bar = 0.0 if colouring.bar is None else BAR + NAMES * (colouring.names is not None)
+    head = MARGIN + HEAD if note else MARGIN
+    camera, (width, height) = _camera(look, bar, head)
+    lines = _cell_lines(frame, look.dpi) if look.cell else None
+    image = picture(camera, frame.position, frame.radius, colouring.colours, lines)
+    figure = Figure(figsize=(width, height), dpi=look.dpi)
+    FigureCanvasAgg(figure)
+    part = (camera.width / look.dpi / width, camera.height / look.dpi / height)
+    axes = figure.add_axes((MARGIN / width, FOOT / height, *part))
+    axes.imshow(image, interpolation="none", aspect="auto")
+    axes.set_axis_off()
+    _scale_bar(figure, camera, look.dpi)
+    if note:
+        figure.text(MARGIN / width, 1.0 - MARGIN / height, note, ha="left", va="top",
+                    fontsize=9)  # fmt: skip
+    if colouring.bar is not None:
+        long = min(part[1], 2.6 / height)
+        middle = FOOT / height + 0.5 * part[1]
+        place = (1.0 - (bar - 0.12) / width, middle - 0.5 * long, 0.14 / width, long)
+        _colour_bar(figure, place, colouring)
+    return figure
+
+
+def _camera(look, bar, head):
+    """Camera of a Look, and width and height of the figure [inches].
+
+    bar, head: room for the colour bar and above the picture.
+    """
+    extent = look.bounds[1] - look.bounds[0]
+    room = np.array([WIDTH - 2 * MARGIN - bar, TALLEST - MARGIN - FOOT])
+    scale = (room / extent).min()  # inches a metre
+    seen = np.maximum(extent, (0.0, LOWEST / scale if bar else 0.0))
+    columns, rows = np.ceil(seen * scale * look.dpi).astype(int)
+    # the rounded number of pixels sees a little more, so that pixels stay square
+    seen = np.array([columns, rows]) / (scale * look.dpi)
+    low = look.bounds.mean(axis=0) - 0.5 * seen
+    camera = Camera(axes_of(look.view), low, low + seen, int(columns), int(rows))
+    inches = np.array([columns, rows]) / look.dpi + (2 * MARGIN + bar, head + FOOT)
+    return camera, np.ceil(inches * look.dpi) / look.dpi
+
+
+def _extent(frame, axes, cell):
+    """Ends of what is drawn along right and up, (2, 2) [m], with a little room around it."""
+    seen, radius = frame.position @ axes[:2].T, frame.radius[:, None]
+    low, high = (seen - radius).min(axis=0), (seen + radius).max(axis=0)
+    if cell:
+        corners = _cell_segments(frame)[0].reshape(-1, 3) @ axes[:2].T
+        if len(corners):
+            low, high = np.minimum(low, corners.min(axis=0)), np.maximum(high, corners.max(axis=0))
+    room = 0.012 * (high - low).max()
+    return np.array([low - room, high + room])
+
+
+def _cell_segments(frame):
+    """Edges of the faces that are there: ends (L, 2, 3) [m], and which are dashed (L,).
+
+    A face that has no neighbour ends where the grains end. An edge is dashed where no wall meets
+    it, only periodic faces.
+    """
+    low = (frame.position - frame.radius[:, None]).min(axis=0)
+    high = (frame.position + frame.radius[:, None]).max(axis=0)
+    there = np.isfinite(frame.cell)
+    ends = np.where(there, frame.cell, np.stack([low, high], axis=1))
+    wall = there & ~frame.periodic[:, None]
+    segments, dashed = [], []
+    for axis in range(3):
+        b, c = (axis + 1) % 3, (axis + 2) % 3
+        for side in np.ndindex(2, 2):
+            if not (there[b, side[0]] or there[c, side[1]]):
+                continue
+            segment = np.empty((2, 3))
+            segment[:, axis] = ends[axis]
+            segment[:, b], segment[:, c] = ends[b, side[0]], ends[c, side[1]]
+            segments.append(segment)
+            dashed.append(not (wall[b, side[0]] or wall[c, side[1]]))
+    return np.array(segments).reshape(-1, 2, 3), np.array(dashed, dtype=bool)
+
+
+def _cell_lines(frame, dpi):
+    """The cell as Lines of half a point, None where there is none."""
+    segments, dashed = _cell_segments(frame)
+    return Lines(segments, dashed, width=0.0065 * dpi) if len(segments) else None
+
+
+def _needs_masses(color):
+    return isinstance(color, str) and color == "fragment"
+
+
+def _values(frame, color):
+    """Numbers to colour by, (N,) SI, of what has a continuous scale; None of the rest."""
+    if not isinstance(color, str):
+        values = np.asarray(color, dtype=float)
+        if values.shape != frame.radius.shape:
+            raise DustError(
+                f"There are {len(frame.radius)} grains; numbers of shape {values.shape} cannot "
+                "colour them."
+            )
+        return values
+    if color == "speed":
+        return np.linalg.norm(frame.velocity, axis=1)
+    return frame.position[:, 2] if color == "height" else None
+
+
+def _limits(frame, color):
+    if isinstance(color, str) and color == "coordination":
+        return 0, int(frame.coordination.max())
+    values = _values(frame, color)
+    if values is None:
+        return None
+    if isinstance(color, str) and color == "speed":
+        # a few fast grains would leave the rest in one colour
+        return 0.0, float(np.percentile(values, 99.0))
+    return float(values.min()), float(values.max())
+
+
+def _colouring(frame, look, masses):
+    color = look.color
+    if isinstance(color, str):
+        if color == "uniform":
+            return Colouring(np.tile((0.78, 0.74, 0.67), (len(frame.radius), 1)))
+        if color == "fragment":
+            return _by_fragment(frame, masses)
+        if color == "coordination":
+            return _by_number(frame.coordination, int(look.limits[1]))
+    values, (low, high) = _values(frame, color), look.limits
+    factor, label = 1.0, look.label
+    if isinstance(color, str):
+        units = SPEEDS if color == "speed" else LENGTHS
+        factor, unit = style.scaled(max(abs(low), abs(high)), units)
+        label = f"{color} ({unit})"
+    norm = Normalize(factor * low, factor * high if high > low else factor * low + 1.0)
+    bar = ScalarMappable(norm, colour_map())
+    above = (values > high).any()
+    return Colouring(bar.to_rgba(factor * values)[:, :3], bar, label,
+                     extend="max" if above else "neither")  # fmt: skip
+
+
+def colour_map() -> Colormap:
+    """Viridis without its darkest part and paler, since shade takes lightness away again."""
+    colours = colormaps["viridis"](np.linspace(0.08, 1.0, 256))
+    colours[:, :3] += 0.1 * (1.0 - colours[:, :3])
+    return ListedColormap(colours)
+
+
+def _by_number(values, most):
+    """Whole numbers from 0 to `most`, each in a colour."""
+    colours = ListedColormap(colour_map()(np.linspace(0.0, 1.0, most + 1)))
+    bar = ScalarMappable(BoundaryNorm(np.arange(-0.5, most + 1.0), most + 1), colours)
+    step = max(1, -(-(most + 1) // 12))
+    ticks = list(range(0, most + 1, step))
+    return Colouring(bar.to_rgba(values)[:, :3], bar, "contacts of a grain", ticks)
+
+
+def _by_fragment(frame, masses):
+    parts = fragments_of(frame, masses)
+    named = min(np.count_nonzero(parts.grains > 1), NAMED_FRAGMENTS)
+    palette = [style.SKY, style.ORANGE, style.GREEN, style.PURPLE, style.RED, style.BLUE,
+               style.YELLOW][:named]  # fmt: skip
+    names = [f"{count:,}" for count in parts.grains[:named]]
+    if len(parts) > named:
+        palette.append("#CFCFCF")
+        names.append(f"others ({len(parts) - named:,})")
+    count = len(palette)
+    bar = ScalarMappable(BoundaryNorm(np.arange(-0.5, count), count), ListedColormap(palette))
+    colours = bar.to_rgba(np.minimum(parts.label, count - 1))[:, :3]
+    return Colouring(colours, bar, "grains of the fragment", list(range(count)), names)
+
+
+def _colour_bar(figure, place, colouring):
+    bar = figure.colorbar(colouring.bar, cax=figure.add_axes(place), extend=colouring.extend)
+    bar.set_label(colouring.label)
+    bar.outline.set_linewidth(0.6)
+    bar.ax.tick_params(which="both", length=0 if colouring.ticks else 3, direction="out",
+                       right=True, left=False, top=False)  # fmt: skip
+    if colouring.ticks is not None:
+        bar.minorticks_off()
+        bar.set_ticks(colouring.ticks, labels=colouring.names)
+    if colouring.names is not None:
+        bar.ax.invert_yaxis()  # the largest on top
+
+
+def nice_length(largest):
+    """The largest of 1, 2, 5 x 10^n that is no more than `largest`."""
+    power = 10.0 ** np.floor(np.log10(largest))
+    # a hair more than asked for, so that 5 out of 5.0 stays 5
+    return float(max(m for m in (1, 2, 5) if m * power <= largest * (1 + 1e-9)) * power)
+
+
+def _scale_bar(figure, camera, dpi):
+    """A bar of a round length below the picture, at its left."""
+    width, height = figure.get_size_inches()
+    length = nice_length(0.25 * camera.width / camera.scale)
+    factor, unit = style.scaled(length * (1 + 1e-9), LENGTHS)
+    axes = figure.add_axes((0.0, 0.0, 1.0, FOOT / height))
+    axes.set(xlim=(0.0, width), ylim=(0.0, FOOT))
+    axes.set_axis_off()
+    long = length * camera.scale / dpi
+    axes.plot([MARGIN, MARGIN + long], [0.22, 0.22], color="black", linewidth=2.4,
+              solid_capstyle="butt")  # fmt: skip
+    axes.text(MARGIN + long + 0.08, 0.22, f"{length * factor:g} {unit}", ha="left",
+              va="center_baseline", fontsize=9)  # fmt: skip

@@ -1,0 +1,52 @@
+"""Result files whose snapshots hold given grains, nothing is simulated."""
+
+import numpy as np
+import synthetic
+
+from dusttaichi.results import Writer, provenance, select
+
+DENSITY = 2650.0
+SCENE = "name: made\nmaterial: {density: 2650 kg/m^3}\n"
+
+
+def write(path, frames, radius, box=None, periodic="", dt=1e-9):
+    """A result at `path` with a snapshot for each of `frames`, `dt` [s] apart. Returns the path.
+
+    frames: dicts with position (N, 3), and perhaps velocity, spin (N, 3), pairs (C, 2), overlap,
+    twist (C,), pointer_i, pointer_j (C, 3), box (6,), touching: [(grain, wall), ...].
+    radius: (N,) or a number. box: (6,), of all frames that name none; None: no walls.
+    """
+    count = len(frames[0]["position"])
+    features = {"snapshots", "contacts"} | ({"walls"} if box is not None else set())
+    attrs = provenance(SCENE, SCENE, title="made", seed=1, backend="cpu", precision="f64")
+    attrs["periodic_axes"] = periodic
+    coords = {"snapshots/radius": np.broadcast_to(radius, count)}
+    with Writer.create(path, select(features), {"grain": count}, coords, attrs) as writer:
+        for number, frame in enumerate(frames):
+            for group, record in _records(frame, number, dt, count, box).items():
+                writer.append(group, record)
+            record = synthetic.series_record(1000 * number, features)
+            writer.append("series", record | {"time": number * dt})
+        writer.set_status("finished: made")
+    return path
+
+
+def _records(frame, number, dt, count, box):
+    pairs = np.asarray(frame.get("pairs", np.zeros((0, 2))), dtype=int).reshape(-1, 2)
+    rows = len(pairs)
+    snapshot = {"snapshot_time": number * dt, "step": 1000 * number, "contact_count": rows}
+    for name in ("position", "velocity", "spin"):
+        snapshot[name] = frame.get(name, np.zeros((count, 3)))
+    contacts = {"grain_i": pairs[:, 0], "grain_j": pairs[:, 1], "approach": np.zeros(rows)}
+    for name, tail in (("overlap", ()), ("twist", ()), ("pointer_i", (3,)), ("pointer_j", (3,))):
+        contacts[name] = frame.get(name, np.zeros((rows, *tail)))
+    records = {"contacts": contacts}
+    if box is not None:
+        touching = np.asarray(frame.get("touching", []), dtype=int).reshape(-1, 2)
+        zero, zeros = np.zeros(len(touching)), np.zeros((len(touching), 3))
+        snapshot |= {"box": frame.get("box", box), "wall_contact_count": len(touching)}
+        records["wall_contacts"] = {
+            "grain": touching[:, 0], "wall": touching[:, 1], "pointer": zeros, "foot": zeros,
+            "twist": zero, "approach": zero, "overlap": zero,
+        }  # fmt: skip
+    return {"snapshots": snapshot, **records}
