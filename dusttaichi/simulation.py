@@ -1,7 +1,7 @@
 """A built scene in motion: advances by whole steps, searches when due, measures. Internal units.
 
-The box (walls) and the cell (periodic faces) of `surroundings` move as the drive of the moment says;
-`drive` changes it between two steps, and the ledger goes on.
+The box (walls) and the cell (periodic faces) of `surroundings` move as the drive of the moment
+says; `drive` changes it between two steps, and the ledger goes on.
 """
 
 from collections.abc import Callable
@@ -52,7 +52,7 @@ class Kernels:
 
 @dataclass
 class Books:
-    """Ends of the sums over steps, each of which counts the force of a step half before, half after.
+    """Ends of the sums over steps: the force of a step acts half before and half after it.
 
     wall_force (6, 3), face_power: at the start of the present drive and of the run. wall_work,
     impulse (6, 3): of earlier drives. face_jumps: what changes of the drive leave over. damping:
@@ -595,8 +595,8 @@ class Simulation:
 
     def restore(self, arrays, numbers):
         """Go back to a checkpoint of the same scene and sample."""
-        for name, field in self.fields.items():
-            field.from_numpy(arrays[name])
+        for name, place in self.fields.items():
+            place.from_numpy(arrays[name])
         self.step = numbers["step"]
         self.searched_at = numbers["searched_at"]
         self.searches = numbers["searches"]

@@ -161,8 +161,9 @@ def _wanted(boundary):
 def _check_room(boundary, size, need, axes):
     """Walls must stand outside the sample. (Across periodic faces its images may interlock.)"""
     # the need is a sum of rounded numbers; a billionth is far below any length of a contact
-    short = [n for n in range(3) if n not in axes and size[n] < need[n] * (1.0 - 1e-9)
-             and (boundary.kind != "periodic" or set(WALLS[2 * n : 2 * n + 2]) & set(boundary.walls))]  # fmt: skip
+    walled = [n for n in range(3) if n not in axes and boundary.kind != "periodic"
+              or set(WALLS[2 * n : 2 * n + 2]) & set(boundary.walls)]  # fmt: skip
+    short = [n for n in walled if size[n] < need[n] * (1.0 - 1e-9)]
     if short:
         n = short[int(np.argmax(need[short] / size[short]))]
         key = "gap" if boundary.kind == "plates" else "size"
@@ -180,8 +181,8 @@ def _check_images(positions, cell, radius):
     nearest = cKDTree(inside, boxsize=edges).query(inside, k=2)[0][:, 1].min()
     if nearest < CLOSEST * 2.0 * radius:
         raise DustError(
-            "boundary.size: the periodic cell is too small: grains of the sample overlap with images "
-            f"of others (centres {nearest:.4g} um apart); enlarge it or use size: fit"
+            "boundary.size: the periodic cell is too small: grains of the sample overlap with "
+            f"images of others (centres {nearest:.4g} um apart); enlarge it or use size: fit"
         )
 
 

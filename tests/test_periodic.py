@@ -76,8 +76,8 @@ CHAIN = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0], [4, 0, 0], [5, 0
 @pytest.mark.parametrize("axis", [0, 1, 2])
 @pytest.mark.parametrize("pace", [2.0, -1.5])
 def test_chain_across_a_moving_face_stays_at_rest_in_its_own_frame(axis, pace):
-    """Three grains of a straight chain stand before a moving face, three behind it, where they have
-    the speed of the edge: to the chain nothing happens, and damping takes nothing (T19 eqs 12-15)."""
+    """Three grains of a straight chain stand before a moving face, three behind it, where they
+    have the speed of the edge: to the chain nothing happens, damping takes nothing (T19 eq 12)."""
     drive = ["0 m/s"] * 3
     drive[axis] = f"{pace} m/s"
     edge = 20e-6

@@ -105,7 +105,7 @@ def declare(grains, layout, walls):
         variables += [
             Variable("shift", "edges between a pair, along each periodic axis", "1", lane,
                      (pair_blocks, len(layout.periodic))),
-            Variable("wraps", "how often a grain has crossed the faces", "1", ("i32", 3), (grains,)),
+            Variable("wraps", "how often a grain has crossed a face", "1", ("i32", 3), (grains,)),
             Variable("cell", "how the edges go: rows of kernels.cell", "um, um/us, 1/us",
                      ("f64", 0), (4, 3)),
             Variable("face_work", "work of the faces by tile", "fJ", lane, (tiles,)),
@@ -120,8 +120,10 @@ def declare(grains, layout, walls):
                      ("f64", 0), (-(-grains // CHUNK), 6)),
         ]  # fmt: skip
         if walls:
-            variables.append(Variable("wall_virial", "time integral of branch x force by tile",
-                                      "nN um us", lane, (wall_blocks // layout.tile, 9)))  # fmt: skip
+            variables.append(
+                Variable("wall_virial", "time integral of branch x force by tile", "nN um us",
+                         lane, (wall_blocks // layout.tile, 9))
+            )  # fmt: skip
     return variables
 
 

@@ -117,7 +117,7 @@ _TABLE = {
         ("position", "snapshot grain xyz", "m", "centre of the grain", "", "snapshots"),
         ("velocity", "snapshot grain xyz", "m/s", "velocity of the grain", "", "snapshots"),
         ("spin", "snapshot grain xyz", "rad/s", "angular velocity of the grain", "", "snapshots"),
-        ("box", "snapshot wall", "m", "coordinate of the wall, or of the face of the periodic cell, "
+        ("box", "snapshot wall", "m", "coordinate of the wall, or of the face of a periodic cell, "
          "along its normal; not a number where there is neither", "", "room snapshots"),
         ("contact_count", "snapshot", "1", "rows of /contacts that belong to the snapshot", "",
          "snapshots contacts"),

@@ -121,8 +121,11 @@ def _stop_filling_factor(boundary, drive, where) -> Found:
     elif filling_direction(boundary, drive):
         return []
     if isinstance(boundary, PeriodicBoundary):
-        return [(where, "it is never reached: no face moves, or some move in and some out; set "
-                 "compression_rate, strain_rate or face_speed, or stop by strain, time or steps")]  # fmt: skip
+        text = (
+            "it is never reached: no face moves, or some move in and some out; set "
+            "compression_rate, strain_rate or face_speed, or stop by strain, time or steps"
+        )
+        return [(where, text)]
     return [(where, "it is never reached while the top wall rests; "
              'set boundary.wall_speed, for example "1 cm/s"')]  # fmt: skip
 
@@ -137,8 +140,11 @@ def _stop_pressure(scene, drive, ends_anyway, where) -> Found:
         return [(where, "it is the pressure on the top wall, and there is none; "
                  "use kind: box or plates, or stop by time or steps")]  # fmt: skip
     if not (drive.wall_speed or 0.0) > 0.0 and not ends_anyway:
-        return [(where, "it may never be reached while the top wall rests; "
-                 'set boundary.wall_speed, for example "1 cm/s", or add a time or steps')]  # fmt: skip
+        text = (
+            "it may never be reached while the top wall rests; "
+            'set boundary.wall_speed, for example "1 cm/s", or add a time or steps'
+        )
+        return [(where, text)]
     if "bottom" not in boundary.walls and not ends_anyway:
         return [(where, "it may never be reached without a bottom wall; add a time or steps")]
     return []
@@ -152,9 +158,11 @@ def _intervals(scene, path, leg) -> Found:
             continue
         where = f"{path}output.{name}"
         if interval.filling_factor is not None and not filling_direction(scene.boundary, leg.drive):
-            found.append((f"{where}.filling_factor", "the filling factor changes steadily only in a "
-                          "room that is bounded along all axes and driven one way; "
-                          "use strain, steps or time"))  # fmt: skip
+            text = (
+                "the filling factor changes steadily only in a room that is bounded along all axes "
+                "and driven one way; use strain, steps or time"
+            )
+            found.append((f"{where}.filling_factor", text))
         if interval.strain is not None and not strains(scene.boundary, leg.drive):
             found.append((f"{where}.strain", "nothing strains; use steps or time"))
         step = scene.numerics.time_step
@@ -165,8 +173,11 @@ def _intervals(scene, path, leg) -> Found:
 
 def _stress(scene) -> Found:
     if scene.output.stress and bounded_axes(scene.boundary) != AXES:
-        return [("output.stress", "a stress needs a volume: a room that is bounded along all axes; "
-                 "use kind: box without omit or kind: periodic with all axes, or false")]  # fmt: skip
+        text = (
+            "a stress needs a volume: a room that is bounded along all axes; "
+            "use kind: box without omit or kind: periodic with all axes, or false"
+        )
+        return [("output.stress", text)]
     return []
 
 

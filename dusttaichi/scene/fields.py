@@ -102,7 +102,8 @@ class Number:
 class Switch:
     """Marks an optional block that may be written `off` (None) and, if `on` is set, `on`.
 
-    `auto`: the word auto is allowed too, and kept. YAML 1.1 readers make false and true of off and on; 1.2 readers leave the words. Both count.
+    `auto`: the word auto is allowed too, and kept. YAML 1.1 readers make false and true of off and
+    on; 1.2 readers leave the words. Both count.
     """
 
     needed: str
