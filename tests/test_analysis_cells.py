@@ -333,7 +333,8 @@ def test_fractal_dimension_of_a_rod_and_a_plane():
         })  # fmt: skip
         series = xr.Dataset({"step": ("time", [0])}, {"time": [0.0]})
         tree = xr.DataTree.from_dict({"snapshots": frames})
-        run = analysis.Run("run", series, tree=tree)
+        run = analysis.Run("run", series)
+        run._tree = tree
         t = analysis.fractal(run, radii=np.geomspace(2.1, 60, 60))
         # N steps up as a circle grows over a lattice, and edges of the sheet are near
         assert t.dimension[0] == pytest.approx(dimension, abs=0.25)

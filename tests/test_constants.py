@@ -64,10 +64,19 @@ def test_normal_period(pair, mass):
     assert period(2 * pair.k_n, mass) == pytest.approx(10.77e-9, abs=0.005e-9)
 
 
+def contacts(material, interaction):
+    """Mass of a grain, constants of a pair and of a wall contact."""
+    return (
+        constants.grain_mass(material),
+        constants.pair_constants(material, interaction),
+        constants.wall_constants(material, interaction),
+    )
+
+
 @pytest.mark.parametrize("m_s, nanoseconds", [(1.0, 4.68), (2.5, 2.96)])
 def test_stiffest_period_of_a_pair(m_s, nanoseconds):
     material, interaction = of(modifiers={"sliding": m_s})
-    found, _ = stability.stiffest(material, interaction, 2)
+    found, _ = stability.stiffest(*contacts(material, interaction), 2)
     assert found == pytest.approx(nanoseconds * 1e-9, abs=0.005e-9)
 
 
@@ -89,7 +98,7 @@ def test_coordination_raises_the_frequency(centres, expected, digits, mass, pair
 def test_calibrated_close_packed_limit():
     """PHYSICS section 4: with m_s = 2.5 a period of 1.5-1.6 ns, unstable above 0.50 ns."""
     material, interaction = of(modifiers={"rolling": 8.0, "sliding": 2.5})
-    found, _ = stability.stiffest(material, interaction, 13)
+    found, _ = stability.stiffest(*contacts(material, interaction), 13)
     assert 1.5e-9 < found < 1.6e-9
     # two digits given, and 27 is rounded too: 0.480 ns for 26.98
     assert stability.largest_stable_step(found) == pytest.approx(0.50e-9, abs=0.03e-9)

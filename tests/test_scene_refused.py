@@ -73,7 +73,7 @@ REFUSED = [
         ["sample.spins", "only together with positions"],
     ),
     (f"sample: {{kind: explicit, {POSITIONS}, units: nm}}", ["sample.units", "with file"]),
-    ("boundary: {kind: periodic}", ['boundary.kind = "periodic"', '"open" or "box" is needed']),
+    ("boundary: {kind: torus}", ['boundary.kind = "torus"', '"plates" or "periodic" is needed']),
     ("boundary: box", ['boundary = "box"', "a block is needed", "kind"]),
     ("boundary: {kind: box, wall_speed: 1 cm}", ['wall_speed = "1 cm"', "a speed", '"1 cm/s"']),
     ("boundary: {kind: box, wall_speed: 1}", ["boundary.wall_speed = 1", "no unit", '"1 cm/s"']),
@@ -98,7 +98,7 @@ REFUSED = [
         "boundary: {kind: box, wall_speed: 1 m/s, size: [4 um, 4 um, 4 um]}",
         ["boundary.size", "100 grains would fill 1.41"],
     ),
-    ("stop: {}", ["stop", "at least one of filling_factor, pressure, time and steps"]),
+    ("stop: {}", ["stop", "at least one of filling_factor, pressure, strain, past_maximum, time, steps"]),
     ("stop: 5", ["stop = 5", "a block is needed, with keys from filling_factor"]),
     ("stop: {filling_factor: 0.8}", ["stop.filling_factor = 0.8", "at most 0.74"]),
     ("stop: {filling_factor: 0}", ["stop.filling_factor = 0", "above 0"]),
@@ -114,7 +114,7 @@ REFUSED = [
     ("output: {directory: 5}", ["output.directory = 5", "a path is needed"]),
     ("output: {series: 100}", ["output.series = 100", "off or a block", "{steps: 1000}"]),
     ("output: {series: on}", ["output.series", "off or a block", "{steps: 1000}"]),
-    ("output: {series: {}}", ["output.series", "exactly one of steps, time and filling_factor"]),
+    ("output: {series: {}}", ["output.series", "exactly one of steps, time, filling_factor and strain"]),
     ("output: {series: {steps: 1, time: 1 s}}", ["output.series", "exactly one of"]),
     ("output: {contacts: 5}", ["output.contacts = 5", "true or false"]),
     ("output: {window: all}", ['output.window = "all"', '"interval" or a whole number']),
@@ -165,7 +165,7 @@ def test_refused_with_path_value_allowed_and_line(text, parts):
         ),
         (
             {**OPEN, "output": "{profiles: {filling_factor: 0.1}}"},
-            ["output.profiles.filling_factor = 0.1", "use steps or time"],
+            ["output.profiles.filling_factor = 0.1", "use strain, steps or time"],
         ),
         (
             {"numerics": "{time_step: 1 ns}", "output": "{series: {time: 0.1 ns}}"},
@@ -221,7 +221,7 @@ def test_missing_block(block):
 @pytest.mark.parametrize(
     "content, parts",
     [
-        (b"", ["is empty", "name, material, sample, boundary and stop are needed"]),
+        (b"", ["is empty", "name, material, sample, boundary and stop (or stages) are needed"]),
         (b"# nothing\n", ["is empty"]),
         (b"- a\n- b\n", ["does not hold a scene"]),
         (b"hello", ["does not hold a scene"]),

@@ -59,7 +59,7 @@ BY_SCHEMA = [
     "interaction: {rolling: {modifier: 0}}", "interaction: {damping: strong}",
     "interaction: {damping: {model: viscous, kapa: 1 g/s}}", "interaction: {shear_modulus: x}",
     "sample: {kind: bam}", "sample: {kind: rbd, grains: 0}",
-    "sample: {kind: rbd, size: [9 um, 9 um]}", "boundary: {kind: periodic}",
+    "sample: {kind: rbd, size: [9 um, 9 um]}", "boundary: {kind: torus}",
     "boundary: {kind: box, wall_speed: 1}", "boundary: {kind: box, wall_sped: 1 m/s}",
     "boundary: {kind: box, omit: [up]}", "boundary: {kind: open, wall_speed: 1 m/s}",
     "stop: {filling_factor: 0.8}", "numerics: {time_step: 1}", "numerics: {precision: f32}",

@@ -20,7 +20,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.results.variables import VARIABLES
 
 MOST = 10_000  # points of the common coordinate
-GROWTH = 1.001  # by which a filling factor grows that counts as growing
+CHANGE = 1.001  # factor by which a filling factor changes that counts as driven
 RECORDED = {v.name: v for v in VARIABLES.values() if v.group == "series"}
 UNITS = {
     "p_m": "Pa", "p_m_sigma": "Pa", "law_p_m": "Pa", "rms_p_low": "Pa", "rms_p_high": "Pa",
@@ -61,7 +61,7 @@ def gather(runs, axes=None, labels=None, attrs=None):
     coordinates (seed, status). attrs: further global attributes.
 
     Dimensions (*axes, replica, coordinate, ...). The coordinate is the filling factor where it
-    grows in every run, over the last stage; else the time. See the attribute `convention`.
+    changes one way in every run, over the last stage; else the time. See the attribute `convention`.
     Raises DustError where no run has a time series.
     """
     axes, present = dict(axes or {}), [r for r in runs if r is not None and len(r.series.time)]
@@ -70,7 +70,7 @@ def gather(runs, axes=None, labels=None, attrs=None):
     shape = tuple(len(values) for values in axes.values())
     shape = (*shape, len(runs) // math.prod(shape))
     dims = (*axes, "replica")
-    name = "filling_factor" if all(_grows(_last_stage(run)) for run in present) else "time"
+    name = "filling_factor" if all(_driven(_last_stage(run)) for run in present) else "time"
     courses = [None if run is None else _course(run, name) for run in runs]
     grid = common_coordinate([c[name].values for c in courses if c is not None])
     data = xr.Dataset(coords={**axes, "replica": ("replica", np.arange(shape[-1]))})
@@ -101,19 +101,24 @@ def _last_stage(run):
     return series.isel(time=series.stage.values == series.stage.values[-1])
 
 
-def _grows(series):
-    """The filling factor never falls, and grows by more than rounding."""
+def _driven(series):
+    """The filling factor goes one way, by more than rounding."""
     if "filling_factor" not in series:
         return False
     phi = series.filling_factor.values
     phi = phi[np.isfinite(phi)]
-    return len(phi) > 1 and bool(np.all(np.diff(phi) >= 0) and phi[-1] > GROWTH * phi[0])
+    steps = np.diff(phi)
+    if len(steps) == 0 or not (np.all(steps >= 0) or np.all(steps <= 0)):
+        return False
+    return bool(max(phi) > CHANGE * min(phi))
 
 
 def _course(run, name):
-    """The part of the series along which the coordinate grows, strictly."""
+    """The part of the series along which the coordinate changes, in the order in which it grows."""
     series = _last_stage(run) if name == "filling_factor" else run.series
     series = series.drop_vars("stage", errors="ignore")
+    if series[name].values[-1] < series[name].values[0]:
+        series = series.isel(time=slice(None, None, -1))
     values = series[name].values
     series = series.isel(time=np.isfinite(values))
     values = values[np.isfinite(values)]

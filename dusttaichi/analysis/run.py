@@ -16,18 +16,27 @@ LEAST_CHANGE = 1e-3
 
 
 class Run:
-    """A result file, open for reading, or one stage of it (`stage`). Use `open_run`.
+    """A result file, or one stage of it (`stage`). Use `open_run`.
 
-    series, profiles: xr.Dataset in memory (profiles None where there are none).
-    tree: xr.DataTree of the whole file, read when used. attrs: the global attributes.
-    whole: the run that a stage belongs to; a run itself. Close it, or use it as a context manager.
+    series, profiles: xr.Dataset in memory (profiles None where there are none). attrs: the global
+    attributes. whole: the run that a stage belongs to; a run itself. Where `tree` has been used,
+    close the run, or use it as a context manager.
     """
 
-    def __init__(self, path, series, profiles=None, tree=None):
-        self.path, self.series, self.profiles, self.tree = Path(path), series, profiles, tree
+    def __init__(self, path, series, profiles=None, file=None):
+        self.path, self.series, self.profiles = Path(path), series, profiles
         self.attrs = dict(series.attrs)
         self.whole = self
+        self._file, self._tree = file, None
         self._before = None  # the record that a stage starts from
+
+    @property
+    def tree(self):
+        """xr.DataTree of the whole file, opened when first used; None without a file."""
+        root = self.whole
+        if root._tree is None and root._file is not None:
+            root._tree = xr.open_datatree(root._file, engine="netcdf4")
+        return root._tree
 
     @property
     def name(self):
@@ -207,8 +216,10 @@ class Run:
 
     def close(self):
         """Close the file. `series` and `profiles` stay usable."""
-        if self.tree is not None:
-            self.tree.close()
+        root = self.whole
+        if root._tree is not None:
+            root._tree.close()
+            root._tree = None
 
     def __enter__(self):
         return self
@@ -227,15 +238,21 @@ def open_run(path):
     if not file.exists():
         raise DustError(f"There is no result at {file}.")
     try:
-        tree = xr.open_datatree(file, engine="netcdf4")
-        series = tree.to_dataset(inherit=False).load()
-        profiles = None
-        if "profiles" in tree.children:
-            profiles = tree["profiles"].to_dataset(inherit=False).load()
+        with xr.open_dataset(file, engine="netcdf4") as root:
+            series = root.load()
+        profiles = _profiles(file)
     except (OSError, RuntimeError, ValueError, KeyError) as error:
         raise DustError(f"{file} cannot be read as a result: {error}.") from error
     if "time" not in series or "step" not in series:
-        tree.close()
         raise DustError(f"{file} is not a result of dusttaichi: it has no time series.")
     written = profiles is not None and profiles.sizes.get("profile", 0)
-    return Run(file, series, profiles if written else None, tree)
+    return Run(file, series, profiles if written else None, file)
+
+
+def _profiles(file):
+    """The group /profiles in memory, or None."""
+    try:
+        with xr.open_dataset(file, engine="netcdf4", group="profiles") as group:
+            return group.load()
+    except OSError:  # no such group
+        return None

@@ -145,7 +145,7 @@ def _positions(recipe: Recipe) -> np.ndarray:
 def _pressed(cake, filling_factor: float) -> np.ndarray:
     """Positions [m] once the top wall has come down to this filling factor, if it is above it."""
     sim = _build(len(cake), cake, PRESS_SPEED)
-    width, depth, height = sim.box.size
+    width, depth, height = sim.lengths()
     volume = len(cake) * 4 / 3 * math.pi * sim.radius**3
     final = units.LENGTH * volume / (filling_factor * width * depth)
     height *= units.LENGTH

@@ -40,7 +40,7 @@ class Worker:
         sim._search = self.timed_search
         return {
             "filling_factor": samples.filling_factor(sample, scene.material.radius),
-            "box": (sim.box.size * units.LENGTH).tolist(),
+            "box": (sim.lengths() * units.LENGTH).tolist(),
         }
 
     def timed_search(self, step=None):
