@@ -163,21 +163,21 @@ def test_workers_never_exceed_the_cores():
 # -- gathering -----------------------------------------------------------------------------------
 
 
-class Made:
+class Made(analysis.Run):
     """A Run whose series is made by hand."""
 
     def __init__(self, series, **attrs):
         loss = {"loss": (("time", "channel"), np.zeros((len(series["time"]), 1)))}
         zero = {"kinetic_translation", "kinetic_rotation", "energy_residual"}
         spring = {"potential": (("time", "spring"), np.zeros((len(series["time"]), 1)))}
-        self.series = xr.Dataset(
+        made = xr.Dataset(
             {k: v if isinstance(v, tuple) else ("time", v)
              for k, v in series.items() if k != "time"}
             | {name: ("time", np.zeros(len(series["time"]))) for name in zero} | loss | spring,
             {"time": series["time"], "channel": ["forming"], "spring": ["normal"]},
+            {"title": "made", "status": "finished", "grains": 10, **attrs},
         )  # fmt: skip
-        self.attrs, self.name, self.status, self.grains = attrs, "made", "finished", 10
-        self.path, self.compresses = "made", False
+        super().__init__("made", made)
 
 
 def made(first, last, slope=1.0, points=21):
@@ -212,8 +212,17 @@ def test_mean_and_scatter_over_ragged_ranges():
     assert {"final_height", "grains", "ledger_worst"} <= set(data.attrs["summary_numbers"].split())
 
 
-def test_time_is_the_coordinate_where_nothing_is_compressed():
-    falling = [Made({"time": np.arange(n) * 0.1, "filling_factor": 0.3 - 0.01 * np.arange(n),
+def test_a_falling_filling_factor_is_a_coordinate_too():
+    data = analysis.gather([made(0.3, 0.1), made(0.2, 0.1, 3.0)])
+    phi = data.filling_factor.values
+    assert phi[0] == pytest.approx(0.1) and phi[-1] == pytest.approx(0.3)
+    both = phi < 0.2 + 1e-9
+    np.testing.assert_allclose(data.mean_height[both], 2 * phi[both], rtol=1e-12)  # linear
+
+
+def test_time_is_the_coordinate_where_the_filling_factor_goes_both_ways():
+    falling = [Made({"time": np.arange(n) * 0.1,
+                     "filling_factor": 0.3 - 0.01 * np.arange(n) * (-1.0) ** np.arange(n),
                      "stage": np.zeros(n, int)}) for n in (5, 8)]  # fmt: skip
     data = analysis.gather(falling)
     assert data.attrs["coordinate"] == "time" and "stage" not in data

@@ -45,13 +45,15 @@ class Curve:
         return rising + 1e-9 * np.arange(len(rising)), self.filling_factor
 
 
-def compression_curve(run, bin_width=BIN_WIDTH, stage=None, of="filling_factor"):
+def compression_curve(run, bin_width=BIN_WIDTH, stage=None, of="filling_factor", peaks=1):
     """The Curve of a Run: bins `bin_width` wide in filling factor, in each the median pressure.
 
     The median is that of P and of lg P alike, and single bursts do not move it. stage: name or
     number (default: the first that compresses). of: `filling_factor`, or `inner_filling_factor`,
-    that of PD08's inner cylinder between plates. Raises DustError where the run has no such
-    filling factor or no pressure on the top wall.
+    that of PD08's inner cylinder between plates. peaks: the pressure is the largest of so many
+    successive records; PD08 (section 3.1.2) took ten, of the force of the moment (a small
+    output.window). Raises DustError where the run has no such filling factor or no pressure on the
+    top wall.
     """
     series = run.part_that("compresses", stage).series
     if of not in series or "pressure" not in series:
@@ -63,6 +65,9 @@ def compression_curve(run, bin_width=BIN_WIDTH, stage=None, of="filling_factor")
     pressure = series.pressure.sel(wall="top").values
     known = np.isfinite(phi) & np.isfinite(pressure)
     phi, pressure = phi[known], pressure[known]
+    whole = len(phi) // peaks * peaks
+    phi = phi[:whole].reshape(-1, peaks).mean(axis=1)
+    pressure = pressure[:whole].reshape(-1, peaks).max(axis=1)
     mean, median, count = binned(np.floor(phi / bin_width + 1e-9), phi, pressure)
     up = median > 0
     return Curve(mean[up], median[up], count[up], phi, pressure, bin_width)

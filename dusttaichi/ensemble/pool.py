@@ -88,7 +88,7 @@ class Dask:
                 n_workers=1,
                 threads_per_worker=workers,
                 processes=False,
-                dashboard_address=None,
+                dashboard_address=":0",  # any free port
                 silence_logs=logging.ERROR,
             )
         try:

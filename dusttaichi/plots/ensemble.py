@@ -5,6 +5,7 @@ from matplotlib import colormaps
 
 from dusttaichi.analysis.ensemble import axes_of, bands
 from dusttaichi.errors import DustError
+from dusttaichi.physics.laws import S12_STATIC, UNIDIRECTIONAL
 from dusttaichi.plots import style
 from dusttaichi.plots.compression import laboratory
 
@@ -23,7 +24,8 @@ def ensemble(data):
     x = data.attrs["coordinate"]
     figure, (axes,) = style.new_figure()
     if x == "filling_factor" and "pressure" in data:
-        _compression(axes, bands(data, "pressure", wall="top"))
+        law = UNIDIRECTIONAL if "projected_area" in data else S12_STATIC
+        _compression(axes, bands(data, "pressure", wall="top"), law)
     else:
         _course(axes, data, x)
     points = int(np.prod([data.sizes[axis] for axis in axes_of(data)]))
@@ -40,8 +42,8 @@ def save_ensemble(data, path):
         raise DustError(f"The figure cannot be written to {path}: {error}.") from error
 
 
-def _compression(axes, found):
-    laboratory(axes, np.logspace(1, 7, 301))
+def _compression(axes, found, law):
+    laboratory(axes, np.logspace(1, 7, 301), (law,))
     for band, look in _looks(found):
         kpa, phi = band.mean / 1e3, band.x
         axes.plot(np.where(kpa > 0, kpa, np.nan), phi, label=_label(band), **look)
