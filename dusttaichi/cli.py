@@ -50,6 +50,9 @@ def run(
     file: SceneFile,
     force: Annotated[bool, typer.Option("--force", help="overwrite an existing result")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="go on with an interrupted run")] = False,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="compute stages again that are kept")
+    ] = False,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="directory of the results")
     ] = None,
@@ -66,6 +69,11 @@ def run(
     if scene.replicas is not None:
         from dusttaichi import ensemble
 
+        if fresh:
+            raise DustError(
+                f"--fresh is for a single run; here remove the folder {directory / '.stages'}, "
+                "where the finished stages of the replicas are kept"
+            )
         plan = ensemble.ensemble_plan(scene, directory)
         again = _again("run", file, output, scheduler)
         ensemble.command(plan, again, force=force, resume=resume, scheduler=scheduler,
@@ -75,7 +83,8 @@ def run(
         raise DustError("--scheduler is for many runs: a scene with replicas, or dust sweep")
     with _bar(quiet) as (watch, say):
         try:
-            execute(scene, directory, force=force, resume=resume, watch=watch, say=say)
+            execute(scene, directory, force=force, resume=resume, fresh=fresh, watch=watch,
+                    say=say)  # fmt: skip
         except KeyboardInterrupt:
             raise DustError(
                 f"interrupted; everything up to here is in {directory}. "

@@ -79,8 +79,10 @@ class Books:
 class Simulation:
     """State and kernels of one scene. `step` counts steps; `time` = step dt."""
 
-    def __init__(self, *, fields, scratch, sums, kernels, layout, sample, order, box, cell,
-                 material, drive, pair, wall, mass, inertia, radius, skin, dt, threads):  # fmt: skip
+    def __init__(
+        self, *, fields, scratch, sums, kernels, layout, sample, order, box, cell, material, drive,
+        pair, wall, mass, inertia, radius, skin, dt, threads,
+    ):  # fmt: skip
         self.fields, self.scratch, self.sums, self.kernels = fields, scratch, sums, kernels
         self.layout, self.order, self.box, self.cell = layout, order, box, cell
         self.material = material
@@ -92,6 +94,7 @@ class Simulation:
         self.step = 0
         self.searched_at = 0
         self.searches = 0
+        self.wall_due = NEVER
         self.books = Books()
         self._search_asked = False
         self._no_walls = Walls()
@@ -207,7 +210,7 @@ class Simulation:
     def _call(self, steps, pending, dt):
         # every grain has gone further than the root of -1: a search asked for is due at once
         reach2 = -1.0 if self._search_asked else (self._shares()[0] * self.skin) ** 2
-        motion = self._motion(dt, self._wall_due(), reach2)
+        motion = self._motion(dt, self.wall_due, reach2)
         self.kernels.advance(steps, self.step, pending, self.threads, motion, self.pair, self.wall,
                              self._walls())  # fmt: skip
         sync = self.fields["sync"].to_numpy()
@@ -235,8 +238,12 @@ class Simulation:
     def _shares(self):
         return DRIVEN if self._closing_speed() > 0.0 else STILL
 
-    def _wall_due(self):
-        """Step at which a wall or face has moved its part of the skin since the last search."""
+    def _next_wall_due(self):
+        """Step at which a wall or face has moved its part of the skin since the search of now.
+
+        Found at the search, not later: faces may change speed, and when a grain is wrapped must
+        not depend on how a run is cut into calls.
+        """
         grains, faces = self._shares()
         due = NEVER
         for speed, share in ((self._wall_speed(), 1.0 - grains), (self._closing_speed(), faces)):
@@ -286,6 +293,7 @@ class Simulation:
             self._check_room()
         self.kernels.list_entries()
         self.searched_at = step
+        self.wall_due = self._next_wall_due()
         self.searches += 1
         self._search_asked = False
 
@@ -310,8 +318,8 @@ class Simulation:
         if most < SKIN[0] * self.radius:
             raise GuardStop(
                 f"At {self.time:.6g} us the periodic cell has shrunk to {shortest:.4g} um, four "
-                "radii: a grain would touch another twice, across both faces. Stop earlier, or take "
-                "a larger sample."
+                "radii: a grain would touch another twice, across both faces. Stop earlier, or "
+                "take a larger sample."
             )
         self.skin = min(self.skin, most)
         # v stands half a step back
@@ -449,8 +457,8 @@ class Simulation:
         return float(self.sums["pair_sum"].to_numpy()[:pairs, FACES].sum())
 
     def momentum_flux(self):
-        """Time integral since the start of sum m v_a v_b + sum of branch_a force_b over all contacts
-        [fJ us], (3, 3): minus volume times stress (T19 eq 23)."""
+        """Time integral since the start of sum m v_a v_b + sum of branch_a force_b over all
+        contacts [fJ us], (3, 3): minus volume times stress (T19 eq 23)."""
         xx, xy, xz, yy, yz, zz = self.fields["flux"].to_numpy().sum(axis=0)
         total = self.mass * np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         for name in ("virial", "wall_virial"):
@@ -583,6 +591,7 @@ class Simulation:
         return {
             "step": self.step,
             "searched_at": self.searched_at,
+            "wall_due": self.wall_due,
             "searches": self.searches,
             "skin": self.skin,
             "search_asked": self._search_asked,
@@ -599,6 +608,7 @@ class Simulation:
             place.from_numpy(arrays[name])
         self.step = numbers["step"]
         self.searched_at = numbers["searched_at"]
+        self.wall_due = numbers["wall_due"]
         self.searches = numbers["searches"]
         self.skin = numbers["skin"]
         self._search_asked = numbers["search_asked"]

@@ -215,7 +215,8 @@ def test_mean_and_scatter_over_ragged_ranges():
 def test_a_falling_filling_factor_is_a_coordinate_too():
     data = analysis.gather([made(0.3, 0.1), made(0.2, 0.1, 3.0)])
     phi = data.filling_factor.values
-    assert phi[0] == pytest.approx(0.1) and phi[-1] == pytest.approx(0.3)
+    # the grid has multiples of its step inside the range only
+    assert phi[0] == pytest.approx(0.1, abs=0.01) and phi[-1] == pytest.approx(0.3, abs=0.01)
     both = phi < 0.2 + 1e-9
     np.testing.assert_allclose(data.mean_height[both], 2 * phi[both], rtol=1e-12)  # linear
 

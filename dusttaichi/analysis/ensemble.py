@@ -61,7 +61,8 @@ def gather(runs, axes=None, labels=None, attrs=None):
     coordinates (seed, status). attrs: further global attributes.
 
     Dimensions (*axes, replica, coordinate, ...). The coordinate is the filling factor where it
-    changes one way in every run, over the last stage; else the time. See the attribute `convention`.
+    changes one way in every run, over the last stage; else the time. See the attribute
+    `convention`.
     Raises DustError where no run has a time series.
     """
     axes, present = dict(axes or {}), [r for r in runs if r is not None and len(r.series.time)]

@@ -13,6 +13,7 @@ from dusttaichi.scene.boundary import (
     own_drive,
     strains,
 )
+from dusttaichi.scene.output import applies
 from dusttaichi.scene.sample import CylinderSize, ExplicitSample, RbdSample
 
 Found = list[tuple[str, str]]
@@ -157,13 +158,14 @@ def _intervals(scene, path, leg) -> Found:
         if interval is None:
             continue
         where = f"{path}output.{name}"
-        if interval.filling_factor is not None and not filling_direction(scene.boundary, leg.drive):
+        ready = applies(interval, scene.boundary, leg.drive)
+        if interval.filling_factor is not None and not ready:
             text = (
                 "the filling factor changes steadily only in a room that is bounded along all axes "
                 "and driven one way; use strain, steps or time"
             )
             found.append((f"{where}.filling_factor", text))
-        if interval.strain is not None and not strains(scene.boundary, leg.drive):
+        if interval.strain is not None and not ready:
             found.append((f"{where}.strain", "nothing strains; use steps or time"))
         step = scene.numerics.time_step
         if interval.time is not None and step != "auto" and interval.time < step:

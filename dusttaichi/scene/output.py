@@ -55,6 +55,15 @@ def default_intervals(boundary: Block, drive: Drive) -> dict[str, Any]:
     return still | {"series": {"strain": 0.005} if strains(boundary, drive) else {"steps": 1000}}
 
 
+def applies(interval: Interval | None, boundary: Block, drive: Drive) -> bool:
+    """True where an interval (None: off) comes due under a drive."""
+    if interval is None or (interval.strain is interval.filling_factor is None):
+        return True
+    if interval.filling_factor is not None:
+        return bool(filling_direction(boundary, drive))
+    return strains(boundary, drive)
+
+
 class Output(Block):
     """Results on disk. The first and the last frame are always written as snapshots."""
 

@@ -23,7 +23,7 @@ from dusttaichi.scene.fields import problems as several
 from dusttaichi.scene.interaction import Interaction
 from dusttaichi.scene.material import Material
 from dusttaichi.scene.numerics import Numerics
-from dusttaichi.scene.output import Interval, Output, default_intervals
+from dusttaichi.scene.output import Interval, Output, applies, default_intervals
 from dusttaichi.scene.sample import Sample
 from dusttaichi.scene.stage import Leg, Stage
 from dusttaichi.scene.stop import Stop
@@ -106,9 +106,12 @@ class Scene(Block):
         defaults = default_intervals(self.boundary, drive)
 
         def interval(key):
-            for block in (own, self.output):
-                if block is not None and getattr(block, key) != "auto":
-                    return getattr(block, key)
+            if own is not None and getattr(own, key) != "auto":
+                return getattr(own, key)
+            common = getattr(self.output, key)
+            # what all stages are to write must not hinder one in which nothing moves
+            if common != "auto" and (own is None or applies(common, self.boundary, drive)):
+                return common
             default = defaults[key]
             return None if default == "off" else Interval(**default)
 
