@@ -105,7 +105,7 @@ class Batch:
     def __init__(self, sim, samples):
         self.sim, self.samples = sim, list(samples)
         self.first = _first(samples)
-        self._split = [_target_grains(sample) for sample in samples]
+        self.target_grains = [_target_grains(sample) for sample in samples]
         self._nearest = np.full(len(samples), np.inf)
         self._normal = np.zeros((len(samples), 3))
         self._start = None
@@ -192,7 +192,7 @@ class Batch:
         return found
 
     def _bound(self, n, parts, touching):
-        split = self._split[n]
+        split = self.target_grains[n]
         if split is None:
             return bool(touching.any())
         one, other = (np.bincount(part, minlength=len(parts)) for part in
@@ -213,7 +213,7 @@ class Batch:
     def _lines(self, x):
         """From the second body, or the nearest wall, to the first: (scenes, 3) [um]."""
         lines = np.empty((len(self), 3))
-        for n, split in enumerate(self._split):
+        for n, split in enumerate(self.target_grains):
             own = x[self.first[n] : self.first[n + 1]]
             if split is not None:
                 lines[n] = own[:split].mean(axis=0) - own[split:].mean(axis=0)
@@ -236,7 +236,7 @@ class Batch:
     def _relative_velocities(self, v):
         """Of the first body against the second, or against the wall: (scenes, 3) [um/us]."""
         out = np.empty((len(self), 3))
-        for n, split in enumerate(self._split):
+        for n, split in enumerate(self.target_grains):
             own = v[self.first[n] : self.first[n + 1]]
             if split is not None:
                 out[n] = own[:split].mean(axis=0) - own[split:].mean(axis=0)
