@@ -360,7 +360,7 @@ def render(
     run: RunPath,
     snapshot: Annotated[int, typer.Option(help="number, from the end if negative")] = -1,
     color: Annotated[
-        str, typer.Option(help="coordination, speed, height, fragment or uniform")
+        str, typer.Option(help="coordination, speed, height, fragment, body or uniform")
     ] = "coordination",
     view: Annotated[
         str, typer.Option(help="oblique, front, side, top, bottom or x,y,z to look from")
