@@ -6,6 +6,7 @@ scene cells of its own), and every scene moves as it would alone, bit for bit.
 """
 
 from dataclasses import dataclass, replace
+from math import nan
 
 import numpy as np
 from scipy.sparse import coo_array, csgraph
@@ -24,7 +25,8 @@ class Outcome:
     bound: one fragment holds more than half of the grains of both bodies; of a body at a wall: one
     of its grains touches it. before, after [m/s]: speed of the centres of mass (of the body and the
     wall) along the normal, of approach at the start and of separation now. normal: (3,) unit
-    vector, the line between the centres where they were closest, or the normal of the wall.
+    vector, the line between the centres where they were closest, or the normal of the wall; it
+    says little of bodies that break up, whose centres pass through each other.
     fragments: sets of grains connected by contacts; largest: grains of the largest. kinetic [J]:
     of translation and rotation.
     """
@@ -40,8 +42,13 @@ class Outcome:
 
     @property
     def coefficient(self):
-        """Coefficient of restitution: after over before, 0 where the bodies are bound."""
-        return 0.0 if self.bound else self.after / self.before
+        """Coefficient of restitution: after over before, 0 where the bodies are bound.
+
+        Not a number where they do not approach along the normal: they pass each other.
+        """
+        if self.bound:
+            return 0.0
+        return self.after / self.before if self.before > 0.0 else nan
 
 
 def build_batch(scene, samples):

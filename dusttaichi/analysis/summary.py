@@ -128,14 +128,16 @@ def _collision(run):
         "largest_share": float(parts.mass[0] / parts.mass.sum()),
         "growth_efficiency": growth_efficiency(run, bodies=bodies),
     }
-    try:
-        numbers["restitution"] = restitution(run, bodies=bodies).coefficient
-    except DustError:  # they pass each other, or have not met yet
-        pass
     if min(len(body) for body in bodies) > 2:  # R_g of one or two grains tells of no volume
         numbers["compaction"] = compaction(run).ratio
     apart = "bouncing" if len(parts) == 2 else "fragmentation"
-    return numbers | {"outcome": "sticking" if together(parts, bodies) else apart}
+    numbers["outcome"] = "sticking" if together(parts, bodies) else apart
+    if numbers["outcome"] == "fragmentation":
+        return numbers  # bodies that break up pass through each other: there is no normal
+    try:
+        return numbers | {"restitution": restitution(run, bodies=bodies).coefficient}
+    except DustError:  # they pass each other, or have not met yet
+        return numbers
 
 
 def _collision_rows(n, row):
