@@ -154,14 +154,22 @@ def spatial_order(positions, cell):
     return np.argsort(key, kind="stable")
 
 
-def build(scene, sample, drive=None):
+def batch_order(positions, cell, scenes):
+    """Scene after scene, each in the spatial order that it would have alone."""
+    members = [np.flatnonzero(scenes == n) for n in range(scenes[-1] + 1)]
+    return np.concatenate([own[spatial_order(positions[own], cell)] for own in members])
+
+
+def build(scene, sample, drive=None, scenes=None):
     """Simulation of a scene with a sample (dusttaichi.samples.Sample), contacts found, loads set.
 
     drive: a Drive other than that of the backend, to compare them.
+    scenes: of a batch (dusttaichi.batch), the number of the scene that each grain is in, rising.
     Raises DustError for a sample that does not fit, or a step that cannot be stable.
     """
     grains = len(sample.positions)
-    step = time_step(scene, grains)
+    alone = slice(None) if scenes is None else scenes == 0  # walls stand around the first scene
+    step = time_step(scene, grains if scenes is None else int(np.bincount(scenes).max()))
     threads = threads_of(scene, grains)
     start_taichi(scene, threads)
     effects = chosen_effects(scene.interaction)
@@ -169,7 +177,7 @@ def build(scene, sample, drive=None):
     drive = drive or DRIVES[scene.numerics.backend]
     periodic = tuple(AXES.index(axis) for axis in scene.boundary.periodic_axes)
     layout = store.Layout(drive.width, drive.tile, effects.twisting, effects.damped, periodic,
-                          scene.output.stress)  # fmt: skip
+                          scene.output.stress, scenes is not None)  # fmt: skip
     fields = store.place(store.declare(grains, layout, walls))
     scratch = search.place_search(grains, layout, walls)
     sums = place_measure(grains, layout, walls)
@@ -189,10 +197,14 @@ def build(scene, sample, drive=None):
     radius = scene.material.radius / units.LENGTH
     period = sample.info.get("period")
     box, cell = make_surroundings(
-        scene.boundary, positions, radius, 2.0 * radius - pair.delta0 / units.LENGTH,
+        scene.boundary, positions[alone], radius, 2.0 * radius - pair.delta0 / units.LENGTH,
         wall.delta0 / units.LENGTH, None if period is None else np.array(period) / units.LENGTH,
     )  # fmt: skip
-    order = spatial_order(positions, 4.0 * radius)
+    if scenes is None:
+        order = spatial_order(positions, 4.0 * radius)
+    else:
+        order = batch_order(positions, 4.0 * radius, scenes)
+        fields["scene"].from_numpy(scenes[order].astype(np.int32))
     return Simulation(
         fields=fields,
         scratch=scratch,
@@ -213,4 +225,5 @@ def build(scene, sample, drive=None):
         skin=None if scene.numerics.skin == "auto" else scene.numerics.skin * radius,
         dt=step.dt / units.TIME,
         threads=threads,
+        scenes=1 if scenes is None else int(scenes[-1]) + 1,
     )

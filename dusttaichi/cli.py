@@ -1,4 +1,4 @@
-"""The command `dust`: run, sweep, check, schema, plot, compare, export, render, bench."""
+"""The command `dust`: run, sweep, sticking, check, schema, plot, compare, export, render, bench."""
 
 import shlex
 import sys
@@ -140,6 +140,44 @@ def sweep(
     again = _again("sweep", file, output, scheduler, settings)
     ensemble.command(plan, again, force=force, resume=resume, scheduler=scheduler, quiet=quiet,
                      console=console, err=err)  # fmt: skip
+
+
+@app.command()
+def sticking(
+    file: SceneFile,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="a key and its value, key=value", metavar="KEY=VALUE"),
+    ] = None,
+    tolerance: Annotated[float, typer.Option(help="relative width of the bracket")] = 1e-3,
+    low: Annotated[str | None, typer.Option(help="speed to look from", metavar="SPEED")] = None,
+    high: Annotated[str | None, typer.Option(help="speed to look up to", metavar="SPEED")] = None,
+    chart: Annotated[
+        str | None,
+        typer.Option("--map", help="restitution at COUNT speeds", metavar="LOW,HIGH,COUNT"),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="directory of the map")
+    ] = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="CPU threads")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="only the result")] = False,
+):
+    """Sticking speed of a collision by bisection of batches, or restitution over speeds."""
+    from dusttaichi import sticking as speeds
+    from dusttaichi.ensemble import with_settings
+
+    scene = with_settings(_scene(file, False, False, threads), settings or [])
+    if chart is not None:
+        folder = output or scene.output.directory.with_name(f"{scene.name}-sticking")
+        rows, paths = speeds.save_map(scene, chart, folder, tolerance)
+    else:
+        say = (lambda text: None) if quiet else err.print
+        ends = (speeds.speed_of(name, text) for name, text in (("--low", low), ("--high", high)))
+        rows, paths = speeds.rows(speeds.sticking(scene, tolerance, *ends, say=say)), []
+    for what, value in rows:
+        console.print(f"{what:<44} {value}", markup=False, soft_wrap=True)
+    for path in paths:
+        console.print(f"wrote {path}")
 
 
 def _print_summary(summary, rows):
@@ -331,7 +369,7 @@ def render(
     run: RunPath,
     snapshot: Annotated[int, typer.Option(help="number, from the end if negative")] = -1,
     color: Annotated[
-        str, typer.Option(help="coordination, speed, height, fragment or uniform")
+        str, typer.Option(help="coordination, speed, height, fragment, body or uniform")
     ] = "coordination",
     view: Annotated[
         str, typer.Option(help="oblique, front, side, top, bottom or x,y,z to look from")

@@ -81,8 +81,9 @@ class Simulation:
 
     def __init__(
         self, *, fields, scratch, sums, kernels, layout, sample, order, box, cell, material, drive,
-        pair, wall, mass, inertia, radius, skin, dt, threads,
+        pair, wall, mass, inertia, radius, skin, dt, threads, scenes=1,
     ):  # fmt: skip
+        self.scenes = scenes  # of a batch, the `scene` field filled
         self.fields, self.scratch, self.sums, self.kernels = fields, scratch, sums, kernels
         self.layout, self.order, self.box, self.cell = layout, order, box, cell
         self.material = material
@@ -283,7 +284,7 @@ class Simulation:
         cells, width = self._cells(extent, edges, reach)
         grid = Grid(origin=low.tolist(), inv_edge=(1.0 / width).tolist(), cells=cells.tolist(),
                     edges=edges.tolist())  # fmt: skip
-        self.kernels.find(grid, int(np.prod(cells)), reach**2)
+        self.kernels.find(grid, self.scenes * int(np.prod(cells)), reach**2)
         self._check_room()
         self.kernels.relist(edges.tolist())
         if self.box is not None:
@@ -303,7 +304,7 @@ class Simulation:
         width = reach * 1.000001
         while True:
             cells = np.floor(extent / width) + np.where(edges > 0.0, 0.0, 1.0)
-            if np.prod(cells) <= CELLS_PER_GRAIN * self.grains + 60:
+            if self.scenes * np.prod(cells) <= CELLS_PER_GRAIN * self.grains + 60:
                 break
             width *= 1.1
         cells = np.maximum(cells, 1.0)

@@ -9,17 +9,18 @@ DENSITY = 2650.0
 SCENE = "name: made\nmaterial: {density: 2650 kg/m^3}\n"
 
 
-def write(path, frames, radius, box=None, periodic="", dt=1e-9):
+def write(path, frames, radius, box=None, periodic="", dt=1e-9, scene=SCENE, attrs=()):
     """A result at `path` with a snapshot for each of `frames`, `dt` [s] apart. Returns the path.
 
     frames: dicts with position (N, 3), and perhaps velocity, spin (N, 3), pairs (C, 2), overlap,
     twist (C,), pointer_i, pointer_j (C, 3), box (6,), touching: [(grain, wall), ...].
     radius: (N,) or a number. box: (6,), of all frames that name none; None: no walls.
+    attrs: further global attributes (dict).
     """
     count = len(frames[0]["position"])
-    features = {"snapshots", "contacts"} | ({"walls"} if box is not None else set())
-    attrs = provenance(SCENE, SCENE, title="made", seed=1, backend="cpu", precision="f64")
-    attrs["periodic_axes"] = periodic
+    features = {"snapshots", "contacts"} | ({"walls", "room"} if box is not None else set())
+    known = provenance(scene, scene, title="made", seed=1, backend="cpu", precision="f64")
+    attrs = known | {"periodic_axes": periodic} | dict(attrs)
     coords = {"snapshots/radius": np.broadcast_to(radius, count)}
     with Writer.create(path, select(features), {"grain": count}, coords, attrs) as writer:
         for number, frame in enumerate(frames):

@@ -135,15 +135,19 @@ def mass_spectrum(parts, bins=10):
     return MassSpectrum(mass, count, share, edges, np.histogram(mass, edges)[0])
 
 
-def growth_efficiency(run, first=0, last=-1):
+def growth_efficiency(run, first=0, last=-1, bodies=None):
     """f = (M_largest - M_target)/M_projectile of a collision (Wada et al. 2013).
 
     M_largest: of the largest fragment in snapshot `last`. Target and projectile: the larger and
-    the smaller of the two fragments in snapshot `first`. 1: everything sticks; 0: the target
-    keeps its mass, a bounce for one; negative: it is eroded.
+    the smaller of the two fragments in snapshot `first`, or of two `bodies`, lists of grains.
+    1: everything sticks; 0: the target keeps its mass, a bounce for one; negative: it is eroded.
     Raises DustError where snapshot `first` does not hold exactly two fragments.
     """
-    target, projectile = two_fragments(run, first).mass
+    if bodies is None:
+        target, projectile = two_fragments(run, first).mass
+    else:
+        masses = grain_masses(run)
+        projectile, target = sorted(masses[body].sum() for body in bodies)
     return float((fragments(run, last).mass[0] - target) / projectile)
 
 

@@ -53,10 +53,15 @@ def restitution(run, first=0, last=-1, bodies=None):
         relative = _velocity(snapshot, one, masses) - _velocity(snapshot, other, masses)
         return float(relative @ normal)
 
-    parts = fragments(run, last)
-    held = [np.bincount(parts.label[b], masses[b], minlength=len(parts)) for b in (one, other)]
-    together = (held[0] > 0.5 * masses[one].sum()) & (held[1] > 0.5 * masses[other].sum())
-    return _result(run, -separation(start), separation(end), bool(together.any()), normal)
+    sticks = together(fragments(run, last), (one, other))
+    return _result(run, -separation(start), separation(end), sticks, normal)
+
+
+def together(parts, bodies):
+    """True where one of the Fragments holds more than half of the mass of both bodies (grains)."""
+    own = parts.mass[parts.label] / parts.grains[parts.label]
+    held = [np.bincount(parts.label[b], own[b], minlength=len(parts)) for b in bodies]
+    return bool(np.logical_and(*(mass > 0.5 * mass.sum() for mass in held)).any())
 
 
 def wall_restitution(run, wall="bottom", first=0, last=-1, grains=None):

@@ -144,6 +144,25 @@ class Run:
             lambda part: part._growth < -LEAST_CHANGE and (part._presses or "stress" in part.series)
         )
 
+    @property
+    def collides(self):
+        """True where two bodies fly at each other (sample.kind pair or collision), seen in at least
+        two snapshots with their contacts."""
+        block = self.scene.get("sample", {})
+        if block.get("kind") not in ("pair", "collision") or self.boundary != "open":
+            return False
+        info = yaml.safe_load(self.attrs.get("sample", "")) or {}
+        if not info.get("speed") or self.tree is None or "contacts" not in self.tree.children:
+            return False
+        frames = self.snapshots
+        return frames is not None and frames.sizes["snapshot"] > 1
+
+    def bodies(self):
+        """Grains of the two bodies of a run that `collides`: two arrays of numbers."""
+        info = yaml.safe_load(self.attrs["sample"])
+        first = info.get("target_grains", 1)
+        return np.arange(first), np.arange(first, self.grains)
+
     def _does(self, what):
         return any(what(part) for part in self.parts)
 

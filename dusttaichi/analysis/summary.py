@@ -9,8 +9,10 @@ from dusttaichi.analysis.compression import (
     onset,
     rms_from_law,
 )
+from dusttaichi.analysis.fragments import compaction, fragments, growth_efficiency
 from dusttaichi.analysis.isotropic import isotropic
 from dusttaichi.analysis.ledger import ledger
+from dusttaichi.analysis.restitution import restitution, together
 from dusttaichi.analysis.tensile import tensile
 from dusttaichi.errors import DustError
 
@@ -27,7 +29,9 @@ def summary(run, law=None):
     None; onset between plates, onset_peaks: of the largest of ten momentary pressures, as PD08;
     strength, strength_sigma, strength_phi, strength_strain, strength_passed, phi_init and
     strength_law of a sample that is stretched, see `tensile`;
-    ratio, ratio_scatter, ratio_low, ratio_high of one pressed from all sides, see `isotropic`.
+    ratio, ratio_scatter, ratio_low, ratio_high of one pressed from all sides, see `isotropic`;
+    outcome ("sticking", "bouncing", "fragmentation"), fragments, largest_share (of the mass),
+    growth_efficiency, compaction, restitution of a collision between its first and last snapshot.
     law: the CompressionLaw to compare with (default: `compression_law`, by the boundary).
     """
     series = run.series
@@ -53,7 +57,7 @@ def summary(run, law=None):
     }  # fmt: skip
     energies = ledger(run)
     numbers |= {"ledger_worst": energies.worst, "ledger_shares": energies.shares}
-    return numbers | _compression(run, law) | _tension(run) | _isotropic(run)
+    return numbers | _compression(run, law) | _tension(run) | _isotropic(run) | _collision(run)
 
 
 _COMPRESSION = (
@@ -125,6 +129,43 @@ def _isotropic(run):
     }  # fmt: skip
 
 
+_COLLISION = ("outcome", "fragments", "largest_share", "growth_efficiency", "compaction",
+              "restitution")  # fmt: skip
+
+
+def _collision(run):
+    numbers = dict.fromkeys(_COLLISION)
+    if not run.collides:
+        return numbers
+    bodies, parts = run.bodies(), fragments(run)
+    numbers |= {
+        "fragments": len(parts),
+        "largest_share": float(parts.mass[0] / parts.mass.sum()),
+        "growth_efficiency": growth_efficiency(run, bodies=bodies),
+    }
+    if min(len(body) for body in bodies) > 2:  # R_g of one or two grains tells of no volume
+        numbers["compaction"] = compaction(run).ratio
+    apart = "bouncing" if len(parts) == 2 else "fragmentation"
+    numbers["outcome"] = "sticking" if together(parts, bodies) else apart
+    if numbers["outcome"] == "fragmentation":
+        return numbers  # bodies that break up pass through each other: there is no normal
+    try:
+        return numbers | {"restitution": restitution(run, bodies=bodies).coefficient}
+    except DustError:  # they pass each other, or have not met yet
+        return numbers
+
+
+def _collision_rows(n, row):
+    if n["outcome"] is None:
+        return
+    share = f"{n['largest_share']:.1%} of the mass in the largest"
+    row("outcome", n["outcome"], lambda v: f"{v}, {n['fragments']} fragments, {share}"
+        if n["fragments"] > 1 else v)  # fmt: skip
+    row("growth efficiency", n["growth_efficiency"], "{:.3f}".format)
+    row("compaction of the largest fragment", n["compaction"], "{:.3f}".format)
+    row("coefficient of restitution", n["restitution"], "{:.4f}".format)
+
+
 def _duration(seconds):
     if seconds < 60:
         return f"{seconds:.1f} s"
@@ -186,6 +227,7 @@ def table(numbers):
         scatter, covered = n["ratio_scatter"], f"phi {n['ratio_low']:.3g}-{n['ratio_high']:.3g}"
         row("pressure over (E_roll/r^3) phi^3", n["ratio"],
             lambda v: f"{v:.3g} ± {scatter:.2f} dex ({covered})", "1 (T19 eq 9)")  # fmt: skip
+    _collision_rows(n, row)
     row("filling factor", n["filling_factor"], "{:.4f}".format)
     row("pressure on the top wall", n["pressure"], lambda v: f"{v / 1e3:.4g} kPa")
     row("worst residual of the energy ledger", n["ledger_worst"], "{:.1e}".format)

@@ -7,7 +7,7 @@ machine, or by a Dask cluster. Nothing here imports Taichi but `child`, the proc
 from dusttaichi.ensemble.command import command
 from dusttaichi.ensemble.gathering import gather_plan
 from dusttaichi.ensemble.runs import run_all
-from dusttaichi.ensemble.scenes import Axis, Member, Plan, ensemble_plan, sweep_plan
+from dusttaichi.ensemble.scenes import Axis, Member, Plan, ensemble_plan, sweep_plan, with_settings
 
 __all__ = [
     "Axis",
@@ -18,4 +18,5 @@ __all__ = [
     "gather_plan",
     "run_all",
     "sweep_plan",
+    "with_settings",
 ]

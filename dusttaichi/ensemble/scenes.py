@@ -147,6 +147,15 @@ def input_files(scene: Scene) -> list[str]:
     return [os.path.join(path, "result.nc") if os.path.isdir(path) else path for path in found]
 
 
+def with_settings(scene: Scene, settings: list[str]) -> Scene:
+    """The scene with `settings`, texts "key=value", applied. Raises DustError."""
+    axes = _axes(scene, _settings(settings)) if settings else ()
+    several = [axis.key for axis in axes if len(axis.texts) > 1]
+    if several:
+        raise DustError(f"--set {several[0]}: one value is needed here, not several")
+    return _point(scene, axes, (0,) * len(axes))
+
+
 # -- sweeps --------------------------------------------------------------------------------------
 
 

@@ -91,8 +91,8 @@ def make_scan(chunk_sum):
 
 
 def make_find(fields, scratch, layout, grains, walls):
-    """Kernel `find(grid, reach2)`: the neighbours of every grain, sorted, and how many are its own
-    (of higher number); starts of the pair list."""
+    """Kernel `find(grid, cells, reach2)`: the neighbours of every grain, sorted, and how many are
+    its own (of higher number); starts of the pair list. cells: of all scenes of a batch."""
     x, x_search, counts = fields["x"], fields["x_search"], fields["counts"]
     cell_start, cell_fill = scratch["cell_start"], scratch["cell_fill"]
     cell_grain, near, near_count = scratch["cell_grain"], scratch["near"], scratch["near_count"]
@@ -100,6 +100,7 @@ def make_find(fields, scratch, layout, grains, walls):
     pair_start = fields["pair_start"]
     room = capacity(grains, layout, walls)[0] * layout.width
     chunk_total, chunk_starts, chunk_fill = make_scan(scratch["chunk_sum"])
+    scene = fields.get("scene")
 
     @ti.func
     def cell_of(p, grid):
@@ -109,6 +110,18 @@ def make_find(fields, scratch, layout, grains, walls):
     @ti.func
     def number(c, grid):
         return (c[0] * grid.cells[1] + c[1]) * grid.cells[2] + c[2]
+
+    @ti.func
+    def block_of(g, grid):
+        """First cell of the scene of grain g: in a batch each scene has a block of cells."""
+        first = 0
+        if ti.static(layout.batch):
+            first = scene[g] * (grid.cells[0] * grid.cells[1] * grid.cells[2])
+        return first
+
+    @ti.func
+    def home(g, grid):
+        return block_of(g, grid) + number(cell_of(x[g], grid), grid)
 
     @ti.func
     def list_cells(g, low, high, image, reach2):
@@ -144,16 +157,17 @@ def make_find(fields, scratch, layout, grains, walls):
                     there[n] -= turn * grid.cells[n]
                     image[n] = turn * grid.edges[n]
                 if there.min() >= 0 and (grid.cells - 1 - there).min() >= 0:
-                    home = number(there, grid)
-                    list_cells(g, home, home, image, reach2)
+                    here = number(there, grid)
+                    list_cells(g, here, here, image, reach2)
         else:
             none = ti.Vector([0.0, 0.0, 0.0])
+            first = block_of(g, grid)
             for a in range(ti.max(c[0] - 1, 0), ti.min(c[0] + 2, grid.cells[0])):
                 for b in range(ti.max(c[1] - 1, 0), ti.min(c[1] + 2, grid.cells[1])):
                     # cells of a column stand one after another
                     low = number(ti.Vector([a, b, ti.max(c[2] - 1, 0)]), grid)
                     high = number(ti.Vector([a, b, ti.min(c[2] + 1, grid.cells[2] - 1)]), grid)
-                    list_cells(g, low, high, none, reach2)
+                    list_cells(g, first + low, first + high, none, reach2)
 
     @ti.kernel
     def find(grid: Grid, cells: ti.i32, reach2: ti.f64):
@@ -161,7 +175,7 @@ def make_find(fields, scratch, layout, grains, walls):
             cell_fill[c] = 0
         for g in range(grains):
             x_search[g] = x[g]
-            ti.atomic_add(cell_fill[number(cell_of(x[g], grid), grid)], 1)
+            ti.atomic_add(cell_fill[home(g, grid)], 1)
         for chunk in range((cells + CHUNK) // CHUNK):
             chunk_total(cell_fill, chunk, cells + 1)
         for _ in range(1):
@@ -171,7 +185,7 @@ def make_find(fields, scratch, layout, grains, walls):
         for c in range(cells + 1):
             cell_fill[c] = cell_start[c]
         for g in range(grains):
-            cell_grain[ti.atomic_add(cell_fill[number(cell_of(x[g], grid), grid)], 1)] = g
+            cell_grain[ti.atomic_add(cell_fill[home(g, grid)], 1)] = g
         for g in range(grains + 1):
             old_start[g] = pair_start[g]
         for g in range(grains):

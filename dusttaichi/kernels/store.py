@@ -28,6 +28,7 @@ class Layout:
     damping: bool
     periodic: tuple = ()  # numbers of the axes along which the cell repeats
     stress: bool = False
+    batch: bool = False  # many scenes at once, whose grains do not see each other
 
     @property
     def pointer(self):
@@ -101,6 +102,8 @@ def declare(grains, layout, walls):
             Variable("impulse_total", "the same before the last search", "nN us",
                      ("f64", 3), (6,)),
         ]  # fmt: skip
+    if layout.batch:
+        variables.append(Variable("scene", "number of the scene", "1", ("i32", 0), (grains,)))
     if layout.periodic:
         variables += [
             Variable("shift", "edges between a pair, along each periodic axis", "1", lane,

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from dusttaichi.errors import DustError
 from dusttaichi.plots.animation import animation
+from dusttaichi.plots.collision import collision, collision_spectrum
 from dusttaichi.plots.compression import compression
 from dusttaichi.plots.coordination import coordination
 from dusttaichi.plots.ensemble import ensemble
@@ -24,6 +25,8 @@ from dusttaichi.plots.tensile import strength, tensile
 __all__ = [
     "animation",
     "bands",
+    "collision",
+    "collision_spectrum",
     "compression",
     "coordination",
     "ensemble",
@@ -50,11 +53,14 @@ def save_all(run, directory, suffix=".png"):
 
     ledger; compression and coordination (compressed under a wall); isotropic and coordination
     (pressed from all sides); tensile and losses (stretched), and with two snapshots of the
-    stretching fractal; stress (where it was written); profile (where profiles were written).
+    stretching fractal; collision and fragments (two bodies that fly at each other); stress (where
+    it was written); profile (where profiles were written).
     suffix: what matplotlib knows, .png, .pdf, .svg. Raises DustError where the directory cannot
     be written.
     """
     figures = {"ledger": ledger(run)} if len(run.series.time) > 1 else {}
+    if run.collides:
+        figures |= {"collision": collision(run), "fragments": collision_spectrum(run)}
     if run.compresses:
         figures["compression"] = compression([run])
     if run.shrinks:

@@ -9,7 +9,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
 
-from dusttaichi.analysis.fragments import fragments_of
+from dusttaichi.analysis.fragments import Fragments, fragments, fragments_of
 from dusttaichi.analysis.frame import grain_masses, read_frame
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
@@ -22,7 +22,7 @@ VIEWS = {
     "top": (0.0, 0.0, 1.0),
     "bottom": (0.0, 0.0, -1.0),
 }
-COLOURS = ("coordination", "speed", "height", "fragment", "uniform")
+COLOURS = ("coordination", "speed", "height", "fragment", "body", "uniform")
 WIDTH, TALLEST = 6.4, 8.0  # of the figure [inches]
 LOWEST = 1.7  # of the picture where there is a colour bar, which needs room for its label [inches]
 MARGIN, FOOT, HEAD = 0.12, 0.42, 0.2  # around the picture, for the scale bar, for a note
@@ -58,6 +58,7 @@ class Look:
     cell: bool
     bounds: np.ndarray  # (2, 2) [m]: ends along right and up
     dpi: int
+    bodies: Fragments | None = None  # of the first snapshot, for that colour
 
 
 @style.styled
@@ -66,18 +67,28 @@ def grains(run, snapshot=-1, color="coordination", view="oblique", limits=None, 
     """The grains of a snapshot as shaded spheres, in parallel projection.
 
     color: "coordination", "speed", "height", "fragment" (connected by contacts; the largest ones
-    each in a colour), "uniform", or numbers, (N,), with a `label` for the colour bar.
+    each in a colour), "body" (the fragment of the first snapshot that a grain was in), "uniform",
+    or numbers, (N,), with a `label` for the colour bar.
     view: direction from which one looks, a name of VIEWS or three numbers (x, y, z), z upwards.
     limits: ends of the colour bar, in SI, of speed, height or numbers. cell: draw walls (solid)
     and periodic faces (dashed). Raises DustError for names that are not there.
     """
     frame = read_frame(run, snapshot)
     masses = grain_masses(run) if _needs_masses(color) else None
-    return draw(frame, look([frame], color, view, limits, label, cell, dpi), masses)
+    seen = look([frame], color, view, limits, label, cell, dpi, bodies_of(run, color))
+    return draw(frame, seen, masses)
 
 
-def look(frames, color, view, limits=None, label=None, cell=True, dpi=300):
-    """The Look that holds all of `frames`: colours and frame of the picture fit every one."""
+def bodies_of(run, color):
+    """Fragments of the first snapshot, where they are what one colours by; else None."""
+    return fragments(run, 0) if isinstance(color, str) and color == "body" else None
+
+
+def look(frames, color, view, limits=None, label=None, cell=True, dpi=300, bodies=None):
+    """The Look that holds all of `frames`: colours and frame of the picture fit every one.
+
+    bodies: of `bodies_of`.
+    """
     view = direction(view)
     if isinstance(color, str) and color not in COLOURS:
         raise DustError(f'There is no colour by "{color}"; allowed: {", ".join(COLOURS)}.')
@@ -91,7 +102,7 @@ def look(frames, color, view, limits=None, label=None, cell=True, dpi=300):
     if limits is None and found[0] is not None:
         limits = (min(f[0] for f in found), max(f[1] for f in found))
     bounds = np.array([np.min(low, axis=0), np.max(high, axis=0)])
-    return Look(color, view, limits, label or "", cell, bounds, dpi)
+    return Look(color, view, limits, label or "", cell, bounds, dpi, bodies)
 
 
 def direction(view):
@@ -238,7 +249,9 @@ def _colouring(frame, look, masses):
         if color == "uniform":
             return Colouring(np.tile((0.78, 0.74, 0.67), (len(frame.radius), 1)))
         if color == "fragment":
-            return _by_fragment(frame, masses)
+            return _by_fragment(fragments_of(frame, masses), "grains of the fragment")
+        if color == "body":
+            return _by_fragment(look.bodies, "grains of the body at the start")
         if color == "coordination":
             return _by_number(frame.coordination, int(look.limits[1]))
     values, (low, high) = _values(frame, color), look.limits
@@ -270,8 +283,7 @@ def _by_number(values, most):
     return Colouring(bar.to_rgba(values)[:, :3], bar, "contacts of a grain", ticks)
 
 
-def _by_fragment(frame, masses):
-    parts = fragments_of(frame, masses)
+def _by_fragment(parts, label):
     named = min(np.count_nonzero(parts.grains > 1), NAMED_FRAGMENTS)
     palette = [style.SKY, style.ORANGE, style.GREEN, style.PURPLE, style.RED, style.BLUE,
                style.YELLOW][:named]  # fmt: skip
@@ -282,7 +294,7 @@ def _by_fragment(frame, masses):
     count = len(palette)
     bar = ScalarMappable(BoundaryNorm(np.arange(-0.5, count), count), ListedColormap(palette))
     colours = bar.to_rgba(np.minimum(parts.label, count - 1))[:, :3]
-    return Colouring(colours, bar, "grains of the fragment", list(range(count)), names)
+    return Colouring(colours, bar, label, list(range(count)), names)
 
 
 def _colour_bar(figure, place, colouring):
