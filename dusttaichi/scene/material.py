@@ -69,6 +69,9 @@ class Material(Block):
     critical_rolling: Annotated[float, Quantity("length", gt=0, example="2 nm")] = Field(
         description="rolling displacement past which rolling costs energy (xi_crit)"
     )
+    asperity_volume: Annotated[float, Quantity("length", gt=0, example="0.01 nm")] | None = Field(
+        None, description="volume of asperities that a touch deforms, per area of contact"
+    )
 
     @model_validator(mode="before")
     @classmethod

@@ -1,0 +1,36 @@
+"""Flattening of asperities at first touch (PD08 section 2.2, after Tsai et al. 1990).
+
+E_asp = Y V_asp (PD08 eq 7) of the kinetic energy E_kin = mu u^2/2 along n_c, with
+
+    V_asp = v pi a_max^2 (eq 10; v: volume deformed per area, the one fitted number),
+    a_max^3 = (3 R/4 E*) [F_eq + 6 pi gamma R + sqrt((6 pi gamma R)^2 + 12 pi gamma R F_eq)] (eq 8),
+    F_eq = 2.5^(3/5) E_kin^(3/5) R^(1/5) E*^(2/5) (eq 9).
+
+Eq 8 is JKR: with s = sqrt(a/a0) it reads s_max^3 = (1 + sqrt(1 + F_eq/F_c))/2, hence
+
+    E_asp = crush_energy s_max^4, crush_energy = Y v pi a0^2, F_eq/F_c = crush_force E_kin^(3/5),
+
+both of `constants`. An impulse J along n_c takes the energy within the step that finds the touch.
+"""
+
+import taichi as ti
+
+
+@ti.func
+def loss(u, p):
+    """E_asp of a touch with the relative speed u along n_c: never more than there is."""
+    energy = 0.5 * p.mass * u * u
+    s3 = 0.5 + 0.5 * ti.sqrt(1.0 + p.crush_force * energy**0.6)
+    return ti.min(p.crush_energy * s3 ** (4.0 / 3.0), energy)
+
+
+@ti.func
+def impulse(u, change, p):
+    """J >= 0 that takes `loss` from a contact that is approaching, u < 0.
+
+    u: half a step back. change: what the other forces of the contact make of it in the whole step.
+    The work of J is J times the mean of the speeds before and after, -u - change/2 - J/(2 mu).
+    """
+    speed = ti.max(-u - 0.5 * change, 0.0)
+    left = ti.max(speed * speed - 2.0 * loss(u, p) / p.mass, 0.0)
+    return p.mass * (speed - ti.sqrt(left))
