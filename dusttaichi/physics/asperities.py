@@ -8,7 +8,7 @@ E_asp = Y V_asp (PD08 eq 7) of the kinetic energy E_kin = mu u^2/2 along n_c, wi
 
 Eq 8 is JKR: with s = sqrt(a/a0) it reads s_max^3 = (1 + sqrt(1 + F_eq/F_c))/2, hence
 
-    E_asp = crush_energy s_max^4, crush_energy = Y v pi a0^2, F_eq/F_c = crush_force E_kin^(3/5),
+    E_asp = crush_energy s_max^4 (`area`), crush_energy = Y v pi a0^2, F_eq/F_c = crush_force E_kin^(3/5),
 
 both of `constants`. An impulse J along n_c takes the energy within the step that finds the touch.
 """
@@ -16,12 +16,19 @@ both of `constants`. An impulse J along n_c takes the energy within the step tha
 import taichi as ti
 
 
+def area(energy, crush_force):
+    """(a_max/a0)^2 after a touch with that kinetic energy."""
+    return (0.5 + 0.5 * (1.0 + crush_force * energy**0.6) ** 0.5) ** (4.0 / 3.0)
+
+
+area_lanes = ti.func(area)
+
+
 @ti.func
 def loss(u, p):
     """E_asp of a touch with the relative speed u along n_c: never more than there is."""
     energy = 0.5 * p.mass * u * u
-    s3 = 0.5 + 0.5 * ti.sqrt(1.0 + p.crush_force * energy**0.6)
-    return ti.min(p.crush_energy * s3 ** (4.0 / 3.0), energy)
+    return ti.min(p.crush_energy * area_lanes(energy, p.crush_force), energy)
 
 
 @ti.func

@@ -14,7 +14,8 @@ FACES = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
 def pushed(scene, sample: Sample) -> Sample:
     """The sample with its grains displaced, moving or carried as `push` of the scene says.
 
-    info["push"] tells of every push what it is (`kind`), the numbers of its `grains`, and `face`.
+    info["push"] tells of every push what it is (`kind`), the numbers of its `grains`, its `face`,
+    and of a displacement its `size` [m].
     Contacts are found afterwards: displacements strain them along the normal, nothing else.
     A sample that has been through this is returned as it is. Raises DustError for a grain that is
     not there, or is carried and pushed otherwise too.
@@ -35,8 +36,7 @@ def pushed(scene, sample: Sample) -> Sample:
             v[group] += push.velocity
         elif push.speed is not None:
             v[group], w[group] = push.speed, 0.0
-    told = [{"kind": push.kind, "grains": group.tolist()} | _face(push)
-            for push, group in zip(scene.push, groups, strict=True)]  # fmt: skip
+    told = [_told(push, group, delta0) for push, group in zip(scene.push, groups, strict=True)]
     return replace(sample, positions=x, velocities=v, spins=w, info=sample.info | {"push": told})
 
 
@@ -52,7 +52,7 @@ def _group(number: int, push, positions: np.ndarray, radius: float) -> np.ndarra
     group = np.unique(push.grains)
     if group[-1] >= len(positions):
         raise DustError(
-            f"push.{number}.grains: there is no grain {group[-1]}; allowed: 0 to "
+            f"push[{number}].grains: there is no grain {group[-1]}; allowed: 0 to "
             f"{len(positions) - 1}"
         )
     return group
@@ -66,10 +66,17 @@ def _check_carried(pushes, groups) -> None:
             both = np.intersect1d(group, others)
             if len(both):
                 raise DustError(
-                    f"push.{n}.speed: grain {both[0]} is carried, and pushed by push.{m} too; "
+                    f"push[{n}].speed: grain {both[0]} is carried, and pushed by push[{m}] too; "
                     "give each grain one of them"
                 )
 
 
-def _face(push) -> dict:
-    return {} if push.face is None else {"face": push.face}
+def _told(push, group: np.ndarray, delta0: float) -> dict:
+    told = {"kind": push.kind, "grains": group.tolist()}
+    if push.face is not None:
+        told["face"] = push.face
+    if push.displacement is not None:
+        told["size"] = float(np.linalg.norm(push.displacement))
+    if push.displacement_delta0 is not None:
+        told["size"] = float(delta0 * np.linalg.norm(push.displacement_delta0))
+    return told

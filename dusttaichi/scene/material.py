@@ -25,6 +25,7 @@ NAMED = {
         "young_modulus": "54 GPa",
         "poisson_ratio": 0.17,
         "critical_rolling": "2 nm",
+        "asperity_volume": "0.0336 nm",  # dust fit asperities
     },
     # Tatsuuma et al. 2019, Table 1.
     "ice_t19": {
