@@ -123,8 +123,9 @@ def report(material, speed):
     for radius, (measured, error) in POPPE.items():
         found, _ = sticking_speed(material, fit.volume, radius)
         balance = sticking_speed_balance(material, fit.volume, radius)
-        yield (f"radius {units.format(radius, 'length')}: sticks up to {found:.4f} m/s (energy balance "
-               f"{balance:.4f}); Poppe et al. 2000: {measured} +- {error} m/s")  # fmt: skip
+        where = f"radius {units.format(radius, 'length')}: sticks up to {found:.4f} m/s"
+        poppe = f"Poppe et al. 2000: {measured} +- {error} m/s"
+        yield f"{where} (energy balance {balance:.4f}); {poppe}"
 
 
 def _bare(material):

@@ -1,4 +1,4 @@
-"""Asperities at first touch: the energy that PD08's formulas say, taken by an impulse and booked."""
+"""Asperities at first touch: the energy of PD08's formulas, taken by an impulse and booked."""
 
 import numpy as np
 import pytest
@@ -32,8 +32,8 @@ def scene(damping="viscoelastic", on=True, effects=("rolling", "sliding"), **key
     return made.with_value("interaction.asperities", {"volume": f"{VOLUME} m"}) if on else made
 
 
-# Two groups that meet: head-on pairs, oblique ones with spins, one of which ends in a row of three;
-# and grains that fall on the floor. One scene for all, far from each other.
+# Pairs that meet head-on and obliquely with spins, one of them with a third grain behind it, and
+# grains that fall on the floor: one scene for all, far from each other.
 
 SPEEDS = np.array([0.02, 0.1, 0.3, 1.0, 3.0])
 GAP = 0.5e-10
@@ -56,7 +56,6 @@ def start():
     v.append(v[-1])
     w.append([0, 0, 0])
     for n, speed in enumerate(SPEEDS):
-        # above one that rests on the floor by delta0 of a wall
         x.append([n * 6e-6, -8e-6, RADIUS + GAP])
         v.append([0.05, 0.02, -speed])
         w.append([1e5, 0, 2e5])
@@ -69,7 +68,7 @@ def start():
 
 @pytest.fixture(scope="module", params=["none", "viscoelastic"])
 def course(request):
-    """Fields v after every step, with the measurements; the step of the touch is in between."""
+    """Of every step: v of the field, x, v, w of its time, forces, and the measurement."""
     x, v, w, pairs, walls = start()
     probe = Probe(scene(request.param, boundary=box("bottom")), sample_of(x, v, w))
     steps = []
@@ -80,10 +79,6 @@ def course(request):
         steps.append((before, probe.x, probe.v, probe.w, force, own))
         probe.advance(1)
     return probe, steps, pairs, walls
-
-
-def totals(steps, x_zero=False):
-    return np.array([s[5]["loss"][6] + s[5]["loss_wall"][6] for s in steps])
 
 
 def test_energy_of_every_touch_is_that_of_the_paper(course):
@@ -97,8 +92,7 @@ def test_energy_of_every_touch_is_that_of_the_paper(course):
 
 
 def test_never_more_than_there_is(course):
-    """The slowest lose all their approach: they do not come back before the spring has turned
-    them, and the loss is their kinetic energy along n_c."""
+    """The slowest lose their whole energy along n_c, the fastest less than half of it."""
     energy = 0.5 * MASS / 2 * SPEEDS**2
     assert eq_8_and_9(SPEEDS)[0] == energy[0] and eq_8_and_9(SPEEDS)[-1] < 0.5 * energy[-1]
     probe, steps, pairs, _ = course

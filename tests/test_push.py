@@ -75,7 +75,7 @@ def test_refused_with_the_sample():
     both = [{"grains": [0], "speed": ["1 m/s"] * 3}, {"grains": [0], "force": ["1 nN"] * 3}]
     with pytest.raises(DustError, match="grain 0 is carried"):
         samples.pushed(make_scene(push=both), sample_of([[0, 0, 0]]))
-    with pytest.raises(DustError, match=r"push\[0\].force"):
+    with pytest.raises(DustError, match=r"push\.0\.force"):
         scene({"grains": [0], "force": ["1 nN"] * 3},
               boundary={"kind": "periodic", "size": ["9 um"] * 3})  # fmt: skip
 
@@ -129,7 +129,7 @@ def test_carried_grain(course):
     x, _, dt, frames = course
     np.testing.assert_allclose(frames[-1][0][2] - x[2], SPEED * STEPS * dt, rtol=1e-11, atol=1e-18)
     assert np.array_equal(frames[-1][1][2], SPEED)
-    assert frames[-1][1][3:, 0].mean() > 0.02
+    assert frames[-1][1][3:, 0].mean() > 0.01
 
 
 def test_work_closes_the_ledger(course):
@@ -175,7 +175,7 @@ CHAIN = {
 
 
 def test_sound_in_a_chain(tmp_path):
-    """PD08 section 3.2.2: 512 m/s at a push of 0.5 delta0. Speeds of the last grain at 1, 10, 25 and
+    """PD08 section 3.2.2: 512 m/s at a push of 0.5 delta0. Speeds of the last grain at 1, 10, 25,
     50 % of the push were computed apart from this code; 0.3 %: their rounding and the step."""
     execute(Scene.from_dict(CHAIN), tmp_path)
     with analysis.open_run(tmp_path) as run:
@@ -186,14 +186,32 @@ def test_sound_in_a_chain(tmp_path):
 
 
 def test_sound_at_small_amplitude(tmp_path):
-    """At half the height of the wave that passes the last grain: (1 - 1/n) c of PD08 eq 29, 503.5
-    m/s; 1 %, since a wave in a chain spreads and has no sharp front."""
-    small = [{"grains": [0], "displacement_delta0": [0.005, 0, 0]}]
+    """The first grain is displaced and held: a step. It is twice as high at the free end, so that
+    half of its height has come where the last grain has moved by the push: at 503.5 m/s (PD08
+    eq 29) within 1 %, since a wave in a chain spreads; and as the normal modes of the chain say,
+    to 0.2 %: 1e-3 by the amplitude, the rest by the step."""
+    small = [{"grains": [0], "displacement_delta0": [0.005, 0, 0]},
+             {"grains": [0], "speed": ["0 m/s"] * 3}]  # fmt: skip
     execute(Scene.from_dict({**CHAIN, "push": small}), tmp_path)
     with analysis.open_run(tmp_path) as run:
-        x = run.snapshots.position.values[:, -1, 0]
-        found = analysis.arrival(run, threshold=0.5 * (x - x[0]).max())
+        found = analysis.arrival(run, fraction=1.0)
         assert found.speed[-1] == pytest.approx(503.5, rel=0.01)
+        assert found.time[-1] == pytest.approx(half_height_of_a_step(50), rel=2e-3)
+
+
+def half_height_of_a_step(n):
+    """Time [s] at which the last of n grains in a harmonic chain has moved as far as the first,
+    which is moved at time 0 and held."""
+    mat = {**ref.SILICATE, "gamma": 0.025}
+    R, E_star = mat["r"] / 2, mat["E"] / (2 * (1 - mat["nu"] ** 2))
+    k_n = 1.2 * (9 * np.pi * mat["gamma"] * R**2 * E_star**2) ** (1 / 3)
+    springs = 2 * np.eye(n - 1) - np.eye(n - 1, k=1) - np.eye(n - 1, k=-1)
+    springs[-1, -1] = 1
+    squares, modes = np.linalg.eigh(k_n / MASS * springs)
+    times = np.linspace(90e-9, 125e-9, 3501)
+    # the others are at -1 from where they will rest
+    moved = 1 - np.cos(np.sqrt(squares) * times[:, None]) @ (modes.sum(0) * modes[-1])
+    return times[np.argmax(moved > 1)]
 
 
 PUSHED = {

@@ -3,14 +3,14 @@
 E_asp = Y V_asp (PD08 eq 7) of the kinetic energy E_kin = mu u^2/2 along n_c, with
 
     V_asp = v pi a_max^2 (eq 10; v: volume deformed per area, the one fitted number),
-    a_max^3 = (3 R/4 E*) [F_eq + 6 pi gamma R + sqrt((6 pi gamma R)^2 + 12 pi gamma R F_eq)] (eq 8),
+    a_max^3 = (3 R/4 E*) [F_eq + g + sqrt(g^2 + 2 g F_eq)], g = 6 pi gamma R (eq 8),
     F_eq = 2.5^(3/5) E_kin^(3/5) R^(1/5) E*^(2/5) (eq 9).
 
 Eq 8 is JKR: with s = sqrt(a/a0) it reads s_max^3 = (1 + sqrt(1 + F_eq/F_c))/2, hence
 
-    E_asp = crush_energy s_max^4 (`area`), crush_energy = Y v pi a0^2, F_eq/F_c = crush_force E_kin^(3/5),
+    E_asp = crush_energy s_max^4 (`area`), F_eq/F_c = crush_force E_kin^(3/5),
 
-both of `constants`. An impulse J along n_c takes the energy within the step that finds the touch.
+with crush_energy = Y v pi a0^2, both of `constants`. An impulse J along n_c takes the energy within the step that finds the touch.
 """
 
 import taichi as ti
