@@ -10,7 +10,8 @@ Eq 8 is JKR: with s = sqrt(a/a0) it reads s_max^3 = (1 + sqrt(1 + F_eq/F_c))/2, 
 
     E_asp = crush_energy s_max^4 (`area`), F_eq/F_c = crush_force E_kin^(3/5),
 
-with crush_energy = Y v pi a0^2, both of `constants`. An impulse J along n_c takes the energy within the step that finds the touch.
+with crush_energy = Y v pi a0^2, both of `constants`. An impulse J along n_c takes the energy within
+the step that finds the touch.
 """
 
 import taichi as ti
