@@ -9,7 +9,7 @@ from math import pi
 import numpy as np
 import taichi as ti
 
-from dusttaichi import units
+from dusttaichi import samples, units
 from dusttaichi.errors import DustError
 from dusttaichi.kernels import search, store
 from dusttaichi.kernels.cell import make_wrap
@@ -17,6 +17,7 @@ from dusttaichi.kernels.measure import make_measure, place_measure
 from dusttaichi.kernels.params import contact_params
 from dusttaichi.kernels.wall_search import make_wall_relist
 from dusttaichi.physics import constants, damping, stability
+from dusttaichi.push import make_push
 from dusttaichi.scene import AXES
 from dusttaichi.simulation import Kernels, Simulation
 from dusttaichi.step import make_advance
@@ -34,6 +35,7 @@ class Effects:
     sliding: bool
     twisting: bool
     damping: object  # function of physics.damping, or None
+    asperities: bool
 
     @property
     def damped(self):
@@ -47,6 +49,7 @@ def chosen_effects(interaction):
         sliding=interaction.sliding is not None,
         twisting=interaction.twisting is not None,
         damping=damping.COEFFICIENT.get(interaction.damping.model),
+        asperities=interaction.asperities is not None,
     )
 
 
@@ -167,9 +170,17 @@ def build(scene, sample, drive=None, scenes=None):
     scenes: of a batch (dusttaichi.batch), the number of the scene that each grain is in, rising.
     Raises DustError for a sample that does not fit, or a step that cannot be stable.
     """
+    sample = samples.pushed(scene, sample)
     grains = len(sample.positions)
     alone = slice(None) if scenes is None else scenes == 0  # walls stand around the first scene
     step = time_step(scene, grains if scenes is None else int(np.bincount(scenes).max()))
+    cell_size = 4.0 * scene.material.radius / units.LENGTH
+    positions = sample.positions / units.LENGTH
+    if scenes is None:
+        order = spatial_order(positions, cell_size)
+    else:
+        order = batch_order(positions, cell_size, scenes)
+    push = make_push(scene.push, sample.info, order, step.dt / units.TIME)
     threads = threads_of(scene, grains)
     start_taichi(scene, threads)
     effects = chosen_effects(scene.interaction)
@@ -177,7 +188,8 @@ def build(scene, sample, drive=None, scenes=None):
     drive = drive or DRIVES[scene.numerics.backend]
     periodic = tuple(AXES.index(axis) for axis in scene.boundary.periodic_axes)
     layout = store.Layout(drive.width, drive.tile, effects.twisting, effects.damped, periodic,
-                          scene.output.stress, scenes is not None)  # fmt: skip
+                          scene.output.stress, effects.asperities, push.forced, push.carried,
+                          scenes is not None)  # fmt: skip
     fields = store.place(store.declare(grains, layout, walls))
     scratch = search.place_search(grains, layout, walls)
     sums = place_measure(grains, layout, walls)
@@ -193,17 +205,13 @@ def build(scene, sample, drive=None, scenes=None):
         measure=make_measure(fields, sums, layout, effects, grains, walls),
     )
     pair, wall = contact_constants(scene)
-    positions = sample.positions / units.LENGTH
     radius = scene.material.radius / units.LENGTH
     period = sample.info.get("period")
     box, cell = make_surroundings(
         scene.boundary, positions[alone], radius, 2.0 * radius - pair.delta0 / units.LENGTH,
         wall.delta0 / units.LENGTH, None if period is None else np.array(period) / units.LENGTH,
     )  # fmt: skip
-    if scenes is None:
-        order = spatial_order(positions, 4.0 * radius)
-    else:
-        order = batch_order(positions, 4.0 * radius, scenes)
+    if scenes is not None:
         fields["scene"].from_numpy(scenes[order].astype(np.int32))
     return Simulation(
         fields=fields,
@@ -215,6 +223,7 @@ def build(scene, sample, drive=None, scenes=None):
         order=order,
         box=box,
         cell=cell,
+        push=push,
         material=scene.material,
         drive=scene.legs[0].drive,
         pair=contact_params(pair),

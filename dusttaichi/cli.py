@@ -1,4 +1,5 @@
-"""The command `dust`: run, sweep, sticking, check, schema, plot, compare, export, render, bench."""
+"""The command `dust`: run, sweep, sticking, check, schema, plot, compare, export, render, fit,
+bench."""
 
 import shlex
 import sys
@@ -319,6 +320,28 @@ def compare(
     if output is not None:
         analysis.to_csv(rows, output)
         console.print(f"wrote {output}")
+
+
+@app.command()
+def fit(
+    what: Annotated[str, typer.Argument(help="asperities", metavar="WHAT")],
+    material: Annotated[str, typer.Option(help="a named material")] = "silica_pd08",
+    speed: Annotated[str, typer.Option(help="sticking speed on a flat wall")] = "1.2 m/s",
+):
+    """Fit a number of the model: `asperities`, their volume, to a sticking speed."""
+    from pydantic import TypeAdapter, ValidationError
+
+    from dusttaichi import asperity_fit, units
+
+    if what != "asperities":
+        raise DustError(f"fit {what}: there is nothing to fit of that name; allowed: asperities")
+    mark = Annotated[float, units.Quantity("speed", gt=0)]
+    try:
+        wanted = TypeAdapter(mark).validate_python(speed)
+    except ValidationError as error:
+        raise DustError(f"--speed = {speed!r}: {error.errors()[0]['msg']}") from None
+    for text in asperity_fit.report(material, wanted):
+        console.print(text, markup=False, soft_wrap=True)
 
 
 @app.command()

@@ -55,6 +55,8 @@ def _contact(c, scene):
     if effects.twisting:
         rows.append(("twisting stiffness k_t, limit phi_crit",
                      f"{c.k_t:.5g} N m, {c.phi_crit:.4g} rad"))  # fmt: skip
+    if effects.asperities:
+        rows.append(("asperities: Y v pi a0^2", quantity(c.crush_energy, "energy", digits=4)))
     if effects.damping:
         rows.append(("damping constant kappa at a0", f"{c.kappa:.4g} kg/s"))
     return rows
@@ -104,8 +106,9 @@ def _time_step(step):
 
 def _parts(scene, sim):
     effects = chosen_effects(scene.interaction)
-    on = [name for name in ("rolling", "sliding", "twisting") if getattr(effects, name)]
-    off = [name for name in ("rolling", "sliding", "twisting") if not getattr(effects, name)]
+    names = ("rolling", "sliding", "twisting", "asperities")
+    on = [name for name in names if getattr(effects, name)]
+    off = [name for name in names if not getattr(effects, name)]
     damping = scene.interaction.damping.model
     (on if effects.damping else off).append("damping" + (f" ({damping})" * (damping != "none")))
     walls = "none"

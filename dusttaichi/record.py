@@ -26,7 +26,7 @@ def ledger(m, start):
     `start`: the measurement at step 0.
     """
     losses = m["loss"].sum() + m["loss_wall"].sum()
-    work = m["wall_work"] + m["face_work"]
+    work = m["wall_work"] + m["face_work"] + m["push_work"]
     residual = total_energy(m) - total_energy(start) - work + losses
     through = reference_energy(
         work,
@@ -119,6 +119,8 @@ def series(sim, clock, m, start, mean_force, mean_stress, wall_clock, stage=None
     if sim.cell is not None:
         record["box_length"] = lengths * units.LENGTH
         record["face_work"] = m["face_work"] * units.ENERGY
+    if sim.push.works:
+        record["push_work"] = m["push_work"] * units.ENERGY
     if mean_stress is not None:
         record["stress"] = mean_stress * units.PRESSURE
     if sim.box is not None:

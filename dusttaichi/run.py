@@ -149,7 +149,7 @@ class _Run:
         self.writer = Writer.resume(self.directory / RESULT, meta["counts"], lock=self.lock)
 
     def _sizes(self):
-        sizes = {"grain": self.sim.grains}
+        sizes = {"grain": self.sim.grains, "channel": len(self.sim.layout.channels)}
         if self.edges is not None:
             sizes["bin"] = len(self.edges) - 1
         return sizes
@@ -408,6 +408,7 @@ def features_of(scene, sim):
         "room": sim.box is not None or sim.cell is not None,
         "filling": bounded or scene.boundary.kind == "plates",
         "stress": sim.layout.stress,
+        "push": sim.push.works,
         "stages": bool(scene.stages),
         "profiles": bounded and any(leg.profiles is not None for leg in scene.legs),
     }

@@ -12,7 +12,6 @@ import numpy as np
 
 from dusttaichi import units
 from dusttaichi.errors import GuardStop
-from dusttaichi.kernels.lanes import CHANNELS
 from dusttaichi.kernels.measure import (
     ANGULAR,
     CONTACTS,
@@ -23,6 +22,7 @@ from dusttaichi.kernels.measure import (
     LINEAR,
     NORMAL,
     PENDING,
+    STRIKING,
     TWISTING,
 )
 from dusttaichi.kernels.search import CELLS_PER_GRAIN, Grid
@@ -56,11 +56,13 @@ class Books:
 
     wall_force (6, 3), face_power: at the start of the present drive and of the run. wall_work,
     impulse (6, 3): of earlier drives. face_jumps: what changes of the drive leave over. damping:
-    half of the work of step 0, which would belong to a time before it (pairs, walls).
+    half of the work of step 0, which would belong to a time before it (pairs, walls). push_work: of
+    pushes that have ended.
     """
 
     wall_force: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
     impulse: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
+    push_work: float = 0.0
     wall_work: float = 0.0
     face_power: float = 0.0
     face_jumps: float = 0.0
@@ -80,12 +82,13 @@ class Simulation:
     """State and kernels of one scene. `step` counts steps; `time` = step dt."""
 
     def __init__(
-        self, *, fields, scratch, sums, kernels, layout, sample, order, box, cell, material, drive,
-        pair, wall, mass, inertia, radius, skin, dt, threads, scenes=1,
+        self, *, fields, scratch, sums, kernels, layout, sample, order, box, cell, push, material,
+        drive, pair, wall, mass, inertia, radius, skin, dt, threads, scenes=1,
     ):  # fmt: skip
         self.scenes = scenes  # of a batch, the `scene` field filled
         self.fields, self.scratch, self.sums, self.kernels = fields, scratch, sums, kernels
         self.layout, self.order, self.box, self.cell = layout, order, box, cell
+        self.push = push
         self.material = material
         self.pair, self.wall = pair, wall
         self.mass, self.inertia, self.radius = mass, inertia, radius
@@ -114,11 +117,13 @@ class Simulation:
         self._put_grains("x", sample.positions[order] / units.LENGTH, far=True)
         self._put_grains("v", sample.velocities[order] / units.SPEED)
         self._put_grains("w", sample.spins[order] / units.SPIN)
+        self.push.place(self.fields)
         self._search()
         if sample.contacts is not None:
             self._take_contacts(sample.contacts)
         self._advance_once(0.0)
         self._clear_ledger()
+        self.push.begin(self.fields["x"].to_numpy(), self._contact_loads()[0])
         force, torque = self.loads()
         half = 0.5 * self.dt
         v, w = self.fields["v"].to_numpy(), self.fields["w"].to_numpy()
@@ -201,9 +206,12 @@ class Simulation:
         end = self.step + steps
         pending = 0
         while self.step < end:
-            done, due = self._call(end - self.step, pending, self.dt)
+            until = self.push.next_end(self.step, end)
+            done, due = self._call(until - self.step, pending, self.dt)
             self.step += done
             pending = 0
+            if self.step == until and until < NEVER:
+                self._end_pushes()
             if due:
                 self._search(self.step + 1)
                 pending = 1
@@ -367,7 +375,11 @@ class Simulation:
     # -- measuring -------------------------------------------------------------------------------
 
     def loads(self):
-        """Force [nN] and torque [nN um] on every grain, (N, 3) each, in internal order."""
+        """Force [nN] and torque [nN um] that move every grain, (N, 3) each, in internal order."""
+        return self.push.on(self._contact_loads(), self.step)
+
+    def _contact_loads(self):
+        """The same of the contacts alone."""
         start = self.fields["entry_start"].to_numpy()
         entry = self.fields["entry"].to_numpy()[: start[-1]]
         load = self._lanes("load")[entry >> 1]
@@ -419,11 +431,14 @@ class Simulation:
             "largest_overlap": pairs[:, DEEPEST].max(initial=0.0),
             "wall_contacts": 0,
             "potential_wall": np.zeros(4),
-            "loss_wall": np.zeros(len(CHANNELS)),
+            "loss_wall": np.zeros(len(self.layout.channels)),
             "wall_work": 0.0,
             "face_work": 0.0,
+            "push_work": self._push_work(),
         }
         out["loss"][2] += pairs[:, PENDING].sum() - self.books.damping[0]
+        if self.layout.asperities:
+            out["loss"][6] += pairs[:, STRIKING].sum()
         if self.cell is not None:
             ends = self.books.face_power - pairs[:, FACES].sum()
             work = self.fields["face_work"].to_numpy().sum() + half * ends + self.books.face_jumps
@@ -435,6 +450,8 @@ class Simulation:
             out["potential_wall"] = walls[:, NORMAL : TWISTING + 1].sum(axis=0)
             out["loss_wall"] = self._losses("wall_loss")
             out["loss_wall"][2] += walls[:, PENDING].sum() - self.books.damping[1]
+            if self.layout.asperities:
+                out["loss_wall"][6] += walls[:, STRIKING].sum()
             out["largest_overlap"] = max(out["largest_overlap"], walls[:, DEEPEST].max(initial=0.0))
             out["wall_work"] = self._wall_work(force, self.impulses())
         return out
@@ -447,6 +464,27 @@ class Simulation:
         # the force of a step acts half before and half after it
         own = impulse - self.books.impulse + 0.5 * self.dt * (self.books.wall_force - force)
         return self.books.wall_work + float(np.sum(velocity * own))
+
+    def _push_work(self):
+        """Work of the pushes since the start."""
+        if not self.push.works:
+            return 0.0
+        x, held = self.fields["x"].to_numpy(), self.fields.get("held")
+        held = None if held is None else held.to_numpy()
+        own = self.push.work(x, held, self._contact_loads()[0], self.step, self.dt)
+        return self.books.push_work + own
+
+    def _end_pushes(self):
+        """Forces that last until this step, half of which they act on, end."""
+        x = self.fields["x"].to_numpy()
+        work, kick = self.push.ending(x, self.step)
+        if kick is None:
+            return
+        self.books.push_work += work
+        v = self.fields["v"].to_numpy()
+        v[: self.grains] += 0.5 * self.dt / self.mass * kick
+        self.fields["v"].from_numpy(v)
+        self.fields["push_force"].from_numpy(self.push.force(self.step))
 
     def _face_power(self):
         """Power of the moving faces now [fJ/us]."""
@@ -483,7 +521,7 @@ class Simulation:
 
     def _losses(self, name):
         table = self.fields[name].to_numpy()
-        return table.reshape(len(table), len(CHANNELS), -1).sum(axis=(0, 2))
+        return table.reshape(len(table), len(self.layout.channels), -1).sum(axis=(0, 2))
 
     # -- arrays ----------------------------------------------------------------------------------
 

@@ -21,7 +21,8 @@ FOLDER = ".stages"
 FREE = (("name",), ("stages",), ("replicas",), ("output", "directory"), ("output", "checkpoint"),
         ("numerics", "threads"))  # fmt: skip
 CODE = ("kernels", "physics", "samples", "results", "build.py", "course.py", "geometry.py",
-        "record.py", "schedule.py", "simulation.py", "step.py", "surroundings.py")  # fmt: skip
+        "push.py", "record.py", "schedule.py", "simulation.py", "step.py",
+        "surroundings.py")  # fmt: skip
 
 
 @lru_cache(maxsize=1)

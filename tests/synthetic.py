@@ -13,7 +13,7 @@ SHARES = np.array([0.22, 0.17, 0.11, 0.37, 0.1, 0.03])  # of the losses, by chan
 BOX = {"walls", "room", "height", "filling", "profiles", "snapshots", "contacts"}
 PLATES = {"walls", "room", "height", "filling", "plates"}
 CELL = {"cell", "room", "stress", "filling", "stages", "snapshots"}
-FEATURES = BOX | PLATES | CELL  # no scene has them all
+FEATURES = BOX | PLATES | CELL | {"push"}  # no scene has them all
 ICE = Material(**NAMED["ice_t19"])
 
 

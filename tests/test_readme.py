@@ -114,6 +114,10 @@ PLACE = {
     "interaction.damping.coefficient": {"interaction": {"damping": "scaled"}},
     "interaction.damping.time": {"interaction": {"damping": "viscoelastic"}},
     "interaction.damping.kappa": {"interaction": {"damping": "viscous"}},
+    "interaction.asperities.yield_strength": {
+        "material": "silica_pd08",
+        "interaction": {"asperities": "on"},
+    },
     "sample.filling_factor": {"sample": {"kind": "random_packing", "grains": 9}},
     "sample.axis": {"sample": {"kind": "chain", "grains": 9}},
     "sample.speed": {"sample": {"kind": "pair"}},

@@ -3,9 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from dusttaichi.analysis.frame import frame_count, nearest_image, read_frame
 from dusttaichi.errors import DustError
+from dusttaichi.physics import constants
 from dusttaichi.results.variables import WALLS
 
 
@@ -14,8 +16,9 @@ class Arrival:
     """When each of N grains first moved by more than a threshold.
 
     time [s]: (N,), since the first snapshot taken, not a number for a grain that has not moved so
-    far. distance [m]: (N,), from the pushed grain, or from the plane of the pushed wall, at the
-    start. threshold [m]: the displacement that counts. push [m]: that of the pushed grain or wall.
+    far. distance [m]: (N,), from the nearest pushed grain, or from the plane of the pushed wall or
+    face, at the start; 0 for pushed grains. threshold [m]: the displacement that counts. push [m]:
+    what it is a fraction of.
     """
 
     time: np.ndarray
@@ -35,10 +38,13 @@ class Arrival:
         return np.divide(self.distance, self.time, out=out, where=self.reached)
 
 
-def arrival(run, pushed, fraction=0.1, threshold=None, push=None, first=0):
+def arrival(run, pushed=None, fraction=0.1, threshold=None, push=None, first=0):
     """The Arrival of a push at the grains of a Run.
 
-    pushed: number of the grain that is pushed, or name of the wall, as "bottom".
+    pushed: number of the grain that is pushed, or name of the wall, as "bottom". Without it the
+    first push of the run's scene: there a face stands for the plane through its outermost centre,
+    and `push` for the displacement given; for the overlap delta0 of two grains at rest where a
+    force, velocity or speed was given, under which pushed grains go on and on.
     A grain is reached once it is farther than the threshold from where it was in snapshot
     `first`; the moment is interpolated linearly between snapshots, so that these must be denser
     than the signal is long.
@@ -48,10 +54,14 @@ def arrival(run, pushed, fraction=0.1, threshold=None, push=None, first=0):
     Raises DustError for a grain or wall that is not there, or that has not moved.
     """
     start = read_frame(run, first, contacts=False)
-    distance = _distance(start, pushed)
+    if pushed is None:
+        pushed, distance, known = _own_push(run, start)
+        push = known if push is None else push
+    else:
+        distance = _distance(start, pushed)
     times, displaced, moved = _motion(run, start)
     own = moved[:, WALLS.index(pushed)] if isinstance(pushed, str) else displaced[:, pushed]
-    push = own.max() if push is None else push
+    push = float(own.max() if push is None else push)
     if threshold is None:
         threshold = fraction * push
     if not threshold > 0.0:
@@ -76,6 +86,33 @@ def _motion(run, start):
         edges = cell.reshape(3, 2) @ (-1.0, 1.0)
         displaced[n] = np.linalg.norm(nearest_image(moved, edges, start.periodic), axis=1)
     return times, displaced, np.abs(cells - start.cell.ravel())
+
+
+def _own_push(run, start):
+    """Grains of the first push of a run, distances from it (N,) [m], and its size [m]."""
+    if not run.pushes:
+        raise DustError(
+            f"{run.path}: its scene has no push; name the grain or wall that is pushed."
+        )
+    push = run.pushes[0]
+    group = np.array(push["grains"])
+    if "face" in push:
+        along = start.position[:, WALLS.index(push["face"]) // 2]
+        ends = along[group]
+        outermost = ends.min() if WALLS.index(push["face"]) % 2 == 0 else ends.max()
+        distance = np.abs(along - outermost)
+    else:
+        distance = cKDTree(start.position[group]).query(start.position)[0]
+    distance[group] = 0.0
+    return group, distance, push.get("size", _overlap(run.material))
+
+
+def _overlap(material):
+    """delta0 of two grains at rest [m]."""
+    R = constants.reduced_radius(material.radius, material.radius)
+    E_star = constants.reduced_modulus(material)
+    a0 = constants.equilibrium_contact_radius(material.surface_energy, R, E_star)
+    return constants.equilibrium_overlap(a0, R)
 
 
 def _distance(start, pushed):

@@ -6,13 +6,15 @@ import numpy as np
 
 from dusttaichi.results.variables import reference_energy
 
+WORKS = ("wall_work", "face_work", "push_work")  # of what acts on the grains from outside
+
 
 @dataclass(frozen=True)
 class Ledger:
     """Energies over time [J], each (times,), unless said otherwise.
 
     losses: channel -> cumulative loss in contacts of grains and of walls together.
-    work: of the walls and of the periodic faces, 0 without them. stored: kinetic and potential
+    work: of walls, periodic faces and pushes, 0 without them. stored: kinetic and potential
     energy less their start. residual: stored - work + losses, as the run wrote it. reference: the
     energy that has gone through the system, |work| + initial kinetic + |initial potential| +
     losses.
@@ -50,7 +52,7 @@ def ledger(run):
     lost = sum(losses.values(), zero)
     kinetic = (series.kinetic_translation + series.kinetic_rotation).values
     potential = total("potential", "spring") + total("potential_wall", "spring")
-    work = sum((series[n].values for n in ("wall_work", "face_work") if n in series), zero)
+    work = sum((series[n].values for n in WORKS if n in series), zero)
     energy, residual = kinetic + potential, series.energy_residual.values
     if not len(zero):
         return Ledger(series.time.values, losses, work, zero, residual, zero, zero, 0.0, 0.0,

@@ -128,6 +128,12 @@ class Run:
     # What happens in it.
 
     @property
+    def pushes(self):
+        """Pushes of the scene as dicts: `kind` (as "force"), `grains`, `face` of one on a face,
+        `size` [m] of a displacement. [] where there are none."""
+        return (yaml.safe_load(self.attrs.get("sample", "")) or {}).get("push", [])
+
+    @property
     def compresses(self):
         """True where a filling factor grows (in one of the stages) under a top wall's pressure."""
         return self._does(lambda part: part._growth > LEAST_CHANGE and part._presses)

@@ -4,9 +4,9 @@ import taichi as ti
 
 from dusttaichi.kernels.cell import make_cell
 from dusttaichi.kernels.lanes import vec3
-from dusttaichi.physics import normal, rolling, sliding, twisting
+from dusttaichi.physics import asperities, normal, rolling, sliding, twisting
 
-FORMING, BREAKING, DAMPING, ROLLING, SLIDING, TWISTING = range(6)
+FORMING, BREAKING, DAMPING, ROLLING, SLIDING, TWISTING, ASPERITIES = range(7)
 
 
 @ti.func
@@ -75,13 +75,43 @@ def make_touch(effects):
         return force, -formed * (potential + half_kick), broken * (potential - half_kick)
 
     @ti.func
-    def damp(s, u, was, before, f_before, now, dt, p):
-        """Damping force of now (the speed carried on by half a step), and the work of the last."""
-        ahead = u + 0.5 * was * (u - before)
+    def damp(s, u, was, before, struck, f_before, now, dt, p):
+        """Damping force of now (the speed carried on by half a step), and the work of the last.
+
+        struck: the speed before, with what the impulse of a first touch has made of it.
+        """
+        ahead = u + 0.5 * was * (u - struck)
         f = now * ti.static(effects.damping)(s, p) * ahead
         return f, 0.5 * dt * f_before * (before + u)
 
     return touch, jump, damp
+
+
+def make_flatten(state, loss, layout):
+    """Returns `flatten` and `last_impulse(b)`, of first touches (physics.asperities)."""
+    SPEED, IMPULSE = layout.graze, layout.graze + 1
+
+    @ti.func
+    def last_impulse(b):
+        return state[b, IMPULSE]
+
+    @ti.func
+    def flatten(tile, b, after, u, push, formed, dt, p):
+        """Force along n_c that lanes which have just formed feel in this step: impulse over dt.
+
+        u: speed along n_c half a step back. after: speed now along the n_c of the last step, whose
+        impulse is booked with it: the work it really did, whatever else pulled at the grains.
+        Contacts that exist at the start (dt = 0) have touched before.
+        """
+        add_to(loss, tile, ASPERITIES, -0.5 * state[b, IMPULSE] * (state[b, SPEED] + after))
+        impulse = 0.0 * u
+        first = formed * step01(dt)
+        if first.max() > 0.0:  # powers are dear, and first touches rare
+            impulse = first * asperities.impulse(u, push * (dt / p.mass), p)
+        state[b, SPEED], state[b, IMPULSE] = first * u, impulse
+        return impulse * (1.0 / ti.max(dt, 1e-30))
+
+    return flatten, last_impulse
 
 
 def make_pointers(loss, effects):
@@ -154,6 +184,7 @@ def make_pair_pass(fields, layout, effects):
     slip, springs = make_pointers(loss, effects)
     pair_i, pair_j = fields["pair_i"], fields["pair_j"]
     N1, N2, TWIST, APPROACH = layout.pointer, layout.second, layout.twist, layout.approach
+    flatten, last_impulse = make_flatten(state, loss, layout)
     _, across, power = make_cell(fields, layout)
     face_work = fields.get("face_work")
     add_virial = make_virial(fields.get("virial"))
@@ -178,10 +209,18 @@ def make_pair_pass(fields, layout, effects):
         push, lost_forming, lost_breaking = jump(s, u, formed, broken, dt, p)
         push = now * push
         if ti.static(effects.damped):
-            f, lost = damp(s, u, was, state[b, APPROACH], state[b, APPROACH + 1], now, dt, p)
+            before = state[b, APPROACH]
+            struck = before
+            if ti.static(effects.asperities):
+                struck += last_impulse(b) * (1.0 / p.mass)
+            f, lost = damp(s, u, was, before, struck, state[b, APPROACH + 1], now, dt, p)
             push -= f
             state[b, APPROACH], state[b, APPROACH + 1] = now * u, f
             add_to(loss, tile, DAMPING, lost)
+        if ti.static(effects.asperities):
+            then = d.minus(dv.times(dt))  # where n_c of the last step pointed
+            after = dv.dot(then) / ti.sqrt(then.dot(then))
+            push += flatten(tile, b, after, dv.dot(nc), push, formed, dt, p)
 
         # pointers and twist of lanes that did not touch a step ago are zero, and so are their loads
         n1, n2 = n1.turned(turn_i), n2.turned(turn_j)

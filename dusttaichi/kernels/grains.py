@@ -27,6 +27,22 @@ def make_gather(fields, layout):
     return total
 
 
+def make_push(fields, layout):
+    """Returns `pushed(g, force, torque)`: with the push from outside; none on a carried grain."""
+    push_force, free = fields.get("push_force"), fields.get("free")
+
+    @ti.func
+    def pushed(g, force, torque):
+        f, t = force, torque
+        if ti.static(layout.forced):
+            f += push_force[g]
+        if ti.static(layout.carried):
+            f, t = free[g] * f, free[g] * t
+        return f, t
+
+    return pushed
+
+
 def make_grain_pass(fields, layout):
     """Returns `move(g, dt/m, dt/I, dt, reach2)`: kick and drift; 1 if a new search is due.
 
@@ -34,11 +50,15 @@ def make_grain_pass(fields, layout):
     one (reach2 its square), or is no longer a number.
     """
     x, v, w, x_search = fields["x"], fields["v"], fields["w"], fields["x_search"]
-    total = make_gather(fields, layout)
+    total, pushed = make_gather(fields, layout), make_push(fields, layout)
+    free, held = fields.get("free"), fields.get("held")
 
     @ti.func
     def move(g, kick, turn, dt, reach2):
         force, torque = total(g)
+        if ti.static(layout.carried):
+            held[g] = held[g] + (dt * (1.0 - free[g])) * force
+        force, torque = pushed(g, force, torque)
         # no += on fields: it is atomic in Taichi, and slow
         velocity = v[g] + kick * force
         place = x[g] + dt * velocity

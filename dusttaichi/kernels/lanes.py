@@ -9,6 +9,7 @@ from functools import cache
 import taichi as ti
 
 CHANNELS = ("forming", "breaking", "damping", "rolling", "sliding", "twisting")
+EXTRA_CHANNELS = ("asperities",)  # only in scenes that have them
 
 
 @cache

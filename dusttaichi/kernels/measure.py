@@ -5,26 +5,27 @@ import taichi as ti
 
 from dusttaichi.kernels.cell import make_cell
 from dusttaichi.kernels.contacts import make_access, step01
-from dusttaichi.kernels.grains import make_gather
+from dusttaichi.kernels.grains import make_gather, make_push
 from dusttaichi.kernels.params import ContactParams
 from dusttaichi.kernels.store import CHUNK, capacity
 from dusttaichi.kernels.walls import Walls
 from dusttaichi.physics import normal, rolling, sliding, twisting
 
-# columns of a contact sum
-NORMAL, ROLLING, SLIDING, TWISTING, CONTACTS, PENDING, DEEPEST, FACES = range(8)
+# columns of a contact sum; the last one only with asperities
+NORMAL, ROLLING, SLIDING, TWISTING, CONTACTS, PENDING, DEEPEST, FACES, STRIKING = range(9)
 # columns of a grain sum; kinetic energies of v, w at the time of the positions
 LINEAR, ANGULAR, FASTEST, FASTEST_SPIN = range(4)
 
 
 def place_measure(grains, layout, walls):
     pair_blocks, wall_blocks = capacity(grains, layout, walls)
+    columns = 8 + layout.asperities
     sums = {
-        "pair_sum": ti.field(ti.f64, shape=(pair_blocks // layout.tile, 8)),
+        "pair_sum": ti.field(ti.f64, shape=(pair_blocks // layout.tile, columns)),
         "grain_sum": ti.field(ti.f64, shape=(-(-grains // CHUNK), 4)),
     }
     if walls:
-        sums["wall_sum"] = ti.field(ti.f64, shape=(wall_blocks // layout.tile, 8))
+        sums["wall_sum"] = ti.field(ti.f64, shape=(wall_blocks // layout.tile, columns))
         sums["wall_force"] = ti.field(ti.f64, shape=(6, 3))
     return sums
 
@@ -34,7 +35,7 @@ def make_measure(fields, sums, layout, effects, grains, walls):
     W, T = layout.width, layout.tile
     V3, gather, get_state, _, state, load = make_access(fields, layout)
     x, v, w, counts = fields["x"], fields["v"], fields["w"], fields["counts"]
-    total = make_gather(fields, layout)
+    total, pushed = make_gather(fields, layout), make_push(fields, layout)
     pair_i, pair_j = fields["pair_i"], fields["pair_j"]
     pair_sum, grain_sum = sums["pair_sum"], sums["grain_sum"]
     N1, N2, TWIST, APPROACH = layout.pointer, layout.second, layout.twist, layout.approach
@@ -48,19 +49,24 @@ def make_measure(fields, sums, layout, effects, grains, walls):
             table[tile, column] = table[tile, column] + lanes[k]
 
     @ti.func
-    def common(table: ti.template(), tile, b, overlap, now, p, dt):
+    def common(table: ti.template(), tile, b, overlap, along, now, p, dt):
         s = normal.contact_radius(overlap * p.inv_delta0)
         add(table, tile, NORMAL, now * p.U4 * normal.energy_lanes(s))
         add(table, tile, CONTACTS, now)
         if ti.static(effects.damped):
             # half of the damping work of this step belongs to the time before it
             add(table, tile, PENDING, 0.5 * dt * state[b, APPROACH] * state[b, APPROACH + 1])
+        if ti.static(effects.asperities):
+            # half of the impulse of this step has acted, in half of the change of speed
+            impulse = state[b, layout.graze + 1]
+            change = (0.25 * dt / p.mass) * along
+            add(table, tile, STRIKING, -0.5 * impulse * (state[b, layout.graze] + change))
         for k in ti.static(range(W)):
             table[tile, DEEPEST] = ti.max(table[tile, DEEPEST], now[k] * overlap[k])
 
     @ti.func
     def clear(table: ti.template(), tile):
-        for k in ti.static(range(8)):
+        for k in ti.static(range(8 + effects.asperities)):
             table[tile, k] = 0.0
 
     @ti.kernel
@@ -69,6 +75,7 @@ def make_measure(fields, sums, layout, effects, grains, walls):
             linear, angular, fastest, spin = 0.0, 0.0, 0.0, 0.0
             for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
                 force, torque = total(g)
+                force, torque = pushed(g, force, torque)
                 now = v[g] + half_kick * force
                 turning = w[g] + half_turn * torque
                 linear += now.dot(now)
@@ -90,7 +97,8 @@ def make_measure(fields, sums, layout, effects, grains, walls):
         nc = d.times(1.0 / distance)
         n1, n2 = get_state(b, N1), get_state(b, N2)
         now = step01(n1.dot(n1) - 0.5)
-        common(pair_sum, tile, b, p.touch - distance, now, p, dt)
+        along = V3(load[b, 0], load[b, 1], load[b, 2]).dot(nc)
+        common(pair_sum, tile, b, p.touch - distance, along, now, p, dt)
         if ti.static(effects.rolling):
             add(pair_sum, tile, ROLLING, rolling.energy(rolling.displacement(n1, n2, p), p))
         if ti.static(effects.sliding):
@@ -123,7 +131,8 @@ def make_measure(fields, sums, layout, effects, grains, walls):
         n1, foot = get_state(b, N1), get_state(b, N2)
         now = step01(n1.dot(n1) - 0.5)
         strength = box.strength[k] * now
-        common(wall_sum, tile, b, p.touch - distance, now, p, dt)
+        along = V3(load[b, 0], load[b, 1], load[b, 2]).dot(nw)
+        common(wall_sum, tile, b, p.touch - distance, along, now, p, dt)
         if ti.static(effects.rolling):
             add(
                 wall_sum,

@@ -7,6 +7,7 @@ from dusttaichi import units
 FIELDS = (
     "r", "inv_r", "R", "touch", "inv_delta0", "F4", "U4",
     "k_r", "k_s", "k_t", "xi_crit", "zeta_crit", "phi_crit", "kappa",
+    "mass", "crush_force", "crush_energy",
 )  # fmt: skip
 
 ContactParams = ti.types.struct(**{name: ti.f64 for name in FIELDS})
@@ -35,4 +36,7 @@ def contact_params(constants, walls=False):
         zeta_crit=constants.zeta_crit / length,
         phi_crit=constants.phi_crit,
         kappa=constants.kappa / units.DAMPING,
+        mass=constants.mass / units.MASS,
+        crush_force=constants.crush_force * units.ENERGY**0.6,
+        crush_energy=constants.crush_energy / units.ENERGY,
     )

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import taichi as ti
 
-from dusttaichi.kernels.lanes import CHANNELS
+from dusttaichi.kernels.lanes import CHANNELS, EXTRA_CHANNELS
 
 WALLS = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
 GATHERED = ("x", "v", "w")  # gathered together by contacts: they stand side by side in memory
@@ -28,6 +28,9 @@ class Layout:
     damping: bool
     periodic: tuple = ()  # numbers of the axes along which the cell repeats
     stress: bool = False
+    asperities: bool = False
+    forced: bool = False  # a force from outside acts on some grains
+    carried: bool = False  # some grains move at a speed of their own
     batch: bool = False  # many scenes at once, whose grains do not see each other
 
     @property
@@ -48,8 +51,18 @@ class Layout:
         return 6 + self.twisting if self.damping else -1
 
     @property
+    def graze(self):
+        """Speed and impulse of a first touch in the last step."""
+        return 6 + self.twisting + 2 * self.damping if self.asperities else -2
+
+    @property
     def state_size(self):
-        return 6 + self.twisting + 2 * self.damping
+        return 6 + self.twisting + 2 * self.damping + 2 * self.asperities
+
+    @property
+    def channels(self):
+        """Names of the channels of the ledger."""
+        return CHANNELS + EXTRA_CHANNELS[: int(self.asperities)]
 
 
 @dataclass(frozen=True)
@@ -81,11 +94,11 @@ def declare(grains, layout, walls):
         Variable("state", "pointers, twist, approach", "1, rad, um/us", lane,
                  (pair_blocks + wall_blocks, layout.state_size)),
         Variable("load", "force and two torques of a contact", "nN, nN um", lane,
-                 (pair_blocks + wall_blocks, 9)),
+                 (pair_blocks + wall_blocks, max(9, layout.state_size))),  # room for a state
         Variable("entry_start", "first contact of a grain's list", "1", ("i32", 0), (grains + 1,)),
         Variable("entry", "2 contact + side", "1", ("i32", 0),
                  (pair_blocks * width * 2 + wall_blocks * width,)),
-        Variable("loss", "losses by tile", "fJ", lane, (tiles, len(CHANNELS))),
+        Variable("loss", "losses by tile", "fJ", lane, (tiles, len(layout.channels))),
         Variable("sync", "meeting places of the workers", "1", ("i32", 0), (8,)),
         Variable("counts", "pairs, wall blocks, overflow", "1", ("i32", 0), (3,)),
     ]  # fmt: skip
@@ -96,7 +109,7 @@ def declare(grains, layout, walls):
             Variable("wall_of", "wall of a block", "1", ("i32", 0), (wall_blocks,)),
             Variable("wall_slot", "lane of a grain on a wall, or -1", "1", ("i32", 6), (grains,)),
             Variable("wall_loss", "wall losses by tile", "fJ", lane,
-                     (wall_blocks // layout.tile, len(CHANNELS))),
+                     (wall_blocks // layout.tile, len(layout.channels))),
             Variable("impulse", "time integral of the wall force by block", "nN us",
                      lane, (wall_blocks, 3)),
             Variable("impulse_total", "the same before the last search", "nN us",
@@ -114,6 +127,15 @@ def declare(grains, layout, walls):
             Variable("face_work", "work of the faces by tile", "fJ", lane, (tiles,)),
             Variable("wrap_work", "energy given to grains that crossed, by chunk", "fJ",
                      ("f64", 0), (-(-grains // CHUNK),)),
+        ]  # fmt: skip
+    if layout.forced:
+        variables.append(Variable("push_force", "force from outside on a grain", "nN", ("f64", 3),
+                                  (grains,)))  # fmt: skip
+    if layout.carried:
+        variables += [
+            Variable("free", "1, or 0 for a grain that is carried", "1", ("f64", 0), (grains,)),
+            Variable("held", "time integral of the force on a carried grain", "nN us", ("f64", 3),
+                     (grains,)),
         ]  # fmt: skip
     if layout.stress:
         variables += [

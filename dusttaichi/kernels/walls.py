@@ -11,6 +11,7 @@ from dusttaichi.kernels.contacts import (
     TWISTING,
     add_to,
     make_access,
+    make_flatten,
     make_touch,
     make_virial,
     step01,
@@ -35,6 +36,7 @@ def make_wall_pass(fields, layout, effects):
     x, v, w, loss = fields["x"], fields["v"], fields["w"], fields["wall_loss"]
     wall_grain, wall_gap, impulse = fields["wall_grain"], fields["wall_gap"], fields["impulse"]
     N1, FOOT, TWIST, APPROACH = layout.pointer, layout.second, layout.twist, layout.approach
+    flatten, last_impulse = make_flatten(state, loss, layout)
     add_virial = make_virial(fields.get("wall_virial"))
 
     @ti.func
@@ -54,10 +56,16 @@ def make_wall_pass(fields, layout, effects):
         push, lost_forming, lost_breaking = jump(s, u, formed, broken, dt, p)
         push = now * push
         if ti.static(effects.damped):
-            f, lost = damp(s, u, was, state[b, APPROACH], state[b, APPROACH + 1], now, dt, p)
+            before = state[b, APPROACH]
+            struck = before
+            if ti.static(effects.asperities):
+                struck += last_impulse(b) * (1.0 / p.mass)
+            f, lost = damp(s, u, was, before, struck, state[b, APPROACH + 1], now, dt, p)
             push -= f
             state[b, APPROACH], state[b, APPROACH + 1] = now * u, f
             add_to(loss, tile, DAMPING, lost)
+        if ti.static(effects.asperities):
+            push += flatten(tile, b, u, u, push, formed, dt, p)
 
         # the pointer of a lane that did not touch a step ago is zero: `strong` masks its springs
         strong = was * strength

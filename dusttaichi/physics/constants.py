@@ -105,6 +105,11 @@ def damping_coefficient(damping, material, a0):
     return 2.0 * damping.time / material.poisson_ratio**2 * E_star * a0
 
 
+def asperity_volume(material, asperities):
+    """Volume deformed per area [m]: what the scene says, else the material's own."""
+    return material.asperity_volume if asperities.volume is None else asperities.volume
+
+
 def characteristic_time(material):
     """t_c = 0.95 r^(7/6) rho^(1/2) / (gamma^(1/6) E*^(1/3)) [s] (T19 sect. 2)."""
     return (
@@ -115,9 +120,25 @@ def characteristic_time(material):
     )
 
 
+def crush_force(gamma, R, E_star):
+    """F_eq/F_c for a kinetic energy of 1 J along the normal [J^(-3/5)] (PD08 eq 9)."""
+    return 2.5**0.6 * R**0.2 * E_star**0.4 / pull_off_force(gamma, R)
+
+
+def crush_energy(yield_strength, volume, a0):
+    """Y v pi a0^2 [J]: what flattening asperities costs over the area pi a0^2 (PD08 eqs 7, 10).
+
+    volume: deformed per area [m].
+    """
+    return yield_strength * volume * pi * a0**2
+
+
 @dataclass(frozen=True)
 class ContactConstants:
-    """Numbers of one kind of contact, SI. `r2` is 0 for a wall (it has no pointer arm)."""
+    """Numbers of one kind of contact, SI. `mass` is the reduced one.
+
+    crush_force, crush_energy: of asperities, 0 without.
+    """
 
     r: float
     R: float
@@ -132,6 +153,9 @@ class ContactConstants:
     zeta_crit: float
     phi_crit: float
     kappa: float
+    mass: float
+    crush_force: float
+    crush_energy: float
 
     @property
     def delta_c(self):
@@ -142,7 +166,7 @@ class ContactConstants:
 def pair_constants(material, interaction):
     """Constants of a contact between two equal grains, modifiers included."""
     r = material.radius
-    return _constants(material, interaction, reduced_radius(r, r))
+    return _constants(material, interaction, reduced_radius(r, r), 0.5 * grain_mass(material))
 
 
 def wall_constants(material, interaction):
@@ -151,17 +175,18 @@ def wall_constants(material, interaction):
     R = r, so a0, delta0, F_c and k_s differ from those of a pair; k_r and k_t are a pair's (S12
     after eq 27: the wall's own a0 would make k_t four times that; of minor importance).
     """
-    wall = _constants(material, interaction, material.radius)
+    wall = _constants(material, interaction, material.radius, grain_mass(material))
     pair = pair_constants(material, interaction)
     return replace(wall, k_t=pair.k_t)
 
 
-def _constants(material, interaction, R):
+def _constants(material, interaction, R, mass):
     E_star = reduced_modulus(material)
     a0 = equilibrium_contact_radius(material.surface_energy, R, E_star)
     F_c = pull_off_force(material.surface_energy, R)
     G_star = reduced_shear_modulus(material, interaction.shear_modulus)
     rolling, sliding, twisting = interaction.rolling, interaction.sliding, interaction.twisting
+    crush = interaction.asperities
     return ContactConstants(
         r=material.radius,
         R=R,
@@ -178,4 +203,9 @@ def _constants(material, interaction, R):
         zeta_crit=critical_sliding(a0, material.poisson_ratio),
         phi_crit=CRITICAL_TWISTING,
         kappa=damping_coefficient(interaction.damping, material, a0),
+        mass=mass,
+        crush_force=crush_force(material.surface_energy, R, E_star) if crush else 0.0,
+        crush_energy=crush_energy(crush.yield_strength, asperity_volume(material, crush), a0)
+        if crush
+        else 0.0,
     )

@@ -5,6 +5,8 @@ Each function returns a matplotlib Figure of its own, without pyplot and without
 
 from pathlib import Path
 
+from dusttaichi.analysis import arrival
+from dusttaichi.analysis import sound_speed as fit_speed
 from dusttaichi.errors import DustError
 from dusttaichi.plots.animation import animation
 from dusttaichi.plots.collision import collision, collision_spectrum
@@ -53,8 +55,9 @@ def save_all(run, directory, suffix=".png"):
 
     ledger; compression and coordination (compressed under a wall); isotropic and coordination
     (pressed from all sides); tensile and losses (stretched), and with two snapshots of the
-    stretching fractal; collision and fragments (two bodies that fly at each other); stress (where
-    it was written); profile (where profiles were written).
+    stretching fractal; collision and fragments (two bodies that fly at each other); sound_speed
+    (after a push that snapshots show to arrive); stress (where it was written); profile (where
+    profiles were written).
     suffix: what matplotlib knows, .png, .pdf, .svg. Raises DustError where the directory cannot
     be written.
     """
@@ -74,9 +77,20 @@ def save_all(run, directory, suffix=".png"):
             figures["fractal"] = fractal(run)
     if "stress" in run.series and len(run.series.time) > 1:
         figures["stress"] = stress(run)
+    if run.pushes:
+        figures |= _sound(run)
     if run.profiles is not None:
         figures["profile"] = profile(run)
     return _save(figures, directory, suffix)
+
+
+def _sound(run):
+    """The speed of sound of a run with a push, if it has snapshots that tell."""
+    try:
+        arrivals = arrival(run)
+        return {"sound_speed": sound_speed(arrivals, fit_speed(arrivals))}
+    except DustError:
+        return {}
 
 
 @styled

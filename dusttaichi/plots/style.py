@@ -21,6 +21,7 @@ CHANNEL_COLOURS = {
     "rolling": ORANGE,
     "sliding": RED,
     "twisting": PURPLE,
+    "asperities": YELLOW,
 }
 _RC = {
     "font.size": 9,

@@ -6,7 +6,7 @@ import netCDF4
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.results.variables import LABELS, RAGGED, RECORDS, VARIABLES
+from dusttaichi.results.variables import EXTRA_CHANNELS, LABELS, RAGGED, RECORDS, VARIABLES
 
 
 def folder_of(file, group):
@@ -29,7 +29,8 @@ def define(file, layout, sizes, static):
         if name in LABELS:
             labels = file.createVariable(name, str, (name,))
             labels.long_name = "name of the " + {"xyz": "axis"}.get(name, name)
-            labels[:] = np.array(LABELS[name], dtype=object)
+            known = LABELS[name] + (EXTRA_CHANNELS if name == "channel" else ())
+            labels[:] = np.array(known[: sizes[name]], dtype=object)
     for group in dict.fromkeys(v.group for v in layout.values()):
         folder = file if group == "series" else file.createGroup(group)
         folder.createDimension(RECORDS[group], None)

@@ -8,6 +8,7 @@ WALLS = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
 SPRINGS = ("normal", "rolling", "sliding", "twisting")
 CHANNELS = ("forming", "breaking", "damping", "rolling", "sliding", "twisting")
 AXES = ("x", "y", "z")
+EXTRA_CHANNELS = ("asperities",)  # behind the others in runs that have them
 LABELS = {"wall": WALLS, "spring": SPRINGS, "channel": CHANNELS, "xyz": AXES, "axis": AXES}
 RECORDS = {  # group -> the dimension that grows
     "series": "time",
@@ -87,6 +88,8 @@ _TABLE = {
          _PHYS, "walls"),
         ("face_work", "time", "J", "work of the moving faces of the cell on the grains since the "
          "start", _PHYS, "cell"),
+        ("push_work", "time", "J", "work of pushes from outside on the grains since the start",
+         _PHYS, "push"),
         ("energy_residual", "time", "J", "total energy less that at the start, less work, plus "
          "losses (0 if the ledger closes)", _PHYS, ""),
         ("energy_residual_relative", "time", "1", "energy_residual over the energy that has gone "
@@ -173,7 +176,8 @@ def select(features):
     """Keys of the variables that a scene with these `features` has, in the table's order.
 
     Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (a
-    finite one), "filling" (a filling factor), "plates", "stress", "stages", "profiles",
+    finite one), "filling" (a filling factor), "plates", "stress", "stages", "push" (forces, carried
+    grains), "profiles",
     "snapshots", "contacts" (kept with the snapshots).
     """
     return [key for key, v in VARIABLES.items() if v.needs <= set(features)]

@@ -12,6 +12,7 @@ from dusttaichi.samples import (
     random_packing,
     rbd,
 )
+from dusttaichi.samples.push import pushed
 from dusttaichi.samples.sample import (
     Sample,
     bulk_filling_factor,
@@ -31,6 +32,7 @@ __all__ = [
     "filling_factor",
     "fractal_dimension",
     "make",
+    "pushed",
     "radius_of_gyration",
     "touching_pairs",
 ]
@@ -49,14 +51,14 @@ GENERATORS = {
 
 
 def make(scene) -> Sample:
-    """The sample of a scene; everything in SI. Its info says what it is and what it is like.
+    """The sample of a scene, pushed; all in SI. Its info says what it is and what it is like.
 
     Raises DustError, naming the place in the YAML, for a file that cannot be used, grains that
     overlap too much, a cut without grains, or a sample that would be too large.
     """
     radius = scene.material.radius
     overlap = pair_constants(scene.material, scene.interaction).delta0
-    return _made(scene.sample, radius, 2 * radius - overlap)
+    return pushed(scene, _made(scene.sample, radius, 2 * radius - overlap))
 
 
 def _made(spec, radius: float, distance: float) -> Sample:

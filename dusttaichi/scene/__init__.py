@@ -14,6 +14,7 @@ from dusttaichi.scene.boundary import (
     strains,
 )
 from dusttaichi.scene.interaction import (
+    Asperities,
     Effect,
     Interaction,
     NoDamping,
@@ -25,6 +26,7 @@ from dusttaichi.scene.loading import from_yaml, json_schema, load, schema_text
 from dusttaichi.scene.material import NAMED, Material
 from dusttaichi.scene.numerics import Numerics
 from dusttaichi.scene.output import Interval, Output
+from dusttaichi.scene.push import Push
 from dusttaichi.scene.sample import CylinderSize, ExplicitSample, RbdSample
 from dusttaichi.scene.scene import Scene
 from dusttaichi.scene.stage import Leg, Stage
@@ -34,6 +36,7 @@ __all__ = [
     "AXES",
     "NAMED",
     "WALLS",
+    "Asperities",
     "BoxBoundary",
     "CylinderSize",
     "Drive",
@@ -49,6 +52,7 @@ __all__ = [
     "Output",
     "PeriodicBoundary",
     "PlatesBoundary",
+    "Push",
     "RbdSample",
     "Scaled",
     "Scene",

@@ -2,6 +2,7 @@
 
 import math
 
+from dusttaichi.scene import push
 from dusttaichi.scene.boundary import (
     AXES,
     FACE_LAWS,
@@ -27,6 +28,7 @@ def check(scene) -> Found:
         for path, leg in zip(_paths(scene), scene.legs, strict=True):
             found += [*_drive(scene, path, leg), *_stop(scene, path, leg)]
             found += _intervals(scene, path, leg)
+    found += [*push.check(scene), *_asperities(scene)]
     return [*found, *_stress(scene), *_sizes(scene), *_room(scene)]
 
 
@@ -171,6 +173,16 @@ def _intervals(scene, path, leg) -> Found:
         if interval.time is not None and step != "auto" and interval.time < step:
             found.append((f"{where}.time", "it is shorter than numerics.time_step"))
     return found
+
+
+def _asperities(scene) -> Found:
+    asperities = scene.interaction.asperities
+    if asperities is None or asperities.volume is not None:
+        return []
+    if scene.material.asperity_volume is not None:
+        return []
+    return [("interaction.asperities.volume", "it is missing, and the material has no "
+             'asperity_volume; give one, for example {volume: 0.01 nm}')]  # fmt: skip
 
 
 def _stress(scene) -> Found:

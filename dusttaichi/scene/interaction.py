@@ -16,6 +16,17 @@ class Effect(Block):
     )
 
 
+class Asperities(Block):
+    """Energy lost on flattening asperities when two surfaces first touch (PD08 section 2.2)."""
+
+    yield_strength: Annotated[float, Quantity("pressure", gt=0, example="11 GPa")] = Field(
+        "11 GPa", description="yield strength of the asperities, some 0.2 of Young's modulus"
+    )
+    volume: Annotated[float, Quantity("length", gt=0, example="0.01 nm")] | None = Field(
+        None, description="volume deformed per area of contact; default that of the material"
+    )
+
+
 class NoDamping(Block):
     """No damping along the normal."""
 
@@ -56,6 +67,11 @@ _SWITCH = Switch(
 )
 
 
+_ASPERITIES = Switch(
+    "on, off or a block is needed, for example {yield_strength: 11 GPa, volume: 0.01 nm}", on=True
+)
+
+
 class _DampingWord:
     """Lets the damping be written as one word, its numbers at their defaults."""
 
@@ -74,6 +90,9 @@ class Interaction(Block):
     rolling: Annotated[Effect | None, _SWITCH] = Field({}, description="resistance to rolling")
     sliding: Annotated[Effect | None, _SWITCH] = Field({}, description="resistance to sliding")
     twisting: Annotated[Effect | None, _SWITCH] = Field({}, description="resistance to twisting")
+    asperities: Annotated[Asperities | None, _ASPERITIES] = Field(
+        None, description="energy lost on flattening asperities at first touch"
+    )
     damping: Annotated[Damping, Field(discriminator="model"), _DampingWord()] = Field(
         {"model": "viscous"}, description="damping of the normal motion of a contact"
     )

@@ -25,6 +25,7 @@ NAMED = {
         "young_modulus": "54 GPa",
         "poisson_ratio": 0.17,
         "critical_rolling": "2 nm",
+        "asperity_volume": "0.0336 nm",  # dust fit asperities
     },
     # Tatsuuma et al. 2019, Table 1.
     "ice_t19": {
@@ -68,6 +69,9 @@ class Material(Block):
     poisson_ratio: Annotated[float, Number(ge=0, lt=0.5)] = Field(description="Poisson's ratio")
     critical_rolling: Annotated[float, Quantity("length", gt=0, example="2 nm")] = Field(
         description="rolling displacement past which rolling costs energy (xi_crit)"
+    )
+    asperity_volume: Annotated[float, Quantity("length", gt=0, example="0.01 nm")] | None = Field(
+        None, description="volume of asperities that a touch deforms, per area of contact"
     )
 
     @model_validator(mode="before")

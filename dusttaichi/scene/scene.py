@@ -24,6 +24,7 @@ from dusttaichi.scene.interaction import Interaction
 from dusttaichi.scene.material import Material
 from dusttaichi.scene.numerics import Numerics
 from dusttaichi.scene.output import Interval, Output, applies, default_intervals
+from dusttaichi.scene.push import Push
 from dusttaichi.scene.sample import Sample
 from dusttaichi.scene.stage import Leg, Stage
 from dusttaichi.scene.stop import Stop
@@ -46,6 +47,9 @@ class Scene(Block):
         default_factory=Interaction, description="how grains act on each other"
     )
     sample: Sample = Field(description="where the grains are at the start")
+    push: tuple[Push, ...] = Field(
+        (), description="pushes on grains or on faces of the sample, from the start of the run"
+    )
     boundary: Boundary = Field(description="what surrounds the grains")
     stop: Stop | None = Field(None, description="when the run ends; either this or stages")
     stages: tuple[Stage, ...] = Field(

@@ -1,0 +1,44 @@
+"""Flattening of asperities at first touch (PD08 section 2.2, after Tsai et al. 1990).
+
+E_asp = Y V_asp (PD08 eq 7) of the kinetic energy E_kin = mu u^2/2 along n_c, with
+
+    V_asp = v pi a_max^2 (eq 10; v: volume deformed per area, the one fitted number),
+    a_max^3 = (3 R/4 E*) [F_eq + g + sqrt(g^2 + 2 g F_eq)], g = 6 pi gamma R (eq 8),
+    F_eq = 2.5^(3/5) E_kin^(3/5) R^(1/5) E*^(2/5) (eq 9).
+
+Eq 8 is JKR: with s = sqrt(a/a0) it reads s_max^3 = (1 + sqrt(1 + F_eq/F_c))/2, hence
+
+    E_asp = crush_energy s_max^4 (`area`), F_eq/F_c = crush_force E_kin^(3/5),
+
+with crush_energy = Y v pi a0^2, both of `constants`. An impulse J along n_c takes the energy within
+the step that finds the touch.
+"""
+
+import taichi as ti
+
+
+def area(energy, crush_force):
+    """(a_max/a0)^2 after a touch with that kinetic energy."""
+    return (0.5 + 0.5 * (1.0 + crush_force * energy**0.6) ** 0.5) ** (4.0 / 3.0)
+
+
+area_lanes = ti.func(area)
+
+
+@ti.func
+def loss(u, p):
+    """E_asp of a touch with the relative speed u along n_c: never more than there is."""
+    energy = 0.5 * p.mass * u * u
+    return ti.min(p.crush_energy * area_lanes(energy, p.crush_force), energy)
+
+
+@ti.func
+def impulse(u, change, p):
+    """J >= 0 that takes `loss` from a contact that is approaching, u < 0.
+
+    u: half a step back. change: what the other forces of the contact make of it in the whole step.
+    The work of J is J times the mean of the speeds before and after, -u - change/2 - J/(2 mu).
+    """
+    speed = ti.max(-u - 0.5 * change, 0.0)
+    left = ti.max(speed * speed - 2.0 * loss(u, p) / p.mass, 0.0)
+    return p.mass * (speed - ti.sqrt(left))

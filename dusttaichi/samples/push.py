@@ -1,0 +1,82 @@
+"""Which grains a scene pushes, and what a push changes before the first step."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from dusttaichi.errors import DustError
+from dusttaichi.physics.constants import pair_constants
+from dusttaichi.samples.sample import Sample
+
+FACES = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
+
+
+def pushed(scene, sample: Sample) -> Sample:
+    """The sample with its grains displaced, moving or carried as `push` of the scene says.
+
+    info["push"] tells of every push what it is (`kind`), the numbers of its `grains`, its `face`,
+    and of a displacement its `size` [m].
+    Contacts are found afterwards: displacements strain them along the normal, nothing else.
+    A sample that has been through this is returned as it is. Raises DustError for a grain that is
+    not there, or is carried and pushed otherwise too.
+    """
+    if not scene.push or "push" in sample.info:
+        return sample
+    x, v, w = sample.positions.copy(), sample.velocities.copy(), sample.spins.copy()
+    delta0 = pair_constants(scene.material, scene.interaction).delta0
+    groups = [_group(n, push, sample.positions, scene.material.radius)
+              for n, push in enumerate(scene.push)]  # fmt: skip
+    _check_carried(scene.push, groups)
+    for push, group in zip(scene.push, groups, strict=True):
+        if push.displacement is not None:
+            x[group] += push.displacement
+        elif push.displacement_delta0 is not None:
+            x[group] += delta0 * np.array(push.displacement_delta0)
+        elif push.velocity is not None:
+            v[group] += push.velocity
+        elif push.speed is not None:
+            v[group], w[group] = push.speed, 0.0
+    told = [_told(push, group, delta0) for push, group in zip(scene.push, groups, strict=True)]
+    return replace(sample, positions=x, velocities=v, spins=w, info=sample.info | {"push": told})
+
+
+def _group(number: int, push, positions: np.ndarray, radius: float) -> np.ndarray:
+    """Numbers of the grains of a push, sorted."""
+    if push.face is not None:
+        face = FACES.index(push.face)
+        sign = -1.0 if face % 2 else 1.0
+        behind = sign * positions[:, face // 2]
+        depth = radius if push.depth is None else push.depth
+        # a layer of a lattice is level to rounding only
+        return np.flatnonzero(behind <= behind.min() + depth + 1e-9 * radius)
+    group = np.unique(push.grains)
+    if group[-1] >= len(positions):
+        raise DustError(
+            f"push[{number}].grains: there is no grain {group[-1]}; allowed: 0 to "
+            f"{len(positions) - 1}"
+        )
+    return group
+
+
+def _check_carried(pushes, groups) -> None:
+    for n, (push, group) in enumerate(zip(pushes, groups, strict=True)):
+        for m, (other, others) in enumerate(zip(pushes, groups, strict=True)):
+            if m == n or push.speed is None or other.kind.startswith("displacement"):
+                continue
+            both = np.intersect1d(group, others)
+            if len(both):
+                raise DustError(
+                    f"push[{n}].speed: grain {both[0]} is carried, and pushed by push[{m}] too; "
+                    "give each grain one of them"
+                )
+
+
+def _told(push, group: np.ndarray, delta0: float) -> dict:
+    told = {"kind": push.kind, "grains": group.tolist()}
+    if push.face is not None:
+        told["face"] = push.face
+    if push.displacement is not None:
+        told["size"] = float(np.linalg.norm(push.displacement))
+    if push.displacement_delta0 is not None:
+        told["size"] = float(delta0 * np.linalg.norm(push.displacement_delta0))
+    return told

@@ -1,0 +1,81 @@
+"""Pushes on some grains from the start of the run: on a face of the sample, or on single grains."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from dusttaichi.scene.fields import Block, Number, problems
+from dusttaichi.units import Quantity, Vector
+
+Grain = Annotated[int, Number(whole=True, ge=0)]
+Plain = Annotated[float, Number()]
+KINDS = ("displacement", "displacement_delta0", "velocity", "force", "speed")
+
+
+class Push(Block):
+    """One of displacement, displacement_delta0, velocity, force and speed, on grains or a face."""
+
+    grains: tuple[Grain, ...] | None = Field(
+        None, description="numbers of the grains, from 0; either this or face"
+    )
+    face: Literal["x_min", "x_max", "y_min", "y_max", "bottom", "top"] | None = Field(
+        None, description="face of the sample; either this or grains"
+    )
+    depth: Annotated[float, Quantity("length", ge=0)] | None = Field(
+        None,
+        description="with face: how far behind its outermost centre the centres of grains may lie; "
+        "default one radius",
+    )
+    displacement: Annotated[Vector, Quantity("length", count=3, example="0.1 nm")] | None = Field(
+        None, description="displacement of every grain before the start"
+    )
+    displacement_delta0: tuple[Plain, Plain, Plain] | None = Field(
+        None, description="the same in units of the overlap delta0 of two grains at rest"
+    )
+    velocity: Annotated[Vector, Quantity("speed", count=3)] | None = Field(
+        None, description="velocity added to every grain at the start"
+    )
+    force: Annotated[Vector, Quantity("force", count=3)] | None = Field(
+        None, description="force on all of the grains together, shared equally"
+    )
+    duration: Annotated[float, Quantity("time", gt=0)] | None = Field(
+        None, description="how long the force acts; default to the end of the run"
+    )
+    speed: Annotated[Vector, Quantity("speed", count=3)] | None = Field(
+        None, description="velocity at which the grains are carried, without turning"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> "Push":
+        found = []
+        if (self.grains is None) == (self.face is None):
+            found.append(("", "exactly one of grains and face is needed"))
+        if self.grains is not None and not self.grains:
+            found.append(("grains", "at least one grain is needed"))
+        if self.depth is not None and self.face is None:
+            found.append(("depth", "it belongs to a face"))
+        if self.kind is None:
+            found.append(("", f"exactly one of {', '.join(KINDS)} is needed"))
+        if self.duration is not None and self.force is None:
+            found.append(("duration", "it belongs to a force"))
+        if found:
+            raise problems(found)
+        return self
+
+    @property
+    def kind(self) -> str | None:
+        """Which of KINDS it is; None where it is none of them, or several."""
+        given = [kind for kind in KINDS if getattr(self, kind) is not None]
+        return given[0] if len(given) == 1 else None
+
+
+def check(scene) -> list[tuple[str, str]]:
+    """Problems of the pushes of a scene with its other blocks, as (dotted path, text)."""
+    if scene.boundary.kind != "periodic":
+        return []
+    return [
+        (f"push.{n}.{push.kind}", "it needs open space, a box or plates; in a periodic cell "
+         "use displacement or velocity")
+        for n, push in enumerate(scene.push)
+        if push.kind in ("force", "speed")
+    ]  # fmt: skip
