@@ -16,6 +16,8 @@ GATHERED = ("x", "v", "w")  # gathered together by contacts: they stand side by 
 CHUNK = 256  # grains of a chunk: the unit of the parallel scans and of the grain sums
 NEIGHBOURS = 24  # neighbours of a grain within the skin that the search can hold
 PAIRS_PER_GRAIN = 6  # twelve touching neighbours at most
+# numbers of a contact that differ where grains do (kernels.poly)
+STORED = ("r1", "r2", "inv_delta0", "F4", "k_r", "k_s", "k_t", "xi_crit", "zeta_crit", "kappa")
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,7 @@ class Layout:
     damping: bool
     periodic: tuple = ()  # numbers of the axes along which the cell repeats
     stress: bool = False
+    poly: bool = False  # grains of their own radius and material (kernels.poly)
 
     @property
     def pointer(self):
@@ -111,6 +114,17 @@ def declare(grains, layout, walls):
             Variable("face_work", "work of the faces by tile", "fJ", lane, (tiles,)),
             Variable("wrap_work", "energy given to grains that crossed, by chunk", "fJ",
                      ("f64", 0), (-(-grains // CHUNK),)),
+        ]  # fmt: skip
+    if layout.poly:
+        # of the ghosts nothing but the motion is asked
+        one = ("f64", 0)
+        variables += [
+            Variable("radius", "radius of a grain", "um", one, (grains,)),
+            Variable("mass", "mass of a grain", "pg", one, (grains,)),
+            Variable("inertia", "moment of inertia of a grain", "pg um^2", one, (grains,)),
+            Variable("material", "number of its material", "1", ("i32", 0), (grains,)),
+            Variable("constants", "numbers of a contact: kernels.poly.STORED", "um, nN, fJ", lane,
+                     (pair_blocks + wall_blocks, len(STORED))),
         ]  # fmt: skip
     if layout.stress:
         variables += [
