@@ -122,11 +122,11 @@ def cylinder_volume(positions, radius, axis_xy, cylinder_radius, low, high):
     """Volume of spheres inside an upright cylinder [length^3].
 
     positions: (N, 3) centres. radius: of every sphere, or (N,). axis_xy: (x, y) of the axis. The
-    cylinder reaches from z = low to z = high. Where spheres overlap their volume counts twice (grains in contact overlap by 1e-4
-    of their radius). Spheres wholly within the mantle are exact; for the others the area of the
-    lens of two circles is integrated over z between the heights where its form changes, by
-    Gauss-Legendre with nodes crowded at the ends: error below 1e-10 of the volume of a sphere
-    for each sphere that the mantle cuts.
+    cylinder reaches from z = low to z = high. Where spheres overlap their volume counts twice
+    (grains in contact overlap by 1e-4 of their radius). Spheres wholly within the mantle are exact;
+    for the others the area of the lens of two circles is integrated over z between the heights
+    where its form changes, by Gauss-Legendre with nodes crowded at the ends: error below 1e-10 of
+    the volume of a sphere for each sphere that the mantle cuts.
     """
     positions = np.asarray(positions, dtype=float).reshape(-1, 3)
     low, high = ((z - positions[:, 2]).clip(-radius, radius) for z in (low, high))

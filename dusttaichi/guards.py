@@ -21,8 +21,9 @@ def check(sim, m, start):
     if m["largest_strain"] > LARGEST_OVERLAP:
         raise GuardStop(
             f"{when} a contact{_deepest(sim)} overlaps by {m['largest_strain']:.3g} of the "
-            f"(smaller) radius, more than {LARGEST_OVERLAP:g}: adhesive elastic contacts mean nothing "
-            "there. Try a lower wall speed, an earlier stop, or a smaller numerics.time_step."
+            f"(smaller) radius, more than {LARGEST_OVERLAP:g}: adhesive elastic contacts mean "
+            "nothing there. Try a lower wall speed, an earlier stop, or a smaller "
+            "numerics.time_step."
         )
     _inside(sim, when)
     residual, relative = ledger(m, start)

@@ -132,9 +132,12 @@ def make_surroundings(boundary, positions, radius, contact, overlap, period=None
     size = room_high - room_low
     wanted = _wanted(boundary)
     if axes:
-        needed = np.array(period) if period is not None else high - low + contact
-        if np.ndim(radius) and period is None:
-            # any two grains at the faces overlap no more than two in contact
+        if period is not None:
+            needed = np.array(period)
+        elif not np.ndim(radius):
+            needed = high - low + contact
+        else:
+            # grains at the faces overlap no more than the deepest contact in equilibrium
             surface = radius[:, None]
             needed = (positions + surface).max(axis=0) - (positions - surface).min(axis=0)
             needed -= np.min(2.0 * radius - contact)

@@ -6,11 +6,12 @@ import reference as ref
 from conftest import Probe, box, make_scene
 from test_pair import compare
 
-from dusttaichi import geometry, record, samples, units
+from dusttaichi import analysis, geometry, record, samples, units
 from dusttaichi.build import bodies_of, time_step
 from dusttaichi.errors import DustError
 from dusttaichi.kernels.params import contact_params
 from dusttaichi.physics import constants
+from dusttaichi.run import execute
 from dusttaichi.samples import Sample
 from dusttaichi.scene import Scene
 
@@ -114,7 +115,9 @@ def test_mixing_rules_by_hand():
 def test_lanes_hold_the_constants(damping):
     """What a search writes for each contact is what physics.constants says, to rounding."""
     radii, kinds = [0.6e-6, 0.2e-6, 0.4e-6], [0, 1, 0]
-    x = [[0, 0, 0], [0.8e-6, 0, -0.4e-6], [0, 1e-6, -0.2e-6]]
+    # all stand on the floor, two lean on the first
+    x = [[0, 0, 0.6e-6], [np.sqrt(0.8**2 - 0.4**2) * 1e-6, 0, 0.2e-6],
+         [0, np.sqrt(1 - 0.2**2) * 1e-6, 0.4e-6]]  # fmt: skip
     scene = scene_of(damping=damping, boundary=box("bottom"), dt="1 ps")
     probe = Grains(scene, unlike(x, radii, kinds))
     table = probe.sim._lanes("constants")
@@ -136,8 +139,10 @@ def test_lanes_hold_the_constants(damping):
     for row, g in zip(table[first:], on_floor, strict=False):
         if g < 3:
             n = probe.sim.order[g]
-            p = contact_params(constants.wall_constants(scene.all_materials[kinds[n]],
-                               scene.interaction, radii[n], scene.material), walls=True)  # fmt: skip
+            own = constants.wall_constants(
+                scene.all_materials[kinds[n]], scene.interaction, radii[n], scene.material
+            )
+            p = contact_params(own, walls=True)
             np.testing.assert_allclose(row[2:], [getattr(p, name) for name in stored], rtol=1e-13)
 
 
@@ -194,8 +199,8 @@ def test_restitution_of_unlike_pairs():
     radii = np.array([r for r1, _, r2, _ in kinds for _ in factors for r in (r1, r2)])
     materials = np.array([k for _, a, _, b in kinds for _ in factors for k in (a, b)])
     n = len(radii) // 2
-    numbers = [ref.mixed(grain(radii[2 * k], materials[2 * k]),
-                         grain(radii[2 * k + 1], materials[2 * k + 1])) for k in range(n)]  # fmt: skip
+    stuff = [grain(r, kind) for r, kind in zip(radii, materials, strict=True)]
+    numbers = [ref.mixed(*stuff[2 * k : 2 * k + 2]) for k in range(n)]
     delta0 = np.array([p.delta0 for p in numbers])
     m = masses_of(radii, materials)
     reduced = m[0::2] * m[1::2] / (m[0::2] + m[1::2])
@@ -520,3 +525,44 @@ def test_collision_of_unlike_bodies():
     x[2, 0] -= 1e-6
     gap = np.linalg.norm(x[:2] - x[2], axis=1) - made.radii[:2] - made.radii[2]
     assert gap.min() == pytest.approx(0.0, abs=1e-14)
+
+
+def test_run_and_go_on(tmp_path):
+    """A run of unlike grains: what it writes of them, the same bits after an interruption, and its
+    last frame as a sample."""
+    scene = make_scene(
+        sample={
+            "kind": "explicit",
+            "positions": [["0 m", "0 m", "0 m"], ["0.799 um", "0 m", "0 m"]],
+            "radii": ["0.6 um", "0.2 um"],
+            "materials": [0, "ice"],
+            "velocities": [["0 m/s", "0 m/s", "0 m/s"], ["0 m/s", "0.3 m/s", "0 m/s"]],
+        },
+        boundary=box(),
+        damping="viscoelastic",
+        dt="0.02 ns",
+        stop={"steps": 80},
+        output={"snapshots": {"steps": 20}, "series": {"steps": 10}},
+        **MIXED,
+    )
+    whole, parts = tmp_path / "whole", tmp_path / "parts"
+    execute(scene, whole)
+    execute(scene.with_value("stop.steps", 40), parts)
+    execute(scene, parts, resume=True)
+    frames = []
+    for directory in (whole, parts):
+        run = analysis.open_run(directory)
+        frames.append(analysis.read_frame(run))
+        np.testing.assert_allclose(
+            analysis.grain_masses(run), masses_of([0.6e-6, 0.2e-6], [0, 1]), rtol=1e-13
+        )
+        assert np.abs(run.series.energy_residual_relative.values).max() < 1e-3
+        volume = 4 / 3 * np.pi * (0.6e-6**3 + 0.2e-6**3)
+        room = (run.series.height.values * 1.2e-6 * 1.4e-6)[0]
+        assert run.series.filling_factor.values[0] == pytest.approx(volume / room, rel=0.2)
+    for name in ("position", "velocity", "spin", "radius"):
+        assert np.array_equal(getattr(frames[0], name), getattr(frames[1], name))
+    taken = samples.make(sample_block(kind="explicit", file=str(whole)))
+    np.testing.assert_allclose(taken.radii, [0.6e-6, 0.2e-6], rtol=1e-15)
+    np.testing.assert_array_equal(taken.materials, [0, 1])
+    assert taken.contacts is not None and len(taken.contacts["i"]) == 1

@@ -1,9 +1,9 @@
 """Grains of different radius and material: the numbers of each contact, in lanes.
 
 Those of a pair of grains never change, so they are computed once, when a search lists the pair,
-from the two radii and from a table of interfaces (`Interface` of physics.constants, one row for each
-two materials, in internal units: the formulas hold in any consistent ones). The passes read them as
-lanes in the place of the scalars of a scene whose grains are all alike.
+from the two radii and from a table of interfaces (`Interface` of physics.constants, one row for
+each two materials, in internal units: the formulas hold in any consistent ones). The passes read
+them as lanes in the place of the scalars of a scene whose grains are all alike.
 """
 
 from functools import cache
