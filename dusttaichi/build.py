@@ -15,11 +15,12 @@ from dusttaichi.kernels import search, store
 from dusttaichi.kernels.cell import make_wrap
 from dusttaichi.kernels.measure import make_measure, place_measure
 from dusttaichi.kernels.params import contact_params
+from dusttaichi.kernels.poly import interface_table, make_write_constants
 from dusttaichi.kernels.wall_search import make_wall_relist
 from dusttaichi.physics import constants, damping, stability
 from dusttaichi.push import make_push
 from dusttaichi.scene import AXES
-from dusttaichi.simulation import Kernels, Simulation
+from dusttaichi.simulation import Bodies, Kernels, Simulation
 from dusttaichi.step import make_advance
 from dusttaichi.surroundings import glued, make_surroundings, wall_strengths
 
@@ -87,6 +88,63 @@ def contact_constants(scene):
     return pair, glued(wall, scene.boundary)
 
 
+def bodies_of(scene, sample):
+    """Bodies of a sample whose grains are not all alike; None where they are."""
+    if sample.radii is None and sample.materials is None:
+        return None
+    kinds = scene.all_materials
+    number = np.zeros(len(sample), np.int32) if sample.materials is None else sample.materials
+    radius = np.array([m.radius for m in kinds])[number] if sample.radii is None else sample.radii
+    mass = constants.sphere_mass(radius, np.array([m.density for m in kinds])[number])
+    return Bodies(radius / units.LENGTH, mass / units.MASS,
+                  0.4 * mass * radius**2 / units.INERTIA, number.astype(np.int32))  # fmt: skip
+
+
+def extremes(scene, bodies):
+    """(material, smallest, largest radius [m]) of every material that the grains have."""
+    radius, out = bodies.radius * units.LENGTH, []
+    for number in np.unique(bodies.material):
+        own = radius[bodies.material == number]
+        out.append((scene.all_materials[number], float(own.min()), float(own.max())))
+    return out
+
+
+def farthest_contacts(scene, bodies):
+    """ContactConstants of two grains and of a grain and a wall that hold on farthest."""
+    kinds, interaction = extremes(scene, bodies), scene.interaction
+    pairs = [constants.mixed_constants(a, r1, b, r2, interaction)
+             for a, _, r1 in kinds for b, _, r2 in kinds]  # fmt: skip
+    walls = [constants.wall_constants(a, interaction, r, scene.material) for a, _, r in kinds]
+    pair, wall = (max(some, key=lambda c: c.delta0) for some in (pairs, walls))
+    return pair, glued(wall, scene.boundary)
+
+
+def stiffest_of(scene, grains, bodies):
+    """(shortest period [s], highest damping rate [1/s]), see physics.stability.
+
+    Where grains are not all alike each cluster is one of grains of the smallest radius of a
+    material, all with the springs of such a grain's contact with the largest grain of each
+    material. That is on the safe side (by a quarter for small grains among very large ones), as
+    springs grow with the size of the partner and frequencies fall with the mass.
+    """
+    strengths = wall_strengths(scene.boundary)
+    if bodies is None:
+        pair, wall = contact_constants(scene)
+        return stability.stiffest(
+            constants.grain_mass(scene.material), pair, wall, grains, strengths
+        )
+    found, kinds = [], extremes(scene, bodies)
+    for a, small, _ in kinds:
+        wall = constants.wall_constants(a, scene.interaction, small, scene.material)
+        mass = constants.sphere_mass(small, a.density)
+        for b, _, large in kinds:
+            pair = constants.mixed_constants(a, small, b, large, scene.interaction)
+            found.append(
+                stability.stiffest(mass, pair, glued(wall, scene.boundary), grains, strengths)
+            )
+    return min(period for period, _ in found), max(rate for _, rate in found)
+
+
 @dataclass(frozen=True)
 class TimeStep:
     """The step [s], the stiffest period it is measured by, and the largest stable one."""
@@ -96,15 +154,12 @@ class TimeStep:
     limit: float
 
 
-def time_step(scene, grains):
-    """The step of a scene of `grains` grains.
+def time_step(scene, grains, bodies=None):
+    """The step of a scene of `grains` grains; bodies: Bodies where they are not all alike.
 
     Raises DustError when the step asked for cannot be stable.
     """
-    pair, wall = contact_constants(scene)
-    period, rate = stability.stiffest(
-        constants.grain_mass(scene.material), pair, wall, grains, wall_strengths(scene.boundary)
-    )
+    period, rate = stiffest_of(scene, grains, bodies)
     limit = stability.largest_stable_step(period, rate)
     if scene.numerics.time_step == "auto":
         if not np.isfinite(period):
@@ -173,13 +228,16 @@ def build(scene, sample, drive=None, scenes=None):
     sample = samples.pushed(scene, sample)
     grains = len(sample.positions)
     alone = slice(None) if scenes is None else scenes == 0  # walls stand around the first scene
-    step = time_step(scene, grains if scenes is None else int(np.bincount(scenes).max()))
-    cell_size = 4.0 * scene.material.radius / units.LENGTH
+    bodies = bodies_of(scene, sample)
+    step = time_step(scene, grains if scenes is None else int(np.bincount(scenes).max()), bodies)
     positions = sample.positions / units.LENGTH
+    typical = scene.material.radius / units.LENGTH
+    if bodies is not None:
+        typical = float(np.median(bodies.radius))
     if scenes is None:
-        order = spatial_order(positions, cell_size)
+        order = spatial_order(positions, 4.0 * typical)
     else:
-        order = batch_order(positions, cell_size, scenes)
+        order = batch_order(positions, 4.0 * typical, scenes)
     push = make_push(scene.push, sample.info, order, step.dt / units.TIME)
     threads = threads_of(scene, grains)
     start_taichi(scene, threads)
@@ -189,27 +247,32 @@ def build(scene, sample, drive=None, scenes=None):
     periodic = tuple(AXES.index(axis) for axis in scene.boundary.periodic_axes)
     layout = store.Layout(drive.width, drive.tile, effects.twisting, effects.damped, periodic,
                           scene.output.stress, effects.asperities, push.forced, push.carried,
-                          scenes is not None)  # fmt: skip
+                          scenes is not None, bodies is not None)  # fmt: skip
     fields = store.place(store.declare(grains, layout, walls))
     scratch = search.place_search(grains, layout, walls)
     sums = place_measure(grains, layout, walls)
-    relist, list_entries = search.make_relist(fields, scratch, layout, grains, walls)
+    write = None if bodies is None else place_interfaces(scene, fields, scratch)
+    relist, list_entries = search.make_relist(fields, scratch, layout, grains, walls, write)
     kernels = Kernels(
         advance=make_advance(fields, layout, effects, grains, walls, drive.kind),
         bounds=search.make_bounds(fields, scratch, grains),
         find=search.make_find(fields, scratch, layout, grains, walls),
         relist=relist,
         list_entries=list_entries,
-        relist_walls=make_wall_relist(fields, scratch, layout, grains) if walls else None,
+        relist_walls=make_wall_relist(fields, scratch, layout, grains, write) if walls else None,
         wrap=make_wrap(fields, layout, grains, store.CHUNK) if periodic else None,
         measure=make_measure(fields, sums, layout, effects, grains, walls),
     )
-    pair, wall = contact_constants(scene)
-    radius = scene.material.radius / units.LENGTH
+    if bodies is None:
+        pair, wall = contact_constants(scene)
+        radius, overlap = typical, wall.delta0 / units.LENGTH
+    else:
+        pair, wall = farthest_contacts(scene, bodies)
+        radius, overlap = bodies.radius[alone], wall_overlaps(scene, bodies)[alone]
     period = sample.info.get("period")
     box, cell = make_surroundings(
         scene.boundary, positions[alone], radius, 2.0 * radius - pair.delta0 / units.LENGTH,
-        wall.delta0 / units.LENGTH, None if period is None else np.array(period) / units.LENGTH,
+        overlap, None if period is None else np.array(period) / units.LENGTH,
     )  # fmt: skip
     if scenes is not None:
         fields["scene"].from_numpy(scenes[order].astype(np.int32))
@@ -230,9 +293,32 @@ def build(scene, sample, drive=None, scenes=None):
         wall=contact_params(wall, walls=True),
         mass=constants.grain_mass(scene.material) / units.MASS,
         inertia=constants.moment_of_inertia(scene.material) / units.INERTIA,
-        radius=radius,
-        skin=None if scene.numerics.skin == "auto" else scene.numerics.skin * radius,
+        radius=typical,
+        skin=None if scene.numerics.skin == "auto" else scene.numerics.skin * np.min(radius),
         dt=step.dt / units.TIME,
         threads=threads,
         scenes=1 if scenes is None else int(scenes[-1]) + 1,
+        bodies=bodies,
     )
+
+
+def wall_overlaps(scene, bodies):
+    """Overlap of each grain in equilibrium with a wall [um], (N,)."""
+    kinds = scene.all_materials
+    alike = {
+        key: constants.wall_constants(kinds[key[1]], scene.interaction, key[0] * units.LENGTH,
+                                      scene.material).delta0 / units.LENGTH
+        for key in set(zip(bodies.radius.tolist(), bodies.material.tolist(), strict=True))
+    }  # fmt: skip
+    return np.array([alike[key] for key in zip(bodies.radius.tolist(), bodies.material.tolist(),
+                                               strict=True)])  # fmt: skip
+
+
+def place_interfaces(scene, fields, scratch):
+    """The table of interfaces in a field; returns what writes the numbers of contacts."""
+    glue = scene.boundary.glue if scene.boundary.kind == "plates" else 1.0
+    rows = interface_table(scene.all_materials, scene.interaction, glue)
+    table = scratch["interfaces"] = ti.field(ti.f64, shape=rows.shape)
+    table.from_numpy(rows)
+    model = scene.interaction.damping.model
+    return make_write_constants(fields, table, len(scene.all_materials), model)

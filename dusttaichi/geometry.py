@@ -9,36 +9,87 @@ from scipy.spatial import cKDTree
 AXES = ("x", "y", "z")
 
 
-def union_area(centres, radius):
-    """Area of the union of equal discs [length^2], exact to rounding.
+def pairs_within(positions, radii, factor=1.0, period=None):
+    """Pairs i < j no farther apart than `factor` times the sum of their radii: i, j, distance.
 
-    centres: (N, 2). radius: of every disc. The boundary of the union is made of the arcs that no
-    other disc covers; Green's theorem, area = 1/2 of the integral of (x dy - y dx) along them,
-    gives the area with its holes left out. N log N for a bounded number of overlaps a disc.
+    positions: (N, D); radii: (N,); period: edges (D,) of a periodic cell that the positions stand
+    in. Radii are taken by octaves, so that a large one does not make small ones look far.
+    """
+    octave = np.floor(np.log2(radii / np.min(radii))).astype(int)
+    groups = [np.flatnonzero(octave == k) for k in np.unique(octave)]
+    trees = [cKDTree(positions[group], boxsize=period) for group in groups]
+    found = []
+    for a, one in enumerate(groups):
+        for b in range(a, len(groups)):
+            reach = factor * (radii[one].max() + radii[groups[b]].max())
+            near = trees[a].sparse_distance_matrix(trees[b], reach, output_type="ndarray")
+            i, j, distance = one[near["i"]], groups[b][near["j"]], near["v"]
+            keep = distance <= factor * (radii[i] + radii[j])
+            keep &= i < j if a == b else True
+            found.append((np.minimum(i, j)[keep], np.maximum(i, j)[keep], distance[keep]))
+    return tuple(np.concatenate(part) for part in zip(*found, strict=True))
+
+
+def union_area(centres, radius):
+    """Area of the union of discs [length^2], exact to rounding.
+
+    centres: (N, 2). radius: of every disc, or (N,). The boundary of the union is made of the arcs
+    that no other disc covers; Green's theorem, area = 1/2 of the integral of (x dy - y dx) along
+    them, gives the area with its holes left out. N log N for a bounded number of overlaps a disc.
     """
     centres = np.asarray(centres, dtype=float).reshape(-1, 2)
+    if np.ndim(radius):
+        return _union_unequal(centres, np.asarray(radius, dtype=float))
     if not len(centres) or radius <= 0:
         return 0.0
     centres = np.unique(centres, axis=0)  # a disc twice would cover its own boundary
     unit = (centres - centres.mean(axis=0)) / radius
-    disc, start, end = _free_arcs(unit)
+    i, j = cKDTree(unit).query_pairs(2.0, output_type="ndarray").T
+    owner = np.concatenate([i, j])
+    towards = unit[np.concatenate([j, i])] - unit[owner]
+    half = np.arccos(np.minimum(0.5 * np.hypot(*towards.T), 1.0))
+    disc, start, end = _free_arcs(len(unit), owner, towards, half)
     x, y = unit[disc].T
     integral = end - start
     integral += x * (np.sin(end) - np.sin(start)) - y * (np.cos(end) - np.cos(start))
     return 0.5 * radius**2 * float(integral.sum())
 
 
-def _free_arcs(centres):
-    """Arcs of unit circles that no other disc covers: (disc, start, end), each (arcs,)."""
-    i, j = cKDTree(centres).query_pairs(2.0, output_type="ndarray").T
-    owner = np.concatenate([i, j])
-    towards = centres[np.concatenate([j, i])] - centres[owner]
+def _union_unequal(centres, radius):
+    """Area of the union of discs of radii (N,); those that lie in another one count for nothing."""
+    sound = radius > 0.0
+    if not sound.any():
+        return 0.0
+    rows = np.unique(np.column_stack([centres, radius])[sound], axis=0)
+    centres, r = rows[:, :2] - rows[:, :2].mean(axis=0), rows[:, 2]
+    i, j, distance = pairs_within(centres, r)
+    within = distance <= np.abs(r[i] - r[j])
+    hidden = np.zeros(len(r), dtype=bool)
+    hidden[np.where(r[i] < r[j], i, j)[within]] = True
+    keep = ~(within | hidden[i] | hidden[j])
+    i, j = i[keep], j[keep]
+    owner, other = np.concatenate([i, j]), np.concatenate([j, i])
+    towards, d = centres[other] - centres[owner], np.tile(distance[keep], 2)
+    cosine = (d**2 + (r[owner] - r[other]) * (r[owner] + r[other])) / (2.0 * d * r[owner])
+    disc, start, end = _free_arcs(len(r), owner, towards, np.arccos(np.clip(cosine, -1.0, 1.0)))
+    open_ = ~hidden[disc]
+    disc, start, end = disc[open_], start[open_], end[open_]
+    x, y = centres[disc].T
+    integral = r[disc] * (end - start)
+    integral += x * (np.sin(end) - np.sin(start)) - y * (np.cos(end) - np.cos(start))
+    return 0.5 * float(np.sum(r[disc] * integral))
+
+
+def _free_arcs(count, owner, towards, half):
+    """Arcs of `count` circles that no other disc covers: (disc, start, end), each (arcs,).
+
+    owner, towards, half: circle, direction (x, y) of the middle and half angle of covered arcs.
+    """
     middle = np.arctan2(towards[:, 1], towards[:, 0])
-    half = np.arccos(np.minimum(0.5 * np.hypot(*towards.T), 1.0))
     start, end = (middle - half) % (2 * np.pi), (middle + half) % (2 * np.pi)
     # an arc over angle 0 is two; an empty one at either end of each circle closes the list
     over = start > end
-    every = np.arange(len(centres))
+    every = np.arange(count)
     disc = np.concatenate([owner, owner[over], every, every])
     first, last = np.zeros(len(every)), np.full(len(every), 2 * np.pi)
     starts = np.concatenate([start, np.zeros(over.sum()), first, last])
@@ -60,7 +111,7 @@ def _ranks(values):
 
 
 def projected_area(positions, radius, axis="z"):
-    """Area of the shadow of equal spheres along `axis` (x, y or z) [length^2]: `union_area`."""
+    """Area of the shadow of spheres along `axis` (x, y or z) [length^2]: `union_area`."""
     return union_area(np.delete(np.asarray(positions, float), AXES.index(axis), axis=1), radius)
 
 
@@ -68,14 +119,14 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 
 
 def cylinder_volume(positions, radius, axis_xy, cylinder_radius, low, high):
-    """Volume of equal spheres inside an upright cylinder [length^3].
+    """Volume of spheres inside an upright cylinder [length^3].
 
-    positions: (N, 3) centres. axis_xy: (x, y) of the axis. The cylinder reaches from z = low to
-    z = high. Where spheres overlap their volume counts twice (grains in contact overlap by 1e-4
-    of their radius). Spheres wholly within the mantle are exact; for the others the area of the
-    lens of two circles is integrated over z between the heights where its form changes, by
-    Gauss-Legendre with nodes crowded at the ends: error below 1e-10 of the volume of a sphere
-    for each sphere that the mantle cuts.
+    positions: (N, 3) centres. radius: of every sphere, or (N,). axis_xy: (x, y) of the axis. The
+    cylinder reaches from z = low to z = high. Where spheres overlap their volume counts twice
+    (grains in contact overlap by 1e-4 of their radius). Spheres wholly within the mantle are exact;
+    for the others the area of the lens of two circles is integrated over z between the heights
+    where its form changes, by Gauss-Legendre with nodes crowded at the ends: error below 1e-10 of
+    the volume of a sphere for each sphere that the mantle cuts.
     """
     positions = np.asarray(positions, dtype=float).reshape(-1, 3)
     low, high = ((z - positions[:, 2]).clip(-radius, radius) for z in (low, high))
@@ -84,6 +135,7 @@ def cylinder_volume(positions, radius, axis_xy, cylinder_radius, low, high):
     cut = ~inside & (distance < cylinder_radius + radius) & (high > low)
     whole = np.maximum(_ball_below(high, radius) - _ball_below(low, radius), 0.0)
     volume = whole[inside].sum()
+    radius = radius[cut][:, None] if np.ndim(radius) else radius
     return float(volume + _cut_volume(low[cut], high[cut], distance[cut], radius, cylinder_radius))
 
 
@@ -95,20 +147,21 @@ def _ball_below(height, radius):
 def _cut_volume(low, high, distance, radius, cylinder_radius):
     """Volume of balls between heights `low` and `high` of their centres and inside a mantle.
 
-    low, high, distance (of the axis): (balls,).
+    low, high, distance (of the axis): (balls,). radius: of all, or (balls, 1).
     """
 
     def height_of(section):  # at which the section of the ball has this radius; 0 if none has
         return np.sqrt(np.maximum(radius**2 - section**2, 0.0))
 
+    low, high, distance = low[:, None], high[:, None], distance[:, None]
     outer, inner = height_of(distance - cylinder_radius), height_of(distance + cylinder_radius)
-    edges = np.stack([low, -outer, -inner, inner, outer, high]).clip(low, high)[:, :, None]
+    edges = np.stack([low, -outer, -inner, inner, outer, high]).clip(low, high)
     angle = 0.5 * np.pi * (_NODES + 1)
     step = np.diff(edges, axis=0)
     z = edges[:-1] + 0.5 * step * (1 - np.cos(angle))
     weight = 0.25 * np.pi * step * np.sin(angle) * _WEIGHTS
     section = np.sqrt(np.maximum(radius**2 - z**2, 0.0))
-    return np.sum(weight * lens_area(section, cylinder_radius, distance[:, None]))
+    return np.sum(weight * lens_area(section, cylinder_radius, distance))
 
 
 def lens_area(r1, r2, distance):

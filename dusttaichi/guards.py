@@ -18,11 +18,12 @@ def check(sim, m, start):
             f"{when} the energy is not a number{_culprit(sim)}: the step is too long for what "
             "happens. Try a smaller numerics.time_step or a lower speed."
         )
-    if m["largest_overlap"] > LARGEST_OVERLAP * sim.radius:
+    if m["largest_strain"] > LARGEST_OVERLAP:
         raise GuardStop(
-            f"{when} a contact{_deepest(sim)} overlaps by {m['largest_overlap'] * 1e3:.4g} nm, "
-            f"more than {LARGEST_OVERLAP:g} of the radius: adhesive elastic contacts mean nothing "
-            "there. Try a lower wall speed, an earlier stop, or a smaller numerics.time_step."
+            f"{when} a contact{_deepest(sim)} overlaps by {m['largest_strain']:.3g} of the "
+            f"(smaller) radius, more than {LARGEST_OVERLAP:g}: adhesive elastic contacts mean "
+            "nothing there. Try a lower wall speed, an earlier stop, or a smaller "
+            "numerics.time_step."
         )
     _inside(sim, when)
     residual, relative = ledger(m, start)
@@ -44,7 +45,9 @@ def _deepest(sim):
     pairs = sim.contact_state()
     if len(pairs["overlap"]) == 0:
         return " with a wall"
-    k = int(np.argmax(pairs["overlap"]))
+    radii = np.broadcast_to(sim.radii, sim.grains)
+    k = int(np.argmax(pairs["overlap"]
+                      / np.minimum(radii[pairs["grain_i"]], radii[pairs["grain_j"]])))  # fmt: skip
     return f" (grains {pairs['grain_i'][k]} and {pairs['grain_j'][k]} the deepest)"
 
 

@@ -10,6 +10,7 @@ from dusttaichi.build import build, chosen_effects, contact_constants, time_step
 from dusttaichi.physics import constants
 from dusttaichi.results import WALLS
 from dusttaichi.scene import filling_direction
+from dusttaichi.scene.sample import DEFAULT
 from dusttaichi.schedule import NEVER, clock_of, last_step
 
 TRIAL_SECONDS = 1.0
@@ -18,8 +19,8 @@ TRIAL_SECONDS = 1.0
 def report(scene):
     """Sections (title, rows of (what, value)) for a scene. Builds it and tries it for a second."""
     sample = samples.make(scene)
-    step = time_step(scene, len(sample.positions))
     sim = build(scene, sample)
+    step = time_step(scene, len(sample.positions), sim.bodies)
     pair, wall = contact_constants(scene)
     return [
         ("Contact of two grains", _contact(pair, scene)),
@@ -28,7 +29,7 @@ def report(scene):
             if scene.boundary.walls
             else []
         ),
-        ("Sample", _sample(scene, sample)),
+        ("Sample", _sample(scene, sample, sim)),
         ("Time step", _time_step(step)),
         ("Compiled in", _parts(scene, sim)),
         ("Cost", _cost(scene, sim)),
@@ -62,13 +63,20 @@ def _contact(c, scene):
     return rows
 
 
-def _sample(scene, sample):
-    mass = constants.grain_mass(scene.material)
-    reach = 2.0 * scene.material.radius
-    extent = np.ptp(sample.positions, axis=0) + reach
-    rows = [
-        ("grains", f"{len(sample.positions):,}"),
-        ("mass of a grain", units.format(mass, "mass", digits=5)),
+def _sample(scene, sample, sim):
+    mass = units.format(constants.grain_mass(scene.material), "mass", digits=5)
+    rows = [("grains", f"{len(sample.positions):,}")]
+    if sim.bodies is not None:
+        names = [DEFAULT, *scene.materials]
+        made_of = [names[number] for number in np.unique(sim.bodies.material)]
+        radii = (sim.smallest * units.LENGTH, sim.radius * units.LENGTH)
+        rows.append(("radii", " to ".join(units.format(r, "length", digits=5) for r in radii)))
+        rows.append(("materials", ", ".join(made_of)))
+        masses = np.array([sim.bodies.mass.min(), sim.bodies.mass.max()]) * units.MASS
+        mass = " to ".join(units.format(m, "mass", digits=5) for m in masses)
+    extent = samples.sample.extent(sample, sim.radii * units.LENGTH)
+    rows += [
+        ("mass of a grain", mass),
         ("extent", " x ".join(f"{e * 1e6:.4g}" for e in extent) + " um"),
     ]
     info = sample.info
@@ -156,7 +164,7 @@ def _plan(scene, sim):
         time = first * sim.dt
         box = box and box.driven(leg.drive, time)
         cell = cell and cell.driven(leg.drive, time, scene.material)
-        room = SimpleNamespace(box=box, cell=cell, radius=sim.radius, grains=sim.grains, dt=sim.dt)
+        room = SimpleNamespace(box=box, cell=cell, radius=sim.radius, volume=sim.volume, dt=sim.dt)
         end, reason = last_step(leg.stop, clock_of(room, first))
         out.append((leg.name, end - first if end < NEVER else NEVER, reason))
         if end == NEVER:

@@ -145,15 +145,14 @@ def _walls(sim, m, mean_force):
 def _between_plates(sim, plates, mean_force, height):
     """Shadow of the grains, filling factor from it (S12 section 3.2), and that of PD08."""
     x, _, _ = sim.grain_state()
-    area = geometry.union_area(x[:, :2], sim.radius)
+    area = geometry.union_area(x[:, :2], sim.radii)
     inward = np.sum(mean_force * sim.box.normal, axis=1)
     bottom = sim.box.planes(sim.time)[WALLS.index("bottom")]
-    volume = sim.grains * 4.0 / 3.0 * np.pi * sim.radius**3
-    inside = geometry.cylinder_volume(x, sim.radius, plates.centre, plates.inner,
+    inside = geometry.cylinder_volume(x, sim.radii, plates.centre, plates.inner,
                                       bottom, bottom + height)  # fmt: skip
     return {
         "projected_area": area * units.LENGTH**2,
-        "filling_factor": volume / (area * height),
+        "filling_factor": sim.volume / (area * height),
         "inner_filling_factor": inside / (np.pi * plates.inner**2 * height),
         "outside_count": plates.outside(x),
         "pressure": inward / area * units.PRESSURE,
@@ -161,7 +160,9 @@ def _between_plates(sim, plates, mean_force, height):
 
 
 def slab_volumes(z, radius, edges):
-    """Volume of spheres (centres z, one radius) between successive `edges`: exact, by caps."""
+    """Volume of spheres (centres z, one radius or (N,)) between successive `edges`: exact, by
+    caps."""
+    radius = radius[:, None] if np.ndim(radius) else radius
     # volume of a unit of sphere below a plane at height t of its centre, t in [-r, r]
     t = np.clip(edges[None, :] - z[:, None], -radius, radius)
     below = np.pi * (radius**2 * t - t**3 / 3.0 + 2.0 / 3.0 * radius**3)
@@ -180,7 +181,7 @@ def profile(sim, clock, edges):
     height = clock.height_at(sim.step)
     x, _, _ = sim.grain_state()
     inside = np.minimum(edges, height)
-    volume = slab_volumes(x[:, 2] - bottom, sim.radius, inside) if len(x) else 0.0
+    volume = slab_volumes(x[:, 2] - bottom, sim.radii, inside) if len(x) else 0.0
     area = clock.area_at(sim.step)
     space = np.diff(inside) * area
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -15,6 +15,7 @@ from dusttaichi.course import Course, Crew
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.results import WALLS, Writer, provenance, select
 from dusttaichi.samples.sample import Sample
+from dusttaichi.scene.sample import DEFAULT
 from dusttaichi.schedule import NEVER, clock_of, last_step, next_step
 
 BURST_SECONDS = 0.25  # of machine time between two looks at the clock, the guards and Ctrl-C
@@ -141,7 +142,9 @@ class _Run:
 
     def _open_saved(self, saved):
         arrays, meta = saved.arrays, saved.meta
-        sample = Sample(*(arrays.pop(f"sample_{k}") for k in _SAMPLE), info=meta["sample_info"])
+        own = {k: arrays.pop(f"sample_{k}", None) for k in _UNLIKE}
+        sample = Sample(*(arrays.pop(f"sample_{k}") for k in _SAMPLE), info=meta["sample_info"],
+                        **own)  # fmt: skip
         self._build(sample)
         self.sim.restore(arrays, meta["numbers"])
         self.course = Course.from_meta(meta["course"])
@@ -156,6 +159,13 @@ class _Run:
 
     def _coords(self):
         coords = {"snapshots/radius": np.full(self.sim.grains, self.scene.material.radius)}
+        if self.sim.bodies is not None:
+            bodies = self.sim.bodies
+            coords = {
+                "snapshots/radius": bodies.radius * units.LENGTH,
+                "snapshots/mass": bodies.mass * units.MASS,
+                "snapshots/material": bodies.material,
+            }
         if self.edges is not None:
             edges = self.edges * units.LENGTH
             coords |= {
@@ -178,6 +188,7 @@ class _Run:
             time_step=sim.dt * units.TIME,
             stages=" ".join(stage.name for stage in scene.stages) or None,
             periodic_axes=" ".join(scene.boundary.periodic_axes),
+            materials=" ".join([DEFAULT, *scene.materials]) if sim.bodies is not None else None,
             sample=yaml.safe_dump(_plain(self.sample.info), sort_keys=False),
         )
 
@@ -365,7 +376,8 @@ class _Run:
     def save(self):
         """Result first, then the checkpoint, which so never knows more than the result."""
         self.flush()
-        sample = {f"sample_{k}": getattr(self.sample, k) for k in _SAMPLE}
+        sample = {f"sample_{k}": getattr(self.sample, k) for k in (*_SAMPLE, *_UNLIKE)
+                  if getattr(self.sample, k) is not None}  # fmt: skip
         meta = {
             "scene": self.scene.to_yaml(),
             "numbers": self.sim.numbers(),
@@ -388,6 +400,7 @@ class _Run:
 
 
 _SAMPLE = ("positions", "velocities", "spins")
+_UNLIKE = ("radii", "materials")  # None where all grains are alike
 
 
 def _signals():
@@ -400,6 +413,7 @@ def features_of(scene, sim):
     bounded = not np.isnan(lengths).any()
     asked = {
         "snapshots": True,
+        "unlike": sim.bodies is not None,
         "contacts": scene.output.contacts,
         "walls": sim.box is not None,
         "cell": sim.cell is not None,

@@ -2,7 +2,7 @@
 interrupted run goes on with the very same steps."""
 
 from dataclasses import dataclass
-from math import exp, floor, inf, nan, pi
+from math import exp, floor, inf, nan
 
 from dusttaichi import units
 
@@ -122,8 +122,7 @@ def clock_of(sim, first=0):
             start[n], rate[n] = float(sim.cell.start[n]), float(sim.cell.rate[n])
             growth[n] = float(sim.cell.growth[n])
             least[n] = 4.1 * sim.radius
-    volume = sim.grains * 4.0 / 3.0 * pi * sim.radius**3
-    return Clock(sim.dt, volume, tuple(start), tuple(rate), tuple(growth), tuple(least), first)
+    return Clock(sim.dt, sim.volume, tuple(start), tuple(rate), tuple(growth), tuple(least), first)
 
 
 def next_step(interval, clock, step):

@@ -22,6 +22,7 @@ from dusttaichi.kernels.measure import (
     LINEAR,
     NORMAL,
     PENDING,
+    STRAIN,
     STRIKING,
     TWISTING,
 )
@@ -78,12 +79,29 @@ class Books:
         return cls(**(numbers | arrays))
 
 
+@dataclass(frozen=True)
+class Bodies:
+    """Grains of their own radius [um], mass [pg], moment of inertia [pg um^2] and material (its
+    number), each (N,), in the sample's order."""
+
+    radius: np.ndarray
+    mass: np.ndarray
+    inertia: np.ndarray
+    material: np.ndarray
+
+
 class Simulation:
-    """State and kernels of one scene. `step` counts steps; `time` = step dt."""
+    """State and kernels of one scene. `step` counts steps; `time` = step dt.
+
+    radii [um]: of all grains, one number, or (N,) in the sample's order; radius, smallest: the
+    largest and the smallest of them. mass [pg], inertia [pg um^2]: one number, or (N, 1) in
+    internal order. volume [um^3]: of all grains. pair, wall: ContactParams; where grains are not
+    all alike those of the contact that reaches farthest.
+    """
 
     def __init__(
         self, *, fields, scratch, sums, kernels, layout, sample, order, box, cell, push, material,
-        drive, pair, wall, mass, inertia, radius, skin, dt, threads, scenes=1,
+        drive, pair, wall, mass, inertia, radius, skin, dt, threads, scenes=1, bodies=None,
     ):  # fmt: skip
         self.scenes = scenes  # of a batch, the `scene` field filled
         self.fields, self.scratch, self.sums, self.kernels = fields, scratch, sums, kernels
@@ -92,6 +110,17 @@ class Simulation:
         self.material = material
         self.pair, self.wall = pair, wall
         self.mass, self.inertia, self.radius = mass, inertia, radius
+        self.bodies = bodies
+        # what kernels are told: where grains have masses of their own these are their units
+        self._unit_mass, self._unit_inertia = mass, inertia
+        self.radii = self.smallest = radius
+        self.volume = len(order) * 4.0 / 3.0 * np.pi * radius**3
+        if bodies is not None:
+            self.mass, self.inertia = bodies.mass[order][:, None], bodies.inertia[order][:, None]
+            self._unit_mass = self._unit_inertia = 1.0
+            self.radii = bodies.radius
+            self.radius, self.smallest = float(self.radii.max()), float(self.radii.min())
+            self.volume = float(np.sum(4.0 / 3.0 * np.pi * self.radii**3))
         self.fixed_skin, self.skin = skin, skin or 0.0
         self.dt, self.threads = dt, threads
         self.grains = len(order)
@@ -118,6 +147,9 @@ class Simulation:
         self._put_grains("v", sample.velocities[order] / units.SPEED)
         self._put_grains("w", sample.spins[order] / units.SPIN)
         self.push.place(self.fields)
+        if self.bodies is not None:
+            for name, values in vars(self.bodies).items():
+                self.fields[name].from_numpy(np.ascontiguousarray(values[order]))
         self._search()
         if sample.contacts is not None:
             self._take_contacts(sample.contacts)
@@ -229,8 +261,8 @@ class Simulation:
     def _motion(self, dt, wall_due, reach2):
         return Motion(
             dt=dt,
-            kick=dt / self.mass,
-            turn=dt / self.inertia,
+            kick=dt / self._unit_mass,
+            turn=dt / self._unit_inertia,
             reach2=reach2,
             wall_due=wall_due,
         )
@@ -292,11 +324,15 @@ class Simulation:
         cells, width = self._cells(extent, edges, reach)
         grid = Grid(origin=low.tolist(), inv_edge=(1.0 / width).tolist(), cells=cells.tolist(),
                     edges=edges.tolist())  # fmt: skip
-        self.kernels.find(grid, self.scenes * int(np.prod(cells)), reach**2)
+        alike = self.bodies is None
+        # grains of their own radius are listed by the distance of their surfaces
+        self.kernels.find(grid, self.scenes * int(np.prod(cells)),
+                          reach**2 if alike else reach - 2.0 * self.radius)  # fmt: skip
         self._check_room()
         self.kernels.relist(edges.tolist())
         if self.box is not None:
             wall_reach = self.radius + self.skin + PULL_OFF / self.wall.inv_delta0
+            wall_reach -= 0.0 if alike else self.radius
             self.kernels.relist_walls(self._walls(), step * self.dt, wall_reach,
                                       self.box.present.tolist())  # fmt: skip
             self._check_room()
@@ -324,7 +360,7 @@ class Simulation:
         edges = self.cell.edges(time)
         shortest = edges[list(self.cell.axes)].min()
         most = 0.5 * shortest - touch
-        if most < SKIN[0] * self.radius:
+        if most < SKIN[0] * self.smallest:
             raise GuardStop(
                 f"At {self.time:.6g} us the periodic cell has shrunk to {shortest:.4g} um, four "
                 "radii: a grain would touch another twice, across both faces. Stop earlier, or "
@@ -334,7 +370,7 @@ class Simulation:
         # v stands half a step back
         speeds = self.cell.speeds(time - 0.5 * self.dt)
         self.kernels.wrap(self.cell.low(time).tolist(), np.where(edges > 0, edges, 1.0).tolist(),
-                          speeds.tolist(), self.mass)  # fmt: skip
+                          speeds.tolist(), self._unit_mass)  # fmt: skip
         return edges
 
     def _best_skin(self, speed):
@@ -346,8 +382,8 @@ class Simulation:
         """
         way = max(speed, 2.0 * self._wall_speed(), 2.0 * self._closing_speed()) * self.dt
         search = 8.0 * (1.0 + 5000.0 / self.grains)
-        best = np.sqrt(0.4 * search * way * self.radius)
-        return float(np.clip(best, SKIN[0] * self.radius, SKIN[1] * self.radius))
+        best = np.sqrt(0.4 * search * way * self.smallest)
+        return float(np.clip(best, SKIN[0] * self.smallest, SKIN[1] * self.smallest))
 
     def _check_room(self):
         problem = self.fields["counts"].to_numpy()[2]
@@ -414,7 +450,8 @@ class Simulation:
         """Energies [fJ], counts and extremes of the present moment, as a dict of numbers."""
         half = 0.5 * self.dt
         measure_grains, measure_pairs, measure_walls = self.kernels.measure
-        measure_grains(self.mass, self.inertia, half / self.mass, half / self.inertia)
+        mass, inertia = self._unit_mass, self._unit_inertia
+        measure_grains(mass, inertia, half / mass, half / inertia)
         measure_pairs(self.pair, self.step, self.dt)
         grains = self.sums["grain_sum"].to_numpy()
         counts = self.fields["counts"].to_numpy()
@@ -454,6 +491,10 @@ class Simulation:
                 out["loss_wall"][6] += walls[:, STRIKING].sum()
             out["largest_overlap"] = max(out["largest_overlap"], walls[:, DEEPEST].max(initial=0.0))
             out["wall_work"] = self._wall_work(force, self.impulses())
+        out["largest_strain"] = out["largest_overlap"] / self.radius
+        if self.bodies is not None:
+            strains = [pairs[:, STRAIN]] + ([] if self.box is None else [walls[:, STRAIN]])
+            out["largest_strain"] = np.concatenate(strains).max(initial=0.0)
         return out
 
     def _wall_work(self, force, impulse):
@@ -499,7 +540,7 @@ class Simulation:
         """Time integral since the start of sum m v_a v_b + sum of branch_a force_b over all
         contacts [fJ us], (3, 3): minus volume times stress (T19 eq 23)."""
         xx, xy, xz, yy, yz, zz = self.fields["flux"].to_numpy().sum(axis=0)
-        total = self.mass * np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        total = self._unit_mass * np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         for name in ("virial", "wall_virial"):
             if name in self.fields:
                 table = self.fields[name].to_numpy()
@@ -577,8 +618,14 @@ class Simulation:
             "grain_j": self.order[j],
             "pointer_i": state[:, first : first + 3],
             "pointer_j": state[:, second : second + 3],
-            "overlap": 2.0 * self.radius - distance,
+            "overlap": self._touch(self.order[i], self.order[j]) - distance,
         } | self._twist_and_approach(state)
+
+    def _touch(self, i, j):
+        """Distance of the centres of these grains (the sample's numbers) at first touch [um]."""
+        if self.bodies is None:
+            return 2.0 * self.radius
+        return self.radii[i] + self.radii[j]
 
     def _twist_and_approach(self, state):
         zero = np.zeros(len(state))
@@ -608,7 +655,7 @@ class Simulation:
             "wall": wall,
             "pointer": state[:, p : p + 3],
             "foot": state[:, f : f + 3],
-            "overlap": self.radius - distance,
+            "overlap": np.broadcast_to(self.radii, self.grains)[self.order[grain]] - distance,
         } | self._twist_and_approach(state)
 
     def wall_distances(self):

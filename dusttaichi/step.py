@@ -14,6 +14,7 @@ from dusttaichi.kernels.cell import make_cell
 from dusttaichi.kernels.contacts import make_pair_pass
 from dusttaichi.kernels.grains import make_flux, make_grain_pass
 from dusttaichi.kernels.params import ContactParams
+from dusttaichi.kernels.poly import make_lane_params
 from dusttaichi.kernels.store import CHUNK, capacity
 from dusttaichi.kernels.walls import Walls, make_wall_pass
 from dusttaichi.kernels.workers import STRIDE, barrier, muster
@@ -118,7 +119,8 @@ def make_phases(fields, layout, effects, grains, walls):
     W, T = layout.width, layout.tile
     first_wall_block = capacity(grains, layout, walls)[0]
     frame = make_cell(fields, layout)[0]
-    add_flux = make_flux(fields, grains) if layout.stress else None
+    add_flux = make_flux(fields, layout, grains) if layout.stress else None
+    of_pairs, of_wall = make_lane_params(fields, layout) if layout.poly else (None, None)
     # a stress is summed by chunks of grains, so that its bits do not depend on the workers
     parts = -(-grains // CHUNK) if layout.stress else grains
 
@@ -129,7 +131,10 @@ def make_phases(fields, layout, effects, grains, walls):
     @ti.func
     def pair_tile(tile, dt, pair, frame):
         for b in range(tile * T, ti.min((tile + 1) * T, tiles(counts[0], W))):
-            pair_block(b, tile, pair, dt, frame)
+            if ti.static(layout.poly):
+                pair_block(b, tile, of_pairs(b), dt, frame)
+            else:
+                pair_block(b, tile, pair, dt, frame)
 
     @ti.func
     def move_part(part, motion):
@@ -170,8 +175,12 @@ def make_phases(fields, layout, effects, grains, walls):
             k = wall_of[c]
             unit_normal = ti.Vector([box.normal[k, 0], box.normal[k, 1], box.normal[k, 2]])
             offset = box.offset[k] + box.speed[k] * (dt * step)
-            wall_block(c, tile, first_wall_block, unit_normal, offset, box.speed[k],
-                       box.strength[k], wall, dt)  # fmt: skip
+            if ti.static(layout.poly):
+                wall_block(c, tile, first_wall_block, unit_normal, offset, box.speed[k],
+                           box.strength[k], of_wall(first_wall_block + c), dt)  # fmt: skip
+            else:
+                wall_block(c, tile, first_wall_block, unit_normal, offset, box.speed[k],
+                           box.strength[k], wall, dt)  # fmt: skip
 
     @ti.func
     def pass_walls(me, crew, step, dt, wall, box):

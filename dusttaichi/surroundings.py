@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from dusttaichi import units
 from dusttaichi.errors import DustError
+from dusttaichi.geometry import pairs_within
 from dusttaichi.kernels.walls import Walls
 from dusttaichi.physics import constants
 from dusttaichi.samples.explicit import CLOSEST
@@ -119,17 +120,27 @@ def make_surroundings(boundary, positions, radius, contact, overlap, period=None
     """(Box or None, Cell or None) around a sample at rest.
 
     positions (N, 3), radius, distance of two grains in equilibrium contact, overlap in equilibrium
-    with a wall: um. With `size: fit` the outermost grains are in equilibrium contact with their
-    wall, or with each other across the faces; a sample that repeats says by what `period`.
+    with a wall: um; each but the first one number, or (N,) of grains that are not all alike. With
+    `size: fit` the outermost grains are in equilibrium contact with their wall, or with each other
+    across the faces; a sample that repeats says by what `period`.
     Raises DustError when the sample does not fit.
     """
     low, high = positions.min(axis=0), positions.max(axis=0)
     axes = tuple(AXES.index(axis) for axis in boundary.periodic_axes)
-    room_low, room_high = low - (radius - overlap), high + (radius - overlap)
+    reach = np.reshape(radius - overlap, (-1, 1))
+    room_low, room_high = (positions - reach).min(axis=0), (positions + reach).max(axis=0)
     size = room_high - room_low
     wanted = _wanted(boundary)
     if axes:
-        needed = np.array(period) if period is not None else high - low + contact
+        if period is not None:
+            needed = np.array(period)
+        elif not np.ndim(radius):
+            needed = high - low + contact
+        else:
+            # grains at the faces overlap no more than the deepest contact in equilibrium
+            surface = radius[:, None]
+            needed = (positions + surface).max(axis=0) - (positions - surface).min(axis=0)
+            needed -= np.min(2.0 * radius - contact)
         size = np.where(np.isin(np.arange(3), axes), needed, size)
         if boundary.size == "cube":
             size = np.where(np.isin(np.arange(3), axes), size[list(axes)].max(), size)
@@ -141,7 +152,7 @@ def make_surroundings(boundary, positions, radius, contact, overlap, period=None
     if not axes:
         return box, None
     periodic = np.isin(np.arange(3), axes)
-    _check_edges(size[list(axes)], axes, radius)
+    _check_edges(size[list(axes)], axes, np.max(radius))
     centre = np.where(periodic, 0.5 * (low + high), 0.0)
     cell = Cell(np.where(periodic, size, 0.0), np.zeros(3), np.zeros(3), centre, axes)
     _check_images(positions, cell, radius)
@@ -175,11 +186,17 @@ def _check_room(boundary, size, need, axes):
 
 def _check_images(positions, cell, radius):
     """Grains must not lie in the images of others."""
-    edges = np.where(cell.start > 0.0, cell.start, 1e6 * radius + np.ptp(positions, axis=0).max())
+    far = 1e6 * np.max(radius) + np.ptp(positions, axis=0).max()
+    edges = np.where(cell.start > 0.0, cell.start, far)
     inside = np.mod(positions - cell.low(0.0), edges)
     inside[inside >= edges] = 0.0  # what rounding has put on the upper face
-    nearest = cKDTree(inside, boxsize=edges).query(inside, k=2)[0][:, 1].min()
-    if nearest < CLOSEST * 2.0 * radius:
+    if np.ndim(radius):
+        nearest = pairs_within(inside, radius, CLOSEST, edges)[2].min(initial=np.inf)
+        allowed = np.inf
+    else:
+        nearest = cKDTree(inside, boxsize=edges).query(inside, k=2)[0][:, 1].min()
+        allowed = CLOSEST * 2.0 * radius
+    if nearest < allowed:
         raise DustError(
             "boundary.size: the periodic cell is too small: grains of the sample overlap with "
             f"images of others (centres {nearest:.4g} um apart); enlarge it or use size: fit"

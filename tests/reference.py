@@ -32,6 +32,52 @@ class Numbers:
     zeta_crit: float
     phi_crit: float
     kappa: object  # function of s = sqrt(a/a0)
+    r2: float = None  # of the second grain, where it is another one
+
+    @property
+    def arms(self):
+        return self.r, self.r if self.r2 is None else self.r2
+
+
+GAMMA = {
+    "geometric": lambda a, b: np.sqrt(a * b),
+    "arithmetic": lambda a, b: (a + b) / 2,
+    "work_of_adhesion": lambda a, b: a + b - 2 / (1 / a + 1 / b),
+}
+
+
+def mixed(one, other, wall=False, effects=("rolling", "sliding", "twisting"), m_r=1.0, m_s=1.0,
+          m_t=1.0, damping="none", mixing="geometric"):  # fmt: skip
+    """Numbers of a contact of unlike grains, or of grain `one` and a wall of the other's stuff."""
+    a, b = {**SILICATE, **one}, {**SILICATE, **other}
+    r1, r2 = a["r"], a["r"] if wall else b["r"]
+    R_pair = r1 * r2 / (r1 + r2)
+    R = r1 if wall else R_pair
+    gamma = GAMMA[mixing](a["gamma"], b["gamma"])
+    E_star = 1 / ((1 - a["nu"] ** 2) / a["E"] + (1 - b["nu"] ** 2) / b["E"])
+    G = [m["E"] / (2 * (1 + m["nu"])) for m in (a, b)]
+    G_star = 1 / ((2 - a["nu"]) / G[0] + (2 - b["nu"]) / G[1])
+    nu = (a["nu"] + b["nu"]) / 2
+    a0 = (9 * np.pi * gamma * R**2 / E_star) ** (1 / 3)
+    a0_pair = (9 * np.pi * gamma * R_pair**2 / E_star) ** (1 / 3)
+    m1, m2 = (m["rho"] * 4 / 3 * np.pi * r**3 for m, r in ((a, r1), (b, r2)))
+    m0 = m1 if wall else 2 * m1 * m2 / (m1 + m2)
+    t_c = 0.95 * (2 * R_pair) ** (7 / 6) * ((a["rho"] + b["rho"]) / 2) ** 0.5
+    t_c /= gamma ** (1 / 6) * E_star ** (1 / 3)
+    kappa = {
+        "none": lambda s: 0.0,
+        "viscous": lambda s: 1e-9,
+        "scaled": lambda s: 0.01 * m0 / t_c,
+        "viscoelastic": lambda s: 2 * 12.5e-12 / nu**2 * E_star * a0 * s**2,
+    }[damping]
+    return Numbers(
+        r=r1, R=R, F_c=3 * np.pi * gamma * R, delta0=a0**2 / (3 * R),
+        k_r=("rolling" in effects) * m_r * 12 * np.pi * gamma,
+        k_s=("sliding" in effects) * m_s * 8 * a0 * G_star,
+        k_t=("twisting" in effects) * m_t * 16 / 3 / (1 / G[0] + 1 / G[1]) * a0_pair**3,
+        xi_crit=(a["xi_crit"] + b["xi_crit"]) / 2, zeta_crit=(2 - nu) * a0 / (16 * np.pi),
+        phi_crit=1 / (16 * np.pi), kappa=kappa, r2=None if wall else r2,
+    )  # fmt: skip
 
 
 def numbers(wall=False, effects=("rolling", "sliding", "twisting"), m_r=1.0, m_s=1.0, m_t=1.0,
@@ -116,7 +162,8 @@ def xi_of(n1, n2, p):
 
 
 def zeta_pair(n1, n2, nc, p):
-    arm = p.r * n1 - p.r * n2
+    r1, r2 = p.arms
+    arm = r1 * n1 - r2 * n2
     return arm - dot(arm, nc) * nc
 
 
@@ -129,7 +176,7 @@ def pair_energies(x1, x2, n1, n2, phi, p):
     """Normal, rolling, sliding and twisting potential of a pair [J]."""
     d = x1 - x2
     nc = unit(d)
-    s = contact_radius(2 * p.r - length(d), p)
+    s = contact_radius(sum(p.arms) - length(d), p)
     xi, zeta = xi_of(n1, n2, p), zeta_pair(n1, n2, nc, p)
     return np.array([normal_energy(s, p), p.k_r * dot(xi, xi) / 2, p.k_s * dot(zeta, zeta) / 2,
                      p.k_t * phi**2 / 2])  # fmt: skip
@@ -173,12 +220,21 @@ class Wall:
 
 
 class Reference:
-    """Grains of one size, open or with walls. x, v, w: (N, 3), SI."""
+    """Grains, open or with walls. x, v, w: (N, 3), SI.
 
-    def __init__(self, x, v, w, dt, pair, wall=None, walls=(), material=None):
+    pair, wall: Numbers, or functions of the grain(s) for grains that are not alike; masses (N,)
+    [kg] and radii (N,) [m] of such grains.
+    """
+
+    def __init__(self, x, v, w, dt, pair, wall=None, walls=(), material=None, masses=None,
+                 radii=None):  # fmt: skip
         self.x, self.v, self.w = np.array(x, float), np.array(v, float), np.array(w, float)
-        self.dt, self.pair, self.wall, self.walls = dt, pair, wall, list(walls)
+        self.dt, self.walls = dt, list(walls)
+        self.pair = pair if callable(pair) else lambda i, j: pair
+        self.wall = wall if callable(wall) else lambda i: wall
         self.mass, self.inertia = mass_and_inertia(material)
+        if masses is not None:
+            self.mass, self.inertia = masses[:, None], (0.4 * masses * radii**2)[:, None]
         self.contacts, self.step = {}, 0
         self.force, self.torque = self._loads(0.0)
         # velocities at n - 1/2 between steps
@@ -204,11 +260,12 @@ class Reference:
         out = np.zeros((2, 4))
         for (i, j), c in self.contacts.items():
             if j >= 0:
-                out[0] += pair_energies(self.x[i], self.x[j], c.n1, c.n2, c.phi, self.pair)
+                p = self.pair(i, j)
+                out[0] += pair_energies(self.x[i], self.x[j], c.n1, c.n2, c.phi, p)
             else:
                 wall, offset = self._plane(j)
                 out[1] += wall_energies(self.x[i], c.n1, c.n2, c.phi, wall.normal, offset,
-                                        self.wall, wall.strength)  # fmt: skip
+                                        self.wall(i), wall.strength)  # fmt: skip
         return out
 
     def _plane(self, j):
@@ -244,23 +301,23 @@ class Reference:
         return normal_force(s, p) - p.kappa(s) * ahead
 
     def _pair(self, i, j, dt, force, torque):
-        p, d, dv = self.pair, self.x[i] - self.x[j], self.v[i] - self.v[j]
-        nc, r = unit(d), self.pair.r
-        c = self._found((i, j), 2 * r - length(d), p, -nc, nc)
+        p, d, dv = self.pair(i, j), self.x[i] - self.x[j], self.v[i] - self.v[j]
+        nc, (r1, r2) = unit(d), p.arms
+        c = self._found((i, j), r1 + r2 - length(d), p, -nc, nc)
         if (i, j) not in self.contacts:
             return
         # the speed of half a step ago belongs to the normal of half a step ago
         u = np.dot(dv, unit(d - dv * dt / 2))
-        F = self._normal((i, j), 2 * r - length(d), u, p) * nc
+        F = self._normal((i, j), r1 + r2 - length(d), u, p) * nc
         M1, M2 = np.zeros(3), np.zeros(3)
         if c is not None:
             self._turn_pair(c, i, j, d, dv, nc, dt)
             n1, n2 = c.n1, c.n2
             xi, zeta = xi_of(n1, n2, p), zeta_pair(n1, n2, nc, p)
-            F = F - p.k_s * zeta * np.dot(r * n2 - r * n1, nc) / length(d)
+            F = F - p.k_s * zeta * np.dot(r2 * n2 - r1 * n1, nc) / length(d)
             twist = p.k_t * c.phi * nc
-            M1 = -p.R * p.k_r * np.cross(n1, xi) - r * p.k_s * np.cross(n1, zeta) - twist
-            M2 = -p.R * p.k_r * np.cross(n2, xi) + r * p.k_s * np.cross(n2, zeta) + twist
+            M1 = -p.R * p.k_r * np.cross(n1, xi) - r1 * p.k_s * np.cross(n1, zeta) - twist
+            M2 = -p.R * p.k_r * np.cross(n2, xi) + r2 * p.k_s * np.cross(n2, zeta) + twist
         force[i] += F
         force[j] -= F
         torque[i] += M1
@@ -268,20 +325,21 @@ class Reference:
 
     def _turn_pair(self, c, i, j, d, dv, nc, dt):
         """Pointers and twist carried on by a step, then put back to the limits."""
-        p = self.pair
+        p = self.pair(i, j)
+        r1, r2 = p.arms
         c.n1, c.n2 = rotated(c.n1, self.w[i] * dt), rotated(c.n2, self.w[j] * dt)
         c.phi += dt * np.dot(self.w[i] - self.w[j], unit(d - dv * dt / 2))
         c.phi = np.clip(c.phi, -p.phi_crit, p.phi_crit)
         roll, along_roll = past(xi_of(c.n1, c.n2, p), p.xi_crit if p.k_r else np.inf)
         slide, along_slide = past(zeta_pair(c.n1, c.n2, nc, p), p.zeta_crit if p.k_s else np.inf)
-        n1 = c.n1 - restoring(c.n1, along_roll) * roll / p.r
-        n2 = c.n2 - restoring(c.n2, along_roll) * roll / p.r
-        n1 = n1 - restoring(c.n1, along_slide) * slide / (2 * p.r)
-        n2 = n2 + restoring(c.n2, along_slide) * slide / (2 * p.r)
+        n1 = c.n1 - restoring(c.n1, along_roll) * roll / r1
+        n2 = c.n2 - restoring(c.n2, along_roll) * roll / r2
+        n1 = n1 - restoring(c.n1, along_slide) * slide / (r1 + r2)
+        n2 = n2 + restoring(c.n2, along_slide) * slide / (r1 + r2)
         c.n1, c.n2 = unit(n1), unit(n2)
 
     def _wall(self, i, j, dt, force, torque):
-        p, (wall, offset) = self.wall, self._plane(j)
+        p, (wall, offset) = self.wall(i), self._plane(j)
         nw, x = wall.normal, self.x[i]
         delta = p.r - (np.dot(x, nw) - offset)
         c = self._found((i, j), delta, p, -nw, x - p.r * nw)
@@ -299,7 +357,7 @@ class Reference:
         torque[i] += M
 
     def _turn_wall(self, c, i, nw, dt):
-        p = self.wall
+        p = self.wall(i)
         c.n1 = rotated(c.n1, self.w[i] * dt)
         c.phi = np.clip(c.phi + dt * np.dot(self.w[i], nw), -p.phi_crit, p.phi_crit)
         slide, _ = past(zeta_wall(self.x[i], c.n1, c.n2, nw, p), p.zeta_crit if p.k_s else np.inf)

@@ -13,7 +13,11 @@ from dusttaichi.scene import NAMED, from_yaml, load
 REFUSED = [
     ("name: a/b", ['name = "a/b"', "letters, digits"]),
     ("name: 12", ["name = 12", "a text"]),
-    ("name: cake\nmaterials: x", ["materials", "unknown key", 'did you mean "material"?']),
+    ("name: cake\nmateriel: x", ["materiel", "unknown key", 'did you mean "material"?']),
+    ("name: cake\nmaterials: x", ['materials = "x"', "a block is needed"]),
+    ("name: cake\nmaterials: {ice: quartz}", ['materials.ice = "quartz"', *NAMED]),
+    ("name: cake\nmaterials: {default: ice_t19}", ["materials", "cannot name a material"]),
+    ("interaction: {mixing: mean}", ['interaction.mixing = "mean"', '"geometric"']),
     ("name: cake\nname: pie", ["name", "given twice, in lines 1 and 2"]),
     ("material: quartz", ['material = "quartz"', *NAMED]),
     ("material: {base: quartz}", ['material.base = "quartz"', *NAMED]),

@@ -106,9 +106,13 @@ def read_frame(run, snapshot=-1, contacts=True):
 def grain_masses(run):
     """Masses of the grains [kg], (N,): their volume times the density of the scene's material.
 
-    Raises DustError where the result does not name a density.
+    Of grains that are not all alike the result has them. Raises DustError where it does not name a
+    density.
     """
     frame_count(run)
+    snapshots = run.tree["snapshots"]
+    if "mass" in snapshots:
+        return snapshots.mass.values
     material = run.scene.get("material", {})
     if not isinstance(material, dict) or "density" not in material:
         raise DustError(f"{run.path} does not tell the density of its grains (scene_resolved).")

@@ -72,11 +72,12 @@ def make_wrap(fields, layout, grains, chunk_size):
     """Kernel `wrap(low, edges, speeds, mass)`: grains that have left the cell come in again on the
     other side, with the speed that the edge has (T19 eqs 12-15)."""
     x, v, wraps, wrap_work = fields["x"], fields["v"], fields["wraps"], fields["wrap_work"]
+    masses = fields.get("mass")
     vector = ti.types.vector(3, ti.f64)
 
     @ti.func
     def wrap_grain(g, low, edges, speeds):
-        """Moves the grain; returns the change of v^2."""
+        """Moves the grain; returns the change of v^2 (of m v^2 where masses differ)."""
         place, velocity, count = x[g], v[g], wraps[g]
         before = velocity.dot(velocity)
         for a in ti.static(layout.periodic):
@@ -85,7 +86,10 @@ def make_wrap(fields, layout, grains, chunk_size):
             velocity[a] -= n * speeds[a]
             count[a] += ti.cast(n, ti.i32)
         x[g], v[g], wraps[g] = place, velocity, count
-        return velocity.dot(velocity) - before
+        change = velocity.dot(velocity) - before
+        if ti.static(layout.poly):
+            change *= masses[g]
+        return change
 
     @ti.kernel
     def wrap(low: vector, edges: vector, speeds: vector, mass: ti.f64):

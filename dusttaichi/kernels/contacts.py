@@ -114,8 +114,14 @@ def make_flatten(state, loss, layout):
     return flatten, last_impulse
 
 
-def make_pointers(loss, effects):
-    """The part of a pair that the contact pointers carry: rolling and sliding."""
+def make_pointers(loss, effects, poly):
+    """The part of a pair that the contact pointers carry: rolling and sliding.
+
+    poly: grains of unequal radii.
+    """
+    displacement = sliding.displacement_unequal if poly else sliding.displacement
+    correct_sliding = sliding.correct_unequal if poly else sliding.correct
+    correct_rolling = rolling.correct_unequal if poly else rolling.correct
 
     @ti.func
     def slip(tile, n1, n2, nc, p):
@@ -123,12 +129,12 @@ def make_pointers(loss, effects):
         m1, m2 = n1, n2
         if ti.static(effects.rolling):
             xi = rolling.displacement(n1, n2, p)
-            c1, c2, lost = rolling.correct(xi, n1, n2, p)
+            c1, c2, lost = correct_rolling(xi, n1, n2, p)
             m1, m2 = m1.plus(xi.times(c1)), m2.plus(xi.times(c2))
             add_to(loss, tile, ROLLING, lost)
         if ti.static(effects.sliding):
-            zeta, _ = sliding.displacement(n1, n2, nc, p)
-            c1, c2, lost = sliding.correct(zeta, n1, n2, p)
+            zeta, _ = displacement(n1, n2, nc, p)
+            c1, c2, lost = correct_sliding(zeta, n1, n2, p)
             m1, m2 = m1.plus(zeta.times(c1)), m2.plus(zeta.times(c2))
             add_to(loss, tile, SLIDING, lost)
         return m1.unit(), m2.unit()
@@ -145,11 +151,15 @@ def make_pointers(loss, effects):
             a1 = xi.times(rolling.pull(p))
             a2 = a1
         if ti.static(effects.sliding):
-            zeta, lever = sliding.displacement(n1, n2, nc, p)
+            zeta, lever = displacement(n1, n2, nc, p)
             stored += sliding.energy(zeta, p)
             shear = zeta.times(sliding.push(lever, inv, p))
-            pull = zeta.times(sliding.pull(p))
-            a1, a2 = a1.plus(pull), a2.minus(pull)
+            if ti.static(poly):
+                pull1, pull2 = sliding.pull_unequal(p)
+                a1, a2 = a1.plus(zeta.times(pull1)), a2.minus(zeta.times(pull2))
+            else:
+                pull = zeta.times(sliding.pull(p))
+                a1, a2 = a1.plus(pull), a2.minus(pull)
         return shear, a1.cross(n1), a2.cross(n2), stored
 
     return slip, springs
@@ -181,7 +191,7 @@ def make_pair_pass(fields, layout, effects):
     V3, gather, get_state, put, state, load = make_access(fields, layout)
     touch, jump, damp = make_touch(effects)
     x, v, w, loss = fields["x"], fields["v"], fields["w"], fields["loss"]
-    slip, springs = make_pointers(loss, effects)
+    slip, springs = make_pointers(loss, effects, layout.poly)
     pair_i, pair_j = fields["pair_i"], fields["pair_j"]
     N1, N2, TWIST, APPROACH = layout.pointer, layout.second, layout.twist, layout.approach
     flatten, last_impulse = make_flatten(state, loss, layout)

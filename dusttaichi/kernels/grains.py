@@ -46,12 +46,15 @@ def make_push(fields, layout):
 def make_grain_pass(fields, layout):
     """Returns `move(g, dt/m, dt/I, dt, reach2)`: kick and drift; 1 if a new search is due.
 
+    Where grains have masses of their own (layout.poly) m and I stand for units of them.
+
     A search is due once a grain has gone further than half the skin from where it was at the last
     one (reach2 its square), or is no longer a number.
     """
     x, v, w, x_search = fields["x"], fields["v"], fields["w"], fields["x_search"]
     total, pushed = make_gather(fields, layout), make_push(fields, layout)
     free, held = fields.get("free"), fields.get("held")
+    mass, inertia = fields.get("mass"), fields.get("inertia")
 
     @ti.func
     def move(g, kick, turn, dt, reach2):
@@ -59,6 +62,8 @@ def make_grain_pass(fields, layout):
         if ti.static(layout.carried):
             held[g] = held[g] + (dt * (1.0 - free[g])) * force
         force, torque = pushed(g, force, torque)
+        if ti.static(layout.poly):
+            force, torque = force / mass[g], torque / inertia[g]
         # no += on fields: it is atomic in Taichi, and slow
         velocity = v[g] + kick * force
         place = x[g] + dt * velocity
@@ -71,12 +76,13 @@ def make_grain_pass(fields, layout):
     return move
 
 
-def make_flux(fields, grains):
+def make_flux(fields, layout, grains):
     """Returns `add_flux(chunk, move, motion)`: moves the grains of a chunk and sums v v dt.
 
     The kinetic part of the stress, with the velocities of the half step; 1 if a search is due.
+    Where grains have masses of their own (layout.poly) it is m v v dt.
     """
-    v, flux = fields["v"], fields["flux"]
+    v, flux, mass = fields["v"], fields["flux"], fields.get("mass")
 
     @ti.func
     def add_flux(chunk, move: ti.template(), motion):
@@ -85,6 +91,8 @@ def make_flux(fields, grains):
         for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
             due = ti.max(due, move(g, motion.kick, motion.turn, motion.dt, motion.reach2))
             u = v[g]
+            if ti.static(layout.poly):
+                u *= ti.sqrt(mass[g])
             sums += ti.Vector([u.x * u.x, u.x * u.y, u.x * u.z, u.y * u.y, u.y * u.z, u.z * u.z])
         for k in ti.static(range(6)):
             flux[chunk, k] = flux[chunk, k] + motion.dt * sums[k]

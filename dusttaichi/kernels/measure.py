@@ -7,19 +7,22 @@ from dusttaichi.kernels.cell import make_cell
 from dusttaichi.kernels.contacts import make_access, step01
 from dusttaichi.kernels.grains import make_gather, make_push
 from dusttaichi.kernels.params import ContactParams
+from dusttaichi.kernels.poly import make_lane_params
 from dusttaichi.kernels.store import CHUNK, capacity
 from dusttaichi.kernels.walls import Walls
 from dusttaichi.physics import normal, rolling, sliding, twisting
 
-# columns of a contact sum; the last one only with asperities
-NORMAL, ROLLING, SLIDING, TWISTING, CONTACTS, PENDING, DEEPEST, FACES, STRIKING = range(9)
+# columns of a contact sum
+NORMAL, ROLLING, SLIDING, TWISTING, CONTACTS, PENDING, DEEPEST, FACES = range(8)
+STRIKING = 8  # with asperities: half of the work of the touches of this step
+STRAIN = 9  # largest overlap over the smaller radius, where grains have radii of their own
 # columns of a grain sum; kinetic energies of v, w at the time of the positions
 LINEAR, ANGULAR, FASTEST, FASTEST_SPIN = range(4)
 
 
 def place_measure(grains, layout, walls):
     pair_blocks, wall_blocks = capacity(grains, layout, walls)
-    columns = 8 + layout.asperities
+    columns = 10 if layout.poly else 8 + layout.asperities
     sums = {
         "pair_sum": ti.field(ti.f64, shape=(pair_blocks // layout.tile, columns)),
         "grain_sum": ti.field(ti.f64, shape=(-(-grains // CHUNK), 4)),
@@ -31,7 +34,10 @@ def place_measure(grains, layout, walls):
 
 
 def make_measure(fields, sums, layout, effects, grains, walls):
-    """Kernels that fill `sums`: grains(mass, inertia, kick, turn), pairs(p, dt), walls(...)."""
+    """Kernels that fill `sums`: grains(mass, inertia, kick, turn), pairs(p, dt), walls(...).
+
+    Where grains have masses of their own (layout.poly) mass and inertia are units of them.
+    """
     W, T = layout.width, layout.tile
     V3, gather, get_state, _, state, load = make_access(fields, layout)
     x, v, w, counts = fields["x"], fields["v"], fields["w"], fields["counts"]
@@ -42,6 +48,10 @@ def make_measure(fields, sums, layout, effects, grains, walls):
     first = capacity(grains, layout, walls)[0]
 
     frame, across, power = make_cell(fields, layout)
+    displacement = sliding.displacement_unequal if layout.poly else sliding.displacement
+    of_pairs, of_wall = make_lane_params(fields, layout) if layout.poly else (None, None)
+    masses, inertias = fields.get("mass"), fields.get("inertia")
+    columns = 8 + layout.poly
 
     @ti.func
     def add(table: ti.template(), tile, column, lanes):
@@ -65,8 +75,13 @@ def make_measure(fields, sums, layout, effects, grains, walls):
             table[tile, DEEPEST] = ti.max(table[tile, DEEPEST], now[k] * overlap[k])
 
     @ti.func
+    def strain(table: ti.template(), tile, overlap, now, smaller):
+        for k in ti.static(range(W)):
+            table[tile, STRAIN] = ti.max(table[tile, STRAIN], now[k] * overlap[k] / smaller[k])
+
+    @ti.func
     def clear(table: ti.template(), tile):
-        for k in ti.static(range(8 + effects.asperities)):
+        for k in ti.static(range(columns)):
             table[tile, k] = 0.0
 
     @ti.kernel
@@ -76,10 +91,16 @@ def make_measure(fields, sums, layout, effects, grains, walls):
             for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
                 force, torque = total(g)
                 force, torque = pushed(g, force, torque)
+                if ti.static(layout.poly):
+                    force, torque = force / masses[g], torque / inertias[g]
                 now = v[g] + half_kick * force
                 turning = w[g] + half_turn * torque
-                linear += now.dot(now)
-                angular += turning.dot(turning)
+                if ti.static(layout.poly):
+                    linear += masses[g] * now.dot(now)
+                    angular += inertias[g] * turning.dot(turning)
+                else:
+                    linear += now.dot(now)
+                    angular += turning.dot(turning)
                 fastest = ti.max(fastest, now.dot(now))
                 spin = ti.max(spin, turning.dot(turning))
             grain_sum[chunk, LINEAR] = 0.5 * mass * linear
@@ -99,10 +120,12 @@ def make_measure(fields, sums, layout, effects, grains, walls):
         now = step01(n1.dot(n1) - 0.5)
         along = V3(load[b, 0], load[b, 1], load[b, 2]).dot(nc)
         common(pair_sum, tile, b, p.touch - distance, along, now, p, dt)
+        if ti.static(layout.poly):
+            strain(pair_sum, tile, p.touch - distance, now, ti.min(p.r1, p.r2))
         if ti.static(effects.rolling):
             add(pair_sum, tile, ROLLING, rolling.energy(rolling.displacement(n1, n2, p), p))
         if ti.static(effects.sliding):
-            zeta, _ = sliding.displacement(n1, n2, nc, p)
+            zeta, _ = displacement(n1, n2, nc, p)
             add(pair_sum, tile, SLIDING, sliding.energy(zeta, p))
         if ti.static(effects.twisting):
             add(pair_sum, tile, TWISTING, twisting.energy(state[b, TWIST], p))
@@ -113,7 +136,10 @@ def make_measure(fields, sums, layout, effects, grains, walls):
             clear(pair_sum, tile)
             here = frame(step, dt)
             for b in range(tile * T, (tile + 1) * T):
-                measure_pair_block(tile, b, p, dt, here)
+                if ti.static(layout.poly):
+                    measure_pair_block(tile, b, of_pairs(b), dt, here)
+                else:
+                    measure_pair_block(tile, b, p, dt, here)
 
     if not walls:
         return measure_grains, measure_pairs, None
@@ -133,6 +159,8 @@ def make_measure(fields, sums, layout, effects, grains, walls):
         strength = box.strength[k] * now
         along = V3(load[b, 0], load[b, 1], load[b, 2]).dot(nw)
         common(wall_sum, tile, b, p.touch - distance, along, now, p, dt)
+        if ti.static(layout.poly):
+            strain(wall_sum, tile, p.touch - distance, now, p.r)
         if ti.static(effects.rolling):
             add(
                 wall_sum,
@@ -151,7 +179,10 @@ def make_measure(fields, sums, layout, effects, grains, walls):
         for tile in range((counts[1] + T - 1) // T):
             clear(wall_sum, tile)
             for c in range(tile * T, ti.min((tile + 1) * T, counts[1])):
-                measure_wall_block(tile, c, box, time, p, dt)
+                if ti.static(layout.poly):
+                    measure_wall_block(tile, c, box, time, of_wall(first + c), dt)
+                else:
+                    measure_wall_block(tile, c, box, time, p, dt)
         for n in range(6):
             for a in ti.static(range(3)):
                 force = 0.0

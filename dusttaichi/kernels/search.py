@@ -24,13 +24,16 @@ def place_search(grains, layout, walls):
     cells = CELLS_PER_GRAIN * grains + 64
     chunks = -(-max(cells + 1, grains + 1) // CHUNK)
     pair_blocks = capacity(grains, layout, walls)[0]
-    return {
+    # a large grain has as many small neighbours as there is room for in all: one list after another
+    near = 2 * pair_blocks * layout.width if layout.poly else (grains, NEIGHBOURS)
+    own = {"near_start": ti.field(ti.i32, shape=grains + 1)} if layout.poly else {}
+    return own | {
         "old_j": ti.Vector.field(layout.width, ti.i32, shape=pair_blocks),
         "cell_start": ti.field(ti.i32, shape=cells + 1),
         "cell_fill": ti.field(ti.i32, shape=cells + 1),
         "cell_grain": ti.field(ti.i32, shape=grains),
-        "near": ti.field(ti.i32, shape=(grains, NEIGHBOURS)),
-        "near_count": ti.field(ti.i32, shape=grains),
+        "near": ti.field(ti.i32, shape=near),
+        "near_count": ti.field(ti.i32, shape=grains + layout.poly),
         "own_count": ti.field(ti.i32, shape=grains + 1),
         "old_start": ti.field(ti.i32, shape=grains + 1),
         "chunk_sum": ti.field(ti.i32, shape=chunks),
@@ -101,6 +104,7 @@ def make_find(fields, scratch, layout, grains, walls):
     room = capacity(grains, layout, walls)[0] * layout.width
     chunk_total, chunk_starts, chunk_fill = make_scan(scratch["chunk_sum"])
     scene = fields.get("scene")
+    near_start, radius = scratch.get("near_start"), fields.get("radius")
 
     @ti.func
     def cell_of(p, grid):
@@ -143,7 +147,36 @@ def make_find(fields, scratch, layout, grains, walls):
                     counts[2] = 1
 
     @ti.func
-    def list_neighbours(g, grid, reach2):
+    def is_near(g, other, image, margin):
+        """Grains of their own radius: margin is what their surfaces may be apart."""
+        d = x[other] + image - x[g]
+        reach = radius[g] + radius[other] + margin
+        return d.dot(d) < reach * reach and other != g
+
+    @ti.func
+    def count_cells(g, low, high, image, margin):
+        """How many grains of these cells `list_unequal` is going to list."""
+        for k in range(cell_start[low], cell_start[high + 1]):
+            if is_near(g, cell_grain[k], image, margin):
+                near_count[g] = near_count[g] + 1
+
+    @ti.func
+    def list_unequal(g, low, high, image, margin):
+        """The same as list_cells, into lists that stand one after another."""
+        first = near_start[g]
+        for k in range(cell_start[low], cell_start[high + 1]):
+            other = cell_grain[k]
+            if is_near(g, other, image, margin):
+                place = first + near_count[g]
+                while place > first and near[ti.max(place - 1, 0)] > other:
+                    near[place] = near[place - 1]
+                    place -= 1
+                near[place] = other
+                near_count[g] = near_count[g] + 1
+                own_count[g] = own_count[g] + ti.cast(other > g, ti.i32)
+
+    @ti.func
+    def visit_neighbours(g, grid, reach2, list_cells: ti.template()):
         c = cell_of(x[g], grid)
         near_count[g], own_count[g] = 0, 0
         if ti.static(layout.periodic):
@@ -171,6 +204,7 @@ def make_find(fields, scratch, layout, grains, walls):
 
     @ti.kernel
     def find(grid: Grid, cells: ti.i32, reach2: ti.f64):
+        # reach2: where grains have radii of their own the margin between their surfaces
         for c in range(cells + 1):
             cell_fill[c] = 0
         for g in range(grains):
@@ -188,8 +222,24 @@ def make_find(fields, scratch, layout, grains, walls):
             cell_grain[ti.atomic_add(cell_fill[home(g, grid)], 1)] = g
         for g in range(grains + 1):
             old_start[g] = pair_start[g]
-        for g in range(grains):
-            list_neighbours(g, grid, reach2)
+        if ti.static(layout.poly):
+            for g in range(grains):
+                visit_neighbours(g, grid, reach2, count_cells)
+            for chunk in range((grains + CHUNK) // CHUNK):
+                chunk_total(near_count, chunk, grains + 1)
+            for _ in range(1):
+                chunk_starts((grains + CHUNK) // CHUNK)
+            for chunk in range((grains + CHUNK) // CHUNK):
+                chunk_fill(near_count, near_start, chunk, grains + 1)
+            for _ in range(1):
+                if near_start[grains] > 2 * room:
+                    counts[2] = 1
+            for g in range(grains):
+                if counts[2] == 0:
+                    visit_neighbours(g, grid, reach2, list_unequal)
+        else:
+            for g in range(grains):
+                visit_neighbours(g, grid, reach2, list_cells)
         for chunk in range((grains + CHUNK) // CHUNK):
             chunk_total(own_count, chunk, grains + 1)
         for _ in range(1):
@@ -203,10 +253,11 @@ def make_find(fields, scratch, layout, grains, walls):
     return find
 
 
-def make_relist(fields, scratch, layout, grains, walls):
+def make_relist(fields, scratch, layout, grains, walls, write_constants=None):
     """Kernel `relist(edges)`: pairs, their history, and the list of contacts of every grain.
 
-    edges: of the periodic cell.
+    edges: of the periodic cell. write_constants: `make_write_constants` of kernels.poly, where
+    grains have radii and materials of their own.
     """
     W = layout.width
     pair_i, pair_j, pair_start = fields["pair_i"], fields["pair_j"], fields["pair_start"]
@@ -220,6 +271,18 @@ def make_relist(fields, scratch, layout, grains, walls):
     wall_slot = fields["wall_slot"] if walls else None
     axes = layout.periodic
     x, shift = fields["x"], fields["shift"] if axes else None
+    near_start = scratch.get("near_start")
+    write_pair_constants, _, write_empty = write_constants or (None, None, None)
+
+    @ti.func
+    def neighbour(g, k):
+        """Number k of the neighbours of g."""
+        out = 0
+        if ti.static(layout.poly):
+            out = near[near_start[g] + k]
+        else:
+            out = near[g, k]
+        return out
 
     @ti.func
     def keep_old(b):
@@ -232,6 +295,8 @@ def make_relist(fields, scratch, layout, grains, walls):
     def write_pair(g, j, c, edges):
         b, k = c // W, c % W
         pair_i[b][k], pair_j[b][k] = g, j
+        if ti.static(layout.poly):
+            write_pair_constants(b, k, g, j)
         for n in ti.static(range(len(axes))):
             a = ti.static(axes[n])
             shift[b, n][k] = ti.floor((x[g][a] - x[j][a]) / edges[a] + 0.5)
@@ -249,14 +314,16 @@ def make_relist(fields, scratch, layout, grains, walls):
     def write_pairs(g, edges):
         c = pair_start[g]
         for k in range(near_count[g]):
-            if near[g, k] > g:
-                write_pair(g, near[g, k], c, edges)
+            if neighbour(g, k) > g:
+                write_pair(g, neighbour(g, k), c, edges)
                 c += 1
 
     @ti.func
     def clear_lane(c):
         b, k = c // W, c % W
         pair_i[b][k], pair_j[b][k] = grains, grains + 1
+        if ti.static(layout.poly):
+            write_empty(b, k)
         for n in ti.static(range(size)):
             state[b, n][k] = 0.0
         for n in ti.static(range(len(axes))):
@@ -267,16 +334,16 @@ def make_relist(fields, scratch, layout, grains, walls):
         """Number of the pair g < j."""
         c, found = pair_start[g], -1
         for k in range(near_count[g]):
-            if near[g, k] == j:
+            if neighbour(g, k) == j:
                 found = c
-            c += ti.cast(near[g, k] > g, ti.i32)
+            c += ti.cast(neighbour(g, k) > g, ti.i32)
         return found
 
     @ti.func
     def write_entries(g):
         e = entry_start[g]
         for k in range(near_count[g]):
-            j = near[g, k]
+            j = neighbour(g, k)
             entry[e] = 2 * contact_of(ti.min(g, j), ti.max(g, j)) + ti.cast(j < g, ti.i32)
             e += 1
         if ti.static(walls):

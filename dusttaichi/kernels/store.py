@@ -16,6 +16,9 @@ GATHERED = ("x", "v", "w")  # gathered together by contacts: they stand side by 
 CHUNK = 256  # grains of a chunk: the unit of the parallel scans and of the grain sums
 NEIGHBOURS = 24  # neighbours of a grain within the skin that the search can hold
 PAIRS_PER_GRAIN = 6  # twelve touching neighbours at most
+# numbers of a contact that differ where grains do (kernels.poly)
+STORED = ("r1", "r2", "inv_delta0", "F4", "k_r", "k_s", "k_t", "xi_crit", "zeta_crit", "kappa",
+          "mass", "crush_force", "crush_energy")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,7 @@ class Layout:
     forced: bool = False  # a force from outside acts on some grains
     carried: bool = False  # some grains move at a speed of their own
     batch: bool = False  # many scenes at once, whose grains do not see each other
+    poly: bool = False  # grains of their own radius and material (kernels.poly)
 
     @property
     def pointer(self):
@@ -136,6 +140,17 @@ def declare(grains, layout, walls):
             Variable("free", "1, or 0 for a grain that is carried", "1", ("f64", 0), (grains,)),
             Variable("held", "time integral of the force on a carried grain", "nN us", ("f64", 3),
                      (grains,)),
+        ]  # fmt: skip
+    if layout.poly:
+        # of the ghosts nothing but the motion is asked
+        one = ("f64", 0)
+        variables += [
+            Variable("radius", "radius of a grain", "um", one, (grains,)),
+            Variable("mass", "mass of a grain", "pg", one, (grains,)),
+            Variable("inertia", "moment of inertia of a grain", "pg um^2", one, (grains,)),
+            Variable("material", "number of its material", "1", ("i32", 0), (grains,)),
+            Variable("constants", "numbers of a contact: kernels.poly.STORED", "um, nN, fJ", lane,
+                     (pair_blocks + wall_blocks, len(STORED))),
         ]  # fmt: skip
     if layout.stress:
         variables += [

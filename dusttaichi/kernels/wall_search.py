@@ -8,9 +8,13 @@ from dusttaichi.kernels.walls import Walls
 FAR = 1e9  # distance that keeps an empty lane out of touch [um]
 
 
-def make_wall_relist(fields, scratch, layout, grains):
+def make_wall_relist(fields, scratch, layout, grains, write_constants=None):
     """Kernel `relist_walls(box, time, reach, present)`; reach is the distance of centre and wall
-    within which a grain is listed."""
+    within which a grain is listed.
+
+    write_constants: `make_write_constants` of kernels.poly, where grains have radii and materials
+    of their own; reach then is that of their surfaces.
+    """
     W = layout.width
     x, counts = fields["x"], fields["counts"]
     state, load = fields["state"], fields["load"]
@@ -21,11 +25,15 @@ def make_wall_relist(fields, scratch, layout, grains):
     first, room = capacity(grains, layout, True)
     chunks = -(-grains // CHUNK)
     size = layout.state_size
+    radius = fields.get("radius")
+    _, write_wall_constants, write_empty = write_constants or (None, None, None)
 
     @ti.func
     def is_near(g, n, box: ti.template(), time, reach, present):
         unit_normal = ti.Vector([box.normal[n, 0], box.normal[n, 1], box.normal[n, 2]])
         distance = x[g].dot(unit_normal) - box.offset[n] - box.speed[n] * time
+        if ti.static(layout.poly):
+            distance -= radius[g]
         return present[n] == 1 and distance < reach
 
     @ti.func
@@ -66,6 +74,8 @@ def make_wall_relist(fields, scratch, layout, grains):
         b, k = c // W, c % W
         wall_grain[b][k] = grains
         wall_gap[b][k] = FAR
+        if ti.static(layout.poly):
+            write_empty(first + b, k)
         for n in ti.static(range(size)):
             state[first + b, n][k] = 0.0
 
@@ -74,6 +84,8 @@ def make_wall_relist(fields, scratch, layout, grains):
         b, k = c // W, c % W
         wall_grain[b][k] = g
         wall_gap[b][k] = 0.0
+        if ti.static(layout.poly):
+            write_wall_constants(first + b, k, g)
         old = wall_slot[g][n]
         for m in ti.static(range(size)):
             value = 0.0

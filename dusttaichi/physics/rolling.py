@@ -29,6 +29,15 @@ def correct(xi, n1, n2, p):
 
 
 @ti.func
+def correct_unequal(xi, n1, n2, p):
+    """The same of grains of radii r1, r2: r1 dn1 - r2 dn2 = 0, sliding sees nothing of it."""
+    length, inverse, over = limit(xi, p.xi_crit)
+    lost = p.k_r * (1.0 - over) * over * length * length
+    c1 = -over * p.inv_r1 * restoring(n1, xi, inverse)
+    return c1, -over * p.inv_r2 * restoring(n2, xi, inverse), lost
+
+
+@ti.func
 def correct_wall(xi, n1, p):
     """The same on a wall: n1 alone moves, R = r (S12 eqs 21-23 with xi_crit in eq 23)."""
     length, inverse, over = limit(xi, p.xi_crit)

@@ -17,6 +17,14 @@ def displacement(n1, n2, nc, p):
 
 
 @ti.func
+def displacement_unequal(n1, n2, nc, p):
+    """The same of grains of radii r1, r2."""
+    arm = n1.times(p.r1).minus(n2.times(p.r2))
+    along = arm.dot(nc)
+    return arm.minus(nc.times(along)), -along
+
+
+@ti.func
 def displacement_wall(x, n1, foot, nw, p):
     """zeta on a wall (S12 eq 24)."""
     arm = x.plus(n1.times(p.r)).minus(foot)
@@ -29,6 +37,16 @@ def correct(zeta, n1, n2, p):
     energy lost."""
     length, inverse, over = limit(zeta, p.zeta_crit)
     share = 0.5 * over * p.inv_r
+    lost = p.k_s * (1.0 - over) * over * length * length
+    return -share * restoring(n1, zeta, inverse), share * restoring(n2, zeta, inverse), lost
+
+
+@ti.func
+def correct_unequal(zeta, n1, n2, p):
+    """The same of grains of radii r1, r2: n_i moves by alpha_i (zeta - zeta_c)/(r1 + r2), so that
+    r1 dn1 - r2 dn2 is the excess while rolling, R (dn1 + dn2), sees nothing of it."""
+    length, inverse, over = limit(zeta, p.zeta_crit)
+    share = over * p.inv_touch
     lost = p.k_s * (1.0 - over) * over * length * length
     return -share * restoring(n1, zeta, inverse), share * restoring(n2, zeta, inverse), lost
 
@@ -56,3 +74,9 @@ def push(lever, inv_distance, p):
 def pull(p):
     """A1 = pull zeta, A2 = -pull zeta."""
     return p.r * p.k_s
+
+
+@ti.func
+def pull_unequal(p):
+    """A1 = pull1 zeta, A2 = -pull2 zeta."""
+    return p.r1 * p.k_s, p.r2 * p.k_s

@@ -127,6 +127,9 @@ _TABLE = {
         ("wall_contact_count", "snapshot", "1", "rows of /wall_contacts that belong to the "
          "snapshot", "", "walls snapshots contacts"),
         ("radius", "grain", "m", "radius of the grain", "", "snapshots"),
+        ("mass", "grain", "kg", "mass of the grain", "", "unlike snapshots"),
+        ("material", "grain", "1", "number of the grain's material, in the order of the global "
+         "attribute materials", "", "unlike snapshots"),
     ],
     "contacts": [
         ("grain_i", "contact", "1", "first grain", "", "snapshots contacts"),
@@ -158,7 +161,7 @@ _TABLE = {
 }  # fmt: skip
 _INTEGERS = {
     "step": "i8", "contact_count": "i8", "wall_contact_count": "i8", "outside_count": "i8",
-    "stage": "i4",
+    "stage": "i4", "material": "i4",
     "grain_i": "i4", "grain_j": "i4", "grain": "i4", "wall": "i4",
 }  # fmt: skip
 VARIABLES = {
@@ -177,7 +180,7 @@ def select(features):
 
     Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (a
     finite one), "filling" (a filling factor), "plates", "stress", "stages", "push" (forces, carried
-    grains), "profiles",
+    grains), "unlike" (grains of different radius or material), "profiles",
     "snapshots", "contacts" (kept with the snapshots).
     """
     return [key for key, v in VARIABLES.items() if v.needs <= set(features)]

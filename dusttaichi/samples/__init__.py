@@ -23,6 +23,7 @@ from dusttaichi.samples.sample import (
     radius_of_gyration,
     touching_pairs,
 )
+from dusttaichi.samples.stock import Stock
 
 __all__ = [
     "Sample",
@@ -41,12 +42,15 @@ __all__ = [
 GENERATORS = {
     "bcca": bcca.make,
     "chain": chain.make,
-    "explicit": lambda spec, radius, distance: explicit.make(spec, radius),
     "lattice": lattice.make,
-    "pair": pair.make,
     "pca": pca.make,
     "random_packing": random_packing.make,
     "rbd": rbd.make,
+}
+# The same of those whose grains may differ: make(spec, radius, equilibrium distance, stock).
+UNLIKE = {
+    "explicit": lambda spec, radius, distance, stock: explicit.make(spec, radius, stock),
+    "pair": pair.make,
 }
 
 
@@ -58,15 +62,18 @@ def make(scene) -> Sample:
     """
     radius = scene.material.radius
     overlap = pair_constants(scene.material, scene.interaction).delta0
-    return pushed(scene, _made(scene.sample, radius, 2 * radius - overlap))
+    return pushed(scene, _made(scene.sample, radius, 2 * radius - overlap, Stock(scene)))
 
 
-def _made(spec, radius: float, distance: float) -> Sample:
+def _made(spec, radius: float, distance: float, stock: Stock) -> Sample:
     if spec.kind == "collision":
-        bodies = [_made(body, radius, distance) for body in (spec.target, spec.projectile)]
-        sample = collision.make(spec, *bodies, radius)
+        bodies = [_made(body, radius, distance, stock) for body in (spec.target, spec.projectile)]
+        sample = collision.make(spec, *bodies, radius, stock)
+    elif spec.kind in UNLIKE:
+        sample = UNLIKE[spec.kind](spec, radius, distance, stock)
     else:
         sample = GENERATORS[spec.kind](spec, radius, distance)
     # Grains that overlap at the start are in contact.
-    sample.info.update(describe(sample, radius, 2 * radius))
+    touch = 2 * radius if sample.radii is None else None
+    sample.info.update(describe(sample, stock.radii_of(sample), touch))
     return sample

@@ -35,7 +35,7 @@ def across(directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return first, np.cross(directions, first)
 
 
-def arrival(along, across_squared, distance: float) -> np.ndarray:
+def arrival(along, across_squared, distance) -> np.ndarray:
     """Length of flight until two centres are `distance` apart; inf where they pass each other.
 
     along: of the target's centre as seen from the flying one, in the direction of flight [m];
@@ -81,11 +81,13 @@ def first_hits(targets, starts, directions, distance: float, longest: float) -> 
     return hit
 
 
-def first_touch(targets, projectiles, distance: float) -> np.ndarray:
+def first_touch(targets, projectiles, distance: float, radii=None) -> np.ndarray:
     """How far each projectile must fly along -z until it touches its target, (C,) [m]; inf: never.
 
     targets: centres (C, N, 3); projectiles: (C, M, 3), one body each; distance: between the
-    centres of grains that touch [m]. A length below zero says that it would have touched before.
+    centres of grains that touch [m]; radii: None, or those of the targets (N,) and projectiles
+    (M,), the sum of which is the distance of two, the largest such sum `distance`. A length below
+    zero says that it would have touched before.
     """
     # Seen along z, each collision gets a site of its own, so that one search does for all.
     flat = np.concatenate([targets, projectiles], axis=1)[..., :2]
@@ -101,6 +103,9 @@ def first_touch(targets, projectiles, distance: float) -> np.ndarray:
         seen(targets), distance * (1 + ROUNDING), output_type="ndarray"
     )
     apart = projectiles.reshape(-1, 3)[near["i"]] - targets.reshape(-1, 3)[near["j"]]
+    if radii is not None:
+        r1, r2 = radii
+        distance = r2[near["i"] % len(r2)] + r1[near["j"] % len(r1)]
     flights = arrival(apart[:, 2], (apart[:, :2] ** 2).sum(axis=1), distance)
     first = np.full(len(targets), np.inf)
     np.minimum.at(first, near["i"] // projectiles.shape[1], flights)

@@ -11,17 +11,20 @@ import numpy as np
 
 from dusttaichi.samples.ballistic import first_touch, random_rotations
 from dusttaichi.samples.sample import Sample
+from dusttaichi.samples.stock import Stock
 
 # Coordinates in which the projectile flies along -z: x, y, z there are y, z, x here.
 FLIGHT = [1, 2, 0]
 
 
-def make(spec, target: Sample, projectile: Sample, radius: float) -> Sample:
+def make(
+    spec, target: Sample, projectile: Sample, radius: float, stock: Stock | None = None
+) -> Sample:
     """The bodies before they meet; grains of the target come first.
 
     spec: speed, impact_parameter, orientation, gap, seed, as the scene's CollisionSample has
     them. target, projectile: what they collide with, of which the mean velocity is taken away.
-    radius [m].
+    radius [m]: of the scene's material. stock: radii and masses where grains are not all alike.
     The impact parameter may be a fraction of the sum of the outer radii; an outer radius is that
     of the smallest sphere about the body's centre of mass that holds it, surfaces included.
     gap: length of the relative flight until two surfaces touch, a radius by default. If the
@@ -30,20 +33,25 @@ def make(spec, target: Sample, projectile: Sample, radius: float) -> Sample:
     """
     rng = np.random.Generator(np.random.PCG64(spec.seed))
     turns = random_rotations(rng, 2) if spec.orientation == "random" else [np.eye(3)] * 2
-    one, other = (
-        _body(sample, turn) for sample, turn in zip((target, projectile), turns, strict=True)
-    )
-    outer = [float(np.linalg.norm(body.positions, axis=1).max()) + radius for body in (one, other)]
+    unlike = target.radii is not None or projectile.radii is not None
+    masses = [stock.masses(s) if unlike else None for s in (target, projectile)]
+    radii = [stock.radii_of(s) if unlike else radius for s in (target, projectile)]
+    one, other = (_body(*parts) for parts in zip((target, projectile), turns, masses, strict=True))
+    outer = [float((np.linalg.norm(body.positions, axis=1) + r).max())
+             for body, r in zip((one, other), radii, strict=True)]  # fmt: skip
     impact = spec.impact_parameter.metres(sum(outer))
     gap = radius if spec.gap is None else spec.gap
-    place, hit = _start(one.positions, other.positions, impact, gap, radius)
+    place, hit = _start(one.positions, other.positions, impact, gap, *radii)
     share = len(other) / (len(one) + len(other))
+    if unlike:
+        share = float(masses[1].sum() / (masses[0].sum() + masses[1].sum()))
     ahead = np.array([spec.speed, 0.0, 0.0])
     together = Sample(
         np.concatenate([one.positions - share * place, other.positions + (1 - share) * place]),
         np.concatenate([one.velocities + share * ahead, other.velocities - (1 - share) * ahead]),
         np.concatenate([one.spins, other.spins]),
         _joined_contacts(one, other),
+        **(_joined_grains(one, other, radii) if unlike else {}),
     )
     together.info.update(
         kind="collision",
@@ -65,28 +73,53 @@ def make(spec, target: Sample, projectile: Sample, radius: float) -> Sample:
     return together
 
 
-def _start(target, projectile, impact: float, gap: float, radius: float):
-    """Where the projectile's centre of mass is as seen from the target's (3,), and if it hits."""
+def _start(target, projectile, impact: float, gap: float, r1, r2):
+    """Where the projectile's centre of mass is as seen from the target's (3,), and if it hits.
+
+    r1, r2: radii of the grains of the target and of the projectile, one number each or (N,).
+    """
     place = np.array([0.0, impact, 0.0])
-    flight = first_touch(target[None, :, FLIGHT], (projectile + place)[None, :, FLIGHT], 2 * radius)
+    flight = first_touch(
+        target[None, :, FLIGHT], (projectile + place)[None, :, FLIGHT], np.max(r1) + np.max(r2),
+        (np.broadcast_to(r1, len(target)), np.broadcast_to(r2, len(projectile)))
+        if np.ndim(r1) or np.ndim(r2) else None,
+    )  # fmt: skip
     hit = bool(np.isfinite(flight[0]))
-    beside = target[:, 0].max() - projectile[:, 0].min() + 2 * radius
+    beside = (target[:, 0] + r1).max() - (projectile[:, 0] - r2).min()
+    if not (np.ndim(r1) or np.ndim(r2)):
+        beside = target[:, 0].max() - projectile[:, 0].min() + 2 * r1
     place[0] = gap - flight[0] if hit else gap + beside
     return place, hit
 
 
-def _body(sample: Sample, turn: np.ndarray) -> Sample:
+def _joined_grains(one: Sample, other: Sample, radii) -> dict:
+    """radii and materials of both bodies together."""
+    materials = [np.zeros(len(body), np.int32) if body.materials is None else body.materials
+                 for body in (one, other)]  # fmt: skip
+    return {
+        "radii": np.concatenate([np.broadcast_to(r, len(body))
+                                 for r, body in zip(radii, (one, other), strict=True)]),
+        "materials": np.concatenate(materials),
+    }  # fmt: skip
+
+
+def _body(sample: Sample, turn: np.ndarray, masses=None) -> Sample:
     """A sample about its centre of mass, turned; its contacts turn with it."""
     contacts = None
     if sample.contacts is not None:
         contacts = dict(sample.contacts)
         for pointer in ("pointer_i", "pointer_j"):
             contacts[pointer] = contacts[pointer] @ turn.T
+    centre, speed = sample.positions.mean(axis=0), sample.velocities.mean(axis=0)
+    if masses is not None:
+        centre, speed = (masses @ a / masses.sum() for a in (sample.positions, sample.velocities))
     return Sample(
-        (sample.positions - sample.positions.mean(axis=0)) @ turn.T,
-        (sample.velocities - sample.velocities.mean(axis=0)) @ turn.T,
+        (sample.positions - centre) @ turn.T,
+        (sample.velocities - speed) @ turn.T,
         sample.spins @ turn.T,
         contacts,
+        radii=sample.radii,
+        materials=sample.materials,
     )
 
 

@@ -8,25 +8,32 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from dusttaichi.errors import DustError
+from dusttaichi.geometry import pairs_within
 from dusttaichi.samples import files
 from dusttaichi.samples.sample import Sample
+from dusttaichi.samples.stock import Stock
 
 CLOSEST = 0.9  # diameters: at 10 % overlap JKR is far outside what it was derived for
 
 
-def make(spec, radius: float) -> Sample:
+def make(spec, radius: float, stock: Stock | None = None) -> Sample:
     """The grains that spec lists.
 
-    spec: positions (N, 3) [m] with velocities [m/s] and spins [rad/s], or file (and units, the
-    length in m that the file's x, y, z columns count in), as the scene's ExplicitSample has them.
+    spec: positions (N, 3) [m] with velocities [m/s], spins [rad/s], radii [m] and materials, or
+    file (and units, the length in m that the file's x, y, z columns count in), as the scene's
+    ExplicitSample has them. stock: where radii and materials come from; without it all grains have
+    the radius.
     A file is CSV, NetCDF, or a run directory (its result.nc); of several snapshots the last one
     is taken, with the state of its pair contacts where it was written.
     Raises DustError for a file that is missing or lacks columns, arrays of the wrong shape,
-    numbers that are not finite, no grains, or two centres closer than 0.9 diameters.
+    numbers that are not finite, no grains, a material that the scene does not have, or two centres
+    closer than 0.9 diameters.
     """
     if spec.file is None:
         source, where = "positions", "sample.positions"
         state = {"position": spec.positions, "velocity": spec.velocities, "spin": spec.spins}
+        state |= {"radius": getattr(spec, "radii", None),
+                  "material": getattr(spec, "materials", None)}  # fmt: skip
     else:
         source = str(spec.file)
         where = f"sample.file = {source!r}"
@@ -36,11 +43,16 @@ def make(spec, radius: float) -> Sample:
         raise DustError(f"{where}: it has no grains; allowed: one grain or more.")
     velocities = _vectors(state.get("velocity"), where, "velocity", len(positions))
     spins = _vectors(state.get("spin"), where, "spin", len(positions))
-    check_apart(positions, radius, where)
+    own = {}
+    if stock is not None:
+        numbers = stock.numbers(state.get("material"), len(positions), where)
+        own = stock.unlike(stock.radii(state.get("radius"), numbers, where), numbers)
+    unlike = own.get("radii") is not None
+    check_apart(positions, own["radii"] if unlike else radius, where)
     contacts = state.get("contacts")
     if contacts is not None:
         _check_contacts(contacts, len(positions), where)
-    sample = Sample(positions, velocities, spins, contacts)
+    sample = Sample(positions, velocities, spins, contacts, **own)
     sample.info.update(kind="explicit", source=source, grains=len(positions))
     return sample
 
@@ -72,9 +84,23 @@ def _vectors(values, where: str, name: str, n: int | None) -> np.ndarray:
     return array
 
 
-def check_apart(positions: np.ndarray, radius: float, where: str) -> None:
-    """DustError, naming where they come from, for two centres closer than CLOSEST diameters."""
+def check_apart(positions: np.ndarray, radius, where: str) -> None:
+    """DustError, naming where they come from, for two centres closer than CLOSEST diameters.
+
+    radius: of all grains, or (N,), where a diameter is the sum of two radii.
+    """
     if len(positions) < 2:
+        return
+    if np.ndim(radius):
+        i, j, distance = pairs_within(positions, radius, CLOSEST)
+        if len(i):
+            k = int(np.argmin(distance / (radius[i] + radius[j])))
+            both = radius[i[k]] + radius[j[k]]
+            raise DustError(
+                f"{where}: grains {i[k]} and {j[k]} (from 0) are {distance[k] * 1e6:g} um apart; "
+                f"allowed: at least {CLOSEST} of the sum of their radii, {CLOSEST * both * 1e6:g} "
+                "um, between centres. Are the lengths in the unit you meant?"
+            )
         return
     distance, neighbour = cKDTree(positions).query(positions, k=2)
     i = int(np.argmin(distance[:, 1]))

@@ -1,12 +1,14 @@
 """Grains from CSV and NetCDF files, as a dict of arrays in SI: position, velocity, spin, contacts.
 
-CSV: comma separated, a header line with x, y, z and perhaps vx, vy, vz, wx, wy, wz (in any
-order), then a line a grain; lines that begin with # are skipped. Numbers are in SI unless the
-column's heading names a unit, as in `x [um]`.
+CSV: comma separated, a header line with x, y, z and perhaps vx, vy, vz, wx, wy, wz, radius,
+material (in any order), then a line a grain; a material is a name or a number of the scene's; lines
+that begin with # are skipped. Numbers are in SI unless the column's heading names a unit, as in `x
+[um]`.
 
 NetCDF: variables position, velocity, spin of shape (grain, 3), or x, y, z, vx, ... of shape
 (grain,), in the group `snapshots` if there is one, else at the root; with one more dimension in
-front (snapshots) the last entry is taken. The attribute `units` is honoured, without it SI.
+front (snapshots) the last entry is taken; perhaps radius and material (grain,). The attribute
+`units` is honoured, without it SI.
 """
 
 from __future__ import annotations
@@ -26,8 +28,14 @@ COMPONENTS = {
     "velocity": ("vx", "vy", "vz"),
     "spin": ("wx", "wy", "wz"),
 }
-DIMENSIONS = {"position": "length", "velocity": "speed", "spin": "angular velocity"}
+DIMENSIONS = {
+    "position": "length",
+    "velocity": "speed",
+    "spin": "angular velocity",
+    "radius": "length",
+}
 COLUMNS = {name: quantity for quantity, names in COMPONENTS.items() for name in names}
+COLUMNS |= {"radius": "radius", "material": "material"}
 CONTACTS = {  # our name: the result file's
     "i": "grain_i",
     "j": "grain_j",
@@ -88,16 +96,24 @@ def _read_csv(path: Path, where: str, length_unit: float | None) -> dict:
         * factors
     )
     column = {name: values[:, k] for k, name in enumerate(names)}
-    return {
+    state = {
         quantity: np.column_stack([column[name] for name in parts])
         for quantity, parts in COMPONENTS.items()
         if parts[0] in column
     }
+    if "radius" in column:
+        state["radius"] = column["radius"]
+    if "material" in column:
+        state["material"] = [row[names.index("material")] for _, row in rows[1:]]
+    return state
 
 
 def _header(cells: list[str], where: str, length_unit: float | None):
     """Column names, and what each must be multiplied with to be in SI."""
-    allowed = "allowed: x,y,z and perhaps vx,vy,vz and wx,wy,wz, each perhaps with a unit: x [um]."
+    allowed = (
+        "allowed: x,y,z and perhaps vx,vy,vz, wx,wy,wz, radius and material, each perhaps with a "
+        "unit: x [um]."
+    )
     names, factors = [], []
     for cell in cells:
         match = re.fullmatch(r"\s*(\w+)\s*(?:\[([^\]]*)\])?\s*", cell)
@@ -105,7 +121,10 @@ def _header(cells: list[str], where: str, length_unit: float | None):
             raise DustError(f"{where}: the header has the column {cell.strip()!r}; {allowed}")
         name, unit = match.groups()
         quantity = COLUMNS[name]
-        default = length_unit if quantity == "position" and length_unit is not None else 1.0
+        if quantity == "material" and unit is not None:
+            raise DustError(f"{where}: the column {cell.strip()!r} has no unit; {allowed}")
+        length = quantity in ("position", "radius")
+        default = length_unit if length and length_unit is not None else 1.0
         names.append(name)
         factors.append(
             default if unit is None else _factor(unit, quantity, f"{where}, column {name}")
@@ -127,7 +146,8 @@ def _numbers(row: list[str], line: int, names: list[str], where: str) -> list[fl
             f"{where}: line {line} has {len(row)} columns; allowed: {len(names)}, as the header."
         )
     try:
-        return [float(cell) for cell in row]
+        return [0.0 if name == "material" else float(cell)
+                for name, cell in zip(names, row, strict=True)]  # fmt: skip
     except ValueError as error:
         raise DustError(f"{where}: line {line}: {error}; allowed: plain numbers.") from None
 
@@ -146,6 +166,10 @@ def _read_netcdf(path: Path, where: str) -> dict:
                     f"{where}: it has the variables {', '.join(frame.variables) or 'none'}; "
                     "allowed: position (grain, 3), or x, y and z."
                 )
+            if "radius" in frame.variables:
+                state["radius"] = _last(frame.variables["radius"], 1, "radius", where)
+            if "material" in frame.variables:
+                state["material"] = frame.variables["material"][...].tolist()
             if "contacts" in data.groups and "contact_count" in frame.variables:
                 state["contacts"] = _last_contacts(
                     data.groups["contacts"], frame.variables["contact_count"], where

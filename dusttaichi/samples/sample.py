@@ -7,12 +7,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial import cKDTree
 
+from dusttaichi.geometry import pairs_within
+
 ROUNDING = 1e-9  # of the touching distance: far above rounding, far below the overlap delta0
 
 
 @dataclass(frozen=True)
 class Sample:
-    """Grains of one size before the first step; everything in SI.
+    """Grains before the first step; everything in SI.
 
     positions, velocities, spins: float64, shape (N, 3), in m, m/s and rad/s.
     contacts: None, or the state of the pair contacts that exist already:
@@ -23,6 +25,9 @@ class Sample:
         `period` (3 numbers, m): edges after which the sample repeats itself, of one that can.
         `shape`: "cylinder" for an upright cylinder about x = y = 0, "aggregate" for a cluster
         that nothing has cut; they decide in what volume the filling factor is taken.
+    radii: (N,) [m], or None where all grains have the radius of their material.
+    materials: (N,) int, 0 for the scene's `material`, from 1 on for its `materials` in their
+        order; None where all are of the first.
     """
 
     positions: np.ndarray
@@ -30,6 +35,8 @@ class Sample:
     spins: np.ndarray
     contacts: dict[str, np.ndarray] | None = None
     info: dict = field(default_factory=dict)
+    radii: np.ndarray | None = None
+    materials: np.ndarray | None = None
 
     @classmethod
     def at_rest(cls, positions: np.ndarray, info: dict | None = None) -> Sample:
@@ -42,12 +49,18 @@ class Sample:
         return len(self.positions)
 
 
-def extent(sample: Sample, radius: float) -> np.ndarray:
+# The radius [m] of the functions below is one number for all grains, or (N,).
+
+
+def extent(sample: Sample, radius) -> np.ndarray:
     """Edges of the smallest upright box around the grains, surfaces included, shape (3,) [m]."""
+    if np.ndim(radius):
+        surface, x = radius[:, None], sample.positions
+        return (x + surface).max(axis=0) - (x - surface).min(axis=0)
     return np.ptp(sample.positions, axis=0) + 2 * radius
 
 
-def filling_factor(sample: Sample, radius: float) -> float:
+def filling_factor(sample: Sample, radius) -> float:
     """Grain volume over the volume that the sample takes.
 
     That is the smallest upright box around the grains (S12 eq 28), surfaces inside, but
@@ -56,11 +69,11 @@ def filling_factor(sample: Sample, radius: float) -> float:
     of shape "aggregate" the sphere with the aggregate's radius of gyration, of radius
     sqrt(5/3) R_g: a box about its branches would be mostly empty.
     """
-    grains = len(sample) * 4 / 3 * np.pi * radius**3
+    grains = len(sample) * 4 / 3 * np.pi * np.mean(radius**3)
     return float(grains / _volume(sample, radius)[0])
 
 
-def _volume(sample: Sample, radius: float) -> tuple[float, str]:
+def _volume(sample: Sample, radius) -> tuple[float, str]:
     """Volume [m^3] for the filling factor, and what it is the volume of."""
     if "period" in sample.info:
         return float(np.prod(sample.info["period"])), "periodic cell"
@@ -69,13 +82,20 @@ def _volume(sample: Sample, radius: float) -> tuple[float, str]:
         return 4 / 3 * np.pi * characteristic**3, "sphere of radius sqrt(5/3) R_g"
     width, depth, height = extent(sample, radius)
     if sample.info.get("shape") == "cylinder":
-        reach = np.hypot(*sample.positions[:, :2].T).max() + radius
+        reach = (np.hypot(*sample.positions[:, :2].T) + radius).max()
         return np.pi * reach**2 * height, "bounding cylinder"
     return width * depth * height, "bounding box"
 
 
-def radius_of_gyration(sample: Sample, radius: float) -> float:
-    """R_g [m] of the mass of the grains: R_g^2 = mean of |x_i - x_cm|^2, and (3/5) r^2."""
+def radius_of_gyration(sample: Sample, radius) -> float:
+    """R_g [m] of the mass of the grains: R_g^2 = mean of |x_i - x_cm|^2, and (3/5) r^2.
+
+    Grains of unequal radii are weighted with their volumes, whatever they are made of.
+    """
+    if np.ndim(radius):
+        weight = radius**3 / np.sum(radius**3)
+        apart = sample.positions - weight @ sample.positions
+        return float(np.sqrt(weight @ ((apart**2).sum(axis=1) + 0.6 * radius**2)))
     apart = sample.positions - sample.positions.mean(axis=0)
     return float(np.sqrt((apart**2).sum(axis=1).mean() + 0.6 * radius**2))
 
@@ -85,15 +105,17 @@ SHELLS = 8  # radii of the fit
 MOST_DISTANCES = 2e7  # between centres and all grains: below a second
 
 
-def fractal_dimension(sample: Sample, radius: float) -> float:
+def fractal_dimension(sample: Sample, radius) -> float:
     """D of N(<R) ~ R^D about grains of the core; nan for a sample too small to say.
 
     N(<R) is the mean number of grains within R of a grain of the core, itself not counted; the
     core are the grains within R_g/2 of the centre of mass. D is the slope of ln N(<R) in ln R
     by least squares, for 8 radii evenly spaced in ln R from 3 r to 3/4 R_g. In a ball or cube
     all of these spheres lie inside, so a homogeneous body has D = 3, a plate 2, a chain 1, up to
-    the first shells of neighbours. Of one fractal aggregate it scatters by some 0.2.
+    the first shells of neighbours. Of one fractal aggregate it scatters by some 0.2. r is the mean
+    radius of grains that are not alike.
     """
+    radius = float(np.mean(radius))
     core_reach = radius_of_gyration(sample, radius) / 2
     largest = 1.5 * core_reach
     if len(sample) < LEAST_FRACTAL or largest < 5 * radius:
@@ -114,10 +136,10 @@ def fractal_dimension(sample: Sample, radius: float) -> float:
     return float(np.polyfit(np.log(radii), np.log(counts), 1)[0])
 
 
-def describe(sample: Sample, radius: float, touch: float) -> dict:
+def describe(sample: Sample, radius, touch: float | None) -> dict:
     """What can be said of any sample, for its info.
 
-    touch: centres no farther apart than this [m] are in contact.
+    touch: centres no farther apart than this [m] are in contact; None: than the sum of the radii.
     filling_factor, and filling_factor_in: the volume it is taken in; radius_of_gyration [m];
     coordination, of the grains as they stand; fractal_dimension, left out where there is none.
     """
@@ -125,7 +147,7 @@ def describe(sample: Sample, radius: float, touch: float) -> dict:
         "filling_factor": filling_factor(sample, radius),
         "filling_factor_in": _volume(sample, radius)[1],
         "radius_of_gyration": radius_of_gyration(sample, radius),
-        "coordination": coordination(sample, touch),
+        "coordination": coordination(sample, touch, radius),
     }
     dimension = fractal_dimension(sample, radius)
     return info | ({"fractal_dimension": dimension} if np.isfinite(dimension) else {})
@@ -158,13 +180,17 @@ def touching_pairs(positions: np.ndarray, distance: float) -> np.ndarray:
     return cKDTree(positions).query_pairs(distance, output_type="ndarray")
 
 
-def coordination(sample: Sample, distance: float) -> float:
-    """Mean number of grains that a grain touches: centres no farther apart than distance [m].
+def coordination(sample: Sample, distance: float | None, radius=None) -> float:
+    """Mean number of grains that a grain touches: centres no farther apart than distance [m], or
+    (None) than the sum of their radii.
 
     Contacts that the sample brings along count too, however far they are stretched. Walls and
     periodic images are not counted.
     """
-    pairs = touching_pairs(sample.positions, distance)
+    if distance is None:
+        pairs = np.column_stack(pairs_within(sample.positions, radius)[:2])
+    else:
+        pairs = touching_pairs(sample.positions, distance)
     if sample.contacts is not None:
         brought = np.sort(np.column_stack([sample.contacts["i"], sample.contacts["j"]]), axis=1)
         pairs = np.unique(np.concatenate([pairs, brought]), axis=0)

@@ -15,7 +15,14 @@ from dusttaichi.scene.boundary import (
     strains,
 )
 from dusttaichi.scene.output import applies
-from dusttaichi.scene.sample import CylinderSize, ExplicitSample, RbdSample
+from dusttaichi.scene.sample import (
+    DEFAULT,
+    CollisionSample,
+    CylinderSize,
+    ExplicitSample,
+    PairSample,
+    RbdSample,
+)
 
 Found = list[tuple[str, str]]
 DENSEST = 0.74  # filling factor of the densest packing of equal spheres
@@ -29,7 +36,7 @@ def check(scene) -> Found:
             found += [*_drive(scene, path, leg), *_stop(scene, path, leg)]
             found += _intervals(scene, path, leg)
     found += [*push.check(scene), *_asperities(scene)]
-    return [*found, *_stress(scene), *_sizes(scene), *_room(scene)]
+    return [*found, *_stress(scene), *_materials(scene), *_sizes(scene), *_room(scene)]
 
 
 def _paths(scene):
@@ -195,6 +202,24 @@ def _stress(scene) -> Found:
     return []
 
 
+def _materials(scene) -> Found:
+    """Grains must be of a material that there is."""
+    found, sample = [], scene.sample
+    blocks = {"sample": sample}
+    if isinstance(sample, CollisionSample):
+        blocks = {"sample.target": sample.target, "sample.projectile": sample.projectile}
+    names = [DEFAULT, *scene.materials]
+    for path, block in blocks.items():
+        if not isinstance(block, (ExplicitSample, PairSample)):
+            continue
+        for n, name in enumerate(block.materials or ()):
+            if name not in names and not (isinstance(name, int) and 0 <= name < len(names)):
+                found.append((f"{path}.materials", f"number {n} is {name!r}, which the scene does "
+                              f"not have; allowed: {', '.join(names)}"))  # fmt: skip
+                break
+    return found
+
+
 def _lengths(size) -> tuple[float, ...]:
     if isinstance(size, CylinderSize):
         return (size.diameter, size.diameter, size.height)
@@ -231,7 +256,7 @@ def _room(scene) -> Found:
     if not isinstance(box, BoxBoundary) or box.size == "fit":
         return []
     radius = scene.material.radius
-    grains = 0
+    grains, volume = 0, None
     extent = (0.0, 0.0, 0.0)
     if isinstance(sample, RbdSample):
         grains = sample.grains or 0
@@ -240,10 +265,15 @@ def _room(scene) -> Found:
         grains = len(sample.positions)
         columns = list(zip(*sample.positions, strict=True))
         extent = tuple(max(column) - min(column) + 2 * radius for column in columns)
+        if sample.radii is not None or sample.materials is not None:
+            # left to the sample, which knows the radius of each grain
+            extent = (0.0, 0.0, 0.0)
+            volume = 0.0
     # The extent is a sum of rounded numbers; a millionth of a millionth is far below any length.
     if any(need > have * (1 + 1e-12) for need, have in zip(extent, box.size, strict=True)):
         return [("boundary.size", 'the sample does not fit into it; make it larger or write "fit"')]
-    filling = grains * 4 / 3 * math.pi * radius**3 / math.prod(box.size)
+    volume = grains * 4 / 3 * math.pi * radius**3 if volume is None else volume
+    filling = volume / math.prod(box.size)
     if filling > DENSEST:
         return [
             (

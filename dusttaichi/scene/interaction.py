@@ -87,6 +87,11 @@ class Interaction(Block):
         "mindlin",
         description="1/G* = sum of (2-nu)/G (mindlin), or (2-nu^2)/G as the papers print it",
     )
+    mixing: Literal["geometric", "arithmetic", "work_of_adhesion"] = Field(
+        "geometric",
+        description="surface energy of a contact between unlike materials: root of the product, "
+        "mean, or gamma1 + gamma2 - 2/(1/gamma1 + 1/gamma2)",
+    )
     rolling: Annotated[Effect | None, _SWITCH] = Field({}, description="resistance to rolling")
     sliding: Annotated[Effect | None, _SWITCH] = Field({}, description="resistance to sliding")
     twisting: Annotated[Effect | None, _SWITCH] = Field({}, description="resistance to twisting")

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 Path = tuple[str | int, ...]
 _FORM = {
     "tuple_type": "a list is needed",
+    "dict_type": "a block is needed, a name and a value for each",
     "string_type": "a text is needed",
     "path_type": "a path is needed",
     "bool_type": "true or false is needed",

@@ -5,7 +5,15 @@ from math import pi
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator, model_validator
+from pydantic import (
+    BeforeValidator,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError, core_schema
 
 from dusttaichi.scene.fields import Block, Count, Number, needed, problems
@@ -15,6 +23,21 @@ Position = Annotated[Vector, Quantity("length", count=3)]
 Velocity = Annotated[Vector, Quantity("speed", count=3)]
 Spin = Annotated[Vector, Quantity("angular velocity", count=3)]
 BoxSize = Annotated[Vector, Quantity("length", gt=0, count=3, example="40 um")]
+Radius = Annotated[float, Quantity("length", gt=0, le=1e-3)]
+DEFAULT = "default"  # name of the scene's `material` beside those of `materials`
+
+
+def _material_name(value: Any) -> str | int:
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    if not (whole or isinstance(value, str)):
+        raise needed(
+            "the name of one of the scene's materials is needed, or its number: 0 for material, "
+            "from 1 on for materials"
+        )
+    return value
+
+
+MaterialName = Annotated[str | int, BeforeValidator(_material_name)]
 
 
 class ExplicitSample(Block):
@@ -30,14 +53,24 @@ class ExplicitSample(Block):
     spins: tuple[Spin, ...] | None = Field(
         None, description="angular velocity of every grain, default none; only with positions"
     )
+    radii: tuple[Radius, ...] | None = Field(
+        None, description="radius of every grain, default that of its material; only with positions"
+    )
+    materials: tuple[MaterialName, ...] | None = Field(
+        None,
+        description="material of every grain, a name from the scene's materials, or default; "
+        "only with positions",
+    )
     file: Path | None = Field(
         None,
-        description="CSV with the header x,y,z[,vx,vy,vz,wx,wy,wz], NetCDF with the variables of "
+        description="CSV with the header x,y,z[,vx,vy,vz,wx,wy,wz][,radius,material], NetCDF with "
+        "the variables of "
         "a snapshot, or the directory or result.nc of another run (its last snapshot); relative "
         "to the YAML file",
     )
     units: Annotated[float, Quantity("length", gt=0, bare_unit=True, example="um")] = Field(
-        "m", description="unit of x, y, z in a CSV file; velocities and spins are m/s and rad/s"
+        "m",
+        description="unit of x, y, z, radius in a CSV file; velocities and spins are m/s and rad/s",
     )
 
     @field_validator("file", mode="after")
@@ -59,7 +92,7 @@ class ExplicitSample(Block):
             found.append(("", "exactly one of positions and file is needed"))
         if self.positions is not None and not self.positions:
             found.append(("positions", "at least one grain is needed"))
-        for name in ("velocities", "spins"):
+        for name in ("velocities", "spins", "radii", "materials"):
             values = getattr(self, name)
             if values is None:
                 continue
@@ -347,6 +380,12 @@ class PairSample(Block):
     spins: tuple[Spin, ...] | None = Field(
         None, description="angular velocities of the two, default none"
     )
+    radii: tuple[Radius, ...] | None = Field(
+        None, description="radii of the two, default that of their material"
+    )
+    materials: tuple[MaterialName, ...] | None = Field(
+        None, description="materials of the two, names from the scene's materials, or default"
+    )
 
     @model_validator(mode="after")
     def _check(self) -> "PairSample":
@@ -355,8 +394,10 @@ class PairSample(Block):
             found.append(("gap", "it is not allowed together with distance; keep one of them"))
         if self.angle is not None and self.impact_parameter.value != 0:
             found.append(("angle", "it is not allowed together with impact_parameter"))
-        if self.spins is not None and len(self.spins) != 2:
-            found.append(("spins", f"2 are needed, one a grain, and not {len(self.spins)}"))
+        for name in ("spins", "radii", "materials"):
+            values = getattr(self, name)
+            if values is not None and len(values) != 2:
+                found.append((name, f"2 are needed, one a grain, and not {len(values)}"))
         if found:
             raise problems(found)
         return self

@@ -25,7 +25,7 @@ from dusttaichi.scene.material import Material
 from dusttaichi.scene.numerics import Numerics
 from dusttaichi.scene.output import Interval, Output, applies, default_intervals
 from dusttaichi.scene.push import Push
-from dusttaichi.scene.sample import Sample
+from dusttaichi.scene.sample import DEFAULT, Sample
 from dusttaichi.scene.stage import Leg, Stage
 from dusttaichi.scene.stop import Stop
 
@@ -42,7 +42,10 @@ class Scene(Block):
         description="name of the run and of its directory",
         json_schema_extra={"pattern": _NAME},
     )
-    material: Material = Field(description="what the grains are made of")
+    material: Material = Field(description="what the grains are made of, and the walls")
+    materials: dict[str, Material] = Field(
+        {}, description="further materials that a sample may give to some of its grains, by name"
+    )
     interaction: Interaction = Field(
         default_factory=Interaction, description="how grains act on each other"
     )
@@ -78,6 +81,17 @@ class Scene(Block):
             )
         return value
 
+    @field_validator("materials", mode="after")
+    @classmethod
+    def _names(cls, value: dict[str, Material]) -> dict[str, Material]:
+        for name in value:
+            if not re.fullmatch(_NAME, name) or name == DEFAULT or name.isdigit():
+                raise needed(
+                    f"\"{name}\" cannot name a material; letters, digits, '.', '_' and '-' are "
+                    f'needed, not a number, and not "{DEFAULT}", which is the material above'
+                )
+        return value
+
     @field_validator("output", mode="before")
     @classmethod
     def _fill_output(cls, value: Any, info: ValidationInfo) -> Any:
@@ -98,6 +112,11 @@ class Scene(Block):
         if found:
             raise several(found)
         return self
+
+    @property
+    def all_materials(self) -> tuple[Material, ...]:
+        """What grains may be made of, by number: the material, which walls have too, and others."""
+        return (self.material, *self.materials.values())
 
     @property
     def legs(self) -> tuple[Leg, ...]:
@@ -129,7 +148,8 @@ class Scene(Block):
         return all(getattr(self, key) == getattr(other, key) for key in type(self).model_fields)
 
     def __hash__(self) -> int:
-        return hash(tuple(getattr(self, key) for key in type(self).model_fields))
+        values = (getattr(self, key) for key in type(self).model_fields)
+        return hash(tuple(tuple(v.items()) if isinstance(v, dict) else v for v in values))
 
     @property
     def source(self) -> str:
@@ -232,6 +252,8 @@ def _set(data: dict[str, Any], keys: list[str], value: Any, path: str) -> None:
         below = here.get(key) if isinstance(here, dict) else here[key]
         if isinstance(below, str) and key in _BLOCK_KEY:
             here[key] = {_BLOCK_KEY[key]: below}
+        elif isinstance(below, str) and keys[:depth] == ["materials"]:
+            here[key] = {"base": below}
         elif below in (None, "on", "off") or isinstance(below, bool):
             here[key] = {}
         here = here[key]

@@ -1,0 +1,79 @@
+"""What the grains of a sample may be made of: names, numbers, radii and masses."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dusttaichi.errors import DustError
+from dusttaichi.physics.constants import mixed_constants, sphere_mass
+from dusttaichi.samples.sample import Sample
+from dusttaichi.scene.sample import DEFAULT
+
+
+class Stock:
+    """The materials of a scene, by number and by name."""
+
+    def __init__(self, scene):
+        self.kinds = scene.all_materials
+        self.names = [DEFAULT, *scene.materials]
+        self.interaction = scene.interaction
+
+    def numbers(self, given, grains: int, where: str) -> np.ndarray:
+        """Numbers of the materials (N,) from names or numbers; zeros where nothing is given."""
+        if given is None:
+            return np.zeros(grains, np.int32)
+        if len(given) != grains:
+            raise DustError(f"{where}: there are {len(given)} materials; allowed: {grains}.")
+        out = [self._number(value, where) for value in given]
+        return np.array(out, np.int32)
+
+    def _number(self, value, where: str) -> int:
+        text = str(value).strip()
+        if text in self.names:
+            return self.names.index(text)
+        if text.isdigit() and int(text) < len(self.names):
+            return int(text)
+        raise DustError(
+            f"{where}: there is no material {text!r} in the scene; allowed: "
+            f"{', '.join(self.names)}, or a number from 0 to {len(self.names) - 1}."
+        )
+
+    def radii(self, given, numbers: np.ndarray, where: str) -> np.ndarray:
+        """Radii (N,) [m]: those given, else of the materials."""
+        radii = np.array([kind.radius for kind in self.kinds])[numbers]
+        if given is not None:
+            radii = np.array(given, dtype=np.float64)
+        if radii.shape != numbers.shape:
+            raise DustError(f"{where}: there are {radii.size} radii; allowed: {len(numbers)}.")
+        least = np.array([kind.critical_rolling for kind in self.kinds])[numbers]
+        bad = np.flatnonzero(~(np.isfinite(radii) & (radii > least) & (radii <= 1e-3)))
+        if len(bad):
+            raise DustError(
+                f"{where}: radius of grain {bad[0]} (from 0) is {radii[bad[0]] * 1e6:g} um; "
+                "allowed: above critical_rolling of its material "
+                f"({least[bad[0]] * 1e9:g} nm), up to 1 mm."
+            )
+        return radii
+
+    def unlike(self, radii: np.ndarray, numbers: np.ndarray) -> dict:
+        """radii and materials for a Sample; None both where all grains are as `material` says."""
+        if not numbers.any() and np.allclose(radii, self.kinds[0].radius, rtol=1e-9, atol=0.0):
+            return {"radii": None, "materials": None}
+        return {"radii": radii, "materials": numbers}
+
+    def radii_of(self, sample: Sample):
+        """Radii of a sample [m]: one number where all grains are alike, else (N,)."""
+        return self.kinds[0].radius if sample.radii is None else sample.radii
+
+    def masses(self, sample: Sample) -> np.ndarray:
+        """Masses of the grains of a sample [kg], (N,)."""
+        numbers = np.zeros(len(sample), np.int32)
+        numbers = numbers if sample.materials is None else sample.materials
+        radii = np.broadcast_to(self.radii_of(sample), len(sample))
+        return sphere_mass(radii, np.array([kind.density for kind in self.kinds])[numbers])
+
+    def equilibrium_distance(self, radii, numbers) -> float:
+        """Of the centres of two grains in contact [m]."""
+        one, two = (self.kinds[n] for n in numbers)
+        overlap = mixed_constants(one, radii[0], two, radii[1], self.interaction).delta0
+        return float(radii[0] + radii[1] - overlap)
