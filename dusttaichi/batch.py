@@ -96,7 +96,8 @@ def joined(samples):
         }
     arrays = {
         name: np.concatenate([getattr(s, name) for s in samples])
-        for name in ("positions", "velocities", "spins")
+        for name in ("positions", "velocities", "spins", "radii", "materials")
+        if getattr(samples[0], name) is not None
     }
     return replace(samples[0], **arrays, contacts=contacts, info={})
 
@@ -113,6 +114,9 @@ class Batch:
         self.sim, self.samples = sim, list(samples)
         self.first = _first(samples)
         self.target_grains = [_target_grains(sample) for sample in samples]
+        alike, one = sim.bodies is None, np.ones(sim.grains)
+        self.mass = sim.mass * one if alike else sim.bodies.mass  # [pg], in the samples' order
+        self.inertia = sim.inertia * one if alike else sim.bodies.inertia
         self._nearest = np.full(len(samples), np.inf)
         self._normal = np.zeros((len(samples), 3))
         self._start = None
@@ -183,7 +187,8 @@ class Batch:
             own = slice(self.first[n], self.first[n + 1])
             parts = np.unique(label[own], return_inverse=True)[1]
             normal = self._normal[n]
-            kinetic = self.sim.mass * np.sum(v[own] ** 2) + self.sim.inertia * np.sum(w[own] ** 2)
+            kinetic = np.sum(self.mass[own] * np.sum(v[own] ** 2, axis=1))
+            kinetic += np.sum(self.inertia[own] * np.sum(w[own] ** 2, axis=1))
             found.append(
                 Outcome(
                     bound=self._bound(n, parts, touching[own]),
@@ -223,7 +228,7 @@ class Batch:
         for n, split in enumerate(self.target_grains):
             own = x[self.first[n] : self.first[n + 1]]
             if split is not None:
-                lines[n] = own[:split].mean(axis=0) - own[split:].mean(axis=0)
+                lines[n] = self._apart(n, own)
                 continue
             wall, distance = self._nearest_wall(own)
             lines[n] = distance * self.sim.box.normal[wall]
@@ -246,12 +251,20 @@ class Batch:
         for n, split in enumerate(self.target_grains):
             own = v[self.first[n] : self.first[n + 1]]
             if split is not None:
-                out[n] = own[:split].mean(axis=0) - own[split:].mean(axis=0)
+                out[n] = self._apart(n, own)
                 continue
             box = self.sim.box
             wall = int(np.argmax(box.normal @ self._normal[n]))
-            out[n] = own.mean(axis=0) - box.speed[wall] * box.normal[wall]
+            mass = self.mass[self.first[n] : self.first[n + 1]]
+            mean = np.average(own, axis=0, weights=mass)
+            out[n] = mean - box.speed[wall] * box.normal[wall]
         return out
+
+    def _apart(self, n, values):
+        """Mean of values (N, 3) over the first body less that over the second, by mass."""
+        mass, split = self.mass[self.first[n] : self.first[n + 1]], self.target_grains[n]
+        one = np.average(values[:split], axis=0, weights=mass[:split])
+        return one - np.average(values[split:], axis=0, weights=mass[split:])
 
 
 def _target_grains(sample):

@@ -10,6 +10,7 @@ from dusttaichi import analysis, geometry, record, samples, units
 from dusttaichi.build import bodies_of, time_step
 from dusttaichi.errors import DustError
 from dusttaichi.kernels.params import contact_params
+from dusttaichi.kernels.store import STORED
 from dusttaichi.physics import constants
 from dusttaichi.run import execute
 from dusttaichi.samples import Sample
@@ -122,7 +123,7 @@ def test_lanes_hold_the_constants(damping):
     probe = Grains(scene, unlike(x, radii, kinds))
     table = probe.sim._lanes("constants")
     i, j = probe.sim._pair_arrays()
-    stored = ("inv_delta0", "F4", "k_r", "k_s", "k_t", "xi_crit", "zeta_crit", "kappa")
+    stored = STORED[2:]
     seen = set()
     for row, a, b in zip(table, probe.sim.order[i], probe.sim.order[j], strict=False):
         one, other = (scene.all_materials[kinds[n]] for n in (a, b))
