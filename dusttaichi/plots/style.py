@@ -74,12 +74,18 @@ def scaled(largest, units):
     return 1.0 / scale, name
 
 
+MOST_NAMED = 6  # as many as there are colours
+
+
 def named(runs, labels=None):
     """(runs, labels) as lists, for one Run or several; labels default to the names of the runs.
 
-    Raises DustError where labels do not match the runs.
+    More runs than a legend can hold are counted in it, not named. Raises DustError where labels do
+    not match the runs.
     """
     runs = list(runs) if isinstance(runs, (list, tuple)) else [runs]
+    if labels is None and len(runs) > MOST_NAMED:
+        labels = [f"{len(runs)} runs"] + ["_"] * (len(runs) - 1)  # matplotlib leaves out "_"
     labels = [run.name for run in runs] if labels is None else list(labels)
     if len(labels) != len(runs):
         raise DustError(f"{len(runs)} runs need as many labels, not {len(labels)}.")
