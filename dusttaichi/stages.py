@@ -21,7 +21,7 @@ FOLDER = ".stages"
 FREE = (("name",), ("stages",), ("replicas",), ("output", "directory"), ("output", "checkpoint"),
         ("numerics", "threads"))  # fmt: skip
 CODE = ("kernels", "physics", "samples", "results", "build.py", "course.py", "geometry.py",
-        "push.py", "record.py", "schedule.py", "simulation.py", "step.py",
+        "push.py", "readout.py", "record.py", "schedule.py", "simulation.py", "step.py",
         "surroundings.py")  # fmt: skip
 
 
