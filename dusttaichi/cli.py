@@ -148,7 +148,11 @@ def sticking(
     file: SceneFile,
     settings: Annotated[
         list[str] | None,
-        typer.Option("--set", help="a key and its value, key=value", metavar="KEY=VALUE"),
+        typer.Option(
+            "--set",
+            help="a key and its value; with --map several, key=value,value",
+            metavar="KEY=VALUE",
+        ),  # fmt: skip
     ] = None,
     tolerance: Annotated[float, typer.Option(help="relative width of the bracket")] = 1e-3,
     low: Annotated[str | None, typer.Option(help="speed to look from", metavar="SPEED")] = None,
@@ -167,11 +171,12 @@ def sticking(
     from dusttaichi import sticking as speeds
     from dusttaichi.ensemble import with_settings
 
-    scene = with_settings(_scene(file, False, False, threads), settings or [])
+    scene = _scene(file, False, False, threads)
     if chart is not None:
         folder = output or scene.output.directory.with_name(f"{scene.name}-sticking")
-        rows, paths = speeds.save_map(scene, chart, folder, tolerance)
+        rows, paths = speeds.save_map(scene, chart, folder, tolerance, settings or [])
     else:
+        scene = with_settings(scene, settings or [])
         say = (lambda text: None) if quiet else err.print
         ends = (speeds.speed_of(name, text) for name, text in (("--low", low), ("--high", high)))
         rows, paths = speeds.rows(speeds.sticking(scene, tolerance, *ends, say=say)), []

@@ -1,5 +1,6 @@
 """Sticking speed and restitution of a scene's collision: many speeds side by side in one batch."""
 
+import itertools
 from dataclasses import dataclass, replace
 from math import inf, sqrt
 from pathlib import Path
@@ -9,12 +10,14 @@ import xarray as xr
 
 from dusttaichi import samples, units
 from dusttaichi.batch import build_batch
-from dusttaichi.build import contact_constants, time_step
+from dusttaichi.build import bodies_of, time_step
+from dusttaichi.ensemble.scenes import grid
 from dusttaichi.errors import DustError
 from dusttaichi.physics import constants
 from dusttaichi.results import provenance
 from dusttaichi.samples.ballistic import first_touch
 from dusttaichi.samples.collision import FLIGHT
+from dusttaichi.surroundings import glued
 
 TOGETHER = 16  # speeds of a batch
 ROUNDS = 12  # batches before a search is given up
@@ -99,16 +102,22 @@ def sticking(scene, tolerance=1e-3, low=None, high=None, say=lambda text: None):
     )
 
 
-def restitution_map(scene, speeds, tolerance=1e-3):
+def restitution_map(scene, speeds, tolerance=1e-3, settings=()):
     """Outcomes of the scene's collision at these speeds [m/s], as an xr.Dataset in SI.
 
-    restitution, bound, fragments, largest_fragment, contacts, kinetic: (speed,). The attribute
-    sticking_speed is the closed form, closed_form tells whether it holds (two single grains, or
-    one and a wall, without damping, head-on). Raises DustError as `sticking` does.
+    settings: texts "key=value,value" of the YAML; each is a dimension before the speed.
+    restitution, bound, fragments, largest_fragment, contacts, kinetic: (..., speed). The attribute
+    sticking_speed is the closed form of the first point, closed_form tells whether it holds there
+    (two single grains, or one and a wall, without damping, head-on). Points that differ in their
+    samples only run as one batch. Raises DustError as `sticking` does.
     """
-    collision = Collision(scene, tolerance)
+    axes, scenes = grid(scene, list(settings))
+    collisions = [Collision(point, tolerance) for point in scenes]
     speeds = np.asarray(speeds, float)
-    found = collision.outcomes(speeds)
+    found = _all_outcomes(collisions, speeds)
+    collision = collisions[0]
+    dims = (*(axis.key for axis in axes), "speed")
+    shape = (*(len(axis.texts) for axis in axes), len(speeds))
     columns = {
         "restitution": ([o.coefficient for o in found], "1", "coefficient of restitution"),
         "bound": ([int(o.bound) for o in found], "1", "1 where the bodies end bound"),
@@ -119,11 +128,13 @@ def restitution_map(scene, speeds, tolerance=1e-3):
     }
     data = xr.Dataset(
         {
-            name: ("speed", np.array(values), {"units": unit, "long_name": text})
+            name: (dims, np.array(values).reshape(shape), {"units": unit, "long_name": text})
             for name, (values, unit, text) in columns.items()
         },
-        {"speed": ("speed", speeds, {"units": "m/s", "long_name": "speed of approach"})},
-    )
+        {"speed": ("speed", speeds, {"units": "m/s", "long_name": "speed of approach"})}
+        | {axis.key: (axis.key, axis.coordinate, {"units": axis.unit} if axis.unit else {})
+           for axis in axes},
+    )  # fmt: skip
     data.attrs = provenance(
         scene.source, collision.scene.to_yaml(), title=scene.name, time_step=collision.time_step,
         sticking_speed=collision.closed, closed_form=int(collision.is_closed),
@@ -131,16 +142,44 @@ def restitution_map(scene, speeds, tolerance=1e-3):
     return data
 
 
-def closed_form(scene):
+def _all_outcomes(collisions, speeds):
+    """The batch.Outcome of every collision at every speed, the speeds fastest: a list."""
+    together = {}
+    for n, collision in enumerate(collisions):
+        # what a batch shares: everything of the scene but its sample
+        rest = collision.scene.model_copy(update={"sample": None, "numerics": None, "name": ""})
+        together.setdefault(repr(rest), []).append(n)
+    found = [None] * len(collisions)
+    for members in together.values():
+        least = min((collisions[n] for n in members), key=lambda c: c.time_step)
+        outcomes = least.outcomes(speeds, [collisions[n] for n in members])
+        for k, n in enumerate(members):
+            found[n] = outcomes[k * len(speeds) : (k + 1) * len(speeds)]
+    return [outcome for part in found for outcome in part]
+
+
+def closed_form(scene, sample=None):
     """Sticking speed of two single grains, or of one and a wall, head-on without damping [m/s].
 
     sqrt(2 x 0.77224 F_c delta0/m) with the reduced mass: what the potential of S12 loses when a
-    contact forms and breaks.
+    contact forms and breaks. Of samples of more grains that of the first and the last.
     """
-    pair, wall = contact_constants(scene)
-    mass = constants.grain_mass(scene.material)
-    contact, mass = (wall, mass) if scene.boundary.walls else (pair, 0.5 * mass)
-    return sqrt(2.0 * JUMPS * contact.F_c * contact.delta0 / mass)
+    contact = meeting(scene, samples.make(scene) if sample is None else sample)
+    return sqrt(2.0 * JUMPS * contact.F_c * contact.delta0 / contact.mass)
+
+
+def meeting(scene, sample):
+    """ContactConstants of the first grain and the last, or of the first and a wall."""
+    kinds, interaction = scene.all_materials, scene.interaction
+    number = np.zeros(len(sample), int) if sample.materials is None else sample.materials
+    ends = [
+        (kinds[number[n]], kinds[number[n]].radius if sample.radii is None else sample.radii[n])
+        for n in (0, -1)
+    ]
+    (a, r1), (b, r2) = ends
+    if scene.boundary.walls:
+        return glued(constants.wall_constants(a, interaction, r1, kinds[0]), scene.boundary)
+    return constants.mixed_constants(a, r1, b, r2, interaction)
 
 
 def rows(found):
@@ -156,18 +195,25 @@ def rows(found):
     return lines
 
 
-def save_map(scene, text, directory, tolerance=1e-3):
+def save_map(scene, text, directory, tolerance=1e-3, settings=()):
     """Write restitution.nc and restitution.png of the speeds "LOW,HIGH,COUNT" to a directory.
 
-    Returns rows (what, value) of text, and the paths. Raises DustError.
+    settings: see `restitution_map`. Returns rows (what, value) of text, and the paths. Raises
+    DustError.
     """
     from dusttaichi import plots
 
-    data = restitution_map(scene, _speeds(text), tolerance)
+    data = restitution_map(scene, _speeds(text), tolerance, settings)
     closed = data.attrs["sticking_speed"]
+    table = data.restitution.values.reshape(-1, data.sizes["speed"])
+    axes = [data[name].values for name in data.restitution.dims[:-1]]
+    labels = [", ".join(f"{v:.4g}" if isinstance(v, float) else str(v) for v in point)
+              for point in itertools.product(*axes)]  # fmt: skip
     figure = plots.restitution(
-        data.speed, data.restitution, closed if data.attrs["closed_form"] else None, scene.name
-    )
+        data.speed, table, closed if data.attrs["closed_form"] else None,
+        [", ".join(data.restitution.dims[:-1]) + f" = {label}" for label in labels]
+        if axes else scene.name,
+    )  # fmt: skip
     paths = [Path(directory) / f"restitution{suffix}" for suffix in (".nc", ".png")]
     try:
         Path(directory).mkdir(parents=True, exist_ok=True)
@@ -175,7 +221,7 @@ def save_map(scene, text, directory, tolerance=1e-3):
         figure.savefig(paths[1])
     except OSError as error:
         raise DustError(f"The map cannot be written to {directory}: {error}.") from error
-    apart = data.speed.values[data.bound.values == 0]
+    apart = np.sort(np.broadcast_to(data.speed.values, data.bound.shape)[data.bound.values == 0])
     lines = [
         ("speeds", str(data.sizes["speed"])),
         ("slowest that does not end bound", f"{apart[0]:.6g} m/s" if len(apart) else "none"),
@@ -211,13 +257,12 @@ class Collision:
     def __init__(self, scene, tolerance):
         if not 0.0 < tolerance < 1.0:
             raise DustError(f"--tolerance {tolerance:g}; allowed: a number between 0 and 1.")
-        self.closed = closed_form(scene)
         self.sample, self._rest, self._way = _motion(scene)
-        own = time_step(scene, len(self.sample)).dt
+        self.closed = closed_form(scene, self.sample)
+        own = time_step(scene, len(self.sample), bodies_of(scene, self.sample)).dt
         self.time = _stop_time(scene, own)
         if len(self.sample) <= 2:
-            pair, wall = contact_constants(scene)
-            overlap = (wall if scene.boundary.walls else pair).delta0
+            overlap = meeting(scene, self.sample).delta0
             own = min(own, LATEST * tolerance * overlap / self.closed)
             scene = scene.with_value("numerics.time_step", f"{own:.17g} s")
         self.scene, self.time_step = scene, own
@@ -233,18 +278,26 @@ class Collision:
         """The sample with its bodies at that relative speed [m/s]."""
         return replace(self.sample, velocities=self._rest + speed * self._way)
 
-    def outcomes(self, speeds):
-        """The batch.Outcome at each of the speeds [m/s], `time` after the slowest has touched."""
-        batch = build_batch(self.scene, [self.at(speed) for speed in speeds])
-        batch.run_until(self.time + self._flight(batch) / min(speeds))
+    def outcomes(self, speeds, others=None):
+        """The batch.Outcome at each of the speeds [m/s], `time` after the slowest has touched.
+
+        others: collisions of which all speeds are wanted, in this scene and with its step; by
+        default this one.
+        """
+        members = others or [self]
+        batch = build_batch(self.scene, [c.at(speed) for c in members for speed in speeds])
+        flight = max(c.flight(batch, k * len(speeds)) for k, c in enumerate(members))
+        batch.run_until(max(c.time for c in members) + flight / min(speeds))
         return batch.outcomes()
 
-    def _flight(self, batch):
-        """Way of the relative flight until the first touch [m]."""
+    def flight(self, batch, number=0):
+        """Way of the relative flight until the first touch [m]; number: of its scene."""
         x, radius = self.sample.positions, self.scene.material.radius
+        if self.sample.radii is not None:
+            radius = float(self.sample.radii.min())  # on the safe side for larger ones
         box = batch.sim.box
         if box is None:
-            split = batch.target_grains[0]
+            split = batch.target_grains[number]
             one, other = x[None, :split, FLIGHT], x[None, split:, FLIGHT]
             flight = float(first_touch(one, other, 2.0 * radius)[0])
         else:

@@ -101,3 +101,30 @@ def test_refused():
 def test_configs(name, speed):
     assert sticking.closed_form(load(f"configs/{name}.yaml")) == pytest.approx(speed, abs=1e-4)
     assert "sticking" in {command.callback.__name__ for command in app.registered_commands}
+
+
+def test_map_over_speed_and_angle_is_one_batch_of_the_single_maps():
+    """Angles are a dimension before the speed; every point is what its own map gives."""
+    speeds = np.array([0.2, 0.8])
+    scene = load("configs/sticking.yaml")
+    both = sticking.restitution_map(scene, speeds, 1e-2, ["sample.angle=0 deg,40 deg"])
+    assert both.restitution.dims == ("sample.angle", "speed")
+    np.testing.assert_allclose(both["sample.angle"], np.radians([0.0, 40.0]))
+    alone = sticking.restitution_map(scene, speeds, 1e-2)
+    np.testing.assert_array_equal(both.restitution[0], alone.restitution)  # bit for bit
+    # only the part of the speed along the line of centres is lost: an oblique hit keeps more
+    assert np.all(both.restitution[1] != both.restitution[0])
+
+
+def test_unlike_grains_have_the_closed_form_of_their_contact():
+    scene = load("configs/sticking.yaml").with_value("sample.radii", ["0.6 um", "0.2 um"])
+    m = scene.material
+    R, mass = 0.15e-6, [4 / 3 * np.pi * r**3 * m.density for r in (0.6e-6, 0.2e-6)]
+    E_star = m.young_modulus / (2 * (1 - m.poisson_ratio**2))
+    a0 = (9 * np.pi * m.surface_energy * R**2 / E_star) ** (1 / 3)
+    F_c, delta0 = 3 * np.pi * m.surface_energy * R, a0**2 / (3 * R)
+    reduced = mass[0] * mass[1] / sum(mass)
+    expected = np.sqrt(2 * 0.77224 * F_c * delta0 / reduced)
+    assert sticking.closed_form(scene) == pytest.approx(expected, rel=1e-4)  # digits of 0.77224
+    found = sticking.restitution_map(scene, np.array([2.0]) * expected, 1e-3)
+    assert float(found.restitution[0]) == pytest.approx(np.sqrt(1 - 1 / 4), abs=1e-3)

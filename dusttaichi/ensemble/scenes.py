@@ -147,13 +147,21 @@ def input_files(scene: Scene) -> list[str]:
     return [os.path.join(path, "result.nc") if os.path.isdir(path) else path for path in found]
 
 
+def grid(scene: Scene, settings: list[str]) -> tuple[tuple[Axis, ...], list[Scene]]:
+    """Axes of `settings`, texts "key=value,value", and the scene at each point, the last axis
+    fastest. Raises DustError."""
+    axes = _axes(scene, _settings(settings)) if settings else ()
+    points = itertools.product(*(range(len(axis.texts)) for axis in axes))
+    return axes, [_point(scene, axes, point) for point in points]
+
+
 def with_settings(scene: Scene, settings: list[str]) -> Scene:
     """The scene with `settings`, texts "key=value", applied. Raises DustError."""
-    axes = _axes(scene, _settings(settings)) if settings else ()
+    axes, scenes = grid(scene, settings)
     several = [axis.key for axis in axes if len(axis.texts) > 1]
     if several:
         raise DustError(f"--set {several[0]}: one value is needed here, not several")
-    return _point(scene, axes, (0,) * len(axes))
+    return scenes[0]
 
 
 # -- sweeps --------------------------------------------------------------------------------------

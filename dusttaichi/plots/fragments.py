@@ -60,7 +60,9 @@ def sound_speed(arrivals, fit=None, references=()):
 
 @style.styled
 def restitution(speeds, coefficients, sticking_speed=None, label="run"):
-    """Coefficient of restitution against the speed of approach [m/s], arrays of one shape.
+    """Coefficient of restitution against the speed of approach [m/s].
+
+    coefficients: as many as speeds, or rows of them with a label each.
 
     sticking_speed [m/s]: draws e = sqrt(1 - (v_s/v)^2), the closed form for two grains that lose
     the same energy at any speed, 0 below v_s.
@@ -75,8 +77,11 @@ def restitution(speeds, coefficients, sticking_speed=None, label="run"):
         axes.plot(np.concatenate([[low], above]), np.concatenate([[0.0], closed]),
                   color=style.BLACK, linewidth=1.2, label=r"$\sqrt{1-(v_s/v)^2}$, "
                   rf"$v_s$ = {sticking_speed:.4g} m/s")  # fmt: skip
-    axes.plot(speeds, coefficients, "o", ms=4, color=style.BLUE, label=label, clip_on=False,
-              zorder=3)  # fmt: skip
+    rows = np.atleast_2d(coefficients)
+    labels = [label] if isinstance(label, str) else label
+    for number, (row, text) in enumerate(zip(rows, labels, strict=True)):
+        colour = style.run_style(number)["color"]
+        axes.plot(speeds, row, "o", ms=4, color=colour, label=text, clip_on=False, zorder=3)
     axes.set_xscale("log")
     axes.set_ylim(0.0, 1.02)
     axes.set_xlabel("speed of approach (m/s)")
