@@ -91,9 +91,9 @@ def run(
                 f"interrupted; everything up to here is in {directory}. "
                 f"Go on with: dust run {file} --resume{f' --output {output}' if output else ''}"
             ) from None
-    result = analysis.open_run(directory)
-    figures = plots.save_all(result, directory)
-    _print_summary(analysis.summary(result), analysis.table)
+    with analysis.open_run(directory) as result:
+        figures = plots.save_all(result, directory)
+        _print_summary(analysis.summary(result), analysis.table)
     for path in [directory / "result.nc", *figures]:
         console.print(f"wrote {path}")
 

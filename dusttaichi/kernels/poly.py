@@ -161,7 +161,7 @@ def make_write_constants(fields, interfaces, materials, model):
         table[b, ZETA_CRIT][k] = critical_sliding(a0, nu)
         table[b, KAPPA][k] = kappa
         table[b, MASS][k] = reduced
-        table[b, CRUSH_FORCE][k] = crush_force(gamma, R, E_star)
+        table[b, CRUSH_FORCE][k] = crush_force(F_c, R, E_star)
         table[b, CRUSH_ENERGY][k] = interfaces[row, CRUSH] * pi * a0 * a0
 
     @ti.func

@@ -205,9 +205,9 @@ def interface(a, b, interaction):
     )
 
 
-def crush_force(gamma, R, E_star):
+def crush_force(F_c, R, E_star):
     """F_eq/F_c for a kinetic energy of 1 J along the normal [J^(-3/5)] (PD08 eq 9)."""
-    return 2.5**0.6 * R**0.2 * E_star**0.4 / pull_off_force(gamma, R)
+    return 2.5**0.6 * R**0.2 * E_star**0.4 / F_c
 
 
 def crush_energy(yield_strength, volume, a0):
@@ -303,6 +303,6 @@ def _constants(face, interaction, r, R, reduced, mass, size):
         phi_crit=CRITICAL_TWISTING,
         kappa=damping_coefficient(interaction.damping, face, mass, size, a0),
         mass=reduced,
-        crush_force=crush_force(face.gamma, R, face.E_star) if crush else 0.0,
+        crush_force=crush_force(F_c, R, face.E_star) if crush else 0.0,
         crush_energy=crush_energy(crush.yield_strength, face.asperity_volume, a0) if crush else 0.0,
     )
