@@ -20,9 +20,14 @@ STRAIN = 9  # largest overlap over the smaller radius, where grains have radii o
 LINEAR, ANGULAR, FASTEST, FASTEST_SPIN = range(4)
 
 
+def columns_of(layout):
+    """Columns of a contact sum that a scene has."""
+    return 10 if layout.poly else 8 + layout.asperities
+
+
 def place_measure(grains, layout, walls):
     pair_blocks, wall_blocks = capacity(grains, layout, walls)
-    columns = 10 if layout.poly else 8 + layout.asperities
+    columns = columns_of(layout)
     sums = {
         "pair_sum": ti.field(ti.f64, shape=(pair_blocks // layout.tile, columns)),
         "grain_sum": ti.field(ti.f64, shape=(-(-grains // CHUNK), 4)),
@@ -51,7 +56,7 @@ def make_measure(fields, sums, layout, effects, grains, walls):
     displacement = sliding.displacement_unequal if layout.poly else sliding.displacement
     of_pairs, of_wall = make_lane_params(fields, layout) if layout.poly else (None, None)
     masses, inertias = fields.get("mass"), fields.get("inertia")
-    columns = 8 + layout.poly
+    columns = columns_of(layout)
 
     @ti.func
     def add(table: ti.template(), tile, column, lanes):
