@@ -7,6 +7,8 @@ from conftest import RADIUS, Probe, box, make_scene, sample_of
 
 from dusttaichi import asperity_fit
 from dusttaichi.errors import DustError
+from dusttaichi.physics import asperities, constants
+from dusttaichi.samples import Sample
 from dusttaichi.scene import Scene
 
 MASS, INERTIA = ref.mass_and_inertia()
@@ -213,3 +215,24 @@ def test_simulated_grains_stick_up_to_that_speed():
 def test_speeds_below_that_without_asperities_cannot_be_fitted():
     with pytest.raises(DustError, match="a higher speed is needed"):
         asperity_fit.fit_asperities(speed=0.1)
+
+
+def test_unlike_grains_lose_what_their_contact_says():
+    """Radii 1:2, head-on: PD08 eqs 7-10 with the reduced mass and radius of the pair."""
+    radii = [0.6e-6, 0.3e-6]
+    material = make_scene().material
+    made = make_scene(dt="0.02 ns")
+    made = made.with_value("interaction.asperities", {"volume": f"{VOLUME} m"})
+    touch = sum(radii) + 1e-11
+    sample = Sample(np.array([[0.0, 0, 0], [touch, 0, 0]]), np.array([[0.4, 0, 0], [-0.4, 0, 0]]),
+                    np.zeros((2, 3)), radii=np.array(radii),
+                    materials=np.zeros(2, np.int32))  # fmt: skip
+    probe = Probe(made, sample)
+    probe.advance(200)
+    p = constants.mixed_constants(material, radii[0], material, radii[1], made.interaction)
+    m1, m2 = (constants.sphere_mass(r, material.density) for r in radii)
+    assert p.mass == pytest.approx(m1 * m2 / (m1 + m2), rel=1e-12)
+    energy = 0.5 * p.mass * 0.8**2
+    expected = p.crush_energy * asperities.area(energy, p.crush_force)
+    # the force of the contact in the step of the touch: first order in the step
+    assert probe.sim.measure()["loss"][6] * 1e-15 == pytest.approx(expected, rel=2e-3)
