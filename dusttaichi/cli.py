@@ -9,11 +9,11 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from dusttaichi import __version__
 from dusttaichi.errors import DustError
+from dusttaichi.progress import progress_bar
 
 app = typer.Typer(
     add_completion=False,
@@ -200,15 +200,7 @@ class _bar:
 
     def __init__(self, quiet):
         self.quiet = quiet
-        self.bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TextColumn("{task.percentage:>5.1f} %"),
-            TextColumn("{task.fields[state]}"),
-            TimeRemainingColumn(),
-            console=err,
-            disable=quiet,
-        )
+        self.bar = progress_bar(err, quiet)
 
     def __enter__(self):
         self.bar.start()

@@ -1,6 +1,5 @@
 """What `dust run` does with replicas, and `dust sweep`: runs, dataset, figure, table."""
 
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from dusttaichi.analysis import ensemble as analysis
@@ -8,6 +7,7 @@ from dusttaichi.ensemble.gathering import gather_plan
 from dusttaichi.ensemble.runs import run_all
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.plots.ensemble import save_ensemble
+from dusttaichi.progress import progress_bar
 
 SHOWN = 4  # running runs that the progress bar tells of
 
@@ -78,15 +78,7 @@ class _bar:
 
     def __init__(self, console, quiet):
         self.console = console
-        self.bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TextColumn("{task.percentage:>5.1f} %"),
-            TextColumn("{task.fields[state]}"),
-            TimeRemainingColumn(),
-            console=console,
-            disable=quiet,
-        )
+        self.bar = progress_bar(console, quiet)
 
     def __enter__(self):
         self.bar.start()
