@@ -253,6 +253,7 @@ def build(scene, sample, drive=None, scenes=None):
     sums = place_measure(grains, layout, walls)
     write = None if bodies is None else place_interfaces(scene, fields, scratch)
     relist, list_entries = search.make_relist(fields, scratch, layout, grains, walls, write)
+    first = store.capacity(grains, layout, walls)[0]
     kernels = Kernels(
         advance=make_advance(fields, layout, effects, grains, walls, drive.kind),
         bounds=search.make_bounds(fields, scratch, grains),
@@ -260,7 +261,7 @@ def build(scene, sample, drive=None, scenes=None):
         relist=relist,
         list_entries=list_entries,
         relist_walls=make_wall_relist(fields, scratch, layout, grains, write) if walls else None,
-        wrap=make_wrap(fields, layout, grains, store.CHUNK) if periodic else None,
+        wrap=make_wrap(fields, layout, grains, walls, first) if periodic else None,
         measure=make_measure(fields, sums, layout, effects, grains, walls),
     )
     if bodies is None:

@@ -274,6 +274,48 @@ def test_wall_pressure_and_virial_agree():
     np.testing.assert_allclose(np.diag(left), np.diag(right), rtol=1e-9)
 
 
+def test_wall_contacts_go_with_grains_that_cross():
+    """A slab between walls drifts and wraps along x and y: ledger and losses as without drift, foot
+    points of wall contacts included."""
+    slab = "axes: [x, y], walls: [bottom, top], wall_speed: 2 m/s"
+    found = []
+    for drift in ([0.0, 0.0], [3.0, -2.0]):
+        sim = cake(slab)
+        sim.box = replace(sim.box, strength=np.zeros(6))  # a wall at rest would brake the drift
+        sim.fields["v"].from_numpy(sim.fields["v"].to_numpy() + [*drift, 0.0])
+        start = sim.measure()
+        sim.advance(5000)
+        m = sim.measure()
+        own = [x["kinetic_translation"] + x["kinetic_rotation"] + x["potential"].sum()
+               + x["potential_wall"].sum() + x["loss"].sum() + x["loss_wall"].sum() - x["wall_work"]
+               for x in (start, m)]  # fmt: skip
+        found.append((own[1] - own[0], m["loss"].sum(), m["wall_work"]))
+    assert found[0][2] > 5.0
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-5, atol=1e-5)
+
+
+def test_sticking_walls_hold_what_crosses_a_face():
+    """The same with walls that stick, at rest, and grains that roll over them across faces: the
+    sliding springs do not notice the crossing."""
+    scene = make_scene(boundary=cell([4e-6] * 3, axes="xy", walls=["bottom"]), damping="none",
+                       output={"stress": False})  # fmt: skip
+    wall = constants.wall_constants(SCENE.material, SCENE.interaction)
+    height = RADIUS - wall.delta0
+    x = [[0.5e-6, 2e-6, height], [3.0e-6, 0.5e-6, height + 3 * RADIUS]]
+    v, w = 3.0, 3.0 / RADIUS
+    probe = Probe(scene, sample_of(x, [[v, 0, 0], [0, 0, 0]], [[0, w, 0], [0, 0, 0]]))
+    start = probe.sim.measure()
+    probe.advance(15_000)  # 1.5 us: some 4 um, across a face
+    m = probe.sim.measure()
+    assert np.abs(probe.sim.fields["wraps"].to_numpy()[:, 0]).sum() > 0
+    # rolling past its limit loses energy, sliding stays within its own
+    lost = m["loss_wall"]
+    assert lost[4] < 1e-3 * lost[3]
+    change = [x["kinetic_translation"] + x["kinetic_rotation"] + x["potential_wall"].sum()
+              + x["loss_wall"].sum() for x in (start, m)]  # fmt: skip
+    assert abs(change[1] - change[0]) < 2e-3 * start["kinetic_translation"]
+
+
 def test_refused_cells():
     with pytest.raises(DustError, match="four radii"):
         make_scene(boundary=cell([2e-6, 9e-6, 9e-6]))

@@ -263,21 +263,14 @@ def open_run(path):
     if not file.exists():
         raise DustError(f"There is no result at {file}.")
     try:
-        with xr.open_dataset(file, engine="netcdf4") as root:
-            series = root.load()
-        profiles = _profiles(file)
+        with xr.open_datatree(file, engine="netcdf4") as tree:
+            series = tree.to_dataset(inherit=False).load()
+            profiles = None
+            if "profiles" in tree.children:
+                profiles = tree["profiles"].to_dataset(inherit=False).load()
     except (OSError, RuntimeError, ValueError, KeyError) as error:
         raise DustError(f"{file} cannot be read as a result: {error}.") from error
     if "time" not in series or "step" not in series:
         raise DustError(f"{file} is not a result of dusttaichi: it has no time series.")
     written = profiles is not None and profiles.sizes.get("profile", 0)
     return Run(file, series, profiles if written else None, file)
-
-
-def _profiles(file):
-    """The group /profiles in memory, or None."""
-    try:
-        with xr.open_dataset(file, engine="netcdf4", group="profiles") as group:
-            return group.load()
-    except OSError:  # no such group
-        return None

@@ -2,6 +2,8 @@
 
 import taichi as ti
 
+from dusttaichi.kernels.store import CHUNK
+
 START, RATE, GROWTH, CENTRE = range(4)  # rows of the `cell` field; RATE and GROWTH by time
 
 
@@ -68,12 +70,24 @@ def make_cell(fields, layout):
     return frame, across, power
 
 
-def make_wrap(fields, layout, grains, chunk_size):
+def make_wrap(fields, layout, grains, walls, first):
     """Kernel `wrap(low, edges, speeds, mass)`: grains that have left the cell come in again on the
-    other side, with the speed that the edge has (T19 eqs 12-15)."""
+    other side, with the speed that the edge has (T19 eqs 12-15).
+
+    first: block of the state where wall contacts begin, whose foot points go with the grains.
+    """
     x, v, wraps, wrap_work = fields["x"], fields["v"], fields["wraps"], fields["wrap_work"]
-    masses = fields.get("mass")
+    masses, wall_slot, state = fields.get("mass"), fields.get("wall_slot"), fields["state"]
+    W, FOOT = layout.width, layout.second
     vector = ti.types.vector(3, ti.f64)
+
+    @ti.func
+    def move_feet(g, a: ti.template(), way):
+        for n in ti.static(range(6)):
+            c = wall_slot[g][n]
+            if c >= 0:
+                b, k = first + c // W, c % W
+                state[b, FOOT + a][k] = state[b, FOOT + a][k] - way
 
     @ti.func
     def wrap_grain(g, low, edges, speeds):
@@ -83,6 +97,9 @@ def make_wrap(fields, layout, grains, chunk_size):
         for a in ti.static(layout.periodic):
             n = ti.floor((place[a] - low[a]) / edges[a])
             place[a] -= n * edges[a]
+            if ti.static(walls):
+                if n != 0.0:
+                    move_feet(g, a, n * edges[a])
             velocity[a] -= n * speeds[a]
             count[a] += ti.cast(n, ti.i32)
         x[g], v[g], wraps[g] = place, velocity, count
@@ -93,9 +110,9 @@ def make_wrap(fields, layout, grains, chunk_size):
 
     @ti.kernel
     def wrap(low: vector, edges: vector, speeds: vector, mass: ti.f64):
-        for chunk in range((grains + chunk_size - 1) // chunk_size):
+        for chunk in range((grains + CHUNK - 1) // CHUNK):
             total = 0.0
-            for g in range(chunk * chunk_size, ti.min((chunk + 1) * chunk_size, grains)):
+            for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
                 total += wrap_grain(g, low, edges, speeds)
             wrap_work[chunk] = wrap_work[chunk] + 0.5 * mass * total
 
