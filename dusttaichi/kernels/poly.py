@@ -161,7 +161,8 @@ def make_write_constants(fields, interfaces, materials, model):
         table[b, ZETA_CRIT][k] = critical_sliding(a0, nu)
         table[b, KAPPA][k] = kappa
         table[b, MASS][k] = reduced
-        table[b, CRUSH_FORCE][k] = crush_force(F_c, R, E_star)
+        crush = ti.select(interfaces[row, CRUSH] > 0.0, crush_force(F_c, R, E_star), 0.0)
+        table[b, CRUSH_FORCE][k] = crush
         table[b, CRUSH_ENERGY][k] = interfaces[row, CRUSH] * pi * a0 * a0
 
     @ti.func
