@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from dusttaichi import samples, units
-from dusttaichi.build import build, chosen_effects, contact_constants, time_step
+from dusttaichi.build import bodies_of, build, chosen_effects, contact_constants, time_step
 from dusttaichi.physics import constants
 from dusttaichi.results import WALLS
 from dusttaichi.scene import filling_direction
@@ -29,7 +29,7 @@ def report(scene):
             if scene.boundary.walls
             else []
         ),
-        ("Sample", _sample(scene, sample, sim)),
+        ("Sample", _sample(scene, sample)),
         ("Time step", _time_step(step)),
         ("Compiled in", _parts(scene, sim)),
         ("Cost", _cost(scene, sim)),
@@ -63,18 +63,20 @@ def _contact(c, scene):
     return rows
 
 
-def _sample(scene, sample, sim):
+def _sample(scene, sample):
     mass = units.format(constants.grain_mass(scene.material), "mass", digits=5)
     rows = [("grains", f"{len(sample.positions):,}")]
-    if sim.bodies is not None:
+    bodies, radii = bodies_of(scene, sample), scene.material.radius
+    if bodies is not None:
         names = [DEFAULT, *scene.materials]
-        made_of = [names[number] for number in np.unique(sim.bodies.material)]
-        radii = (sim.smallest * units.LENGTH, sim.radius * units.LENGTH)
-        rows.append(("radii", " to ".join(units.format(r, "length", digits=5) for r in radii)))
+        made_of = [names[number] for number in np.unique(bodies.material)]
+        radii = bodies.radius * units.LENGTH
+        ends = (units.format(r, "length", digits=5) for r in (radii.min(), radii.max()))
+        rows.append(("radii", " to ".join(ends)))
         rows.append(("materials", ", ".join(made_of)))
-        masses = np.array([sim.bodies.mass.min(), sim.bodies.mass.max()]) * units.MASS
+        masses = np.array([bodies.mass.min(), bodies.mass.max()]) * units.MASS
         mass = " to ".join(units.format(m, "mass", digits=5) for m in masses)
-    extent = samples.sample.extent(sample, sim.radii * units.LENGTH)
+    extent = samples.sample.extent(sample, radii)
     rows += [
         ("mass of a grain", mass),
         ("extent", " x ".join(f"{e * 1e6:.4g}" for e in extent) + " um"),

@@ -14,6 +14,7 @@ BOX = {"walls", "room", "height", "filling", "profiles", "snapshots", "contacts"
 PLATES = {"walls", "room", "height", "filling", "plates"}
 CELL = {"cell", "room", "stress", "filling", "stages", "snapshots"}
 FEATURES = BOX | PLATES | CELL | {"push"}  # no scene has them all
+UNLIKE = {"unlike"}  # grains of different radius or material
 ICE = Material(**NAMED["ice_t19"])
 
 
@@ -27,6 +28,8 @@ def writer(path, grains=50, bins=20, features=FEATURES, scene="name: test\n", at
         "profiles/bin_height": lower + RADIUS,
         "profiles/bin_upper": lower + 2 * RADIUS,
     }
+    if features >= UNLIKE:
+        coords |= {"snapshots/mass": np.ones(grains), "snapshots/material": np.zeros(grains)}
     known = provenance(scene, scene, title="test", seed=1, backend="cpu", precision="f64")
     return Writer.create(
         path,

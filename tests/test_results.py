@@ -73,7 +73,8 @@ def test_round_trip_through_xarray(tmp_path):
 
 
 def test_every_variable_has_units_and_a_name(tmp_path):
-    synthetic.writer(tmp_path / "result.nc").close()
+    features = synthetic.FEATURES | synthetic.UNLIKE
+    synthetic.writer(tmp_path / "result.nc", features=features).close()
     with netCDF4.Dataset(tmp_path / "result.nc") as file:
         for key in VARIABLES:
             assert file[key].units and file[key].long_name
