@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from bodies import scene
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.constants import pair_constants
@@ -18,7 +19,6 @@ from dusttaichi.samples import (
     rbd,
 )
 from dusttaichi.samples.sample import Sample, touching_pairs
-from dusttaichi.scene import Scene
 
 R = 0.6e-6
 D = 2 * R - 0.16627e-9  # equilibrium distance of S12's silicate
@@ -252,18 +252,6 @@ def test_samples_import_no_taichi():
 
 
 # --- from a scene ----------------------------------------------------------------------------
-
-
-def scene(**sample):
-    return Scene.from_dict(
-        {
-            "name": "grains",
-            "material": "silicate_s12",
-            "sample": sample,
-            "boundary": {"kind": "open"},
-            "stop": {"steps": 1},
-        }
-    )
 
 
 def test_make_deposits_at_the_equilibrium_distance_of_the_material():

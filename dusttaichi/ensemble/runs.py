@@ -12,12 +12,12 @@ import netCDF4
 import yaml
 
 from dusttaichi import checkpoint
+from dusttaichi.checkpoint import CHECKPOINT, RESULT
 from dusttaichi.ensemble.jobs import INTERRUPTED, POLL, Job, Outcome
 from dusttaichi.ensemble.pool import open_pool, usable_cores
 from dusttaichi.ensemble.scenes import input_files
 from dusttaichi.errors import DustError
 
-RESULT, CHECKPOINT = "result.nc", "checkpoint.bin"
 # what does not make a finished run another one
 BESIDES = (("output", "directory"), ("output", "checkpoint"), ("numerics", "threads"))
 
