@@ -37,13 +37,14 @@ class Effects:
     twisting: bool
     damping: object  # function of physics.damping, or None
     asperities: bool
+    newton_steps: int = 2  # of the contact radius
 
     @property
     def damped(self):
         return self.damping is not None
 
 
-def chosen_effects(interaction):
+def chosen_effects(interaction, newton_steps=2):
     """The effects that a scene asks for."""
     return Effects(
         rolling=interaction.rolling is not None,
@@ -51,6 +52,7 @@ def chosen_effects(interaction):
         twisting=interaction.twisting is not None,
         damping=damping.COEFFICIENT.get(interaction.damping.model),
         asperities=interaction.asperities is not None,
+        newton_steps=newton_steps,
     )
 
 
@@ -81,8 +83,25 @@ def threads_of(scene, grains):
     return 1 if grains < SMALL else max(1, min(cores, grains // (SMALL // 2)))
 
 
+def moving(scene):
+    """The scene with grains as heavy as they move: numerics.mass_scaling in their densities."""
+    factor = scene.numerics.mass_scaling
+    if factor == 1.0:
+        return scene
+
+    def heavier(material):
+        return material.model_copy(update={"density": factor * material.density})
+
+    return scene.model_copy(update={
+        "material": heavier(scene.material),
+        "materials": {name: heavier(m) for name, m in scene.materials.items()},
+        "numerics": scene.numerics.model_copy(update={"mass_scaling": 1.0}),
+    })  # fmt: skip
+
+
 def contact_constants(scene):
     """ContactConstants of two grains and of a grain and a wall of the scene."""
+    scene = moving(scene)
     pair = constants.pair_constants(scene.material, scene.interaction)
     wall = constants.wall_constants(scene.material, scene.interaction)
     return pair, glued(wall, scene.boundary)
@@ -92,6 +111,7 @@ def bodies_of(scene, sample):
     """Bodies of a sample whose grains are not all alike; None where they are."""
     if sample.radii is None and sample.materials is None:
         return None
+    scene = moving(scene)
     kinds = scene.all_materials
     number = np.zeros(len(sample), np.int32) if sample.materials is None else sample.materials
     radius = np.array([m.radius for m in kinds])[number] if sample.radii is None else sample.radii
@@ -127,6 +147,7 @@ def stiffest_of(scene, grains, bodies):
     material. That is on the safe side (by a quarter for small grains among very large ones), as
     springs grow with the size of the partner and frequencies fall with the mass.
     """
+    scene = moving(scene)
     strengths = wall_strengths(scene.boundary)
     if bodies is None:
         pair, wall = contact_constants(scene)
@@ -226,6 +247,7 @@ def build(scene, sample, drive=None, scenes=None):
     Raises DustError for a sample that does not fit, or a step that cannot be stable.
     """
     sample = samples.pushed(scene, sample)
+    material, scene = scene.material, moving(scene)
     grains = len(sample.positions)
     alone = slice(None) if scenes is None else scenes == 0  # walls stand around the first scene
     bodies = bodies_of(scene, sample)
@@ -241,7 +263,7 @@ def build(scene, sample, drive=None, scenes=None):
     push = make_push(scene.push, sample.info, order, step.dt / units.TIME)
     threads = threads_of(scene, grains)
     start_taichi(scene, threads)
-    effects = chosen_effects(scene.interaction)
+    effects = chosen_effects(scene.interaction, scene.numerics.newton_steps)
     walls = bool(scene.boundary.walls)
     drive = drive or DRIVES[scene.numerics.backend]
     periodic = tuple(AXES.index(axis) for axis in scene.boundary.periodic_axes)
@@ -288,7 +310,7 @@ def build(scene, sample, drive=None, scenes=None):
         box=box,
         cell=cell,
         push=push,
-        material=scene.material,
+        material=material,
         drive=scene.legs[0].drive,
         pair=contact_params(pair),
         wall=contact_params(wall, walls=True),

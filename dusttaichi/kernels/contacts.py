@@ -50,6 +50,7 @@ def make_access(fields, layout):
 
 def make_touch(effects):
     """The part that pairs and walls share: the normal direction."""
+    contact_radius = normal.contact_radius(effects.newton_steps)
 
     @ti.func
     def touch(overlap, u, was, dt, p):
@@ -62,7 +63,7 @@ def make_touch(effects):
         now = step01(d + was * normal.PULL_OFF)
         kept = now * was
         formed, broken = now - kept, was - kept
-        s = normal.contact_radius(d + broken * u * (dt * p.inv_delta0))
+        s = contact_radius(d + broken * u * (dt * p.inv_delta0))
         return now, formed, broken, kept, s
 
     @ti.func

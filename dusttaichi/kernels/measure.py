@@ -57,6 +57,7 @@ def make_measure(fields, sums, layout, effects, grains, walls):
     of_pairs, of_wall = make_lane_params(fields, layout) if layout.poly else (None, None)
     masses, inertias = fields.get("mass"), fields.get("inertia")
     columns = columns_of(layout)
+    contact_radius = normal.contact_radius(effects.newton_steps)
 
     @ti.func
     def add(table: ti.template(), tile, column, lanes):
@@ -65,7 +66,7 @@ def make_measure(fields, sums, layout, effects, grains, walls):
 
     @ti.func
     def common(table: ti.template(), tile, b, overlap, along, now, p, dt):
-        s = normal.contact_radius(overlap * p.inv_delta0)
+        s = contact_radius(overlap * p.inv_delta0)
         add(table, tile, NORMAL, now * p.U4 * normal.energy_lanes(s))
         add(table, tile, CONTACTS, now)
         if ti.static(effects.damped):
