@@ -44,10 +44,12 @@ def run_directory(scene, output=None):
 
 
 def execute(scene, directory, *, force=False, resume=False, fresh=False,
-            watch=lambda progress: None, say=lambda text: None):  # fmt: skip
+            watch=lambda progress: None, say=lambda text: None,
+            ready=lambda simulation: None):  # fmt: skip
     """Run a scene into `directory`; returns the directory.
 
     fresh: compute every stage, even those that an earlier run has finished and kept.
+    ready: called with the Simulation, everything compiled, before its first step.
     Raises DustError (bad input, an existing result, a full disk), GuardStop (with the result up to
     there kept), KeyboardInterrupt (after flushing and a checkpoint).
     """
@@ -63,6 +65,7 @@ def execute(scene, directory, *, force=False, resume=False, fresh=False,
             run.open_resumed()
         elif fresh or not run.open_kept():
             run.open_new(force)
+        ready(run.sim)
         run.go()
     return directory
 
