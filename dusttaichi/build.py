@@ -210,7 +210,8 @@ def start_taichi(scene, threads):
             ti.init(
                 arch=arch,
                 cpu_max_num_threads=threads,
-                default_fp=ti.f64,
+                # what a number written in a kernel is: it must not make doubles of single lanes
+                default_fp=ti.f64 if scene.numerics.precision == "f64" else ti.f32,
                 fast_math=True,
                 offline_cache=True,
                 log_level=ti.ERROR,
@@ -239,11 +240,12 @@ def batch_order(positions, cell, scenes):
     return np.concatenate([own[spatial_order(positions[own], cell)] for own in members])
 
 
-def build(scene, sample, drive=None, scenes=None):
+def build(scene, sample, drive=None, scenes=None, ledger=True):
     """Simulation of a scene with a sample (dusttaichi.samples.Sample), contacts found, loads set.
 
     drive: a Drive other than that of the backend, to compare them.
     scenes: of a batch (dusttaichi.batch), the number of the scene that each grain is in, rising.
+    ledger: False leaves the losses out, to measure what they cost.
     Raises DustError for a sample that does not fit, or a step that cannot be stable.
     """
     sample = samples.pushed(scene, sample)
@@ -269,7 +271,8 @@ def build(scene, sample, drive=None, scenes=None):
     periodic = tuple(AXES.index(axis) for axis in scene.boundary.periodic_axes)
     layout = store.Layout(drive.width, drive.tile, effects.twisting, effects.damped, periodic,
                           scene.output.stress, effects.asperities, push.forced, push.carried,
-                          scenes is not None, bodies is not None)  # fmt: skip
+                          scenes is not None, bodies is not None, scene.numerics.precision,
+                          ledger)  # fmt: skip
     fields = store.place(store.declare(grains, layout, walls))
     scratch = search.place_search(grains, layout, walls)
     sums = place_measure(grains, layout, walls)
@@ -312,8 +315,8 @@ def build(scene, sample, drive=None, scenes=None):
         push=push,
         material=material,
         drive=scene.legs[0].drive,
-        pair=contact_params(pair),
-        wall=contact_params(wall, walls=True),
+        pair=contact_params(pair, False, layout.geometry, layout.law),
+        wall=contact_params(wall, True, layout.geometry, layout.law),
         mass=constants.grain_mass(scene.material) / units.MASS,
         inertia=constants.moment_of_inertia(scene.material) / units.INERTIA,
         radius=typical,

@@ -6,7 +6,7 @@ import taichi as ti
 from dusttaichi.kernels.cell import make_cell
 from dusttaichi.kernels.contacts import make_access, step01
 from dusttaichi.kernels.grains import make_gather, make_push
-from dusttaichi.kernels.params import ContactParams
+from dusttaichi.kernels.params import params_type
 from dusttaichi.kernels.poly import make_lane_params
 from dusttaichi.kernels.store import CHUNK, capacity
 from dusttaichi.kernels.walls import Walls
@@ -45,6 +45,7 @@ def make_measure(fields, sums, layout, effects, grains, walls):
     """
     W, T = layout.width, layout.tile
     V3, gather, get_state, _, state, load = make_access(fields, layout)
+    ContactParams = params_type(layout.geometry, layout.law)
     x, v, w, counts = fields["x"], fields["v"], fields["w"], fields["counts"]
     total, pushed = make_gather(fields, layout), make_push(fields, layout)
     pair_i, pair_j = fields["pair_i"], fields["pair_j"]
@@ -93,7 +94,8 @@ def make_measure(fields, sums, layout, effects, grains, walls):
     @ti.kernel
     def measure_grains(mass: ti.f64, inertia: ti.f64, half_kick: ti.f64, half_turn: ti.f64):
         for chunk in range((grains + CHUNK - 1) // CHUNK):
-            linear, angular, fastest, spin = 0.0, 0.0, 0.0, 0.0
+            zero = ti.cast(0.0, ti.f64)
+            linear, angular, fastest, spin = zero, zero, zero, zero
             for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
                 force, torque = total(g)
                 force, torque = pushed(g, force, torque)
@@ -191,7 +193,7 @@ def make_measure(fields, sums, layout, effects, grains, walls):
                     measure_wall_block(tile, c, box, time, p, dt)
         for n in range(6):
             for a in ti.static(range(3)):
-                force = 0.0
+                force = ti.cast(0.0, ti.f64)
                 for c in range(counts[1]):
                     if wall_of[c] == n:
                         for k in ti.static(range(W)):
