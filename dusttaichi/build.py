@@ -25,6 +25,7 @@ from dusttaichi.step import make_advance
 from dusttaichi.surroundings import glued, make_surroundings, wall_strengths
 
 SMALL = 400  # grains below which a second thread costs more than it gains
+RESOLVED = 0.005  # of the overlap at rest by which positions may be uncertain
 SAFE = 1.4  # a step that strong damping limits may be this much nearer to its limit
 
 
@@ -70,6 +71,18 @@ class Drive:
 
 
 DRIVES = {"cpu": Drive(8, 16, "workers"), "cuda": Drive(1, 1, "launches")}
+
+
+def check_precision(scene, sample, delta0):
+    """Raise DustError where single precision does not resolve overlaps; delta0 [m]: at rest."""
+    resolved = 2.0**-24 * float(np.abs(sample.positions).max())
+    if scene.numerics.precision == "f32" and resolved > RESOLVED * delta0:
+        raise DustError(
+            f"numerics.precision = f32: single precision knows the positions of this sample to "
+            f"{resolved * 1e12:.2g} pm, and grains at rest overlap by {delta0 * 1e12:.3g} pm, of "
+            f"which {RESOLVED:.1%} must be resolved; try mixed or f64, or a sample below "
+            f"{RESOLVED * delta0 * 2.0**24 * 1e6:.2g} um about the origin"
+        )
 
 
 def threads_of(scene, grains):
@@ -253,6 +266,7 @@ def build(scene, sample, drive=None, scenes=None, ledger=True):
     grains = len(sample.positions)
     alone = slice(None) if scenes is None else scenes == 0  # walls stand around the first scene
     bodies = bodies_of(scene, sample)
+    check_precision(scene, sample, contact_constants(scene)[0].delta0)
     step = time_step(scene, grains if scenes is None else int(np.bincount(scenes).max()), bodies)
     positions = sample.positions / units.LENGTH
     typical = scene.material.radius / units.LENGTH
