@@ -53,8 +53,7 @@ def _channel(name):
     return lambda run, numbers: float(losses_by_channel(run.series).get(name, [0.0])[-1])
 
 
-# In the order of what is wanted first. That of a compression is the curve, which stands before
-# them all: see `measured`.
+# In the order of what is wanted first; before them all stands the curve of a compression.
 WANTED = (
     Observable("p_m", "Pa", "p_m of S12 eq 31 fitted to phi(P)", _of_summary("p_m")),
     Observable("strength", "Pa", "tensile strength", _of_summary("strength")),

@@ -93,7 +93,7 @@ def _lowest(data, errors):
 
 
 def _limits(axes, cost, shown, tolerance, lowest):
-    axes.set_xlim(cost.min() / 1.4, cost.max() * 1.6)
+    axes.set_xlim(min(cost.min() / 1.4, 0.45), max(cost.max() * 1.6, 2.2))
     finite = shown[np.isfinite(shown)]
     axes.set_ylim(lowest / 1.5, 3.0 * max(finite.max(), tolerance))
 

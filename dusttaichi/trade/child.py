@@ -16,7 +16,7 @@ import time
 from dusttaichi.ensemble.child import TELL_EVERY, stop_with_the_input
 from dusttaichi.errors import DustError
 
-LEAST = 2.0  # core-seconds: what takes less is done again until it has taken so much
+LEAST = 1.0  # core-seconds: what takes less is done again until it has taken so much
 EVERY = 0.02  # core-seconds, and share of the cost so far, between two entries of the costs
 
 

@@ -84,7 +84,7 @@ class _Bar:
 
     def __init__(self, console, quiet, total):
         self.console, self.quiet, self.total = console, quiet, total
-        self.bar = progress_bar(console, quiet)
+        self.bar = progress_bar(console, quiet or not console.is_terminal)
         self.finished, self.running, self.lock = 0, {}, threading.Lock()
 
     def __enter__(self):
@@ -113,6 +113,9 @@ class _Bar:
             self.finished += 1
             self.total = max(self.total, self.finished)
             self._show()
+        if not (self.quiet or self.console.is_terminal):  # a bar would be shown at its end only
+            ratio = "" if outcome.ratio is None else f"cost {outcome.ratio:.2f}, "
+            self.say(f"{self.finished} of {self.total}: {point.label}: {ratio}{outcome.status}")
 
     def _show(self):
         shown = [f"{label} {share:.0%}" for label, share in list(self.running.items())[:SHOWN]]

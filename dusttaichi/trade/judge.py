@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from dusttaichi.analysis.observables import differences, scatter
+from dusttaichi.analysis.observables import CURVE, differences, scatter
 from dusttaichi.errors import DustError
 
 
@@ -25,7 +25,8 @@ class Judge:
     @classmethod
     def of(cls, reference, half, default, seeds, tolerance, name=None):
         """From Measured of the reference, of it at half the step (or None), of the default and of
-        all seeds. name: of the observable, by default the first that reference and default have.
+        all seeds. name: of the observable, by default the first that reference and default have
+        and that is not 0: bodies that stick have a restitution, but it tells nothing.
 
         Raises DustError for an observable that there is not.
         """
@@ -42,7 +43,8 @@ class Judge:
         found = nothing
         if half is not None:
             found = {n: e for n, (_, e) in differences(reference, half).items()}
-        return cls(reference, name or names[0], scatter(seeds, reference), nothing | found,
+        telling = [n for n in names if n == CURVE or reference.values[n] != 0.0]
+        return cls(reference, name or (telling or names)[0], scatter(seeds, reference), nothing | found,
                    tolerance)  # fmt: skip
 
     @property

@@ -44,8 +44,8 @@ def dataset(trade, given_scene, source, numbers):
         left_out="; ".join(f"{k}: {v}" for k, v in trade.left_out.items()) or None, **numbers,
     )  # fmt: skip
     kept = {k: [v] if k.startswith("scene_") else v for k, v in attrs.items() if v is not None}
-    return trade_dataset(columns, column, flags, {n: [f[n][0] for f in found] for n in names},
-                         {n: [f[n][1] for f in found] for n in names}, about, seeds, kept)  # fmt: skip
+    values, errors = ({n: [f[n][side] for f in found] for n in names} for side in (0, 1))
+    return trade_dataset(columns, column, flags, values, errors, about, seeds, kept)
 
 
 def _label(row):
@@ -111,8 +111,10 @@ def sentences(trade):
 def advice(trade, given_scene):
     """(heading, YAML) of the cheapest settings."""
     found = []
-    for what, row in (("numerical knobs only", trade.numerical),
-                      ("with knobs that change the physics or the sample", trade.anything)):  # fmt: skip
+    for what, row in (
+        ("numerical knobs only", trade.numerical),
+        ("with knobs that change the physics or the sample", trade.anything),
+    ):
         start = f"cheapest within {percent(trade.judge.tolerance)}, {what}:"
         if row is None:
             found.append((f"{start} none, not even the scene as it is", ""))

@@ -21,8 +21,9 @@ class Trade:
     """Everything measured.
 
     rows: default first, then presets (that of the reference last), ladders, combinations. seeds:
-    Measured of the default with each seed, its own first. numerical, anything: the cheapest accepted
-    Row of numerical knobs, and of all; None where none is. left_out: knob -> why. noise: of a cost.
+    Measured of the default with each seed, its own first. numerical, anything: the cheapest
+    accepted Row of numerical knobs, and of all; None where none is. left_out: knob -> why. noise:
+    of a cost.
     """
 
     scene: object
@@ -105,5 +106,6 @@ def yaml_of(trade, row, given):
     if "threads" not in (given.get("numerics") or {}):
         found["numerics"].pop("threads", None)
     blocks = dict.fromkeys(path.split(".")[0] for path in row.point.changes)
-    return yaml.safe_dump({block: found[block] for block in blocks}, sort_keys=False,
-                          default_flow_style=None, allow_unicode=True, width=90).rstrip()  # fmt: skip
+    text = yaml.safe_dump({block: found[block] for block in blocks}, sort_keys=False,
+                          default_flow_style=None, allow_unicode=True, width=90)  # fmt: skip
+    return text.rstrip()
