@@ -42,10 +42,10 @@ class Judge:
         nothing = dict.fromkeys(reference.names, math.nan)
         found = nothing
         if half is not None:
-            found = {n: e for n, (_, e) in differences(reference, half).items()}
+            found = {n: e for n, (_, e) in differences(half, reference).items()}
         telling = [n for n in names if n == CURVE or reference.values[n] != 0.0]
-        return cls(reference, name or (telling or names)[0], scatter(seeds, reference), nothing | found,
-                   tolerance)  # fmt: skip
+        spread = scatter(seeds, reference)
+        return cls(reference, name or (telling or names)[0], spread, nothing | found, tolerance)
 
     @property
     def floor(self):
