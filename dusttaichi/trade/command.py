@@ -41,6 +41,10 @@ def command(scene, directory, *, names, quick, seeds, tolerance, observable, job
     seeds = (QUICK_SEEDS if quick else SEEDS) if seeds is None else seeds
     directory = Path(directory)
     base = scenes.base(scene)
+    if base.numerics.time_step != "auto":
+        fraction = scenes.own_fraction(base)
+        console.print(f"the time step of the scene is {fraction:.3g} of its stiffest period",
+                      soft_wrap=True)  # fmt: skip
     jobs = 1 if scene.numerics.backend != "cpu" else jobs or usable_cores()
     with checkpoint.RunLock(directory):
         if force:

@@ -22,6 +22,7 @@ from dusttaichi.trade.process import Process
 from dusttaichi.trade.scenes import changed
 
 POINTS, FILE = "points", "point.json"
+LOST = 1  # the process was, which may not happen again
 
 
 class Runner:
@@ -122,7 +123,7 @@ class Runner:
             folder.mkdir(parents=True)
             self.watch(point.label, 0.0)
             outcome = self._measure(point, scene, folder)
-            if outcome is not None:
+            if outcome is not None and outcome.code != LOST:
                 _keep(folder / FILE, key, outcome)
         except OSError as error:
             reason = checkpoint.explain(error, folder / FILE)
@@ -136,7 +137,7 @@ class Runner:
         """The outcome with a ratio; the first is that of the base, which all are compared with."""
         if self.default is None:
             self.default = outcome
-        if outcome.ratio is None and outcome.cost and self.default.cost:
+        if outcome.ratio is None and outcome.cost is not None and self.default.cost:
             outcome = replace(outcome, ratio=outcome.cost / self.default.cost)
         return outcome
 

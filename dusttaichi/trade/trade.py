@@ -86,6 +86,8 @@ def trade(scene, run, *, names=knobs.NAMES, quick=False, seeds=4, tolerance=0.05
 def _needed(outcome, what):
     if not outcome.ok:
         raise DustError(f"{what} does not run, so there is nothing to compare: {outcome.status}")
+    if outcome.ratio is None:
+        raise DustError(f"{what} makes no steps ({outcome.status}): there is no cost to compare")
 
 
 def _known(name, measured):
