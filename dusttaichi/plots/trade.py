@@ -24,7 +24,7 @@ LOOKS = {  # knob -> colour, marker
     "grains": (style.BLACK, "D"),
     "combined": (style.GREY, "P"),
 }
-MARKED = {"default": "*", "preset": "X"}
+MARKED = {"preset": ("X", style.BLACK, 7), "default": ("*", style.RED, 10)}
 
 
 @style.styled
@@ -44,7 +44,7 @@ def trade(data):
                      label="scatter between seeds")  # fmt: skip
     if np.isfinite(own) and own > 0:
         axes.axhline(own, color=style.GREY, linewidth=1.0, linestyle=(0, (1, 1)),
-                     label="the reference's own error")  # fmt: skip
+                     label="reference at half step")  # fmt: skip
     axes.axhline(data.attrs["tolerance"], color=style.BLACK, linewidth=0.8, linestyle=(0, (5, 2)),
                  label="tolerance")  # fmt: skip
     knobs = data.knob.values
@@ -58,9 +58,9 @@ def trade(data):
     best = front(np.where(known, cost, np.nan), error)
     axes.plot(cost[best], shown[best], color=style.BLACK, linewidth=1.0, zorder=1.5,
               label="front")  # fmt: skip
-    for knob, marker in MARKED.items():
+    for knob, (marker, colour, size) in MARKED.items():
         here = known & (knobs == knob)
-        axes.plot(cost[here], shown[here], marker, color=style.BLACK, markersize=8, zorder=4,
+        axes.plot(cost[here], shown[here], marker, color=colour, markersize=size, zorder=4,
                   markeredgecolor="white", markeredgewidth=0.6, label=knob)  # fmt: skip
     name = data.attrs["observable"]
     axes.set(xscale="log", yscale="log", xlabel="cost over that of the default",
@@ -68,8 +68,8 @@ def trade(data):
     _limits(axes, cost[known], shown[known], data.attrs["tolerance"], lowest)
     style.few_ticks(axes.xaxis)
     marked = np.isin(knobs, list(MARKED)) & known
-    _name(figure, axes, data, cost, shown, [*np.flatnonzero(marked), *best])
-    figure.legend(loc="outside lower center", ncols=4)
+    figure.legend(loc="outside lower center", ncols=4, fontsize=7)
+    _name(figure, axes, data, cost, shown, [*np.flatnonzero(marked), *best], best)
     return figure
 
 
@@ -98,33 +98,46 @@ def _limits(axes, cost, shown, tolerance, lowest):
     axes.set_ylim(lowest / 1.5, 3.0 * max(finite.max(), tolerance))
 
 
-def _name(figure, axes, data, cost, shown, numbers):
-    """Labels beside some points, each where it meets neither another nor a point, if there is
-    such a place; a label of the front that has none is left out."""
+RINGS = (9, 16, 26, 40)  # points from a mark to its label; from the second on with a line to it
+WAYS = [
+    (np.cos(a), np.sin(a)) for a in np.radians((20, 160, -20, -160, 90, -90, 55, 125, -55, -125))
+]
+
+
+def _name(figure, axes, data, cost, shown, numbers, best):
+    """Labels beside some points, where they hide least of points, lines and other labels."""
     figure.draw_without_rendering()  # the layout, in which places are known
     taken, renderer = [], figure.canvas.get_renderer()
     spots = axes.transData.transform(np.column_stack([cost, shown]))
     spots = spots[np.isfinite(spots).all(axis=1)]
+    corners = axes.transData.transform(np.column_stack([cost[best], shown[best]]))
+    line = [a + t * (b - a) for a, b in zip(corners, corners[1:], strict=False)
+            for t in np.linspace(0.02, 0.98, 40)]  # fmt: skip
     room = axes.get_window_extent(renderer)
-    places = [(6, 4, "left"), (-6, 4, "right"), (6, -9, "left"), (-6, -9, "right"),
-              (0, 8, "center"), (0, -13, "center"), (10, 12, "left"), (-10, 12, "right"),
-              (10, -18, "left"), (-10, -18, "right")]  # fmt: skip
     for n in dict.fromkeys(int(n) for n in numbers):
-        text = str(data.label.values[n])
-        must = str(data.knob.values[n]) in MARKED
-        best = None
-        for x, y, side in places:
-            label = axes.annotate(text, (cost[n], shown[n]), (x, y), textcoords="offset points",
-                                  ha=side, fontsize=6.5, zorder=5)  # fmt: skip
-            box = label.get_window_extent(renderer).padded(1.0)
-            hits = sum(box.overlaps(other) for other in taken) * 10
-            hits += sum(box.contains(*spot) for spot in spots)
-            hits += 10 * (box.x0 < room.x0 or box.x1 > room.x1 or box.y0 < room.y0
-                          or box.y1 > room.y1)  # fmt: skip
-            label.remove()
-            if best is None or hits < best[0]:
-                best = (hits, x, y, side, box)
-        if best[0] < 10 or must:
-            axes.annotate(text, (cost[n], shown[n]), best[1:3], textcoords="offset points",
-                          ha=best[3], fontsize=6.5, zorder=5)  # fmt: skip
-            taken.append(best[4])
+        choices = []
+        for ring, radius in enumerate(RINGS):
+            for way in WAYS:
+                label = _label(axes, data, cost, shown, n, radius, way, ring)
+                box = label.get_window_extent(renderer)
+                label.remove()
+                hidden = 10 * sum(box.overlaps(other) for other in taken)
+                hidden += 3 * sum(box.padded(4.0).contains(*spot) for spot in spots)
+                hidden += 0.5 * any(box.contains(*spot) for spot in line)
+                hidden += 20 * (not (room.contains(*box.min) and room.contains(*box.max)))
+                choices.append((hidden + 0.4 * ring, len(choices), radius, way, ring, box))
+        *_, radius, way, ring, box = min(choices, key=lambda choice: choice[:2])
+        _label(axes, data, cost, shown, n, radius, way, ring)
+        taken.append(box.padded(1.0))
+
+
+def _label(axes, data, cost, shown, n, radius, way, ring):
+    """The label of point n, its near edge `radius` points from it along `way`."""
+    side = "center" if abs(way[0]) < 0.1 else ("left" if way[0] > 0 else "right")
+    arrow = (
+        {"arrowstyle": "-", "linewidth": 0.4, "color": style.GREY, "shrinkB": 3} if ring else None
+    )
+    return axes.annotate(str(data.label.values[n]), (cost[n], shown[n]),
+                         (radius * way[0], radius * way[1]), textcoords="offset points",
+                         ha=side, va="center", fontsize=6.5, zorder=5,
+                         arrowprops=arrow if ring else None)  # fmt: skip
