@@ -105,7 +105,8 @@ WAYS = [
 
 
 def _name(figure, axes, data, cost, shown, numbers, best):
-    """Labels beside some points, where they hide least of points, lines and other labels."""
+    """Labels beside some points, where they hide least of points, lines and other labels; those
+    of the front that would hide another are left out."""
     figure.draw_without_rendering()  # the layout, in which places are known
     taken, renderer = [], figure.canvas.get_renderer()
     spots = axes.transData.transform(np.column_stack([cost, shown]))
@@ -123,21 +124,28 @@ def _name(figure, axes, data, cost, shown, numbers, best):
                 label.remove()
                 hidden = 10 * sum(box.overlaps(other) for other in taken)
                 hidden += 3 * sum(box.padded(4.0).contains(*spot) for spot in spots)
-                hidden += 0.5 * any(box.contains(*spot) for spot in line)
+                hidden += 1.5 * any(box.contains(*spot) for spot in line)
                 hidden += 20 * (not (room.contains(*box.min) and room.contains(*box.max)))
                 choices.append((hidden + 0.4 * ring, len(choices), radius, way, ring, box))
-        *_, radius, way, ring, box = min(choices, key=lambda choice: choice[:2])
-        _label(axes, data, cost, shown, n, radius, way, ring)
-        taken.append(box.padded(1.0))
+        hidden, _, radius, way, ring, box = min(choices, key=lambda choice: choice[:2])
+        if hidden < 10 or data.knob.values[n] in MARKED:
+            _label(axes, data, cost, shown, n, radius, way, ring)
+            taken.append(box.padded(1.0))
 
 
 def _label(axes, data, cost, shown, n, radius, way, ring):
     """The label of point n, its near edge `radius` points from it along `way`."""
     side = "center" if abs(way[0]) < 0.1 else ("left" if way[0] > 0 else "right")
-    arrow = (
-        {"arrowstyle": "-", "linewidth": 0.4, "color": style.GREY, "shrinkB": 3} if ring else None
-    )
-    return axes.annotate(str(data.label.values[n]), (cost[n], shown[n]),
-                         (radius * way[0], radius * way[1]), textcoords="offset points",
-                         ha=side, va="center", fontsize=6.5, zorder=5,
-                         arrowprops=arrow if ring else None)  # fmt: skip
+    arrow = {"arrowstyle": "-", "linewidth": 0.4, "color": style.GREY, "shrinkB": 3}
+    label = axes.annotate(_short(str(data.label.values[n])), (cost[n], shown[n]),
+                          (radius * way[0], radius * way[1]), textcoords="offset points",
+                          ha=side, va="center", fontsize=6.5, zorder=5,
+                          arrowprops=arrow if ring else None)  # fmt: skip
+    label.set_in_layout(False)  # the axes keep their size, and the other labels their places
+    return label
+
+
+def _short(text):
+    """Of a combination of more than two what it ends with: it stands for those before too."""
+    parts = text.split(" + ")
+    return "\n+ ".join(parts) if len(parts) < 3 else f"… + {parts[-1]}"

@@ -101,7 +101,7 @@ class _Bar:
 
     def say(self, text):
         if not self.quiet:
-            self.console.print(text, markup=False)
+            self.console.print(text, markup=False, soft_wrap=True)
 
     def watch(self, label, share):
         """share: of the point that is done, None at its end."""
