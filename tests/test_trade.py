@@ -381,7 +381,11 @@ def test_noise_of_the_machine_is_divided_out(tmp_path):
     runner = Runner(scenes.base(from_yaml(PAIR)), tmp_path)
     own = Outcome(0, "", 10.0)
     assert runner._ratio(own, {"code": 0, "cost": 8.0}) == 1.25  # the base beside itself
+    assert not runner._long  # the base itself is not stopped on its way
+    runner.default = Outcome(0, "", 1e-3)
+    assert not runner._long  # nor one that is over in a moment
     runner.default = Outcome(0, "", 10.0, costs=((0, 50, 100), (0.0, 5.0, 10.0)))
+    assert runner._long
     cut = {"code": 130, "cost": 10.0, "costs": [[0, 50], [0.0, 10.0]]}
     assert runner._ratio(Outcome(0, "", 4.0), cut) == pytest.approx(0.2)
     assert runner._ratio(Outcome(0, "", 4.0), {"code": 0, "cost": 16.0}) == 0.25

@@ -60,7 +60,9 @@ def paste(trade, row, given_scene):
 def percent(value):
     if not math.isfinite(value):
         return "-"
-    return f"{100 * value:.2g} %" if value < 10 else f"{value:.1e}"
+    if value >= 0.095:
+        return f"{100 * value:.0f} %" if value < 100 else f"{100 * value:.0e} %"
+    return f"{100 * value:.2g} %"
 
 
 def table(trade):

@@ -154,9 +154,14 @@ class Runner:
             if outcome is None or not outcome.ok:
                 return outcome
             with Process(self.scene, beside, measure=False) as other:
-                most = np.inf if self.default is None else outcome.cost
+                most = outcome.cost if self._long else np.inf
                 said = self._finished(point, other, most, raw=True)
             return said and replace(outcome, ratio=self._ratio(outcome, said))
+
+    @property
+    def _long(self):
+        """True where the base may be stopped on its way: a moment's run must be whole."""
+        return self.default is not None and self.default.cost > LEAST
 
     def _side_by_side(self, point, run, other):
         for process in (run, other):
@@ -167,8 +172,7 @@ class Runner:
         outcome = self._finished(point, run)
         if outcome is None or not outcome.ok:
             return outcome
-        # the rest of it would be beside nothing; but what takes a moment must be whole
-        if self.default is not None and self.default.cost > LEAST:
+        if self._long:  # the rest of it would be beside nothing
             other.stop()
         said = self._finished(point, other, raw=True)
         return said and replace(outcome, ratio=self._ratio(outcome, said))
