@@ -245,7 +245,7 @@ def test_trade_takes_the_cheapest_within_the_tolerance():
     # well; and so is rolling left out. Alone, the fastest wall and no rolling err by less
     assert found.anything.point.label == "speed = 4"
     assert by["step_fraction = 0.3 + speed = 4"].outcome.ratio == pytest.approx(1 / 6)
-    assert not judge.accepts(by["step_fraction = 0.3 + speed = 4"].outcome)
+    assert not judge.accepts(by["step_fraction = 0.3 + speed = 4"])
 
 
 def test_what_is_combined_holds_together():
@@ -266,9 +266,7 @@ def test_refused_and_guarded_points_are_results():
     bad = {row.point.label: row.outcome.status for row in found.rows if not row.outcome.ok}
     assert bad == {"precision = mixed": "a guard", "precision = f32": "refused: f32"}
     guarded = next(r for r in found.rows if r.point.label == "precision = mixed")
-    assert not found.judge.accepts(guarded.outcome) and math.isnan(
-        found.judge.error(guarded.outcome)
-    )
+    assert not found.judge.accepts(guarded) and math.isnan(found.judge.error(guarded.outcome))
 
 
 def test_scene_that_does_not_run_ends_it():
@@ -314,6 +312,17 @@ def test_without_seeds_nothing_is_free_but_below_the_reference_own_error():
     assert [judge.free(o) for o in out] == [True, False]
     stuck = Measured({"restitution": 0.0, "growth_efficiency": 0.9})
     assert Judge.of(stuck, stuck, stuck, [stuck], 0.05).name == "growth_efficiency"
+
+
+def test_scatter_hides_errors_of_numerics_only():
+    reference = Measured({"p_m": 1.0})
+    judge = Judge(reference, "p_m", {"p_m": 0.5}, {"p_m": 0.0}, 0.05)
+    out = Outcome(0, "", measured=Measured({"p_m": 1.3}))
+    rows = {kind: Row(Point("", "", "", 0.0, kind), out) for kind in KINDS}
+    assert {kind: judge.accepts(row) for kind, row in rows.items()} == {
+        "numerical": True, "physical": False, "sample": False,
+    }  # fmt: skip
+    assert judge.free(out)
 
 
 # -- runs that are kept --------------------------------------------------------------------------

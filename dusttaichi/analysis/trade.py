@@ -42,7 +42,8 @@ def trade_dataset(columns, numbers, flags, values, errors, observables, seeds, a
         column = np.array([np.nan if v is None else v for v in numbers[name]], dtype=float)
         data[name] = ("point", column, {"units": units, "long_name": text})
     texts = {"free": "the error is below the scatter of seeds (without seeds: the reference's own)",
-             "accepted": "the error is within the tolerance or free"}  # fmt: skip
+             "accepted": "the error is within the tolerance, or free where the kind is "
+             "numerical"}  # fmt: skip
     for name, column in flags.items():
         data[name] = ("point", np.array(column, dtype=np.int8), {"long_name": texts[name]})
     for name in names:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from dusttaichi.analysis.observables import CURVE, differences, scatter
 from dusttaichi.errors import DustError
+from dusttaichi.trade.point import NUMERICAL
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,13 @@ class Judge:
         """True where the error is below the floor."""
         return self.error(outcome) < self.floor
 
-    def accepts(self, outcome):
-        """True where the error is within the tolerance, or cannot be told from the scatter."""
-        return outcome.ok and (self.error(outcome) <= self.tolerance or self.free(outcome))
+    def accepts(self, row):
+        """True for a Row within the tolerance, or, of a numerical knob, within the scatter.
+
+        Numerics that err less than the scatter give another sample of the same; but what changes
+        the physics or the sample moves the mean too, which scatter may only hide.
+        """
+        if not row.outcome.ok:
+            return False
+        hidden = row.point.kind == NUMERICAL and self.free(row.outcome)
+        return hidden or self.error(row.outcome) <= self.tolerance

@@ -20,7 +20,7 @@ class Row:
 def pays(row, judge, noise):
     """True for a row that is cheaper than the default beyond the noise, at an accepted error."""
     ratio = row.outcome.ratio
-    return ratio is not None and ratio < 1.0 - noise and judge.accepts(row.outcome)
+    return ratio is not None and ratio < 1.0 - noise and judge.accepts(row)
 
 
 def offers(rows, judge, noise):
@@ -64,7 +64,7 @@ def walk(start, knobs, run, judge):
             row = Row(point, run(point))
             tried.append(row)
             better = row.outcome.ratio is not None and row.outcome.ratio < here.outcome.ratio
-            if better and judge.accepts(row.outcome):
+            if better and judge.accepts(row):
                 here = row
                 break
     return tried, here
@@ -73,5 +73,5 @@ def walk(start, knobs, run, judge):
 def cheapest(rows, judge, kinds):
     """The cheapest accepted Row of these kinds, or None."""
     able = [row for row in rows if row.point.kind in kinds and row.outcome.ratio is not None
-            and judge.accepts(row.outcome)]  # fmt: skip
+            and judge.accepts(row)]  # fmt: skip
     return min(able, key=lambda row: row.outcome.ratio, default=None)

@@ -34,7 +34,7 @@ def dataset(trade, given_scene, source, numbers):
         "convergence": [judge.convergence[n] for n in names],
     }
     flags = {"free": [judge.free(o) for o in outcomes],
-             "accepted": [judge.accepts(o) for o in outcomes]}  # fmt: skip
+             "accepted": [judge.accepts(row) for row in rows]}  # fmt: skip
     attrs = provenance(
         source, trade.scene.to_yaml(), title=trade.scene.name, observable=judge.name,
         tolerance=judge.tolerance, cost_noise=trade.noise,
@@ -80,9 +80,9 @@ def table(trade):
         if not o.ok:
             refused.append((p.label, o.status))
             continue
-        free = "free" if judge.free(o) else ("" if judge.accepts(o) else "too large")
+        worth = ["free"] * judge.free(o) + ["too large"] * (not judge.accepts(row))
         out.add_row(p.label, p.kind, f"{o.ratio:.2f}", f"{o.cost:.3g}", percent(judge.error(o)),
-                    free, f"{o.ledger:.0e}")  # fmt: skip
+                    ", ".join(worth), f"{o.ledger:.0e}")  # fmt: skip
     return out, refused
 
 
@@ -100,8 +100,8 @@ def sentences(trade):
         lines.append(f"scatter between {len(trade.seeds)} seeds: {percent(spread)}; an error below "
                      "it is marked as free")  # fmt: skip
         if spread > judge.tolerance:
-            lines.append("the scatter exceeds the tolerance: what is free may be wrong by more "
-                         "than it. More grains, or more seeds, make it smaller")  # fmt: skip
+            lines.append("the scatter exceeds the tolerance: an error of a single run is partly "
+                         "luck, also a small one. Take more grains")  # fmt: skip
     else:
         lines.append("no scatter between seeds is known (the sample has none, or one is asked "
                      "for); free is what errs less than the reference changes")  # fmt: skip
