@@ -54,6 +54,9 @@ def run(
     fresh: Annotated[
         bool, typer.Option("--fresh", help="compute stages again that are kept")
     ] = False,
+    error_bar: Annotated[
+        bool, typer.Option("--error-bar", help="estimate the error of the time step at the end")
+    ] = False,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="directory of the results")
     ] = None,
@@ -76,20 +79,20 @@ def run(
                 "where the finished stages of the replicas are kept"
             )
         plan = ensemble.ensemble_plan(scene, directory)
-        again = _again("run", file, output, scheduler)
+        again = _again("run", file, output, scheduler, error_bar=error_bar)
         ensemble.command(plan, again, force=force, resume=resume, scheduler=scheduler,
-                         quiet=quiet, console=console, err=err)  # fmt: skip
+                         quiet=quiet, console=console, err=err, error_bar=error_bar)  # fmt: skip
         return
     if scheduler is not None:
         raise DustError("--scheduler is for many runs: a scene with replicas, or dust sweep")
     with _bar(quiet) as (watch, say):
         try:
-            execute(scene, directory, force=force, resume=resume, fresh=fresh, watch=watch,
-                    say=say)  # fmt: skip
+            execute(scene, directory, force=force, resume=resume, fresh=fresh,
+                    error_bar=error_bar, watch=watch, say=say)  # fmt: skip
         except KeyboardInterrupt:
+            again = _again("run", file, output, None, error_bar=error_bar)
             raise DustError(
-                f"interrupted; everything up to here is in {directory}. "
-                f"Go on with: dust run {file} --resume{f' --output {output}' if output else ''}"
+                f"interrupted; everything up to here is in {directory}. Go on with: {again}"
             ) from None
     with analysis.open_run(directory) as result:
         figures = plots.save_all(result, directory)
@@ -107,12 +110,13 @@ def _scene(file, force, resume, threads):
     return scene if threads is None else scene.with_value("numerics.threads", threads)
 
 
-def _again(command, file, output, scheduler, settings=()):
+def _again(command, file, output, scheduler, settings=(), error_bar=False):
     """The command that goes on with what was interrupted."""
     words = ["dust", command, str(file)]
     words += [word for setting in settings for word in ("--set", setting)]
     words += ["--output", str(output)] if output else []
     words += ["--scheduler", scheduler] if scheduler else []
+    words += ["--error-bar"] if error_bar else []
     return shlex.join([*words, "--resume"])
 
 
@@ -221,8 +225,8 @@ class _bar:
             parts.append(f"P {p.pressure / 1e3:.3g} kPa")
         parts.append(f"{p.steps_per_second:,.0f} steps/s")
         total = p.end if p.end < 2**61 else None
-        self.bar.update(self.task, description=f"step {p.step:,}", total=total, completed=p.step,
-                        state="  ".join(parts))  # fmt: skip
+        self.bar.update(self.task, description=f"{p.task}step {p.step:,}", total=total,
+                        completed=p.step, state="  ".join(parts))  # fmt: skip
 
 
 @app.command()
