@@ -136,8 +136,25 @@ def _estimate(value, relative, scatter, size, resolved, unit):
     )
 
 
-def error_bar_rows(bar):
-    """Rows (what, run, literature) of text for the table of a run; [] where `bar` is None."""
+def filling_factor_error(bar, curve):
+    """(error, scatter) of the filling factor at a given pressure, from that of the pressure.
+
+    curve: the Curve of the run, whose mean slope over lg P turns one into the other. None where
+    there is no pressure or no curve.
+    """
+    lg_pressure, phi = curve.monotone()
+    if bar is None or "pressure" not in bar.estimates or len(phi) < 3:
+        return None
+    slope = np.polyfit(lg_pressure, phi, 1)[0] / np.log(10.0)
+    pressure = bar.estimates["pressure"]
+    return -slope * pressure.relative_error, slope * pressure.relative_scatter
+
+
+def error_bar_rows(bar, of_filling_factor=None):
+    """Rows (what, run, literature) of text for the table of a run; [] where `bar` is None.
+
+    of_filling_factor: what filling_factor_error gives.
+    """
     if bar is None:
         return []
     dt = 1e9 * bar.time_step
@@ -153,7 +170,10 @@ def error_bar_rows(bar):
         if name in bar.estimates:
             what = QUANTITIES[name][0]
             rows.append((f"… {what}", estimate_text(bar.estimates[name]), ""))
-    residuals = " and ".join(f"{r:.1e}" for r in bar.residual)
+        if name == "pressure" and of_filling_factor is not None:
+            text = "{:+.2g} ± {:.1g}".format(*of_filling_factor)
+            rows.append(("… filling factor at a pressure", text, ""))
+    residuals = ", ".join(f"{r:.1e}" for r in bar.residual)
     rows.append(("… residual of the ledger", residuals, ""))
     return rows
 
