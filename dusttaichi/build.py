@@ -25,6 +25,7 @@ from dusttaichi.step import make_advance
 from dusttaichi.surroundings import glued, make_surroundings, wall_strengths
 
 SMALL = 400  # grains below which a second thread costs more than it gains
+RESOLVED = 0.005  # of the overlap at rest by which positions may be uncertain
 SAFE = 1.4  # a step that strong damping limits may be this much nearer to its limit
 
 
@@ -70,6 +71,18 @@ class Drive:
 
 
 DRIVES = {"cpu": Drive(8, 16, "workers"), "cuda": Drive(1, 1, "launches")}
+
+
+def check_precision(scene, sample, delta0):
+    """Raise DustError where single precision does not resolve overlaps; delta0 [m]: at rest."""
+    resolved = 2.0**-24 * float(np.abs(sample.positions).max())
+    if scene.numerics.precision == "f32" and resolved > RESOLVED * delta0:
+        raise DustError(
+            f"numerics.precision = f32: single precision knows the positions of this sample to "
+            f"{resolved * 1e12:.2g} pm, and grains at rest overlap by {delta0 * 1e12:.3g} pm, of "
+            f"which {RESOLVED:.1%} must be resolved; try mixed or f64, or a sample below "
+            f"{RESOLVED * delta0 * 2.0**24 * 1e6:.2g} um about the origin"
+        )
 
 
 def threads_of(scene, grains):
@@ -210,7 +223,8 @@ def start_taichi(scene, threads):
             ti.init(
                 arch=arch,
                 cpu_max_num_threads=threads,
-                default_fp=ti.f64,
+                # what a number written in a kernel is: it must not make doubles of single lanes
+                default_fp=ti.f64 if scene.numerics.precision == "f64" else ti.f32,
                 fast_math=True,
                 offline_cache=True,
                 log_level=ti.ERROR,
@@ -239,11 +253,12 @@ def batch_order(positions, cell, scenes):
     return np.concatenate([own[spatial_order(positions[own], cell)] for own in members])
 
 
-def build(scene, sample, drive=None, scenes=None):
+def build(scene, sample, drive=None, scenes=None, ledger=True):
     """Simulation of a scene with a sample (dusttaichi.samples.Sample), contacts found, loads set.
 
     drive: a Drive other than that of the backend, to compare them.
     scenes: of a batch (dusttaichi.batch), the number of the scene that each grain is in, rising.
+    ledger: False leaves the losses out, to measure what they cost.
     Raises DustError for a sample that does not fit, or a step that cannot be stable.
     """
     sample = samples.pushed(scene, sample)
@@ -251,6 +266,7 @@ def build(scene, sample, drive=None, scenes=None):
     grains = len(sample.positions)
     alone = slice(None) if scenes is None else scenes == 0  # walls stand around the first scene
     bodies = bodies_of(scene, sample)
+    check_precision(scene, sample, contact_constants(scene)[0].delta0)
     step = time_step(scene, grains if scenes is None else int(np.bincount(scenes).max()), bodies)
     positions = sample.positions / units.LENGTH
     typical = scene.material.radius / units.LENGTH
@@ -269,7 +285,8 @@ def build(scene, sample, drive=None, scenes=None):
     periodic = tuple(AXES.index(axis) for axis in scene.boundary.periodic_axes)
     layout = store.Layout(drive.width, drive.tile, effects.twisting, effects.damped, periodic,
                           scene.output.stress, effects.asperities, push.forced, push.carried,
-                          scenes is not None, bodies is not None)  # fmt: skip
+                          scenes is not None, bodies is not None, scene.numerics.precision,
+                          ledger)  # fmt: skip
     fields = store.place(store.declare(grains, layout, walls))
     scratch = search.place_search(grains, layout, walls)
     sums = place_measure(grains, layout, walls)
@@ -312,8 +329,8 @@ def build(scene, sample, drive=None, scenes=None):
         push=push,
         material=material,
         drive=scene.legs[0].drive,
-        pair=contact_params(pair),
-        wall=contact_params(wall, walls=True),
+        pair=contact_params(pair, False, layout.geometry, layout.law),
+        wall=contact_params(wall, True, layout.geometry, layout.law),
         mass=constants.grain_mass(scene.material) / units.MASS,
         inertia=constants.moment_of_inertia(scene.material) / units.INERTIA,
         radius=typical,
