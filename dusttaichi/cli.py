@@ -348,6 +348,9 @@ def fit(
 @app.command()
 def bench(
     quick: Annotated[bool, typer.Option("--quick", help="small sizes only, two minutes")] = False,
+    parts: Annotated[
+        bool, typer.Option("--parts", help="what each part of a scene costs instead")
+    ] = False,
     lammps: Annotated[bool, typer.Option(help="time LAMMPS on the same samples")] = True,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="CSV file of the numbers")
@@ -356,6 +359,11 @@ def bench(
     """Measure: ns a contact and a grain-step by size, filling factor, threads; beside LAMMPS."""
     from dusttaichi import bench as benchmark
 
+    if parts:
+        from dusttaichi.bench import parts as parts_bench
+
+        parts_bench.command(quick=quick, output=output, say=console.print)
+        return
     benchmark.command(quick=quick, lammps=lammps, output=output, say=console.print)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from dusttaichi import geometry, record, units
-from dusttaichi.results import WALLS, reference_energy
+from dusttaichi.results import WALLS
 from dusttaichi.scene import AXES
 
 LOOKS = 20  # at what is averaged over the moments of a stretch
@@ -44,15 +44,14 @@ def _energies(sim, first, last):
         for n, name in enumerate(sim.layout.channels)
     }
     works = ("wall_work", "face_work", "push_work")
-    work = sum(last[name] - first[name] for name in works)
-    losses, start = sum(lost.values()), record.total_energy(first)
-    residual = record.total_energy(last) - start - work + losses
-    kinetic = first["kinetic_translation"] + first["kinetic_rotation"]
-    through = reference_energy(work, kinetic, start - kinetic, losses)
+    work, losses = sum(last[name] - first[name] for name in works), sum(lost.values())
+    from_zero = {"loss": np.array([losses]), "loss_wall": np.zeros(1), "wall_work": work,
+                 "face_work": 0.0, "push_work": 0.0}  # fmt: skip
+    _, relative = record.ledger(last | from_zero, first)
     out = {f"loss_{name}": value * units.ENERGY for name, value in lost.items()}
     out["losses"] = losses * units.ENERGY
     out["energy_end"] = record.total_energy(last) * units.ENERGY
-    out["residual"] = residual / through if through > 0.0 else 0.0
+    out["residual"] = relative
     if sim.box is not None or sim.cell is not None or sim.push.works:
         out["work"] = work * units.ENERGY
     return out
