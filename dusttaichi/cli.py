@@ -230,14 +230,19 @@ class _bar:
 
 
 @app.command()
-def check(file: SceneFile):
+def check(
+    file: SceneFile,
+    costs: Annotated[
+        bool, typer.Option("--costs", help="time the scene with each of its parts left out")
+    ] = False,
+):
     """Check a YAML file and print the scene resolved: constants, step, size, cost, parts."""
     from dusttaichi.preview import report
     from dusttaichi.scene import load
 
     scene = load(file)
     console.print(scene.to_yaml().rstrip(), markup=False)
-    for title, rows in report(scene):
+    for title, rows in report(scene, costs, err.print):
         console.print(f"\n{title}", markup=False, style="bold")
         for what, value in rows:
             console.print(f"  {what:<42} {value}", markup=False, soft_wrap=True)

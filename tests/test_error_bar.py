@@ -14,10 +14,10 @@ from dusttaichi import run as running
 from dusttaichi.analysis.error_bar import of_levels, of_stretches
 from dusttaichi.build import build
 from dusttaichi.error_bar import State, States, stretches_of
+from dusttaichi.record import total_energy
 from dusttaichi.refine import halve_time_step
 from dusttaichi.run import execute
 from dusttaichi.scene import from_yaml
-from dusttaichi.stretch import measure_stretch
 
 TOUCH = 2 * 0.6e-6 - 1.66e-10  # distance of grains in equilibrium contact [m]
 # grains that touch, turn and slide, the fourth about to hit the first, the last one an image of it
@@ -56,6 +56,19 @@ def approach(sim):
                     strict=True))  # fmt: skip
 
 
+def left_open(sim, steps):
+    """What the ledger leaves open over some steps, over the energy at their start. Energies are
+    those of the very moment, in which an impulse is half done."""
+    first = sim.measure()
+    sim.advance(steps)
+    last = sim.measure()
+    out = total_energy(last) - total_energy(first)
+    for name, sign in (("loss", 1), ("loss_wall", 1), ("wall_work", -1), ("push_work", -1),
+                       ("face_work", -1)):  # fmt: skip
+        out += sign * np.sum(last[name] - first[name])
+    return out / abs(total_energy(first))
+
+
 @pytest.fixture(scope="module", params=SCENES)
 def changed(request):
     """A simulation that has changed its step in the very step in which grains touch, what it was
@@ -79,7 +92,7 @@ def changed(request):
         if finer == 2:
             halve_time_step(sim)
         if steps:
-            residuals.append(measure_stretch(sim, steps, finer, None, sim.advance)["residual"])
+            residuals.append(left_open(sim, steps * finer))
     return sim, before, residuals
 
 
@@ -114,7 +127,7 @@ def test_the_ledger_goes_on(changed):
     """Through the very step in which grains touch, on asperities too: with an impulse that is not
     carried over whole it is open by thirty times as much."""
     _, _, (own, half) = changed
-    assert abs(own) < 2e-3  # of the energy that has gone through, at 0.07 of the stiffest period
+    assert abs(own) < 5e-3  # of the energy there is, at 0.07 of the stiffest period
     assert abs(half) < abs(own)
 
 

@@ -38,9 +38,10 @@ class Variant:
     settings: dict = field(default_factory=dict)
     built: dict = field(default_factory=dict)
     small: bool = False
+    base: object = None  # a Scene in place of that of the benchmark, with a sample of its own
 
     def scene(self, grains):
-        scene = bench_sample.bench_scene(FEW if self.small else grains)
+        scene = self.base or bench_sample.bench_scene(FEW if self.small else grains)
         for path, value in self.settings.items():
             scene = scene.with_value(path, value)
         return scene
@@ -198,7 +199,7 @@ def main(
                 said = f" against {part.instead}" if part.instead else ""
                 say(f"{number} of {len(parts)}: {part.name}{said}")
                 try:
-                    rows.append(_measure(part, grains, paths, steps, rounds, Path(scratch)))
+                    rows.append(measure_pair(part, grains, paths, steps, rounds, Path(scratch)))
                 except DustError as error:
                     reason = " ".join(str(error).split())
                     notes.append(f"{part.name} against {part.instead}: refused: {reason}")
@@ -234,8 +235,12 @@ def _prepare(kernels, recipe, say):
             process.ask("prepare", grains=recipe.grains, filling_factor=recipe.filling_factor)
 
 
-def _measure(part, grains, paths, steps, rounds, kernels) -> PartRow:
-    """Both variants in processes of their own, timed in turn; which is first changes."""
+def measure_pair(part, grains, paths, steps, rounds, kernels, per_step=False) -> PartRow:
+    """Both variants in processes of their own, timed in turn; which is first changes.
+
+    paths: files of the samples of `grains` and of FEW; None twice where the scene has its own.
+    per_step: times in place of times over the number of contacts.
+    """
     with Process(kernels) as one, Process(kernels) as other:
         pair = list(zip((one, other), (part.has, part.lacks), strict=True))
         lengths = []
@@ -250,9 +255,10 @@ def _measure(part, grains, paths, steps, rounds, kernels) -> PartRow:
         for number in range(rounds):
             for which in (0, 1) if number % 2 == 0 else (1, 0):
                 timing = pair[which][0].ask("time", steps=lengths[which])
-                if not timing["contacts"]:
+                if not timing["contacts"] and not per_step:
                     raise DustError("there are no contacts to take the time by")
-                found[which].append(1e9 * _all_in(timing) / timing["contacts"])
+                over = 1 if per_step else timing["contacts"]
+                found[which].append(1e9 * _all_in(timing) / over)
     ratios = [b / a for a, b in zip(*found, strict=True)]
     low, _, high = statistics.quantiles(ratios, n=4) if rounds > 1 else [math.nan] * 3
     return PartRow(
