@@ -13,6 +13,7 @@ from dusttaichi.analysis.compression import (
     rms_from_law,
 )
 from dusttaichi.analysis.ensemble import Band, bands, gather, save_ensemble
+from dusttaichi.analysis.error_bar import ErrorBar, Estimate, error_bar
 from dusttaichi.analysis.fractal import Fractal, fractal
 from dusttaichi.analysis.fragments import (
     Compaction,
@@ -40,6 +41,8 @@ __all__ = [
     "Compaction",
     "Curve",
     "Deviation",
+    "ErrorBar",
+    "Estimate",
     "Fit",
     "Fractal",
     "Fragments",
@@ -60,6 +63,7 @@ __all__ = [
     "compare",
     "compression_curve",
     "compression_law",
+    "error_bar",
     "fit_compression",
     "fit_strength",
     "fractal",

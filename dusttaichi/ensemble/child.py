@@ -52,13 +52,13 @@ def _run(request, tell):
 
     def watch(progress):
         nonlocal told
-        if time.monotonic() - told > TELL_EVERY and progress.end:
+        if time.monotonic() - told > TELL_EVERY and progress.end and not progress.task:
             told = time.monotonic()
             tell(share=progress.step / progress.end)
 
     directory, mode = request["directory"], request["mode"]
     execute(from_yaml(request["scene"]), directory, force=mode == "force",
-            resume=mode == "resume", watch=watch)  # fmt: skip
+            resume=mode == "resume", error_bar=request["error_bar"], watch=watch)  # fmt: skip
     with analysis.open_run(directory) as result:
         plots.save_all(result, directory)
 

@@ -23,6 +23,7 @@ class Job:
 
     mode: "new", "force" (start anew) or "resume". directory: where the run goes, or None: a
     temporary one, whose files come back with the outcome. files: what lies there at first.
+    error_bar: estimate the error of the time step at the end.
     """
 
     number: int
@@ -30,6 +31,7 @@ class Job:
     mode: str
     directory: str | None
     files: dict[str, bytes] = field(default_factory=dict)
+    error_bar: bool = False
 
 
 @dataclass(frozen=True)
@@ -96,7 +98,8 @@ def _process(job, directory, here, link):
         listener = threading.Thread(target=_listen, args=(process.stdout, said), daemon=True)
         listener.start()
         try:
-            request = {"scene": job.scene, "directory": str(directory), "mode": job.mode}
+            request = {"scene": job.scene, "directory": str(directory), "mode": job.mode,
+                       "error_bar": job.error_bar}  # fmt: skip
             with suppress(BrokenPipeError):
                 process.stdin.write(json.dumps(request) + "\n")
                 process.stdin.flush()
