@@ -158,15 +158,13 @@ def trade(
     ] = None,
     tolerance: Annotated[str, typer.Option(help="largest error", metavar="SHARE")] = "5%",
     seeds: Annotated[
-        int | None, typer.Option(min=1, help="seeds for the scatter [default: 4, quick 2]")
+        int | None, typer.Option(min=1, help="seeds for the scatter: 4, with --quick 2")
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="three rungs a knob, two seeds")] = False,
     pairs: Annotated[
         bool, typer.Option(help="run the default beside each point, to compare costs")
     ] = True,
-    jobs: Annotated[
-        int | None, typer.Option(min=1, help="processes at a time [default: cores]")
-    ] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="processes at a time: all cores")] = None,
     force: Annotated[bool, typer.Option("--force", help="run kept points again")] = False,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="directory of the results")
