@@ -1,5 +1,5 @@
-"""The command `dust`: run, sweep, sticking, check, schema, plot, compare, export, render, fit,
-bench."""
+"""The command `dust`: run, sweep, trade, sticking, check, schema, plot, compare, export, render,
+fit, bench."""
 
 import shlex
 import sys
@@ -148,6 +148,44 @@ def sweep(
 
 
 @app.command()
+def trade(
+    file: SceneFile,
+    knobs: Annotated[
+        str | None, typer.Option(help="only these knobs, by commas", metavar="KNOB,KNOB")
+    ] = None,
+    observable: Annotated[
+        str | None, typer.Option(help="the number whose error decides", metavar="NAME")
+    ] = None,
+    tolerance: Annotated[str, typer.Option(help="largest error", metavar="SHARE")] = "5%",
+    seeds: Annotated[
+        int | None, typer.Option(min=1, help="seeds for the scatter [default: 4, quick 2]")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="three rungs a knob, two seeds")] = False,
+    pairs: Annotated[
+        bool, typer.Option(help="run the default beside each point, to compare costs")
+    ] = True,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="processes at a time [default: cores]")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="run kept points again")] = False,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="directory of the results")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="no progress bar")] = False,
+):
+    """Cost and error of every knob of a scene: table, figure, and the cheapest setting."""
+    from dusttaichi import trade as trading
+
+    scene = _scene(file, False, False, None)
+    runs = scene.output.directory
+    trading.command(scene, output or runs.with_name(f"{runs.name}-trade"), names=knobs,
+                    quick=quick, seeds=seeds, tolerance=tolerance, observable=observable,
+                    jobs=jobs, pairs=pairs, force=force, quiet=quiet,
+                    again=shlex.join(["dust", *sys.argv[1:]]).replace(" --force", ""),
+                    console=console, err=err)  # fmt: skip
+
+
+@app.command()
 def sticking(
     file: SceneFile,
     settings: Annotated[
@@ -266,6 +304,11 @@ def plot(
     """Figures of a run: curves, stress, profile, energy. Several runs: their curves in one."""
     from dusttaichi import analysis, plots
 
+    if len(runs) == 1 and analysis.is_trade(runs[0]):
+        data, file = analysis.open_trade(runs[0])
+        folder = output or file.parent
+        console.print(f"wrote {plots.save_trade(data, folder / 'trade.png')}")
+        return
     with ExitStack() as opened:
         results = [opened.enter_context(analysis.open_run(path)) for path in runs]
         if len(results) == 1:

@@ -46,11 +46,13 @@ def run_directory(scene, output=None):
 
 
 def execute(scene, directory, *, force=False, resume=False, fresh=False, error_bar=False,
-            watch=lambda progress: None, say=lambda text: None):  # fmt: skip
+            watch=lambda progress: None, say=lambda text: None,
+            ready=lambda simulation: None):  # fmt: skip
     """Run a scene into `directory`; returns the directory.
 
     fresh: compute every stage, even those that an earlier run has finished and kept. error_bar:
-    estimate the error of the time step at the end (error_bar.py).
+    estimate the error of the time step at the end (error_bar.py). ready: called with the
+    Simulation, everything compiled, before its first step.
     Raises DustError (bad input, an existing result, a full disk), GuardStop (with the result up to
     there kept), KeyboardInterrupt (after flushing and a checkpoint).
     """
@@ -66,6 +68,7 @@ def execute(scene, directory, *, force=False, resume=False, fresh=False, error_b
             run.open_resumed()
         elif fresh or not run.open_kept():
             run.open_new(force)
+        ready(run.sim)
         run.go()
     return directory
 

@@ -33,6 +33,7 @@ from dusttaichi.analysis.restitution import Restitution, restitution, wall_resti
 from dusttaichi.analysis.run import Run, open_run
 from dusttaichi.analysis.summary import summary, table
 from dusttaichi.analysis.tensile import StrengthFit, Tensile, fit_strength, tensile
+from dusttaichi.analysis.trade import front, is_trade, open_trade, trade_dataset
 
 __all__ = [
     "Arrival",
@@ -67,16 +68,19 @@ __all__ = [
     "fit_strength",
     "fractal",
     "fragments",
+    "front",
     "frame_count",
     "gather",
     "grain_masses",
     "growth_efficiency",
+    "is_trade",
     "isotropic",
     "ledger",
     "losses_against_filling_factor",
     "mass_spectrum",
     "onset",
     "open_run",
+    "open_trade",
     "profile",
     "read_frame",
     "restitution",
@@ -87,5 +91,6 @@ __all__ = [
     "table",
     "tensile",
     "to_csv",
+    "trade_dataset",
     "wall_restitution",
 ]

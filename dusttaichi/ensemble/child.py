@@ -23,7 +23,7 @@ def main():
     os.dup2(2, 1)
     signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be inherited as ignored
     request = json.loads(sys.stdin.readline())
-    threading.Thread(target=_stop_with_the_input, daemon=True).start()
+    threading.Thread(target=stop_with_the_input, daemon=True).start()
 
     def tell(**what):
         print(json.dumps(what), file=answers, flush=True)
@@ -37,7 +37,7 @@ def main():
         tell(code=130, text="interrupted")
 
 
-def _stop_with_the_input():
+def stop_with_the_input():
     # not sys.stdin, whose lock would be held when the interpreter ends
     os.read(0, 1)
     os.kill(os.getpid(), signal.SIGINT)

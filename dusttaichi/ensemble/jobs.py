@@ -90,7 +90,7 @@ def _process(job, directory, here, link):
             stderr=errors,
             text=True,
             cwd=here,
-            env=_environment(),
+            env=environment(),
             # Ctrl-C in a terminal reaches only the process that asked, which passes it on once
             start_new_session=True,
         )
@@ -134,7 +134,7 @@ def _listen(stream, said):
         said.update(json.loads(line))
 
 
-def _environment():
+def environment():
     """That of this process, and the process imports the same package."""
     package = str(Path(dusttaichi.__file__).parent.parent)
     paths = [package, *filter(None, [os.environ.get("PYTHONPATH")])]

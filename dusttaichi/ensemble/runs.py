@@ -83,10 +83,10 @@ def _finished(member):
             status, scene = file.getncattr("status"), file.getncattr("scene_resolved")
     except (OSError, RuntimeError, AttributeError):
         return False
-    return status.startswith("finished") and _core(scene) == _core(member.scene.to_yaml())
+    return status.startswith("finished") and core_of(scene) == core_of(member.scene.to_yaml())
 
 
-def _core(text):
+def core_of(text):
     scene = yaml.safe_load(text)
     for block, key in BESIDES:
         scene.get(block, {}).pop(key, None)
@@ -125,7 +125,7 @@ def _do(plan, left, error_bar, scheduler, watch, say):
         threads = 1  # a task takes one thread of a worker, whose cores are not known here
     watch(progress)
     outcomes = []
-    with _signals() as signals, open_pool(scheduler, workers, heard) as pool:
+    with noted_signals() as signals, open_pool(scheduler, workers, heard) as pool:
         futures = _submit(pool, members, left, threads, scheduler is not None, error_bar)
         stopping = False
         while futures:
@@ -199,7 +199,7 @@ def _keep(outcome, directory):
 
 
 @contextmanager
-def _signals():
+def noted_signals():
     """Ctrl-C, SIGTERM and a closed terminal only fill the list that this yields.
 
     A second one breaks off; the runs then end by themselves, with their checkpoints.
