@@ -177,7 +177,7 @@ def test_costs_are_told_of_every_part(monkeypatch):
 
 
 def test_check_says_what_is_compiled_in_and_what_it_takes(unstarted):
-    scene = make_scene(boundary=box("bottom"), damping="viscous", output=SERIES)
+    scene = make_scene(boundary=FLOOR, damping="viscous", output=SERIES)
     sim, there, _ = place(scene, PAIR)
     told = dict(inventory.compiled_rows(scene, sim))
     assert told["walls"] == "bottom" and told["periodic faces"] == "none"
