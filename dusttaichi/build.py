@@ -4,7 +4,7 @@ import os
 from contextlib import redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
-from math import pi
+from math import inf, pi
 
 import numpy as np
 import taichi as ti
@@ -17,7 +17,8 @@ from dusttaichi.kernels.measure import make_measure, place_measure
 from dusttaichi.kernels.params import contact_params
 from dusttaichi.kernels.poly import interface_table, make_write_constants
 from dusttaichi.kernels.wall_search import make_wall_relist
-from dusttaichi.physics import constants, damping, stability
+from dusttaichi.motion import fastest
+from dusttaichi.physics import constants, damping, encounter, stability
 from dusttaichi.push import make_push
 from dusttaichi.scene import AXES
 from dusttaichi.simulation import Bodies, Kernels, Simulation
@@ -25,6 +26,7 @@ from dusttaichi.step import make_advance
 from dusttaichi.surroundings import glued, make_surroundings, wall_strengths
 
 SMALL = 400  # grains below which a second thread costs more than it gains
+BALANCED = 0.2  # step_fraction that physics.encounter is made for
 SAFE = 1.4  # a step that strong damping limits may be this much nearer to its limit
 
 
@@ -145,22 +147,50 @@ def stiffest_of(scene, grains, bodies):
     return min(period for period, _ in found), max(rate for _, rate in found)
 
 
+def meetings(scene, bodies):
+    """ContactConstants of two grains and of a grain and a wall, (list, list): the ends of the radii
+    of every two materials."""
+    if bodies is None:
+        pair, wall = contact_constants(scene)
+        return [pair], [wall]
+    ends = [(m, r) for m, *radii in extremes(scene, bodies) for r in sorted(set(radii))]
+    pairs = [constants.mixed_constants(a, r1, b, r2, scene.interaction)
+             for a, r1 in ends for b, r2 in ends]  # fmt: skip
+    walls = [constants.wall_constants(a, scene.interaction, r, scene.material) for a, r in ends]
+    return pairs, [glued(wall, scene.boundary) for wall in walls]
+
+
+def step_of_motion(scene, bodies, motion):
+    """Longest step [s] that resolves how fast bodies meet and turn; see physics.encounter."""
+    pairs, walls = meetings(scene, bodies)
+    hardening = scene.interaction.damping.model == "viscoelastic"
+    found = [encounter.step(c, motion.grains, hardening, motion.alone) for c in pairs]
+    if scene.boundary.walls:
+        found += [encounter.step(c, motion.walls, hardening, motion.alone) for c in walls]
+    return min(*found, encounter.TURN / motion.spin if motion.spin > 0.0 else inf)
+
+
 @dataclass(frozen=True)
 class TimeStep:
-    """The step [s], the stiffest period it is measured by, and the largest stable one."""
+    """The step [s], the stiffest period it is measured by, the largest stable one, and the longest
+    that resolves how fast bodies meet and turn."""
 
     dt: float
     period: float
     limit: float
+    resolved: float = inf
 
 
-def time_step(scene, grains, bodies=None):
+def time_step(scene, grains, bodies=None, motion=None):
     """The step of a scene of `grains` grains; bodies: Bodies where they are not all alike.
 
+    motion: Motion of the sample; without it nothing moves fast. `auto` is step_fraction of the
+    stiffest period, or less where fast bodies need it.
     Raises DustError when the step asked for cannot be stable.
     """
     period, rate = stiffest_of(scene, grains, bodies)
     limit = stability.largest_stable_step(period, rate)
+    resolved = inf if motion is None else step_of_motion(scene, bodies, motion)
     if scene.numerics.time_step == "auto":
         if not np.isfinite(period):
             raise DustError(
@@ -168,7 +198,9 @@ def time_step(scene, grains, bodies=None):
                 'give a step, for example "0.3 ns"'
             )
         fraction = scene.numerics.step_fraction
-        return TimeStep(min(fraction * period, fraction * pi * limit * SAFE), period, limit)
+        resolved *= min(1.0, fraction / BALANCED)
+        dt = min(fraction * period, fraction * pi * limit * SAFE, resolved)
+        return TimeStep(dt, period, limit, resolved)
     dt = scene.numerics.time_step
     if dt >= limit:
         raise DustError(
@@ -176,7 +208,7 @@ def time_step(scene, grains, bodies=None):
             f"scene is {period * 1e9:.4g} ns and the leapfrog needs less than "
             f'{limit * 1e9:.4g} ns with this damping; try "auto", or {0.6 * limit * 1e9:.3g} ns'
         )
-    return TimeStep(dt, period, limit)
+    return TimeStep(dt, period, limit, resolved)
 
 
 def start_taichi(scene, threads):
@@ -218,18 +250,22 @@ def batch_order(positions, cell, scenes):
     return np.concatenate([own[spatial_order(positions[own], cell)] for own in members])
 
 
-def build(scene, sample, drive=None, scenes=None):
+def build(scene, sample, drive=None, scenes=None, step=None):
     """Simulation of a scene with a sample (dusttaichi.samples.Sample), contacts found, loads set.
 
     drive: a Drive other than that of the backend, to compare them.
     scenes: of a batch (dusttaichi.batch), the number of the scene that each grain is in, rising.
+    step: a TimeStep to take whatever the scene says, stable or not.
     Raises DustError for a sample that does not fit, or a step that cannot be stable.
     """
     sample = samples.pushed(scene, sample)
     grains = len(sample.positions)
     alone = slice(None) if scenes is None else scenes == 0  # walls stand around the first scene
     bodies = bodies_of(scene, sample)
-    step = time_step(scene, grains if scenes is None else int(np.bincount(scenes).max()), bodies)
+    if step is None:
+        most = grains if scenes is None else int(np.bincount(scenes).max())
+        radii = scene.material.radius if bodies is None else bodies.radius * units.LENGTH
+        step = time_step(scene, most, bodies, fastest(scene, sample, radii, scenes))
     positions = sample.positions / units.LENGTH
     typical = scene.material.radius / units.LENGTH
     if bodies is not None:
