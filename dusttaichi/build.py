@@ -27,6 +27,7 @@ from dusttaichi.surroundings import glued, make_surroundings, wall_strengths
 
 SMALL = 400  # grains below which a second thread costs more than it gains
 BALANCED = 0.2  # step_fraction that physics.encounter is made for
+RESOLVED = 0.005  # of the overlap at rest by which positions may be uncertain
 SAFE = 1.4  # a step that strong damping limits may be this much nearer to its limit
 
 
@@ -39,13 +40,14 @@ class Effects:
     twisting: bool
     damping: object  # function of physics.damping, or None
     asperities: bool
+    newton_steps: int = 2  # of the contact radius
 
     @property
     def damped(self):
         return self.damping is not None
 
 
-def chosen_effects(interaction):
+def chosen_effects(interaction, newton_steps=2):
     """The effects that a scene asks for."""
     return Effects(
         rolling=interaction.rolling is not None,
@@ -53,6 +55,7 @@ def chosen_effects(interaction):
         twisting=interaction.twisting is not None,
         damping=damping.COEFFICIENT.get(interaction.damping.model),
         asperities=interaction.asperities is not None,
+        newton_steps=newton_steps,
     )
 
 
@@ -72,6 +75,18 @@ class Drive:
 DRIVES = {"cpu": Drive(8, 16, "workers"), "cuda": Drive(1, 1, "launches")}
 
 
+def check_precision(scene, sample, delta0):
+    """Raise DustError where single precision does not resolve overlaps; delta0 [m]: at rest."""
+    resolved = 2.0**-24 * float(np.abs(sample.positions).max())
+    if scene.numerics.precision == "f32" and resolved > RESOLVED * delta0:
+        raise DustError(
+            f"numerics.precision = f32: single precision knows the positions of this sample to "
+            f"{resolved * 1e12:.2g} pm, and grains at rest overlap by {delta0 * 1e12:.3g} pm, of "
+            f"which {RESOLVED:.1%} must be resolved; try mixed or f64, or a sample below "
+            f"{RESOLVED * delta0 * 2.0**24 * 1e6:.2g} um about the origin"
+        )
+
+
 def threads_of(scene, grains):
     """Worker threads: all cores that this process may use, one for a small sample.
 
@@ -83,8 +98,25 @@ def threads_of(scene, grains):
     return 1 if grains < SMALL else max(1, min(cores, grains // (SMALL // 2)))
 
 
+def moving(scene):
+    """The scene with grains as heavy as they move: numerics.mass_scaling in their densities."""
+    factor = scene.numerics.mass_scaling
+    if factor == 1.0:
+        return scene
+
+    def heavier(material):
+        return material.model_copy(update={"density": factor * material.density})
+
+    return scene.model_copy(update={
+        "material": heavier(scene.material),
+        "materials": {name: heavier(m) for name, m in scene.materials.items()},
+        "numerics": scene.numerics.model_copy(update={"mass_scaling": 1.0}),
+    })  # fmt: skip
+
+
 def contact_constants(scene):
     """ContactConstants of two grains and of a grain and a wall of the scene."""
+    scene = moving(scene)
     pair = constants.pair_constants(scene.material, scene.interaction)
     wall = constants.wall_constants(scene.material, scene.interaction)
     return pair, glued(wall, scene.boundary)
@@ -94,6 +126,7 @@ def bodies_of(scene, sample):
     """Bodies of a sample whose grains are not all alike; None where they are."""
     if sample.radii is None and sample.materials is None:
         return None
+    scene = moving(scene)
     kinds = scene.all_materials
     number = np.zeros(len(sample), np.int32) if sample.materials is None else sample.materials
     radius = np.array([m.radius for m in kinds])[number] if sample.radii is None else sample.radii
@@ -129,6 +162,7 @@ def stiffest_of(scene, grains, bodies):
     material. That is on the safe side (by a quarter for small grains among very large ones), as
     springs grow with the size of the partner and frequencies fall with the mass.
     """
+    scene = moving(scene)
     strengths = wall_strengths(scene.boundary)
     if bodies is None:
         pair, wall = contact_constants(scene)
@@ -153,6 +187,7 @@ def meetings(scene, bodies):
     if bodies is None:
         pair, wall = contact_constants(scene)
         return [pair], [wall]
+    scene = moving(scene)
     ends = [(m, r) for m, *radii in extremes(scene, bodies) for r in sorted(set(radii))]
     pairs = [constants.mixed_constants(a, r1, b, r2, scene.interaction)
              for a, r1 in ends for b, r2 in ends]  # fmt: skip
@@ -221,7 +256,8 @@ def start_taichi(scene, threads):
             ti.init(
                 arch=arch,
                 cpu_max_num_threads=threads,
-                default_fp=ti.f64,
+                # what a number written in a kernel is: it must not make doubles of single lanes
+                default_fp=ti.f64 if scene.numerics.precision == "f64" else ti.f32,
                 fast_math=True,
                 offline_cache=True,
                 log_level=ti.ERROR,
@@ -250,18 +286,21 @@ def batch_order(positions, cell, scenes):
     return np.concatenate([own[spatial_order(positions[own], cell)] for own in members])
 
 
-def build(scene, sample, drive=None, scenes=None, step=None):
+def build(scene, sample, drive=None, scenes=None, ledger=True, step=None):
     """Simulation of a scene with a sample (dusttaichi.samples.Sample), contacts found, loads set.
 
     drive: a Drive other than that of the backend, to compare them.
     scenes: of a batch (dusttaichi.batch), the number of the scene that each grain is in, rising.
+    ledger: False leaves the losses out, to measure what they cost.
     step: a TimeStep to take whatever the scene says, stable or not.
     Raises DustError for a sample that does not fit, or a step that cannot be stable.
     """
     sample = samples.pushed(scene, sample)
+    material, scene = scene.material, moving(scene)
     grains = len(sample.positions)
     alone = slice(None) if scenes is None else scenes == 0  # walls stand around the first scene
     bodies = bodies_of(scene, sample)
+    check_precision(scene, sample, contact_constants(scene)[0].delta0)
     if step is None:
         most = grains if scenes is None else int(np.bincount(scenes).max())
         radii = scene.material.radius if bodies is None else bodies.radius * units.LENGTH
@@ -277,13 +316,14 @@ def build(scene, sample, drive=None, scenes=None, step=None):
     push = make_push(scene.push, sample.info, order, step.dt / units.TIME)
     threads = threads_of(scene, grains)
     start_taichi(scene, threads)
-    effects = chosen_effects(scene.interaction)
+    effects = chosen_effects(scene.interaction, scene.numerics.newton_steps)
     walls = bool(scene.boundary.walls)
     drive = drive or DRIVES[scene.numerics.backend]
     periodic = tuple(AXES.index(axis) for axis in scene.boundary.periodic_axes)
     layout = store.Layout(drive.width, drive.tile, effects.twisting, effects.damped, periodic,
                           scene.output.stress, effects.asperities, push.forced, push.carried,
-                          scenes is not None, bodies is not None)  # fmt: skip
+                          scenes is not None, bodies is not None, scene.numerics.precision,
+                          ledger)  # fmt: skip
     fields = store.place(store.declare(grains, layout, walls))
     scratch = search.place_search(grains, layout, walls)
     sums = place_measure(grains, layout, walls)
@@ -324,10 +364,10 @@ def build(scene, sample, drive=None, scenes=None, step=None):
         box=box,
         cell=cell,
         push=push,
-        material=scene.material,
+        material=material,
         drive=scene.legs[0].drive,
-        pair=contact_params(pair),
-        wall=contact_params(wall, walls=True),
+        pair=contact_params(pair, False, layout.geometry, layout.law),
+        wall=contact_params(wall, True, layout.geometry, layout.law),
         mass=constants.grain_mass(scene.material) / units.MASS,
         inertia=constants.moment_of_inertia(scene.material) / units.INERTIA,
         radius=typical,

@@ -4,7 +4,7 @@ import numpy as np
 
 from dusttaichi.errors import GuardStop
 from dusttaichi.record import ledger, total_energy
-from dusttaichi.results import WALLS
+from dusttaichi.results import WALLS, reference_energy
 
 LARGEST_OVERLAP = 0.1  # of the radius: JKR is a law for small strains
 BETWEEN = 3000, 1_000_000  # steps between two looks: this many, of small samples this many a grain
@@ -65,12 +65,16 @@ def turnover(m, start):
     That is what has gone through the system, but no less than what its contacts bind now: where
     the first grains of a loose sample touch, hardly anything has gone through yet.
     """
-    residual, relative = ledger(m, start)
-    through = residual / relative if relative != 0.0 else 0.0
-    begun = abs(start["potential"].sum() + start["potential_wall"].sum())
+    losses = np.abs(m["loss"] + m["loss_wall"]).sum()  # those that make energy must not cancel
+    begun = start["potential"].sum() + start["potential_wall"].sum()
+    through = reference_energy(
+        m["wall_work"] + m["face_work"] + m["push_work"],
+        start["kinetic_translation"] + start["kinetic_rotation"],
+        begun,
+        losses,
+    )
     bound = -(m["potential"][0] + m["potential_wall"][0])
-    # an exact ledger tells nothing of what has gone through, and needs not
-    return residual, through + max(0.0, bound - begun)
+    return ledger(m, start)[0], through + max(0.0, bound - abs(begun))
 
 
 def _culprit(sim):

@@ -12,6 +12,7 @@ from dusttaichi.kernels.measure import (
     FACES,
     FASTEST,
     FASTEST_SPIN,
+    KICK,
     LINEAR,
     NORMAL,
     PENDING,
@@ -76,6 +77,7 @@ class Readout:
         out = {
             "kinetic_translation": grains[:, LINEAR].sum(),
             "kinetic_rotation": grains[:, ANGULAR].sum(),
+            "kinetic_kick": grains[:, KICK].sum(),
             "largest_speed": grains[:, FASTEST].max(),
             "largest_spin": grains[:, FASTEST_SPIN].max(),
             "contacts": int(round(pairs[:, CONTACTS].sum())),

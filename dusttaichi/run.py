@@ -23,8 +23,8 @@ FLUSH_SHARE = 0.02  # of the machine time that may go into writing
 SCENE = "scene.yaml"
 TOP = WALLS.index("top")
 # what may differ between a run and its continuation
-FREE_TO_CHANGE = (("stop",), ("output", "directory"), ("output", "checkpoint"),
-                  ("numerics", "threads"), ("replicas",))  # fmt: skip
+FREE_TO_CHANGE = (("stop",), ("output", "directory"), ("output", "checkpoint"), ("replicas",),
+                  ("numerics", "threads"), ("numerics", "ledger_tolerance"))  # fmt: skip
 
 
 @dataclass

@@ -13,7 +13,7 @@ import taichi as ti
 from dusttaichi.kernels.cell import make_cell
 from dusttaichi.kernels.contacts import make_pair_pass
 from dusttaichi.kernels.grains import make_flux, make_grain_pass
-from dusttaichi.kernels.params import ContactParams
+from dusttaichi.kernels.params import params_type
 from dusttaichi.kernels.poly import make_lane_params
 from dusttaichi.kernels.store import CHUNK, capacity
 from dusttaichi.kernels.walls import Walls, make_wall_pass
@@ -47,6 +47,7 @@ def make_advance(fields, layout, effects, grains, walls, drive):
 def make_workers(fields, layout, phases, grains, walls):
     """`advance` as one kernel: workers that pass their share of every phase (kernels.workers)."""
     sync = fields["sync"]
+    ContactParams = params_type(layout.geometry, layout.law)
 
     @ti.kernel
     def advance(steps: ti.i32, first: ti.i64, pending: ti.i32, workers: ti.i32,
@@ -80,6 +81,7 @@ def make_workers(fields, layout, phases, grains, walls):
 def make_launches(fields, layout, phases, grains, walls):
     """`advance` as a loop in Python over kernels with one parallel loop a phase."""
     sync, counts = fields["sync"], fields["counts"]
+    ContactParams = params_type(layout.geometry, layout.law)
 
     @ti.kernel
     def drift(motion: Motion):

@@ -24,10 +24,12 @@ def radius():
     """The kernel's own s(d), as a function of a NumPy array."""
     ti.init(arch=ti.cpu, default_fp=ti.f64, fast_math=True, log_level=ti.ERROR)
 
+    contact_radius = normal.contact_radius()
+
     @ti.kernel
     def evaluate(d: ti.types.ndarray(ti.f64, 1), s: ti.types.ndarray(ti.f64, 1)):
         for k in d:
-            s[k] = normal.contact_radius(d[k])
+            s[k] = contact_radius(d[k])
 
     def of(d):
         d = np.atleast_1d(np.asarray(d, float))

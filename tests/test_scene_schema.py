@@ -62,7 +62,7 @@ BY_SCHEMA = [
     "sample: {kind: rbd, size: [9 um, 9 um]}", "boundary: {kind: torus}",
     "boundary: {kind: box, wall_speed: 1}", "boundary: {kind: box, wall_sped: 1 m/s}",
     "boundary: {kind: box, omit: [up]}", "boundary: {kind: open, wall_speed: 1 m/s}",
-    "stop: {filling_factor: 0.8}", "numerics: {time_step: 1}", "numerics: {precision: f32}",
+    "stop: {filling_factor: 0.8}", "numerics: {time_step: 1}", "numerics: {precision: f16}",
     "output: {series: 100}", "output: {window: all}", "name: a/b", "name: cake\nmaterials: x",
 ]  # fmt: skip
 

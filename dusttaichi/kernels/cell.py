@@ -32,7 +32,7 @@ def make_cell(fields, layout):
         for a in ti.static(axes):
             start, rate, growth = cell[START, a], cell[RATE, a], cell[GROWTH, a]
             now = start * ti.exp(growth * (dt * step))
-            before = start * ti.exp(growth * (dt * (step - 0.5)))
+            before = start * ti.exp(growth * (dt * (ti.cast(step, ti.f64) - 0.5)))
             out[0, a] = now + rate * (dt * step)
             out[1, a] = growth * before + rate
             out[2, a] = growth * now + rate
@@ -111,7 +111,7 @@ def make_wrap(fields, layout, grains, walls, first):
     @ti.kernel
     def wrap(low: vector, edges: vector, speeds: vector, mass: ti.f64):
         for chunk in range((grains + CHUNK - 1) // CHUNK):
-            total = 0.0
+            total = ti.cast(0.0, ti.f64)
             for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
                 total += wrap_grain(g, low, edges, speeds)
             wrap_work[chunk] = wrap_work[chunk] + 0.5 * mass * total

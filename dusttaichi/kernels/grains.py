@@ -13,7 +13,7 @@ def make_gather(fields, layout):
 
     @ti.func
     def total(g):
-        force, torque = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
+        force, torque = ti.Vector.zero(layout.geometry, 3), ti.Vector.zero(layout.geometry, 3)
         for e in range(entry_start[g], entry_start[g + 1]):
             code = entry[e]
             contact, side = code >> 1, code & 1
@@ -55,6 +55,7 @@ def make_grain_pass(fields, layout):
     total, pushed = make_gather(fields, layout), make_push(fields, layout)
     free, held = fields.get("free"), fields.get("held")
     mass, inertia = fields.get("mass"), fields.get("inertia")
+    real = layout.geometry
 
     @ti.func
     def move(g, kick, turn, dt, reach2):
@@ -65,10 +66,10 @@ def make_grain_pass(fields, layout):
         if ti.static(layout.poly):
             force, torque = force / mass[g], torque / inertia[g]
         # no += on fields: it is atomic in Taichi, and slow
-        velocity = v[g] + kick * force
-        place = x[g] + dt * velocity
+        velocity = v[g] + ti.cast(kick, real) * force
+        place = x[g] + ti.cast(dt, real) * velocity
         v[g] = velocity
-        w[g] = w[g] + turn * torque
+        w[g] = w[g] + ti.cast(turn, real) * torque
         x[g] = place
         way = place - x_search[g]
         return ti.select(way.dot(way) <= reach2, 0, 1)

@@ -13,9 +13,13 @@ EXTRA_CHANNELS = ("asperities",)  # only in scenes that have them
 
 
 @cache
-def vec3(width):
-    """The struct of three lane vectors of `width` contacts, in the default float type."""
-    lane = ti.types.vector(width, ti.f64)
+def vec3(width, real=ti.f64):
+    """The struct of three lane vectors of `width` contacts, of float type `real`.
+
+    An expression has the type of what it is made of, whatever the struct says: a scene in mixed
+    precision has lanes of both, and says where one becomes the other.
+    """
+    lane = ti.types.vector(width, real)
 
     @ti.dataclass
     class Vec3:

@@ -6,7 +6,7 @@ import taichi as ti
 from dusttaichi.kernels.cell import make_cell
 from dusttaichi.kernels.contacts import make_access, step01
 from dusttaichi.kernels.grains import make_gather, make_push
-from dusttaichi.kernels.params import ContactParams
+from dusttaichi.kernels.params import params_type
 from dusttaichi.kernels.poly import make_lane_params
 from dusttaichi.kernels.store import CHUNK, capacity
 from dusttaichi.kernels.walls import Walls
@@ -16,8 +16,9 @@ from dusttaichi.physics import normal, rolling, sliding, twisting
 NORMAL, ROLLING, SLIDING, TWISTING, CONTACTS, PENDING, DEEPEST, FACES = range(8)
 STRIKING = 8  # with asperities: half of the work of the touches of this step
 STRAIN = 9  # largest overlap over the smaller radius, where grains have radii of their own
-# columns of a grain sum; kinetic energies of v, w at the time of the positions
-LINEAR, ANGULAR, FASTEST, FASTEST_SPIN = range(4)
+# columns of a grain sum; kinetic energies of v, w at the time of the positions; what they exceed
+# m v(n-1/2).v(n+1/2)/2 by, the kinetic energy whose change in a step is the work of the mean force
+LINEAR, ANGULAR, FASTEST, FASTEST_SPIN, KICK = range(5)
 
 
 def columns_of(layout):
@@ -30,7 +31,7 @@ def place_measure(grains, layout, walls):
     columns = columns_of(layout)
     sums = {
         "pair_sum": ti.field(ti.f64, shape=(pair_blocks // layout.tile, columns)),
-        "grain_sum": ti.field(ti.f64, shape=(-(-grains // CHUNK), 4)),
+        "grain_sum": ti.field(ti.f64, shape=(-(-grains // CHUNK), 5)),
     }
     if walls:
         sums["wall_sum"] = ti.field(ti.f64, shape=(wall_blocks // layout.tile, columns))
@@ -45,6 +46,7 @@ def make_measure(fields, sums, layout, effects, grains, walls):
     """
     W, T = layout.width, layout.tile
     V3, gather, get_state, _, state, load = make_access(fields, layout)
+    ContactParams = params_type(layout.geometry, layout.law)
     x, v, w, counts = fields["x"], fields["v"], fields["w"], fields["counts"]
     total, pushed = make_gather(fields, layout), make_push(fields, layout)
     pair_i, pair_j = fields["pair_i"], fields["pair_j"]
@@ -57,6 +59,7 @@ def make_measure(fields, sums, layout, effects, grains, walls):
     of_pairs, of_wall = make_lane_params(fields, layout) if layout.poly else (None, None)
     masses, inertias = fields.get("mass"), fields.get("inertia")
     columns = columns_of(layout)
+    contact_radius = normal.contact_radius(effects.newton_steps)
 
     @ti.func
     def add(table: ti.template(), tile, column, lanes):
@@ -65,7 +68,7 @@ def make_measure(fields, sums, layout, effects, grains, walls):
 
     @ti.func
     def common(table: ti.template(), tile, b, overlap, along, now, p, dt):
-        s = normal.contact_radius(overlap * p.inv_delta0)
+        s = contact_radius(overlap * p.inv_delta0)
         add(table, tile, NORMAL, now * p.U4 * normal.energy_lanes(s))
         add(table, tile, CONTACTS, now)
         if ti.static(effects.damped):
@@ -92,26 +95,34 @@ def make_measure(fields, sums, layout, effects, grains, walls):
     @ti.kernel
     def measure_grains(mass: ti.f64, inertia: ti.f64, half_kick: ti.f64, half_turn: ti.f64):
         for chunk in range((grains + CHUNK - 1) // CHUNK):
-            linear, angular, fastest, spin = 0.0, 0.0, 0.0, 0.0
+            zero = ti.cast(0.0, ti.f64)
+            linear, angular, fastest, spin = zero, zero, zero, zero
+            kicked, turned = zero, zero
             for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
                 force, torque = total(g)
                 force, torque = pushed(g, force, torque)
                 if ti.static(layout.poly):
                     force, torque = force / masses[g], torque / inertias[g]
-                now = v[g] + half_kick * force
-                turning = w[g] + half_turn * torque
+                kick, turn = half_kick * force, half_turn * torque
+                now = v[g] + kick
+                turning = w[g] + turn
                 if ti.static(layout.poly):
                     linear += masses[g] * now.dot(now)
                     angular += inertias[g] * turning.dot(turning)
+                    kicked += masses[g] * kick.dot(kick)
+                    turned += inertias[g] * turn.dot(turn)
                 else:
                     linear += now.dot(now)
                     angular += turning.dot(turning)
+                    kicked += kick.dot(kick)
+                    turned += turn.dot(turn)
                 fastest = ti.max(fastest, now.dot(now))
                 spin = ti.max(spin, turning.dot(turning))
             grain_sum[chunk, LINEAR] = 0.5 * mass * linear
             grain_sum[chunk, ANGULAR] = 0.5 * inertia * angular
             grain_sum[chunk, FASTEST] = ti.sqrt(fastest)
             grain_sum[chunk, FASTEST_SPIN] = ti.sqrt(spin)
+            grain_sum[chunk, KICK] = 0.5 * (mass * kicked + inertia * turned)
 
     @ti.func
     def measure_pair_block(tile, b, p, dt, frame):
@@ -190,7 +201,7 @@ def make_measure(fields, sums, layout, effects, grains, walls):
                     measure_wall_block(tile, c, box, time, p, dt)
         for n in range(6):
             for a in ti.static(range(3)):
-                force = 0.0
+                force = ti.cast(0.0, ti.f64)
                 for c in range(counts[1]):
                     if wall_of[c] == n:
                         for k in ti.static(range(W)):

@@ -1,5 +1,7 @@
 """Numbers of a contact as a kernel argument: a change of number does not recompile a kernel."""
 
+from functools import cache
+
 import taichi as ti
 
 from dusttaichi import units
@@ -10,10 +12,17 @@ FIELDS = (
     "mass", "crush_force", "crush_energy",
 )  # fmt: skip
 
-ContactParams = ti.types.struct(**{name: ti.f64 for name in FIELDS})
+GEOMETRY = ("r", "inv_r", "R", "touch", "xi_crit", "zeta_crit", "phi_crit")
+"""Of these, what overlaps and displacements are formed with."""
 
 
-def contact_params(constants, walls=False):
+@cache
+def params_type(geometry=ti.f64, law=ti.f64):
+    """The struct ContactParams with these float types."""
+    return ti.types.struct(**{name: geometry if name in GEOMETRY else law for name in FIELDS})
+
+
+def contact_params(constants, walls=False, geometry=ti.f64, law=ti.f64):
     """ContactParams in internal units (um, us, pg) from SI ContactConstants.
 
     `touch` is the distance of centres (of centre and wall) at first touch.
@@ -21,7 +30,7 @@ def contact_params(constants, walls=False):
     length, force = units.LENGTH, units.FORCE
     stiffness = force / length
     r = constants.r / length
-    return ContactParams(
+    return params_type(geometry, law)(
         r=r,
         inv_r=1.0 / r,
         R=constants.R / length,

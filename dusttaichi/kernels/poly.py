@@ -14,7 +14,7 @@ import numpy as np
 import taichi as ti
 
 from dusttaichi import units
-from dusttaichi.kernels.params import ContactParams
+from dusttaichi.kernels.params import FIELDS, GEOMETRY
 from dusttaichi.kernels.store import STORED
 from dusttaichi.physics import constants
 from dusttaichi.physics.constants import CRITICAL_TWISTING
@@ -80,26 +80,39 @@ def _row(face, interaction, glue):
 
 
 @cache
-def pair_lanes(width):
+def pair_lanes(width, geometry=ti.f64, law=ti.f64):
     """Struct of the numbers of `width` pairs, by the names that the physics has for them."""
-    lane = ti.types.vector(width, ti.f64)
     names = ("r1", "r2", "inv_r1", "inv_r2", "R", "touch", "inv_touch", "inv_delta0", "F4", "U4",
              "k_r", "k_s", "k_t", "xi_crit", "zeta_crit", "phi_crit", "kappa", "mass",
              "crush_force", "crush_energy")  # fmt: skip
-    return ti.types.struct(**{name: lane for name in names})
+    return _lanes(names, width, geometry, law)
 
 
 @cache
-def wall_lanes(width):
+def wall_lanes(width, geometry=ti.f64, law=ti.f64):
     """The same of wall contacts: the names of ContactParams."""
-    lane = ti.types.vector(width, ti.f64)
-    return ti.types.struct(**{name: lane for name in ContactParams.members})
+    return _lanes(FIELDS, width, geometry, law)
+
+
+def _lanes(names, width, geometry, law):
+    own = (*GEOMETRY, "r1", "r2", "inv_r1", "inv_r2", "inv_touch")
+    return ti.types.struct(**{name: ti.types.vector(width, geometry if name in own else law)
+                              for name in names})  # fmt: skip
 
 
 def make_lane_params(fields, layout):
     """Returns `of_pairs(b)`, `of_wall(b)`: the numbers of block b of the state."""
     table = fields["constants"]
-    Pairs, Wall = pair_lanes(layout.width), wall_lanes(layout.width)
+    types = (layout.width, layout.geometry, layout.law)
+    Pairs, Wall = pair_lanes(*types), wall_lanes(*types)
+
+    @ti.func
+    def long(a):
+        return ti.cast(a, layout.geometry)
+
+    @ti.func
+    def law(a):
+        return ti.cast(a, layout.law)
 
     @ti.func
     def of_pairs(b):
@@ -107,19 +120,22 @@ def make_lane_params(fields, layout):
         touch = r1 + r2
         inv_touch = 1.0 / touch
         return Pairs(
-            r1, r2, 1.0 / r1, 1.0 / r2, r1 * r2 * inv_touch, touch, inv_touch, inv_delta0, f4,
-            f4 / inv_delta0, table[b, K_R], table[b, K_S], table[b, K_T], table[b, XI_CRIT],
-            table[b, ZETA_CRIT], CRITICAL_TWISTING + 0.0 * r1, table[b, KAPPA], table[b, MASS],
-            table[b, CRUSH_FORCE], table[b, CRUSH_ENERGY],
+            long(r1), long(r2), long(1.0 / r1), long(1.0 / r2), long(r1 * r2 * inv_touch),
+            long(touch), long(inv_touch), law(inv_delta0), law(f4), law(f4 / inv_delta0),
+            law(table[b, K_R]), law(table[b, K_S]), law(table[b, K_T]), long(table[b, XI_CRIT]),
+            long(table[b, ZETA_CRIT]), long(CRITICAL_TWISTING + 0.0 * r1), law(table[b, KAPPA]),
+            law(table[b, MASS]), law(table[b, CRUSH_FORCE]), law(table[b, CRUSH_ENERGY]),
         )  # fmt: skip
 
     @ti.func
     def of_wall(b):
         r, inv_delta0, f4 = table[b, R1], table[b, INV_DELTA0], table[b, F4]
         return Wall(
-            r, 1.0 / r, r, r, inv_delta0, f4, f4 / inv_delta0, table[b, K_R], table[b, K_S],
-            table[b, K_T], table[b, XI_CRIT], table[b, ZETA_CRIT], CRITICAL_TWISTING + 0.0 * r,
-            table[b, KAPPA], table[b, MASS], table[b, CRUSH_FORCE], table[b, CRUSH_ENERGY],
+            long(r), long(1.0 / r), long(r), long(r), law(inv_delta0), law(f4),
+            law(f4 / inv_delta0), law(table[b, K_R]), law(table[b, K_S]), law(table[b, K_T]),
+            long(table[b, XI_CRIT]), long(table[b, ZETA_CRIT]),
+            long(CRITICAL_TWISTING + 0.0 * r), law(table[b, KAPPA]), law(table[b, MASS]),
+            law(table[b, CRUSH_FORCE]), law(table[b, CRUSH_ENERGY]),
         )  # fmt: skip
 
     return of_pairs, of_wall
@@ -142,7 +158,7 @@ def make_write_constants(fields, interfaces, materials, model):
         a0 = contact_radius(gamma, R, E_star)
         F_c = pull_off_force(gamma, R)
         a_twist = contact_radius(gamma, R_twist, E_star)
-        kappa = 0.0
+        kappa = ti.cast(0.0, ti.f64)
         if ti.static(model == "viscous"):
             kappa = interfaces[row, DAMPING]
         if ti.static(model == "scaled"):

@@ -51,7 +51,7 @@ def make_bounds(fields, scratch, grains):
     @ti.kernel
     def find_bounds():
         for k in range(8):
-            bounds[k] = ti.select(k < 3, 1e300, ti.select(k < 6, -1e300, 0.0))
+            bounds[k] = ti.select(k < 3, 1e30, ti.select(k < 6, -1e30, 0.0))
         for g in range(grains):
             ti.atomic_max(bounds[7], v[g].norm())
             for k in ti.static(range(3)):
@@ -182,7 +182,7 @@ def make_find(fields, scratch, layout, grains, walls):
         if ti.static(layout.periodic):
             for a, b, e in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
                 there = c + ti.Vector([a, b, e])
-                image = ti.Vector([0.0, 0.0, 0.0])
+                image = ti.Vector.zero(ti.f64, 3)
                 for n in ti.static(layout.periodic):
                     turn = ti.cast(there[n] >= grid.cells[n], ti.i32) - ti.cast(
                         there[n] < 0, ti.i32
@@ -193,7 +193,7 @@ def make_find(fields, scratch, layout, grains, walls):
                     here = number(there, grid)
                     list_cells(g, here, here, image, reach2)
         else:
-            none = ti.Vector([0.0, 0.0, 0.0])
+            none = ti.Vector.zero(ti.f64, 3)
             first = block_of(g, grid)
             for a in range(ti.max(c[0] - 1, 0), ti.min(c[0] + 2, grid.cells[0])):
                 for b in range(ti.max(c[1] - 1, 0), ti.min(c[1] + 2, grid.cells[1])):
@@ -305,7 +305,7 @@ def make_relist(fields, scratch, layout, grains, walls, write_constants=None):
             if old_j[o // W][o % W] == j:
                 old = o
         for n in ti.static(range(size)):
-            value = 0.0
+            value = ti.cast(0.0, layout.geometry)
             if old >= 0:
                 value = load[old // W, n][old % W]
             state[b, n][k] = value

@@ -36,6 +36,24 @@ class Layout:
     carried: bool = False  # some grains move at a speed of their own
     batch: bool = False  # many scenes at once, whose grains do not see each other
     poly: bool = False  # grains of their own radius and material (kernels.poly)
+    precision: str = "f64"
+    ledger: bool = True  # only a benchmark does without
+
+    @property
+    def geometry(self):
+        """Float type of positions, velocities, pointers and what is formed from them: overlaps and
+        displacements are small differences of these."""
+        return ti.f32 if self.precision == "f32" else ti.f64
+
+    @property
+    def law(self):
+        """Float type of the forces, which are functions of overlaps and displacements."""
+        return ti.f64 if self.precision == "f64" else ti.f32
+
+    @property
+    def element(self):
+        """Name of the element type of what is of type `geometry`."""
+        return "f32" if self.precision == "f32" else "f64"
 
     @property
     def pointer(self):
@@ -76,7 +94,7 @@ class Variable:
     name: str
     meaning: str
     unit: str
-    element: tuple  # ("f64"|"i32"|"i64", vector length or 0)
+    element: tuple  # ("f64"|"f32"|"i32"|"i64", vector length or 0)
     shape: tuple
 
 
@@ -86,18 +104,19 @@ def declare(grains, layout, walls):
     pair_blocks, wall_blocks = capacity(grains, layout, walls)
     tiles = pair_blocks // layout.tile
     ghosts = grains + 2  # two far-away grains that fill the empty lanes
-    lane, lane_i = ("f64", width), ("i32", width)
+    # sums over many steps are in double precision always
+    lane, lane_i, own = ("f64", width), ("i32", width), layout.element
     variables = [
-        Variable("x", "positions", "um", ("f64", 3), (ghosts,)),
-        Variable("v", "velocities half a step back", "um/us", ("f64", 3), (ghosts,)),
-        Variable("w", "spins half a step back", "rad/us", ("f64", 3), (ghosts,)),
-        Variable("x_search", "positions at the last search", "um", ("f64", 3), (ghosts,)),
+        Variable("x", "positions", "um", (own, 3), (ghosts,)),
+        Variable("v", "velocities half a step back", "um/us", (own, 3), (ghosts,)),
+        Variable("w", "spins half a step back", "rad/us", (own, 3), (ghosts,)),
+        Variable("x_search", "positions at the last search", "um", (own, 3), (ghosts,)),
         Variable("pair_i", "first grain of a pair", "1", lane_i, (pair_blocks,)),
         Variable("pair_j", "second grain of a pair", "1", lane_i, (pair_blocks,)),
         Variable("pair_start", "first pair of a grain", "1", ("i32", 0), (grains + 1,)),
-        Variable("state", "pointers, twist, approach", "1, rad, um/us", lane,
+        Variable("state", "pointers, twist, approach", "1, rad, um/us", (own, width),
                  (pair_blocks + wall_blocks, layout.state_size)),
-        Variable("load", "force and two torques of a contact", "nN, nN um", lane,
+        Variable("load", "force and two torques of a contact", "nN, nN um", (own, width),
                  (pair_blocks + wall_blocks, max(9, layout.state_size))),  # room for a state
         Variable("entry_start", "first contact of a grain's list", "1", ("i32", 0), (grains + 1,)),
         Variable("entry", "2 contact + side", "1", ("i32", 0),
@@ -182,9 +201,9 @@ def capacity(grains, layout, walls):
 
 def place(variables):
     """Taichi fields for the declared variables, as a dict by name."""
-    types = {"f64": ti.f64, "i32": ti.i32, "i64": ti.i64}
+    types = {"f64": ti.f64, "f32": ti.f32, "i32": ti.i32, "i64": ti.i64}
     together = [var for var in variables if var.name in GATHERED]
-    fields = {var.name: ti.Vector.field(3, ti.f64) for var in together}
+    fields = {var.name: ti.Vector.field(3, types[var.element[0]]) for var in together}
     ti.root.dense(ti.i, together[0].shape[0]).place(*fields.values())
     for var in variables:
         if var.name in fields:

@@ -40,7 +40,7 @@ def make_wall_relist(fields, scratch, layout, grains, write_constants=None):
     def fold_impulses(blocks):
         for c in range(blocks):
             for a in ti.static(range(3)):
-                total = 0.0
+                total = ti.cast(0.0, ti.f64)
                 for k in ti.static(range(W)):
                     total += impulse[c, a][k]
                 impulse_total[wall_of[c]][a] = impulse_total[wall_of[c]][a] + total
@@ -88,7 +88,7 @@ def make_wall_relist(fields, scratch, layout, grains, write_constants=None):
             write_wall_constants(first + b, k, g)
         old = wall_slot[g][n]
         for m in ti.static(range(size)):
-            value = 0.0
+            value = ti.cast(0.0, layout.geometry)
             if old >= 0:
                 value = load[first + old // W, m][old % W]
             state[first + b, m][k] = value

@@ -11,7 +11,9 @@ from dusttaichi.kernels.contacts import (
     TWISTING,
     add_to,
     make_access,
+    make_book,
     make_flatten,
+    make_law,
     make_touch,
     make_virial,
     step01,
@@ -27,7 +29,7 @@ Walls = ti.types.struct(
 
 
 def make_wall_pass(fields, layout, effects):
-    """Returns `wall_block(c, tile, first, plane, strength, params, dt)`.
+    """Returns `wall_block(c, tile, first, plane, strength, params, step)`.
 
     c counts wall blocks; their state and loads stand behind those of the pairs, from block `first`.
     """
@@ -38,49 +40,51 @@ def make_wall_pass(fields, layout, effects):
     N1, FOOT, TWIST, APPROACH = layout.pointer, layout.second, layout.twist, layout.approach
     flatten, last_impulse = make_flatten(state, loss, layout)
     add_virial = make_virial(fields.get("wall_virial"))
+    book, (law, law3) = make_book(layout), make_law(layout)
 
     @ti.func
-    def wall_block(c, tile, first, unit_normal, offset, speed, strength, p, dt):
+    def wall_block(c, tile, first, unit_normal, offset, speed, strength, p, step):
         b = first + c
         i = wall_grain[c]
         place = gather(x, i)
-        turn = gather(w, i).times(dt)
-        one = 1.0 + 0.0 * wall_gap[c]
+        dt, long = law(step), ti.cast(step, layout.geometry)
+        turn = gather(w, i).times(long)
+        one = ti.cast(1.0 + 0.0 * wall_gap[c], layout.geometry)
         nw = V3(one * unit_normal[0], one * unit_normal[1], one * unit_normal[2])
         distance = place.dot(nw) - offset + wall_gap[c]
         dv = gather(v, i).minus(nw.times(speed))
-        u = dv.dot(nw)
+        u = law(dv.dot(nw))
         n1, foot = get_state(b, N1), get_state(b, FOOT)
-        was = step01(n1.dot(n1) - 0.5)
-        now, formed, broken, kept, s = touch(p.touch - distance, u, was, dt, p)
+        was = law(step01(n1.dot(n1) - 0.5))
+        now, formed, broken, kept, s = touch(law(p.touch - distance), u, was, dt, p)
         push, lost_forming, lost_breaking = jump(s, u, formed, broken, dt, p)
         push = now * push
         if ti.static(effects.damped):
-            before = state[b, APPROACH]
+            before = law(state[b, APPROACH])
             struck = before
             if ti.static(effects.asperities):
                 struck += last_impulse(b) * (1.0 / p.mass)
-            f, lost = damp(s, u, was, before, struck, state[b, APPROACH + 1], now, dt, p)
+            f, lost = damp(s, u, was, before, struck, law(state[b, APPROACH + 1]), now, dt, p)
             push -= f
             state[b, APPROACH], state[b, APPROACH + 1] = now * u, f
-            add_to(loss, tile, DAMPING, lost)
+            book(loss, tile, DAMPING, lost)
         if ti.static(effects.asperities):
             push += flatten(tile, b, u, u, push, formed, dt, p)
 
         # the pointer of a lane that did not touch a step ago is zero: `strong` masks its springs
-        strong = was * strength
+        strong = law(was * strength)
         turned = n1.turned(turn)
         n1 = turned
         if ti.static(effects.sliding):
             zeta = sliding.displacement_wall(place, turned, foot, nw, p)
             over, lost = sliding.correct_wall(zeta, p)
             foot = foot.plus(zeta.times(over))
-            add_to(loss, tile, SLIDING, strong * lost)
+            book(loss, tile, SLIDING, strong * lost)
         if ti.static(effects.rolling):
             xi = rolling.displacement(turned, nw, p)
             c1, lost = rolling.correct_wall(xi, turned, p)
             n1 = turned.plus(xi.times(c1))
-            add_to(loss, tile, ROLLING, strong * lost)
+            book(loss, tile, ROLLING, strong * lost)
         # the foot goes with the pointer: rolling must not load the sliding spring
         n1 = n1.unit()
         foot = foot.plus(n1.minus(turned).times(p.r))
@@ -89,36 +93,38 @@ def make_wall_pass(fields, layout, effects):
         put(state, b, FOOT, foot.times(kept).plus(start.times(formed)))
 
         stored = 0.0 * was
-        shear = nw.times(stored)
+        shear = law3(nw).times(stored)
         a = shear
         if ti.static(effects.rolling):
-            xi = rolling.displacement(n1, nw, p)
+            xi = law3(rolling.displacement(n1, nw, p))
             stored += rolling.energy(xi, p)
-            a = xi.times(rolling.pull(p))
+            a = xi.times(law(rolling.pull(p)))
         if ti.static(effects.sliding):
-            zeta = sliding.displacement_wall(place, n1, foot, nw, p)
+            zeta = law3(sliding.displacement_wall(place, n1, foot, nw, p))
             stored += sliding.energy(zeta, p)
             # force -k_s zeta: the lever of eq 13 is the distance itself on a wall
             shear = zeta.times(sliding.push(1.0, 1.0, p))
-            a = a.plus(zeta.times(sliding.pull(p)))
-        torque = a.cross(n1)
+            a = a.plus(zeta.times(law(sliding.pull(p))))
+        torque = a.cross(law3(n1))
         if ti.static(effects.twisting):
-            phi, lost = twisting.correct(was * (state[b, TWIST] + turn.dot(nw)), p)
+            twist, lost = twisting.correct(was * (state[b, TWIST] + turn.dot(nw)), p)
+            phi = law(twist)
             stored += twisting.energy(phi, p)
-            state[b, TWIST] = kept * phi
-            add_to(loss, tile, TWISTING, strength * lost)
-            torque = torque.plus(nw.times(twisting.torque(phi, p)))
+            state[b, TWIST] = kept * twist
+            book(loss, tile, TWISTING, strength * lost)
+            torque = torque.plus(law3(nw).times(twisting.torque(phi, p)))
         # a spring that breaks has worked for half a step less than its displacement says
-        work = dt * shear.dot(dv) + torque.dot(turn)
-        force = nw.times(push).plus(shear.times(kept * strength))
+        work = law(dt * shear.dot(dv) + torque.dot(turn))
+        weight = law(kept * strength)
+        force = law3(nw).times(push).plus(shear.times(weight))
         put(load, b, 0, force)
-        put(load, b, 3, torque.times(kept * strength))
-        add_to(impulse, c, 0, dt * force.x)
-        add_to(impulse, c, 1, dt * force.y)
-        add_to(impulse, c, 2, dt * force.z)
+        put(load, b, 3, torque.times(weight))
+        add_to(impulse, c, 0, step * force.x)
+        add_to(impulse, c, 1, step * force.y)
+        add_to(impulse, c, 2, step * force.z)
         if ti.static(layout.stress):
-            add_virial(tile, nw.times(distance), force, dt)
-        add_to(loss, tile, FORMING, lost_forming)
-        add_to(loss, tile, BREAKING, lost_breaking + broken * strength * (stored + 0.5 * work))
+            add_virial(tile, nw.times(distance), force, step)
+        book(loss, tile, FORMING, lost_forming)
+        book(loss, tile, BREAKING, lost_breaking + broken * strength * (stored + 0.5 * work))
 
     return wall_block

@@ -8,6 +8,8 @@ regular for t >= 0, a rational fit gives it to 8e-5, and each Newton step square
 (1e-8, 1e-13), so that no contact radius has to be stored and no start value can be wrong.
 """
 
+from functools import cache
+
 import taichi as ti
 
 from dusttaichi.physics.constants import PULL_OFF, S_PULL_OFF
@@ -18,7 +20,6 @@ W0 = S_PULL_OFF**2
 W1 = 2.0 * S_PULL_OFF / (18.0 * S_PULL_OFF**2) ** 0.5
 WI = 3.0**-0.5
 A, B, C = 0.71808842, 0.0593261, 0.1507543
-NEWTON_STEPS = 2
 
 
 def start(t):
@@ -54,12 +55,18 @@ force_lanes = ti.func(force)
 energy_lanes = ti.func(energy)
 
 
-@ti.func
-def contact_radius(d):
-    """s = sqrt(a/a0) for the scaled overlap d = delta/delta0; below pull-off that of pull-off."""
-    depth = ti.max(d + PULL_OFF, 0.0)
-    t = ti.sqrt(depth)
-    s = ti.sqrt(start_lanes(t))
-    for _ in ti.static(range(NEWTON_STEPS)):
-        s = newton_lanes(s, depth - PULL_OFF)
-    return s
+@cache
+def contact_radius(newton_steps=2):
+    """Returns the function s(d): s = sqrt(a/a0) for the scaled overlap d = delta/delta0; below
+    pull-off that of pull-off."""
+
+    @ti.func
+    def radius(d):
+        depth = ti.max(d + PULL_OFF, 0.0)
+        t = ti.sqrt(depth)
+        s = ti.sqrt(start_lanes(t))
+        for _ in ti.static(range(newton_steps)):
+            s = newton_lanes(s, depth - PULL_OFF)
+        return s
+
+    return radius

@@ -91,7 +91,8 @@ _TABLE = {
         ("push_work", "time", "J", "work of pushes from outside on the grains since the start",
          _PHYS, "push"),
         ("energy_residual", "time", "J", "total energy less that at the start, less work, plus "
-         "losses (0 if the ledger closes)", _PHYS, ""),
+         "losses (0 if the ledger closes), with the kinetic energy m v(n-1/2).v(n+1/2)/2 of "
+         "successive half steps", _PHYS, ""),
         ("energy_residual_relative", "time", "1", "energy_residual over the energy that has gone "
          "through the system: |work| + initial kinetic + |initial potential| + losses",
          "dusttaichi.results.reference_energy", ""),

@@ -36,7 +36,8 @@ def check(scene) -> Found:
             found += [*_drive(scene, path, leg), *_stop(scene, path, leg)]
             found += _intervals(scene, path, leg)
     found += [*push.check(scene), *_asperities(scene)]
-    return [*found, *_stress(scene), *_materials(scene), *_sizes(scene), *_room(scene)]
+    found += [*_mass_scaling(scene), *_stress(scene), *_materials(scene)]
+    return [*found, *_sizes(scene), *_room(scene)]
 
 
 def _paths(scene):
@@ -190,6 +191,24 @@ def _asperities(scene) -> Found:
         return []
     return [("interaction.asperities.volume", "it is missing, and the material has no "
              'asperity_volume; give one, for example {volume: 0.01 nm}')]  # fmt: skip
+
+
+def _mass_scaling(scene) -> Found:
+    """Heavier grains leave forces at rest as they are, and nothing else."""
+    if scene.numerics.mass_scaling == 1.0:
+        return []
+    driven = any(leg.drive.moves for leg in scene.legs) if scene.stop or scene.stages else True
+    why = None
+    if scene.push:
+        why = "a push is answered by the inertia of the grains"
+    elif isinstance(scene.sample, (PairSample, CollisionSample)):
+        why = "a collision is a matter of kinetic energy"
+    elif scene.interaction.asperities is not None:
+        why = "asperities take kinetic energy"
+    elif not driven:
+        why = "no wall or face moves"
+    text = "it is for quasi-static runs, in which a wall or a face moves slowly; 1 is allowed here"
+    return [("numerics.mass_scaling", f"{text}: {why}")] if why else []
 
 
 def _stress(scene) -> Found:

@@ -1,25 +1,59 @@
-"""Time step, precision, and what the run is computed on."""
+"""Time step, precision, and what the run is computed on; presets of these."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from dusttaichi.scene.fields import Block, Number
 from dusttaichi.units import Quantity
+
+PRESETS: dict[str, dict[str, Any]] = {
+    "fast": {"step_fraction": 0.28, "precision": "f64", "newton_steps": 1},
+    "balanced": {"step_fraction": 0.2, "precision": "f64", "newton_steps": 2},
+    "reference": {"step_fraction": 0.05, "precision": "f64", "newton_steps": 3},
+}
+"""What `accuracy` sets where the YAML does not say otherwise: numerics alone, no physics."""
 
 
 class Numerics(Block):
     """How the equations are solved."""
 
+    default: ClassVar[str] = "balanced"
+
+    accuracy: Literal["fast", "balanced", "reference"] = Field(
+        default,
+        description="preset of step_fraction, precision and newton_steps, each of which may be "
+        "given as well; `dust trade` measures what they cost",
+    )
     time_step: Annotated[float | Literal["auto"], Quantity("time", gt=0, word="auto")] = Field(
         "auto", description="time step, or auto: step_fraction of the stiffest period"
     )
     # Leapfrog is stable up to 1/pi = 0.318 of the period.
     step_fraction: Annotated[
         float, Number(gt=0, le=0.31, note="; from 0.318 (1/pi) on the step is unstable")
-    ] = Field(0.2, description="time step over the stiffest period, with time_step auto")
-    precision: Literal["f64"] = Field(
-        "f64", description="f64: a force law in f32 was measured to be no faster on the CPU"
+    ] = Field(
+        PRESETS[default]["step_fraction"],
+        description="time step over the stiffest period, with time_step auto",
+    )
+    precision: Literal["f64", "mixed", "f32"] = Field(
+        PRESETS[default]["precision"],
+        description="f64; mixed: positions, velocities and pointers in f64, forces in f32; "
+        "f32: everything but the energy ledger",
+    )
+    newton_steps: Annotated[int, Number(whole=True, ge=0, le=3)] = Field(
+        PRESETS[default]["newton_steps"],
+        description="Newton steps of the contact radius of JKR, each squares its error: 8e-5, "
+        "1e-8, 1e-13",
+    )
+    mass_scaling: Annotated[float, Number(ge=1, le=1e6)] = Field(
+        1.0,
+        description="factor on the mass of all grains, for quasi-static runs: steps grow with its "
+        "root, and so does the speed at which inertia is felt",
+    )
+    ledger_tolerance: Annotated[float, Number(gt=0, le=1)] = Field(
+        0.01,
+        description="share of the energy that has gone through the system by which the ledger may "
+        "be open before a guard stops the run",
     )
     backend: Literal["cpu", "cuda"] = Field("cpu", description="what the kernels run on")
     threads: Annotated[int | Literal["auto"], Number(whole=True, ge=1, word="auto")] = Field(
@@ -28,3 +62,17 @@ class Numerics(Block):
     skin: Annotated[float | Literal["auto"], Number(gt=0, le=10, word="auto")] = Field(
         "auto", description="extra reach of the neighbour search as a fraction of the radius"
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        accuracy = data.get("accuracy", cls.default)
+        preset = PRESETS.get(accuracy, {}) if isinstance(accuracy, str) else {}
+        return {**preset, **data}
+
+    @property
+    def preset(self) -> dict[str, Any]:
+        """What the preset of `accuracy` sets where nothing else is given."""
+        return PRESETS[self.accuracy]
