@@ -162,23 +162,24 @@ def stiffest_of(scene, grains, bodies):
     material. That is on the safe side (by a quarter for small grains among very large ones), as
     springs grow with the size of the partner and frequencies fall with the mass.
     """
+    found = [stability.stiffest(mass, pair, wall, grains, wall_strengths(scene.boundary))
+             for mass, pair, wall in arrangements(scene, bodies)]  # fmt: skip
+    return min(period for period, _ in found), max(rate for _, rate in found)
+
+
+def arrangements(scene, bodies):
+    """(mass [kg], ContactConstants of a pair, of a wall) of the clusters of `stiffest_of`."""
     scene = moving(scene)
-    strengths = wall_strengths(scene.boundary)
     if bodies is None:
-        pair, wall = contact_constants(scene)
-        return stability.stiffest(
-            constants.grain_mass(scene.material), pair, wall, grains, strengths
-        )
+        return [(constants.grain_mass(scene.material), *contact_constants(scene))]
     found, kinds = [], extremes(scene, bodies)
     for a, small, _ in kinds:
         wall = constants.wall_constants(a, scene.interaction, small, scene.material)
         mass = constants.sphere_mass(small, a.density)
         for b, _, large in kinds:
             pair = constants.mixed_constants(a, small, b, large, scene.interaction)
-            found.append(
-                stability.stiffest(mass, pair, glued(wall, scene.boundary), grains, strengths)
-            )
-    return min(period for period, _ in found), max(rate for _, rate in found)
+            found.append((mass, pair, glued(wall, scene.boundary)))
+    return found
 
 
 def meetings(scene, bodies):
@@ -237,6 +238,9 @@ def time_step(scene, grains, bodies=None, motion=None):
         dt = min(fraction * period, fraction * pi * limit * SAFE, resolved)
         return TimeStep(dt, period, limit, resolved)
     dt = scene.numerics.time_step
+    if rate > 0.0 and dt >= limit:
+        limit = min(stability.damped_limit(mass, pair, wall, grains, wall_strengths(scene.boundary))
+                    for mass, pair, wall in arrangements(scene, bodies))  # fmt: skip
     if dt >= limit:
         raise DustError(
             f'numerics.time_step = "{dt * 1e9:.4g} ns": not stable. The stiffest period of this '

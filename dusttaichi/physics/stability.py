@@ -7,9 +7,10 @@ densest cluster that the scene's grains can form, free and standing on a wall.
 """
 
 from itertools import combinations
-from math import pi, sqrt
+from math import inf, pi, sqrt
 
 import numpy as np
+from scipy.optimize import brentq
 
 
 def close_packed(n):
@@ -151,6 +152,23 @@ def stiffest(mass, pair, wall, grains, strengths=None):
         return float("inf"), 0.0
     omega = max(highest_frequency(K, mass) for K, _ in found)
     return 2.0 * pi / omega, max(highest(C, mass) for _, C in found)
+
+
+def damped_limit(mass, pair, wall, grains, strengths=None):
+    """Largest stable step [s] of the arrangements of `stiffest`, each with its own modes.
+
+    The sum of `largest_stable_step` takes the stiffest mode for the most damped one; here it is the
+    largest eigenvalue of dt^2/4 M^-1 K + dt M^-1 C that must stay below 1 (physics.network).
+    """
+
+    def limit(K, C):
+        period = 2.0 * pi / max(highest_frequency(K, mass), 1e-300)
+        low = largest_stable_step(period, highest(C, mass))
+        # between the sum of both, which is too much, and each alone, which is too little
+        return brentq(lambda dt: highest(0.25 * dt**2 * K + dt * C, mass) - 1.0,
+                      0.999 * low, 4.0 * low, rtol=1e-6)  # fmt: skip
+
+    return min((limit(K, C) for K, C in clusters(pair, wall, grains, strengths)), default=inf)
 
 
 def largest_stable_step(period, rate=0.0):
