@@ -290,13 +290,15 @@ def batch_order(positions, cell, scenes):
     return np.concatenate([own[spatial_order(positions[own], cell)] for own in members])
 
 
-def build(scene, sample, drive=None, scenes=None, ledger=True, step=None):
+def build(scene, sample, drive=None, scenes=None, ledger=True, step=None, like=None):
     """Simulation of a scene with a sample (dusttaichi.samples.Sample), contacts found, loads set.
 
     drive: a Drive other than that of the backend, to compare them.
     scenes: of a batch (dusttaichi.batch), the number of the scene that each grain is in, rising.
     ledger: False leaves the losses out, to measure what they cost.
     step: a TimeStep to take whatever the scene says, stable or not.
+    like: a Simulation, built last and of no more use, whose fields and kernels serve again where
+    only numbers differ.
     Raises DustError for a sample that does not fit, or a step that cannot be stable.
     """
     sample = samples.pushed(scene, sample)
@@ -319,7 +321,6 @@ def build(scene, sample, drive=None, scenes=None, ledger=True, step=None):
         order = batch_order(positions, 4.0 * typical, scenes)
     push = make_push(scene.push, sample.info, order, step.dt / units.TIME)
     threads = threads_of(scene, grains)
-    start_taichi(scene, threads)
     effects = chosen_effects(scene.interaction, scene.numerics.newton_steps)
     walls = bool(scene.boundary.walls)
     drive = drive or DRIVES[scene.numerics.backend]
@@ -328,22 +329,17 @@ def build(scene, sample, drive=None, scenes=None, ledger=True, step=None):
                           scene.output.stress, effects.asperities, push.forced, push.carried,
                           scenes is not None, bodies is not None, scene.numerics.precision,
                           ledger)  # fmt: skip
-    fields = store.place(store.declare(grains, layout, walls))
-    scratch = search.place_search(grains, layout, walls)
-    sums = place_measure(grains, layout, walls)
-    write = None if bodies is None else place_interfaces(scene, fields, scratch)
-    relist, list_entries = search.make_relist(fields, scratch, layout, grains, walls, write)
-    first = store.capacity(grains, layout, walls)[0]
-    kernels = Kernels(
-        advance=make_advance(fields, layout, effects, grains, walls, drive.kind),
-        bounds=search.make_bounds(fields, scratch, grains),
-        find=search.make_find(fields, scratch, layout, grains, walls),
-        relist=relist,
-        list_entries=list_entries,
-        relist_walls=make_wall_relist(fields, scratch, layout, grains, write) if walls else None,
-        wrap=make_wrap(fields, layout, grains, walls, first) if periodic else None,
-        measure=make_measure(fields, sums, layout, effects, grains, walls),
-    )
+    form = (scene.numerics.backend, threads, grains, layout, effects, walls, drive.kind,
+            scene.interaction.damping.model, len(scene.all_materials))  # fmt: skip
+    if like is not None and like.form == form:
+        fields, scratch, sums, kernels = like.fields, like.scratch, like.sums, like.kernels
+        for place in fields.values():
+            place.fill(0)
+        if bodies is not None:
+            scratch["interfaces"].from_numpy(interfaces(scene))
+    else:
+        start_taichi(scene, threads)
+        fields, scratch, sums, kernels = compiled(scene, layout, effects, grains, walls, drive)
     if bodies is None:
         pair, wall = contact_constants(scene)
         radius, overlap = typical, wall.delta0 / units.LENGTH
@@ -357,7 +353,7 @@ def build(scene, sample, drive=None, scenes=None, ledger=True, step=None):
     )  # fmt: skip
     if scenes is not None:
         fields["scene"].from_numpy(scenes[order].astype(np.int32))
-    return Simulation(
+    sim = Simulation(
         fields=fields,
         scratch=scratch,
         sums=sums,
@@ -381,6 +377,30 @@ def build(scene, sample, drive=None, scenes=None, ledger=True, step=None):
         scenes=1 if scenes is None else int(scenes[-1]) + 1,
         bodies=bodies,
     )
+    sim.form = form
+    return sim
+
+
+def compiled(scene, layout, effects, grains, walls, drive):
+    """Fields, scratch, sums and Kernels of a scene: all that does not hang on its numbers."""
+    fields = store.place(store.declare(grains, layout, walls))
+    scratch = search.place_search(grains, layout, walls)
+    sums = place_measure(grains, layout, walls)
+    write = place_interfaces(scene, fields, scratch) if layout.poly else None
+    relist, list_entries = search.make_relist(fields, scratch, layout, grains, walls, write)
+    first = store.capacity(grains, layout, walls)[0]
+    periodic = bool(layout.periodic)
+    kernels = Kernels(
+        advance=make_advance(fields, layout, effects, grains, walls, drive.kind),
+        bounds=search.make_bounds(fields, scratch, grains),
+        find=search.make_find(fields, scratch, layout, grains, walls),
+        relist=relist,
+        list_entries=list_entries,
+        relist_walls=make_wall_relist(fields, scratch, layout, grains, write) if walls else None,
+        wrap=make_wrap(fields, layout, grains, walls, first) if periodic else None,
+        measure=make_measure(fields, sums, layout, effects, grains, walls),
+    )
+    return fields, scratch, sums, kernels
 
 
 def wall_overlaps(scene, bodies):
@@ -397,9 +417,14 @@ def wall_overlaps(scene, bodies):
 
 def place_interfaces(scene, fields, scratch):
     """The table of interfaces in a field; returns what writes the numbers of contacts."""
-    glue = scene.boundary.glue if scene.boundary.kind == "plates" else 1.0
-    rows = interface_table(scene.all_materials, scene.interaction, glue)
+    rows = interfaces(scene)
     table = scratch["interfaces"] = ti.field(ti.f64, shape=rows.shape)
     table.from_numpy(rows)
     model = scene.interaction.damping.model
     return make_write_constants(fields, table, len(scene.all_materials), model)
+
+
+def interfaces(scene):
+    """Rows of the table of interfaces (kernels.poly)."""
+    glue = scene.boundary.glue if scene.boundary.kind == "plates" else 1.0
+    return interface_table(scene.all_materials, scene.interaction, glue)

@@ -18,7 +18,7 @@ STICKING = 2.0 * 0.77224  # v_s^2 in units of F_c delta0/m
 # and a contact is found before it has stored as much (measured over 1 cm/s to 100 m/s).
 RESOLVED = 0.03
 DAMPED = 0.1  # step times the damping rate of the deepest contact
-TURN = 0.05  # angle [rad] that a grain may turn by in a step
+TURN = 0.025  # angle [rad] that a grain may turn by in a step
 FADE = 4.0  # sticking speeds up to which a body's own step resolves its contacts well enough
 
 
