@@ -13,7 +13,8 @@ class Cell:
     group, name: where it stands. scene: the blocks of its YAML. sample: a name of
     extremes.samples with its numbers, in place of the scene's. steps: how many are made. fraction:
     step over the stiffest period of the contacts as they are, past any refusal. limit: measure the
-    largest stable step too. reach [s]: simulated time to reach, in place of steps.
+    largest stable step too. coordinates: `row` and `column` of the figure. alike: name of cells
+    that are compiled once, those of its group and row by default.
     """
 
     group: str
@@ -25,10 +26,7 @@ class Cell:
     limit: bool = False
     time_limit: float = 120.0  # s, after which it counts as hanging
     coordinates: dict = field(default_factory=dict)
-
-    @property
-    def key(self):
-        return f"{self.group}/{self.name}"
+    alike: str = ""
 
     def to_dict(self):
         return asdict(self)

@@ -65,29 +65,48 @@ MIDDLE = ("20 mJ/m^2", "54 GPa", "0.6 um", "2.65 g/cm^3", "2 nm", 0.17)
 
 
 def materials(quick):
-    """All corners of the six numbers; a pair that meets, and a few grains on a wall."""
+    """All corners of the six numbers: a pair that meets, and a few grains on a wall."""
     cells = []
-    corners = list(enumerate(product(*CORNERS.values())))
-    singles = [(64 + n, tuple(end if k == n // 2 else m for k, m in enumerate(MIDDLE)))
-               for n, end in enumerate(e for ends in CORNERS.values() for e in ends)]  # fmt: skip
-    corners = corners[5::13] + singles[::2] if quick else corners + singles
-    for number, values in corners:
-        material = dict(zip(KEYS, values, strict=True))
-        text = ", ".join(f"{k} {v}" for k, v in zip(CORNERS, values, strict=True))
-        for n, (what, boundary, sample) in enumerate((
-            ("pair", {"kind": "open"}, {"kind": "meeting", "sticking": 0.7}),
-            ("wall", BOTTOM, {"kind": "cluster", "grains": 4}),
-        )):  # fmt: skip
-            own = scene(material=material, boundary=boundary, interaction={"damping": "none"})
-            cells.append(Cell("materials", f"{what}, {text}", own, sample, 2_000, limit=n == 1,
-                              coordinates={"row": what, "column": number}))  # fmt: skip
+    for values in list(product(*CORNERS.values()))[:: 13 if quick else 1]:
+        place = [", ".join(f"{k} {v}" for k, v in some) for some in _halves(values)]
+        cells += _of_material(values, "materials", ", ".join(place), *place)
+    return sorted(cells, key=lambda cell: cell.alike)
+
+
+def single_materials(quick):
+    """Each of the six numbers at its ends, the others those of silicate."""
+    cells = []
+    for n, (key, ends) in enumerate(CORNERS.items()):
+        for end in ends[1 if quick else 0 :]:
+            values = (*MIDDLE[:n], end, *MIDDLE[n + 1 :])
+            name = f"{key} {end}"
+            cells += _of_material(values, "one number", name, "", name)
     for damping in ("viscoelastic", "viscous", "scaled"):
         own = scene(material=dict(zip(KEYS, (*MIDDLE[:5], 0), strict=True)),
                     interaction={"damping": damping})  # fmt: skip
-        cells.append(Cell("materials", f"nu 0, damping {damping}", own,
-                          {"kind": "meeting", "sticking": 0.7}, 2_000,
-                          coordinates={"row": "nu 0", "column": damping}))  # fmt: skip
-    return sorted(cells, key=lambda cell: cell.coordinates["row"])  # those alike are built once
+        cells.append(Cell("one number", f"nu 0, {damping}", own,
+                          {"kind": "meeting", "sticking": 0.7}, 2_000, alike=damping,
+                          coordinates={"row": "pair", "column": f"nu 0, {damping}"}))  # fmt: skip
+    return sorted(cells, key=lambda cell: cell.alike)
+
+
+def _halves(values):
+    named = list(zip(CORNERS, values, strict=True))
+    return named[:3], named[3:]
+
+
+def _of_material(values, group, name, row, column):
+    material = dict(zip(KEYS, values, strict=True))
+    cells = []
+    for what, boundary, sample in (
+        ("pair", {"kind": "open"}, {"kind": "meeting", "sticking": 0.7}),
+        ("wall", BOTTOM, {"kind": "cluster", "grains": 4}),
+    ):
+        own = scene(material=material, boundary=boundary, interaction={"damping": "none"})
+        place = {"row": f"{what}: {row}".rstrip(": "), "column": column}
+        cells.append(Cell(group, f"{what}, {name}", own, sample, 2_000, limit=what == "wall",
+                          coordinates=place, alike=what))  # fmt: skip
+    return cells
 
 
 SPEEDS = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
@@ -190,7 +209,8 @@ def special(quick):
             "rolling": "off", "sliding": "off", "twisting": "off", "damping": "none"}),
             {"kind": "meeting", "sticking": 0.5}),
     }  # fmt: skip
-    return [Cell("special states", name, blocks, sample, 3_000, coordinates={"row": name})
+    return [Cell("special states", name, blocks, sample, 3_000, alike="special",
+                 coordinates={"row": name, "column": ""})
             for name, (blocks, sample) in things.items()]  # fmt: skip
 
 
@@ -216,7 +236,8 @@ def filling_factors(quick):
         ):  # fmt: skip
             cells.append(Cell("filling factors", f"{what}, {phi:g}",
                               scene(boundary={**PERIODIC, **drive}), {**own, "speed": speed},
-                              1_500, coordinates={"row": what, "column": phi}))  # fmt: skip
+                              1_500, coordinates={"row": what, "column": phi},
+                              alike=f"{phi}"))  # fmt: skip
     return cells
 
 
@@ -263,6 +284,7 @@ def precisions(quick):
 GROUPS = {
     "time step": time_step,
     "materials": materials,
+    "one number": single_materials,
     "wall speeds": wall_speeds,
     "size ratios": size_ratios,
     "special states": special,
