@@ -141,7 +141,8 @@ RATIOS = (1, 3, 10, 30, 100, 300, 1000)
 
 
 def size_ratios(quick):
-    """A large grain and small ones of 0.1 um: one that flies at it, six that sit on it, a coat."""
+    """A large grain and small ones of 0.1 um: one that flies at it, six that sit on it, a coat
+    of up to forty."""
     cells = []
     material = {"base": "silicate_s12", "radius": "0.1 um"}
     for ratio in RATIOS[::3] if quick else RATIOS:
@@ -149,7 +150,16 @@ def size_ratios(quick):
         for what, sample, limit in (
             ("flying", {"kind": "unlike", "ratio": ratio, "speed_in": 0.3}, False),
             ("six", {"kind": "unlike", "ratio": ratio, "around": 6, "speed": 0.01}, True),
-            ("forty", {"kind": "unlike", "ratio": ratio, "around": 40, "speed": 0.01}, True),
+            (
+                "coat",
+                {
+                    "kind": "unlike",
+                    "ratio": ratio,
+                    "around": min(40, 2 * (1 + ratio) ** 2),
+                    "speed": 0.01,
+                },
+                True,
+            ),
         ):
             cells.append(Cell("size ratios", f"{what}, 1:{ratio}", own, sample, 3_000, limit=limit,
                               coordinates={"row": what, "column": ratio}))  # fmt: skip

@@ -44,11 +44,10 @@ def _growth(sim, arrays, numbers):
     """
     rng = np.random.default_rng(5)
     n = sim.grains
-    scale = NUDGE / float(sim.pair.inv_delta0)
-    speed = scale / sim.dt
-    nudge = {"v": speed * rng.normal(size=(n, 3)),
-             "w": speed / np.reshape(np.broadcast_to(sim.radii, n)[sim.order], (-1, 1))
-             * rng.normal(size=(n, 3))}  # fmt: skip
+    # of the same energy in every grain, so that none drowns the others
+    speed = NUDGE / float(sim.pair.inv_delta0) / sim.dt * np.sqrt(np.min(sim.mass))
+    nudge = {"v": speed / np.sqrt(sim.mass) * rng.normal(size=(n, 3)),
+             "w": speed / np.sqrt(sim.inertia) * rng.normal(size=(n, 3))}  # fmt: skip
     courses = []
     for way in (0.0, 1.0):
         sim.restore(arrays, numbers)
