@@ -4,7 +4,7 @@ import os
 from contextlib import redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
-from math import pi
+from math import inf, pi
 
 import numpy as np
 import taichi as ti
@@ -17,7 +17,8 @@ from dusttaichi.kernels.measure import make_measure, place_measure
 from dusttaichi.kernels.params import contact_params
 from dusttaichi.kernels.poly import interface_table, make_write_constants
 from dusttaichi.kernels.wall_search import make_wall_relist
-from dusttaichi.physics import constants, damping, stability
+from dusttaichi.motion import fastest
+from dusttaichi.physics import constants, damping, encounter, stability
 from dusttaichi.push import make_push
 from dusttaichi.scene import AXES
 from dusttaichi.simulation import Bodies, Kernels, Simulation
@@ -25,6 +26,7 @@ from dusttaichi.step import make_advance
 from dusttaichi.surroundings import glued, make_surroundings, wall_strengths
 
 SMALL = 400  # grains below which a second thread costs more than it gains
+BALANCED = 0.2  # step_fraction that physics.encounter is made for
 RESOLVED = 0.005  # of the overlap at rest by which positions may be uncertain
 SAFE = 1.4  # a step that strong damping limits may be this much nearer to its limit
 
@@ -160,41 +162,71 @@ def stiffest_of(scene, grains, bodies):
     material. That is on the safe side (by a quarter for small grains among very large ones), as
     springs grow with the size of the partner and frequencies fall with the mass.
     """
+    found = [stability.stiffest(mass, pair, wall, grains, wall_strengths(scene.boundary))
+             for mass, pair, wall in arrangements(scene, bodies)]  # fmt: skip
+    return min(period for period, _ in found), max(rate for _, rate in found)
+
+
+def arrangements(scene, bodies):
+    """(mass [kg], ContactConstants of a pair, of a wall) of the clusters of `stiffest_of`."""
     scene = moving(scene)
-    strengths = wall_strengths(scene.boundary)
     if bodies is None:
-        pair, wall = contact_constants(scene)
-        return stability.stiffest(
-            constants.grain_mass(scene.material), pair, wall, grains, strengths
-        )
+        return [(constants.grain_mass(scene.material), *contact_constants(scene))]
     found, kinds = [], extremes(scene, bodies)
     for a, small, _ in kinds:
         wall = constants.wall_constants(a, scene.interaction, small, scene.material)
         mass = constants.sphere_mass(small, a.density)
         for b, _, large in kinds:
             pair = constants.mixed_constants(a, small, b, large, scene.interaction)
-            found.append(
-                stability.stiffest(mass, pair, glued(wall, scene.boundary), grains, strengths)
-            )
-    return min(period for period, _ in found), max(rate for _, rate in found)
+            found.append((mass, pair, glued(wall, scene.boundary)))
+    return found
+
+
+def meetings(scene, bodies):
+    """ContactConstants of two grains and of a grain and a wall, (list, list): the ends of the radii
+    of every two materials."""
+    if bodies is None:
+        pair, wall = contact_constants(scene)
+        return [pair], [wall]
+    scene = moving(scene)
+    ends = [(m, r) for m, *radii in extremes(scene, bodies) for r in sorted(set(radii))]
+    pairs = [constants.mixed_constants(a, r1, b, r2, scene.interaction)
+             for a, r1 in ends for b, r2 in ends]  # fmt: skip
+    walls = [constants.wall_constants(a, scene.interaction, r, scene.material) for a, r in ends]
+    return pairs, [glued(wall, scene.boundary) for wall in walls]
+
+
+def step_of_motion(scene, bodies, motion):
+    """Longest step [s] that resolves how fast bodies meet and turn; see physics.encounter."""
+    pairs, walls = meetings(scene, bodies)
+    hardening = scene.interaction.damping.model == "viscoelastic"
+    found = [encounter.step(c, motion.grains, hardening, motion.alone) for c in pairs]
+    if scene.boundary.walls:
+        found += [encounter.step(c, motion.walls, hardening, motion.alone) for c in walls]
+    return min(*found, encounter.TURN / motion.spin if motion.spin > 0.0 else inf)
 
 
 @dataclass(frozen=True)
 class TimeStep:
-    """The step [s], the stiffest period it is measured by, and the largest stable one."""
+    """The step [s], the stiffest period it is measured by, the largest stable one, and the longest
+    that resolves how fast bodies meet and turn."""
 
     dt: float
     period: float
     limit: float
+    resolved: float = inf
 
 
-def time_step(scene, grains, bodies=None):
+def time_step(scene, grains, bodies=None, motion=None):
     """The step of a scene of `grains` grains; bodies: Bodies where they are not all alike.
 
+    motion: Motion of the sample; without it nothing moves fast. `auto` is step_fraction of the
+    stiffest period, or less where fast bodies need it.
     Raises DustError when the step asked for cannot be stable.
     """
     period, rate = stiffest_of(scene, grains, bodies)
     limit = stability.largest_stable_step(period, rate)
+    resolved = inf if motion is None else step_of_motion(scene, bodies, motion)
     if scene.numerics.time_step == "auto":
         if not np.isfinite(period):
             raise DustError(
@@ -202,15 +234,20 @@ def time_step(scene, grains, bodies=None):
                 'give a step, for example "0.3 ns"'
             )
         fraction = scene.numerics.step_fraction
-        return TimeStep(min(fraction * period, fraction * pi * limit * SAFE), period, limit)
+        resolved *= min(1.0, fraction / BALANCED)
+        dt = min(fraction * period, fraction * pi * limit * SAFE, resolved)
+        return TimeStep(dt, period, limit, resolved)
     dt = scene.numerics.time_step
+    if rate > 0.0 and dt >= limit:
+        limit = min(stability.damped_limit(mass, pair, wall, grains, wall_strengths(scene.boundary))
+                    for mass, pair, wall in arrangements(scene, bodies))  # fmt: skip
     if dt >= limit:
         raise DustError(
             f'numerics.time_step = "{dt * 1e9:.4g} ns": not stable. The stiffest period of this '
             f"scene is {period * 1e9:.4g} ns and the leapfrog needs less than "
             f'{limit * 1e9:.4g} ns with this damping; try "auto", or {0.6 * limit * 1e9:.3g} ns'
         )
-    return TimeStep(dt, period, limit)
+    return TimeStep(dt, period, limit, resolved)
 
 
 def start_taichi(scene, threads):
@@ -253,12 +290,15 @@ def batch_order(positions, cell, scenes):
     return np.concatenate([own[spatial_order(positions[own], cell)] for own in members])
 
 
-def build(scene, sample, drive=None, scenes=None, ledger=True):
+def build(scene, sample, drive=None, scenes=None, ledger=True, step=None, like=None):
     """Simulation of a scene with a sample (dusttaichi.samples.Sample), contacts found, loads set.
 
     drive: a Drive other than that of the backend, to compare them.
     scenes: of a batch (dusttaichi.batch), the number of the scene that each grain is in, rising.
     ledger: False leaves the losses out, to measure what they cost.
+    step: a TimeStep to take whatever the scene says, stable or not.
+    like: a Simulation, built last and of no more use, whose fields and kernels serve again where
+    only numbers differ.
     Raises DustError for a sample that does not fit, or a step that cannot be stable.
     """
     sample = samples.pushed(scene, sample)
@@ -267,7 +307,10 @@ def build(scene, sample, drive=None, scenes=None, ledger=True):
     alone = slice(None) if scenes is None else scenes == 0  # walls stand around the first scene
     bodies = bodies_of(scene, sample)
     check_precision(scene, sample, contact_constants(scene)[0].delta0)
-    step = time_step(scene, grains if scenes is None else int(np.bincount(scenes).max()), bodies)
+    if step is None:
+        most = grains if scenes is None else int(np.bincount(scenes).max())
+        radii = scene.material.radius if bodies is None else bodies.radius * units.LENGTH
+        step = time_step(scene, most, bodies, fastest(scene, sample, radii, scenes))
     positions = sample.positions / units.LENGTH
     typical = scene.material.radius / units.LENGTH
     if bodies is not None:
@@ -278,7 +321,6 @@ def build(scene, sample, drive=None, scenes=None, ledger=True):
         order = batch_order(positions, 4.0 * typical, scenes)
     push = make_push(scene.push, sample.info, order, step.dt / units.TIME)
     threads = threads_of(scene, grains)
-    start_taichi(scene, threads)
     effects = chosen_effects(scene.interaction, scene.numerics.newton_steps)
     walls = bool(scene.boundary.walls)
     drive = drive or DRIVES[scene.numerics.backend]
@@ -287,22 +329,17 @@ def build(scene, sample, drive=None, scenes=None, ledger=True):
                           scene.output.stress, effects.asperities, push.forced, push.carried,
                           scenes is not None, bodies is not None, scene.numerics.precision,
                           ledger)  # fmt: skip
-    fields = store.place(store.declare(grains, layout, walls))
-    scratch = search.place_search(grains, layout, walls)
-    sums = place_measure(grains, layout, walls)
-    write = None if bodies is None else place_interfaces(scene, fields, scratch)
-    relist, list_entries = search.make_relist(fields, scratch, layout, grains, walls, write)
-    first = store.capacity(grains, layout, walls)[0]
-    kernels = Kernels(
-        advance=make_advance(fields, layout, effects, grains, walls, drive.kind),
-        bounds=search.make_bounds(fields, scratch, grains),
-        find=search.make_find(fields, scratch, layout, grains, walls),
-        relist=relist,
-        list_entries=list_entries,
-        relist_walls=make_wall_relist(fields, scratch, layout, grains, write) if walls else None,
-        wrap=make_wrap(fields, layout, grains, walls, first) if periodic else None,
-        measure=make_measure(fields, sums, layout, effects, grains, walls),
-    )
+    form = (scene.numerics.backend, threads, grains, layout, effects, walls, drive.kind,
+            scene.interaction.damping.model, len(scene.all_materials))  # fmt: skip
+    if like is not None and like.form == form:
+        fields, scratch, sums, kernels = like.fields, like.scratch, like.sums, like.kernels
+        for place in fields.values():
+            place.fill(0)
+        if bodies is not None:
+            scratch["interfaces"].from_numpy(interfaces(scene))
+    else:
+        start_taichi(scene, threads)
+        fields, scratch, sums, kernels = compiled(scene, layout, effects, grains, walls, drive)
     if bodies is None:
         pair, wall = contact_constants(scene)
         radius, overlap = typical, wall.delta0 / units.LENGTH
@@ -316,7 +353,7 @@ def build(scene, sample, drive=None, scenes=None, ledger=True):
     )  # fmt: skip
     if scenes is not None:
         fields["scene"].from_numpy(scenes[order].astype(np.int32))
-    return Simulation(
+    sim = Simulation(
         fields=fields,
         scratch=scratch,
         sums=sums,
@@ -340,6 +377,30 @@ def build(scene, sample, drive=None, scenes=None, ledger=True):
         scenes=1 if scenes is None else int(scenes[-1]) + 1,
         bodies=bodies,
     )
+    sim.form = form
+    return sim
+
+
+def compiled(scene, layout, effects, grains, walls, drive):
+    """Fields, scratch, sums and Kernels of a scene: all that does not hang on its numbers."""
+    fields = store.place(store.declare(grains, layout, walls))
+    scratch = search.place_search(grains, layout, walls)
+    sums = place_measure(grains, layout, walls)
+    write = place_interfaces(scene, fields, scratch) if layout.poly else None
+    relist, list_entries = search.make_relist(fields, scratch, layout, grains, walls, write)
+    first = store.capacity(grains, layout, walls)[0]
+    periodic = bool(layout.periodic)
+    kernels = Kernels(
+        advance=make_advance(fields, layout, effects, grains, walls, drive.kind),
+        bounds=search.make_bounds(fields, scratch, grains),
+        find=search.make_find(fields, scratch, layout, grains, walls),
+        relist=relist,
+        list_entries=list_entries,
+        relist_walls=make_wall_relist(fields, scratch, layout, grains, write) if walls else None,
+        wrap=make_wrap(fields, layout, grains, walls, first) if periodic else None,
+        measure=make_measure(fields, sums, layout, effects, grains, walls),
+    )
+    return fields, scratch, sums, kernels
 
 
 def wall_overlaps(scene, bodies):
@@ -356,9 +417,14 @@ def wall_overlaps(scene, bodies):
 
 def place_interfaces(scene, fields, scratch):
     """The table of interfaces in a field; returns what writes the numbers of contacts."""
-    glue = scene.boundary.glue if scene.boundary.kind == "plates" else 1.0
-    rows = interface_table(scene.all_materials, scene.interaction, glue)
+    rows = interfaces(scene)
     table = scratch["interfaces"] = ti.field(ti.f64, shape=rows.shape)
     table.from_numpy(rows)
     model = scene.interaction.damping.model
     return make_write_constants(fields, table, len(scene.all_materials), model)
+
+
+def interfaces(scene):
+    """Rows of the table of interfaces (kernels.poly)."""
+    glue = scene.boundary.glue if scene.boundary.kind == "plates" else 1.0
+    return interface_table(scene.all_materials, scene.interaction, glue)

@@ -1,5 +1,5 @@
-"""The command `dust`: run, sweep, trade, sticking, check, schema, plot, compare, export, render,
-fit, bench."""
+"""The command `dust`: run, sweep, trade, sticking, extremes, check, schema, plot, compare, export,
+render, fit, bench."""
 
 import shlex
 import sys
@@ -224,6 +224,30 @@ def sticking(
         console.print(f"{what:<44} {value}", markup=False, soft_wrap=True)
     for path in paths:
         console.print(f"wrote {path}")
+
+
+@app.command()
+def extremes(
+    quick: Annotated[bool, typer.Option("--quick", help="fewer cells, two minutes")] = False,
+    only: Annotated[
+        list[str] | None, typer.Option("--only", help="one group; may be repeated", metavar="GROUP")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="directory of the map")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="try finished cells again")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="no progress bar")] = False,
+):
+    """Map where runs are stable, refused or stopped by a guard: steps, materials, speeds, sizes."""
+    from dusttaichi.extremes.command import command
+
+    try:
+        sound = command(quick=quick, only=only, output=output, force=force, quiet=quiet,
+                        console=console, err=err)  # fmt: skip
+    except KeyboardInterrupt:
+        raise DustError("interrupted; finished cells are kept, the same command goes on") from None
+    if not sound:
+        sys.exit(1)
 
 
 def _print_summary(summary, rows):

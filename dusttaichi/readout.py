@@ -58,7 +58,8 @@ class Readout:
             return np.zeros((6, 3))
         total = self.fields["impulse_total"].to_numpy()
         blocks = int(self.fields["counts"].to_numpy()[1])
-        lanes = self.fields["impulse"].to_numpy()[:blocks].reshape(blocks, 3, -1)
+        # (not -1: there may be no block at all)
+        lanes = self.fields["impulse"].to_numpy()[:blocks].reshape(blocks, 3, self.layout.width)
         of = self.fields["wall_of"].to_numpy()[:blocks]
         np.add.at(total, of, lanes.sum(axis=2))
         return total

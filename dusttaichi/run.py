@@ -313,21 +313,26 @@ class _Run:
                 self._stop_early()
             burst = max(20, int(self.rate * BURST_SECONDS))
             began, first = real_time.perf_counter(), self.sim.step
-            self.sim.advance(min(due - first, burst))
+            look = guards.next_look(first, self.course.first, self.sim.grains)
+            self.sim.advance(min(due - first, burst, look - first))
             took = real_time.perf_counter() - began
             if self.sim.step - first == burst or self.rate == 0.0:
                 self.rate = (self.sim.step - first) / took
                 self.crew.after_burst(self.rate)
-            self._look_around()
+            self._look_around(self.sim.step == look)
             if self.sim.step < due:
                 self._keep()
 
-    def _look_around(self):
+    def _guard(self, m):
+        guards.check(self.sim, m, self.course.start, self.scene.numerics.ledger_tolerance)
+
+    def _look_around(self, due):
+        """Guards and watcher, where a look is due or some machine time has passed."""
         now = real_time.perf_counter()
         self.course.wall_clock = now - self.began
-        if now - self.looked > BURST_SECONDS:
+        if due or now - self.looked > BURST_SECONDS:
             self.looked = now
-            guards.check(self.sim, self.sim.measure(), self.course.start)
+            self._guard(self.sim.measure())
             phi = self.clock.filling_factor_at(self.sim.step) if self.clock.bounded else None
             self.watch(Progress(self.sim.step, self.end, phi, self.pressure, self.rate))
 
@@ -372,7 +377,7 @@ class _Run:
         else:
             course.close_window(sim)
         m = sim.measure()
-        guards.check(sim, m, course.start)
+        self._guard(m)
         entry = record.series(
             sim, self.clock, m, course.start, course.mean_force,
             course.mean_stress if sim.layout.stress else None, course.wall_clock,

@@ -94,6 +94,8 @@ class Simulation(Readout):
     all alike those of the contact that reaches farthest.
     """
 
+    form = None  # what its kernels are compiled for, see build
+
     def __init__(
         self, *, fields, scratch, sums, kernels, layout, sample, order, box, cell, push, material,
         drive, pair, wall, mass, inertia, radius, skin, dt, threads, scenes=1, bodies=None,

@@ -192,7 +192,9 @@ def test_a_runaway_stops_with_one_sentence_and_keeps_the_result(tmp_path):
 
 
 def test_pressure_ends_a_run(tmp_path):
-    scene = from_yaml(box(stop="{pressure: 20 kPa, filling_factor: 0.6}"))
+    # so many grains spinning in so dense a cake open the ledger by 1 % at 0.3 ns
+    text = box(stop="{pressure: 20 kPa, filling_factor: 0.6}").replace("0.3 ns", "0.2 ns")
+    scene = from_yaml(text)
     with xr.open_dataset(execute(scene, tmp_path / "p") / "result.nc") as series:
         assert float(series.pressure.sel(wall="top")[-1]) >= 20e3
         assert (series.pressure.sel(wall="top")[:-1] < 20e3).all()

@@ -4,9 +4,14 @@ import numpy as np
 import pytest
 from conftest import RADIUS, Probe, box, make_scene, sample_of
 
-from dusttaichi.build import time_step
+from dusttaichi import network
+from dusttaichi.build import bodies_of, build, step_of_motion, time_step
 from dusttaichi.errors import DustError
-from dusttaichi.physics import stability
+from dusttaichi.extremes.limit import measured_limit
+from dusttaichi.motion import fastest
+from dusttaichi.physics import constants, encounter, stability
+from dusttaichi.physics import network as springs
+from dusttaichi.samples import Sample
 
 D = 2 * RADIUS - 0.16627e-9
 
@@ -89,3 +94,100 @@ def test_strong_damping_shortens_the_step_or_is_refused(damping):
         assert "damping" in str(error)
     else:
         assert gain < 1.5
+
+
+def test_contacts_as_they_are_give_the_period_of_the_cluster():
+    """Close-packed thirteen, at rest: what the dense matrices say of it (to the 1e-4 of overlaps
+    that differ by rounding only)."""
+    scene = make_scene(dt="auto")
+    sim = build(scene, sample_of(cluster(13)))
+    period, limit = network.stable_step(sim, scene)
+    assert period == pytest.approx(time_step(scene, 13).period, rel=1e-4)
+    assert limit == pytest.approx(period / np.pi, rel=1e-4)
+
+
+def test_sparse_and_dense_eigenvalues_agree(monkeypatch):
+    """eigsh is asked for 1e-4."""
+    scene = make_scene(dt="auto")
+    sim = build(scene, sample_of(cluster(13)))
+    dense = network.stable_step(sim, scene)[0]
+    monkeypatch.setattr(springs, "DENSE", 10)
+    assert network.stable_step(sim, scene)[0] == pytest.approx(dense, rel=1e-4)
+
+
+@pytest.mark.parametrize("time", ["12.5 ps", "60 ps"])
+def test_limit_of_strong_damping_is_the_measured_one(time):
+    """Three grains, damped so that springs or damping rule: by bisection to 0.5 %."""
+    scene = make_scene(dt="0.01 ns", damping={"model": "viscoelastic", "time": time})
+    sim = build(scene, sample_of(cluster(3)))
+    estimate = network.stable_step(sim, scene)[1]
+    assert measured_limit(sim, estimate) == pytest.approx(estimate, rel=0.02)
+    found = stability.damped_limit(
+        constants.grain_mass(scene.material),
+        constants.pair_constants(scene.material, scene.interaction), None, 3,
+    )  # fmt: skip
+    assert found == pytest.approx(estimate, rel=1e-3)
+
+
+def test_limit_of_unlike_grains_and_a_wall_is_the_measured_one():
+    """A large grain on a wall with two small ones of another size on top."""
+    scene = make_scene(dt="0.01 ns", boundary=box("bottom"))
+    r = np.array([1.0, 0.5, 0.3]) * RADIUS
+    x = np.array([[0, 0, r[0]], [0, 0, 2 * r[0] + r[1]], [0, 0, 0]], float)
+    x[2] = [0.999 * (r[0] + r[2]), 0, r[0]]
+    still = np.zeros((3, 3))
+    sim = build(scene, Sample(x * 0.9998, still, still.copy(), radii=r))
+    estimate = network.stable_step(sim, scene)[1]
+    assert measured_limit(sim, estimate) == pytest.approx(estimate, rel=0.05)
+
+
+def test_stiffness_is_the_slope_of_the_force():
+    """Against differences of 1e-5 of the JKR curve; the curve against its definition."""
+    s = np.array([0.7, 1.0, 1.5, 4.0])
+    assert springs.contact_radius(3 * s**4 - 2 * s) == pytest.approx(s, rel=1e-12)
+
+    def force(s):
+        return s**6 - s**3
+
+    h = 1e-5
+    rise = (force(s + h) - force(s - h)) / (3 * (s + h) ** 4 - 3 * (s - h) ** 4 - 4 * h)
+    assert springs.slope(s) == pytest.approx(rise / 0.3, rel=1e-7)
+
+
+def test_overlap_of_a_fast_collision_is_that_of_hertz():
+    """(15/16 m* v^2 / (E* R^1/2))^(2/5), adhesion at 100 m/s being 2 % of it."""
+    scene = make_scene()
+    c = constants.pair_constants(scene.material, scene.interaction)
+    E_star = constants.reduced_modulus(scene.material)
+    hertz = (15.0 / 16.0 * c.mass * 100.0**2 / (E_star * np.sqrt(c.R))) ** 0.4
+    assert encounter.overlap(c, 100.0) == pytest.approx(hertz, rel=0.03)
+
+
+def test_slow_bodies_keep_the_step_of_the_stiffest_period():
+    """A cake at rest or pressed at 5 cm/s: nothing of the limits for fast bodies is felt."""
+    scene = make_scene(dt="auto", modifiers={"rolling": 8, "sliding": 2.5},
+                       damping="viscoelastic", boundary=box(wall_speed=0.05))  # fmt: skip
+    sample = sample_of(cluster(13))
+    sample.info["coordination"] = 2.0
+    motion = fastest(scene, sample, RADIUS)
+    assert not motion.alone
+    assert motion.grains == pytest.approx(0.1)
+    assert time_step(scene, 13, None, motion).dt == time_step(scene, 13).dt
+    fast = scene.with_value("boundary.wall_speed", "30 m/s")
+    assert time_step(fast, 13, None, fastest(fast, sample, RADIUS)).dt < 0.5 * motion_free(fast)
+
+
+def motion_free(scene):
+    return time_step(scene, 13).dt
+
+
+def test_spins_and_unlike_grains_are_resolved():
+    scene = make_scene(dt="auto")
+    sample = sample_of(cluster(2), None, [[0, 0, 1e9], [0, 0, 0]])
+    assert time_step(scene, 2, None, fastest(scene, sample, RADIUS)).dt * 1e9 <= encounter.TURN
+    mixture = Sample(sample.positions, sample.velocities, sample.spins * 0,
+                     radii=np.array([0.1, 1.0]) * RADIUS)  # fmt: skip
+    bodies = bodies_of(scene, mixture)
+    motion = fastest(scene, mixture, mixture.radii)
+    own = step_of_motion(scene, None, motion)
+    assert step_of_motion(scene, bodies, motion) < 0.2 * own  # the small grain's contacts ring so

@@ -7,9 +7,10 @@ densest cluster that the scene's grains can form, free and standing on a wall.
 """
 
 from itertools import combinations
-from math import pi, sqrt
+from math import inf, pi, sqrt
 
 import numpy as np
+from scipy.optimize import brentq
 
 
 def close_packed(n):
@@ -64,26 +65,40 @@ def stiffness_matrix(centres, pair, walls=()):
 
 def _add_springs(K, C, contact, n, i, j, strength=1.0):
     """The springs of a contact of grains i and j (None: a wall), normal n."""
-    r, R = contact.r, contact.R
-    across = np.array([[0, -n[2], n[1]], [n[2], 0, -n[0]], [-n[1], n[0], 0]])  # theta -> -theta x n
-    tangential = np.eye(3) - np.outer(n, n)
     rows = []
-    for k, dx, turn1, turn2 in (
-        (contact.k_n, n[None, :], np.zeros((1, 3)), np.zeros((1, 3))),
-        (strength * contact.k_s, tangential, across, across),
-        (strength * contact.k_r, np.zeros((3, 3)), across * R / r, -across * R / r),
-        (strength * contact.k_t / r**2, np.zeros((1, 3)), n[None, :], -n[None, :]),
-    ):
+    for k, dx, turn1, turn2 in springs(contact, n, strength):
         row = np.zeros((len(dx), K.shape[0]))
         row[:, 6 * i : 6 * i + 3] = dx
         row[:, 6 * i + 3 : 6 * i + 6] = turn1
         if j is not None:
             row[:, 6 * j : 6 * j + 3] = -dx
             row[:, 6 * j + 3 : 6 * j + 6] = turn2
-        rows.append(sqrt(k) * row)
+        rows.append(np.sqrt(k) * row)
     B = np.concatenate(rows)
     K += B.T @ B
     C += contact.kappa / contact.k_n * np.outer(B[0], B[0])
+
+
+def springs(contact, n, strength=1.0, ratio=1.0):
+    """(stiffness, dx, turn1, turn2) of the four springs of contacts with the normals n.
+
+    contact: its numbers r, R, k_n, k_s, k_r, k_t; all may be arrays (..., 1, 1) for n (..., 3).
+    strength: factor on all but the normal one. ratio: r1/r2, for r2 theta2 in turn2. A spring is
+    stretched by dx (x1 - x2) + turn1 (r1 theta1) + turn2 (r2 theta2), (..., m, 3) each.
+    """
+    r, R = contact.r, contact.R
+    zero = np.zeros(n.shape[:-1])
+    across = np.stack([np.stack([zero, -n[..., 2], n[..., 1]], axis=-1),
+                       np.stack([n[..., 2], zero, -n[..., 0]], axis=-1),
+                       np.stack([-n[..., 1], n[..., 0], zero], axis=-1)], axis=-2)  # fmt: skip
+    row = n[..., None, :]  # across: theta -> -theta x n
+    tangential = np.eye(3) - n[..., :, None] * row
+    return (
+        (contact.k_n, row, 0.0 * row, 0.0 * row),
+        (strength * contact.k_s, tangential, across, across),
+        (strength * contact.k_r, 0.0 * across, across * R / r, -across * R / r * ratio),
+        (strength * contact.k_t / r**2, 0.0 * row, row, -row * ratio),
+    )
 
 
 def highest(matrix, mass):
@@ -137,6 +152,23 @@ def stiffest(mass, pair, wall, grains, strengths=None):
         return float("inf"), 0.0
     omega = max(highest_frequency(K, mass) for K, _ in found)
     return 2.0 * pi / omega, max(highest(C, mass) for _, C in found)
+
+
+def damped_limit(mass, pair, wall, grains, strengths=None):
+    """Largest stable step [s] of the arrangements of `stiffest`, each with its own modes.
+
+    The sum of `largest_stable_step` takes the stiffest mode for the most damped one; here it is the
+    largest eigenvalue of dt^2/4 M^-1 K + dt M^-1 C that must stay below 1 (physics.network).
+    """
+
+    def limit(K, C):
+        period = 2.0 * pi / max(highest_frequency(K, mass), 1e-300)
+        low = largest_stable_step(period, highest(C, mass))
+        # between the sum of both, which is too much, and each alone, which is too little
+        return brentq(lambda dt: highest(0.25 * dt**2 * K + dt * C, mass) - 1.0,
+                      0.999 * low, 4.0 * low, rtol=1e-6)  # fmt: skip
+
+    return min((limit(K, C) for K, C in clusters(pair, wall, grains, strengths)), default=inf)
 
 
 def largest_stable_step(period, rate=0.0):

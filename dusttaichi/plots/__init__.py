@@ -13,6 +13,7 @@ from dusttaichi.plots.collision import collision, collision_spectrum
 from dusttaichi.plots.compression import compression
 from dusttaichi.plots.coordination import coordination
 from dusttaichi.plots.ensemble import ensemble
+from dusttaichi.plots.extremes import extremes
 from dusttaichi.plots.fractal import fractal
 from dusttaichi.plots.fragments import mass_spectrum, restitution, sound_speed
 from dusttaichi.plots.grains import grains
@@ -33,6 +34,7 @@ __all__ = [
     "compression",
     "coordination",
     "ensemble",
+    "extremes",
     "fractal",
     "grains",
     "isotropic",

@@ -2,6 +2,7 @@
 
 import math
 
+from dusttaichi.physics import constants
 from dusttaichi.scene import push
 from dusttaichi.scene.boundary import (
     AXES,
@@ -25,6 +26,8 @@ from dusttaichi.scene.sample import (
 )
 
 Found = list[tuple[str, str]]
+LARGEST_CONTACT = 0.25  # of the radius: grains at rest then overlap by a twentieth of it
+LEAST_POISSON = 0.01
 DENSEST = 0.74  # filling factor of the densest packing of equal spheres
 
 
@@ -36,6 +39,7 @@ def check(scene) -> Found:
             found += [*_drive(scene, path, leg), *_stop(scene, path, leg)]
             found += _intervals(scene, path, leg)
     found += [*push.check(scene), *_asperities(scene)]
+    found += [*_contacts(scene), *_damping(scene)]
     found += [*_mass_scaling(scene), *_stress(scene), *_materials(scene)]
     return [*found, *_sizes(scene), *_room(scene)]
 
@@ -191,6 +195,41 @@ def _asperities(scene) -> Found:
         return []
     return [("interaction.asperities.volume", "it is missing, and the material has no "
              'asperity_volume; give one, for example {volume: 0.01 nm}')]  # fmt: skip
+
+
+def _kinds(scene):
+    """(path, Material) of all materials."""
+    return [("material", scene.material)] + [
+        (f"materials.{name}", material) for name, material in scene.materials.items()
+    ]
+
+
+def _contacts(scene) -> Found:
+    """JKR is a law for contacts that are small against the grains."""
+    found = []
+    for path, m in _kinds(scene):
+        R, E_star = constants.reduced_radius(m.radius, m.radius), constants.reduced_modulus(m)
+        share = constants.equilibrium_contact_radius(m.surface_energy, R, E_star) / m.radius
+        if share > LARGEST_CONTACT:
+            text = (
+                f"the contact of two grains at rest would have {share:.3g} of their radius, and "
+                f"adhesive elastic contacts (JKR) mean nothing beyond {LARGEST_CONTACT}; allowed: "
+                "grains that are stiffer, larger or stick less"
+            )
+            found.append((path, text))
+    return found
+
+
+def _damping(scene) -> Found:
+    """Viscoelastic damping divides by nu^2."""
+    if scene.interaction.damping.model != "viscoelastic":
+        return []
+    text = (
+        f"viscoelastic damping grows as 1/nu^2; allowed with it: {LEAST_POISSON} and more, or "
+        "interaction.damping: viscous, scaled or none"
+    )
+    return [(f"{path}.poisson_ratio", text) for path, material in _kinds(scene)
+            if material.poisson_ratio < LEAST_POISSON]  # fmt: skip
 
 
 def _mass_scaling(scene) -> Found:

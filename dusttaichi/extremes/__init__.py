@@ -1,0 +1,1 @@
+"""`dust extremes`: where runs are stable, refused, or stopped, cell by cell."""

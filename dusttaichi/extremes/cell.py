@@ -1,0 +1,56 @@
+"""Cells of the map: a scene at an extreme, and how it ends."""
+
+from dataclasses import asdict, dataclass, field
+from math import nan
+
+VERDICTS = ("stable", "refused", "stopped", "WRONG")
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One point of the map, in plain numbers and texts (it goes to another process).
+
+    group, name: where it stands. scene: the blocks of its YAML. sample: a name of
+    extremes.samples with its numbers, in place of the scene's. steps: how many are made. fraction:
+    step over the stiffest period of the contacts as they are, past any refusal. limit: measure the
+    largest stable step too. coordinates: `row` and `column` of the figure. alike: name of cells
+    that are compiled once, those of its group and row by default.
+    """
+
+    group: str
+    name: str
+    scene: dict
+    sample: dict | None = None
+    steps: int = 1000
+    fraction: float | None = None
+    limit: bool = False
+    time_limit: float = 120.0  # s, after which it counts as hanging
+    coordinates: dict = field(default_factory=dict)
+    alike: str = ""
+
+    def to_dict(self):
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a cell ended, and why.
+
+    residual: largest of the ledger, a share of the energy that has gone through (guards.turnover),
+    seen at any look. steps: made. dt, estimated, measured [s]: the step and the largest stable one,
+    nan where not asked for. seconds: of machine time.
+    """
+
+    verdict: str
+    reason: str = ""
+    residual: float = nan
+    steps: int = 0
+    dt: float = nan
+    estimated: float = nan
+    measured: float = nan
+    seconds: float = nan
+
+    @property
+    def ratio(self):
+        """Estimated over measured limit."""
+        return self.estimated / self.measured

@@ -1,0 +1,140 @@
+"""The largest stable step of a network of contacts as it stands (NumPy and SciPy, SI).
+
+The leapfrog, with the damping force carried forward from the last two half steps, first fails in
+the mode that flips sign every step: there dt^2/4 A q + dt C q = q, with A = M^-1/2 K M^-1/2 and C
+the damping matrix scaled alike. So the limit is where the largest eigenvalue of dt^2/4 A + dt C
+reaches 1; without damping that is dt = 2/omega = T/pi. (Of a single mode a = (omega dt)^2,
+c = rate dt the multipliers solve z^3 + (a + 1.5 c - 2) z^2 + (1 - 2 c) z + c/2 = 0, of which the
+Jury conditions leave a/4 + c < 1 as the first to fail.)
+"""
+
+from dataclasses import dataclass
+from math import inf, pi, sqrt
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.sparse import csr_array, diags_array
+from scipy.sparse.linalg import eigsh
+
+from dusttaichi.physics.constants import PULL_OFF, S_PULL_OFF
+from dusttaichi.physics.stability import springs
+
+DENSE = 400  # rows of a matrix up to which all eigenvalues are the cheapest way to the largest
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Contacts of a network: (C,) each but normal (C, 3); grain_j is -1 at a wall.
+
+    k_n: slope of the normal force where the contact is [N/m]; kappa: damping there [kg/s];
+    strength: of the springs but the normal one; ratio: r1/r2.
+    """
+
+    grain_i: np.ndarray
+    grain_j: np.ndarray
+    normal: np.ndarray
+    strength: np.ndarray
+    ratio: np.ndarray
+    r: np.ndarray
+    R: np.ndarray
+    k_n: np.ndarray
+    k_s: np.ndarray
+    k_r: np.ndarray
+    k_t: np.ndarray
+    kappa: np.ndarray
+
+
+def contact_radius(overlap):
+    """s = sqrt(a/a0) for overlaps in units of delta0 (any shape): 3 s^4 - 2 s = overlap.
+
+    From above by Newton, which cannot fail there: the curve is convex. Below pull-off that of
+    pull-off.
+    """
+    d = np.maximum(np.asarray(overlap, float), -PULL_OFF)
+    s = (np.maximum(d, 0.0) / 3.0) ** 0.25 + 1.0
+    for _ in range(60):
+        s = s - (3.0 * s**4 - 2.0 * s - d) / np.maximum(12.0 * s**3 - 2.0, 1e-9)
+    return np.maximum(s, S_PULL_OFF)
+
+
+def slope(s):
+    """dF/d delta over its value at equilibrium (s = 1), for s = sqrt(a/a0).
+
+    F = 4 F_c (s^6 - s^3), delta = delta0 (3 s^4 - 2 s). Near pull-off it is negative: no spring.
+    """
+    return 10.0 / 3.0 * (6.0 * s**5 - 3.0 * s**2) / np.maximum(12.0 * s**3 - 2.0, 1e-9)
+
+
+def matrices(contacts, mass):
+    """A and C (see above), sparse (6N, 6N), in sqrt(m) x and sqrt(2/5 m) r theta. mass: (N,)."""
+    size, sqrt_mass = len(contacts.r), np.sqrt(mass)
+    own = {name: getattr(contacts, name)[:, None, None] for name in ("r", "R")}
+    own |= {k: np.maximum(getattr(contacts, k), 0.0)[:, None, None]
+            for k in ("k_n", "k_s", "k_r", "k_t")}  # fmt: skip
+    parts = springs(_Numbers(**own), contacts.normal, contacts.strength[:, None, None],
+                    contacts.ratio[:, None, None])  # fmt: skip
+    i, j = contacts.grain_i, np.maximum(contacts.grain_j, 0)
+    there = (contacts.grain_j >= 0).astype(float)
+    scale = (1.0 / sqrt_mass[i], sqrt(2.5) / sqrt_mass[i],
+             there / sqrt_mass[j], there * sqrt(2.5) / sqrt_mass[j])  # fmt: skip
+    first = (6 * i, 6 * i + 3, 6 * j, 6 * j + 3)
+
+    def rows(root, dx, turn1, turn2):
+        m = dx.shape[-2]
+        number = np.arange(size * m).reshape(size, m, 1)
+        row, column, value = [], [], []
+        for block, factor, start in zip((dx, turn1, -dx, turn2), scale, first, strict=True):
+            filled = root * np.broadcast_to(block, (size, m, 3)) * factor[:, None, None]
+            row.append(np.broadcast_to(number, filled.shape).ravel())
+            column.append((start[:, None, None] + np.arange(3) + 0 * number).ravel())
+            value.append(filled.ravel())
+        place = (np.concatenate(row), np.concatenate(column))
+        return csr_array((np.concatenate(value), place), shape=(size * m, 6 * len(mass)))
+
+    A = csr_array((6 * len(mass), 6 * len(mass)))
+    for k, *blocks in parts:
+        B = rows(np.sqrt(k), *blocks)
+        A = A + B.T @ B
+    B = rows(np.ones((size, 1, 1)), *parts[0][1:])
+    return A.tocsr(), (B.T @ diags_array(contacts.kappa) @ B).tocsr()
+
+
+@dataclass(frozen=True)
+class _Numbers:
+    r: np.ndarray
+    R: np.ndarray
+    k_n: np.ndarray
+    k_s: np.ndarray
+    k_r: np.ndarray
+    k_t: np.ndarray
+
+
+def largest(matrix):
+    """Largest eigenvalue of a symmetric sparse matrix without negative ones, to 1e-4."""
+    if matrix.nnz == 0:
+        return 0.0
+    if matrix.shape[0] <= DENSE:
+        return max(0.0, float(np.linalg.eigvalsh(matrix.toarray())[-1]))
+    start = np.random.default_rng(1).normal(size=matrix.shape[0])
+    found = eigsh(matrix, k=1, which="LA", tol=1e-4, v0=start, return_eigenvectors=False)
+    return max(0.0, float(found[0]))
+
+
+def limit(contacts, mass):
+    """(shortest period [s], largest stable step [s]) of a network; infinite without contacts."""
+    if len(contacts.r) == 0:
+        return inf, inf
+    A, C = matrices(contacts, mass)
+    square, rate = largest(A), largest(C)
+    period = 2.0 * pi / sqrt(square) if square > 0.0 else inf
+    if rate == 0.0 or square == 0.0:
+        return period, 2.0 / sqrt(square) if square > 0.0 else inf
+    # each alone is an upper bound, their sum a lower one
+    high = min(2.0 / sqrt(square), 1.0 / rate)
+    low = 2.0 / (rate + sqrt(rate**2 + square))
+
+    def beyond(dt):
+        return largest(0.25 * dt**2 * A + dt * C) - 1.0
+
+    low, high = 0.99 * low, 1.01 * high
+    return period, brentq(beyond, low, high, rtol=1e-4)

@@ -1,0 +1,113 @@
+"""The map of `dust extremes`: how every cell ended, and the limit estimated against measured."""
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch, Rectangle
+
+from dusttaichi.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, styled
+
+COLOURS = {"stable": GREEN, "refused": GREY, "stopped": ORANGE, "WRONG": RED}
+SHADES = (-16.0, -2.0)  # powers of ten of the residual, from pale to full
+BAND = 0.2
+
+
+@styled
+def extremes(data):
+    """Figure of a map, the dataset of extremes.results: a panel a group.
+
+    Colours are verdicts; the shade of a stable cell, and the number in it, is the power of ten of
+    its residual. The last panel has the ratio of estimated and measured limits within its band.
+    """
+    groups = list(dict.fromkeys(data.group.values.tolist()))
+    parts = [data.where(data.group == name, drop=True) for name in groups]
+    heights = [2.2 + len(_values(part, "row")) for part in parts] + [9.0]
+    left, right = _columns(heights)
+    figure = Figure(figsize=(11.5, 0.19 * max(sum(heights[n] for n in c) for c in (left, right))
+                             + 0.9), layout="constrained")  # fmt: skip
+    FigureCanvasAgg(figure)
+    halves = figure.subfigures(1, 2, wspace=0.03)
+    for half, members in zip(halves, (left, right), strict=True):
+        axes = half.subplots(len(members), 1, squeeze=False,
+                             height_ratios=[heights[n] for n in members])[:, 0]  # fmt: skip
+        for panel, n in zip(axes, members, strict=True):
+            if n == len(parts):
+                _limits(panel, data, groups)
+            else:
+                _cells(panel, parts[n], groups[n])
+    handles = [Patch(color=colour, label=verdict) for verdict, colour in COLOURS.items()]
+    title = "number in a stable cell: power of ten of the ledger's residual"
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), title=title)
+    return figure
+
+
+def _columns(heights):
+    """Numbers of the panels of two columns of about the same height, in their order."""
+    total, half = sum(heights), 0.0
+    for n, height in enumerate(heights):
+        if n and half + 0.5 * height > 0.5 * total:
+            return list(range(n)), list(range(n, len(heights)))
+        half += height
+    return list(range(len(heights) - 1)), [len(heights) - 1]
+
+
+def _values(part, name):
+    return list(dict.fromkeys(part[name].values.tolist()))
+
+
+def _cells(axes, part, title):
+    rows, columns = _values(part, "row"), _values(part, "column")
+    if all(_is_number(c) for c in columns):
+        columns.sort(key=float)
+    for row, column, verdict, residual in zip(part.row.values, part.column.values,
+                                              part.verdict.values, part.residual.values,
+                                              strict=True):  # fmt: skip
+        x, y = columns.index(column), rows.index(row)
+        power, alpha = "", 1.0
+        if verdict == "stable":
+            exact = np.log10(max(float(residual), 1e-16))
+            power = f"{exact:.0f}"
+            alpha = 0.25 + 0.75 * np.clip((exact - SHADES[0]) / (SHADES[1] - SHADES[0]), 0.0, 1.0)
+        axes.add_patch(_square(x, y, COLOURS[verdict], alpha))
+        axes.text(x, y, power, ha="center", va="center", fontsize=5.5, color=BLACK)
+    axes.set(xlim=(-0.5, len(columns) - 0.5), ylim=(len(rows) - 0.5, -0.5))
+    axes.set_title(title, fontsize=9, loc="left", pad=3)
+    axes.set_yticks(range(len(rows)), rows, fontsize=6)
+    long = max(len(c) for c in columns) > 6
+    axes.set_xticks(range(len(columns)), [c.replace(", ", "\n") for c in columns], fontsize=5.5,
+                    rotation=90 if long and "," not in columns[0] else 0)  # fmt: skip
+    axes.tick_params(length=0, top=False, right=False)
+    for side in axes.spines.values():
+        side.set_visible(False)
+
+
+def _square(x, y, colour, alpha):
+    return Rectangle((x - 0.46, y - 0.44), 0.92, 0.88, facecolor=colour, alpha=float(alpha),
+                     edgecolor="none")  # fmt: skip
+
+
+def _is_number(text):
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _limits(axes, data, groups):
+    """Estimated over measured limit against the measured one."""
+    markers = "osD^v<>Ph"
+    axes.axhspan(1.0 - BAND, 1.0 + BAND, color=BLUE, alpha=0.12, linewidth=0)
+    axes.axhline(1.0, color=GREY, linewidth=0.8)
+    known = np.isfinite(data.ratio.values.astype(float))
+    for n, group in enumerate(groups):
+        own = known & (data.group.values == group)
+        if own.any():
+            look = {"markersize": 3.5, "color": (BLUE, RED, GREEN, ORANGE)[n % 4]}
+            axes.plot(data.measured.values[own], data.ratio.values[own], markers[n % len(markers)],
+                      label=group, **look)  # fmt: skip
+    axes.set_title("largest stable step", fontsize=9, loc="left", pad=3)
+    axes.set(xlabel="measured (s)", ylabel="estimated / measured", ylim=(0.7, 1.3))
+    if known.any():
+        axes.set_xscale("log")
+        axes.legend(loc="upper right", ncols=3)
