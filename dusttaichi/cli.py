@@ -253,10 +253,10 @@ def extremes(
 def _print_summary(summary, rows):
     table = Table(title=summary["name"], title_justify="left", box=None, pad_edge=False)
     for heading in (" ", "run", "literature"):
-        table.add_column(heading, no_wrap=True)
+        table.add_column(heading, no_wrap=heading == " ")  # no label is cut
     for row in rows(summary):
         table.add_row(*row)
-    console.print(table, soft_wrap=True)
+    console.print(table)
 
 
 class _bar:
