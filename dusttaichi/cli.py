@@ -1,5 +1,5 @@
-"""The command `dust`: run, sweep, sticking, extremes, check, schema, plot, compare, export, render,
-fit, bench."""
+"""The command `dust`: run, sweep, trade, sticking, extremes, check, schema, plot, compare, export,
+render, fit, bench."""
 
 import shlex
 import sys
@@ -54,6 +54,9 @@ def run(
     fresh: Annotated[
         bool, typer.Option("--fresh", help="compute stages again that are kept")
     ] = False,
+    error_bar: Annotated[
+        bool, typer.Option("--error-bar", help="estimate the error of the time step at the end")
+    ] = False,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="directory of the results")
     ] = None,
@@ -76,20 +79,20 @@ def run(
                 "where the finished stages of the replicas are kept"
             )
         plan = ensemble.ensemble_plan(scene, directory)
-        again = _again("run", file, output, scheduler)
+        again = _again("run", file, output, scheduler, error_bar=error_bar)
         ensemble.command(plan, again, force=force, resume=resume, scheduler=scheduler,
-                         quiet=quiet, console=console, err=err)  # fmt: skip
+                         quiet=quiet, console=console, err=err, error_bar=error_bar)  # fmt: skip
         return
     if scheduler is not None:
         raise DustError("--scheduler is for many runs: a scene with replicas, or dust sweep")
     with _bar(quiet) as (watch, say):
         try:
-            execute(scene, directory, force=force, resume=resume, fresh=fresh, watch=watch,
-                    say=say)  # fmt: skip
+            execute(scene, directory, force=force, resume=resume, fresh=fresh,
+                    error_bar=error_bar, watch=watch, say=say)  # fmt: skip
         except KeyboardInterrupt:
+            again = _again("run", file, output, None, error_bar=error_bar)
             raise DustError(
-                f"interrupted; everything up to here is in {directory}. "
-                f"Go on with: dust run {file} --resume{f' --output {output}' if output else ''}"
+                f"interrupted; everything up to here is in {directory}. Go on with: {again}"
             ) from None
     with analysis.open_run(directory) as result:
         figures = plots.save_all(result, directory)
@@ -107,12 +110,13 @@ def _scene(file, force, resume, threads):
     return scene if threads is None else scene.with_value("numerics.threads", threads)
 
 
-def _again(command, file, output, scheduler, settings=()):
+def _again(command, file, output, scheduler, settings=(), error_bar=False):
     """The command that goes on with what was interrupted."""
     words = ["dust", command, str(file)]
     words += [word for setting in settings for word in ("--set", setting)]
     words += ["--output", str(output)] if output else []
     words += ["--scheduler", scheduler] if scheduler else []
+    words += ["--error-bar"] if error_bar else []
     return shlex.join([*words, "--resume"])
 
 
@@ -141,6 +145,42 @@ def sweep(
     again = _again("sweep", file, output, scheduler, settings)
     ensemble.command(plan, again, force=force, resume=resume, scheduler=scheduler, quiet=quiet,
                      console=console, err=err)  # fmt: skip
+
+
+@app.command()
+def trade(
+    file: SceneFile,
+    knobs: Annotated[
+        str | None, typer.Option(help="only these knobs, by commas", metavar="KNOB,KNOB")
+    ] = None,
+    observable: Annotated[
+        str | None, typer.Option(help="the number whose error decides", metavar="NAME")
+    ] = None,
+    tolerance: Annotated[str, typer.Option(help="largest error", metavar="SHARE")] = "5%",
+    seeds: Annotated[
+        int | None, typer.Option(min=1, help="seeds for the scatter: 4, with --quick 2")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="three rungs a knob, two seeds")] = False,
+    pairs: Annotated[
+        bool, typer.Option(help="run the default beside each point, to compare costs")
+    ] = True,
+    jobs: Annotated[int | None, typer.Option(min=1, help="processes at a time: all cores")] = None,
+    force: Annotated[bool, typer.Option("--force", help="run kept points again")] = False,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="directory of the results")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="no progress bar")] = False,
+):
+    """Cost and error of every knob of a scene: table, figure, and the cheapest setting."""
+    from dusttaichi import trade as trading
+
+    scene = _scene(file, False, False, None)
+    runs = scene.output.directory
+    trading.command(scene, output or runs.with_name(f"{runs.name}-trade"), names=knobs,
+                    quick=quick, seeds=seeds, tolerance=tolerance, observable=observable,
+                    jobs=jobs, pairs=pairs, force=force, quiet=quiet,
+                    again=shlex.join(["dust", *sys.argv[1:]]).replace(" --force", ""),
+                    console=console, err=err)  # fmt: skip
 
 
 @app.command()
@@ -245,19 +285,24 @@ class _bar:
             parts.append(f"P {p.pressure / 1e3:.3g} kPa")
         parts.append(f"{p.steps_per_second:,.0f} steps/s")
         total = p.end if p.end < 2**61 else None
-        self.bar.update(self.task, description=f"step {p.step:,}", total=total, completed=p.step,
-                        state="  ".join(parts))  # fmt: skip
+        self.bar.update(self.task, description=f"{p.task}step {p.step:,}", total=total,
+                        completed=p.step, state="  ".join(parts))  # fmt: skip
 
 
 @app.command()
-def check(file: SceneFile):
+def check(
+    file: SceneFile,
+    costs: Annotated[
+        bool, typer.Option("--costs", help="time the scene with each of its parts left out")
+    ] = False,
+):
     """Check a YAML file and print the scene resolved: constants, step, size, cost, parts."""
     from dusttaichi.preview import report
     from dusttaichi.scene import load
 
     scene = load(file)
     console.print(scene.to_yaml().rstrip(), markup=False)
-    for title, rows in report(scene):
+    for title, rows in report(scene, costs, err.print):
         console.print(f"\n{title}", markup=False, style="bold")
         for what, value in rows:
             console.print(f"  {what:<42} {value}", markup=False, soft_wrap=True)
@@ -281,6 +326,11 @@ def plot(
     """Figures of a run: curves, stress, profile, energy. Several runs: their curves in one."""
     from dusttaichi import analysis, plots
 
+    if len(runs) == 1 and analysis.is_trade(runs[0]):
+        data, file = analysis.open_trade(runs[0])
+        folder = output or file.parent
+        console.print(f"wrote {plots.save_trade(data, folder / 'trade.png')}")
+        return
     with ExitStack() as opened:
         results = [opened.enter_context(analysis.open_run(path)) for path in runs]
         if len(results) == 1:
@@ -368,6 +418,9 @@ def fit(
 @app.command()
 def bench(
     quick: Annotated[bool, typer.Option("--quick", help="small sizes only, two minutes")] = False,
+    parts: Annotated[
+        bool, typer.Option("--parts", help="what each part of a scene costs instead")
+    ] = False,
     lammps: Annotated[bool, typer.Option(help="time LAMMPS on the same samples")] = True,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="CSV file of the numbers")
@@ -376,6 +429,11 @@ def bench(
     """Measure: ns a contact and a grain-step by size, filling factor, threads; beside LAMMPS."""
     from dusttaichi import bench as benchmark
 
+    if parts:
+        from dusttaichi.bench import parts as parts_bench
+
+        parts_bench.command(quick=quick, output=output, say=console.print)
+        return
     benchmark.command(quick=quick, lammps=lammps, output=output, say=console.print)
 
 

@@ -7,8 +7,8 @@ import numpy as np
 
 from dusttaichi import samples, units
 from dusttaichi.build import bodies_of, build, chosen_effects, contact_constants, time_step
+from dusttaichi.inventory import compiled_rows, field_rows, nbytes, preset_rows, tables
 from dusttaichi.physics import constants
-from dusttaichi.results import WALLS
 from dusttaichi.scene import filling_direction
 from dusttaichi.scene.sample import DEFAULT
 from dusttaichi.schedule import NEVER, clock_of, last_step
@@ -16,8 +16,11 @@ from dusttaichi.schedule import NEVER, clock_of, last_step
 TRIAL_SECONDS = 1.0
 
 
-def report(scene):
-    """Sections (title, rows of (what, value)) for a scene. Builds it and tries it for a second."""
+def report(scene, costs=False, say=lambda text: None):
+    """Sections (title, rows of (what, value)) for a scene. Builds it and tries it for a second.
+
+    costs: also what each of its parts costs (bench.costs), half a minute each; say: told of them.
+    """
     sample = samples.make(scene)
     sim = build(scene, sample)
     step = time_step(scene, len(sample.positions), sim.bodies)
@@ -31,8 +34,11 @@ def report(scene):
         ),
         ("Sample", _sample(scene, sample)),
         ("Time step", _time_step(step)),
-        ("Compiled in", _parts(scene, sim)),
+        ("Accuracy", preset_rows(scene)),
+        ("Compiled in", compiled_rows(scene, sim)),
+        ("Fields", field_rows(sim)),
         ("Cost", _cost(scene, sim)),
+        ("Cost of the parts", _part_costs(scene, sim, costs, say)),
     ]
 
 
@@ -114,27 +120,6 @@ def _time_step(step):
     return [*rows, ("time step", chosen)]
 
 
-def _parts(scene, sim):
-    effects = chosen_effects(scene.interaction)
-    names = ("rolling", "sliding", "twisting", "asperities")
-    on = [name for name in names if getattr(effects, name)]
-    off = [name for name in names if not getattr(effects, name)]
-    damping = scene.interaction.damping.model
-    (on if effects.damping else off).append("damping" + (f" ({damping})" * (damping != "none")))
-    walls = "none"
-    if sim.box is not None:
-        walls = ", ".join(w for w, there in zip(WALLS, sim.box.present, strict=True) if there)
-    return [
-        ("forces", ", ".join(["adhesion (JKR)", *on])),
-        ("left out", ", ".join(off) or "nothing"),
-        ("walls", walls),
-        ("contacts an iteration (lanes)", f"{sim.layout.width}"),
-        ("numbers of state a contact", f"{sim.layout.state_size}"),
-        ("backend, precision, threads",
-         f"{scene.numerics.backend}, {scene.numerics.precision}, {sim.threads}"),
-    ]  # fmt: skip
-
-
 def _cost(scene, sim):
     plan = _plan(scene, sim)
     rate = _trial(sim, plan[0][1])
@@ -157,6 +142,14 @@ def _cost(scene, sim):
         *rows,
         ("estimated run time at most", f"{_duration(total / rate)} at this speed{remark}"),
     ]
+
+
+def _part_costs(scene, sim, costs, say):
+    if not costs:
+        return [("not measured", "with --costs, for this scene; in general by dust bench --parts")]
+    from dusttaichi.bench.costs import cost_rows
+
+    return cost_rows(scene, sim.grains, say)
 
 
 def _plan(scene, sim):
@@ -191,12 +184,7 @@ def _trial(sim, end):
 
 def state_bytes(sim):
     """Bytes of all fields of a simulation, scratch of the search included."""
-    total = 0
-    for field in [*sim.fields.values(), *sim.scratch.values(), *sim.sums.values()]:
-        lanes = getattr(field, "n", 1) * getattr(field, "m", 1)
-        size = 4 if "32" in str(field.dtype) else 8
-        total += int(np.prod(field.shape)) * lanes * size
-    return total
+    return sum(nbytes(field) for field in tables(sim).values())
 
 
 def _duration(seconds):

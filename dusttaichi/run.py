@@ -12,6 +12,7 @@ from dusttaichi import checkpoint, guards, record, samples, stages, units
 from dusttaichi.build import build
 from dusttaichi.checkpoint import CHECKPOINT, RESULT
 from dusttaichi.course import Course, Crew
+from dusttaichi.error_bar import ErrorBar, States
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.results import WALLS, Writer, provenance, select
 from dusttaichi.samples.sample import Sample
@@ -36,6 +37,7 @@ class Progress:
     filling_factor: float | None
     pressure: float | None  # top wall, Pa
     steps_per_second: float
+    task: str = ""  # what goes on, where it is not the run itself
 
 
 def run_directory(scene, output=None):
@@ -43,11 +45,14 @@ def run_directory(scene, output=None):
     return Path(output) if output is not None else Path(scene.output.directory)
 
 
-def execute(scene, directory, *, force=False, resume=False, fresh=False,
-            watch=lambda progress: None, say=lambda text: None):  # fmt: skip
+def execute(scene, directory, *, force=False, resume=False, fresh=False, error_bar=False,
+            watch=lambda progress: None, say=lambda text: None,
+            ready=lambda simulation: None):  # fmt: skip
     """Run a scene into `directory`; returns the directory.
 
-    fresh: compute every stage, even those that an earlier run has finished and kept.
+    fresh: compute every stage, even those that an earlier run has finished and kept. error_bar:
+    estimate the error of the time step at the end (error_bar.py). ready: called with the
+    Simulation, everything compiled, before its first step.
     Raises DustError (bad input, an existing result, a full disk), GuardStop (with the result up to
     there kept), KeyboardInterrupt (after flushing and a checkpoint).
     """
@@ -58,11 +63,12 @@ def execute(scene, directory, *, force=False, resume=False, fresh=False,
                 f"{directory / RESULT} exists already. Use --force to overwrite it, --resume to go "
                 "on with it, or choose another output directory."
             )
-        run = _Run(scene, directory, lock, watch, say)
+        run = _Run(scene, directory, lock, watch, say, error_bar)
         if resume:
             run.open_resumed()
         elif fresh or not run.open_kept():
             run.open_new(force)
+        ready(run.sim)
         run.go()
     return directory
 
@@ -70,11 +76,12 @@ def execute(scene, directory, *, force=False, resume=False, fresh=False,
 class _Run:
     """One run in progress."""
 
-    def __init__(self, scene, directory, lock, watch, say):
+    def __init__(self, scene, directory, lock, watch, say, error_bar=False):
         self.scene, self.directory, self.lock = scene, directory, lock
         self.watch, self.say = watch, say
         self.rate, self.flush_cost, self.interrupted = 0.0, 0.0, False
         self.pressure = None
+        self.states, self.error_bar = States(directory), error_bar
 
     # -- opening ---------------------------------------------------------------------------------
 
@@ -109,6 +116,8 @@ class _Run:
             self._attributes(), force=force, lock=self.lock,
         )  # fmt: skip
         self._record_due(first=True)
+        self.states.begin(-1)
+        self._keep_state()
 
     def open_kept(self):
         """Go on from the latest stage that an earlier run has finished; False where there is
@@ -147,6 +156,7 @@ class _Run:
                         **own)  # fmt: skip
         self._build(sample)
         self.sim.restore(arrays, meta["numbers"])
+        self.states.begin(self.sim.step)
         self.course = Course.from_meta(meta["course"])
         self._plan()
         self.writer = Writer.resume(self.directory / RESULT, meta["counts"], lock=self.lock)
@@ -207,9 +217,12 @@ class _Run:
                 self._next_stage()
                 self._loop()
             self.finish(f"finished: {self.reason}")
+            if self.error_bar:
+                self._estimate()
         except GuardStop as stop:
             self.writer.set_status(f"stopped by guard: {stop}")
             self.writer.flush()
+            self.states.discard()
             raise
         finally:
             for s, handler in handlers.items():
@@ -228,10 +241,13 @@ class _Run:
                 window = series - output.window
             due = min(series, window, next_step(leg.profiles, self.clock, sim.step),
                       next_step(leg.snapshots, self.clock, sim.step))  # fmt: skip
+            if self.error_bar:
+                due = min(due, self.states.next(sim.step))
             self._advance_to(due)
             if sim.step == window:
                 self.course.open_window(sim)
             self._record_due()
+            self._keep_state()
             self._keep()
 
     def _keep_stage(self):
@@ -243,6 +259,43 @@ class _Run:
         except OSError as error:
             self.say(f"stage {self.leg.name} is not kept for other runs: {error}")
 
+    def _keep_state(self):
+        """A state that the error bar may begin a stretch from, if it is due."""
+        if self.error_bar and self.sim.step < self.end:
+            self.states.keep(self.sim, self.course.stage, self.course.first)
+
+    def _estimate(self):
+        """The error bar, once the run is finished and on disk."""
+
+        def stop():
+            if self.interrupted:
+                raise KeyboardInterrupt
+
+        def watch(step, done, total):
+            now = real_time.perf_counter()
+            rate = done / max(now - began, 1e-9)
+            if now - self.looked > BURST_SECONDS:
+                self.looked = now
+                self.watch(Progress(done, total, None, None, rate, "error bar, "))
+
+        end, began = self.sim.step, real_time.perf_counter()
+        bar = ErrorBar(self.sim, self.states, self.plates, watch=watch, stop=stop, say=self.say)
+        found = bar.measure(len(self.scene.legs), self.course.wall_clock)
+        if found is not None:
+            self.writer.set_attributes({"error_bar": yaml.safe_dump(found, sort_keys=False)})
+            self.writer.flush()
+            self.states.discard()
+        elif self._error_bar_of() != end:
+            self.say(
+                "no error bar: it needs states that are kept on the way by a run which is begun "
+                "with it; start anew with --force --error-bar"
+            )
+
+    def _error_bar_of(self):
+        """Steps of the run that the error bar in the result is of, or None."""
+        text = self.writer.attributes.get("error_bar", "")
+        return yaml.safe_load(text)["run_steps"] if text else None
+
     def _next_stage(self):
         if self.sim.step > self.opened_at:
             self.say(f"stage {self.leg.name} finished: {self.reason}")
@@ -252,6 +305,7 @@ class _Run:
         self.sim.drive(self.scene.legs[following].drive)
         self.course.begin_stage(following, self.sim)
         self._plan()
+        self._keep_state()
 
     def _advance_to(self, due):
         while self.sim.step < due:
@@ -396,6 +450,8 @@ class _Run:
     def finish(self, status):
         """Last frame, status, checkpoint. The checkpoint comes before the last frame that is only
         there because the run ends: a continuation with a later stop is free of it."""
+        if self._error_bar_of() not in (None, self.sim.step):
+            self.writer.set_attributes({"error_bar": ""})  # of a shorter run
         counts_are_exact = self.last_snapshot != self.sim.step
         self.save()
         if counts_are_exact:

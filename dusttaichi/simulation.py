@@ -5,7 +5,7 @@ says; `drive` changes it between two steps, and the ledger goes on.
 """
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import lru_cache
 
 import numpy as np
@@ -36,6 +36,14 @@ class Kernels:
     relist_walls: Callable | None
     wrap: Callable | None
     measure: tuple
+
+    @property
+    def names(self):
+        """Names of those that the scene has."""
+        on_their_own = [f.name for f in fields(self) if f.name != "measure"]
+        measures = ("measure_grains", "measure_pairs", "measure_walls")
+        there = [name for name in on_their_own if getattr(self, name) is not None]
+        return there + [n for n, k in zip(measures, self.measure, strict=True) if k is not None]
 
 
 @dataclass

@@ -26,7 +26,7 @@ CODE = ("kernels", "physics", "samples", "results", "build.py", "course.py", "ge
 
 
 @lru_cache(maxsize=1)
-def _code():
+def code_hash():
     """Hash of the source that the numbers come from."""
     root, digest = Path(__file__).parent, hashlib.sha256()
     for part in CODE:
@@ -57,7 +57,7 @@ def folder_of(scene, stage, directory):
             block = block.get(key, {})
         block.pop(path[-1], None)
     digest = hashlib.sha256(json.dumps([data, stages], sort_keys=True).encode())
-    digest.update(_code().encode())
+    digest.update(code_hash().encode())
     for content in _files(data["sample"]):
         digest.update(hashlib.sha256(content).digest())
     return Path(directory).absolute().parent / FOLDER / digest.hexdigest()[:20]

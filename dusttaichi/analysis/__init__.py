@@ -13,6 +13,7 @@ from dusttaichi.analysis.compression import (
     rms_from_law,
 )
 from dusttaichi.analysis.ensemble import Band, bands, gather, save_ensemble
+from dusttaichi.analysis.error_bar import ErrorBar, Estimate, error_bar
 from dusttaichi.analysis.fractal import Fractal, fractal
 from dusttaichi.analysis.fragments import (
     Compaction,
@@ -32,6 +33,7 @@ from dusttaichi.analysis.restitution import Restitution, restitution, wall_resti
 from dusttaichi.analysis.run import Run, open_run
 from dusttaichi.analysis.summary import summary, table
 from dusttaichi.analysis.tensile import StrengthFit, Tensile, fit_strength, tensile
+from dusttaichi.analysis.trade import front, is_trade, open_trade, trade_dataset
 
 __all__ = [
     "Arrival",
@@ -39,6 +41,8 @@ __all__ = [
     "Compaction",
     "Curve",
     "Deviation",
+    "ErrorBar",
+    "Estimate",
     "Fit",
     "Fractal",
     "Fragments",
@@ -59,20 +63,24 @@ __all__ = [
     "compare",
     "compression_curve",
     "compression_law",
+    "error_bar",
     "fit_compression",
     "fit_strength",
     "fractal",
     "fragments",
+    "front",
     "frame_count",
     "gather",
     "grain_masses",
     "growth_efficiency",
+    "is_trade",
     "isotropic",
     "ledger",
     "losses_against_filling_factor",
     "mass_spectrum",
     "onset",
     "open_run",
+    "open_trade",
     "profile",
     "read_frame",
     "restitution",
@@ -83,5 +91,6 @@ __all__ = [
     "table",
     "tensile",
     "to_csv",
+    "trade_dataset",
     "wall_restitution",
 ]

@@ -9,6 +9,7 @@ from dusttaichi.analysis.compression import (
     onset,
     rms_from_law,
 )
+from dusttaichi.analysis.error_bar import error_bar, error_bar_rows, filling_factor_error
 from dusttaichi.analysis.fragments import compaction, fragments, growth_efficiency
 from dusttaichi.analysis.isotropic import isotropic
 from dusttaichi.analysis.ledger import ledger
@@ -22,7 +23,8 @@ def summary(run, law=None):
 
     name, status, grains, contacts, contacts_per_grain, coordination_number, steps, time,
     wall_time, steps_per_second, filling_factor, pressure (top wall), height: at the end;
-    ledger_worst (relative), ledger_shares (channel -> share of the losses);
+    ledger_worst (relative), ledger_shares (channel -> share of the losses), error_bar and
+    error_bar_phi (see analysis.error_bar);
     p_m, p_m_sigma, delta, delta_sigma and law_p_m, law_delta, law_name beside them;
     rms, rms_mean (signed), rms_p_low, rms_p_high, rms_covered: distance from the law over
     1-100 kPa (between plates 1-10 kPa), see `rms_from_law`; fit_problem: why there is no fit, or
@@ -56,7 +58,11 @@ def summary(run, law=None):
         if last is not None and "pressure" in series else None,
     }  # fmt: skip
     energies = ledger(run)
-    numbers |= {"ledger_worst": energies.worst, "ledger_shares": energies.shares}
+    numbers |= {"ledger_worst": energies.worst, "ledger_shares": energies.shares,
+                "error_bar": error_bar(run), "error_bar_phi": None}  # fmt: skip
+    if run.compresses and numbers["error_bar"] is not None:
+        curve = compression_curve(run)
+        numbers["error_bar_phi"] = filling_factor_error(numbers["error_bar"], curve)
     return numbers | _compression(run, law) | _tension(run) | _isotropic(run) | _collision(run)
 
 
@@ -231,6 +237,7 @@ def table(numbers):
     row("filling factor", n["filling_factor"], "{:.4f}".format)
     row("pressure on the top wall", n["pressure"], lambda v: f"{v / 1e3:.4g} kPa")
     row("worst residual of the energy ledger", n["ledger_worst"], "{:.1e}".format)
+    rows.extend(error_bar_rows(n["error_bar"], n["error_bar_phi"]))
     row("grains", n["grains"], "{:,}".format)
     row("contacts", n["contacts"], "{:,}".format)
     row("contacts per grain", n["contacts_per_grain"], "{:.2f}".format)

@@ -55,12 +55,13 @@ class Start:
 
 @dataclass(frozen=True)
 class Column:
-    """Title in lines, name and unit in CSV, and how the number is written."""
+    """Title in lines, name and unit in CSV, how the number is written; words: it is none."""
 
     title: tuple[str, ...]
     name: str
     unit: str = ""
     write: Callable = str
+    words: bool = False
 
 
 def _number(digits: int) -> Callable:
@@ -122,7 +123,11 @@ class Table:
             lines = [*zip(*heads, strict=True), *_cells(columns, rows)]
             widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
             lines.insert(2, tuple("-" * width for width in widths))
-            padded = (map(str.rjust, line, widths) for line in lines)
+            sides = [str.ljust if column.words else str.rjust for column in columns]
+            padded = [
+                [side(cell, width) for side, cell, width in zip(sides, line, widths, strict=True)]
+                for line in lines
+            ]
             blocks.append("\n".join([title, *("  ".join(line).rstrip() for line in padded)]))
         return "\n\n".join([*blocks, *self.notes])
 
@@ -132,7 +137,7 @@ class Table:
         for title, columns, rows in self._parts:
             lines = [
                 tuple(" ".join(column.title) for column in columns),
-                ("---:",) * len(columns),
+                tuple(":---" if column.words else "---:" for column in columns),
                 *_cells(columns, rows),
             ]
             table = [f"| {' | '.join(line)} |" for line in lines]

@@ -6,12 +6,16 @@ output; whatever else is printed goes to the standard error. The process ends wi
 """
 
 import json
+import math
 import os
 import resource
 import signal
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from dusttaichi import samples, units
 from dusttaichi.bench.sample import Recipe, bench_scene, load, make
@@ -34,14 +38,39 @@ class Worker:
 
         sample = load(Path(path))
         scene = bench_scene(grains, threads=threads, precision=precision)
-        self.sim = sim = build(scene, sample)
-        sim.advance(1)
-        self.search_seconds, self.search = 0.0, sim._search
-        sim._search = self.timed_search
+        sim = build(scene, sample)
+        self.start(sim)
         return {
             "filling_factor": samples.filling_factor(sample, scene.material.radius),
             "box": (sim.lengths() * units.LENGTH).tolist(),
         }
+
+    def build_part(self, scene, unlike=False, ledger=True, copies=0, path=None):
+        """Build a scene (YAML) and make its first step; the sample is that of `path`, or its own.
+
+        unlike: compiled as grains of their own radius, all the same; ledger: whether it is kept;
+        copies: so many of the scene as a batch. See bench.parts.
+        """
+        from dusttaichi.batch import build_batch
+        from dusttaichi.build import build
+        from dusttaichi.scene import from_yaml
+
+        scene = from_yaml(scene)
+        sample = samples.make(scene) if path is None else load(Path(path))
+        if unlike:
+            sample = replace(sample, radii=np.full(len(sample), scene.material.radius))
+        if copies:
+            self.start(build_batch(scene, [sample] * copies).sim)
+        else:
+            self.start(build(scene, sample, ledger=ledger))
+        return {}
+
+    def start(self, sim):
+        """Hold this simulation, with its first step made."""
+        self.sim = sim
+        sim.advance(1)
+        self.search_seconds, self.search = 0.0, sim._search
+        sim._search = self.timed_search
 
     def timed_search(self, step=None):
         import taichi as ti
@@ -65,8 +94,8 @@ class Worker:
         middle = time.perf_counter()
         found = sim.measure()
         ledger = time.perf_counter() - middle
-        fastest = max(found["largest_speed"], abs(sim.box.speed).max())
-        search_every = 0.5 * sim.skin / (fastest * sim.dt)
+        fastest = max(found["largest_speed"], sim._wall_speed())
+        search_every = 0.5 * sim.skin / (fastest * sim.dt) if fastest > 0.0 else math.inf
         search = self.search_seconds / (sim.searches - searches)
         return {
             "step": (middle - begin - self.search_seconds) / steps,

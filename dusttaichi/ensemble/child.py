@@ -23,7 +23,7 @@ def main():
     os.dup2(2, 1)
     signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be inherited as ignored
     request = json.loads(sys.stdin.readline())
-    threading.Thread(target=_stop_with_the_input, daemon=True).start()
+    threading.Thread(target=stop_with_the_input, daemon=True).start()
 
     def tell(**what):
         print(json.dumps(what), file=answers, flush=True)
@@ -37,7 +37,7 @@ def main():
         tell(code=130, text="interrupted")
 
 
-def _stop_with_the_input():
+def stop_with_the_input():
     # not sys.stdin, whose lock would be held when the interpreter ends
     os.read(0, 1)
     os.kill(os.getpid(), signal.SIGINT)
@@ -52,13 +52,13 @@ def _run(request, tell):
 
     def watch(progress):
         nonlocal told
-        if time.monotonic() - told > TELL_EVERY and progress.end:
+        if time.monotonic() - told > TELL_EVERY and progress.end and not progress.task:
             told = time.monotonic()
             tell(share=progress.step / progress.end)
 
     directory, mode = request["directory"], request["mode"]
     execute(from_yaml(request["scene"]), directory, force=mode == "force",
-            resume=mode == "resume", watch=watch)  # fmt: skip
+            resume=mode == "resume", error_bar=request["error_bar"], watch=watch)  # fmt: skip
     with analysis.open_run(directory) as result:
         plots.save_all(result, directory)
 

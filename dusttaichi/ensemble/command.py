@@ -12,7 +12,7 @@ from dusttaichi.progress import progress_bar
 SHOWN = 4  # running runs that the progress bar tells of
 
 
-def command(plan, again, *, force, resume, scheduler, quiet, console, err):
+def command(plan, again, *, force, resume, scheduler, quiet, console, err, error_bar=False):
     """Run a Plan, gather it, draw it, print its table.
 
     again: the command that goes on after an interruption. Raises DustError: input that cannot be
@@ -21,8 +21,8 @@ def command(plan, again, *, force, resume, scheduler, quiet, console, err):
     """
     with _bar(err, quiet) as (watch, say):
         try:
-            outcomes = run_all(plan, force=force, resume=resume, scheduler=scheduler,
-                               watch=watch, say=say)  # fmt: skip
+            outcomes = run_all(plan, force=force, resume=resume, error_bar=error_bar,
+                               scheduler=scheduler, watch=watch, say=say)  # fmt: skip
         except KeyboardInterrupt:
             raise DustError(
                 f"interrupted; everything up to here is in {plan.directory}. Go on with: {again}"

@@ -23,6 +23,7 @@ class Job:
 
     mode: "new", "force" (start anew) or "resume". directory: where the run goes, or None: a
     temporary one, whose files come back with the outcome. files: what lies there at first.
+    error_bar: estimate the error of the time step at the end.
     """
 
     number: int
@@ -30,6 +31,7 @@ class Job:
     mode: str
     directory: str | None
     files: dict[str, bytes] = field(default_factory=dict)
+    error_bar: bool = False
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,7 @@ def _process(job, directory, here, link):
             stderr=errors,
             text=True,
             cwd=here,
-            env=_environment(),
+            env=environment(),
             # Ctrl-C in a terminal reaches only the process that asked, which passes it on once
             start_new_session=True,
         )
@@ -96,7 +98,8 @@ def _process(job, directory, here, link):
         listener = threading.Thread(target=_listen, args=(process.stdout, said), daemon=True)
         listener.start()
         try:
-            request = {"scene": job.scene, "directory": str(directory), "mode": job.mode}
+            request = {"scene": job.scene, "directory": str(directory), "mode": job.mode,
+                       "error_bar": job.error_bar}  # fmt: skip
             with suppress(BrokenPipeError):
                 process.stdin.write(json.dumps(request) + "\n")
                 process.stdin.flush()
@@ -131,7 +134,7 @@ def _listen(stream, said):
         said.update(json.loads(line))
 
 
-def _environment():
+def environment():
     """That of this process, and the process imports the same package."""
     package = str(Path(dusttaichi.__file__).parent.parent)
     paths = [package, *filter(None, [os.environ.get("PYTHONPATH")])]

@@ -31,12 +31,13 @@ class Progress:
     running: dict[str, float] = field(default_factory=dict)  # label -> share
 
 
-def run_all(plan, *, force=False, resume=False, scheduler=None, watch=lambda progress: None,
-            say=lambda text: None):  # fmt: skip
+def run_all(plan, *, force=False, resume=False, error_bar=False, scheduler=None,
+            watch=lambda progress: None, say=lambda text: None):  # fmt: skip
     """Do all runs of a Plan; returns an Outcome for each member.
 
     One that fails does not end the others. scheduler: address of a Dask cluster, whose workers
-    need not see this disk. Raises DustError (results there already, no scheduler),
+    need not see this disk. error_bar: each run estimates the error of its time step; those that are
+    finished are left as they are. Raises DustError (results there already, no scheduler),
     KeyboardInterrupt (after every run has written its checkpoint).
     """
     with checkpoint.RunLock(plan.directory):
@@ -48,7 +49,7 @@ def run_all(plan, *, force=False, resume=False, scheduler=None, watch=lambda pro
         if len(left) < len(modes):
             say(f"{len(modes) - len(left)} of {len(modes)} runs are finished already")
         if left:
-            for outcome in _do(plan, left, scheduler, watch, say):
+            for outcome in _do(plan, left, error_bar, scheduler, watch, say):
                 outcomes[outcome.number] = outcome
     return outcomes
 
@@ -82,10 +83,10 @@ def _finished(member):
             status, scene = file.getncattr("status"), file.getncattr("scene_resolved")
     except (OSError, RuntimeError, AttributeError):
         return False
-    return status.startswith("finished") and _core(scene) == _core(member.scene.to_yaml())
+    return status.startswith("finished") and core_of(scene) == core_of(member.scene.to_yaml())
 
 
-def _core(text):
+def core_of(text):
     scene = yaml.safe_load(text)
     for block, key in BESIDES:
         scene.get(block, {}).pop(key, None)
@@ -108,7 +109,7 @@ def shares(scene, runs, cores):
     return min(runs, max(1, cores // threads)), threads
 
 
-def _do(plan, left, scheduler, watch, say):
+def _do(plan, left, error_bar, scheduler, watch, say):
     """Outcomes of the runs that are left, in any order."""
     members = plan.members
     progress = Progress(len(members), len(members) - len(left))
@@ -124,8 +125,8 @@ def _do(plan, left, scheduler, watch, say):
         threads = 1  # a task takes one thread of a worker, whose cores are not known here
     watch(progress)
     outcomes = []
-    with _signals() as signals, open_pool(scheduler, workers, heard) as pool:
-        futures = _submit(pool, members, left, threads, remote=scheduler is not None)
+    with noted_signals() as signals, open_pool(scheduler, workers, heard) as pool:
+        futures = _submit(pool, members, left, threads, scheduler is not None, error_bar)
         stopping = False
         while futures:
             done, _ = wait(futures, timeout=POLL, return_when=FIRST_COMPLETED)
@@ -146,7 +147,7 @@ def _do(plan, left, scheduler, watch, say):
     return outcomes
 
 
-def _submit(pool, members, left, threads, remote):
+def _submit(pool, members, left, threads, remote, error_bar):
     """Future -> number of the run."""
     futures, sent = {}, {}
     for number, mode in left.items():
@@ -154,19 +155,20 @@ def _submit(pool, members, left, threads, remote):
         paths = tuple(input_files(member.scene)) if remote else ()
         if paths not in sent:
             sent[paths] = pool.share({path: _bytes(path) for path in paths})
-        futures[pool.submit(_job(number, member, mode, threads, remote), sent[paths])] = number
+        job = _job(number, member, mode, threads, remote, error_bar)
+        futures[pool.submit(job, sent[paths])] = number
     return futures
 
 
-def _job(number, member, mode, threads, remote):
+def _job(number, member, mode, threads, remote, error_bar):
     scene = member.scene.with_value("numerics.threads", threads).to_yaml()
     if not remote:
-        return Job(number, scene, mode, os.path.abspath(member.directory))
+        return Job(number, scene, mode, os.path.abspath(member.directory), error_bar=error_bar)
     if mode == "resume":
         files = {name: _bytes(member.directory / name) for name in (RESULT, CHECKPOINT)}
-        return Job(number, scene, mode, None, files)
+        return Job(number, scene, mode, None, files, error_bar)
     checkpoint.discard(member.directory / CHECKPOINT)
-    return Job(number, scene, mode, None)
+    return Job(number, scene, mode, None, error_bar=error_bar)
 
 
 def _bytes(path):
@@ -197,7 +199,7 @@ def _keep(outcome, directory):
 
 
 @contextmanager
-def _signals():
+def noted_signals():
     """Ctrl-C, SIGTERM and a closed terminal only fill the list that this yields.
 
     A second one breaks off; the runs then end by themselves, with their checkpoints.

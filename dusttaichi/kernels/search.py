@@ -27,6 +27,11 @@ def place_search(grains, layout, walls):
     # a large grain has as many small neighbours as there is room for in all: one list after another
     near = 2 * pair_blocks * layout.width if layout.poly else (grains, NEIGHBOURS)
     own = {"near_start": ti.field(ti.i32, shape=grains + 1)} if layout.poly else {}
+    if walls:
+        own |= {
+            "wall_chunk": ti.field(ti.i32, shape=(6, -(-grains // CHUNK) + 1)),
+            "wall_first": ti.field(ti.i32, shape=8),
+        }
     return own | {
         "old_j": ti.Vector.field(layout.width, ti.i32, shape=pair_blocks),
         "cell_start": ti.field(ti.i32, shape=cells + 1),
@@ -38,8 +43,6 @@ def place_search(grains, layout, walls):
         "old_start": ti.field(ti.i32, shape=grains + 1),
         "chunk_sum": ti.field(ti.i32, shape=chunks),
         "bounds": ti.field(ti.f64, shape=8),
-        "wall_chunk": ti.field(ti.i32, shape=(6, -(-grains // CHUNK) + 1)),
-        "wall_first": ti.field(ti.i32, shape=8),
     }
 
 

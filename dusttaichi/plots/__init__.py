@@ -24,6 +24,7 @@ from dusttaichi.plots.profile import profile
 from dusttaichi.plots.stress import stress
 from dusttaichi.plots.style import bands, styled
 from dusttaichi.plots.tensile import strength, tensile
+from dusttaichi.plots.trade import save_trade, trade
 
 __all__ = [
     "animation",
@@ -44,10 +45,12 @@ __all__ = [
     "restitution",
     "save_all",
     "save_together",
+    "save_trade",
     "sound_speed",
     "strength",
     "stress",
     "tensile",
+    "trade",
 ]
 
 

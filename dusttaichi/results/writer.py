@@ -137,6 +137,11 @@ class Writer:
         self._attributes |= attributes
         self._changed = True
 
+    @property
+    def attributes(self):
+        """The global attributes, as the next flush publishes them."""
+        return dict(self._attributes)
+
     def counts(self):
         """Records of each group, those in memory included: what a checkpoint keeps."""
         return {g: n + self._rows_waiting(g) for g, n in self._records.items()}

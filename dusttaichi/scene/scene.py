@@ -191,11 +191,19 @@ class Scene(Block):
         path: keys joined by dots, such as "boundary.wall_speed" or "boundary.size.0".
         Defaults that depend on other values follow the change. Raises DustError.
         """
-        data = copy.deepcopy(self._given)
-        if data is None:
-            data = self._plain()
+        data = self.given
         _set(data, path.split("."), value, path)
-        scene = type(self).from_dict(data, self._folder, title=f"the scene with {path} = {value!r}")
+        return self.with_data(data, title=f"the scene with {path} = {value!r}")
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """Plain data as the YAML has it, without defaults; a copy that may be changed."""
+        return self._plain() if self._given is None else copy.deepcopy(self._given)
+
+    def with_data(self, data: dict[str, Any], title: str = "the scene") -> "Scene":
+        """A new scene from other plain data, such as `given`; its files are found where those of
+        this one are. Raises DustError."""
+        scene = type(self).from_dict(data, self._folder, title=title)
         scene._path = self._path
         return scene
 

@@ -1,0 +1,189 @@
+"""The error of the time step, from stretches of a run that were run again at half of it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import yaml
+from scipy.stats import t as student
+
+RICHARDSON = 4.0 / 3.0  # of the difference between dt and dt/2, for a method of second order
+SURE = 0.975  # quantile beyond which an error is not taken for scatter: 95 % two-sided
+QUANTITIES = {  # name -> (what it is, unit); loss_CHANNEL beside these
+    "pressure": ("pressure on the top wall", "Pa"),
+    "wall_force": ("force on the wall", "N"),
+    "stress_xx": ("stress xx", "Pa"),
+    "stress_yy": ("stress yy", "Pa"),
+    "stress_zz": ("stress zz", "Pa"),
+    "filling_factor": ("filling factor between the plates", "1"),
+    "kinetic_energy": ("kinetic energy", "J"),
+    "coordination_number": ("coordination number", "1"),
+    "losses": ("energy lost", "J"),
+    "work": ("work done on the grains", "J"),
+    "energy_end": ("energy at the end", "J"),
+}
+SHOWN = ("pressure", "wall_force", "stress_xx", "stress_yy", "stress_zz", "filling_factor",
+         "kinetic_energy", "losses")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A quantity over all stretches, and how much of it is due to the time step [unit].
+
+    value: mean of the run's own values over the stretches. error: by how much it is too large at
+    the run's step. scatter: standard error of that; not a number with a single stretch of two
+    levels. relative_error, relative_scatter: over the mean size of the quantity. resolved: the
+    error stands out of the scatter (95 %).
+    """
+
+    value: float
+    error: float
+    scatter: float
+    relative_error: float
+    relative_scatter: float
+    resolved: bool
+    unit: str
+
+
+@dataclass(frozen=True)
+class ErrorBar:
+    """Estimates by quantity (QUANTITIES, loss_CHANNEL).
+
+    stretches: (first step, steps) each. share: of the run's steps in them. cost: time it took over
+    that of the run (None where not known). whole: the run itself, run again at a half and a quarter
+    of its step. time_step [s]. apart: root mean square distance of grains at the end of a stretch
+    between dt and dt/2, median [m]. residual: worst of the ledger in a stretch, at dt and dt/2.
+    """
+
+    estimates: dict
+    stretches: tuple
+    share: float
+    cost: float | None
+    whole: bool
+    time_step: float
+    apart: float
+    residual: tuple
+
+
+def error_bar(run):
+    """The ErrorBar of a Run; None where it was run without."""
+    text = run.attrs.get("error_bar", "")
+    if not text:
+        return None
+    data = yaml.safe_load(text)
+    found = data["stretches"]
+    values = {name: np.array([s["values"][name] for s in found]) for name in found[0]["values"]}
+    residual = np.abs(values.pop("residual")).max(axis=0)
+    whole = len(found[0]["apart"]) > 1
+    estimate = of_levels if whole else of_stretches
+    return ErrorBar(
+        estimates={name: estimate(v, _unit(name)) for name, v in values.items() if v[:, 0].any()},
+        stretches=tuple((s["step"], s["steps"]) for s in found),
+        share=sum(s["steps"] for s in found) / data["run_steps"],
+        cost=data["cost"],
+        whole=whole,
+        time_step=data["time_step"],
+        apart=float(np.median([s["apart"][0] for s in found])),
+        residual=tuple(float(r) for r in residual),
+    )
+
+
+def _unit(name):
+    return QUANTITIES[name][1] if name in QUANTITIES else "J"
+
+
+def of_stretches(values, unit="1"):
+    """Estimate from values at dt and dt/2 of several stretches, (stretches, 2).
+
+    The relative error is the sum of the differences over the sum of the sizes, so that a stretch
+    counts by what it has; its standard error is that of a ratio of means.
+    """
+    values = np.asarray(values, float)
+    n, size = len(values), np.abs(values[:, 0])
+    difference = RICHARDSON * (values[:, 0] - values[:, 1])
+    relative = difference.sum() / size.sum()
+    scatter, resolved = np.nan, False
+    if n > 1:
+        rest = difference - relative * size
+        scatter = np.sqrt(n / (n - 1) * np.sum(rest**2)) / size.sum()
+        resolved = abs(relative) > student.ppf(SURE, n - 1) * scatter
+    return _estimate(values[:, 0].mean(), relative, scatter, size.mean(), resolved, unit)
+
+
+def of_levels(values, unit="1"):
+    """Estimate from the values of one run at dt, dt/2 and dt/4, (1, 3).
+
+    From the two finer ones the value without error is extrapolated; how far that from the two
+    coarser ones lies from it is the scatter: small where the method is of second order in what it
+    is asked for, as large as the error where grains have parted ways.
+    """
+    ((at_dt, half, quarter),) = np.asarray(values, float)
+    size = abs(at_dt)
+    error = at_dt - (quarter + (quarter - half) / 3.0)
+    scatter = abs((at_dt - half) - 4.0 * (half - quarter)) / 3.0
+    return _estimate(at_dt, error / size if size else np.nan, scatter / size if size else np.nan,
+                     size, abs(error) > 2.0 * scatter, unit)  # fmt: skip
+
+
+def _estimate(value, relative, scatter, size, resolved, unit):
+    return Estimate(
+        value=float(value),
+        error=float(relative * size),
+        scatter=float(scatter * size),
+        relative_error=float(relative),
+        relative_scatter=float(scatter),
+        resolved=bool(resolved),
+        unit=unit,
+    )
+
+
+def filling_factor_error(bar, curve):
+    """(error, scatter) of the filling factor at a given pressure, from that of the pressure.
+
+    curve: the Curve of the run, whose mean slope over lg P turns one into the other. None where
+    there is no pressure or no curve.
+    """
+    lg_pressure, phi = curve.monotone()
+    if bar is None or "pressure" not in bar.estimates or len(phi) < 3:
+        return None
+    slope = np.polyfit(lg_pressure, phi, 1)[0] / np.log(10.0)
+    pressure = bar.estimates["pressure"]
+    return -slope * pressure.relative_error, slope * pressure.relative_scatter
+
+
+def error_bar_rows(bar, of_filling_factor=None):
+    """Rows (what, run, literature) of text for the table of a run; [] where `bar` is None.
+
+    of_filling_factor: what filling_factor_error gives.
+    """
+    if bar is None:
+        return []
+    dt = 1e9 * bar.time_step
+    if bar.whole:
+        where = f"the whole run at {dt:.4g}, {dt / 2:.4g} and {dt / 4:.4g} ns"
+    else:
+        steps = sum(steps for _, steps in bar.stretches)
+        where = f"{len(bar.stretches)} stretches, {steps:,} steps ({bar.share:.0%}), at {dt:.4g} "
+        where += f"and {dt / 2:.4g} ns"
+    cost = "" if bar.cost is None else f"; {bar.cost:.0%} of the run's time"
+    rows = [("error bar of the time step", where + cost, "")]
+    for name in SHOWN:
+        if name in bar.estimates:
+            what = QUANTITIES[name][0]
+            rows.append((f"… {what}", estimate_text(bar.estimates[name]), ""))
+        if name == "pressure" and of_filling_factor is not None:
+            text = "{:+.2g} ± {:.1g}".format(*of_filling_factor)
+            rows.append(("… filling factor at a pressure", text, ""))
+    residuals = ", ".join(f"{r:.1e}" for r in bar.residual)
+    rows.append(("… residual of the ledger", residuals, ""))
+    return rows
+
+
+def estimate_text(estimate):
+    """`+0.4 ± 1.2 %: within its scatter`."""
+    text = f"{100 * estimate.relative_error:+.2g}"
+    if np.isfinite(estimate.relative_scatter):
+        text += f" ± {100 * estimate.relative_scatter:.2g}"
+    text += " %"
+    if not np.isfinite(estimate.relative_scatter):
+        return f"{text} (one stretch: scatter not known)"
+    return text if estimate.resolved else f"{text} (no more than its scatter)"

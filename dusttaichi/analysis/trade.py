@@ -1,0 +1,101 @@
+"""The file trade.nc: what was measured of each point, and the front of cost against error."""
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from dusttaichi.analysis.observables import TEXTS, UNITS
+from dusttaichi.errors import DustError
+
+COLUMNS = {
+    "knob": "what is turned: a knob, or default, preset, combined",
+    "label": "the point",
+    "kind": "numerical, physical or sample: what the knob changes",
+    "status": "how the run ended, or why it did not",
+}
+NUMBERS = {  # name -> (units, long name)
+    "value": ("1", "number that the knob is at, not a number for a word"),
+    "cost": ("s", "core-seconds of the time steps, without start, compilation and writing"),
+    "cost_ratio": ("1", "cost over that of the default, measured side by side"),
+    "error": ("1", "relative error of the observable of the attribute `observable` against the "
+              "converged reference"),
+    "ledger_worst": ("1", "worst relative residual of the energy ledger"),
+    "steps": ("1", "time steps"),
+    "time_step": ("s", "time step"),
+}  # fmt: skip
+
+
+def trade_dataset(columns, numbers, flags, values, errors, observables, seeds, attrs):
+    """The xr.Dataset of a trade; None in `numbers` is not a number.
+
+    columns: name of COLUMNS -> texts, (point,). numbers: name of NUMBERS -> (point,). flags: name
+    -> bool, (point,): free, accepted. values, errors: observable -> (point,). observables: name ->
+    (observable,) of reference, scatter, convergence. seeds: observable -> (seed,).
+    attrs: observable, tolerance and whatever else.
+    """
+    names = list(values)
+    data = xr.Dataset(attrs=attrs, coords={"observable": names})
+    for name, text in COLUMNS.items():
+        data[name] = ("point", np.array(columns[name], dtype=str), {"long_name": text})
+    for name, (units, text) in NUMBERS.items():
+        column = np.array([np.nan if v is None else v for v in numbers[name]], dtype=float)
+        data[name] = ("point", column, {"units": units, "long_name": text})
+    texts = {"free": "the error is below the scatter of seeds (without seeds: the reference's own)",
+             "accepted": "the error is within the tolerance, or free where the kind is "
+             "numerical"}  # fmt: skip
+    for name, column in flags.items():
+        data[name] = ("point", np.array(column, dtype=np.int8), {"long_name": texts[name]})
+    for name in names:
+        about = {"units": UNITS[name], "long_name": TEXTS[name]}
+        data[name] = ("point", np.array(values[name], dtype=float), about)
+        of = {"units": "1", "long_name": f"relative error of: {TEXTS[name]}"}
+        data[f"error_{name}"] = ("point", np.array(errors[name], dtype=float), of)
+        if name in seeds:
+            of = {"units": UNITS[name], "long_name": f"with each seed: {TEXTS[name]}"}
+            data[f"seed_{name}"] = ("seed", np.array(seeds[name], dtype=float), of)
+    about = {"reference": "value of the reference, SI",
+             "scatter": "standard deviation between seeds, as an error",
+             "convergence": "difference of the reference from it at half its step, as an error",
+    }  # fmt: skip
+    for name, column in observables.items():
+        data[name] = ("observable", np.array(column, dtype=float), {"long_name": about[name]})
+    return data
+
+
+def is_trade(path):
+    """True where a path is a trade.nc, or a directory that holds one and no result."""
+    path = Path(path)
+    return path.name == "trade.nc" or (
+        (path / "trade.nc").exists() and not (path / "result.nc").exists()
+    )
+
+
+def open_trade(path):
+    """(dataset, file) of a trade.nc or its directory, read into memory. Raises DustError."""
+    path = Path(path)
+    file = path / "trade.nc" if path.is_dir() else path
+    try:
+        with xr.open_dataset(file, engine="netcdf4") as data:
+            data = data.load()
+    except (OSError, ValueError, RuntimeError) as error:
+        raise DustError(f"{file} cannot be read as a trade: {error}.") from error
+    if not {"cost_ratio", "error", "knob"} <= set(data):
+        raise DustError(f"{file} is not a trade: it has no costs and errors.")
+    return data, file
+
+
+def front(cost, error):
+    """Numbers of the points that no other beats in both cost and error, by growing cost.
+
+    cost, error: (points,); what is not a number is beaten.
+    """
+    cost, error = np.asarray(cost, dtype=float), np.asarray(error, dtype=float)
+    known = np.flatnonzero(np.isfinite(cost) & np.isfinite(error))
+    order, best = known[np.lexsort((error[known], cost[known]))], np.inf
+    found = []
+    for n in order:
+        if error[n] < best:
+            found.append(int(n))
+            best = error[n]
+    return found

@@ -1,0 +1,151 @@
+"""Cost against error: every point of a trade, and the front that no point beats."""
+
+import numpy as np
+
+from dusttaichi.analysis.observables import TEXTS
+from dusttaichi.analysis.trade import front
+from dusttaichi.errors import DustError
+from dusttaichi.plots import style
+
+LOOKS = {  # knob -> colour, marker
+    "step_fraction": (style.BLUE, "o"),
+    "precision": (style.ORANGE, "o"),
+    "newton_steps": (style.GREEN, "o"),
+    "skin": (style.RED, "o"),
+    "window": (style.PURPLE, "o"),
+    "speed": (style.BLUE, "s"),
+    "mass_scaling": (style.ORANGE, "s"),
+    "side_walls": (style.GREEN, "s"),
+    "rolling": (style.SKY, "^"),
+    "sliding": (style.RED, "^"),
+    "twisting": (style.PURPLE, "^"),
+    "damping": (style.GREEN, "^"),
+    "asperities": (style.YELLOW, "^"),
+    "grains": (style.BLACK, "D"),
+    "combined": (style.GREY, "P"),
+}
+MARKED = {"preset": ("X", style.BLACK, 7), "default": ("*", style.RED, 10)}
+
+
+@style.styled
+def trade(data):
+    """The figure of a dataset of `analysis.trade_dataset`.
+
+    An error of 0, and that of the reference against itself, is drawn at the lower edge.
+    """
+    figure, (axes,) = style.new_figure(height=5.2)
+    cost, error = data.cost_ratio.values, data.error.values.copy()
+    known = np.isfinite(cost) & np.isfinite(error) & (cost > 0)
+    lowest = _lowest(data, error[known])
+    shown = np.maximum(error, lowest)
+    floor, own = _of(data, "scatter"), _of(data, "convergence")
+    if np.isfinite(floor):
+        axes.axhspan(lowest / 2, floor, color=style.GREY, alpha=0.18, linewidth=0,
+                     label="scatter between seeds")  # fmt: skip
+    if np.isfinite(own) and own > 0:
+        axes.axhline(own, color=style.GREY, linewidth=1.0, linestyle=(0, (1, 1)),
+                     label="reference at half step")  # fmt: skip
+    axes.axhline(data.attrs["tolerance"], color=style.BLACK, linewidth=0.8, linestyle=(0, (5, 2)),
+                 label="tolerance")  # fmt: skip
+    knobs = data.knob.values
+    for knob in dict.fromkeys(knobs[known].tolist()):
+        if knob not in MARKED:
+            here = known & (knobs == knob)
+            colour, marker = LOOKS.get(knob, (style.GREY, "."))
+            axes.plot(cost[here], shown[here], marker, color=colour, markersize=4.5,
+                      markeredgecolor="white", markeredgewidth=0.4,
+                      label=knob.replace("_", " "))  # fmt: skip
+    best = front(np.where(known, cost, np.nan), error)
+    axes.plot(cost[best], shown[best], color=style.BLACK, linewidth=1.0, zorder=1.5,
+              label="front")  # fmt: skip
+    for knob, (marker, colour, size) in MARKED.items():
+        here = known & (knobs == knob)
+        axes.plot(cost[here], shown[here], marker, color=colour, markersize=size, zorder=4,
+                  markeredgecolor="white", markeredgewidth=0.6, label=knob)  # fmt: skip
+    name = data.attrs["observable"]
+    axes.set(xscale="log", yscale="log", xlabel="cost over that of the default",
+             ylabel=f"error: {TEXTS.get(name, name)}")  # fmt: skip
+    _limits(axes, cost[known], shown[known], data.attrs["tolerance"], lowest)
+    style.few_ticks(axes.xaxis)
+    marked = np.isin(knobs, list(MARKED)) & known
+    figure.legend(loc="outside lower center", ncols=4, fontsize=7)
+    _name(figure, axes, data, cost, shown, [*np.flatnonzero(marked), *best], best)
+    return figure
+
+
+def save_trade(data, path):
+    """Write the figure; returns the path. Raises DustError where it cannot be written."""
+    try:
+        trade(data).savefig(path)
+    except (OSError, ValueError) as error:
+        raise DustError(f"The figure cannot be written to {path}: {error}.") from error
+    return path
+
+
+def _of(data, name):
+    return float(data[name].sel(observable=data.attrs["observable"]))
+
+
+def _lowest(data, errors):
+    """Where an error of 0 is drawn: a factor of three below the least that is shown otherwise."""
+    marks = [*errors, _of(data, "scatter"), _of(data, "convergence"), data.attrs["tolerance"]]
+    return min(v for v in marks if np.isfinite(v) and v > 0) / 3.0
+
+
+def _limits(axes, cost, shown, tolerance, lowest):
+    axes.set_xlim(min(cost.min() / 1.4, 0.45), max(cost.max() * 1.6, 2.2))
+    finite = shown[np.isfinite(shown)]
+    axes.set_ylim(lowest / 1.5, 3.0 * max(finite.max(), tolerance))
+
+
+RINGS = (9, 16, 26, 40)  # points from a mark to its label; from the second on with a line to it
+WAYS = [
+    (np.cos(a), np.sin(a)) for a in np.radians((20, 160, -20, -160, 90, -90, 55, 125, -55, -125))
+]
+
+
+def _name(figure, axes, data, cost, shown, numbers, best):
+    """Labels beside some points, where they hide least of points, lines and other labels; those
+    of the front that would hide another are left out."""
+    figure.draw_without_rendering()  # the layout, in which places are known
+    taken, renderer = [], figure.canvas.get_renderer()
+    spots = axes.transData.transform(np.column_stack([cost, shown]))
+    spots = spots[np.isfinite(spots).all(axis=1)]
+    corners = axes.transData.transform(np.column_stack([cost[best], shown[best]]))
+    line = [a + t * (b - a) for a, b in zip(corners, corners[1:], strict=False)
+            for t in np.linspace(0.02, 0.98, 40)]  # fmt: skip
+    room = axes.get_window_extent(renderer)
+    for n in dict.fromkeys(int(n) for n in numbers):
+        choices = []
+        for ring, radius in enumerate(RINGS):
+            for way in WAYS:
+                label = _label(axes, data, cost, shown, n, radius, way, ring)
+                box = label.get_window_extent(renderer)
+                label.remove()
+                hidden = 10 * sum(box.overlaps(other) for other in taken)
+                hidden += 3 * sum(box.padded(4.0).contains(*spot) for spot in spots)
+                hidden += 1.5 * any(box.contains(*spot) for spot in line)
+                hidden += 20 * (not (room.contains(*box.min) and room.contains(*box.max)))
+                choices.append((hidden + 0.4 * ring, len(choices), radius, way, ring, box))
+        hidden, _, radius, way, ring, box = min(choices, key=lambda choice: choice[:2])
+        if hidden < 10 or data.knob.values[n] in MARKED:
+            _label(axes, data, cost, shown, n, radius, way, ring)
+            taken.append(box.padded(1.0))
+
+
+def _label(axes, data, cost, shown, n, radius, way, ring):
+    """The label of point n, its near edge `radius` points from it along `way`."""
+    side = "center" if abs(way[0]) < 0.1 else ("left" if way[0] > 0 else "right")
+    arrow = {"arrowstyle": "-", "linewidth": 0.4, "color": style.GREY, "shrinkB": 3}
+    label = axes.annotate(_short(str(data.label.values[n])), (cost[n], shown[n]),
+                          (radius * way[0], radius * way[1]), textcoords="offset points",
+                          ha=side, va="center", fontsize=6.5, zorder=5,
+                          arrowprops=arrow if ring else None)  # fmt: skip
+    label.set_in_layout(False)  # the axes keep their size, and the other labels their places
+    return label
+
+
+def _short(text):
+    """Of a combination of more than two what it ends with: it stands for those before too."""
+    parts = text.split(" + ")
+    return "\n+ ".join(parts) if len(parts) < 3 else f"… + {parts[-1]}"
