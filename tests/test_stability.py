@@ -117,7 +117,7 @@ def test_sparse_and_dense_eigenvalues_agree(monkeypatch):
 
 @pytest.mark.parametrize("time", ["12.5 ps", "60 ps"])
 def test_limit_of_strong_damping_is_the_measured_one(time):
-    """Three grains, damped so that springs or damping rule: by bisection to 0.5 %."""
+    """Three grains, damped so that springs or damping rule: by bisection to 1 %."""
     scene = make_scene(dt="0.01 ns", damping={"model": "viscoelastic", "time": time})
     sim = build(scene, sample_of(cluster(3)))
     estimate = network.stable_step(sim, scene)[1]
@@ -133,10 +133,13 @@ def test_limit_of_unlike_grains_and_a_wall_is_the_measured_one():
     """A large grain on a wall with two small ones of another size on top."""
     scene = make_scene(dt="0.01 ns", boundary=box("bottom"))
     r = np.array([1.0, 0.5, 0.3]) * RADIUS
-    x = np.array([[0, 0, r[0]], [0, 0, 2 * r[0] + r[1]], [0, 0, 0]], float)
-    x[2] = [0.999 * (r[0] + r[2]), 0, r[0]]
+    kind, law = scene.material, scene.interaction
+    apart = [r[0] + own - constants.mixed_constants(kind, r[0], kind, own, law).delta0
+             for own in r[1:]]  # fmt: skip
+    height = r[0] - constants.wall_constants(kind, law, r[0]).delta0
+    x = np.array([[0, 0, height], [0, 0, height + apart[0]], [apart[1], 0, height]])
     still = np.zeros((3, 3))
-    sim = build(scene, Sample(x * 0.9998, still, still.copy(), radii=r))
+    sim = build(scene, Sample(x, still, still.copy(), radii=r))
     estimate = network.stable_step(sim, scene)[1]
     assert measured_limit(sim, estimate) == pytest.approx(estimate, rel=0.05)
 

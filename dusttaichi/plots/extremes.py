@@ -7,7 +7,7 @@ from matplotlib.patches import Patch, Rectangle
 
 from dusttaichi.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, styled
 
-COLOURS = {"stable": GREEN, "refused": GREY, "stopped": ORANGE, "WRONG": RED}
+COLOURS = {"stable": GREEN, "refused": GREY, "stopped": ORANGE, "WRONG": BLACK}
 SHADES = (-16.0, -2.0)  # powers of ten of the residual, from pale to full
 BAND = 0.2
 
