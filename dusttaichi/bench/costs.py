@@ -28,6 +28,9 @@ def parts_of(scene) -> list[Part]:
     data = yaml.safe_load(scene.to_yaml())
     data |= {**PLAIN, "output": PLAIN["output"] | {"stress": stress}}
     data["boundary"] = {k: v for k, v in data["boundary"].items() if k not in still}
+    data["numerics"]["threads"] = (
+        1  # workers that wait for each other are slow where cores are taken
+    )
     base = type(scene).from_dict(data)
     full = Variant(base=base)
 

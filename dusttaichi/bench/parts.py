@@ -41,7 +41,7 @@ class Variant:
     base: object = None  # a Scene in place of that of the benchmark, with a sample of its own
 
     def scene(self, grains):
-        scene = self.base or bench_sample.bench_scene(FEW if self.small else grains)
+        scene = self.base or bench_sample.bench_scene(FEW if self.small else grains, threads=1)
         for path, value in self.settings.items():
             scene = scene.with_value(path, value)
         return scene
