@@ -250,6 +250,13 @@ def time_step(scene, grains, bodies=None, motion=None):
     return TimeStep(dt, period, limit, resolved)
 
 
+def chosen_step(scene, sample, bodies=None, scenes=None):
+    """The TimeStep that a scene takes with a sample (pushed); scenes: of a batch, see `build`."""
+    most = len(sample.positions) if scenes is None else int(np.bincount(scenes).max())
+    radii = scene.material.radius if bodies is None else bodies.radius * units.LENGTH
+    return time_step(scene, most, bodies, fastest(scene, sample, radii, scenes))
+
+
 def start_taichi(scene, threads):
     """Initialise Taichi for this scene, quietly, with the kernels cached on disk."""
     arch = {"cpu": ti.cpu, "cuda": ti.cuda}[scene.numerics.backend]
@@ -307,10 +314,7 @@ def build(scene, sample, drive=None, scenes=None, ledger=True, step=None, like=N
     alone = slice(None) if scenes is None else scenes == 0  # walls stand around the first scene
     bodies = bodies_of(scene, sample)
     check_precision(scene, sample, contact_constants(scene)[0].delta0)
-    if step is None:
-        most = grains if scenes is None else int(np.bincount(scenes).max())
-        radii = scene.material.radius if bodies is None else bodies.radius * units.LENGTH
-        step = time_step(scene, most, bodies, fastest(scene, sample, radii, scenes))
+    step = step or chosen_step(scene, sample, bodies, scenes)
     positions = sample.positions / units.LENGTH
     typical = scene.material.radius / units.LENGTH
     if bodies is not None:

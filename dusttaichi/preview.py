@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from dusttaichi import samples, units
-from dusttaichi.build import bodies_of, build, chosen_effects, contact_constants, time_step
+from dusttaichi import network, samples, units
+from dusttaichi.build import bodies_of, build, chosen_effects, chosen_step, contact_constants
 from dusttaichi.inventory import compiled_rows, field_rows, nbytes, preset_rows, tables
 from dusttaichi.physics import constants
 from dusttaichi.scene import filling_direction
@@ -23,7 +23,7 @@ def report(scene, costs=False, say=lambda text: None):
     """
     sample = samples.make(scene)
     sim = build(scene, sample)
-    step = time_step(scene, len(sample.positions), sim.bodies)
+    step = chosen_step(scene, samples.pushed(scene, sample), sim.bodies)
     pair, wall = contact_constants(scene)
     return [
         ("Contact of two grains", _contact(pair, scene)),
@@ -33,7 +33,7 @@ def report(scene, costs=False, say=lambda text: None):
             else []
         ),
         ("Sample", _sample(scene, sample)),
-        ("Time step", _time_step(step)),
+        ("Time step", network.rows(scene, sim, step)),
         ("Accuracy", preset_rows(scene)),
         ("Compiled in", compiled_rows(scene, sim)),
         ("Fields", field_rows(sim)),
@@ -107,17 +107,6 @@ def _sample(scene, sample):
         if not info["hit"]:
             rows[-1] = ("flight to the touch", "never: the bodies miss each other")
     return rows
-
-
-def _time_step(step):
-    rows = []
-    if np.isfinite(step.period):
-        rows.append(("stiffest period (densest packing, walls)", f"{step.period * 1e9:.4g} ns"))
-        rows.append(("largest stable step", f"{step.limit * 1e9:.4g} ns"))
-    chosen = f"{step.dt * 1e9:.4g} ns"
-    if np.isfinite(step.period):
-        chosen += f" = {step.dt / step.period:.3g} of the stiffest period"
-    return [*rows, ("time step", chosen)]
 
 
 def _cost(scene, sim):

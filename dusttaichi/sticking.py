@@ -10,7 +10,7 @@ import xarray as xr
 
 from dusttaichi import samples, units
 from dusttaichi.batch import build_batch
-from dusttaichi.build import bodies_of, time_step
+from dusttaichi.build import bodies_of, chosen_step
 from dusttaichi.ensemble.scenes import grid
 from dusttaichi.errors import DustError
 from dusttaichi.physics import constants
@@ -259,7 +259,7 @@ class Collision:
             raise DustError(f"--tolerance {tolerance:g}; allowed: a number between 0 and 1.")
         self.sample, self._rest, self._way = _motion(scene)
         self.closed = closed_form(scene, self.sample)
-        own = time_step(scene, len(self.sample), bodies_of(scene, self.sample)).dt
+        own = chosen_step(scene, self.sample, bodies_of(scene, self.sample)).dt
         self.time = _stop_time(scene, own)
         if len(self.sample) <= 2:
             overlap = meeting(scene, self.sample).delta0
@@ -286,6 +286,7 @@ class Collision:
         """
         members = others or [self]
         batch = build_batch(self.scene, [c.at(speed) for c in members for speed in speeds])
+        self.time_step = batch.sim.dt * units.TIME  # that of the fastest
         flight = max(c.flight(batch, k * len(speeds)) for k, c in enumerate(members))
         batch.run_until(max(c.time for c in members) + flight / min(speeds))
         return batch.outcomes()

@@ -48,10 +48,10 @@ def base(scene):
 def own_step(scene):
     """build.TimeStep of a scene."""
     from dusttaichi import samples
-    from dusttaichi.build import bodies_of, time_step
+    from dusttaichi.build import bodies_of, chosen_step
 
     sample = samples.pushed(scene, samples.make(scene))
-    return time_step(scene, len(sample.positions), bodies_of(scene, sample))
+    return chosen_step(scene, sample, bodies_of(scene, sample))
 
 
 def own_fraction(scene):
