@@ -74,8 +74,7 @@ def _cells(axes, part, title):
     axes.set_title(title, fontsize=9, loc="left", pad=3)
     axes.set_yticks(range(len(rows)), rows, fontsize=6)
     long = max(len(c) for c in columns) > 6
-    axes.set_xticks(range(len(columns)), [c.replace(", ", "\n") for c in columns], fontsize=5.5,
-                    rotation=90 if long and "," not in columns[0] else 0)  # fmt: skip
+    axes.set_xticks(range(len(columns)), columns, fontsize=5.5, rotation=90 if long else 0)
     axes.tick_params(length=0, top=False, right=False)
     for side in axes.spines.values():
         side.set_visible(False)
@@ -108,6 +107,9 @@ def _limits(axes, data, groups):
                       label=group, **look)  # fmt: skip
     axes.set_title("largest stable step", fontsize=9, loc="left", pad=3)
     axes.set(xlabel="measured (s)", ylabel="estimated / measured", ylim=(0.7, 1.3))
+    if known.any():  # nothing outside is hidden
+        found = data.ratio.values[known].astype(float)
+        axes.set_ylim(min(0.7, 0.95 * found.min()), max(1.3, 1.05 * found.max()))
     if known.any():
         axes.set_xscale("log")
         axes.legend(loc="upper right", ncols=3)
