@@ -115,7 +115,7 @@ def rows(scene, sim, step):
         out.append(("largest stable step there", f"{step.limit * 1e9:.4g} ns"))
     period, stable = stable_step(sim, scene)
     if np.isfinite(stable):
-        out.append(("stiffest period of the contacts as they are", f"{period * 1e9:.4g} ns"))
+        out.append(("stiffest period of the present contacts", f"{period * 1e9:.4g} ns"))
         out.append(("largest stable step there", f"{stable * 1e9:.4g} ns"))
     if np.isfinite(step.resolved) and step.resolved < 10.0 * step.dt:
         out.append(("step that resolves how fast bodies meet", f"{step.resolved * 1e9:.4g} ns"))
