@@ -3,8 +3,8 @@
 import numpy as np
 
 from dusttaichi.errors import GuardStop
-from dusttaichi.record import ledger, total_energy
-from dusttaichi.results import WALLS, reference_energy
+from dusttaichi.record import total_energy, turnover
+from dusttaichi.results import WALLS
 
 LARGEST_OVERLAP = 0.1  # of the radius: JKR is a law for small strains
 BETWEEN = 3000, 1_000_000  # steps between two looks: this many, of small samples this many a grain
@@ -57,28 +57,6 @@ def check(sim, m, start, tolerance=0.01):
             f"{-lost[worst] / through:.2%} of the energy that has gone through the system: the "
             "step is so long that it makes energy. Try a smaller numerics.time_step."
         )
-
-
-def turnover(sim, m, start):
-    """Residual of the ledger, and the energy that it is measured by [fJ].
-
-    That is what has gone through the system, but no less than what its contacts of now bind where
-    they are at rest (1.2 F_c delta0 each): where the first grains of a loose sample touch, or swing
-    about in contacts that stood near pull-off, the start says little of the energies that change
-    hands. Of unlike grains, what they bind now.
-    """
-    losses = np.abs(m["loss"] + m["loss_wall"]).sum()  # those that make energy must not cancel
-    begun = start["potential"].sum() + start["potential_wall"].sum()
-    through = reference_energy(
-        m["wall_work"] + m["face_work"] + m["push_work"],
-        start["kinetic_translation"] + start["kinetic_rotation"],
-        begun,
-        losses,
-    )
-    bound = -(m["potential"][0] + m["potential_wall"][0])
-    if sim.bodies is None:
-        bound = 0.3 * (sim.pair.U4 * m["contacts"] + sim.wall.U4 * m["wall_contacts"])
-    return ledger(m, start)[0], through + max(0.0, bound - abs(begun))
 
 
 def _culprit(sim):

@@ -18,8 +18,9 @@ class Ledger:
     energy less their start. residual: stored - work + losses, as the run wrote it. reference: the
     energy that has gone through the system, |work| + initial kinetic + |initial potential| +
     losses.
-    relative: residual over reference (0 where both are 0). worst: its largest absolute value, at
-    `worst_time` [s]. shares: channel -> share of all losses at the end (0 where nothing is lost).
+    relative: residual over reference, or over what the contacts bind where that is more, as the run
+    wrote it (record.turnover). worst: its largest absolute value, at `worst_time` [s]. shares:
+    channel -> share of all losses at the end (0 where nothing is lost).
     """
 
     time: np.ndarray
@@ -58,8 +59,7 @@ def ledger(run):
         return Ledger(series.time.values, losses, work, zero, residual, zero, zero, 0.0, 0.0,
                       dict.fromkeys(losses, 0.0))  # fmt: skip
     reference = reference_energy(work, kinetic[0], potential[0], lost)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        relative = np.where(residual == 0.0, 0.0, residual / reference)
+    relative = np.where(np.isnan(residual), np.nan, series.energy_residual_relative.values)
     # a residual that is not a number is the worst there is
     size = np.where(np.isnan(relative), np.inf, np.abs(relative))
     worst = int(np.argmax(size))

@@ -36,7 +36,7 @@ class Cell:
 class Outcome:
     """How a cell ended, and why.
 
-    residual: largest of the ledger, a share of the energy that has gone through (guards.turnover),
+    residual: largest of the ledger, a share of the energy that has gone through (record.turnover),
     seen at any look. steps: made. dt, estimated, measured [s]: the step and the largest stable one,
     nan where not asked for. seconds: of machine time.
     """

@@ -78,7 +78,7 @@ def watched(sim, scene, steps):
             guards.check(sim, m, start, tolerance)
         except GuardStop as stop:
             return Outcome("stopped", str(stop), worst, sim.step)
-        residual, through = guards.turnover(sim, m, start)
+        residual, through = record.turnover(sim, m, start)
         worst = max(worst, abs(residual) / through if through > 0.0 else 0.0)
         entry = record.series(sim, clock, m, start, force, None, 0.0)
         bad = [key for key, value in entry.items() if key not in MAY_BE_OPEN

@@ -94,8 +94,8 @@ _TABLE = {
          "losses (0 if the ledger closes), with the kinetic energy m v(n-1/2).v(n+1/2)/2 of "
          "successive half steps", _PHYS, ""),
         ("energy_residual_relative", "time", "1", "energy_residual over the energy that has gone "
-         "through the system: |work| + initial kinetic + |initial potential| + losses",
-         "dusttaichi.results.reference_energy", ""),
+         "through the system, |work| + initial kinetic + |initial potential| + |losses|, but no "
+         "less than what the contacts of now bind at rest", "dusttaichi.record.turnover", ""),
         ("largest_overlap", "time", "m", "largest overlap of a contact", "", ""),
         ("largest_speed", "time", "m/s", "speed of the fastest grain", "", ""),
         ("wall_clock", "time", "s", "real time spent in the run, interruptions left out", "", ""),
