@@ -168,7 +168,8 @@ class Made(analysis.Run):
 
     def __init__(self, series, **attrs):
         loss = {"loss": (("time", "channel"), np.zeros((len(series["time"]), 1)))}
-        zero = {"kinetic_translation", "kinetic_rotation", "energy_residual"}
+        zero = {"kinetic_translation", "kinetic_rotation", "energy_residual",
+                "energy_residual_relative"}  # fmt: skip
         spring = {"potential": (("time", "spring"), np.zeros((len(series["time"]), 1)))}
         made = xr.Dataset(
             {k: v if isinstance(v, tuple) else ("time", v)

@@ -117,7 +117,9 @@ def test_a_run_that_fails_does_not_end_the_others(tmp_path, without_dask, capsys
 
 
 def test_an_interruption_reaches_the_runs(tmp_path):
-    (tmp_path / "long.yaml").write_text(TINY.replace("300", "60000000") + "replicas: 1\n")
+    # a slow wall, so that nothing else ends the run before
+    text = TINY.replace("300", "60000000").replace("wall_speed: 1 m/s", "wall_speed: 1 mm/s")
+    (tmp_path / "long.yaml").write_text(text + "replicas: 1\n")
     code = "from dusttaichi.cli import main; main()"
     process = subprocess.Popen(
         [sys.executable, "-c", code, "run", "long.yaml", "-q", "--threads", "1"],
