@@ -1,5 +1,5 @@
 """`python -m dusttaichi` is the command `dust`."""
 
-from dusttaichi.cli import main
+from dusttaichi.commands.app import main
 
 main()

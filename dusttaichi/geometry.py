@@ -6,7 +6,7 @@ Any unit of length, as long as it is one. Positions are (N, 3), in the order x, 
 import numpy as np
 from scipy.spatial import cKDTree
 
-AXES = ("x", "y", "z")
+from dusttaichi.names import AXES
 
 
 def pairs_within(positions, radii, factor=1.0, period=None):

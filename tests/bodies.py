@@ -4,7 +4,7 @@ import numpy as np
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.distance import pdist, squareform
 
-from dusttaichi.physics.constants import pair_constants
+from dusttaichi.physics.contact.constants import pair_constants
 from dusttaichi.scene import Scene
 
 R = 0.6e-6

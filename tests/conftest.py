@@ -3,15 +3,23 @@
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.build import build
+from dusttaichi.grains.build import build
 from dusttaichi.samples import Sample
 from dusttaichi.scene import Scene
 
 RADIUS = 0.6e-6  # silicate S12 [m]
 
 
-def make_scene(*, damping="none", effects=("rolling", "sliding", "twisting"), modifiers=None,
-               boundary=None, dt="0.1 ns", threads=1, **blocks):  # fmt: skip
+def make_scene(
+    *,
+    damping="none",
+    effects=("rolling", "sliding", "twisting"),
+    modifiers=None,
+    boundary=None,
+    dt="0.1 ns",
+    threads=1,
+    **blocks,
+):
     """A Scene of silicate S12; dt as in the YAML or in seconds; only the given effects are on."""
     modifiers = modifiers or {}
     interaction = {
@@ -47,8 +55,11 @@ def box(*walls, size="fit", wall_speed=0.0, side_walls=1.0):
 def sample_of(x, v=None, w=None):
     x = np.array(x, float)
     zeros = np.zeros_like(x)
-    return Sample(x, zeros if v is None else np.array(v, float) + zeros,
-                  zeros.copy() if w is None else np.array(w, float) + zeros)  # fmt: skip
+    return Sample(
+        x,
+        zeros if v is None else np.array(v, float) + zeros,
+        zeros.copy() if w is None else np.array(w, float) + zeros,
+    )
 
 
 class Probe:

@@ -46,8 +46,17 @@ GAMMA = {
 }
 
 
-def mixed(one, other, wall=False, effects=("rolling", "sliding", "twisting"), m_r=1.0, m_s=1.0,
-          m_t=1.0, damping="none", mixing="geometric"):  # fmt: skip
+def mixed(
+    one,
+    other,
+    wall=False,
+    effects=("rolling", "sliding", "twisting"),
+    m_r=1.0,
+    m_s=1.0,
+    m_t=1.0,
+    damping="none",
+    mixing="geometric",
+):
     """Numbers of a contact of unlike grains, or of grain `one` and a wall of the other's stuff."""
     a, b = {**SILICATE, **one}, {**SILICATE, **other}
     r1, r2 = a["r"], a["r"] if wall else b["r"]
@@ -71,17 +80,30 @@ def mixed(one, other, wall=False, effects=("rolling", "sliding", "twisting"), m_
         "viscoelastic": lambda s: 2 * 12.5e-12 / nu**2 * E_star * a0 * s**2,
     }[damping]
     return Numbers(
-        r=r1, R=R, F_c=3 * np.pi * gamma * R, delta0=a0**2 / (3 * R),
+        r=r1,
+        R=R,
+        F_c=3 * np.pi * gamma * R,
+        delta0=a0**2 / (3 * R),
         k_r=("rolling" in effects) * m_r * 12 * np.pi * gamma,
         k_s=("sliding" in effects) * m_s * 8 * a0 * G_star,
         k_t=("twisting" in effects) * m_t * 16 / 3 / (1 / G[0] + 1 / G[1]) * a0_pair**3,
-        xi_crit=(a["xi_crit"] + b["xi_crit"]) / 2, zeta_crit=(2 - nu) * a0 / (16 * np.pi),
-        phi_crit=1 / (16 * np.pi), kappa=kappa, r2=None if wall else r2,
-    )  # fmt: skip
+        xi_crit=(a["xi_crit"] + b["xi_crit"]) / 2,
+        zeta_crit=(2 - nu) * a0 / (16 * np.pi),
+        phi_crit=1 / (16 * np.pi),
+        kappa=kappa,
+        r2=None if wall else r2,
+    )
 
 
-def numbers(wall=False, effects=("rolling", "sliding", "twisting"), m_r=1.0, m_s=1.0, m_t=1.0,
-            damping="none", material=None):  # fmt: skip
+def numbers(
+    wall=False,
+    effects=("rolling", "sliding", "twisting"),
+    m_r=1.0,
+    m_s=1.0,
+    m_t=1.0,
+    damping="none",
+    material=None,
+):
     """Numbers of a pair, or of a grain and a wall."""
     mat = {**SILICATE, **(material or {})}
     r, gamma, nu = mat["r"], mat["gamma"], mat["nu"]
@@ -101,13 +123,18 @@ def numbers(wall=False, effects=("rolling", "sliding", "twisting"), m_r=1.0, m_s
         "viscoelastic": lambda s: 2 * 12.5e-12 / nu**2 * E_star * a0 * s**2,
     }[damping]
     return Numbers(
-        r=r, R=R, F_c=F_c, delta0=a0**2 / (3 * R),
+        r=r,
+        R=R,
+        F_c=F_c,
+        delta0=a0**2 / (3 * R),
         k_r=("rolling" in effects) * m_r * 12 * np.pi * gamma,
         k_s=("sliding" in effects) * m_s * 8 * a0 * G_star,
         k_t=("twisting" in effects) * m_t * 16 / 3 * (G / 2) * a0_pair**3,
-        xi_crit=mat["xi_crit"], zeta_crit=(2 - nu) * a0 / (16 * np.pi), phi_crit=1 / (16 * np.pi),
+        xi_crit=mat["xi_crit"],
+        zeta_crit=(2 - nu) * a0 / (16 * np.pi),
+        phi_crit=1 / (16 * np.pi),
         kappa=kappa,
-    )  # fmt: skip
+    )
 
 
 def mass_and_inertia(material=None):
@@ -178,17 +205,28 @@ def pair_energies(x1, x2, n1, n2, phi, p):
     nc = unit(d)
     s = contact_radius(sum(p.arms) - length(d), p)
     xi, zeta = xi_of(n1, n2, p), zeta_pair(n1, n2, nc, p)
-    return np.array([normal_energy(s, p), p.k_r * dot(xi, xi) / 2, p.k_s * dot(zeta, zeta) / 2,
-                     p.k_t * phi**2 / 2])  # fmt: skip
+    return np.array(
+        [
+            normal_energy(s, p),
+            p.k_r * dot(xi, xi) / 2,
+            p.k_s * dot(zeta, zeta) / 2,
+            p.k_t * phi**2 / 2,
+        ]
+    )
 
 
 def wall_energies(x, n1, foot, phi, nw, offset, p, strength=1.0):
     """The same for a grain and the wall x.nw = offset [J]."""
     s = contact_radius(p.r - (dot(x, nw) - offset), p)
     xi, zeta = xi_of(n1, nw, p), zeta_wall(x, n1, foot, nw, p)
-    return np.array([normal_energy(s, p), strength * p.k_r * dot(xi, xi) / 2,
-                     strength * p.k_s * dot(zeta, zeta) / 2,
-                     strength * p.k_t * phi**2 / 2])  # fmt: skip
+    return np.array(
+        [
+            normal_energy(s, p),
+            strength * p.k_r * dot(xi, xi) / 2,
+            strength * p.k_s * dot(zeta, zeta) / 2,
+            strength * p.k_t * phi**2 / 2,
+        ]
+    )
 
 
 def past(x, critical):
@@ -226,8 +264,9 @@ class Reference:
     [kg] and radii (N,) [m] of such grains.
     """
 
-    def __init__(self, x, v, w, dt, pair, wall=None, walls=(), material=None, masses=None,
-                 radii=None):  # fmt: skip
+    def __init__(
+        self, x, v, w, dt, pair, wall=None, walls=(), material=None, masses=None, radii=None
+    ):
         self.x, self.v, self.w = np.array(x, float), np.array(v, float), np.array(w, float)
         self.dt, self.walls = dt, list(walls)
         self.pair = pair if callable(pair) else lambda i, j: pair
@@ -264,8 +303,9 @@ class Reference:
                 out[0] += pair_energies(self.x[i], self.x[j], c.n1, c.n2, c.phi, p)
             else:
                 wall, offset = self._plane(j)
-                out[1] += wall_energies(self.x[i], c.n1, c.n2, c.phi, wall.normal, offset,
-                                        self.wall(i), wall.strength)  # fmt: skip
+                out[1] += wall_energies(
+                    self.x[i], c.n1, c.n2, c.phi, wall.normal, offset, self.wall(i), wall.strength
+                )
         return out
 
     def _plane(self, j):

@@ -47,7 +47,12 @@ def _records(frame, number, dt, count, box):
         zero, zeros = np.zeros(len(touching)), np.zeros((len(touching), 3))
         snapshot |= {"box": frame.get("box", box), "wall_contact_count": len(touching)}
         records["wall_contacts"] = {
-            "grain": touching[:, 0], "wall": touching[:, 1], "pointer": zeros, "foot": zeros,
-            "twist": zero, "approach": zero, "overlap": zero,
-        }  # fmt: skip
+            "grain": touching[:, 0],
+            "wall": touching[:, 1],
+            "pointer": zeros,
+            "foot": zeros,
+            "twist": zero,
+            "approach": zero,
+            "overlap": zero,
+        }
     return {"snapshots": snapshot, **records}

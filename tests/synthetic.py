@@ -18,8 +18,16 @@ UNLIKE = {"unlike"}  # grains of different radius or material
 ICE = Material(**NAMED["ice_t19"])
 
 
-def writer(path, grains=50, bins=20, features=FEATURES, scene="name: test\n", attrs=(),
-           radius=RADIUS, **options):  # fmt: skip
+def writer(
+    path,
+    grains=50,
+    bins=20,
+    features=FEATURES,
+    scene="name: test\n",
+    attrs=(),
+    radius=RADIUS,
+    **options,
+):
     """An empty result file for `grains` grains. attrs: further global attributes (dict)."""
     lower = np.arange(bins) * 2 * RADIUS
     coords = {
@@ -52,28 +60,41 @@ def snapshot_records(step, grains, rows, wall_rows=2):
     """A snapshot with `rows` contacts, all numbers telling the step: group -> record."""
     return {
         "snapshots": {
-            "snapshot_time": step, "step": step, "position": np.full((grains, 3), step + 0.1),
-            "velocity": np.zeros((grains, 3)), "spin": np.zeros((grains, 3)),
-            "box": np.full(6, step), "contact_count": rows, "wall_contact_count": wall_rows,
+            "snapshot_time": step,
+            "step": step,
+            "position": np.full((grains, 3), step + 0.1),
+            "velocity": np.zeros((grains, 3)),
+            "spin": np.zeros((grains, 3)),
+            "box": np.full(6, step),
+            "contact_count": rows,
+            "wall_contact_count": wall_rows,
         },
         "contacts": {
-            "grain_i": np.arange(rows), "grain_j": np.full(rows, step),
-            "pointer_i": np.full((rows, 3), step), "pointer_j": np.zeros((rows, 3)),
-            "twist": np.zeros(rows), "approach": np.zeros(rows), "overlap": np.full(rows, step),
+            "grain_i": np.arange(rows),
+            "grain_j": np.full(rows, step),
+            "pointer_i": np.full((rows, 3), step),
+            "pointer_j": np.zeros((rows, 3)),
+            "twist": np.zeros(rows),
+            "approach": np.zeros(rows),
+            "overlap": np.full(rows, step),
         },
         "wall_contacts": {
-            "grain": np.arange(wall_rows), "wall": np.full(wall_rows, 5),
-            "pointer": np.zeros((wall_rows, 3)), "foot": np.full((wall_rows, 3), step),
-            "twist": np.zeros(wall_rows), "approach": np.zeros(wall_rows),
+            "grain": np.arange(wall_rows),
+            "wall": np.full(wall_rows, 5),
+            "pointer": np.zeros((wall_rows, 3)),
+            "foot": np.full((wall_rows, 3), step),
+            "twist": np.zeros(wall_rows),
+            "approach": np.zeros(wall_rows),
             "overlap": np.zeros(wall_rows),
         },
-    }  # fmt: skip
+    }
 
 
 def _energies(phi, height, pressure, area, grains, contacts):
     """Energies over time, shape (time,), that balance up to a stated residual."""
-    work = np.concatenate([[0], np.cumsum(-np.diff(height) * area * 0.5 *
-                                          (pressure[1:] + pressure[:-1]))])  # fmt: skip
+    work = np.concatenate(
+        [[0], np.cumsum(-np.diff(height) * area * 0.5 * (pressure[1:] + pressure[:-1]))]
+    )
     bond = 1.2 * 56.5e-9 * 0.166e-9
     potential = -bond * contacts + 0.02 * work
     kinetic = 1e-20 * grains * (1 + phi)
@@ -100,18 +121,32 @@ def compression_run(path, law=S12_STATIC, noise=0.1, points=200, seed=1, grains=
             walls[5] = pressure[i]
             force = np.zeros((6, 3))
             force[5, 2] = -pressure[i] * area
-            result.append("series", {
-                "time": i * 1e-6, "step": i * 1000, "height": height[i], "filling_factor": phi[i],
-                "pressure": walls, "wall_force": force,
-                "coordination_number": 2 * contacts[i] / grains, "contact_count": int(contacts[i]),
-                "wall_contact_count": 20 + i, "kinetic_translation": 0.6 * kinetic[i],
-                "kinetic_rotation": 0.4 * kinetic[i], "potential": potential[i] * np.eye(4)[0],
-                "potential_wall": np.zeros(4), "loss": 0.9 * lost[i] * SHARES,
-                "loss_wall": 0.1 * lost[i] * SHARES, "wall_work": work[i],
-                "energy_residual": residual[i],
-                "energy_residual_relative": residual[i] / max(work[i], 1e-30),
-                "largest_overlap": 1e-10, "largest_speed": 0.05, "wall_clock": 0.5 * i,
-            })  # fmt: skip
+            result.append(
+                "series",
+                {
+                    "time": i * 1e-6,
+                    "step": i * 1000,
+                    "height": height[i],
+                    "filling_factor": phi[i],
+                    "pressure": walls,
+                    "wall_force": force,
+                    "coordination_number": 2 * contacts[i] / grains,
+                    "contact_count": int(contacts[i]),
+                    "wall_contact_count": 20 + i,
+                    "kinetic_translation": 0.6 * kinetic[i],
+                    "kinetic_rotation": 0.4 * kinetic[i],
+                    "potential": potential[i] * np.eye(4)[0],
+                    "potential_wall": np.zeros(4),
+                    "loss": 0.9 * lost[i] * SHARES,
+                    "loss_wall": 0.1 * lost[i] * SHARES,
+                    "wall_work": work[i],
+                    "energy_residual": residual[i],
+                    "energy_residual_relative": residual[i] / max(work[i], 1e-30),
+                    "largest_overlap": 1e-10,
+                    "largest_speed": 0.05,
+                    "wall_clock": 0.5 * i,
+                },
+            )
         for i in np.linspace(0, points - 1, 5).astype(int):
             result.append("profiles", _profile(i, phi[i], height[i], bins, rng))
         for i in (0, points - 1):
@@ -126,9 +161,12 @@ def _profile(i, phi, height, bins, rng):
     shape = 1 - 0.25 * np.exp(-(((middle - height) / 1.5e-6) ** 2)) + 0.2 * np.exp(-middle / 1e-6)
     values = phi * shape * (1 + 0.05 * rng.standard_normal(bins))
     return {
-        "profile_time": i * 1e-6, "step": i * 1000, "height": height, "box_filling_factor": phi,
+        "profile_time": i * 1e-6,
+        "step": i * 1000,
+        "height": height,
+        "box_filling_factor": phi,
         "filling_factor": np.where(np.arange(bins) * 2 * RADIUS < height, values, np.nan),
-    }  # fmt: skip
+    }
 
 
 SHAPE = 2.0
@@ -153,8 +191,18 @@ def cell_scene(material="ice_t19"):
     )
 
 
-def cell_run(path, phi_init=0.1, noise=0.05, points=400, seed=1, strength=None, last=0.03,
-             ratio=1.3, grains=300, stages=("press", "stretch")):  # fmt: skip
+def cell_run(
+    path,
+    phi_init=0.1,
+    noise=0.05,
+    points=400,
+    seed=1,
+    strength=None,
+    last=0.03,
+    ratio=1.3,
+    grains=300,
+    stages=("press", "stretch"),
+):
     """A periodic cell of ice pressed from all sides to phi_init, then stretched along x to `last`.
 
     Pressed along `ratio` times T19 eq 9 from phi_init / 10 on; stretched along `stretched_stress`,
@@ -194,21 +242,32 @@ def cell_run(path, phi_init=0.1, noise=0.05, points=400, seed=1, strength=None, 
     attrs |= {"stages": " ".join(stages)} if staged else {}
     cube = sizes.prod(axis=1)
     contacts = laws.coordination_number(phi) / 2 * grains
-    work = np.concatenate([[0], np.cumsum(np.abs(np.diff(np.log(cube))) * cube[1:] *
-                                          np.abs(stress[1:, 0, 0]))])  # fmt: skip
+    work = np.concatenate(
+        [[0], np.cumsum(np.abs(np.diff(np.log(cube))) * cube[1:] * np.abs(stress[1:, 0, 0]))]
+    )
     lost = 0.9 * np.maximum.accumulate(work)
     with writer(path, grains, 1, features, cell_scene(), attrs, ICE.radius) as result:
         for i in range(len(phi)):
             record = {
-                "time": i * 1e-7, "step": i * 1000, "stage": stage[i], "box_length": sizes[i],
-                "filling_factor": phi[i], "stress": stress[i],
+                "time": i * 1e-7,
+                "step": i * 1000,
+                "stage": stage[i],
+                "box_length": sizes[i],
+                "filling_factor": phi[i],
+                "stress": stress[i],
                 "coordination_number": 2 * contacts[i] / grains,
-                "contact_count": int(contacts[i]), "kinetic_translation": 1e-20,
-                "kinetic_rotation": 1e-20, "potential": 0.1 * work[i] * np.eye(4)[1],
-                "loss": lost[i] * SHARES, "face_work": work[i], "energy_residual": 0.0,
-                "energy_residual_relative": 0.0, "largest_overlap": 1e-10, "largest_speed": 0.05,
+                "contact_count": int(contacts[i]),
+                "kinetic_translation": 1e-20,
+                "kinetic_rotation": 1e-20,
+                "potential": 0.1 * work[i] * np.eye(4)[1],
+                "loss": lost[i] * SHARES,
+                "face_work": work[i],
+                "energy_residual": 0.0,
+                "energy_residual_relative": 0.0,
+                "largest_overlap": 1e-10,
+                "largest_speed": 0.05,
                 "wall_clock": 0.1 * i,
-            }  # fmt: skip
+            }
             if not staged:
                 del record["stage"]
             result.append("series", record)
@@ -216,11 +275,17 @@ def cell_run(path, phi_init=0.1, noise=0.05, points=400, seed=1, strength=None, 
         begin = points - 1 if staged else 0
         for i in np.unique([0, *np.linspace(begin, len(phi) - 1, 4).astype(int)]):
             low, high = -0.5 * sizes[i], 0.5 * sizes[i]
-            result.append("snapshots", {
-                "snapshot_time": i * 1e-7, "step": i * 1000, "position": low + shape * sizes[i],
-                "velocity": np.zeros((grains, 3)), "spin": np.zeros((grains, 3)),
-                "box": np.stack([low, high], axis=1).ravel(),
-            })  # fmt: skip
+            result.append(
+                "snapshots",
+                {
+                    "snapshot_time": i * 1e-7,
+                    "step": i * 1000,
+                    "position": low + shape * sizes[i],
+                    "velocity": np.zeros((grains, 3)),
+                    "spin": np.zeros((grains, 3)),
+                    "box": np.stack([low, high], axis=1).ravel(),
+                },
+            )
         result.set_status("finished: filling factor reached")
     return path
 
@@ -246,15 +311,34 @@ def plates_run(path, law=UNIDIRECTIONAL, noise=0.05, points=200, pull=None, grai
     with writer(path, grains, 1, PLATES, scene, {"grains": grains}) as result:
         for i in range(points):
             walls = np.array([np.nan] * 4 + [0.9 * pressure[i], pressure[i]])
-            result.append("series", {
-                "time": i * 1e-6, "step": i * 1000, "height": height[i], "filling_factor": phi[i],
-                "projected_area": shadow[i], "inner_filling_factor": 1.05 * phi[i],
-                "outside_count": i // 10, "pressure": walls, "wall_force": np.zeros((6, 3)),
-                "coordination_number": 2.5, "contact_count": grains, "wall_contact_count": 20,
-                "kinetic_translation": 1e-20, "kinetic_rotation": 0.0, "potential": np.zeros(4),
-                "potential_wall": np.zeros(4), "loss": i * 1e-18 * SHARES, "loss_wall": zero,
-                "wall_work": i * 1e-18, "energy_residual": 0.0, "energy_residual_relative": 0.0,
-                "largest_overlap": 1e-10, "largest_speed": 0.05, "wall_clock": 0.1 * i,
-            })  # fmt: skip
+            result.append(
+                "series",
+                {
+                    "time": i * 1e-6,
+                    "step": i * 1000,
+                    "height": height[i],
+                    "filling_factor": phi[i],
+                    "projected_area": shadow[i],
+                    "inner_filling_factor": 1.05 * phi[i],
+                    "outside_count": i // 10,
+                    "pressure": walls,
+                    "wall_force": np.zeros((6, 3)),
+                    "coordination_number": 2.5,
+                    "contact_count": grains,
+                    "wall_contact_count": 20,
+                    "kinetic_translation": 1e-20,
+                    "kinetic_rotation": 0.0,
+                    "potential": np.zeros(4),
+                    "potential_wall": np.zeros(4),
+                    "loss": i * 1e-18 * SHARES,
+                    "loss_wall": zero,
+                    "wall_work": i * 1e-18,
+                    "energy_residual": 0.0,
+                    "energy_residual_relative": 0.0,
+                    "largest_overlap": 1e-10,
+                    "largest_speed": 0.05,
+                    "wall_clock": 0.1 * i,
+                },
+            )
         result.set_status("finished")
     return path

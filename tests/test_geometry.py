@@ -163,8 +163,14 @@ def test_cylinder_against_monte_carlo():
     axis, radius, low, high = np.array([4.3, 4.0]), 3.4, 0.7, 7.9
     volume = geometry.cylinder_volume(positions, 1.0, axis, radius, low, high)
     angle, r = 2 * np.pi * rng.random(60_000), radius * np.sqrt(rng.random(60_000))
-    points = np.stack([axis[0] + r * np.cos(angle), axis[1] + r * np.sin(angle),
-                       low + (high - low) * rng.random(60_000)], axis=1)  # fmt: skip
+    points = np.stack(
+        [
+            axis[0] + r * np.cos(angle),
+            axis[1] + r * np.sin(angle),
+            low + (high - low) * rng.random(60_000),
+        ],
+        axis=1,
+    )
     nearest = np.min([np.sum((points - p) ** 2, axis=1) for p in positions], axis=0)
     share, room = np.mean(nearest < 1), np.pi * radius**2 * (high - low)
     assert abs(volume - share * room) < 4 * room * np.sqrt(share * (1 - share) / len(points))
@@ -173,8 +179,10 @@ def test_cylinder_against_monte_carlo():
 def test_parts_of_a_cylinder_add_up():
     positions = np.random.default_rng(6).random((50, 3)) * 6
     cuts = [-1.0, 0.4, 1.7, 3.3, 7.0]
-    parts = [geometry.cylinder_volume(positions, 1.0, (3, 3), 2.2, a, b)
-             for a, b in zip(cuts, cuts[1:], strict=False)]  # fmt: skip
+    parts = [
+        geometry.cylinder_volume(positions, 1.0, (3, 3), 2.2, a, b)
+        for a, b in zip(cuts, cuts[1:], strict=False)
+    ]
     whole = geometry.cylinder_volume(positions, 1.0, (3, 3), 2.2, -1.0, 7.0)
     # fifty spheres in five calls, each good to 1e-10 of a sphere
     assert sum(parts) == pytest.approx(whole, abs=5 * 50 * 1e-10 * 4.2)
@@ -193,8 +201,12 @@ def test_lens_area():
 def brute(positions, radii, period):
     """Every image of every grain by itself."""
     reach = max(radii)
-    shifts = [[0.0] if not np.isfinite(e) else np.arange(-np.ceil(reach / e) - 1,
-              np.ceil(reach / e) + 2) * e for e in period]  # fmt: skip
+    shifts = [
+        [0.0]
+        if not np.isfinite(e)
+        else np.arange(-np.ceil(reach / e) - 1, np.ceil(reach / e) + 2) * e
+        for e in period
+    ]
     grid = np.stack(np.meshgrid(*shifts, indexing="ij"), axis=-1).reshape(-1, 3)
     distances = np.concatenate(
         [np.linalg.norm(positions[:, None] - positions[None] - shift, axis=-1) for shift in grid]
@@ -223,8 +235,9 @@ def test_neighbours_of_a_lattice():
     found = geometry.neighbours_within(lattice, radii, (4, 4, 4))
     np.testing.assert_array_equal(found, [0, 6, 18, 26, 32])
     # a cell of one grain has nothing but its own images around it
-    np.testing.assert_array_equal(geometry.neighbours_within([[0.5] * 3], radii, [1, 1, 1]),
-                                  [0, 6, 18, 26, 32])  # fmt: skip
+    np.testing.assert_array_equal(
+        geometry.neighbours_within([[0.5] * 3], radii, [1, 1, 1]), [0, 6, 18, 26, 32]
+    )
     pair = geometry.neighbours_within([[0, 0, 0], [1.5, 0, 0]], [1.0, 2.0])
     np.testing.assert_array_equal(pair, [0, 1])
     one = geometry.neighbours_within([[0.0, 0, 0]], [0.6, 1.1], [None, None, 1.0])

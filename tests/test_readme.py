@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import typer
 
-from dusttaichi.cli import app
+from dusttaichi.commands.app import app
 from dusttaichi.results.variables import VARIABLES
 from dusttaichi.scene import Scene, from_yaml, json_schema, load
 from dusttaichi.scene.yaml_text import read
@@ -173,8 +173,15 @@ def folder_with_a_run(tmp_path_factory):
     scene = load(ROOT / "configs/smoke.yaml").with_value("stop.steps", 300)
     (folder / "short.yaml").write_text(scene.to_yaml(), encoding="utf-8")
     # A process of its own: Taichi keeps one set of fields a process, which other tests share.
-    python(folder, "from dusttaichi.cli import main; main()",
-           "run", "short.yaml", "--output", "runs/omni_static", "--quiet")  # fmt: skip
+    python(
+        folder,
+        "from dusttaichi.commands.app import main; main()",
+        "run",
+        "short.yaml",
+        "--output",
+        "runs/omni_static",
+        "--quiet",
+    )
     return folder
 
 
@@ -213,9 +220,10 @@ def test_what_a_run_leaves(folder_with_a_run):
     left = {path.name for path in (folder_with_a_run / "runs/omni_static").iterdir()}
     section = TEXT.split("## What a run prints and leaves")[1].split("##")[0]
     named = {
-        name for row in re.findall(r"^\| (`.+?) \|", section, re.MULTILINE)
+        name
+        for row in re.findall(r"^\| (`.+?) \|", section, re.MULTILINE)
         for name in re.findall(r"`([^`]+)`", row)
-    }  # fmt: skip
+    }
     assert named == left
 
 

@@ -7,8 +7,8 @@ from scipy.spatial import cKDTree
 
 from dusttaichi.analysis.frame import frame_count, nearest_image, read_frame
 from dusttaichi.errors import DustError
-from dusttaichi.physics import constants
-from dusttaichi.results.variables import WALLS
+from dusttaichi.names import WALLS
+from dusttaichi.physics.contact import constants
 
 
 @dataclass(frozen=True)

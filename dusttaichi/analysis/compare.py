@@ -77,8 +77,15 @@ def _compression(run, numbers, at):
 
 
 def _tension(run, numbers, at):
-    keys = ("strength", "strength_sigma", "strength_phi", "strength_strain", "phi_init",
-            "strength_law", "strength_passed")  # fmt: skip
+    keys = (
+        "strength",
+        "strength_sigma",
+        "strength_phi",
+        "strength_strain",
+        "phi_init",
+        "strength_law",
+        "strength_passed",
+    )
     return {key: numbers[key] for key in keys}
 
 

@@ -78,8 +78,10 @@ def binned(numbers, phi, values):
 
     numbers: of the bin of each point, (points,).
     """
-    rows = [(phi[here].mean(), np.median(values[here]), here.sum())
-            for here in (numbers == number for number in np.unique(numbers))]  # fmt: skip
+    rows = [
+        (phi[here].mean(), np.median(values[here]), here.sum())
+        for here in (numbers == number for number in np.unique(numbers))
+    ]
     return np.array(rows).reshape(-1, 3).T
 
 
@@ -186,8 +188,12 @@ def fit_compression(curve, phi1=0.15, phi2=0.58, free=(), p_low=0.0, p_high=np.i
     numbers["p_m"] = 10 ** numbers["p_m"]
     widths["p_m"] = numbers["p_m"] * np.log(10) * widths["p_m"]
     law = laws.CompressionLaw(**{k: float(v) for k, v in numbers.items()}, name="fit")
-    return Fit(law, {k: float(v) for k, v in widths.items()},
-               float(np.sqrt(np.mean(residual**2))), len(phi))  # fmt: skip
+    return Fit(
+        law,
+        {k: float(v) for k, v in widths.items()},
+        float(np.sqrt(np.mean(residual**2))),
+        len(phi),
+    )
 
 
 @dataclass(frozen=True)

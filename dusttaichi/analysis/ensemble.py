@@ -12,35 +12,68 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from dusttaichi import units
 from dusttaichi.analysis.compression import BIN_WIDTH
 from dusttaichi.analysis.summary import summary
-from dusttaichi.checkpoint import explain, replace_atomically
 from dusttaichi.errors import DustError
+from dusttaichi.files import explain, replace_atomically
 from dusttaichi.results.variables import VARIABLES
+from dusttaichi.scene import quantities
 
 MOST = 10_000  # points of the common coordinate
 CHANGE = 1.001  # factor by which a filling factor changes that counts as driven
 RECORDED = {v.name: v for v in VARIABLES.values() if v.group == "series"}
 UNITS = {
-    "p_m": "Pa", "p_m_sigma": "Pa", "law_p_m": "Pa", "rms_p_low": "Pa", "rms_p_high": "Pa",
-    "wall_time": "s", "steps_per_second": "1/s",
-} | dict.fromkeys((
-    "grains", "contacts", "contacts_per_grain", "steps", "ledger_worst", "delta", "delta_sigma",
-    "law_delta", "rms", "rms_mean", "rms_covered",
-), "1")  # fmt: skip
+    "p_m": "Pa",
+    "p_m_sigma": "Pa",
+    "law_p_m": "Pa",
+    "rms_p_low": "Pa",
+    "rms_p_high": "Pa",
+    "wall_time": "s",
+    "steps_per_second": "1/s",
+} | dict.fromkeys(
+    (
+        "grains",
+        "contacts",
+        "contacts_per_grain",
+        "steps",
+        "ledger_worst",
+        "delta",
+        "delta_sigma",
+        "law_delta",
+        "rms",
+        "rms_mean",
+        "rms_covered",
+    ),
+    "1",
+)
 # numbers of the summary that tables leave out: they describe the machine or the law
 UNTOLD = {
-    "grains", "wall_time", "steps_per_second", "p_m_sigma", "delta_sigma", "law_p_m", "law_delta",
-    "rms_p_low", "rms_p_high", "rms_covered",
-}  # fmt: skip
+    "grains",
+    "wall_time",
+    "steps_per_second",
+    "p_m_sigma",
+    "delta_sigma",
+    "law_p_m",
+    "law_delta",
+    "rms_p_low",
+    "rms_p_high",
+    "rms_covered",
+}
 # these say again what others say, or hardly differ between points: tables of sweeps lack them too
 REPEATED = {"contacts", "coordination_number", "height", "time", "steps", "rms_mean"}
 # global attributes of the runs that the dataset keeps, all values that occur
 KEPT = (
-    "dusttaichi_version", "git_commit", "taichi_version", "numpy_version", "netcdf4_version",
-    "python_version", "platform", "cpu", "backend", "precision",
-)  # fmt: skip
+    "dusttaichi_version",
+    "git_commit",
+    "taichi_version",
+    "numpy_version",
+    "netcdf4_version",
+    "python_version",
+    "platform",
+    "cpu",
+    "backend",
+    "precision",
+)
 CONVENTION = (
     "NAME: every replica, interpolated linearly onto {coordinate} within its own range, not a "
     "number outside it. mean_NAME and std_NAME: mean and standard deviation (n - 1) over the "
@@ -288,10 +321,15 @@ def bands(data, name, width=BIN_WIDTH, **selected):
     for index, label in zip(np.ndindex(known.shape[:-2]), point_labels(data), strict=True):
         here = known[index].any(axis=0)
         if here.any():
-            found.append(Band(
-                scattered[x].values[here], scattered.mean_y.values[index][here],
-                scattered.std_y.values[index][here], int(known[index].any(axis=1).sum()), label,
-            ))  # fmt: skip
+            found.append(
+                Band(
+                    scattered[x].values[here],
+                    scattered.mean_y.values[index][here],
+                    scattered.std_y.values[index][here],
+                    int(known[index].any(axis=1).sum()),
+                    label,
+                )
+            )
     return found
 
 
@@ -317,8 +355,9 @@ def axes_of(data):
 
 def _axis_texts(data, axis):
     values, unit = data[axis].values, data[axis].attrs.get("units")
-    return [quantity_text(v, unit) if values.dtype.kind in "fi" else str(v)
-            for v in values.tolist()]  # fmt: skip
+    return [
+        quantity_text(v, unit) if values.dtype.kind in "fi" else str(v) for v in values.tolist()
+    ]
 
 
 # -- tables --------------------------------------------------------------------------------------
@@ -327,7 +366,7 @@ DECIMALS = 5  # more than these are written as powers of ten
 # SI unit -> (power of ten, unit), largest first
 _POWERS = {
     kind.unit: sorted(((power, unit) for unit, power in kind.powers.items()), reverse=True)
-    for kind in units.DIMENSIONS.values()
+    for kind in quantities.DIMENSIONS.values()
 }
 
 

@@ -21,8 +21,16 @@ QUANTITIES = {  # name -> (what it is, unit); loss_CHANNEL beside these
     "work": ("work done on the grains", "J"),
     "energy_end": ("energy at the end", "J"),
 }
-SHOWN = ("pressure", "wall_force", "stress_xx", "stress_yy", "stress_zz", "filling_factor",
-         "kinetic_energy", "losses")  # fmt: skip
+SHOWN = (
+    "pressure",
+    "wall_force",
+    "stress_xx",
+    "stress_yy",
+    "stress_zz",
+    "filling_factor",
+    "kinetic_energy",
+    "losses",
+)
 
 
 @dataclass(frozen=True)
@@ -120,8 +128,14 @@ def of_levels(values, unit="1"):
     size = abs(at_dt)
     error = at_dt - (quarter + (quarter - half) / 3.0)
     scatter = abs((at_dt - half) - 4.0 * (half - quarter)) / 3.0
-    return _estimate(at_dt, error / size if size else np.nan, scatter / size if size else np.nan,
-                     size, abs(error) > 2.0 * scatter, unit)  # fmt: skip
+    return _estimate(
+        at_dt,
+        error / size if size else np.nan,
+        scatter / size if size else np.nan,
+        size,
+        abs(error) > 2.0 * scatter,
+        unit,
+    )
 
 
 def _estimate(value, relative, scatter, size, resolved, unit):

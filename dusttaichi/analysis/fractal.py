@@ -57,8 +57,15 @@ def fractal(run, snapshots=None, radii=None, stage=None):
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = np.gradient(np.log(number), np.log(radii), axis=1)
     slope[~np.isfinite(slope)] = np.nan
-    return Fractal(radii, number, slope, np.array([_dimension(radii, n, r) for n in number]),
-                   time, _filling_factor(run, time), r)  # fmt: skip
+    return Fractal(
+        radii,
+        number,
+        slope,
+        np.array([_dimension(radii, n, r) for n in number]),
+        time,
+        _filling_factor(run, time),
+        r,
+    )
 
 
 def _dimension(radii, number, grain_radius):

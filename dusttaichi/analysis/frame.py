@@ -5,10 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from dusttaichi import units
 from dusttaichi.errors import DustError
-
-AXES = ("x", "y", "z")
+from dusttaichi.names import AXES
+from dusttaichi.scene import quantities
 
 
 @dataclass(frozen=True)
@@ -116,5 +115,5 @@ def grain_masses(run):
     material = run.scene.get("material", {})
     if not isinstance(material, dict) or "density" not in material:
         raise DustError(f"{run.path} does not tell the density of its grains (scene_resolved).")
-    density = units.parse(material["density"], "density", "material.density")
+    density = quantities.parse(material["density"], "density", "material.density")
     return 4.0 / 3.0 * np.pi * run.tree["snapshots"].radius.values ** 3 * density

@@ -40,8 +40,9 @@ class Isotropic:
         if not inside.any():
             return Ratio(np.nan, np.nan, np.nan, np.nan)
         decades, phi = np.log10(self.ratio[inside]), self.filling_factor[inside]
-        return Ratio(float(10 ** np.median(decades)), float(decades.std()),
-                     float(phi[0]), float(phi[-1]))  # fmt: skip
+        return Ratio(
+            float(10 ** np.median(decades)), float(decades.std()), float(phi[0]), float(phi[-1])
+        )
 
 
 @dataclass(frozen=True)
@@ -78,8 +79,9 @@ def isotropic(run, stage=None, decades=DECADES):
     mean, median, count = binned(numbers, phi, pressure)
     ratio = binned(numbers, phi, pressure / law)[1]
     up = median > 0
-    return Isotropic(mean[up], median[up], _law(run, mean[up]), ratio[up], count[up].astype(int),
-                     phi, pressure)  # fmt: skip
+    return Isotropic(
+        mean[up], median[up], _law(run, mean[up]), ratio[up], count[up].astype(int), phi, pressure
+    )
 
 
 def _law(run, phi):

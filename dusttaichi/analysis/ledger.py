@@ -56,8 +56,18 @@ def ledger(run):
     work = sum((series[n].values for n in WORKS if n in series), zero)
     energy, residual = kinetic + potential, series.energy_residual.values
     if not len(zero):
-        return Ledger(series.time.values, losses, work, zero, residual, zero, zero, 0.0, 0.0,
-                      dict.fromkeys(losses, 0.0))  # fmt: skip
+        return Ledger(
+            series.time.values,
+            losses,
+            work,
+            zero,
+            residual,
+            zero,
+            zero,
+            0.0,
+            0.0,
+            dict.fromkeys(losses, 0.0),
+        )
     reference = reference_energy(work, kinetic[0], potential[0], lost)
     relative = np.where(np.isnan(residual), np.nan, series.energy_residual_relative.values)
     # a residual that is not a number is the worst there is

@@ -69,14 +69,26 @@ ENERGIES = (
     Observable("lost", "J", "energy lost in all channels", _lost),
     *(
         Observable(f"lost_{name}", "J", f"energy lost on {name}", _channel(name))
-        for name in ("forming", "breaking", "damping", "rolling", "sliding", "twisting",
-                     "asperities")
+        for name in (
+            "forming",
+            "breaking",
+            "damping",
+            "rolling",
+            "sliding",
+            "twisting",
+            "asperities",
+        )
     ),
-    Observable("kinetic", "J", "kinetic energy at the end",
-               _last("kinetic_translation", "kinetic_rotation")),
-    Observable("potential", "J", "potential energy at the end", _last("potential",
-                                                                      "potential_wall")),
-)  # fmt: skip
+    Observable(
+        "kinetic",
+        "J",
+        "kinetic energy at the end",
+        _last("kinetic_translation", "kinetic_rotation"),
+    ),
+    Observable(
+        "potential", "J", "potential energy at the end", _last("potential", "potential_wall")
+    ),
+)
 TEXTS = {CURVE: "rms distance of phi(P) from the reference"} | {
     o.name: o.text for o in (*WANTED, *ENERGIES)
 }

@@ -7,7 +7,7 @@ import numpy as np
 from dusttaichi.analysis.fragments import fragments, two_fragments
 from dusttaichi.analysis.frame import frame_count, grain_masses, read_frame
 from dusttaichi.errors import DustError
-from dusttaichi.results.variables import WALLS
+from dusttaichi.names import WALLS
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import xarray as xr
 import yaml
 
 from dusttaichi.errors import DustError
-from dusttaichi.results import WALLS
+from dusttaichi.names import WALLS
 from dusttaichi.scene.material import Material
 
 LEAST_CHANGE = 1e-3

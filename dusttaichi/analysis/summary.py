@@ -55,11 +55,16 @@ def summary(run, law=None):
         "filling_factor": final("filling_factor"),
         "height": final("height"),
         "pressure": float(last.pressure.sel(wall="top"))
-        if last is not None and "pressure" in series else None,
-    }  # fmt: skip
+        if last is not None and "pressure" in series
+        else None,
+    }
     energies = ledger(run)
-    numbers |= {"ledger_worst": energies.worst, "ledger_shares": energies.shares,
-                "error_bar": error_bar(run), "error_bar_phi": None}  # fmt: skip
+    numbers |= {
+        "ledger_worst": energies.worst,
+        "ledger_shares": energies.shares,
+        "error_bar": error_bar(run),
+        "error_bar_phi": None,
+    }
     if run.compresses and numbers["error_bar"] is not None:
         curve = compression_curve(run)
         numbers["error_bar_phi"] = filling_factor_error(numbers["error_bar"], curve)
@@ -67,10 +72,22 @@ def summary(run, law=None):
 
 
 _COMPRESSION = (
-    "p_m", "p_m_sigma", "delta", "delta_sigma", "law_p_m", "law_delta", "law_name",
-    "rms", "rms_mean", "rms_p_low", "rms_p_high", "rms_covered", "fit_problem", "onset",
+    "p_m",
+    "p_m_sigma",
+    "delta",
+    "delta_sigma",
+    "law_p_m",
+    "law_delta",
+    "law_name",
+    "rms",
+    "rms_mean",
+    "rms_p_low",
+    "rms_p_high",
+    "rms_covered",
+    "fit_problem",
+    "onset",
     "onset_peaks",
-)  # fmt: skip
+)
 
 
 PEAKS = 10
@@ -93,12 +110,17 @@ def _compression(run, law):
     # above 10 kPa small samples spread further than the laboratory's (S12 section 5.3)
     deviation = rms_from_law(curve, law, p_high=1e4 if plates else 1e5)
     numbers |= {
-        "law_p_m": law.p_m, "law_delta": law.delta, "law_name": law.name,
-        "rms": deviation.rms, "rms_mean": deviation.mean, "rms_p_low": deviation.p_low,
-        "rms_p_high": deviation.p_high, "rms_covered": deviation.covered,
+        "law_p_m": law.p_m,
+        "law_delta": law.delta,
+        "law_name": law.name,
+        "rms": deviation.rms,
+        "rms_mean": deviation.mean,
+        "rms_p_low": deviation.p_low,
+        "rms_p_high": deviation.p_high,
+        "rms_covered": deviation.covered,
         "onset": onset(curve) if plates else None,
         "onset_peaks": onset(compression_curve(run, peaks=PEAKS)) if _momentary(run) else None,
-    }  # fmt: skip
+    }
     try:
         fit = fit_compression(curve, phi2=law.phi2)
     except DustError as error:
@@ -106,9 +128,11 @@ def _compression(run, law):
     if fit.p_m_sigma > fit.p_m or fit.delta_sigma > fit.delta:
         return numbers | {"fit_problem": "the curve is too short or too rough to fix p_m and Delta"}
     return numbers | {
-        "p_m": fit.p_m, "p_m_sigma": fit.p_m_sigma,
-        "delta": fit.delta, "delta_sigma": fit.delta_sigma,
-    }  # fmt: skip
+        "p_m": fit.p_m,
+        "p_m_sigma": fit.p_m_sigma,
+        "delta": fit.delta,
+        "delta_sigma": fit.delta_sigma,
+    }
 
 
 _TENSION = ("strength", "strength_sigma", "strength_phi", "strength_strain")
@@ -120,9 +144,10 @@ def _tension(run):
     result = tensile(run)
     numbers = {name: getattr(result, name) for name in _TENSION}
     return numbers | {
-        "strength_passed": result.passed, "phi_init": result.phi_init,
+        "strength_passed": result.passed,
+        "phi_init": result.phi_init,
         "strength_law": result.law if np.isfinite(result.law) else None,
-    }  # fmt: skip
+    }
 
 
 def _isotropic(run):
@@ -130,13 +155,21 @@ def _isotropic(run):
     if ratio is None or not np.isfinite(ratio.value):
         return dict.fromkeys(("ratio", "ratio_scatter", "ratio_low", "ratio_high"))
     return {
-        "ratio": ratio.value, "ratio_scatter": ratio.scatter,
-        "ratio_low": ratio.low, "ratio_high": ratio.high,
-    }  # fmt: skip
+        "ratio": ratio.value,
+        "ratio_scatter": ratio.scatter,
+        "ratio_low": ratio.low,
+        "ratio_high": ratio.high,
+    }
 
 
-_COLLISION = ("outcome", "fragments", "largest_share", "growth_efficiency", "compaction",
-              "restitution")  # fmt: skip
+_COLLISION = (
+    "outcome",
+    "fragments",
+    "largest_share",
+    "growth_efficiency",
+    "compaction",
+    "restitution",
+)
 
 
 def _collision(run):
@@ -165,8 +198,11 @@ def _collision_rows(n, row):
     if n["outcome"] is None:
         return
     share = f"{n['largest_share']:.1%} of the mass in the largest"
-    row("outcome", n["outcome"], lambda v: f"{v}, {n['fragments']} fragments, {share}"
-        if n["fragments"] > 1 else v)  # fmt: skip
+    row(
+        "outcome",
+        n["outcome"],
+        lambda v: f"{v}, {n['fragments']} fragments, {share}" if n["fragments"] > 1 else v,
+    )
     row("growth efficiency", n["growth_efficiency"], "{:.3f}".format)
     row("compaction of the largest fragment", n["compaction"], "{:.3f}".format)
     row("coefficient of restitution", n["restitution"], "{:.4f}".format)
@@ -194,9 +230,12 @@ def _tensile_rows(n, row):
         text = f"at least {text}: the stress had not fallen yet"
     law = "" if n["strength_law"] is None else f"{_pascal(n['strength_law'])} (T19 eq 33)"
     row("tensile strength", text, str, law)
-    row("… at filling factor", n["strength_phi"],
+    row(
+        "… at filling factor",
+        n["strength_phi"],
         lambda v: f"{v:.3g} from {n['phi_init']:.3g} (strain {n['strength_strain']:.2f})",
-        f"{0.5 * n['phi_init']:.3g} (T19: half)")  # fmt: skip
+        f"{0.5 * n['phi_init']:.3g} (T19: half)",
+    )
 
 
 def table(numbers):
@@ -231,8 +270,12 @@ def table(numbers):
     _tensile_rows(n, row)
     if n["ratio"] is not None:
         scatter, covered = n["ratio_scatter"], f"phi {n['ratio_low']:.3g}-{n['ratio_high']:.3g}"
-        row("pressure over (E_roll/r^3) phi^3", n["ratio"],
-            lambda v: f"{v:.3g} ± {scatter:.2f} dex ({covered})", "1 (T19 eq 9)")  # fmt: skip
+        row(
+            "pressure over (E_roll/r^3) phi^3",
+            n["ratio"],
+            lambda v: f"{v:.3g} ± {scatter:.2f} dex ({covered})",
+            "1 (T19 eq 9)",
+        )
     _collision_rows(n, row)
     row("filling factor", n["filling_factor"], "{:.4f}".format)
     row("pressure on the top wall", n["pressure"], lambda v: f"{v / 1e3:.4g} kPa")

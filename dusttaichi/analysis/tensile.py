@@ -10,7 +10,7 @@ import numpy as np
 
 from dusttaichi.analysis.compression import correlation_factor
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import AXES
+from dusttaichi.names import AXES
 from dusttaichi.physics import laws
 
 WIDEST = 0.1
@@ -107,8 +107,9 @@ def tensile(run, stage=None, axis=None, windows=None):
 
 def _law(part, phi_init):
     m = part.material
-    return np.nan if m is None else float(
-        laws.tensile_strength(phi_init, m.surface_energy, m.radius))  # fmt: skip
+    return (
+        np.nan if m is None else float(laws.tensile_strength(phi_init, m.surface_energy, m.radius))
+    )
 
 
 def _stretched_axis(part):
@@ -158,8 +159,11 @@ def _records(part, axis):
 def _window_of(place, windows):
     """Number of the window of each record, from 0 in the order of falling filling factor."""
     width = np.ptp(place) / windows
-    return np.minimum(((place.max() - place) / width).astype(int), windows - 1) if width else (
-        np.zeros(len(place), dtype=int))  # fmt: skip
+    return (
+        np.minimum(((place.max() - place) / width).astype(int), windows - 1)
+        if width
+        else (np.zeros(len(place), dtype=int))
+    )
 
 
 def _noise(place, stress):

@@ -18,12 +18,15 @@ NUMBERS = {  # name -> (units, long name)
     "value": ("1", "number that the knob is at, not a number for a word"),
     "cost": ("s", "core-seconds of the time steps, without start, compilation and writing"),
     "cost_ratio": ("1", "cost over that of the default, measured side by side"),
-    "error": ("1", "relative error of the observable of the attribute `observable` against the "
-              "converged reference"),
+    "error": (
+        "1",
+        "relative error of the observable of the attribute `observable` against the "
+        "converged reference",
+    ),
     "ledger_worst": ("1", "worst relative residual of the energy ledger"),
     "steps": ("1", "time steps"),
     "time_step": ("s", "time step"),
-}  # fmt: skip
+}
 
 
 def trade_dataset(columns, numbers, flags, values, errors, observables, seeds, attrs):
@@ -41,9 +44,10 @@ def trade_dataset(columns, numbers, flags, values, errors, observables, seeds, a
     for name, (units, text) in NUMBERS.items():
         column = np.array([np.nan if v is None else v for v in numbers[name]], dtype=float)
         data[name] = ("point", column, {"units": units, "long_name": text})
-    texts = {"free": "the error is below the scatter of seeds (without seeds: the reference's own)",
-             "accepted": "the error is within the tolerance, or free where the kind is "
-             "numerical"}  # fmt: skip
+    texts = {
+        "free": "the error is below the scatter of seeds (without seeds: the reference's own)",
+        "accepted": "the error is within the tolerance, or free where the kind is numerical",
+    }
     for name, column in flags.items():
         data[name] = ("point", np.array(column, dtype=np.int8), {"long_name": texts[name]})
     for name in names:
@@ -54,10 +58,11 @@ def trade_dataset(columns, numbers, flags, values, errors, observables, seeds, a
         if name in seeds:
             of = {"units": UNITS[name], "long_name": f"with each seed: {TEXTS[name]}"}
             data[f"seed_{name}"] = ("seed", np.array(seeds[name], dtype=float), of)
-    about = {"reference": "value of the reference, SI",
-             "scatter": "standard deviation between seeds, as an error",
-             "convergence": "difference of the reference from it at half its step, as an error",
-    }  # fmt: skip
+    about = {
+        "reference": "value of the reference, SI",
+        "scatter": "standard deviation between seeds, as an error",
+        "convergence": "difference of the reference from it at half its step, as an error",
+    }
     for name, column in observables.items():
         data[name] = ("observable", np.array(column, dtype=float), {"long_name": about[name]})
     return data

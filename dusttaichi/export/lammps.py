@@ -64,15 +64,27 @@ def _bounds(frame):
 
 def _grains(frame, masses):
     count = len(masses)
-    return np.column_stack([
-        np.arange(1, count + 1), np.ones(count), frame.position / LENGTH, frame.velocity / SPEED,
-        frame.radius / LENGTH, masses, frame.spin / SPIN,
-    ])  # fmt: skip
+    return np.column_stack(
+        [
+            np.arange(1, count + 1),
+            np.ones(count),
+            frame.position / LENGTH,
+            frame.velocity / SPEED,
+            frame.radius / LENGTH,
+            masses,
+            frame.spin / SPIN,
+        ]
+    )
 
 
 def _contacts(frame):
     contacts = frame.contacts
-    return np.column_stack([
-        np.arange(1, len(frame.pairs) + 1), frame.pairs + 1, contacts.overlap.values / LENGTH,
-        contacts.twist.values, contacts.approach.values / SPEED,
-    ])  # fmt: skip
+    return np.column_stack(
+        [
+            np.arange(1, len(frame.pairs) + 1),
+            frame.pairs + 1,
+            contacts.overlap.values / LENGTH,
+            contacts.twist.values,
+            contacts.approach.values / SPEED,
+        ]
+    )

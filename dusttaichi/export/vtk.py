@@ -9,7 +9,7 @@ import xml.etree.ElementTree as ET
 import meshio
 import numpy as np
 
-from dusttaichi.physics.constants import reduced_radius
+from dusttaichi.physics.contact.constants import reduced_radius
 
 POINT_UNITS = {"radius": "m", "velocity": "m/s", "spin": "rad/s", "coordination": "1"}
 CELL_UNITS = {

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi.physics import constants
+from dusttaichi.physics.contact import constants
 
 EXPERIMENT_SCATTER = 0.02
 """Standard deviation of the laboratory's filling factors around their fit (G09 Fig 2)."""

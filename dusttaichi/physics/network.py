@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import eigsh
 
-from dusttaichi.physics.constants import PULL_OFF, S_PULL_OFF
+from dusttaichi.physics.contact.constants import PULL_OFF, S_PULL_OFF
 from dusttaichi.physics.stability import springs
 
 DENSE = 400  # rows of a matrix up to which all eigenvalues are the cheapest way to the largest
@@ -69,14 +69,24 @@ def matrices(contacts, mass):
     """A and C (see above), sparse (6N, 6N), in sqrt(m) x and sqrt(2/5 m) r theta. mass: (N,)."""
     size, sqrt_mass = len(contacts.r), np.sqrt(mass)
     own = {name: getattr(contacts, name)[:, None, None] for name in ("r", "R")}
-    own |= {k: np.maximum(getattr(contacts, k), 0.0)[:, None, None]
-            for k in ("k_n", "k_s", "k_r", "k_t")}  # fmt: skip
-    parts = springs(_Numbers(**own), contacts.normal, contacts.strength[:, None, None],
-                    contacts.ratio[:, None, None])  # fmt: skip
+    own |= {
+        k: np.maximum(getattr(contacts, k), 0.0)[:, None, None]
+        for k in ("k_n", "k_s", "k_r", "k_t")
+    }
+    parts = springs(
+        _Numbers(**own),
+        contacts.normal,
+        contacts.strength[:, None, None],
+        contacts.ratio[:, None, None],
+    )
     i, j = contacts.grain_i, np.maximum(contacts.grain_j, 0)
     there = (contacts.grain_j >= 0).astype(float)
-    scale = (1.0 / sqrt_mass[i], sqrt(2.5) / sqrt_mass[i],
-             there / sqrt_mass[j], there * sqrt(2.5) / sqrt_mass[j])  # fmt: skip
+    scale = (
+        1.0 / sqrt_mass[i],
+        sqrt(2.5) / sqrt_mass[i],
+        there / sqrt_mass[j],
+        there * sqrt(2.5) / sqrt_mass[j],
+    )
     first = (6 * i, 6 * i + 3, 6 * j, 6 * j + 3)
 
     def rows(root, dx, turn1, turn2):

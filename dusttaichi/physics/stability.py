@@ -88,9 +88,14 @@ def springs(contact, n, strength=1.0, ratio=1.0):
     """
     r, R = contact.r, contact.R
     zero = np.zeros(n.shape[:-1])
-    across = np.stack([np.stack([zero, -n[..., 2], n[..., 1]], axis=-1),
-                       np.stack([n[..., 2], zero, -n[..., 0]], axis=-1),
-                       np.stack([-n[..., 1], n[..., 0], zero], axis=-1)], axis=-2)  # fmt: skip
+    across = np.stack(
+        [
+            np.stack([zero, -n[..., 2], n[..., 1]], axis=-1),
+            np.stack([n[..., 2], zero, -n[..., 0]], axis=-1),
+            np.stack([-n[..., 1], n[..., 0], zero], axis=-1),
+        ],
+        axis=-2,
+    )
     row = n[..., None, :]  # across: theta -> -theta x n
     tangential = np.eye(3) - n[..., :, None] * row
     return (
@@ -165,8 +170,12 @@ def damped_limit(mass, pair, wall, grains, strengths=None):
         period = 2.0 * pi / max(highest_frequency(K, mass), 1e-300)
         low = largest_stable_step(period, highest(C, mass))
         # between the sum of both, which is too much, and each alone, which is too little
-        return brentq(lambda dt: highest(0.25 * dt**2 * K + dt * C, mass) - 1.0,
-                      0.999 * low, 4.0 * low, rtol=1e-6)  # fmt: skip
+        return brentq(
+            lambda dt: highest(0.25 * dt**2 * K + dt * C, mass) - 1.0,
+            0.999 * low,
+            4.0 * low,
+            rtol=1e-6,
+        )
 
     return min((limit(K, C) for K, C in clusters(pair, wall, grains, strengths)), default=inf)
 

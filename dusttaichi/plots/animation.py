@@ -56,8 +56,9 @@ def _gif(path, images, rate):
     # each frame has its own 256 colours: dithering would flicker and not compress
     paletted = [Image.fromarray(i).quantize(256, dither=Image.Dither.NONE) for i in images]
     duration = [round(1000.0 / rate)] * (len(paletted) - 1) + [round(1000.0 * LAST)]
-    paletted[0].save(path, save_all=True, append_images=paletted[1:], duration=duration, loop=0,
-                     optimize=True)  # fmt: skip
+    paletted[0].save(
+        path, save_all=True, append_images=paletted[1:], duration=duration, loop=0, optimize=True
+    )
 
 
 def _mp4(path, images, rate):
@@ -67,10 +68,31 @@ def _mp4(path, images, rate):
             height, width = image.shape[:2]
             # H.264 wants even numbers of pixels
             even = "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white"
-            command = [program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24",
-                       "-s", f"{width}x{height}", "-r", f"{rate:g}", "-i", "-", "-vf", even,
-                       "-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p",
-                       str(path)]  # fmt: skip
+            command = [
+                program,
+                "-y",
+                "-loglevel",
+                "error",
+                "-f",
+                "rawvideo",
+                "-pix_fmt",
+                "rgb24",
+                "-s",
+                f"{width}x{height}",
+                "-r",
+                f"{rate:g}",
+                "-i",
+                "-",
+                "-vf",
+                even,
+                "-c:v",
+                "libx264",
+                "-crf",
+                "18",
+                "-pix_fmt",
+                "yuv420p",
+                str(path),
+            ]
             process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
         try:
             process.stdin.write(image.tobytes())

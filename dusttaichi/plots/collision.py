@@ -45,13 +45,22 @@ def collision(run, snapshots=None, view=(0.0, 0.0, 1.0)):
     width, below = figure.get_figwidth(), height
     factor, unit = style.scaled(frames[-1].time, style.TIMES)
     for frame, camera in zip(frames, cameras, strict=True):
-        figure.text(MARGIN / width, (below - 0.06) / height, f"{frame.time * factor:.3g} {unit}",
-                    ha="left", va="top", fontsize=9)  # fmt: skip
+        figure.text(
+            MARGIN / width,
+            (below - 0.06) / height,
+            f"{frame.time * factor:.3g} {unit}",
+            ha="left",
+            va="top",
+            fontsize=9,
+        )
         below -= NOTE + camera.height / DPI
         part = (camera.width / DPI / width, camera.height / DPI / height)
         panel = figure.add_axes((MARGIN / width, below / height, *part))
-        panel.imshow(picture(camera, frame.position, frame.radius, colours, None),
-                     interpolation="none", aspect="auto")  # fmt: skip
+        panel.imshow(
+            picture(camera, frame.position, frame.radius, colours, None),
+            interpolation="none",
+            aspect="auto",
+        )
         panel.set_axis_off()
     _scale_bar(figure, scale, widest)
     return figure
@@ -81,10 +90,21 @@ def _scale_bar(figure, scale, widest):
     axes = figure.add_axes((0.0, 0.0, 1.0, FOOT / height))
     axes.set(xlim=(0.0, width), ylim=(0.0, FOOT))
     axes.set_axis_off()
-    axes.plot([MARGIN, MARGIN + length * scale], [0.22, 0.22], color="black", linewidth=2.4,
-              solid_capstyle="butt")  # fmt: skip
-    axes.text(MARGIN + length * scale + 0.08, 0.22, f"{length * factor:g} {unit}", ha="left",
-              va="center_baseline", fontsize=9)  # fmt: skip
+    axes.plot(
+        [MARGIN, MARGIN + length * scale],
+        [0.22, 0.22],
+        color="black",
+        linewidth=2.4,
+        solid_capstyle="butt",
+    )
+    axes.text(
+        MARGIN + length * scale + 0.08,
+        0.22,
+        f"{length * factor:g} {unit}",
+        ha="left",
+        va="center_baseline",
+        fontsize=9,
+    )
 
 
 def collision_spectrum(run):

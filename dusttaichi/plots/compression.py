@@ -17,21 +17,43 @@ def laboratory(axes, pressure, drawn=(S12_STATIC,)):
     scatter = f"scatter of the experiment, ±{EXPERIMENT_SCATTER}"
     if S12_STATIC in drawn:
         _scatter(axes, pressure, S12_STATIC, scatter)
-        axes.plot(pressure / 1e3, S12_STATIC.filling_factor(pressure), color=style.BLACK,
-                  linewidth=1.2, label="laboratory, S12 eq 31")  # fmt: skip
-        axes.plot(pressure / 1e3, G09_OMNIDIRECTIONAL.filling_factor(pressure), color=style.BLACK,
-                  linewidth=1.2, linestyle=(0, (4, 2)), label="laboratory, fit of G09")  # fmt: skip
+        axes.plot(
+            pressure / 1e3,
+            S12_STATIC.filling_factor(pressure),
+            color=style.BLACK,
+            linewidth=1.2,
+            label="laboratory, S12 eq 31",
+        )
+        axes.plot(
+            pressure / 1e3,
+            G09_OMNIDIRECTIONAL.filling_factor(pressure),
+            color=style.BLACK,
+            linewidth=1.2,
+            linestyle=(0, (4, 2)),
+            label="laboratory, fit of G09",
+        )
     if UNIDIRECTIONAL in drawn:
         _scatter(axes, pressure, UNIDIRECTIONAL, None if S12_STATIC in drawn else scatter)
-        axes.plot(pressure / 1e3, UNIDIRECTIONAL.filling_factor(pressure), color=style.BLACK,
-                  linewidth=1.2, linestyle=(0, (5, 1, 1, 1)),
-                  label="laboratory, unidirectional (G09)")  # fmt: skip
+        axes.plot(
+            pressure / 1e3,
+            UNIDIRECTIONAL.filling_factor(pressure),
+            color=style.BLACK,
+            linewidth=1.2,
+            linestyle=(0, (5, 1, 1, 1)),
+            label="laboratory, unidirectional (G09)",
+        )
 
 
 def _scatter(axes, pressure, law, label):
     phi = law.filling_factor(pressure)
-    axes.fill_between(pressure / 1e3, phi - EXPERIMENT_SCATTER, phi + EXPERIMENT_SCATTER,
-                      color="#D9D9D9", linewidth=0, label=label)  # fmt: skip
+    axes.fill_between(
+        pressure / 1e3,
+        phi - EXPERIMENT_SCATTER,
+        phi + EXPERIMENT_SCATTER,
+        color="#D9D9D9",
+        linewidth=0,
+        label=label,
+    )
 
 
 @style.styled
@@ -52,20 +74,39 @@ def compression(runs, labels=None, laws=(), raw=None):
     drawn = [compression_law(run) for run in runs]
     laboratory(axes, pressure, drawn)
     for law in laws:
-        axes.plot(pressure / 1e3, law.filling_factor(pressure), color=style.GREY, linewidth=1.0,
-                  linestyle=(0, (1, 1)), label=law.name)  # fmt: skip
+        axes.plot(
+            pressure / 1e3,
+            law.filling_factor(pressure),
+            color=style.GREY,
+            linewidth=1.0,
+            linestyle=(0, (1, 1)),
+            label=law.name,
+        )
     top, bottom = max(law.phi2 for law in drawn) + EXPERIMENT_SCATTER, 0.1
     for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
         curve = compression_curve(run)
         look = style.run_style(number)
         if raw or (raw is None and len(runs) == 1):
-            axes.plot(curve.raw_pressure / 1e3, curve.raw_filling_factor, ".", markersize=3.5,
-                      color=look["color"], alpha=0.5, markeredgewidth=0)  # fmt: skip
+            axes.plot(
+                curve.raw_pressure / 1e3,
+                curve.raw_filling_factor,
+                ".",
+                markersize=3.5,
+                color=look["color"],
+                alpha=0.5,
+                markeredgewidth=0,
+            )
         axes.plot(curve.pressure / 1e3, curve.filling_factor, label=label, **look)
         if "inner_filling_factor" in run.series:
             inner = compression_curve(run, of="inner_filling_factor")
-            axes.plot(inner.pressure / 1e3, inner.filling_factor, color=look["color"],
-                      linewidth=1.2, linestyle=(0, (1, 1)), label="inner cylinder")  # fmt: skip
+            axes.plot(
+                inner.pressure / 1e3,
+                inner.filling_factor,
+                color=look["color"],
+                linewidth=1.2,
+                linestyle=(0, (1, 1)),
+                label="inner cylinder",
+            )
             top = max(top, np.max(inner.filling_factor, initial=0) + 0.02)
         top = max(top, np.max(curve.raw_filling_factor, initial=0) + 0.02)
         bottom = min(bottom, np.min(curve.raw_filling_factor, initial=1) - 0.02)

@@ -16,8 +16,12 @@ def coordination(runs, labels=None):
     for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
         if "filling_factor" not in run.series:
             raise DustError(f"{run.path} has no filling factor: it has no volume to fill.")
-        axes.plot(run.series.filling_factor, run.series.coordination_number, label=label,
-                  **style.run_style(number))  # fmt: skip
+        axes.plot(
+            run.series.filling_factor,
+            run.series.coordination_number,
+            label=label,
+            **style.run_style(number),
+        )
     axes.set_xlabel(r"filling factor $\phi$")
     axes.set_ylabel("coordination number")
     axes.set_ylim(0, None)

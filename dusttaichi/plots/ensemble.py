@@ -48,8 +48,14 @@ def _compression(axes, found, law):
         kpa, phi = band.mean / 1e3, band.x
         axes.plot(np.where(kpa > 0, kpa, np.nan), phi, label=_label(band), **look)
         low, high = (band.mean - band.std) / 1e3, (band.mean + band.std) / 1e3
-        axes.fill_betweenx(phi, np.maximum(low, 1e-6), np.maximum(high, 1e-6),
-                           color=look["color"], alpha=0.25, linewidth=0)  # fmt: skip
+        axes.fill_betweenx(
+            phi,
+            np.maximum(low, 1e-6),
+            np.maximum(high, 1e-6),
+            color=look["color"],
+            alpha=0.25,
+            linewidth=0,
+        )
     axes.set_xscale("log")
     axes.set_xlim(0.05, 2e3)
     ends = [value for band in found for value in (band.x[0], band.x[-1])]
@@ -68,9 +74,14 @@ def _course(axes, data, x):
         x_text = f"time ({x_unit})"
     for band, look in _looks(found):
         axes.plot(band.x * per_x, band.mean * per_y, label=_label(band), **look)
-        axes.fill_between(band.x * per_x, (band.mean - band.std) * per_y,
-                          (band.mean + band.std) * per_y, color=look["color"], alpha=0.25,
-                          linewidth=0)  # fmt: skip
+        axes.fill_between(
+            band.x * per_x,
+            (band.mean - band.std) * per_y,
+            (band.mean + band.std) * per_y,
+            color=look["color"],
+            alpha=0.25,
+            linewidth=0,
+        )
     axes.set_xlabel(x_text)
     axes.set_ylabel(f"{text} ({unit})" if unit else text)
 
@@ -82,8 +93,10 @@ def _subject(data):
     """(bands, what they show, units of the axis)."""
     if "stress" in data:
         options = {a: bands(data, "stress", xyz=a, axis=a) for a in "xyz"}
-        size = {a: max((np.nanmax(np.abs(band.mean)) for band in found), default=0.0)
-                for a, found in options.items()}  # fmt: skip
+        size = {
+            a: max((np.nanmax(np.abs(band.mean)) for band in found), default=0.0)
+            for a, found in options.items()
+        }
         axis = max(size, key=size.get)
         return options[axis], f"stress along {axis}, positive in tension", PRESSURES
     if "pressure" in data:

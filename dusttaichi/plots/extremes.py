@@ -23,13 +23,16 @@ def extremes(data):
     parts = [data.where(data.group == name, drop=True) for name in groups]
     heights = [2.2 + len(_values(part, "row")) for part in parts] + [9.0]
     left, right = _columns(heights)
-    figure = Figure(figsize=(11.5, 0.19 * max(sum(heights[n] for n in c) for c in (left, right))
-                             + 0.9), layout="constrained")  # fmt: skip
+    figure = Figure(
+        figsize=(11.5, 0.19 * max(sum(heights[n] for n in c) for c in (left, right)) + 0.9),
+        layout="constrained",
+    )
     FigureCanvasAgg(figure)
     halves = figure.subfigures(1, 2, wspace=0.03)
     for half, members in zip(halves, (left, right), strict=True):
-        axes = half.subplots(len(members), 1, squeeze=False,
-                             height_ratios=[heights[n] for n in members])[:, 0]  # fmt: skip
+        axes = half.subplots(
+            len(members), 1, squeeze=False, height_ratios=[heights[n] for n in members]
+        )[:, 0]
         for panel, n in zip(axes, members, strict=True):
             if n == len(parts):
                 _limits(panel, data, groups)
@@ -59,9 +62,9 @@ def _cells(axes, part, title):
     rows, columns = _values(part, "row"), _values(part, "column")
     if all(_is_number(c) for c in columns):
         columns.sort(key=float)
-    for row, column, verdict, residual in zip(part.row.values, part.column.values,
-                                              part.verdict.values, part.residual.values,
-                                              strict=True):  # fmt: skip
+    for row, column, verdict, residual in zip(
+        part.row.values, part.column.values, part.verdict.values, part.residual.values, strict=True
+    ):
         x, y = columns.index(column), rows.index(row)
         power, alpha = "", 1.0
         if verdict == "stable":
@@ -81,8 +84,9 @@ def _cells(axes, part, title):
 
 
 def _square(x, y, colour, alpha):
-    return Rectangle((x - 0.46, y - 0.44), 0.92, 0.88, facecolor=colour, alpha=float(alpha),
-                     edgecolor="none")  # fmt: skip
+    return Rectangle(
+        (x - 0.46, y - 0.44), 0.92, 0.88, facecolor=colour, alpha=float(alpha), edgecolor="none"
+    )
 
 
 def _is_number(text):
@@ -103,8 +107,13 @@ def _limits(axes, data, groups):
         own = known & (data.group.values == group)
         if own.any():
             look = {"markersize": 3.5, "color": (BLUE, RED, GREEN, ORANGE)[n % 4]}
-            axes.plot(data.measured.values[own], data.ratio.values[own], markers[n % len(markers)],
-                      label=group, **look)  # fmt: skip
+            axes.plot(
+                data.measured.values[own],
+                data.ratio.values[own],
+                markers[n % len(markers)],
+                label=group,
+                **look,
+            )
     axes.set_title("largest stable step", fontsize=9, loc="left", pad=3)
     axes.set(xlabel="measured (s)", ylabel="estimated / measured", ylim=(0.7, 1.3))
     if known.any():  # nothing outside is hidden

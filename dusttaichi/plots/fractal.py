@@ -29,8 +29,14 @@ def fractal(run, snapshots=None, stage=None):
     first = result.number[0]
     for slope, dashes, at in ((2, (0, (4, 2)), np.argmax(first >= 1)), (3, (0, (1, 1)), -1)):
         line = first[at] * (x / x[at]) ** slope
-        axes.plot(x, line, color=style.BLACK, linewidth=0.9, linestyle=dashes,
-                  label=rf"$\propto r_{{\rm in}}^{slope}$")  # fmt: skip
+        axes.plot(
+            x,
+            line,
+            color=style.BLACK,
+            linewidth=0.9,
+            linestyle=dashes,
+            label=rf"$\propto r_{{\rm in}}^{slope}$",
+        )
         below.axhline(slope, color=style.BLACK, linewidth=0.9, linestyle=dashes)
     axes.set_xscale("log")
     axes.set_yscale("log")

@@ -40,16 +40,35 @@ def sound_speed(arrivals, fit=None, references=()):
     """
     figure, (axes,) = style.new_figure(height=3.4)
     factor, unit = style.scaled(arrivals.distance.max(), ((1e-3, "mm"), (1e-6, "µm")))
-    axes.plot(arrivals.distance * factor, arrivals.speed, "o", ms=2.5, mew=0, alpha=0.7,
-              color=style.BLUE, label="grains: distance / time", zorder=4)  # fmt: skip
+    axes.plot(
+        arrivals.distance * factor,
+        arrivals.speed,
+        "o",
+        ms=2.5,
+        mew=0,
+        alpha=0.7,
+        color=style.BLUE,
+        label="grains: distance / time",
+        zorder=4,
+    )
     if fit is not None:
-        axes.axhline(fit.speed, color=style.RED, zorder=3,
-                     label=rf"fit: {fit.speed:.4g} $\pm$ {fit.sigma:.1g} m/s")  # fmt: skip
-        axes.axhspan(fit.speed - fit.sigma, fit.speed + fit.sigma, color=style.RED, alpha=0.2,
-                     linewidth=0)  # fmt: skip
+        axes.axhline(
+            fit.speed,
+            color=style.RED,
+            zorder=3,
+            label=rf"fit: {fit.speed:.4g} $\pm$ {fit.sigma:.1g} m/s",
+        )
+        axes.axhspan(
+            fit.speed - fit.sigma, fit.speed + fit.sigma, color=style.RED, alpha=0.2, linewidth=0
+        )
     for number, (speed, name) in enumerate(references, start=1):
-        axes.axhline(speed, label=name, color=style.BLACK, linewidth=1.0,
-                     linestyle=style.RUN_DASHES[number % len(style.RUN_DASHES)])  # fmt: skip
+        axes.axhline(
+            speed,
+            label=name,
+            color=style.BLACK,
+            linewidth=1.0,
+            linestyle=style.RUN_DASHES[number % len(style.RUN_DASHES)],
+        )
     axes.set_xlim(0.0, None)
     axes.set_ylim(0.0, None)
     axes.set_xlabel(f"distance from the push ({unit})")
@@ -74,9 +93,14 @@ def restitution(speeds, coefficients, sticking_speed=None, label="run"):
         # dense where the curve leaves 0 with an upright tangent
         above = sticking_speed + (high - sticking_speed) * np.linspace(0.0, 1.0, 400) ** 3
         closed = np.sqrt(np.maximum(0.0, 1.0 - (sticking_speed / above) ** 2))
-        axes.plot(np.concatenate([[low], above]), np.concatenate([[0.0], closed]),
-                  color=style.BLACK, linewidth=1.2, label=r"$\sqrt{1-(v_s/v)^2}$, "
-                  rf"$v_s$ = {sticking_speed:.4g} m/s")  # fmt: skip
+        axes.plot(
+            np.concatenate([[low], above]),
+            np.concatenate([[0.0], closed]),
+            color=style.BLACK,
+            linewidth=1.2,
+            label=r"$\sqrt{1-(v_s/v)^2}$, "
+            rf"$v_s$ = {sticking_speed:.4g} m/s",
+        )
     rows = np.atleast_2d(coefficients)
     labels = [label] if isinstance(label, str) else label
     for number, (row, text) in enumerate(zip(rows, labels, strict=True)):

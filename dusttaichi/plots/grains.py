@@ -62,8 +62,16 @@ class Look:
 
 
 @style.styled
-def grains(run, snapshot=-1, color="coordination", view="oblique", limits=None, label=None,
-           cell=True, dpi=300):  # fmt: skip
+def grains(
+    run,
+    snapshot=-1,
+    color="coordination",
+    view="oblique",
+    limits=None,
+    label=None,
+    cell=True,
+    dpi=300,
+):
     """The grains of a snapshot as shaded spheres, in parallel projection.
 
     color: "coordination", "speed", "height", "fragment" (connected by contacts; the largest ones
@@ -141,8 +149,7 @@ def draw(frame, look, masses=None, note=None):
     axes.set_axis_off()
     _scale_bar(figure, camera, look.dpi)
     if note:
-        figure.text(MARGIN / width, 1.0 - MARGIN / height, note, ha="left", va="top",
-                    fontsize=9)  # fmt: skip
+        figure.text(MARGIN / width, 1.0 - MARGIN / height, note, ha="left", va="top", fontsize=9)
     if colouring.bar is not None:
         long = min(part[1], 2.6 / height)
         middle = FOOT / height + 0.5 * part[1]
@@ -263,8 +270,9 @@ def _colouring(frame, look, masses):
     norm = Normalize(factor * low, factor * high if high > low else factor * low + 1.0)
     bar = ScalarMappable(norm, colour_map())
     above = (values > high).any()
-    return Colouring(bar.to_rgba(factor * values)[:, :3], bar, label,
-                     extend="max" if above else "neither")  # fmt: skip
+    return Colouring(
+        bar.to_rgba(factor * values)[:, :3], bar, label, extend="max" if above else "neither"
+    )
 
 
 def colour_map() -> Colormap:
@@ -285,8 +293,15 @@ def _by_number(values, most):
 
 def _by_fragment(parts, label):
     named = min(np.count_nonzero(parts.grains > 1), NAMED_FRAGMENTS)
-    palette = [style.SKY, style.ORANGE, style.GREEN, style.PURPLE, style.RED, style.BLUE,
-               style.YELLOW][:named]  # fmt: skip
+    palette = [
+        style.SKY,
+        style.ORANGE,
+        style.GREEN,
+        style.PURPLE,
+        style.RED,
+        style.BLUE,
+        style.YELLOW,
+    ][:named]
     names = [f"{count:,}" for count in parts.grains[:named]]
     if len(parts) > named:
         palette.append("#CFCFCF")
@@ -301,8 +316,14 @@ def _colour_bar(figure, place, colouring):
     bar = figure.colorbar(colouring.bar, cax=figure.add_axes(place), extend=colouring.extend)
     bar.set_label(colouring.label)
     bar.outline.set_linewidth(0.6)
-    bar.ax.tick_params(which="both", length=0 if colouring.ticks else 3, direction="out",
-                       right=True, left=False, top=False)  # fmt: skip
+    bar.ax.tick_params(
+        which="both",
+        length=0 if colouring.ticks else 3,
+        direction="out",
+        right=True,
+        left=False,
+        top=False,
+    )
     if colouring.ticks is not None:
         bar.minorticks_off()
         bar.set_ticks(colouring.ticks, labels=colouring.names)
@@ -326,7 +347,14 @@ def _scale_bar(figure, camera, dpi):
     axes.set(xlim=(0.0, width), ylim=(0.0, FOOT))
     axes.set_axis_off()
     long = length * camera.scale / dpi
-    axes.plot([MARGIN, MARGIN + long], [0.22, 0.22], color="black", linewidth=2.4,
-              solid_capstyle="butt")  # fmt: skip
-    axes.text(MARGIN + long + 0.08, 0.22, f"{length * factor:g} {unit}", ha="left",
-              va="center_baseline", fontsize=9)  # fmt: skip
+    axes.plot(
+        [MARGIN, MARGIN + long], [0.22, 0.22], color="black", linewidth=2.4, solid_capstyle="butt"
+    )
+    axes.text(
+        MARGIN + long + 0.08,
+        0.22,
+        f"{length * factor:g} {unit}",
+        ha="left",
+        va="center_baseline",
+        fontsize=9,
+    )

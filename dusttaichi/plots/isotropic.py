@@ -22,23 +22,42 @@ def isotropic(runs, labels=None, stage=None):
     raw = np.concatenate([t.raw_filling_factor for t in results])
     phi = np.geomspace(0.8 * raw.min(), min(1.2 * raw.max(), 0.7), 200)
     shown = np.concatenate([t.pressure for t in results])
-    materials = {(m.surface_energy, m.radius, m.critical_rolling): m.name
-                 for m in (run.material for run in runs) if m}  # fmt: skip
+    materials = {
+        (m.surface_energy, m.radius, m.critical_rolling): m.name
+        for m in (run.material for run in runs)
+        if m
+    }
     for numbers, name in materials.items():
         name = f" ({name})" if len(materials) > 1 else ""
         for law, look, text in (
             (laws.isotropic_pressure, "-", r"$(E_{\rm roll}/r^3)\,\phi^3$, T19 eq 9"),
-            (laws.compressive_strength, (0, (4, 2)),
-             r"$(E_{\rm roll}/r^3)(1/\phi-1/0.74)^{-3}$, Tatsuuma+ 2023"),
-        ):  # fmt: skip
-            axes.plot(phi, law(phi, *numbers), color=style.BLACK, linewidth=1.1,
-                      linestyle=look, label=text + name)  # fmt: skip
+            (
+                laws.compressive_strength,
+                (0, (4, 2)),
+                r"$(E_{\rm roll}/r^3)(1/\phi-1/0.74)^{-3}$, Tatsuuma+ 2023",
+            ),
+        ):
+            axes.plot(
+                phi,
+                law(phi, *numbers),
+                color=style.BLACK,
+                linewidth=1.1,
+                linestyle=look,
+                label=text + name,
+            )
     for number, (t, label) in enumerate(zip(results, labels, strict=True)):
         look = style.run_style(number)
         if len(runs) == 1:
             up = t.raw_pressure > 0
-            axes.plot(t.raw_filling_factor[up], t.raw_pressure[up], ".", markersize=2.5,
-                      color=look["color"], alpha=0.3, markeredgewidth=0)  # fmt: skip
+            axes.plot(
+                t.raw_filling_factor[up],
+                t.raw_pressure[up],
+                ".",
+                markersize=2.5,
+                color=look["color"],
+                alpha=0.3,
+                markeredgewidth=0,
+            )
         axes.plot(t.filling_factor, t.pressure, label=label, **look)
     axes.set_xscale("log")
     axes.set_yscale("log")

@@ -27,8 +27,14 @@ def ledger(run):
         linewidth=0,
     )
     axes.plot(time, energies.work * per_energy, color=style.BLACK, label="work done on the grains")
-    axes.plot(time, (energies.work - energies.stored) * per_energy, color=style.BLACK,
-              linewidth=1.2, linestyle=(0, (4, 2)), label="work less what is stored")  # fmt: skip
+    axes.plot(
+        time,
+        (energies.work - energies.stored) * per_energy,
+        color=style.BLACK,
+        linewidth=1.2,
+        linestyle=(0, (4, 2)),
+        label="work less what is stored",
+    )
     axes.set_ylabel(f"energy since the start ({energy_unit})")
     axes.set_xlim(time[0], time[-1])
     axes.margins(y=0.05)

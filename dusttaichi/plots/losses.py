@@ -16,11 +16,21 @@ def losses(run, stage=None):
     scale, unit = style.scaled(max(result.total.max(), 0.0), style.ENERGIES)
     axes.plot(result.filling_factor, result.total * scale, color=style.BLACK, label="all losses")
     for name, energy in result.by_channel.items():
-        axes.plot(result.filling_factor, energy * scale, linewidth=1.3, label=f"by {name}",
-                  color=style.CHANNEL_COLOURS.get(name, style.GREY))  # fmt: skip
+        axes.plot(
+            result.filling_factor,
+            energy * scale,
+            linewidth=1.3,
+            label=f"by {name}",
+            color=style.CHANNEL_COLOURS.get(name, style.GREY),
+        )
     if run.part_that("stretches", stage).stretches:
-        axes.axvline(tensile(run, stage).strength_phi, color=style.GREY, linewidth=1.0,
-                     linestyle=(0, (4, 2)), label="largest stress")  # fmt: skip
+        axes.axvline(
+            tensile(run, stage).strength_phi,
+            color=style.GREY,
+            linewidth=1.0,
+            linestyle=(0, (4, 2)),
+            label="largest stress",
+        )
     axes.set_ylim(0.0, None)
     axes.set_xlabel(r"filling factor $\phi$")
     axes.set_ylabel(f"energy lost ({unit})")

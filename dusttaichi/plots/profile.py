@@ -25,8 +25,9 @@ def profile(run, most=6):
             color=colours[number],
             label=rf"$\phi$ = {float(one.box_filling_factor):.2f}",
         )
-        axes.axhline(float(one.height) * 1e6, color=colours[number], linewidth=0.6,
-                     linestyle=(0, (1, 2)))  # fmt: skip
+        axes.axhline(
+            float(one.height) * 1e6, color=colours[number], linewidth=0.6, linestyle=(0, (1, 2))
+        )
     axes.set_xlim(0, None)
     axes.set_ylim(0, 1.04 * float(profiles.height.max()) * 1e6)
     axes.set_xlabel(r"filling factor, averaged horizontally")

@@ -91,9 +91,10 @@ def picture(camera, position, radius, colour, lines=None, samples=SAMPLES):
     shadows = Shadows(centre / samples, size / samples, samples)
     spheres = (centre, size, np.asarray(colour, np.float32), hidden.astype(np.float32), shadows)
     core, halo = (
-        (None, None) if lines is None
+        (None, None)
+        if lines is None
         else (_line_points(camera, lines, samples, wider) for wider in (1.0, HALO[0]))
-    )  # fmt: skip
+    )
     image = np.empty((camera.height, camera.width, 3), dtype=np.float32)
     for first in range(0, camera.height, BAND):
         last = min(first + BAND, camera.height)

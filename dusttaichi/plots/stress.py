@@ -21,17 +21,30 @@ def stress(run):
     known = np.abs(tensor[np.isfinite(tensor)])
     scale, unit = style.scaled(np.max(known, initial=0.0), style.PRESSURES)
     for number, axis in enumerate("xyz"):
-        axes.plot(time * per_time, tensor[:, number, number] * scale, linewidth=1.1,
-                  color=style.RUN_COLOURS[number], label=rf"$\sigma_{{{axis}{axis}}}$")  # fmt: skip
+        axes.plot(
+            time * per_time,
+            tensor[:, number, number] * scale,
+            linewidth=1.1,
+            color=style.RUN_COLOURS[number],
+            label=rf"$\sigma_{{{axis}{axis}}}$",
+        )
     for number, (a, b) in enumerate(((0, 1), (0, 2), (1, 2))):
-        below.plot(time * per_time, 0.5 * (tensor[:, a, b] + tensor[:, b, a]) * scale,
-                   linewidth=1.0, color=style.RUN_COLOURS[number + 3],
-                   label=rf"$\sigma_{{{'xyz'[a]}{'xyz'[b]}}}$")  # fmt: skip
+        below.plot(
+            time * per_time,
+            0.5 * (tensor[:, a, b] + tensor[:, b, a]) * scale,
+            linewidth=1.0,
+            color=style.RUN_COLOURS[number + 3],
+            label=rf"$\sigma_{{{'xyz'[a]}{'xyz'[b]}}}$",
+        )
     for panel in (axes, below):
         panel.axhline(0.0, color=style.GREY, linewidth=0.6)
         for part in run.parts[1:]:
-            panel.axvline(float(part.start.time) * per_time, color=style.GREY, linewidth=0.9,
-                          linestyle=(0, (1, 2)))  # fmt: skip
+            panel.axvline(
+                float(part.start.time) * per_time,
+                color=style.GREY,
+                linewidth=0.9,
+                linestyle=(0, (1, 2)),
+            )
         panel.legend(loc="best", ncols=3)
     axes.set_xlim(time[0] * per_time, time[-1] * per_time)
     axes.set_ylabel(f"stress, positive in tension ({unit})")

@@ -25,20 +25,35 @@ def tensile(runs, labels=None, stage=None):
     for number, (t, label) in enumerate(zip(results, labels, strict=True)):
         look = style.run_style(number)
         if len(runs) == 1:
-            axes.plot(t.raw_filling_factor, t.raw_stress * scale, ".", markersize=2.5,
-                      color=look["color"], alpha=0.3, markeredgewidth=0)  # fmt: skip
+            axes.plot(
+                t.raw_filling_factor,
+                t.raw_stress * scale,
+                ".",
+                markersize=2.5,
+                color=look["color"],
+                alpha=0.3,
+                markeredgewidth=0,
+            )
         if np.isfinite(t.sigma).all():
             style.bands(t.filling_factor, t.stress * scale, t.sigma * scale, axes, label, number)
         else:
             axes.plot(t.filling_factor, t.stress * scale, label=label, **look)
-        axes.plot(t.strength_phi, t.strength * scale, "o", markersize=6, color=look["color"],
-                  markeredgecolor="white", label=_said(t, scale, unit) if len(runs) == 1 else None,
-                  zorder=4)  # fmt: skip
+        axes.plot(
+            t.strength_phi,
+            t.strength * scale,
+            "o",
+            markersize=6,
+            color=look["color"],
+            markeredgecolor="white",
+            label=_said(t, scale, unit) if len(runs) == 1 else None,
+            zorder=4,
+        )
     if len(runs) == 1 and np.isfinite(results[0].law):
         (t,) = results
         said = rf"strength by T19 eq 33 for $\phi_{{\rm init}}$ = {t.phi_init:.3g}"
-        axes.axhline(t.law * scale, color=style.BLACK, linewidth=1.0, linestyle=(0, (4, 2)),
-                     label=said)  # fmt: skip
+        axes.axhline(
+            t.law * scale, color=style.BLACK, linewidth=1.0, linestyle=(0, (4, 2)), label=said
+        )
     axes.axhline(0.0, color=style.GREY, linewidth=0.6)
     if max(t.strength for t in results) > 10 * min(t.strength for t in results) > 0:
         _logarithmic(axes, results, scale)
@@ -96,19 +111,38 @@ def strength(runs, labels=None):
     for number, m in enumerate(materials.values()):
         law = laws.tensile_strength(line, m.surface_energy, m.radius)
         name = f" ({m.name})" if len(materials) > 1 else ""
-        axes.plot(line, law * scale, color=style.BLACK, linewidth=1.2,
-                  linestyle=style.RUN_DASHES[(number + 1) % len(style.RUN_DASHES)],
-                  label=rf"T19 eq 33, $0.12\,(F_{{\rm c}}/r^2)\,\phi^{{1.8}}${name}")  # fmt: skip
+        axes.plot(
+            line,
+            law * scale,
+            color=style.BLACK,
+            linewidth=1.2,
+            linestyle=style.RUN_DASHES[(number + 1) % len(style.RUN_DASHES)],
+            label=rf"T19 eq 33, $0.12\,(F_{{\rm c}}/r^2)\,\phi^{{1.8}}${name}",
+        )
     fit = fit_strength(results) if len(materials) <= 1 else None
     if fit is not None:
         sigma = "" if np.isnan(fit.exponent_sigma) else rf"\pm{fit.exponent_sigma:.2f}"
-        axes.plot(line, fit.strength(line) * scale, color=style.GREY, linewidth=1.0,
-                  label=rf"fit, $\propto\phi^{{{fit.exponent:.2f}{sigma}}}$")  # fmt: skip
+        axes.plot(
+            line,
+            fit.strength(line) * scale,
+            color=style.GREY,
+            linewidth=1.0,
+            label=rf"fit, $\propto\phi^{{{fit.exponent:.2f}{sigma}}}$",
+        )
     for number, (t, label) in enumerate(zip(results, labels, strict=True)):
         colour = style.run_style(number)["color"]
-        axes.errorbar(t.phi_init, t.strength * scale, np.nan_to_num(t.strength_sigma) * scale,
-                      marker="o", markersize=5, color=colour, linestyle="none", capsize=2,
-                      markerfacecolor=colour if t.passed else "white", label=label)  # fmt: skip
+        axes.errorbar(
+            t.phi_init,
+            t.strength * scale,
+            np.nan_to_num(t.strength_sigma) * scale,
+            marker="o",
+            markersize=5,
+            color=colour,
+            linestyle="none",
+            capsize=2,
+            markerfacecolor=colour if t.passed else "white",
+            label=label,
+        )
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_xlabel(r"initial filling factor $\phi_{\rm init}$")

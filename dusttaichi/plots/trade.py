@@ -40,31 +40,66 @@ def trade(data):
     shown = np.maximum(error, lowest)
     floor, own = _of(data, "scatter"), _of(data, "convergence")
     if np.isfinite(floor):
-        axes.axhspan(lowest / 2, floor, color=style.GREY, alpha=0.18, linewidth=0,
-                     label="scatter between seeds")  # fmt: skip
+        axes.axhspan(
+            lowest / 2,
+            floor,
+            color=style.GREY,
+            alpha=0.18,
+            linewidth=0,
+            label="scatter between seeds",
+        )
     if np.isfinite(own) and own > 0:
-        axes.axhline(own, color=style.GREY, linewidth=1.0, linestyle=(0, (1, 1)),
-                     label="reference at half step")  # fmt: skip
-    axes.axhline(data.attrs["tolerance"], color=style.BLACK, linewidth=0.8, linestyle=(0, (5, 2)),
-                 label="tolerance")  # fmt: skip
+        axes.axhline(
+            own,
+            color=style.GREY,
+            linewidth=1.0,
+            linestyle=(0, (1, 1)),
+            label="reference at half step",
+        )
+    axes.axhline(
+        data.attrs["tolerance"],
+        color=style.BLACK,
+        linewidth=0.8,
+        linestyle=(0, (5, 2)),
+        label="tolerance",
+    )
     knobs = data.knob.values
     for knob in dict.fromkeys(knobs[known].tolist()):
         if knob not in MARKED:
             here = known & (knobs == knob)
             colour, marker = LOOKS.get(knob, (style.GREY, "."))
-            axes.plot(cost[here], shown[here], marker, color=colour, markersize=4.5,
-                      markeredgecolor="white", markeredgewidth=0.4,
-                      label=knob.replace("_", " "))  # fmt: skip
+            axes.plot(
+                cost[here],
+                shown[here],
+                marker,
+                color=colour,
+                markersize=4.5,
+                markeredgecolor="white",
+                markeredgewidth=0.4,
+                label=knob.replace("_", " "),
+            )
     best = front(np.where(known, cost, np.nan), error)
-    axes.plot(cost[best], shown[best], color=style.BLACK, linewidth=1.0, zorder=1.5,
-              label="front")  # fmt: skip
+    axes.plot(cost[best], shown[best], color=style.BLACK, linewidth=1.0, zorder=1.5, label="front")
     for knob, (marker, colour, size) in MARKED.items():
         here = known & (knobs == knob)
-        axes.plot(cost[here], shown[here], marker, color=colour, markersize=size, zorder=4,
-                  markeredgecolor="white", markeredgewidth=0.6, label=knob)  # fmt: skip
+        axes.plot(
+            cost[here],
+            shown[here],
+            marker,
+            color=colour,
+            markersize=size,
+            zorder=4,
+            markeredgecolor="white",
+            markeredgewidth=0.6,
+            label=knob,
+        )
     name = data.attrs["observable"]
-    axes.set(xscale="log", yscale="log", xlabel="cost over that of the default",
-             ylabel=f"error: {TEXTS.get(name, name)}")  # fmt: skip
+    axes.set(
+        xscale="log",
+        yscale="log",
+        xlabel="cost over that of the default",
+        ylabel=f"error: {TEXTS.get(name, name)}",
+    )
     _limits(axes, cost[known], shown[known], data.attrs["tolerance"], lowest)
     style.few_ticks(axes.xaxis)
     marked = np.isin(knobs, list(MARKED)) & known
@@ -112,8 +147,11 @@ def _name(figure, axes, data, cost, shown, numbers, best):
     spots = axes.transData.transform(np.column_stack([cost, shown]))
     spots = spots[np.isfinite(spots).all(axis=1)]
     corners = axes.transData.transform(np.column_stack([cost[best], shown[best]]))
-    line = [a + t * (b - a) for a, b in zip(corners, corners[1:], strict=False)
-            for t in np.linspace(0.02, 0.98, 40)]  # fmt: skip
+    line = [
+        a + t * (b - a)
+        for a, b in zip(corners, corners[1:], strict=False)
+        for t in np.linspace(0.02, 0.98, 40)
+    ]
     room = axes.get_window_extent(renderer)
     for n in dict.fromkeys(int(n) for n in numbers):
         choices = []
@@ -137,10 +175,17 @@ def _label(axes, data, cost, shown, n, radius, way, ring):
     """The label of point n, its near edge `radius` points from it along `way`."""
     side = "center" if abs(way[0]) < 0.1 else ("left" if way[0] > 0 else "right")
     arrow = {"arrowstyle": "-", "linewidth": 0.4, "color": style.GREY, "shrinkB": 3}
-    label = axes.annotate(_short(str(data.label.values[n])), (cost[n], shown[n]),
-                          (radius * way[0], radius * way[1]), textcoords="offset points",
-                          ha=side, va="center", fontsize=6.5, zorder=5,
-                          arrowprops=arrow if ring else None)  # fmt: skip
+    label = axes.annotate(
+        _short(str(data.label.values[n])),
+        (cost[n], shown[n]),
+        (radius * way[0], radius * way[1]),
+        textcoords="offset points",
+        ha=side,
+        va="center",
+        fontsize=6.5,
+        zorder=5,
+        arrowprops=arrow if ring else None,
+    )
     label.set_in_layout(False)  # the axes keep their size, and the other labels their places
     return label
 

@@ -5,16 +5,9 @@ and /wall_contacts hold what their names say. Contacts are contiguous ragged arr
 all snapshots one after the other, `contact_count` of them for each snapshot. All values are SI.
 """
 
+from dusttaichi.names import CHANNELS, SPRINGS, WALLS
 from dusttaichi.results.provenance import provenance
-from dusttaichi.results.variables import (
-    CHANNELS,
-    SPRINGS,
-    VARIABLES,
-    WALLS,
-    Variable,
-    reference_energy,
-    select,
-)
+from dusttaichi.results.variables import VARIABLES, Variable, reference_energy, select
 from dusttaichi.results.writer import Writer
 
 __all__ = [

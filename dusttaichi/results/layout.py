@@ -6,7 +6,8 @@ import netCDF4
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.results.variables import EXTRA_CHANNELS, LABELS, RAGGED, RECORDS, VARIABLES
+from dusttaichi.names import EXTRA_CHANNELS
+from dusttaichi.results.variables import LABELS, RAGGED, RECORDS, VARIABLES
 
 
 def folder_of(file, group):
@@ -71,8 +72,11 @@ def describe(path):
         with netCDF4.Dataset(path) as file:
             file.set_auto_mask(False)
             present = {g: folder_of(file, g) for g in RECORDS if g == "series" or g in file.groups}
-            layout = {k: v for k, v in VARIABLES.items()
-                      if v.group in present and v.name in present[v.group].variables}  # fmt: skip
+            layout = {
+                k: v
+                for k, v in VARIABLES.items()
+                if v.group in present and v.name in present[v.group].variables
+            }
             sizes = {name: len(d) for name, d in file.dimensions.items() if not d.isunlimited()}
             static = {k: file[k][:] for k, v in layout.items() if not v.grows}
             attributes = {name: file.getncattr(name) for name in file.ncattrs()}

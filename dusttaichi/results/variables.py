@@ -4,11 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-WALLS = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
-SPRINGS = ("normal", "rolling", "sliding", "twisting")
-CHANNELS = ("forming", "breaking", "damping", "rolling", "sliding", "twisting")
-AXES = ("x", "y", "z")
-EXTRA_CHANNELS = ("asperities",)  # behind the others in runs that have them
+from dusttaichi.names import AXES, CHANNELS, SPRINGS, WALLS
+
 LABELS = {"wall": WALLS, "spring": SPRINGS, "channel": CHANNELS, "xyz": AXES, "axis": AXES}
 RECORDS = {  # group -> the dimension that grows
     "series": "time",
@@ -95,7 +92,7 @@ _TABLE = {
          "successive half steps", _PHYS, ""),
         ("energy_residual_relative", "time", "1", "energy_residual over the energy that has gone "
          "through the system, |work| + initial kinetic + |initial potential| + |losses|, but no "
-         "less than what the contacts of now bind at rest", "dusttaichi.record.turnover", ""),
+         "less than what the contacts of now bind at rest", "dusttaichi.grains.record.turnover", ""),
         ("largest_overlap", "time", "m", "largest overlap of a contact", "", ""),
         ("largest_speed", "time", "m/s", "speed of the fastest grain", "", ""),
         ("wall_clock", "time", "s", "real time spent in the run, interruptions left out", "", ""),

@@ -6,8 +6,8 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 
-from dusttaichi.checkpoint import RunLock, clone, explain, replace_atomically, reserve
 from dusttaichi.errors import DustError
+from dusttaichi.files import RunLock, clone, explain, replace_atomically, reserve
 from dusttaichi.results.layout import chunk_rows, copy_records, define, describe, folder_of
 from dusttaichi.results.variables import LABELS, RAGGED, RECORDS, VARIABLES
 
@@ -61,8 +61,9 @@ class Writer:
             attributes = {"status": "running", "history": f"{_now()} started", **attrs}
             attributes |= {f"{name}s": sizes[name] for name in ("grain",) if name in sizes}
             static = {k: np.asarray(coords[k]) for k, v in layout.items() if not v.grows}
-            records = {group: 0 for group in RECORDS if any(v.group == group
-                       for v in layout.values())}  # fmt: skip
+            records = {
+                group: 0 for group in RECORDS if any(v.group == group for v in layout.values())
+            }
             writer = cls(path, lock if own else None, layout, sizes, static, attributes, records)
             writer._base = "new"
             writer.flush()
@@ -210,8 +211,10 @@ class Writer:
             if group in self._records:
                 said = blocks.get("snapshots", {}).get(count, np.zeros(0)).sum()
                 if said != self._rows_waiting(group):
-                    raise ValueError(f"{group} holds {self._rows_waiting(group)} rows since the "
-                                     f"last flush, {count} says {said}")  # fmt: skip
+                    raise ValueError(
+                        f"{group} holds {self._rows_waiting(group)} rows since the "
+                        f"last flush, {count} says {said}"
+                    )
         return blocks
 
     def _start_file(self, temporary):

@@ -1,6 +1,6 @@
 """Samples: where the grains are before the first step. One generator a file."""
 
-from dusttaichi.physics.constants import pair_constants
+from dusttaichi.physics.contact.constants import pair_constants
 from dusttaichi.samples import (
     bcca,
     chain,

@@ -37,8 +37,10 @@ def make(
     masses = [stock.masses(s) if unlike else None for s in (target, projectile)]
     radii = [stock.radii_of(s) if unlike else radius for s in (target, projectile)]
     one, other = (_body(*parts) for parts in zip((target, projectile), turns, masses, strict=True))
-    outer = [float((np.linalg.norm(body.positions, axis=1) + r).max())
-             for body, r in zip((one, other), radii, strict=True)]  # fmt: skip
+    outer = [
+        float((np.linalg.norm(body.positions, axis=1) + r).max())
+        for body, r in zip((one, other), radii, strict=True)
+    ]
     impact = spec.impact_parameter.metres(sum(outer))
     gap = radius if spec.gap is None else spec.gap
     place, hit = _start(one.positions, other.positions, impact, gap, *radii)
@@ -80,10 +82,13 @@ def _start(target, projectile, impact: float, gap: float, r1, r2):
     """
     place = np.array([0.0, impact, 0.0])
     flight = first_touch(
-        target[None, :, FLIGHT], (projectile + place)[None, :, FLIGHT], np.max(r1) + np.max(r2),
+        target[None, :, FLIGHT],
+        (projectile + place)[None, :, FLIGHT],
+        np.max(r1) + np.max(r2),
         (np.broadcast_to(r1, len(target)), np.broadcast_to(r2, len(projectile)))
-        if np.ndim(r1) or np.ndim(r2) else None,
-    )  # fmt: skip
+        if np.ndim(r1) or np.ndim(r2)
+        else None,
+    )
     hit = bool(np.isfinite(flight[0]))
     beside = (target[:, 0] + r1).max() - (projectile[:, 0] - r2).min()
     if not (np.ndim(r1) or np.ndim(r2)):
@@ -94,13 +99,16 @@ def _start(target, projectile, impact: float, gap: float, r1, r2):
 
 def _joined_grains(one: Sample, other: Sample, radii) -> dict:
     """radii and materials of both bodies together."""
-    materials = [np.zeros(len(body), np.int32) if body.materials is None else body.materials
-                 for body in (one, other)]  # fmt: skip
+    materials = [
+        np.zeros(len(body), np.int32) if body.materials is None else body.materials
+        for body in (one, other)
+    ]
     return {
-        "radii": np.concatenate([np.broadcast_to(r, len(body))
-                                 for r, body in zip(radii, (one, other), strict=True)]),
+        "radii": np.concatenate(
+            [np.broadcast_to(r, len(body)) for r, body in zip(radii, (one, other), strict=True)]
+        ),
         "materials": np.concatenate(materials),
-    }  # fmt: skip
+    }
 
 
 def _body(sample: Sample, turn: np.ndarray, masses=None) -> Sample:

@@ -32,8 +32,10 @@ def make(spec, radius: float, stock: Stock | None = None) -> Sample:
     if spec.file is None:
         source, where = "positions", "sample.positions"
         state = {"position": spec.positions, "velocity": spec.velocities, "spin": spec.spins}
-        state |= {"radius": getattr(spec, "radii", None),
-                  "material": getattr(spec, "materials", None)}  # fmt: skip
+        state |= {
+            "radius": getattr(spec, "radii", None),
+            "material": getattr(spec, "materials", None),
+        }
     else:
         source = str(spec.file)
         where = f"sample.file = {source!r}"

@@ -20,8 +20,8 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 
-from dusttaichi import units
 from dusttaichi.errors import DustError
+from dusttaichi.scene import quantities
 
 COMPONENTS = {
     "position": ("x", "y", "z"),
@@ -137,7 +137,7 @@ def _header(cells: list[str], where: str, length_unit: float | None):
 
 
 def _factor(unit: str, quantity: str, where: str) -> float:
-    return units.parse(f"1 {unit}", DIMENSIONS[quantity], where)
+    return quantities.parse(f"1 {unit}", DIMENSIONS[quantity], where)
 
 
 def _numbers(row: list[str], line: int, names: list[str], where: str) -> list[float]:
@@ -146,8 +146,10 @@ def _numbers(row: list[str], line: int, names: list[str], where: str) -> list[fl
             f"{where}: line {line} has {len(row)} columns; allowed: {len(names)}, as the header."
         )
     try:
-        return [0.0 if name == "material" else float(cell)
-                for name, cell in zip(names, row, strict=True)]  # fmt: skip
+        return [
+            0.0 if name == "material" else float(cell)
+            for name, cell in zip(names, row, strict=True)
+        ]
     except ValueError as error:
         raise DustError(f"{where}: line {line}: {error}; allowed: plain numbers.") from None
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.physics.constants import pair_constants
+from dusttaichi.physics.contact.constants import pair_constants
 from dusttaichi.samples.sample import Sample
 
 FACES = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
@@ -24,8 +24,10 @@ def pushed(scene, sample: Sample) -> Sample:
         return sample
     x, v, w = sample.positions.copy(), sample.velocities.copy(), sample.spins.copy()
     delta0 = pair_constants(scene.material, scene.interaction).delta0
-    groups = [_group(n, push, sample.positions, scene.material.radius)
-              for n, push in enumerate(scene.push)]  # fmt: skip
+    groups = [
+        _group(n, push, sample.positions, scene.material.radius)
+        for n, push in enumerate(scene.push)
+    ]
     _check_carried(scene.push, groups)
     for push, group in zip(scene.push, groups, strict=True):
         if push.displacement is not None:

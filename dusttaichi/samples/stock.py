@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.physics.constants import mixed_constants, sphere_mass
+from dusttaichi.physics.contact.constants import mixed_constants, sphere_mass
 from dusttaichi.samples.sample import Sample
 from dusttaichi.scene.sample import DEFAULT
 

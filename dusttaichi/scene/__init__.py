@@ -1,8 +1,7 @@
 """What a YAML file may say: one block a file, frozen, in SI once read."""
 
+from dusttaichi.names import AXES, WALLS
 from dusttaichi.scene.boundary import (
-    AXES,
-    WALLS,
     BoxBoundary,
     Drive,
     OpenBoundary,

@@ -4,12 +4,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from dusttaichi.names import AXES, WALLS
 from dusttaichi.scene.fields import Block, Number, needed, problems
-from dusttaichi.units import Quantity, Vector
+from dusttaichi.scene.quantities import Quantity, Vector
 
-WALLS = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
 WallName = Literal["x_min", "x_max", "y_min", "y_max", "bottom", "top"]
-AXES = ("x", "y", "z")
 AxisName = Literal["x", "y", "z"]
 
 
@@ -48,8 +47,9 @@ class Drive(Block):
     def moving_faces(self) -> bool:
         """True where some periodic edge changes."""
         laws = (getattr(self, name) for name in FACE_LAWS)
-        return any(law is not None and bool(any(law) if isinstance(law, tuple) else law)
-                   for law in laws)  # fmt: skip
+        return any(
+            law is not None and bool(any(law) if isinstance(law, tuple) else law) for law in laws
+        )
 
     @property
     def moves(self) -> bool:
@@ -236,8 +236,11 @@ def filling_direction(boundary: Block, drive: Drive) -> int:
         ways.append(1.0)
     for law in (drive.strain_rate, drive.face_speed):
         if law is not None:
-            ways += [-rate for axis, rate in zip(AXES, law, strict=True)
-                     if axis in boundary.periodic_axes]  # fmt: skip
+            ways += [
+                -rate
+                for axis, rate in zip(AXES, law, strict=True)
+                if axis in boundary.periodic_axes
+            ]
     if any(w > 0 for w in ways) and not any(w < 0 for w in ways):
         return 1
     return -1 if any(w < 0 for w in ways) and not any(w > 0 for w in ways) else 0

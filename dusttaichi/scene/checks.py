@@ -2,10 +2,10 @@
 
 import math
 
-from dusttaichi.physics import constants
+from dusttaichi.names import AXES
+from dusttaichi.physics.contact import constants
 from dusttaichi.scene import push
 from dusttaichi.scene.boundary import (
-    AXES,
     FACE_LAWS,
     BoxBoundary,
     PeriodicBoundary,
@@ -68,8 +68,11 @@ def _own_drive(scene) -> Found:
         return []
     drive = own_drive(scene.boundary)
     keys = ("wall_speed", *FACE_LAWS)
-    return [(f"boundary.{key}", "with stages it belongs to the drive of each stage")
-            for key in keys if getattr(drive, key)]  # fmt: skip
+    return [
+        (f"boundary.{key}", "with stages it belongs to the drive of each stage")
+        for key in keys
+        if getattr(drive, key)
+    ]
 
 
 def _drive(scene, path, leg) -> Found:
@@ -94,8 +97,11 @@ def _drive(scene, path, leg) -> Found:
             found.append((f"{where}.{law}", "it moves the faces of kind: periodic only"))
         elif isinstance(values, tuple):
             # one value for all axes is meant for those that repeat
-            idle = [axis for axis, v in zip(AXES, values, strict=True)
-                    if v and axis not in boundary.axes]  # fmt: skip
+            idle = [
+                axis
+                for axis, v in zip(AXES, values, strict=True)
+                if v and axis not in boundary.axes
+            ]
             if idle and len(set(values)) > 1:
                 found.append((f"{where}.{law}", f"the axis {idle[0]} does not repeat; give it 0"))
     return found
@@ -111,18 +117,28 @@ def _stop(scene, path, leg) -> Found:
         found += _stop_pressure(scene, leg.drive, ends_anyway, f"{where}.pressure")
     moving = strains(scene.boundary, leg.drive)
     if stop.strain is not None and not moving:
-        found.append((f"{where}.strain", "nothing strains: no wall or face moves; "
-                      "stop by time or steps"))  # fmt: skip
+        found.append(
+            (f"{where}.strain", "nothing strains: no wall or face moves; stop by time or steps")
+        )
     if stop.past_maximum is not None:
         pulls = isinstance(scene.boundary, PlatesBoundary) or scene.output.stress
         if not moving:
             found.append((f"{where}.past_maximum", "nothing is pulled: no wall or face moves"))
         elif not pulls:
-            found.append((f"{where}.past_maximum", "no tension is measured; use kind: plates or "
-                          "periodic, or output.stress: true"))  # fmt: skip
+            found.append(
+                (
+                    f"{where}.past_maximum",
+                    "no tension is measured; use kind: plates or periodic, or output.stress: true",
+                )
+            )
         elif not ends_anyway and stop.filling_factor is None:
-            found.append((f"{where}.past_maximum", "the tension may have no maximum; add a strain, "
-                          "a time or steps as the latest end"))  # fmt: skip
+            found.append(
+                (
+                    f"{where}.past_maximum",
+                    "the tension may have no maximum; add a strain, "
+                    "a time or steps as the latest end",
+                )
+            )
     return found
 
 
@@ -131,8 +147,13 @@ def _stop_filling_factor(boundary, drive, where) -> Found:
         if drive.wall_speed:
             return []
     elif bounded_axes(boundary) != AXES:
-        return [(where, "it is never reached without all six walls; use kind: box without omit, "
-                 "kind: plates, or kind: periodic, or stop by time or steps")]  # fmt: skip
+        return [
+            (
+                where,
+                "it is never reached without all six walls; use kind: box without omit, "
+                "kind: plates, or kind: periodic, or stop by time or steps",
+            )
+        ]
     elif filling_direction(boundary, drive):
         return []
     if isinstance(boundary, PeriodicBoundary):
@@ -141,8 +162,13 @@ def _stop_filling_factor(boundary, drive, where) -> Found:
             "compression_rate, strain_rate or face_speed, or stop by strain, time or steps"
         )
         return [(where, text)]
-    return [(where, "it is never reached while the top wall rests; "
-             'set boundary.wall_speed, for example "1 cm/s"')]  # fmt: skip
+    return [
+        (
+            where,
+            "it is never reached while the top wall rests; "
+            'set boundary.wall_speed, for example "1 cm/s"',
+        )
+    ]
 
 
 def _stop_pressure(scene, drive, ends_anyway, where) -> Found:
@@ -152,8 +178,13 @@ def _stop_pressure(scene, drive, ends_anyway, where) -> Found:
             return []
         return [(where, "it may never be reached while no face moves; add a time or steps")]
     if "top" not in boundary.walls:
-        return [(where, "it is the pressure on the top wall, and there is none; "
-                 "use kind: box or plates, or stop by time or steps")]  # fmt: skip
+        return [
+            (
+                where,
+                "it is the pressure on the top wall, and there is none; "
+                "use kind: box or plates, or stop by time or steps",
+            )
+        ]
     if not (drive.wall_speed or 0.0) > 0.0 and not ends_anyway:
         text = (
             "it may never be reached while the top wall rests; "
@@ -193,8 +224,13 @@ def _asperities(scene) -> Found:
         return []
     if scene.material.asperity_volume is not None:
         return []
-    return [("interaction.asperities.volume", "it is missing, and the material has no "
-             'asperity_volume; give one, for example {volume: 0.01 nm}')]  # fmt: skip
+    return [
+        (
+            "interaction.asperities.volume",
+            "it is missing, and the material has no "
+            "asperity_volume; give one, for example {volume: 0.01 nm}",
+        )
+    ]
 
 
 def _kinds(scene):
@@ -228,8 +264,11 @@ def _damping(scene) -> Found:
         f"viscoelastic damping grows as 1/nu^2; allowed with it: {LEAST_POISSON} and more, or "
         "interaction.damping: viscous, scaled or none"
     )
-    return [(f"{path}.poisson_ratio", text) for path, material in _kinds(scene)
-            if material.poisson_ratio < LEAST_POISSON]  # fmt: skip
+    return [
+        (f"{path}.poisson_ratio", text)
+        for path, material in _kinds(scene)
+        if material.poisson_ratio < LEAST_POISSON
+    ]
 
 
 def _mass_scaling(scene) -> Found:
@@ -272,8 +311,13 @@ def _materials(scene) -> Found:
             continue
         for n, name in enumerate(block.materials or ()):
             if name not in names and not (isinstance(name, int) and 0 <= name < len(names)):
-                found.append((f"{path}.materials", f"number {n} is {name!r}, which the scene does "
-                              f"not have; allowed: {', '.join(names)}"))  # fmt: skip
+                found.append(
+                    (
+                        f"{path}.materials",
+                        f"number {n} is {name!r}, which the scene does "
+                        f"not have; allowed: {', '.join(names)}",
+                    )
+                )
                 break
     return found
 
@@ -300,11 +344,19 @@ def _sizes(scene) -> Found:
     ]
     cell = scene.boundary
     if isinstance(cell, PeriodicBoundary) and not isinstance(cell.size, str):
-        short = [axis for axis, edge in zip(AXES, cell.size, strict=True)
-                 if axis in cell.axes and edge < 2 * diameter]  # fmt: skip
+        short = [
+            axis
+            for axis, edge in zip(AXES, cell.size, strict=True)
+            if axis in cell.axes and edge < 2 * diameter
+        ]
         if short:
-            found.append(("boundary.size", f"the edge along {short[0]} is shorter than four radii: "
-                          "a grain would touch another twice, across both faces"))  # fmt: skip
+            found.append(
+                (
+                    "boundary.size",
+                    f"the edge along {short[0]} is shorter than four radii: "
+                    "a grain would touch another twice, across both faces",
+                )
+            )
     return found
 
 

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator
 
 from dusttaichi.scene.fields import Block, Number, Switch, needed
-from dusttaichi.units import Quantity
+from dusttaichi.scene.quantities import Quantity
 
 
 class Effect(Block):

@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field, model_validator
 
 from dusttaichi.scene.fields import Block, Number, needed, problems
-from dusttaichi.units import Quantity
+from dusttaichi.scene.quantities import Quantity
 
 NAMED = {
     # Seizinger et al. 2012, Table 1.

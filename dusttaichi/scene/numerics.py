@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from dusttaichi.scene.fields import Block, Number
-from dusttaichi.units import Quantity
+from dusttaichi.scene.quantities import Quantity
 
 PRESETS: dict[str, dict[str, Any]] = {
     "fast": {"step_fraction": 0.28, "precision": "f64", "newton_steps": 1},

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from dusttaichi.scene.boundary import Drive, filling_direction, strains
 from dusttaichi.scene.fields import Block, Count, Number, Switch, problems
-from dusttaichi.units import Quantity
+from dusttaichi.scene.quantities import Quantity
 
 
 class Interval(Block):

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from dusttaichi.scene.fields import Block, Number, problems
-from dusttaichi.units import Quantity, Vector
+from dusttaichi.scene.quantities import Quantity, Vector
 
 Grain = Annotated[int, Number(whole=True, ge=0)]
 Plain = Annotated[float, Number()]
@@ -74,8 +74,10 @@ def check(scene) -> list[tuple[str, str]]:
     if scene.boundary.kind != "periodic":
         return []
     return [
-        (f"push.{n}.{push.kind}", "it needs open space, a box or plates; in a periodic cell "
-         "use displacement or velocity")
+        (
+            f"push.{n}.{push.kind}",
+            "it needs open space, a box or plates; in a periodic cell use displacement or velocity",
+        )
         for n, push in enumerate(scene.push)
         if push.kind in ("force", "speed")
-    ]  # fmt: skip
+    ]

@@ -17,7 +17,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError, core_schema
 
 from dusttaichi.scene.fields import Block, Count, Number, needed, problems
-from dusttaichi.units import Quantity, Vector, format
+from dusttaichi.scene.quantities import Quantity, Vector, format
 
 Position = Annotated[Vector, Quantity("length", count=3)]
 Velocity = Annotated[Vector, Quantity("speed", count=3)]

@@ -16,8 +16,9 @@ from pydantic import (
 )
 
 from dusttaichi.errors import DustError
+from dusttaichi.names import AXES
 from dusttaichi.scene import checks, problems
-from dusttaichi.scene.boundary import AXES, Boundary, bounded_axes, own_drive
+from dusttaichi.scene.boundary import Boundary, bounded_axes, own_drive
 from dusttaichi.scene.fields import Block, Count, needed
 from dusttaichi.scene.fields import problems as several
 from dusttaichi.scene.interaction import Interaction

@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from dusttaichi.scene.fields import Block, Count, Number, problems
-from dusttaichi.units import Quantity
+from dusttaichi.scene.quantities import Quantity
 
 
 class Stop(Block):

@@ -1,0 +1,181 @@
+"""Files that are whole at any moment: atomic replacement, room on the disk, the lock of a run."""
+
+import errno
+import os
+import shutil
+import socket
+from pathlib import Path
+
+from dusttaichi.errors import DustError
+
+try:
+    import fcntl
+except ImportError:  # not a POSIX system: runs there go without a lock
+    fcntl = None
+
+RESULT, CHECKPOINT = "result.nc", "checkpoint.bin"  # the files of a run directory
+
+
+# --- files --------------------------------------------------------------------------------------
+
+
+def explain(error, path):
+    """One clause for the user: what the operating system's (or HDF5's) `error` on `path` means."""
+    code = getattr(error, "errno", None)
+    folder = Path(path).parent
+    if not folder.is_dir():
+        return f"the folder {folder} does not exist (any more)"
+    if code in (errno.EACCES, errno.EPERM, errno.EROFS):
+        return f"there is no permission to write in {folder}"
+    if code == errno.EFBIG:
+        return "the file would be larger than this system allows"
+    free = shutil.disk_usage(folder).free
+    if code in (errno.ENOSPC, errno.EDQUOT) or free < 1_000_000:
+        return f"the disk is full ({free / 1e6:.1f} MB free, or a quota is reached)"
+    return str(error)
+
+
+def replace_atomically(temporary, path):
+    """Move `temporary` to `path` such that `path` is whole at any moment, also after a power cut.
+
+    Raises OSError.
+    """
+    descriptor = os.open(temporary, os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+    os.replace(temporary, path)
+    _sync_folder(Path(path).parent)
+
+
+def _sync_folder(folder):
+    if os.name != "posix":
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP):  # some file systems cannot
+            raise
+    finally:
+        os.close(descriptor)
+
+
+def clone(source, target):
+    """Copy a file, sharing its blocks where the file system can. Raises OSError."""
+    if hasattr(os, "copy_file_range"):
+        try:
+            with open(source, "rb") as a, open(target, "wb") as b:
+                left = os.fstat(a.fileno()).st_size
+                while left > 0:
+                    done = os.copy_file_range(a.fileno(), b.fileno(), left)
+                    if done == 0:
+                        break
+                    left -= done
+            if left == 0:
+                return
+        except OSError as error:
+            if error.errno not in (errno.EXDEV, errno.EINVAL, errno.ENOSYS, errno.EOPNOTSUPP):
+                raise
+    shutil.copyfile(source, target)
+
+
+def reserve(path, size):
+    """Make sure that `size` more bytes fit behind the end of the file. Raises OSError if not.
+
+    HDF5 does not recover from a write that fails, so what can fail is tried before it.
+    """
+    if hasattr(os, "posix_fallocate"):
+        descriptor = os.open(path, os.O_RDWR)
+        try:
+            os.posix_fallocate(descriptor, os.fstat(descriptor).st_size, int(size))
+        finally:
+            os.close(descriptor)
+
+
+# --- lock ---------------------------------------------------------------------------------------
+
+
+class RunLock:
+    """Keeps a second process out of a run directory; the kernel drops it when a process dies.
+
+    `RunLock(directory)` takes it at once, makes the directory if it is missing, and raises
+    DustError where another run holds it or the directory cannot be written. A context manager.
+    """
+
+    def __init__(self, directory):
+        self.path = Path(directory) / ".lock"
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            self._descriptor = self._take()
+        except OSError as error:
+            raise DustError(
+                f"Cannot write in {self.path.parent}: {explain(error, self.path)}."
+            ) from error
+        os.ftruncate(self._descriptor, 0)
+        os.pwrite(self._descriptor, f"{os.getpid()} on {socket.gethostname()}\n".encode(), 0)
+
+    def _take(self):
+        while True:
+            descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
+            try:
+                self._lock(descriptor)
+                same = os.fstat(descriptor).st_ino == os.stat(self.path).st_ino
+            except FileNotFoundError:
+                same = False
+            except BaseException:
+                os.close(descriptor)
+                raise
+            if same:
+                return descriptor
+            os.close(descriptor)  # its holder removed the file in between: take the new one
+
+    def _lock(self, descriptor):
+        if fcntl is None:
+            return
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise self._held(descriptor) from error
+        except OSError as error:
+            if error.errno not in (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS):
+                raise
+            if self._holder_lives(descriptor):  # a network file system without locks
+                raise self._held(descriptor) from error
+
+    def _held(self, descriptor):
+        holder = os.pread(descriptor, 200, 0).decode(errors="replace").strip()
+        return DustError(
+            f"Another run is writing into {self.path.parent} (process {holder or 'unknown'}). "
+            "Wait for it, stop it, or choose another output directory."
+        )
+
+    @staticmethod
+    def _holder_lives(descriptor):
+        number, _, host = os.pread(descriptor, 200, 0).decode(errors="replace").partition(" on ")
+        if not number.isdigit():
+            return False
+        if host.strip() != socket.gethostname():
+            return True  # cannot be known from here: rather refuse than spoil a result
+        try:
+            os.kill(int(number), 0)
+        except ProcessLookupError:
+            return False
+        except PermissionError:
+            return True
+        return int(number) != os.getpid()
+
+    def release(self):
+        """Give the lock back and remove its file. May be called again."""
+        if self._descriptor is None:
+            return
+        self.path.unlink(missing_ok=True)
+        os.close(self._descriptor)
+        self._descriptor = None
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.release()

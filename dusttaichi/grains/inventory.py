@@ -1,0 +1,128 @@
+"""What a built scene consists of: parts of the model, fields, kernels, and what its preset sets."""
+
+import numpy as np
+
+from dusttaichi.grains.build import chosen_effects
+from dusttaichi.names import AXES, WALLS
+
+SIZES = {"i32": 4, "f32": 4, "i64": 8, "f64": 8}
+
+
+def nbytes(field):
+    """Bytes of a Taichi field."""
+    lanes = getattr(field, "n", 1) * getattr(field, "m", 1)
+    return int(np.prod(field.shape)) * lanes * SIZES[str(field.dtype).split(".")[-1]]
+
+
+def tables(sim):
+    """All fields of a simulation by name: state, scratch of the search, sums of measurements."""
+    return {**sim.fields, **sim.scratch, **sim.sums}
+
+
+def compiled_rows(scene, sim):
+    """Rows (what, value): effects, boundary, measurements, kernels, state."""
+    effects, layout = chosen_effects(scene.interaction), sim.layout
+    names = ("rolling", "sliding", "twisting", "asperities")
+    on = [name for name in names if getattr(effects, name)]
+    off = [name for name in names if not getattr(effects, name)]
+    damping = scene.interaction.damping.model
+    (on if effects.damping else off).append("damping" + (f" ({damping})" * (damping != "none")))
+    walls, faces = "none", "none"
+    if sim.box is not None:
+        walls = ", ".join(w for w, there in zip(WALLS, sim.box.present, strict=True) if there)
+    if sim.cell is not None:
+        faces = "across " + ", ".join(AXES[n] for n in sim.cell.axes)
+    pushes = [
+        name
+        for name, there in (("force", layout.forced), ("carried grains", layout.carried))
+        if there
+    ]
+    unlike = "their own radius and material" if layout.poly else "all alike"
+    return [
+        ("forces", ", ".join(["adhesion (JKR)", *on])),
+        ("left out", ", ".join(off) or "nothing"),
+        ("grains", unlike),
+        ("walls", walls),
+        ("periodic faces", faces),
+        ("pushes", ", ".join(pushes) or "none"),
+        ("summed in every step", ", ".join(_summed(sim))),
+        ("written", ", ".join(_written(scene))),
+        ("contacts an iteration (lanes)", f"{layout.width}"),
+        ("numbers of state a contact", f"{layout.state_size}: {', '.join(_state(layout))}"),
+        ("kernels", ", ".join(sim.kernels.names)),
+        (
+            "backend, precision, threads",
+            f"{scene.numerics.backend}, {scene.numerics.precision}, {sim.threads}",
+        ),
+    ]
+
+
+def _summed(sim):
+    out = [f"losses ({', '.join(sim.layout.channels)})"]
+    out += ["forces on the walls"] if sim.box is not None else []
+    out += ["work of the faces"] if sim.cell is not None else []
+    return out + (["virial stress"] if sim.layout.stress else [])
+
+
+def _written(scene):
+    legs = scene.legs
+    asked = {
+        "time series": any(leg.series is not None for leg in legs),
+        "profiles": any(leg.profiles is not None for leg in legs),
+        "snapshots": any(leg.snapshots is not None for leg in legs),
+    }
+    out = [name for name, there in asked.items() if there]
+    out += [] if asked["snapshots"] else ["first and last snapshot"]
+    return out + (["contacts of snapshots"] if scene.output.contacts else [])
+
+
+def _state(layout):
+    out = ["two pointers 6"]
+    out += ["twist 1"] if layout.twisting else []
+    out += ["speed and force of damping 2"] if layout.damping else []
+    return out + (["speed and impulse of a first touch 2"] if layout.asperities else [])
+
+
+def field_rows(sim):
+    """Rows (name, what it takes) of the fields from the largest on, those under 1 % in one."""
+    sizes = {name: nbytes(field) for name, field in tables(sim).items()}
+    whole = sum(sizes.values())
+    rows, small = [], []
+    for name, size in sorted(sizes.items(), key=lambda item: -item[1]):
+        if size < 0.01 * whole:
+            small.append(name)
+            continue
+        shape = " x ".join(str(n) for n in tables(sim)[name].shape)
+        rows.append((name, f"{_amount(size)}, {size / sim.grains:.0f} bytes a grain ({shape})"))
+    if small:
+        rows.append(
+            (
+                f"{len(small)} more",
+                f"{_amount(sum(sizes[n] for n in small))}: {', '.join(sorted(small))}",
+            )
+        )
+    return [*rows, ("all", f"{_amount(whole)}, {whole / sim.grains:.0f} bytes a grain")]
+
+
+def _amount(size):
+    return f"{size / 2**20:.3g} MiB" if size >= 2**20 else f"{size / 2**10:.3g} KiB"
+
+
+def preset_rows(scene):
+    """Rows of what numerics.accuracy sets, and of the keys among these that are given by hand."""
+    numerics = scene.numerics
+    rows = [("accuracy", f"{numerics.accuracy}; it sets")]
+    for key, value in numerics.preset.items():
+        now = getattr(numerics, key)
+        text = f"{value}" if now == value else f"{now}, given (the preset has {value})"
+        if key == "step_fraction" and numerics.time_step != "auto":
+            text = f"{value}, not used: time_step is given"
+        rows.append((f"  {key}", text))
+    rest = [key for key in type(numerics).model_fields if key not in {*numerics.preset, "accuracy"}]
+    rows.append(("not set by it", ", ".join(f"{key} {_value(numerics, key)}" for key in rest)))
+    return rows
+
+
+def _value(numerics, key):
+    value = getattr(numerics, key)
+    return f"{value * 1e9:.4g} ns" if key == "time_step" and value != "auto" else f"{value}"

@@ -1,0 +1,102 @@
+"""One pass over the grains: gather the loads of the own contacts in a fixed order, kick, drift."""
+
+import taichi as ti
+
+from dusttaichi.grains.kernels.store import CHUNK
+
+
+def make_gather(fields, layout):
+    """Returns `total(g)`: force and torque on grain g, summed in the order of its list."""
+    W = layout.width  # a power of two
+    shift = W.bit_length() - 1
+    entry_start, entry, load = fields["entry_start"], fields["entry"], fields["load"]
+
+    @ti.func
+    def total(g):
+        force, torque = ti.Vector.zero(layout.geometry, 3), ti.Vector.zero(layout.geometry, 3)
+        for e in range(entry_start[g], entry_start[g + 1]):
+            code = entry[e]
+            contact, side = code >> 1, code & 1
+            b, k = contact >> shift, contact & (W - 1)
+            first = 3 + 3 * side
+            sign = 1.0 - 2.0 * side
+            force += sign * ti.Vector([load[b, 0][k], load[b, 1][k], load[b, 2][k]])
+            torque += ti.Vector([load[b, first][k], load[b, first + 1][k], load[b, first + 2][k]])
+        return force, torque
+
+    return total
+
+
+def make_push(fields, layout):
+    """Returns `pushed(g, force, torque)`: with the push from outside; none on a carried grain."""
+    push_force, free = fields.get("push_force"), fields.get("free")
+
+    @ti.func
+    def pushed(g, force, torque):
+        f, t = force, torque
+        if ti.static(layout.forced):
+            f += push_force[g]
+        if ti.static(layout.carried):
+            f, t = free[g] * f, free[g] * t
+        return f, t
+
+    return pushed
+
+
+def make_grain_pass(fields, layout):
+    """Returns `move(g, dt/m, dt/I, dt, reach2)`: kick and drift; 1 if a new search is due.
+
+    Where grains have masses of their own (layout.poly) m and I stand for units of them.
+
+    A search is due once a grain has gone further than half the skin from where it was at the last
+    one (reach2 its square), or is no longer a number.
+    """
+    x, v, w, x_search = fields["x"], fields["v"], fields["w"], fields["x_search"]
+    total, pushed = make_gather(fields, layout), make_push(fields, layout)
+    free, held = fields.get("free"), fields.get("held")
+    mass, inertia = fields.get("mass"), fields.get("inertia")
+    real = layout.geometry
+
+    @ti.func
+    def move(g, kick, turn, dt, reach2):
+        force, torque = total(g)
+        if ti.static(layout.carried):
+            held[g] = held[g] + (dt * (1.0 - free[g])) * force
+        force, torque = pushed(g, force, torque)
+        if ti.static(layout.poly):
+            force, torque = force / mass[g], torque / inertia[g]
+        # no += on fields: it is atomic in Taichi, and slow
+        velocity = v[g] + ti.cast(kick, real) * force
+        place = x[g] + ti.cast(dt, real) * velocity
+        v[g] = velocity
+        w[g] = w[g] + ti.cast(turn, real) * torque
+        x[g] = place
+        way = place - x_search[g]
+        return ti.select(way.dot(way) <= reach2, 0, 1)
+
+    return move
+
+
+def make_flux(fields, layout, grains):
+    """Returns `add_flux(chunk, move, motion)`: moves the grains of a chunk and sums v v dt.
+
+    The kinetic part of the stress, with the velocities of the half step; 1 if a search is due.
+    Where grains have masses of their own (layout.poly) it is m v v dt.
+    """
+    v, flux, mass = fields["v"], fields["flux"], fields.get("mass")
+
+    @ti.func
+    def add_flux(chunk, move: ti.template(), motion):
+        due = 0
+        sums = ti.Vector.zero(ti.f64, 6)
+        for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
+            due = ti.max(due, move(g, motion.kick, motion.turn, motion.dt, motion.reach2))
+            u = v[g]
+            if ti.static(layout.poly):
+                u *= ti.sqrt(mass[g])
+            sums += ti.Vector([u.x * u.x, u.x * u.y, u.x * u.z, u.y * u.y, u.y * u.z, u.z * u.z])
+        for k in ti.static(range(6)):
+            flux[chunk, k] = flux[chunk, k] + motion.dt * sums[k]
+        return due
+
+    return add_flux

@@ -1,0 +1,143 @@
+"""The contacts of a simulation as a network of springs: its stiffest period and stable step."""
+
+from functools import cache
+
+import numpy as np
+
+from dusttaichi import units
+from dusttaichi.domain.surroundings import glued
+from dusttaichi.grains.build import contact_constants, moving
+from dusttaichi.physics.contact import constants
+from dusttaichi.physics.network import Contacts, contact_radius, limit, slope
+
+
+def stable_step(sim, scene):
+    """(shortest period [s], largest stable step [s]) of the contacts that there are now.
+
+    Every contact with the slope of its force and the damping where it is; walls with their
+    strengths; unlike grains; across periodic faces. Infinite without contacts. Contacts to come
+    may be stiffer or more: see build.time_step for those.
+    """
+    mass = np.broadcast_to(np.ravel(sim.mass), sim.grains) * units.MASS
+    if sim.bodies is not None:
+        mass = sim.bodies.mass * units.MASS  # in the sample's order
+    return limit(contacts_of(sim, scene), mass)
+
+
+def contacts_of(sim, scene):
+    """physics.network.Contacts of a simulation, grains by the sample's numbers."""
+    pairs = sim.contact_state()
+    i, j, overlap = pairs["grain_i"], pairs["grain_j"], pairs["overlap"]
+    distance = sim._touch(i, j) - overlap
+    normal = _normals(sim, i, j, distance)
+    kind = _kinds(sim, scene)
+    parts = [
+        _rows(
+            scene,
+            i,
+            j,
+            normal,
+            np.ones(len(i)),
+            overlap,
+            [kind(a, b) for a, b in zip(i.tolist(), j.tolist(), strict=True)],
+        )
+    ]
+    if sim.box is not None:
+        walls = sim.wall_contact_state()
+        g, wall = walls["grain"], walls["wall"]
+        parts.append(
+            _rows(
+                scene,
+                g,
+                np.full(len(g), -1),
+                sim.box.normal[wall],
+                sim.box.strength[wall],
+                walls["overlap"],
+                [kind(a, None) for a in g.tolist()],
+            )
+        )
+    names = parts[0].keys()
+    return Contacts(**{name: np.concatenate([part[name] for part in parts]) for name in names})
+
+
+def _normals(sim, i, j, distance):
+    """Unit vectors from grain j to grain i, through periodic faces where these are nearer."""
+    x = np.empty((sim.grains, 3))
+    x[sim.order] = sim.fields["x"].to_numpy()[: sim.grains]
+    d = x[i] - x[j]
+    if sim.cell is not None:
+        axes, edges = list(sim.cell.axes), sim.cell.edges(sim.time)
+        d[:, axes] -= np.round(d[:, axes] / edges[axes]) * edges[axes]
+    return d / np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-300)
+
+
+def _kinds(sim, scene):
+    """Function (grain, other grain or None: a wall) -> (ContactConstants, r1/r2)."""
+    if sim.bodies is None:
+        pair, wall = contact_constants(scene)
+        return lambda i, j: (wall, 1.0) if j is None else (pair, 1.0)
+    heavy, bodies = moving(scene), sim.bodies
+    kinds, interaction = heavy.all_materials, heavy.interaction
+
+    @cache
+    def contact(a, r1, b, r2):
+        if b is None:
+            own = constants.wall_constants(kinds[a], interaction, r1, heavy.material)
+            return glued(own, heavy.boundary), 1.0
+        return constants.mixed_constants(kinds[a], r1, kinds[b], r2, interaction), r1 / r2
+
+    def of(i, j):
+        number, radius = bodies.material, bodies.radius
+        one = int(number[i]), float(radius[i]) * units.LENGTH
+        if j is None:
+            return contact(*one, None, None)
+        return contact(*one, int(number[j]), float(radius[j]) * units.LENGTH)
+
+    return of
+
+
+def _rows(scene, i, j, normal, strength, overlap, kinds):
+    """Columns of Contacts; kinds: (ContactConstants, r1/r2) of each."""
+
+    def column(name):
+        return np.array([getattr(c, name) for c, _ in kinds], float)
+
+    s = contact_radius(np.array(overlap, float) * units.LENGTH / column("delta0"))
+    hardening = scene.interaction.damping.model == "viscoelastic"
+    return {
+        "grain_i": np.array(i, int),
+        "grain_j": np.array(j, int),
+        "normal": np.reshape(normal, (-1, 3)),
+        "strength": np.array(strength, float),
+        "ratio": np.array([ratio for _, ratio in kinds], float),
+        "r": column("r"),
+        "R": column("R"),
+        "k_n": column("k_n") * slope(s),
+        "k_s": column("k_s"),
+        "k_r": column("k_r"),
+        "k_t": column("k_t"),
+        "kappa": column("kappa") * (s * s if hardening else 1.0),
+    }
+
+
+def rows(scene, sim, step):
+    """Rows (what, value) of `dust check` about the time step; step: build.TimeStep.
+
+    The stiffest period of what may come, that of the contacts as they stand, what fast bodies ask
+    for, and the step taken, which is sim.dt.
+    """
+    out = []
+    if np.isfinite(step.period):
+        out.append(("stiffest period (densest packing, walls)", f"{step.period * 1e9:.4g} ns"))
+        out.append(("largest stable step there", f"{step.limit * 1e9:.4g} ns"))
+    period, stable = stable_step(sim, scene)
+    if np.isfinite(stable):
+        out.append(("stiffest period of the present contacts", f"{period * 1e9:.4g} ns"))
+        out.append(("largest stable step there", f"{stable * 1e9:.4g} ns"))
+    if np.isfinite(step.resolved) and step.resolved < 10.0 * step.dt:
+        out.append(("step that resolves how fast bodies meet", f"{step.resolved * 1e9:.4g} ns"))
+    dt = sim.dt * units.TIME
+    chosen = f"{dt * 1e9:.4g} ns"
+    if np.isfinite(step.period):
+        chosen += f" = {dt / step.period:.3g} of the stiffest period"
+    return [*out, ("time step", chosen)]

@@ -1,0 +1,288 @@
+"""What can be read out of a simulation: energies, loads, stresses, grains, contacts.
+
+Internal units; (N, ...) arrays of grains stand in the sample's order unless said otherwise.
+"""
+
+import numpy as np
+
+from dusttaichi.grains.kernels.measure import (
+    ANGULAR,
+    CONTACTS,
+    DEEPEST,
+    FACES,
+    FASTEST,
+    FASTEST_SPIN,
+    KICK,
+    LINEAR,
+    NORMAL,
+    PENDING,
+    STRAIN,
+    STRIKING,
+    TWISTING,
+)
+
+
+class Readout:
+    """The reading part of a Simulation, whose state it uses."""
+
+    # -- measuring -------------------------------------------------------------------------------
+
+    def loads(self):
+        """Force [nN] and torque [nN um] that move every grain, (N, 3) each, in internal order."""
+        return self.push.on(self._contact_loads(), self.step)
+
+    def _contact_loads(self):
+        """The same of the contacts alone."""
+        start = self.fields["entry_start"].to_numpy()
+        entry = self.fields["entry"].to_numpy()[: start[-1]]
+        load = self._lanes("load")[entry >> 1]
+        side = (entry & 1)[:, None]
+        force = load[:, :3] * (1 - 2 * side)
+        torque = np.where(side == 0, load[:, 3:6], load[:, 6:9])
+        owner = np.repeat(np.arange(self.grains), np.diff(start))
+        out = np.zeros((2, self.grains, 3))
+        np.add.at(out[0], owner, force)
+        np.add.at(out[1], owner, torque)
+        return out
+
+    def _wall_force(self):
+        """Force of each wall on the grains now [nN], (6, 3)."""
+        if self.box is None:
+            return np.zeros((6, 3))
+        self.kernels.measure[2](self._walls(), self.time, self.wall, self.dt)
+        return self.sums["wall_force"].to_numpy()
+
+    def impulses(self):
+        """Time integral of the wall forces since the start [nN us], (6, 3)."""
+        if self.box is None:
+            return np.zeros((6, 3))
+        total = self.fields["impulse_total"].to_numpy()
+        blocks = int(self.fields["counts"].to_numpy()[1])
+        # (not -1: there may be no block at all)
+        lanes = self.fields["impulse"].to_numpy()[:blocks].reshape(blocks, 3, self.layout.width)
+        of = self.fields["wall_of"].to_numpy()[:blocks]
+        np.add.at(total, of, lanes.sum(axis=2))
+        return total
+
+    def measure(self):
+        """Energies [fJ], counts and extremes of the present moment, as a dict of numbers."""
+        half = 0.5 * self.dt
+        measure_grains, measure_pairs, measure_walls = self.kernels.measure
+        mass, inertia = self._unit_mass, self._unit_inertia
+        measure_grains(mass, inertia, half / mass, half / inertia)
+        measure_pairs(self.pair, self.step, self.dt)
+        grains = self.sums["grain_sum"].to_numpy()
+        counts = self.fields["counts"].to_numpy()
+        per_tile = self.layout.width * self.layout.tile
+        pairs = self.sums["pair_sum"].to_numpy()[: -(-counts[0] // per_tile)]
+        out = {
+            "kinetic_translation": grains[:, LINEAR].sum(),
+            "kinetic_rotation": grains[:, ANGULAR].sum(),
+            "kinetic_kick": grains[:, KICK].sum(),
+            "largest_speed": grains[:, FASTEST].max(),
+            "largest_spin": grains[:, FASTEST_SPIN].max(),
+            "contacts": int(round(pairs[:, CONTACTS].sum())),
+            "potential": pairs[:, NORMAL : TWISTING + 1].sum(axis=0),
+            "loss": self._losses("loss"),
+            "largest_overlap": pairs[:, DEEPEST].max(initial=0.0),
+            "wall_contacts": 0,
+            "potential_wall": np.zeros(4),
+            "loss_wall": np.zeros(len(self.layout.channels)),
+            "wall_work": 0.0,
+            "face_work": 0.0,
+            "push_work": self._push_work(),
+        }
+        out["loss"][2] += pairs[:, PENDING].sum() - self.books.damping[0]
+        if self.layout.asperities:
+            out["loss"][6] += pairs[:, STRIKING].sum()
+        if self.cell is not None:
+            ends = self.books.face_power - pairs[:, FACES].sum()
+            work = self.fields["face_work"].to_numpy().sum() + half * ends + self.books.face_jumps
+            out["face_work"] = float(work + self.fields["wrap_work"].to_numpy().sum())
+        if self.box is not None:
+            force = self._wall_force()
+            walls = self.sums["wall_sum"].to_numpy()[: -(-counts[1] // self.layout.tile)]
+            out["wall_contacts"] = int(round(walls[:, CONTACTS].sum()))
+            out["potential_wall"] = walls[:, NORMAL : TWISTING + 1].sum(axis=0)
+            out["loss_wall"] = self._losses("wall_loss")
+            out["loss_wall"][2] += walls[:, PENDING].sum() - self.books.damping[1]
+            if self.layout.asperities:
+                out["loss_wall"][6] += walls[:, STRIKING].sum()
+            out["largest_overlap"] = max(out["largest_overlap"], walls[:, DEEPEST].max(initial=0.0))
+            out["wall_work"] = self._wall_work(force, self.impulses())
+        out["largest_strain"] = out["largest_overlap"] / self.radius
+        if self.bodies is not None:
+            strains = [pairs[:, STRAIN]] + ([] if self.box is None else [walls[:, STRAIN]])
+            out["largest_strain"] = np.concatenate(strains).max(initial=0.0)
+        return out
+
+    def _wall_work(self, force, impulse):
+        """Work of the walls since the start, with their force of now and impulse up to now."""
+        if self.box is None:
+            return 0.0
+        velocity = self.box.speed[:, None] * self.box.normal
+        # the force of a step acts half before and half after it
+        own = impulse - self.books.impulse + 0.5 * self.dt * (self.books.wall_force - force)
+        return self.books.wall_work + float(np.sum(velocity * own))
+
+    def _push_work(self):
+        """Work of the pushes since the start."""
+        if not self.push.works:
+            return 0.0
+        x, held = self.fields["x"].to_numpy(), self.fields.get("held")
+        held = None if held is None else held.to_numpy()
+        own = self.push.work(x, held, self._contact_loads()[0], self.step, self.dt)
+        return self.books.push_work + own
+
+    def _end_pushes(self):
+        """Forces that last until this step, half of which they act on, end."""
+        x = self.fields["x"].to_numpy()
+        work, kick = self.push.ending(x, self.step)
+        if kick is None:
+            return
+        self.books.push_work += work
+        v = self.fields["v"].to_numpy()
+        v[: self.grains] += 0.5 * self.dt / self.mass * kick
+        self.fields["v"].from_numpy(v)
+        self.fields["push_force"].from_numpy(self.push.force(self.step))
+
+    def _face_power(self):
+        """Power of the moving faces now [fJ/us]."""
+        if self.cell is None:
+            return 0.0
+        self.kernels.measure[1](self.pair, self.step, self.dt)
+        per_tile = self.layout.width * self.layout.tile
+        pairs = -(-self.fields["counts"].to_numpy()[0] // per_tile)
+        return float(self.sums["pair_sum"].to_numpy()[:pairs, FACES].sum())
+
+    def momentum_flux(self):
+        """Time integral since the start of sum m v_a v_b + sum of branch_a force_b over all
+        contacts [fJ us], (3, 3): minus volume times stress (T19 eq 23)."""
+        xx, xy, xz, yy, yz, zz = self.fields["flux"].to_numpy().sum(axis=0)
+        total = self._unit_mass * np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        for name in ("virial", "wall_virial"):
+            if name in self.fields:
+                table = self.fields[name].to_numpy()
+                total += table.reshape(len(table), 9, -1).sum(axis=(0, 2)).reshape(3, 3)
+        return total
+
+    def lengths(self):
+        """Edges of the room for the grains now [um], (3,); not a number where it is open."""
+        out = np.full(3, np.nan)
+        if self.box is not None:
+            planes, there = self.box.planes(self.time), self.box.present
+            for n in range(3):
+                if there[2 * n] and there[2 * n + 1]:
+                    out[n] = planes[2 * n + 1] - planes[2 * n]
+        if self.cell is not None:
+            axes = list(self.cell.axes)
+            out[axes] = self.cell.edges(self.time)[axes]
+        return out
+
+    def _losses(self, name):
+        table = self.fields[name].to_numpy()
+        return table.reshape(len(table), len(self.layout.channels), -1).sum(axis=(0, 2))
+
+    # -- arrays ----------------------------------------------------------------------------------
+
+    def _pair_arrays(self):
+        pairs = int(self.fields["counts"].to_numpy()[0])
+        return (
+            self.fields["pair_i"].to_numpy().reshape(-1)[:pairs],
+            self.fields["pair_j"].to_numpy().reshape(-1)[:pairs],
+        )
+
+    def _lanes(self, name):
+        """A lane field (blocks, components) as an array (contacts, components)."""
+        a = self.fields[name].to_numpy()
+        a = a.reshape(a.shape[0], a.shape[1], -1)
+        return np.ascontiguousarray(a.transpose(0, 2, 1)).reshape(-1, a.shape[1])
+
+    def _put_lanes(self, name, contacts):
+        W = self.layout.width
+        a = contacts.reshape(-1, W, contacts.shape[1]).transpose(0, 2, 1)
+        self.fields[name].from_numpy(np.ascontiguousarray(a))
+
+    def grain_state(self):
+        """Positions [um], velocities [um/us], spins [rad/us] now, (N, 3), in the sample's order."""
+        n = self.grains
+        force, torque = self.loads()
+        half = 0.5 * self.dt
+        x = self.fields["x"].to_numpy()[:n]
+        v = self.fields["v"].to_numpy()[:n] + half / self.mass * force
+        w = self.fields["w"].to_numpy()[:n] + half / self.inertia * torque
+        if self.cell is not None:
+            edges, speeds = self.cell.edges(self.time), self.cell.speeds(self.time)
+            out_of = np.floor((x - self.cell.low(self.time)) / np.where(edges > 0.0, edges, np.inf))
+            out_of = np.where(edges > 0.0, out_of, 0.0)
+            x, v = x - out_of * edges, v - out_of * speeds
+        out = np.empty((3, n, 3))
+        out[:, self.order] = x, v, w
+        return out
+
+    def contact_state(self):
+        """Contacts between grains now, a dict of arrays; grains by the sample's numbers."""
+        i, j = self._pair_arrays()
+        state = self._lanes("state")[: len(i)]
+        layout = self.layout
+        first, second = layout.pointer, layout.second
+        on = np.sum(state[:, first : first + 3] ** 2, axis=1) > 0.5
+        i, j, state = i[on], j[on], state[on]
+        x = self.fields["x"].to_numpy()
+        d = x[i] - x[j]
+        if self.cell is not None:
+            axes = list(self.cell.axes)
+            d[:, axes] -= self._lanes("shift")[: len(on)][on] * self.cell.edges(self.time)[axes]
+        distance = np.linalg.norm(d, axis=1)
+        return {
+            "grain_i": self.order[i],
+            "grain_j": self.order[j],
+            "pointer_i": state[:, first : first + 3],
+            "pointer_j": state[:, second : second + 3],
+            "overlap": self._touch(self.order[i], self.order[j]) - distance,
+        } | self._twist_and_approach(state)
+
+    def _touch(self, i, j):
+        """Distance of the centres of these grains (the sample's numbers) at first touch [um]."""
+        if self.bodies is None:
+            return 2.0 * self.radius
+        return self.radii[i] + self.radii[j]
+
+    def _twist_and_approach(self, state):
+        zero = np.zeros(len(state))
+        twist, approach = self.layout.twist, self.layout.approach
+        return {
+            "twist": state[:, twist] if twist >= 0 else zero,
+            # stored as speed of separation
+            "approach": -state[:, approach] if approach >= 0 else zero,
+        }
+
+    def wall_contact_state(self):
+        """Contacts with walls now, a dict of arrays; feet and overlaps in um."""
+        blocks = int(self.fields["counts"].to_numpy()[1])
+        W = self.layout.width
+        first = len(self.fields["pair_i"].to_numpy())
+        state = self._lanes("state")[first * W : (first + blocks) * W]
+        grain = self.fields["wall_grain"].to_numpy().reshape(-1)[: blocks * W]
+        wall = np.repeat(self.fields["wall_of"].to_numpy()[:blocks], W)
+        p, f = self.layout.pointer, self.layout.second
+        on = np.sum(state[:, p : p + 3] ** 2, axis=1) > 0.5
+        grain, wall, state = grain[on], wall[on], state[on]
+        x = self.fields["x"].to_numpy()[grain]
+        offset = self.box.offset + self.box.speed * self.time
+        distance = np.sum(x * self.box.normal[wall], axis=1) - offset[wall]
+        return {
+            "grain": self.order[grain],
+            "wall": wall,
+            "pointer": state[:, p : p + 3],
+            "foot": state[:, f : f + 3],
+            "overlap": np.broadcast_to(self.radii, self.grains)[self.order[grain]] - distance,
+        } | self._twist_and_approach(state)
+
+    def wall_distances(self):
+        """Distance of every centre from every wall [um], (N, 6), in the sample's order."""
+        x = self.fields["x"].to_numpy()[: self.grains]
+        offset = self.box.offset + self.box.speed * self.time
+        out = np.empty((self.grains, 6))
+        out[self.order] = x @ self.box.normal.T - offset
+        return out

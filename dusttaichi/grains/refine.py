@@ -1,0 +1,118 @@
+"""A simulation goes on at half its time step, from exactly the state it is in.
+
+Positions, contact pointers and twist stand at a whole step and stay. Velocities and spins stand
+half a step back: they are carried to the whole step by the loads of now and set back by half of the
+new step. Of a contact three numbers belong to the step as well: its normal speed half a step back,
+and the speed and the impulse of a first touch on asperities, which acts as a force over one step.
+"""
+
+import copy
+from dataclasses import replace
+
+import numpy as np
+
+from dusttaichi.names import NEVER
+
+
+def halve_time_step(sim):
+    """Make `sim` (a Simulation) go on at half its step, and count its steps accordingly.
+
+    Its time, its measurements and what its surroundings do stay as they are.
+    """
+    old, new, n = sim.dt, 0.5 * sim.dt, sim.grains
+    v, w = (sim.fields[name].to_numpy() for name in ("v", "w"))
+    force, torque = sim.loads()
+    v[:n] += 0.5 * old / sim.mass * force
+    w[:n] += 0.5 * old / sim.inertia * torque
+    pairs, walls = _pairs(sim), _walls(sim)
+    if sim.layout.asperities:
+        _strike_in(sim, (pairs, walls), old, new)
+        force, torque = sim.loads()
+    v[:n] -= 0.5 * new / sim.mass * force
+    w[:n] -= 0.5 * new / sim.inertia * torque
+    sim.fields["v"].from_numpy(v)
+    sim.fields["w"].from_numpy(w)
+    _set_speeds(sim, pairs, walls, v, new)
+    sim.dt, sim.step, sim.searched_at = new, 2 * sim.step, 2 * sim.searched_at
+    sim.push = _later(sim.push)
+    sim.search()  # when a face has gone its part of the skin is counted in steps
+
+
+def _later(push):
+    """The same pushes, whose ends are counted in steps of half the length."""
+    push = copy.copy(push)
+    push.forces = tuple(
+        force if force.end == NEVER else replace(force, end=2 * force.end) for force in push.forces
+    )
+    return push
+
+
+def _pairs(sim):
+    """(rows of the state, first and second grain, distance vector [um]) of all listed pairs."""
+    i, j = sim._pair_arrays()
+    x = sim.fields["x"].to_numpy()
+    d = x[i] - x[j]
+    if sim.cell is not None:
+        axes = list(sim.cell.axes)
+        d[:, axes] -= sim._lanes("shift")[: len(i)] * sim.cell.edges(sim.time)[axes]
+    return slice(0, len(i)), i, j, d
+
+
+def _walls(sim):
+    """(rows of the state, grain, wall) of all listed wall contacts; None without walls."""
+    if sim.box is None:
+        return None
+    W = sim.layout.width
+    first, blocks = len(sim.fields["pair_i"].to_numpy()), int(sim.fields["counts"].to_numpy()[1])
+    grain = sim.fields["wall_grain"].to_numpy().reshape(-1)[: blocks * W]
+    wall = np.repeat(sim.fields["wall_of"].to_numpy()[:blocks], W)
+    return slice(first * W, (first + blocks) * W), grain, wall
+
+
+def _strike_in(sim, contacts, old, new):
+    """Forces of first touches act over a step of the new length, with the same impulse."""
+    (rows, _, _, d), walls = contacts
+    state, load = sim._lanes("state"), sim._lanes("load")
+    change = state[:, sim.layout.graze + 1, None] * (1.0 / new - 1.0 / old)
+    load[rows, :3] += change[rows] * _unit(d)
+    if walls is not None:
+        rows, _, wall = walls
+        load[rows, :3] += change[rows] * sim.box.normal[wall]
+    sim._put_lanes("load", load)
+
+
+def _set_speeds(sim, pairs, walls, v, new):
+    """Normal speeds of contacts half a step back, as kernels.contacts has them."""
+    layout = sim.layout
+    if not (layout.damping or layout.asperities):
+        return
+    state = sim._lanes("state")
+    touches = np.sum(state[:, :3] ** 2, axis=1) > 0.5
+    rows, i, j, d = pairs
+    dv = v[i] - v[j]
+    if sim.cell is not None:
+        axes = list(sim.cell.axes)
+        speeds = sim.cell.speeds(sim.time - 0.5 * new)[axes]
+        dv[:, axes] -= sim._lanes("shift")[: len(i)] * speeds
+    back = _unit(d - 0.5 * new * dv)
+    _put_speeds(
+        layout, state, touches, rows, np.sum(dv * back, axis=1), np.sum(dv * _unit(d), axis=1)
+    )
+    if walls is not None:
+        rows, grain, wall = walls
+        u = np.sum(v[grain] * sim.box.normal[wall], axis=1) - sim.box.speed[wall]
+        _put_speeds(layout, state, touches, rows, u, u)
+    sim._put_lanes("state", state)
+
+
+def _put_speeds(layout, state, touches, rows, back, now):
+    """back, now: speeds along n_c of half a step back and of now."""
+    if layout.damping:
+        state[rows, layout.approach] = touches[rows] * back
+    if layout.asperities:
+        struck = state[rows, layout.graze + 1] != 0.0
+        state[rows, layout.graze] = np.where(struck, now, 0.0)
+
+
+def _unit(d):
+    return d / np.linalg.norm(d, axis=1)[:, None]

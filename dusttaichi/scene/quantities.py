@@ -1,0 +1,280 @@
+"""Quantities as people write them ('0.6 um', '20 mJ/m^2', '1 cm/s') to SI floats and back.
+
+Numbers are scaled in decimal arithmetic, so that text -> float -> text -> float gives the same
+float: 2.65 g/cm^3 is 2650.0 kg/m^3 and not 2649.9999999999995."""
+
+import math
+import re
+from dataclasses import dataclass
+from decimal import Decimal
+from functools import lru_cache
+from typing import Annotated, Any
+
+from pydantic_core import PydanticCustomError, core_schema
+
+from dusttaichi.errors import DustError
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """What a kind of quantity is called, its SI unit, an example, and the units `format` uses.
+
+    `powers`: unit -> power of ten relative to the SI unit; the first listed wins a tie.
+    """
+
+    name: str
+    plural: str
+    unit: str
+    example: str
+    powers: dict[str, int]
+
+
+DIMENSIONS = {
+    "length": Dimension(
+        "a length", "lengths", "m", "0.6 um", {"m": 0, "mm": -3, "um": -6, "nm": -9, "pm": -12}
+    ),
+    "time": Dimension(
+        "a time", "times", "s", "0.3 ns", {"s": 0, "ms": -3, "us": -6, "ns": -9, "ps": -12}
+    ),
+    "mass": Dimension("a mass", "masses", "kg", "2.4 pg", {"kg": 0, "g": -3, "pg": -15}),
+    "speed": Dimension("a speed", "speeds", "m/s", "1 cm/s", {"m/s": 0, "cm/s": -2, "um/s": -6}),
+    "angle": Dimension("an angle", "angles", "rad", "30 deg", {"rad": 0}),
+    "angular velocity": Dimension(
+        "an angular velocity",
+        "angular velocities",
+        "rad/s",
+        "1e5 rad/s",
+        {"rad/s": 0, "rad/us": 6},
+    ),
+    "rate": Dimension("a rate", "rates", "s^-1", "1e3 s^-1", {"s^-1": 0}),
+    "force": Dimension("a force", "forces", "N", "57 nN", {"N": 0, "uN": -6, "nN": -9, "pN": -12}),
+    "energy": Dimension("an energy", "energies", "J", "1 fJ", {"J": 0, "fJ": -15, "aJ": -18}),
+    "pressure": Dimension(
+        "a pressure", "pressures", "Pa", "10 kPa", {"GPa": 9, "MPa": 6, "kPa": 3, "Pa": 0}
+    ),
+    "density": Dimension(
+        "a density", "densities", "kg/m^3", "2.65 g/cm^3", {"g/cm^3": 3, "kg/m^3": 0}
+    ),
+    "surface energy": Dimension(
+        "a surface energy", "surface energies", "J/m^2", "20 mJ/m^2", {"mJ/m^2": -3, "J/m^2": 0}
+    ),
+    "stiffness": Dimension("a stiffness", "stiffnesses", "N/m", "0.75 N/m", {"N/m": 0}),
+    "mass rate": Dimension(
+        "a mass per time", "masses per time", "kg/s", "1e-6 g/s", {"g/s": -3, "kg/s": 0}
+    ),
+}
+
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_UNIT = r"[A-Za-zµμΩÅ°].*"
+_QUANTITY = re.compile(rf"({_NUMBER}|[+-]?(?:nan|inf|infinity)\b)\s*({_UNIT})?", re.IGNORECASE)
+
+
+@lru_cache(maxsize=1)
+def _registry():
+    # pint takes a third of a second to import and set up; only reading a scene needs it.
+    import pint
+
+    return pint.UnitRegistry(non_int_type=Decimal)
+
+
+@lru_cache(maxsize=1024)
+def _root(unit: str) -> tuple[Decimal, str]:
+    """Factor to pint's root units, and these. ValueError if `unit` is not a unit."""
+    spelled = re.sub(r"([A-Za-zµμ])(-?\d)", r"\1^\2", unit)  # kg/m3 and m s-1
+    registry = _registry()
+    try:
+        factor, root = registry.get_root_units(registry.parse_units(spelled))
+    except Exception as error:  # pint raises many types for what is not a unit
+        raise ValueError(f'"{unit}" is not a unit') from error
+    return Decimal(factor), str(root)
+
+
+def _convert(value: Any, dimension: str) -> float:
+    """SI float of a text. ValueError with what is wrong; empty where the text has another dimension
+    or no number, so that naming what is needed says it all."""
+    if not isinstance(value, str):
+        bare = isinstance(value, (int, float)) and not isinstance(value, bool)
+        raise ValueError("it has no unit" if bare else "")
+    match = _QUANTITY.fullmatch(value.strip())
+    if not match:
+        raise ValueError("")
+    number, unit = match.groups()
+    if unit is None:
+        raise ValueError("it has no unit")
+    factor, root = _root(unit.strip())
+    reference_factor, reference_root = _root(DIMENSIONS[dimension].unit)
+    if root != reference_root:
+        raise ValueError("")
+    si = float(Decimal(number) * factor / reference_factor)
+    if not math.isfinite(si):
+        raise ValueError("it is not a finite number")
+    return si
+
+
+def _needed(dimension: str) -> str:
+    kind = DIMENSIONS[dimension]
+    return f'{kind.name} is needed, for example "{kind.example}"'
+
+
+def parse(value: Any, dimension: str, where: str = "value") -> float:
+    """SI float of a text such as '0.6 um'.
+
+    dimension: a key of DIMENSIONS. where: how the error names the value.
+    Raises DustError for a bare number, another dimension, an unknown unit, nan or inf.
+    """
+    try:
+        return _convert(value, dimension)
+    except ValueError as error:
+        why = f"{error}; " if str(error) else ""
+        raise DustError(f"{where} = {value!r}: {why}{_needed(dimension)}") from None
+
+
+def _mantissa(number: Decimal) -> str:
+    plain = f"{number:f}"
+    if "." in plain:
+        plain = plain.rstrip("0").rstrip(".")
+    digits = number.normalize().as_tuple()
+    text = "".join(map(str, digits.digits))
+    text = text[0] + ("." + text[1:] if len(text) > 1 else "")
+    power = digits.exponent + len(digits.digits) - 1
+    scientific = f"{'-' if digits.sign else ''}{text}e{power}"
+    return plain if len(plain) <= len(scientific) else scientific
+
+
+def format(value: float, dimension: str, digits: int | None = None) -> str:
+    """Shortest readable text of an SI float, such as '0.6 um'; `parse` gives the same float back.
+
+    A power of ten counts as two characters more: 0.6 um, not 6e-7 m.
+    digits: round to so many significant digits, for tables (then it is not exact any more).
+    """
+    kind = DIMENSIONS[dimension]
+    if value == 0:
+        return f"0 {kind.unit}"
+    number = Decimal(repr(float(value)))
+    if not number.is_finite():
+        return f"{float(value)} {kind.unit}"
+    if digits is not None:
+        number = Decimal(f"{number:.{digits - 1}e}")
+    texts = [f"{_mantissa(number.scaleb(-power))} {unit}" for unit, power in kind.powers.items()]
+    return min(texts, key=lambda text: len(text) + 2 * ("e" in text.split()[0]))
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Marks a pydantic field that is written with a unit and held as an SI float.
+
+    gt, ge, lt, le: bounds in SI. word: a word allowed in place of the number ("auto", "fit"), or
+    several. count: a list of so many quantities, held as a tuple; with `spread` a single one counts
+    for all of them. bare_unit: "um" means "1 um".
+    """
+
+    dimension: str
+    gt: float | None = None
+    ge: float | None = None
+    lt: float | None = None
+    le: float | None = None
+    word: str | tuple[str, ...] | None = None
+    count: int | None = None
+    spread: bool = False
+    bare_unit: bool = False
+    example: str | None = None
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The words allowed in place of the number."""
+        return (self.word,) if isinstance(self.word, str) else self.word or ()
+
+    @property
+    def needed(self) -> str:
+        """What is allowed, as the end of an error message."""
+        kind = DIMENSIONS[self.dimension]
+        names = {"gt": "above", "ge": "of at least", "lt": "below", "le": "at most"}
+        limits = [
+            f" {words} {format(getattr(self, key), self.dimension) if getattr(self, key) else 0}"
+            for key, words in names.items()
+            if getattr(self, key) is not None
+        ]
+        what = f"a list of {self.count} {kind.plural}" if self.count else kind.name
+        what = f"{kind.name} or {what}" if self.spread else what
+        word = "".join(f'"{word}" or ' for word in self.words)
+        return f"{word}{what}{' and'.join(limits)} is needed, for example {self._example_text}"
+
+    @property
+    def _example_text(self) -> str:
+        text = f'"{self.example or DIMENSIONS[self.dimension].example}"'
+        return f"[{', '.join([text] * self.count)}]" if self.count else text
+
+    def _one(self, value: Any) -> float:
+        if self.bare_unit and isinstance(value, str) and value[:1].isalpha():
+            value = f"1 {value}"
+        si = _convert(value, self.dimension)
+        inside = (
+            (self.gt is None or si > self.gt)
+            and (self.ge is None or si >= self.ge)
+            and (self.lt is None or si < self.lt)
+            and (self.le is None or si <= self.le)
+        )
+        if not inside:
+            raise ValueError("")
+        return si
+
+    def _validate(self, value: Any) -> float | str | tuple[float, ...]:
+        if isinstance(value, str) and value in self.words:
+            return value
+        try:
+            if self.spread and isinstance(value, str):
+                return (self._one(value),) * self.count
+            if self.count is None:
+                return self._one(value)
+            if not isinstance(value, (list, tuple)) or len(value) != self.count:
+                raise ValueError("")
+            return tuple(self._one(item) for item in value)
+        except ValueError as error:
+            why = f"{error}; " if str(error) else ""
+            raise PydanticCustomError("needed", "{text}", {"text": why + self.needed}) from None
+
+    def _serialize(self, value: Any) -> Any:
+        if isinstance(value, str):
+            return value
+        if isinstance(value, tuple):
+            return [format(item, self.dimension) for item in value]
+        return format(value, self.dimension)
+
+    def __get_pydantic_core_schema__(self, source, handler):
+        return core_schema.no_info_plain_validator_function(
+            self._validate,
+            serialization=core_schema.plain_serializer_function_ser_schema(
+                self._serialize, when_used="json"
+            ),
+        )
+
+    def __get_pydantic_json_schema__(self, schema, handler):
+        kind = DIMENSIONS[self.dimension]
+        number = f"({_NUMBER})?" if self.bare_unit else _NUMBER
+        one = {
+            "type": "string",
+            "pattern": rf"^\s*{number}\s*{_UNIT}$",
+            "examples": [self.example or kind.example],
+        }
+        if self.count:
+            one = {
+                "type": "array",
+                "items": one,
+                "minItems": self.count,
+                "maxItems": self.count,
+                "examples": [one["examples"] * self.count],
+            }
+        either = [{"const": word} for word in self.words]
+        either += [one["items"]] if self.spread else []
+        return {"anyOf": [*either, one]} if either else one
+
+
+Length = Annotated[float, Quantity("length")]
+Speed = Annotated[float, Quantity("speed")]
+Time = Annotated[float, Quantity("time")]
+Pressure = Annotated[float, Quantity("pressure")]
+Density = Annotated[float, Quantity("density")]
+SurfaceEnergy = Annotated[float, Quantity("surface energy")]
+MassRate = Annotated[float, Quantity("mass rate")]
+AngularVelocity = Annotated[float, Quantity("angular velocity")]
+Vector = tuple[float, float, float]

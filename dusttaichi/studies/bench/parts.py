@@ -1,0 +1,279 @@
+"""What each part of a scene costs: pairs of scenes, one with the part and one without it.
+
+Each pair is the same grains for the same steps, in two processes that are timed in turn, round
+after round; what is told is the median of the ratios within a round, and their scatter.
+"""
+
+import csv
+import io
+import math
+import statistics
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from dusttaichi.errors import DustError
+from dusttaichi.studies.bench import sample as bench_sample
+from dusttaichi.studies.bench.measure import _all_in, _check_file, _machine
+from dusttaichi.studies.bench.process import Process
+from dusttaichi.studies.bench.table import Column, Table, _number
+
+GRAINS, QUICK_GRAINS = 11_000, 1_000
+FILLING_FACTOR = 0.35
+FEW, COPIES = 60, 100  # grains of a small scene, and how many of them make a batch
+ROUNDS, QUICK_ROUNDS = 9, 5
+GRAIN_STEPS = 4_000_000  # of a timed stretch, a third of a second
+LEAST_STEPS = 100
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A scene: what is set in that of the benchmark, and how it is built (worker.build_part)."""
+
+    settings: dict = field(default_factory=dict)
+    built: dict = field(default_factory=dict)
+    small: bool = False
+    base: object = None  # a Scene in place of that of the benchmark, with a sample of its own
+
+    def scene(self, grains):
+        scene = self.base or bench_sample.bench_scene(FEW if self.small else grains, threads=1)
+        for path, value in self.settings.items():
+            scene = scene.with_value(path, value)
+        return scene
+
+
+@dataclass(frozen=True)
+class Part:
+    """A row of the table: `name` is in `has` and not in `lacks`; what the other has instead."""
+
+    name: str
+    instead: str
+    has: Variant
+    lacks: Variant
+
+
+def _off(*effects):
+    return {f"interaction.{effect}": "off" for effect in effects}
+
+
+FULL = Variant()
+OPEN = Variant({"boundary": {"kind": "open"}})
+_FACES = {"boundary": {"kind": "periodic"}, "output.stress": False}
+PERIODIC = Variant(_FACES)
+STRESS = Variant({**_FACES, "output.stress": True})
+NO_DAMPING = {"interaction.damping": "none"}
+PARTS = (
+    Part("walls", "open boundary", FULL, OPEN),
+    Part("rolling", "off", FULL, Variant(_off("rolling"))),
+    Part("sliding", "off", FULL, Variant(_off("sliding"))),
+    Part("twisting", "off", FULL, Variant(_off("twisting"))),
+    Part("viscous damping", "none", FULL, Variant(NO_DAMPING)),
+    Part("viscoelastic damping", "viscous", Variant({"interaction.damping": "viscoelastic"}), FULL),
+    Part(
+        "rolling, sliding, twisting and damping",
+        "adhesion only",
+        FULL,
+        Variant(_off("rolling", "sliding", "twisting") | NO_DAMPING),
+    ),
+    Part("asperities", "off", Variant({"interaction.asperities": {"volume": "0.0336 nm"}}), FULL),
+    Part("energy ledger", "losses not summed", FULL, Variant(built={"ledger": False})),
+    Part("unlike grains", "all alike", Variant(built={"unlike": True}), FULL),
+    Part("periodic faces", "open boundary", PERIODIC, OPEN),
+    Part("stress", "not summed", STRESS, PERIODIC),
+    Part(
+        "push with a force",
+        "none",
+        Variant({**OPEN.settings, "push": [{"face": "top", "force": ["0 N"] * 3}]}),
+        OPEN,
+    ),
+    Part("precision f64", "mixed", FULL, Variant({"numerics.precision": "mixed"})),
+    Part("precision f64", "f32", FULL, Variant({"numerics.precision": "f32"})),
+    Part("3 Newton steps", "2", Variant({"numerics.newton_steps": 3}), FULL),
+    Part("2 Newton steps", "1", FULL, Variant({"numerics.newton_steps": 1})),
+    Part("2 Newton steps", "none", FULL, Variant({"numerics.newton_steps": 0})),
+    Part(
+        f"one scene of {FEW} grains",
+        f"{COPIES} of them as a batch",
+        Variant(OPEN.settings, small=True),
+        Variant(OPEN.settings, {"copies": COPIES}, small=True),
+    ),
+    Part("nothing (the same scene twice)", "", FULL, FULL),
+)
+
+
+@dataclass(frozen=True)
+class PartRow:
+    """has, lacks: time a step over the number of contacts between grains [ns], medians.
+
+    ratio: lacks over has, median of the rounds; scatter: half of the range that holds the middle
+    half of them. share: what the part costs, of the time with it [%].
+    """
+
+    name: str
+    instead: str
+    has: float
+    lacks: float
+    ratio: float
+    scatter: float
+
+    @property
+    def share(self):
+        return 100.0 * (1.0 - self.ratio)
+
+
+COLUMNS = (
+    Column(("part",), "part", write=str, words=True),
+    Column(("in its", "place"), "instead", write=str, words=True),
+    Column(("with, ns", "a contact"), "has", "ns", _number(1)),
+    Column(("without, ns", "a contact"), "lacks", "ns", _number(1)),
+    Column(("without", "over with"), "ratio", "1", _number(3)),
+    Column(("scatter of", "the ratio"), "scatter", "1", _number(3)),
+    Column(("cost,", "% of with"), "share", "%", _number(1)),
+)
+
+
+@dataclass(frozen=True)
+class PartsTable(Table):
+    """speed: PartRow each; nothing on start."""
+
+    @property
+    def _parts(self):
+        return [("What each part costs", COLUMNS, [_named(row) for row in self.speed])]
+
+    def csv(self) -> str:
+        """One line a part; machine and notes are lines that begin with #."""
+        out = io.StringIO()
+        out.writelines(f"# {line}\n" for line in (self.machine, *self.notes))
+        write = csv.writer(out, lineterminator="\n").writerow
+        write(f"{c.name} [{c.unit}]" if c.unit else c.name for c in COLUMNS)
+        for row in map(_named, self.speed):
+            write(
+                f"{v:.6g}" if isinstance(v, float) else v
+                for v in (getattr(row, c.name) for c in COLUMNS)
+            )
+        return out.getvalue()
+
+
+def _named(row):
+    return _Shown(part=row.name, **{c.name: getattr(row, c.name) for c in COLUMNS[1:]})
+
+
+@dataclass(frozen=True)
+class _Shown:
+    part: str
+    instead: str
+    has: float
+    lacks: float
+    ratio: float
+    scatter: float
+    share: float
+
+
+def main(
+    grains: int | None = None,
+    parts=PARTS,
+    steps: int | None = None,
+    rounds: int | None = None,
+    out: str | Path | None = None,
+    *,
+    quick: bool = False,
+    say: Callable[[str], None] = lambda line: None,
+) -> PartsTable:
+    """Measure every part; some ten minutes, `quick` three. Returns a PartsTable.
+
+    grains: of the sample, 11 000, quick 1000. steps: of a timed stretch. rounds: 9, quick 5.
+    out: CSV file to write, after every part. say: called with a line on what goes on. A part that
+    the build refuses becomes a note. Ctrl-C ends the measurement with what there is.
+    """
+    grains = grains or (QUICK_GRAINS if quick else GRAINS)
+    rounds = rounds or (QUICK_ROUNDS if quick else ROUNDS)
+    if min(grains, rounds, steps or 1) < 1:
+        raise DustError("grains, steps and rounds must be at least 1")
+    _check_file(out)
+    rows, notes, machine = [], [], _machine(False)
+
+    def table():
+        return PartsTable(tuple(rows), (), machine, (*_notes(grains, rounds), *notes))
+
+    with tempfile.TemporaryDirectory(prefix="dust-bench-") as scratch:
+        try:
+            recipes = [bench_sample.Recipe(n, FILLING_FACTOR) for n in (grains, FEW)]
+            for recipe in recipes:
+                _prepare(Path(scratch), recipe, say)
+            paths = [str(recipe.path) for recipe in recipes]
+            for number, part in enumerate(parts, start=1):
+                said = f" against {part.instead}" if part.instead else ""
+                say(f"{number} of {len(parts)}: {part.name}{said}")
+                try:
+                    rows.append(measure_pair(part, grains, paths, steps, rounds, Path(scratch)))
+                except DustError as error:
+                    reason = " ".join(str(error).split())
+                    notes.append(f"{part.name} against {part.instead}: refused: {reason}")
+                if out is not None:
+                    table().to_csv(out)
+        except KeyboardInterrupt:
+            notes.append(f"Interrupted after {len(rows)} of {len(parts)} parts.")
+    return table()
+
+
+def _notes(grains, rounds):
+    return (
+        f"Time: contacts, grains, walls, search at its rate, ledger every 1000 steps, one thread; "
+        f"per contact of two grains; medians of {rounds} rounds, in each of which both are timed. "
+        "Scatter: half of the range of the middle half of the rounds.",
+        f"Scene: {grains} grains, filling factor {FILLING_FACTOR:g}, silicate, rolling 8, sliding "
+        "2.5, viscous damping, box with its top wall at 1 cm/s; grains start at 1 cm/s rms.",
+    )
+
+
+def command(quick: bool, output: Path | None, say: Callable[[str], None]) -> None:
+    """What `dust bench --parts` does: measure, print the table, write a CSV file if asked to."""
+    table = main(quick=quick, out=output, say=say)
+    print(f"\n{table.text()}")
+    if output is not None:
+        say(f"wrote {output}")
+
+
+def _prepare(kernels, recipe, say):
+    if bench_sample.load(recipe.path) is None:
+        say(f"making the sample of {recipe.grains} grains")
+        with Process(kernels) as process:
+            process.ask("prepare", grains=recipe.grains, filling_factor=recipe.filling_factor)
+
+
+def measure_pair(part, grains, paths, steps, rounds, kernels, per_step=False) -> PartRow:
+    """Both variants in processes of their own, timed in turn; which is first changes.
+
+    paths: files of the samples of `grains` and of FEW; None twice where the scene has its own.
+    per_step: times in place of times over the number of contacts.
+    """
+    with Process(kernels) as one, Process(kernels) as other:
+        pair = list(zip((one, other), (part.has, part.lacks), strict=True))
+        lengths = []
+        for process, variant in pair:
+            path = paths[variant.small]
+            process.ask(
+                "build_part", scene=variant.scene(grains).to_yaml(), path=path, **variant.built
+            )
+            moved = (FEW if variant.small else grains) * variant.built.get("copies", 1)
+            lengths.append(steps or max(LEAST_STEPS, GRAIN_STEPS // moved))
+            process.ask("time", steps=max(lengths[-1] // 5, 1))  # kernels loaded, grains warm
+        found = ([], [])
+        for number in range(rounds):
+            for which in (0, 1) if number % 2 == 0 else (1, 0):
+                timing = pair[which][0].ask("time", steps=lengths[which])
+                if not timing["contacts"] and not per_step:
+                    raise DustError("there are no contacts to take the time by")
+                over = 1 if per_step else timing["contacts"]
+                found[which].append(1e9 * _all_in(timing) / over)
+    ratios = [b / a for a, b in zip(*found, strict=True)]
+    low, _, high = statistics.quantiles(ratios, n=4) if rounds > 1 else [math.nan] * 3
+    return PartRow(
+        name=part.name,
+        instead=part.instead,
+        has=statistics.median(found[0]),
+        lacks=statistics.median(found[1]),
+        ratio=statistics.median(ratios),
+        scatter=0.5 * (high - low),
+    )

@@ -1,0 +1,202 @@
+"""The grains that a benchmark moves: the same for us and for LAMMPS, settled but not at rest.
+
+Up to a filling factor of 0.15 they are an RBD cake. A denser sample is a cake that a wall at
+10 m/s has pressed; damping of a fifth of critical keeps the grains together and cools them. Then
+it settles under the same damping between walls at rest, twice, each time with new springs,
+since springs are not kept: both codes start from positions and velocities with unloaded ones.
+
+Above 30 000 grains a dense sample is copies of a pressed one of 11 000, side by side in x and y,
+cut along x to the number of grains, and settled again. Contacts across a seam are what touches
+there. Such a sample is a flat one, as high as the pressed one and with the same share of grains
+at the floor and the top wall; it takes seconds where pressing 1e5 grains takes minutes.
+
+At last every grain gets a random velocity of 1 cm/s rms: LAMMPS skips springs that do not move.
+
+Samples are kept in $XDG_CACHE_HOME/dusttaichi or ~/.cache/dusttaichi, named by a hash of all
+that they depend on.
+"""
+
+import hashlib
+import json
+import math
+import os
+import tempfile
+import zipfile
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from dusttaichi import samples, units
+from dusttaichi.physics.contact.constants import pair_constants
+from dusttaichi.scene import Scene
+
+MATERIAL = "silicate_s12"
+MODIFIERS = {"rolling": 8.0, "sliding": 2.5}  # the modified model, S12 sect. 4.3
+KAPPA = 1e-9  # damping while timed [kg/s], S12 sect. 2.1
+TIME_STEP = 0.3e-9  # s
+WALL_SPEED = 0.01  # of the top wall while timed [m/s]
+THERMAL_SPEED = 0.01  # rms, m/s
+PRESS_SPEED = 10.0  # m/s
+PRESS_KAPPA = 3e-7  # kg/s; critical is 1.4e-6
+SETTLE_STEPS, SETTLE_ROUNDS, SETTLE_TILED = 2000, 2, 1
+TILED_ABOVE, TILE = 30_000, 11_000  # grains
+CAKE = 0.15  # filling factor up to which a sample is the cake as it was deposited
+VERSION = 1  # of the way samples are made; a change makes the kept ones stale
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What a benchmark sample depends on."""
+
+    grains: int
+    filling_factor: float
+    seed: int = 1
+
+    @cached_property
+    def path(self) -> Path:
+        """Where the sample is kept."""
+        made_with = {
+            **asdict(self),
+            "version": VERSION,
+            "material": bench_scene(self.grains).material.model_dump(mode="json"),
+            "numbers": [
+                *MODIFIERS.values(),
+                TIME_STEP,
+                THERMAL_SPEED,
+                PRESS_SPEED,
+                PRESS_KAPPA,
+                SETTLE_STEPS,
+                SETTLE_ROUNDS,
+                SETTLE_TILED,
+                TILED_ABOVE,
+                TILE,
+                CAKE,
+            ],
+        }
+        digest = hashlib.sha256(json.dumps(made_with, sort_keys=True).encode()).hexdigest()
+        return cache_directory() / f"bench_{self.grains}_{self.filling_factor:g}_{digest[:16]}.npz"
+
+
+def cache_directory() -> Path:
+    """$XDG_CACHE_HOME/dusttaichi, or ~/.cache/dusttaichi."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "dusttaichi"
+
+
+def bench_scene(
+    grains: int,
+    *,
+    wall_speed: float = WALL_SPEED,
+    kappa: float = KAPPA,
+    threads: int | str = "auto",
+    precision: str = "f64",
+    seed: int = 1,
+) -> Scene:
+    """The scene of the benchmark: modified model, viscous damping [kg/s], six walls."""
+    return Scene.from_dict(
+        {
+            "name": "bench",
+            "material": MATERIAL,
+            "interaction": {
+                **{effect: {"modifier": factor} for effect, factor in MODIFIERS.items()},
+                "damping": {"model": "viscous", "kappa": f"{kappa} kg/s"},
+            },
+            "sample": {"kind": "rbd", "grains": grains, "seed": seed},
+            "boundary": {"kind": "box", "wall_speed": f"{wall_speed} m/s"},
+            "stop": {"steps": 1},
+            "numerics": {"time_step": f"{TIME_STEP} s", "threads": threads, "precision": precision},
+        }
+    )
+
+
+def load(path: Path) -> samples.Sample | None:
+    """A kept sample, or None if it is not there or cannot be read."""
+    try:
+        with np.load(path) as kept:
+            positions, velocities = kept["positions"], kept["velocities"]
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+    return samples.Sample(positions, velocities, np.zeros_like(positions))
+
+
+def make(recipe: Recipe) -> samples.Sample:
+    """The sample of a recipe, kept or made now and kept. Starts Taichi unless it is a cake."""
+    sample = load(recipe.path)
+    if sample is None:
+        positions = _positions(recipe)
+        sample = samples.Sample(
+            positions, _thermal(recipe, positions.shape), np.zeros_like(positions)
+        )
+        _keep(recipe.path, positions=sample.positions, velocities=sample.velocities)
+    return sample
+
+
+def tile(positions, grains: int, pitch) -> np.ndarray:
+    """Copies side by side in x and y, `pitch` (2,) apart, the first `grains` of them along x."""
+    copies = math.ceil(grains / len(positions))
+    across = math.ceil(math.sqrt(copies))
+    rows = math.ceil(copies / across)
+    shifts = [(a * pitch[0], b * pitch[1], 0.0) for a in range(across) for b in range(rows)]
+    tiled = np.concatenate([positions + np.array(shift) for shift in shifts])
+    return tiled[np.sort(np.argsort(tiled[:, 0], kind="stable")[:grains])]
+
+
+def _positions(recipe: Recipe) -> np.ndarray:
+    scene = bench_scene(recipe.grains, seed=recipe.seed)
+    radius = scene.material.radius
+    if recipe.filling_factor <= CAKE:
+        return samples.make(scene).positions
+    if recipe.grains > TILED_ABOVE:
+        base = make(Recipe(TILE, recipe.filling_factor, recipe.seed)).positions
+        touch = 2 * radius - pair_constants(scene.material, scene.interaction).delta0
+        pitch = np.ptp(base[:, :2], axis=0) + touch
+        return _settled(tile(base, recipe.grains, pitch), SETTLE_TILED)
+    return _settled(_pressed(samples.make(scene), recipe.filling_factor), SETTLE_ROUNDS)
+
+
+def _pressed(cake, filling_factor: float) -> np.ndarray:
+    """Positions [m] once the top wall has come down to this filling factor, if it is above it."""
+    sim = _build(len(cake), cake, PRESS_SPEED)
+    width, depth, height = sim.lengths()
+    volume = len(cake) * 4 / 3 * math.pi * sim.radius**3
+    final = units.LENGTH * volume / (filling_factor * width * depth)
+    height *= units.LENGTH
+    sim.advance(max(1, round((height - final) / (PRESS_SPEED * TIME_STEP))))
+    return _where(sim)
+
+
+def _settled(positions, rounds: int) -> np.ndarray:
+    for _ in range(rounds):
+        sim = _build(len(positions), samples.Sample.at_rest(positions), 0.0)
+        sim.advance(SETTLE_STEPS)
+        positions = _where(sim)
+    return positions
+
+
+def _build(grains: int, sample, wall_speed: float):
+    from dusttaichi.grains.build import build
+
+    return build(bench_scene(grains, wall_speed=wall_speed, kappa=PRESS_KAPPA), sample)
+
+
+def _where(sim) -> np.ndarray:
+    """Positions [m] in the order of the sample."""
+    positions = np.empty((sim.grains, 3))
+    positions[sim.order] = sim.fields["x"].to_numpy()[: sim.grains] * units.LENGTH
+    return positions
+
+
+def _thermal(recipe: Recipe, shape) -> np.ndarray:
+    """Velocities [m/s] without a mean."""
+    rng = np.random.Generator(np.random.PCG64(recipe.seed))
+    velocities = rng.normal(scale=THERMAL_SPEED / math.sqrt(3), size=shape)
+    return velocities - velocities.mean(axis=0)
+
+
+def _keep(path: Path, **arrays) -> None:
+    """Write whole or not at all: another benchmark may be reading."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False) as out:
+        np.savez(out, **arrays)
+    os.replace(out.name, path)

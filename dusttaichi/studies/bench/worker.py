@@ -1,0 +1,142 @@
+"""One configuration of the benchmark in a process of its own.
+
+Taichi starts once a process, with a fixed number of threads, and its memory is the process's.
+Commands come as lines of JSON on the standard input, answers go as lines of JSON to the standard
+output; whatever else is printed goes to the standard error. The process ends with its input.
+"""
+
+import json
+import math
+import os
+import resource
+import signal
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from dusttaichi import samples, units
+from dusttaichi.errors import DustError
+from dusttaichi.studies.bench.sample import Recipe, bench_scene, load, make
+
+LEDGER_EVERY = 1000  # steps between measurements of a run
+
+
+class Worker:
+    """Answers commands; holds one simulation."""
+
+    def prepare(self, grains, filling_factor):
+        """Make and keep a sample."""
+        make(Recipe(grains, filling_factor))
+        return {}
+
+    def build(self, grains, path, threads, precision):
+        """Build the scene and make its first step. Answers the filling factor and the box [m]."""
+        from dusttaichi.grains.build import build
+
+        sample = load(Path(path))
+        scene = bench_scene(grains, threads=threads, precision=precision)
+        sim = build(scene, sample)
+        self.start(sim)
+        return {
+            "filling_factor": samples.filling_factor(sample, scene.material.radius),
+            "box": (sim.lengths() * units.LENGTH).tolist(),
+        }
+
+    def build_part(self, scene, unlike=False, ledger=True, copies=0, path=None):
+        """Build a scene (YAML) and make its first step; the sample is that of `path`, or its own.
+
+        unlike: compiled as grains of their own radius, all the same; ledger: whether it is kept;
+        copies: so many of the scene as a batch. See bench.parts.
+        """
+        from dusttaichi.grains.batch import build_batch
+        from dusttaichi.grains.build import build
+        from dusttaichi.scene import from_yaml
+
+        scene = from_yaml(scene)
+        sample = samples.make(scene) if path is None else load(Path(path))
+        if unlike:
+            sample = replace(sample, radii=np.full(len(sample), scene.material.radius))
+        if copies:
+            self.start(build_batch(scene, [sample] * copies).sim)
+        else:
+            self.start(build(scene, sample, ledger=ledger))
+        return {}
+
+    def start(self, sim):
+        """Hold this simulation, with its first step made."""
+        self.sim = sim
+        sim.advance(1)
+        self.search_seconds, self.search = 0.0, sim._search
+        sim._search = self.timed_search
+
+    def timed_search(self, step=None):
+        import taichi as ti
+
+        begin = time.perf_counter()
+        self.search(step)
+        ti.sync()
+        self.search_seconds += time.perf_counter() - begin
+
+    def time(self, steps):
+        """Seconds a step: of steps alone, of search and ledger at the rates of a run.
+
+        One search is made due, so that its cost is known however short the stretch; it is charged
+        as often as the fastest grain or wall goes half the skin.
+        """
+        sim = self.sim
+        sim.search()
+        searches, self.search_seconds = sim.searches, 0.0
+        begin = time.perf_counter()
+        sim.advance(steps)
+        middle = time.perf_counter()
+        found = sim.measure()
+        ledger = time.perf_counter() - middle
+        fastest = max(found["largest_speed"], sim._wall_speed())
+        search_every = 0.5 * sim.skin / (fastest * sim.dt) if fastest > 0.0 else math.inf
+        search = self.search_seconds / (sim.searches - searches)
+        return {
+            "step": (middle - begin - self.search_seconds) / steps,
+            "search": search / max(1.0, search_every),
+            "ledger": ledger / LEDGER_EVERY,
+            "contacts": found["contacts"],
+        }
+
+    def memory(self):
+        """Largest resident memory of this process, and what the fields of the scene take [B]."""
+        tables = [*self.sim.fields.values(), *self.sim.scratch.values(), *self.sim.sums.values()]
+        return {
+            "peak": peak_memory(),
+            "fields": sum(array.nbytes for array in (table.to_numpy() for table in tables)),
+        }
+
+
+def peak_memory():
+    """Largest resident memory of this process [B]."""
+    try:
+        # ru_maxrss would begin with the size of the process that started this one
+        status = Path("/proc/self/status").read_text()
+        return 1024 * int(status.split("VmHWM:")[1].split()[0])
+    except (OSError, IndexError):
+        unit = 1 if sys.platform == "darwin" else 1024
+        return unit * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+
+def main():
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the one who asked ends this process
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    worker = Worker()
+    for line in sys.stdin:
+        command = json.loads(line)
+        try:
+            answer = getattr(worker, command.pop("do"))(**command)
+        except DustError as error:
+            answer = {"error": str(error)}
+        print(json.dumps(answer), file=answers, flush=True)
+
+
+if __name__ == "__main__":
+    main()

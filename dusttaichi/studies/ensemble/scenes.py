@@ -1,0 +1,283 @@
+"""Which scenes an ensemble or a sweep consists of, and where each of them goes."""
+
+import itertools
+import os
+import re
+import typing
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from dusttaichi.errors import DustError
+from dusttaichi.scene import Scene
+from dusttaichi.scene.fields import Block
+from dusttaichi.scene.quantities import DIMENSIONS, Quantity
+from dusttaichi.scene.yaml_text import read
+
+LONGEST = 150  # characters of a directory's name
+# what a sweep sets itself
+OWN_KEYS = ("name", "replicas", "output.directory")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A swept key with its values, each as text, as plain data of the YAML, and as coordinate.
+
+    coordinate: (values,) SI floats, whole numbers, or the texts where a value is neither.
+    unit: of the coordinate, or None.
+    """
+
+    key: str
+    texts: tuple[str, ...]
+    values: tuple[Any, ...]
+    coordinate: np.ndarray
+    unit: str | None
+
+
+@dataclass(frozen=True)
+class Member:
+    """One run: its scene, with its own seed and directory, and the replica's number."""
+
+    scene: Scene
+    directory: Path
+    label: str  # the directory as seen from that of the plan
+    seeds: dict[str, int]  # by their path below `sample`
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All runs of an ensemble (no axes) or a sweep.
+
+    members: in the order of the axes and then of the replicas. file: what is gathered from them.
+    """
+
+    scene: Scene
+    directory: Path
+    axes: tuple[Axis, ...]
+    replicas: int
+    members: tuple[Member, ...]
+
+    @property
+    def file(self) -> Path:
+        return self.directory / ("sweep.nc" if self.axes else "ensemble.nc")
+
+
+def ensemble_plan(scene: Scene, directory: Path) -> Plan:
+    """The replicas of a scene, directory/replica_0 and so on, with seeds that grow by one.
+
+    Raises DustError where the scene has no replicas, or its sample has no seed.
+    """
+    if scene.replicas is None:
+        raise DustError('replicas is missing in the scene; a number is needed, for example "6"')
+    members = _replicas(scene, Path(directory), "", scene.name)
+    return Plan(scene, Path(directory), (), scene.replicas, tuple(members))
+
+
+def sweep_plan(scene: Scene, settings: list[str], directory: Path) -> Plan:
+    """The full grid over `settings`, texts "key=value,value,...", times the scene's replicas.
+
+    Each point goes to directory/<key=value,...>. Raises DustError, for all that cannot be used
+    at once, with the path and what is allowed.
+    """
+    axes = _axes(scene, _settings(settings))
+    points = list(itertools.product(*(range(len(axis.values)) for axis in axes)))
+    scenes = [_point(scene, axes, point) for point in points]
+    members = []
+    for label, of in zip(_labels(axes, points), scenes, strict=True):
+        name = re.sub(r"[^A-Za-z0-9._-]+", "_", f"{scene.name}-{label}")[:90]
+        members += _replicas(of, Path(directory) / label, label, name)
+    return Plan(scene, Path(directory), axes, scene.replicas or 1, tuple(members))
+
+
+# -- replicas ------------------------------------------------------------------------------------
+
+
+def _replicas(scene: Scene, directory: Path, label: str, name: str) -> list[Member]:
+    if scene.replicas is None:
+        return [_member(scene, 0, directory, label, name)]
+    if not list(_keys(_plain(scene)["sample"], "seed")):
+        raise DustError(
+            f"replicas = {scene.replicas}: the sample has no seed, so that all runs would be the "
+            "same; use a sample with a seed, such as kind: rbd, or remove replicas"
+        )
+    return [
+        _member(
+            scene,
+            number,
+            directory / f"replica_{number}",
+            os.path.join(label, f"replica_{number}"),
+            f"{name[:94]}_{number}",
+        )
+        for number in range(scene.replicas)
+    ]
+
+
+def _member(scene: Scene, number: int, directory: Path, label: str, name: str) -> Member:
+    """The scene of one run: every seed of the sample moved by `number`."""
+    data = _plain(scene)
+    data.pop("replicas", None)
+    data["name"] = name
+    data["output"]["directory"] = str(directory)
+    seeds = {}
+    for path, block in _keys(data["sample"], "seed"):
+        block["seed"] += number
+        seeds["_".join(path)] = block["seed"]
+    for _, block in _keys(data["sample"], "file"):
+        # the same text here and where a cluster lays the file out
+        block["file"] = os.path.relpath(block["file"])
+    return Member(Scene.from_dict(data, title=f"the scene of {label}"), directory, label, seeds)
+
+
+def _plain(scene: Scene) -> dict[str, Any]:
+    """The resolved scene as plain data, paths relative to the current directory."""
+    return read(scene.to_yaml()).data
+
+
+def _keys(block: dict, key: str, path: tuple = ()) -> Iterator[tuple[tuple[str, ...], dict]]:
+    """(path of the key, the block that holds it) for each `key` at any depth."""
+    for name, value in block.items():
+        if name == key and value is not None:
+            yield (*path, name), block
+        elif isinstance(value, dict):
+            yield from _keys(value, key, (*path, name))
+
+
+def input_files(scene: Scene) -> list[str]:
+    """Paths of the files that the sample of a member is read from."""
+    found = [block["file"] for _, block in _keys(_plain(scene)["sample"], "file")]
+    return [os.path.join(path, "result.nc") if os.path.isdir(path) else path for path in found]
+
+
+def grid(scene: Scene, settings: list[str]) -> tuple[tuple[Axis, ...], list[Scene]]:
+    """Axes of `settings`, texts "key=value,value", and the scene at each point, the last axis
+    fastest. Raises DustError."""
+    axes = _axes(scene, _settings(settings)) if settings else ()
+    points = itertools.product(*(range(len(axis.texts)) for axis in axes))
+    return axes, [_point(scene, axes, point) for point in points]
+
+
+def with_settings(scene: Scene, settings: list[str]) -> Scene:
+    """The scene with `settings`, texts "key=value", applied. Raises DustError."""
+    axes, scenes = grid(scene, settings)
+    several = [axis.key for axis in axes if len(axis.texts) > 1]
+    if several:
+        raise DustError(f"--set {several[0]}: one value is needed here, not several")
+    return scenes[0]
+
+
+# -- sweeps --------------------------------------------------------------------------------------
+
+
+def _settings(settings: list[str]) -> dict[str, list[str]]:
+    """key -> texts of its values."""
+    found: dict[str, list[str]] = {}
+    for setting in settings:
+        key, equals, text = setting.partition("=")
+        key, texts = key.strip(), [part.strip() for part in _split(text)]
+        if not equals or not key or not all(texts):
+            raise DustError(
+                f"--set {setting}: a key and its values are needed, "
+                "for example --set boundary.wall_speed=1cm/s,5cm/s"
+            )
+        if key in OWN_KEYS:
+            raise DustError(f"--set {key}: a sweep sets it itself; change it in the YAML")
+        if key in found:
+            raise DustError(f"--set {key}: it is given twice; join its values with commas")
+        found[key] = texts
+    if not found:
+        raise DustError("a sweep needs --set, for example --set boundary.wall_speed=1cm/s,5cm/s")
+    return found
+
+
+def _split(text: str) -> list[str]:
+    """Parts between commas; those inside brackets, braces and quotes do not count."""
+    parts, depth, quote = [""], 0, ""
+    for letter in text:
+        if quote:
+            quote = "" if letter == quote else quote
+        elif letter in "\"'":
+            quote = letter
+        else:
+            depth += (letter in "[{") - (letter in "]}")
+        if letter == "," and depth == 0 and not quote:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return parts
+
+
+def _axes(scene: Scene, settings: dict[str, list[str]]) -> tuple[Axis, ...]:
+    axes, problems = [], []
+    for key, texts in settings.items():
+        values, scenes = [], []
+        for text in texts:
+            try:
+                values.append(read(text).data)
+                scenes.append(scene.with_value(key, values[-1]))
+            except DustError as error:
+                problems.append(str(error))
+            except yaml.YAMLError as error:
+                problems.append(f"{key} = {text}: not valid YAML: {str(error).splitlines()[0]}")
+        if len(scenes) == len(texts):
+            axes.append(Axis(key, tuple(texts), tuple(values), *_coordinate(scenes, key, texts)))
+    for axis in axes:
+        if len(set(axis.coordinate.tolist())) < len(axis.texts):
+            problems.append(f"--set {axis.key}={','.join(axis.texts)}: a value is given twice")
+    if problems:
+        raise DustError("\n".join(problems))
+    return tuple(axes)
+
+
+def _point(scene: Scene, axes: tuple[Axis, ...], point: tuple[int, ...]) -> Scene:
+    for axis, index in zip(axes, point, strict=True):
+        scene = scene.with_value(axis.key, axis.values[index])
+    return scene
+
+
+def _labels(axes: tuple[Axis, ...], points: list[tuple[int, ...]]) -> list[str]:
+    """Names of the directories of the points, fit for any file system and all different."""
+    texts = [
+        ",".join(f"{axis.key}={axis.texts[i]}" for axis, i in zip(axes, point, strict=True))
+        for point in points
+    ]
+    labels = [re.sub(r"[^\w.,=+\[\]{}-]", "_", text.replace(" ", "")) for text in texts]
+    if len(set(labels)) == len(labels) and max(map(len, labels)) <= LONGEST:
+        return labels
+    return [f"point_{number}" for number in range(len(points))]
+
+
+def _coordinate(scenes: list[Scene], key: str, texts: list[str]) -> tuple[np.ndarray, str | None]:
+    """Values of a key in resolved scenes, with their unit; the texts where they are no numbers."""
+    found = [_resolved(scene, key.split(".")) for scene in scenes]
+    if all(isinstance(v, (int, float)) and not isinstance(v, bool) for v, _ in found):
+        quantity = found[0][1]
+        unit = DIMENSIONS[quantity.dimension].unit if quantity else None
+        return np.array([v for v, _ in found]), unit
+    return np.array(texts), None
+
+
+def _resolved(scene: Scene, keys: list[str]) -> tuple[Any, Quantity | None]:
+    """The value behind keys, and what marks it as a quantity; (None, None) for a shorthand."""
+    here, mark = scene, None
+    for key in keys:
+        if isinstance(here, Block) and key in type(here).model_fields:
+            field = type(here).model_fields[key]
+            mark = next(iter([*_marks(field.metadata), *_marks([field.annotation])]), None)
+            here = getattr(here, key)
+        elif isinstance(here, tuple) and key.isdigit():
+            here = here[int(key)]
+        else:
+            return None, None
+    return here, mark
+
+
+def _marks(annotations: list) -> Iterator[Quantity]:
+    """Quantity marks anywhere in type annotations."""
+    for item in annotations:
+        if isinstance(item, Quantity):
+            yield item
+        yield from _marks([*typing.get_args(item), *getattr(item, "__metadata__", ())])

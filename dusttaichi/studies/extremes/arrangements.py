@@ -1,0 +1,214 @@
+"""Arrangements of grains that no sample of a scene has: at rest but nudged, pressed, pulled."""
+
+from functools import lru_cache
+
+import numpy as np
+
+from dusttaichi import samples, units
+from dusttaichi.grains.build import build
+from dusttaichi.physics.contact.constants import mixed_constants, pair_constants
+from dusttaichi.physics.encounter import STICKING
+from dusttaichi.physics.stability import close_packed
+from dusttaichi.samples import Sample
+from dusttaichi.scene import Scene
+
+# of the pressing that makes a compacted cake
+PRESSED = {"grains": 300, "filling_factor": 0.4, "wall_speed": "2 m/s"}
+SETTLE = 20_000  # steps without walls, some 6 us: it rings and creeps no more
+
+
+def make(scene, spec):
+    """The Sample that `spec` names, in the material of the scene.
+
+    spec: `kind`, its own numbers, and `speed` [m/s], `spin` [rad/s]: standard deviations of random
+    velocities and spins of every grain.
+    """
+    spec = dict(spec)
+    speed, spin = spec.pop("speed", 0.0), spec.pop("spin", 0.0)
+    sample = KINDS[spec.pop("kind")](scene, **spec)
+    rng = np.random.default_rng(3)
+    sample.velocities[:] += speed * rng.normal(size=sample.velocities.shape)
+    sample.spins[:] += spin * rng.normal(size=sample.spins.shape)
+    sample.info.update(samples.describe(sample, *_radii(scene, sample)))
+    return sample
+
+
+def _radii(scene, sample):
+    radius = scene.material.radius
+    return (radius, 2.0 * radius) if sample.radii is None else (sample.radii, None)
+
+
+def given(scene, positions, velocities=None, spins=None):
+    """positions [radii], velocities [m/s], spins [rad/s]."""
+    x = np.array(positions, float) * scene.material.radius
+    v, w = (
+        np.zeros_like(x) if a is None else np.array(a, float) + np.zeros_like(x)
+        for a in (velocities, spins)
+    )
+    return Sample(x, v, w)
+
+
+def cluster(scene, grains):
+    """Close-packed grains at rest."""
+    contact = pair_constants(scene.material, scene.interaction)
+    return Sample.at_rest(close_packed(grains) * (2.0 * contact.r - contact.delta0))
+
+
+def meeting(scene, sticking, offset=0.3):
+    """Two grains about to touch, at `sticking` times their sticking speed, off the centre."""
+    c = pair_constants(scene.material, scene.interaction)
+    v = sticking * np.sqrt(STICKING * c.F_c * c.delta0 / c.mass)
+    y = 2.0 * c.r * offset
+    x = np.sqrt((2.0 * c.r + c.delta0) ** 2 - y**2)
+    half = np.array([0.5 * v, 0.0, 0.0])
+    return Sample(
+        np.array([[0.0, 0.0, 0.0], [x, y, 0.0]]), np.array([half, -half]), np.zeros((2, 3))
+    )
+
+
+def cake(scene, grains, seed=1):
+    """Random ballistic deposition."""
+    block = {"kind": "rbd", "grains": grains, "seed": seed}
+    own = scene.with_value("sample", block)
+    made = samples.make(own)
+    return Sample.at_rest(made.positions)
+
+
+@lru_cache(maxsize=4)
+def _pressed(material, interaction):
+    """Positions and contacts of a cake pressed in a box, taken out, and come to rest."""
+    box = {"kind": "box", "wall_speed": PRESSED["wall_speed"]}
+    scene = Scene.from_dict(
+        {
+            "name": "pressed",
+            "material": "silicate_s12",
+            "boundary": box,
+            "sample": {"kind": "rbd", "grains": PRESSED["grains"]},
+            "stop": {"steps": 1},
+            "interaction": {
+                "rolling": {"modifier": 8},
+                "sliding": {"modifier": 2.5},
+                "damping": "viscoelastic",
+            },
+            "numerics": {"threads": 1},
+        }
+    )
+    sim = build(scene, samples.make(scene))
+    while sim.volume / np.prod(sim.lengths()) < PRESSED["filling_factor"]:
+        sim.advance(200)
+    free = Scene.from_dict({**scene.given, "boundary": {"kind": "open"}})
+    sim = build(free, _as_it_is(sim))
+    sim.advance(SETTLE)
+    settled = _as_it_is(sim)
+    return settled.positions, settled.contacts
+
+
+def _as_it_is(sim):
+    """Sample of a simulation: grains at rest where they are, contacts strained as they are."""
+    found = sim.contact_state()
+    contacts = {
+        key: found[name]
+        for key, name in (
+            ("i", "grain_i"),
+            ("j", "grain_j"),
+            ("pointer_i", "pointer_i"),
+            ("pointer_j", "pointer_j"),
+            ("twist", "twist"),
+        )
+    }
+    x = sim.grain_state()[0] * units.LENGTH
+    still = np.zeros_like(x)
+    return Sample(x, still, still.copy(), {**contacts, "approach": np.zeros(len(found["twist"]))})
+
+
+def compacted(scene):
+    """A cake pressed in a box and taken out, its contacts strained as they came to rest; silicate
+    only."""
+    x, contacts = _pressed("silicate_s12", "modified")
+    still = np.zeros_like(x)
+    return Sample(x.copy(), still, still.copy(), contacts)
+
+
+def pulled(scene, grains):
+    """A chain whose contacts are all a hair before pull-off."""
+    c = pair_constants(scene.material, scene.interaction)
+    x = np.zeros((grains, 3))
+    x[:, 0] = (2.0 * c.r + c.delta_c * (1.0 - 1e-9)) * np.arange(grains)
+    i = np.arange(grains - 1)
+    along = np.tile([1.0, 0.0, 0.0], (grains - 1, 1))
+    contacts = {
+        "i": i,
+        "j": i + 1,
+        "pointer_i": along,
+        "pointer_j": -along,
+        "twist": np.zeros(grains - 1),
+        "approach": np.zeros(grains - 1),
+    }
+    return Sample(x, np.zeros_like(x), np.zeros_like(x), contacts)
+
+
+def chain(scene, grains, apart=1.0):
+    """Grains in a row along x; apart: distance in units of that in equilibrium."""
+    c = pair_constants(scene.material, scene.interaction)
+    x = np.zeros((grains, 3))
+    x[:, 0] = apart * (2.0 * c.r - c.delta0) * np.arange(grains)
+    return Sample.at_rest(x)
+
+
+def gas(scene, grains, filling_factor):
+    """Grains that do not touch, at random in a periodic cube of that filling factor."""
+    r = scene.material.radius
+    edge = (grains * 4.0 / 3.0 * np.pi * r**3 / filling_factor) ** (1.0 / 3.0)
+    rng, x = np.random.default_rng(7), []
+    while len(x) < grains:
+        one = edge * rng.random(3)
+        apart = np.array(x).reshape(-1, 3) - one
+        apart -= edge * np.round(apart / edge)
+        if not len(x) or np.min(np.linalg.norm(apart, axis=1)) > 2.02 * r:
+            x.append(one)
+    sample = Sample.at_rest(np.array(x))
+    sample.info["period"] = [edge] * 3
+    return sample
+
+
+def packed(scene, block):
+    """A sample of the scene's own kinds."""
+    made = samples.make(scene.with_value("sample", block))
+    still = np.zeros_like(made.positions)
+    return Sample(made.positions, still, still.copy(), info=made.info)
+
+
+def unlike(scene, ratio, around=1, speed_in=0.0):
+    """A grain of `ratio` times the radius with `around` small ones in equilibrium contact, or (one
+    small one) flying at it at speed_in [m/s]."""
+    small = scene.material.radius
+    c = mixed_constants(scene.material, small, scene.material, ratio * small, scene.interaction)
+    ways = _sphere(around)
+    gap = c.delta0 if speed_in else -c.delta0
+    x = np.concatenate([np.zeros((1, 3)), ((1.0 + ratio) * small + gap) * ways])
+    v = np.concatenate([np.zeros((1, 3)), -speed_in * ways])
+    radii = np.r_[ratio * small, np.full(around, small)]
+    return Sample(x, v, np.zeros_like(x), radii=radii)
+
+
+def _sphere(n):
+    """n directions evenly over the sphere (Fibonacci), (n, 3)."""
+    k = np.arange(n) + 0.5
+    z, turn = 1.0 - 2.0 * k / n, np.pi * (1.0 + 5.0**0.5) * k
+    return np.column_stack(
+        [np.sqrt(1.0 - z**2) * np.cos(turn), np.sqrt(1.0 - z**2) * np.sin(turn), z]
+    )
+
+
+KINDS = {
+    "given": given,
+    "cluster": cluster,
+    "meeting": meeting,
+    "cake": cake,
+    "compacted": compacted,
+    "pulled": pulled,
+    "chain": chain,
+    "gas": gas,
+    "packed": packed,
+    "unlike": unlike,
+}

@@ -1,0 +1,94 @@
+"""The map as a dataset, a CSV file and the rows of a table."""
+
+import csv
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from dusttaichi.studies.extremes.cell import VERDICTS
+
+NUMBERS = (
+    (
+        "residual",
+        "1",
+        "largest residual of the energy ledger, a share of the energy that has gone "
+        "through or is bound",
+    ),
+    ("steps", "1", "steps made"),
+    ("dt", "s", "time step"),
+    ("estimated", "s", "largest stable step, from the contacts as they stand"),
+    ("measured", "s", "largest stable step, by bisection"),
+    ("ratio", "1", "estimated over measured"),
+    ("seconds", "s", "machine time"),
+)
+
+
+def dataset(found):
+    """xarray.Dataset over `cell` of (Cell, Outcome) pairs; verdicts and reasons are text."""
+    cells, outcomes = zip(*found, strict=True)
+    data = {
+        name: (
+            "cell",
+            [float(getattr(o, name)) for o in outcomes],
+            {"units": unit, "long_name": text},
+        )
+        for name, unit, text in NUMBERS
+    }
+    texts = {
+        "group": [c.group for c in cells],
+        "name": [c.name for c in cells],
+        "row": [str(c.coordinates.get("row", "")) for c in cells],
+        "column": [str(c.coordinates.get("column", "")) for c in cells],
+        "verdict": [o.verdict for o in outcomes],
+        "reason": [o.reason for o in outcomes],
+        "scene": [json.dumps(c.scene) for c in cells],
+        "sample": [json.dumps(c.sample) for c in cells],
+    }
+    return xr.Dataset(data | {k: ("cell", np.array(v, dtype=object)) for k, v in texts.items()})
+
+
+def save(found, directory):
+    """extremes.nc and extremes.csv; returns the dataset and the paths. Raises OSError."""
+    data = dataset(found)
+    paths = [Path(directory) / f"extremes{suffix}" for suffix in (".nc", ".csv")]
+    data.to_netcdf(paths[0])
+    columns = ["group", "name", "verdict", "reason", *(name for name, _, _ in NUMBERS)]
+    with open(paths[1], "w", newline="", encoding="utf-8") as file:
+        write = csv.writer(file).writerow
+        write(columns)
+        for cell, outcome in found:
+            values = {"group": cell.group, "name": cell.name, "ratio": outcome.ratio}
+            values |= asdict(outcome)
+            write(_plain(values[name]) for name in columns)
+    return data, paths
+
+
+def _plain(value):
+    if isinstance(value, float):
+        return "" if value != value else f"{value:.6g}"
+    return value
+
+
+def summary(data):
+    """Rows of text, one a group and one of all: cells by verdict, worst residual of the stable,
+    least and largest ratio of estimated and measured limit."""
+    groups = list(dict.fromkeys(data.group.values.tolist()))
+    parts = [(name, data.where(data.group == name, drop=True)) for name in groups]
+    return [_row(name, part) for name, part in [*parts, ("all", data)]]
+
+
+def _row(name, part):
+    verdict = part.verdict.values
+    stable = part.residual.values[verdict == "stable"].astype(float)
+    ratio = part.ratio.values.astype(float)
+    ratio = ratio[np.isfinite(ratio)]
+    counts = [str(int(np.sum(verdict == v))) for v in VERDICTS]
+    worst = f"{stable.max():.1e}" if len(stable) else "-"
+    span = f"{ratio.min():.3f} to {ratio.max():.3f}" if len(ratio) else "-"
+    return [name, str(len(verdict)), *counts, worst, str(len(ratio)), span]
+
+
+HEADINGS = ("group", "cells", *VERDICTS, "worst residual", "limits", "estimated/measured")

@@ -1,0 +1,105 @@
+"""A cell tried: built, stepped under the guards of a run, and every number of it looked at."""
+
+import time as real_time
+import traceback
+from dataclasses import replace
+from math import inf, nan, pi
+
+import numpy as np
+
+from dusttaichi import samples as generators
+from dusttaichi import units
+from dusttaichi.errors import DustError, GuardStop
+from dusttaichi.grains import network, record
+from dusttaichi.grains import trust as guards
+from dusttaichi.grains.build import TimeStep, build
+from dusttaichi.run.schedule import clock_of
+from dusttaichi.scene import Scene
+from dusttaichi.studies.extremes import arrangements
+from dusttaichi.studies.extremes.cell import Outcome
+from dusttaichi.studies.extremes.limit import measured_limit
+
+LOOKS = 25  # records of a run, besides the looks of its guards
+
+
+def attempt(cell):
+    """The Outcome of a Cell. Nothing that a cell does is an error here."""
+    began = real_time.perf_counter()
+    try:
+        outcome = _attempt(cell)
+    except GuardStop as stop:
+        outcome = Outcome("stopped", str(stop))
+    except DustError as error:
+        outcome = Outcome("refused", str(error))
+    except Exception as error:
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        text = f"{type(error).__name__}: {error} ({place.filename.split('/')[-1]}:{place.lineno})"
+        outcome = Outcome("WRONG", text)
+    return replace(outcome, seconds=real_time.perf_counter() - began)
+
+
+def _attempt(cell):
+    scene = Scene.from_dict(cell.scene)
+    sample = (
+        generators.make(scene) if cell.sample is None else arrangements.make(scene, cell.sample)
+    )
+    step = None
+    if cell.fraction is not None:
+        # built once to see its contacts, with a step that does not matter
+        sim = _built(scene, sample, TimeStep(1e-15, inf, inf))
+        period, stable = network.stable_step(sim, scene)
+        step = TimeStep(cell.fraction * pi * stable, period, stable)
+    sim = _built(scene, sample, step)
+    estimated = measured = nan
+    if cell.limit:
+        estimated = network.stable_step(sim, scene)[1]
+        measured = measured_limit(sim, estimated)
+    outcome = watched(sim, scene, cell.steps)
+    return replace(outcome, dt=sim.dt * units.TIME, estimated=estimated, measured=measured)
+
+
+_last = [None]
+
+
+def _built(scene, sample, step):
+    """A simulation that takes over the kernels of the one before where it can."""
+    like, _last[0] = _last[0], None
+    _last[0] = build(scene, sample, step=step, like=like)
+    return _last[0]
+
+
+def watched(sim, scene, steps):
+    """Outcome of `steps` steps with the guards and records of a run."""
+    tolerance, clock = scene.numerics.ledger_tolerance, clock_of(sim)
+    start, worst = sim.measure(), 0.0
+    records = set(np.linspace(0, steps, LOOKS + 1).astype(int).tolist())
+    force = np.zeros((6, 3))
+    while True:
+        m = sim.measure()
+        try:
+            guards.check(sim, m, start, tolerance)
+        except GuardStop as stop:
+            return Outcome("stopped", str(stop), worst, sim.step)
+        residual, through = record.turnover(sim, m, start)
+        worst = max(worst, abs(residual) / through if through > 0.0 else 0.0)
+        entry = record.series(sim, clock, m, start, force, None, 0.0)
+        bad = [
+            key
+            for key, value in entry.items()
+            if key not in MAY_BE_OPEN and not np.all(np.isfinite(value))
+        ]
+        if not np.isfinite(sim.grain_state()).all():
+            bad.append("grains")
+        if bad:
+            return Outcome("WRONG", f"not a number in {', '.join(bad)}", worst, sim.step)
+        if sim.step >= steps:
+            return Outcome("stable", "", worst, sim.step)
+        ahead = [s for s in records if s > sim.step]
+        look = guards.next_look(sim.step, 0, sim.grains)
+        try:
+            sim.advance(min(min(ahead), look) - sim.step)
+        except GuardStop as stop:
+            return Outcome("stopped", str(stop), worst, sim.step)
+
+
+MAY_BE_OPEN = ("pressure", "height", "filling_factor")  # without all six walls

@@ -1,0 +1,210 @@
+"""The knobs of a scene and the rungs of each ladder."""
+
+import math
+from dataclasses import dataclass
+
+from dusttaichi.errors import DustError
+from dusttaichi.scene.numerics import PRESETS
+from dusttaichi.studies.trade import scenes
+from dusttaichi.studies.trade.point import NUMERICAL, PHYSICAL, SAMPLE, Point
+
+FRACTIONS = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3)
+PRECISIONS = ("f64", "mixed", "f32")
+NEWTON_STEPS = (0, 1, 2, 3)
+SKINS = ("auto", 0.02, 0.05, 0.1, 0.2, 0.4)
+SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0)
+SIZES = (0.25, 0.5, 1.0, 2.0)
+WINDOWS = ("interval", 10, 100, 1000)
+MASSES = (1.0, 4.0, 16.0, 64.0)
+SIDES = (0.0, 0.001, 0.01, 0.1, 1.0)
+QUICK = 3  # rungs a knob
+
+
+@dataclass(frozen=True)
+class Knob:
+    """What can be turned. rungs: from the base scene to rows (text, changes), or, where the scene
+    has nothing to turn, a text that says why."""
+
+    name: str
+    kind: str
+    text: str
+    rungs: object
+
+
+def _values(path, values):
+    def rungs(scene):
+        return [
+            (f"{value:g}" if isinstance(value, float) else str(value), {path: value})
+            for value in values
+        ]
+
+    return rungs
+
+
+def _step_fraction(scene):
+    return [
+        (f"{f:g}", {"numerics.time_step": "auto", "numerics.step_fraction": f}) for f in FRACTIONS
+    ]
+
+
+def _speed(scene):
+    if not scenes.faster(scene, 1.0):
+        return "no wall or face moves"
+    return [(f"{f:g}", scenes.faster(scene, f)) for f in SPEEDS if f != 1.0]
+
+
+def _grains(scene):
+    found = []
+    for factor in SIZES:
+        changes = scenes.resized(scene, factor)
+        if isinstance(changes, str):
+            return changes
+        if factor != 1.0:
+            found.append((f"{factor:g}", changes))
+    return found
+
+
+def _window(scene):
+    if not scene.boundary.walls and not scene.output.stress:
+        return "neither pressures nor stresses are averaged"
+    return _values("output.window", WINDOWS)(scene)
+
+
+def _mass_scaling(scene):
+    if not any(leg.drive.moves for leg in scene.legs):
+        return "only for runs that walls or faces drive slowly, and none moves"
+    if scene.push or scene.sample.kind in ("pair", "collision"):
+        return "only for runs that walls or faces drive slowly; inertia matters here"
+    return _values("numerics.mass_scaling", MASSES)(scene)
+
+
+def _side_walls(scene):
+    sides = {"x_min", "x_max", "y_min", "y_max"}
+    if scene.boundary.kind != "box" or not sides & set(scene.boundary.walls):
+        return "only a box has side walls"
+    return _values("boundary.side_walls", SIDES)(scene)
+
+
+def _part(name):
+    def rungs(scene):
+        if getattr(scene.interaction, name) is None:
+            return "it is off"
+        return [("off", {f"interaction.{name}": "off"})]
+
+    return rungs
+
+
+def _damping(scene):
+    if scene.interaction.damping.model == "none":
+        return "it is off"
+    return [("off", {"interaction.damping": "none"})]
+
+
+KNOBS = (
+    Knob("step_fraction", NUMERICAL, "time step over the stiffest period", _step_fraction),
+    Knob("precision", NUMERICAL, "precision", _values("numerics.precision", PRECISIONS)),
+    Knob(
+        "newton_steps",
+        NUMERICAL,
+        "Newton steps of the contact radius",
+        _values("numerics.newton_steps", NEWTON_STEPS),
+    ),
+    Knob("skin", NUMERICAL, "skin of the search over the radius", _values("numerics.skin", SKINS)),
+    Knob("window", NUMERICAL, "steps that pressures are averaged over", _window),
+    Knob("speed", PHYSICAL, "speed of walls and faces over that of the scene", _speed),
+    Knob("mass_scaling", PHYSICAL, "factor on the mass of all grains", _mass_scaling),
+    Knob("side_walls", PHYSICAL, "factor on the side walls", _side_walls),
+    *(
+        Knob(name, PHYSICAL, f"{name} on or off", _part(name))
+        for name in ("rolling", "sliding", "twisting")
+    ),
+    Knob("damping", PHYSICAL, "damping on or off", _damping),
+    Knob("asperities", PHYSICAL, "asperities on or off", _part("asperities")),
+    Knob("grains", SAMPLE, "number of grains over that of the scene", _grains),
+)
+NAMES = tuple(knob.name for knob in KNOBS)
+
+
+def chosen(text):
+    """Names of the knobs in a text such as "skin,speed", None: all. Raises DustError."""
+    if text is None:
+        return NAMES
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    unknown = [name for name in names if name not in NAMES]
+    if unknown or not names:
+        what = ", ".join(unknown) or text
+        raise DustError(f"--knobs {what}: there is no such knob; allowed: {', '.join(NAMES)}")
+    return tuple(name for name in NAMES if name in names)
+
+
+def ladder(scene, names=NAMES, quick=False):
+    """(points, left out: knob -> reason) of a base scene: every rung but that it stands on.
+
+    quick: at most three rungs a knob, the ends among them.
+    """
+    points, left_out = [], {}
+    for knob in KNOBS:
+        if knob.name not in names:
+            continue
+        rungs = knob.rungs(scene)
+        if isinstance(rungs, str):
+            left_out[knob.name] = rungs
+            continue
+        rungs = [rung for rung in rungs if not _is(scene, rung[1])]
+        if quick and len(rungs) > QUICK:
+            rungs = [rungs[round(n * (len(rungs) - 1) / (QUICK - 1))] for n in range(QUICK)]
+        points += [
+            Point(f"{knob.name} = {text}", knob.name, text, _number(text), knob.kind, changes)
+            for text, changes in rungs
+        ]
+    return points, left_out
+
+
+def presets(scene):
+    """The points of the three presets; that of `reference` is converged in all numerics."""
+    return [
+        Point(
+            name,
+            "preset",
+            name,
+            math.nan,
+            NUMERICAL,
+            scenes.reference(scene) if name == "reference" else scenes.preset(scene, name),
+        )
+        for name in PRESETS
+    ]
+
+
+def halved(scene):
+    """The reference at half its step."""
+    reference = scenes.changed(scene, scenes.reference(scene))
+    changes = scenes.reference(scene)
+    changes["numerics.step_fraction"] = 0.5 * reference.numerics.step_fraction
+    return Point(
+        "reference, half the step", "reference", "half", math.nan, NUMERICAL, changes, paired=False
+    )
+
+
+def seeds(scene, count):
+    """Points with further seeds, so many that there are `count` with the scene's own; [] where the
+    sample has none."""
+    return [
+        Point(f"seed + {n}", "seed", f"+{n}", float(n), SAMPLE, changes, paired=False)
+        for n in range(1, count)
+        if (changes := scenes.seeds_moved(scene, n))
+    ]
+
+
+def _is(scene, changes):
+    """True where the changes leave the scene as it is."""
+    try:
+        return scenes.changed(scene, changes) == scene
+    except DustError:  # it is kept, as a point that is refused
+        return False
+
+
+def _number(text):
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan

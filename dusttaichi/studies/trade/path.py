@@ -1,0 +1,80 @@
+"""The best combined path: the single changes that pay, one upon another."""
+
+import math
+from dataclasses import dataclass
+
+from dusttaichi.studies.trade.point import KINDS, Outcome, Point
+
+ATTEMPTS = 2  # rungs of a knob that are tried in a combination
+LEAST_ERROR = 1e-6  # that a gain is set against
+
+
+@dataclass(frozen=True)
+class Row:
+    """A Point with its Outcome."""
+
+    point: Point
+    outcome: Outcome
+
+
+def pays(row, judge, noise):
+    """True for a row that is cheaper than the default beyond the noise, at an accepted error."""
+    ratio = row.outcome.ratio
+    return ratio is not None and ratio < 1.0 - noise and judge.accepts(row)
+
+
+def offers(rows, judge, noise):
+    """Rows that pay, knob by knob, cheapest first in each: lists, in the order of what the
+    cheapest rung saves for its error."""
+    knobs = {}
+    for row in rows:
+        if pays(row, judge, noise):
+            knobs.setdefault(row.point.knob, []).append(row)
+
+    def worth(found):
+        best = found[0].outcome
+        return (1.0 - best.ratio) / max(judge.error(best), LEAST_ERROR)
+
+    found = [sorted(some, key=lambda row: row.outcome.ratio) for some in knobs.values()]
+    return sorted(found, key=worth, reverse=True)
+
+
+def combined(one, other):
+    """The Point with the changes of both."""
+    kinds = max(one.kind, other.kind, key=KINDS.index)
+    label = f"{one.label} + {other.label}"
+    return Point(label, "combined", label, math.nan, kinds, one.changes | other.changes)
+
+
+def walk(start, knobs, run, judge):
+    """Rows of the way from a Row `start` over the offers of `knobs`: every combination that was
+    run, and the last that was kept.
+
+    start: None for the default. run: Point -> Outcome.
+    A rung is kept where the combination is accepted and cheaper than without it; else the next
+    cheapest of its knob is tried.
+    """
+    here, tried = start, []
+    for rungs in knobs:
+        for rung in rungs[:ATTEMPTS]:
+            if here is None:  # the single change has been run
+                here = rung
+                break
+            point = combined(here.point, rung.point)
+            row = Row(point, run(point))
+            tried.append(row)
+            better = row.outcome.ratio is not None and row.outcome.ratio < here.outcome.ratio
+            if better and judge.accepts(row):
+                here = row
+                break
+    return tried, here
+
+
+def cheapest(rows, judge, kinds):
+    """The cheapest accepted Row of these kinds, or None."""
+    able = [
+        row
+        for row in rows
+        if row.point.kind in kinds and row.outcome.ratio is not None and judge.accepts(row)
+    ]
+    return min(able, key=lambda row: row.outcome.ratio, default=None)

@@ -1,0 +1,171 @@
+"""What a trade leaves: the dataset, the table and the sentences of the terminal."""
+
+import math
+
+from rich.table import Table
+
+from dusttaichi.analysis.observables import TEXTS
+from dusttaichi.analysis.trade import NUMBERS, trade_dataset
+from dusttaichi.results import provenance
+from dusttaichi.studies.trade.trade import yaml_of
+
+NAMES = {"cost_ratio": "ratio", "ledger_worst": "ledger"}  # variable -> of an Outcome
+
+
+def dataset(trade, given_scene, source, numbers):
+    """The xr.Dataset of a Trade. source: the text of the YAML file; numbers: further attributes."""
+    rows, judge = trade.rows, trade.judge
+    outcomes = [row.outcome for row in rows]
+    columns = {
+        name: [getattr(row.point, name) for row in rows] for name in ("knob", "label", "kind")
+    }
+    columns["status"] = [o.status for o in outcomes]
+    found = [judge.errors(o) for o in outcomes]
+    column = {
+        name: [getattr(o, NAMES.get(name, name), None) for o in outcomes]
+        for name in NUMBERS
+        if name not in ("value", "error")
+    }
+    column["value"] = [row.point.value for row in rows]
+    column["error"] = [f[judge.name][1] for f in found]
+    names = list(found[0])
+    seeds = {
+        n: [s.values.get(n, math.nan) for s in trade.seeds]
+        for n in names
+        if any(n in s.values for s in trade.seeds)
+    }
+    about = {
+        "reference": [judge.reference.values.get(n, math.nan) for n in names],
+        "scatter": [judge.scatter[n] for n in names],
+        "convergence": [judge.convergence[n] for n in names],
+    }
+    flags = {
+        "free": [judge.free(o) for o in outcomes],
+        "accepted": [judge.accepts(row) for row in rows],
+    }
+    attrs = provenance(
+        source,
+        trade.scene.to_yaml(),
+        title=trade.scene.name,
+        observable=judge.name,
+        tolerance=judge.tolerance,
+        cost_noise=trade.noise,
+        cheapest_numerical=_label(trade.numerical),
+        cheapest=_label(trade.anything),
+        cheapest_numerical_yaml=paste(trade, trade.numerical, given_scene) or None,
+        cheapest_yaml=paste(trade, trade.anything, given_scene) or None,
+        left_out="; ".join(f"{k}: {v}" for k, v in trade.left_out.items()) or None,
+        **numbers,
+    )
+    kept = {k: [v] if k.startswith("scene_") else v for k, v in attrs.items() if v is not None}
+    values, errors = ({n: [f[n][side] for f in found] for n in names} for side in (0, 1))
+    return trade_dataset(columns, column, flags, values, errors, about, seeds, kept)
+
+
+def _label(row):
+    return None if row is None else row.point.label
+
+
+def paste(trade, row, given_scene):
+    """YAML to paste, "" for the default."""
+    return "" if row is None or not row.point.changes else yaml_of(trade, row, given_scene.given)
+
+
+def percent(value):
+    if not math.isfinite(value):
+        return "-"
+    if value >= 0.095:
+        return f"{100 * value:.0f} %" if value < 100 else f"{100 * value:.0e} %"
+    return f"{100 * value:.2g} %"
+
+
+def table(trade):
+    """The rich Table of all points."""
+    judge = trade.judge
+    out = Table(
+        title=f"{trade.scene.name}: cost against error of the {TEXTS[judge.name]}",
+        title_justify="left",
+        box=None,
+        pad_edge=False,
+    )
+    for heading, side in (
+        ("point", "left"),
+        ("changes", "left"),
+        ("cost/default", "right"),
+        ("core-s", "right"),
+        ("error", "right"),
+        ("", "left"),
+        ("ledger", "right"),
+    ):
+        out.add_column(heading, justify=side, no_wrap=heading != "point")
+    refused = []
+    for row in trade.rows:
+        o, p = row.outcome, row.point
+        if not o.ok:
+            refused.append((p.label, o.status))
+            continue
+        worth = ["free"] * judge.free(o) + ["too large"] * (not judge.accepts(row))
+        out.add_row(
+            p.label,
+            p.kind,
+            f"{o.ratio:.2f}",
+            f"{o.cost:.3g}",
+            percent(judge.error(o)),
+            ", ".join(worth),
+            f"{o.ledger:.0e}",
+        )
+    return out, refused
+
+
+def sentences(trade):
+    """Lines that say what the numbers are worth, and what to take."""
+    judge, name = trade.judge, trade.judge.name
+    own, spread = judge.convergence[name], judge.scatter[name]
+    lines = [f"reference: it changes by {percent(own)} at half its step"]
+    if not judge.converged:
+        lines[0] += (
+            f", not below a third of the tolerance of {percent(judge.tolerance)}: errors of this "
+            "size cannot be told from its own"
+        )
+    if math.isfinite(spread):
+        lines.append(
+            f"scatter between {len(trade.seeds)} seeds: {percent(spread)}; an error below "
+            "it is marked as free"
+        )
+        if spread > judge.tolerance:
+            lines.append(
+                "the scatter exceeds the tolerance: an error of a single run is partly "
+                "luck, also a small one. Take more grains"
+            )
+    else:
+        lines.append(
+            "no scatter between seeds is known (the sample has none, or one is asked "
+            "for); free is what errs less than the reference changes"
+        )
+    lines.append(f"noise of a cost: {percent(trade.noise)}")
+    lines += [f"no ladder of {knob}: {why}" for knob, why in trade.left_out.items()]
+    return lines
+
+
+def advice(trade, given_scene):
+    """(heading, YAML) of the cheapest settings."""
+    found = []
+    for what, row in (
+        ("numerical knobs only", trade.numerical),
+        ("with knobs that change the physics or the sample", trade.anything),
+    ):
+        start = f"cheapest within {percent(trade.judge.tolerance)}, {what}:"
+        if row is None:
+            found.append((f"{start} none, not even the scene as it is", ""))
+            continue
+        free = ", within the scatter" if trade.judge.free(row.outcome) else ""
+        text = paste(trade, row, given_scene)
+        name = row.point.label if text else "the scene as it is"
+        found.append(
+            (
+                f"{start} {name} (cost {row.outcome.ratio:.2f} of the default, error "
+                f"{percent(trade.judge.error(row.outcome))}{free})",
+                text,
+            )
+        )
+    return found

@@ -1,0 +1,163 @@
+"""How a scene is changed along a ladder: changes are dicts, path in the YAML -> value as there."""
+
+from dusttaichi.scene import quantities
+from dusttaichi.scene.boundary import FACE_LAWS
+from dusttaichi.scene.numerics import PRESETS
+from dusttaichi.scene.sample import CylinderSize
+
+DRIVES = ("wall_speed", *FACE_LAWS)
+# what a preset fills; what else the user gives in numerics stays
+PRESET_KEYS = ("accuracy", "time_step", *PRESETS["reference"])
+# what does not touch the result: the reference keeps only these
+NEUTRAL_KEYS = ("backend", "threads", "ledger_tolerance")
+
+
+def changed(scene, changes):
+    """The scene with changes made, in their order. Raises DustError."""
+    for path, value in changes.items():
+        scene = scene.with_value(path, value)
+    return scene
+
+
+def base(scene):
+    """The scene that all points start from: one run, one thread, its end given as a time.
+
+    A number of steps would be another task at another step.
+    """
+    given = scene.given
+    given.pop("replicas", None)
+    scene = scene.with_data(given).with_value("numerics.threads", 1)
+    counted = [
+        path
+        for path, leg in zip(leg_paths(scene), scene.legs, strict=True)
+        if leg.stop.steps is not None
+    ]
+    if not counted:
+        return scene
+    dt = own_step(scene).dt
+    for path in counted:
+        given = scene.given
+        block = given
+        for key in [k for k in path.split(".") if k]:
+            block = block[int(key) if key.isdigit() else key]
+        steps = block["stop"].pop("steps")
+        if block["stop"].get("time") is None:
+            # a little less, so that rounding does not add a step
+            block["stop"]["time"] = quantities.format((float(steps) - 0.01) * dt, "time")
+        scene = scene.with_data(given)
+    return scene
+
+
+def own_step(scene):
+    """build.TimeStep of a scene."""
+    from dusttaichi import samples
+    from dusttaichi.grains.build import bodies_of, chosen_step
+
+    sample = samples.pushed(scene, samples.make(scene))
+    return chosen_step(scene, sample, bodies_of(scene, sample))
+
+
+def own_fraction(scene):
+    """The fraction of the stiffest period that the step of a scene is, as step_fraction has it."""
+    if scene.numerics.time_step == "auto":
+        return scene.numerics.step_fraction
+    tenth = own_step(changed(scene, {"numerics.time_step": "auto", "numerics.step_fraction": 0.1}))
+    return 0.1 * scene.numerics.time_step / tenth.dt
+
+
+def leg_paths(scene):
+    """Prefix of the path of each leg's stop: "" or "stages.0." ..."""
+    return [f"stages.{n}." for n in range(len(scene.stages))] or [""]
+
+
+def faster(scene, factor):
+    """Changes that make every wall and face move `factor` times as fast; {} where none moves.
+
+    What lasts a time while it moves lasts so much shorter: the way stays the same.
+    """
+    changes = {}
+    for path, leg in zip(leg_paths(scene), scene.legs, strict=True):
+        where = f"{path}drive" if path else "boundary"
+        if not leg.drive.moves:
+            continue
+        for law in DRIVES:
+            value = getattr(leg.drive, law)
+            if value is not None and (value if law != "wall_speed" else value != 0.0):
+                changes[f"{where}.{law}"] = _written(law, value, factor)
+        if leg.stop.time is not None:
+            changes[f"{path}stop.time"] = quantities.format(leg.stop.time / factor, "time")
+    return changes
+
+
+def _written(law, value, factor):
+    if law == "compression_rate":
+        return value * factor
+    dimension = "rate" if law == "strain_rate" else "speed"
+    if isinstance(value, tuple):
+        return [quantities.format(v * factor, dimension) for v in value]
+    return quantities.format(value * factor, dimension)
+
+
+def resized(scene, factor):
+    """Changes that make the sample hold `factor` times as many grains, or why there are none."""
+    boxed = getattr(scene.boundary, "size", "fit")
+    if isinstance(boxed, tuple) or isinstance(getattr(scene.boundary, "gap", "fit"), float):
+        return "boundary gives the size of the room, which would be filled differently"
+    if scene.sample.kind == "collision":
+        bodies = {
+            "sample.target": scene.sample.target,
+            "sample.projectile": scene.sample.projectile,
+        }
+    else:
+        bodies = {"sample": scene.sample}
+    changes = {}
+    for path, body in bodies.items():
+        found = _body(body, factor)
+        if found is None:
+            return f"{path} (kind: {body.kind}) does not say how many grains it has"
+        key, value = found
+        changes[f"{path}.{key}"] = value
+    return changes
+
+
+def _body(body, factor):
+    """(key, value) of a body with `factor` times its grains; None where it cannot be told."""
+    if getattr(body, "grains", None) is not None:
+        return "grains", max(1, round(body.grains * factor))
+    size, each = getattr(body, "size", None), factor ** (1 / 3)
+    if isinstance(size, tuple):
+        return "size", [quantities.format(edge * each, "length") for edge in size]
+    if isinstance(size, CylinderSize):
+        edges = {"diameter": size.diameter, "height": size.height}
+        return "size", {
+            key: quantities.format(edge * each, "length") for key, edge in edges.items()
+        }
+    return None
+
+
+def preset(scene, name):
+    """Changes that give a scene a preset, without the keys by hand that it would fill."""
+    return {"numerics": _kept(scene, lambda key: key not in PRESET_KEYS) | {"accuracy": name}}
+
+
+def reference(scene):
+    """Changes that give the converged reference: all numerics of the preset `reference`."""
+    return {"numerics": _kept(scene, lambda key: key in NEUTRAL_KEYS) | {"accuracy": "reference"}}
+
+
+def _kept(scene, which):
+    given = scene.given.get("numerics") or {}
+    return {key: value for key, value in given.items() if which(key)}
+
+
+def seeds_moved(scene, number):
+    """Changes that move every seed of the sample by `number`; {} where it has none."""
+    found, todo = {}, [("sample", scene.sample.model_dump(mode="json"))]
+    while todo:
+        path, block = todo.pop()
+        for key, value in block.items():
+            if isinstance(value, dict):
+                todo.append((f"{path}.{key}", value))
+            elif key == "seed" and value is not None:
+                found[f"{path}.seed"] = (value + number) % 2**32
+    return found

@@ -1,0 +1,140 @@
+"""The whole trade of a scene: default, reference, seeds, ladders, presets, combined path."""
+
+import math
+from dataclasses import dataclass
+
+import yaml
+
+from dusttaichi.analysis.observables import Measured
+from dusttaichi.errors import DustError
+from dusttaichi.studies.trade import knobs, scenes
+from dusttaichi.studies.trade.judge import Judge
+from dusttaichi.studies.trade.path import Row, cheapest, offers, walk
+from dusttaichi.studies.trade.point import KINDS, NUMERICAL, Outcome, Point
+
+LEAST_NOISE = 0.02  # of a cost, that is always reckoned with
+DEFAULT = Point("default", "default", "", math.nan, NUMERICAL)
+
+
+@dataclass(frozen=True)
+class Trade:
+    """Everything measured.
+
+    rows: default first, then presets (that of the reference last), ladders, combinations. seeds:
+    Measured of the default with each seed, its own first. numerical, anything: the cheapest
+    accepted Row of numerical knobs, and of all; None where none is. left_out: knob -> why. noise:
+    of a cost.
+    """
+
+    scene: object
+    judge: Judge
+    rows: tuple[Row, ...]
+    seeds: tuple[Measured, ...]
+    half: Outcome
+    numerical: Row | None
+    anything: Row | None
+    left_out: dict[str, str]
+    noise: float
+
+
+def plan(scene, names=knobs.NAMES, quick=False, seeds=4):
+    """(points beside the default, further seeds and halved reference, left out) of a base scene."""
+    singles, left_out = knobs.ladder(scene, names, quick)
+    behind = [knobs.halved(scene), *knobs.seeds(scene, seeds)]
+    return [*knobs.presets(scene), *singles], behind, left_out
+
+
+def trade(
+    scene,
+    run,
+    *,
+    names=knobs.NAMES,
+    quick=False,
+    seeds=4,
+    tolerance=0.05,
+    observable=None,
+    say=lambda text: None,
+):
+    """The Trade of a base scene (`scenes.base`).
+
+    run: list of Points -> label -> Outcome. seeds: how many in all. Raises DustError where the
+    scene itself or its reference does not run, or has no such observable.
+    """
+    front, behind, left_out = plan(scene, names, quick, seeds)
+    default = run([DEFAULT])[DEFAULT.label]
+    _needed(default, "the scene as it is")
+    _known(observable, default.measured)
+    outcomes = run([*behind, *front])
+    reference, half = outcomes["reference"], outcomes[behind[0].label]
+    _needed(reference, "the reference (numerics.accuracy: reference)")
+    others = [outcomes[point.label] for point in behind[1:]]
+    measured = [default.measured, *(o.measured for o in others if o.ok)]
+    judge = Judge.of(
+        reference.measured,
+        half.measured if half.ok else None,
+        default.measured,
+        measured,
+        tolerance,
+        observable,
+    )
+    if not math.isfinite(judge.error(default)):
+        raise DustError(
+            f"the default and its reference have no {judge.name} that can be compared; choose "
+            f"another --observable ({', '.join(reference.measured.names)})"
+        )
+    rows = [Row(DEFAULT, default), *(Row(p, outcomes[p.label]) for p in front)]
+    noise = max(abs(default.ratio - 1.0), LEAST_NOISE)
+    singles = [row for row in rows if row.point.knob in knobs.NAMES]
+    start = None
+    for kinds in ((NUMERICAL,), KINDS[1:]):
+        found = offers([r for r in singles if r.point.kind in kinds], judge, noise)
+        if found:
+            say(f"combining {', '.join(o[0].point.knob for o in found)}")
+        tried, start = walk(start, found, lambda p: run([p])[p.label], judge)
+        rows += tried
+    return Trade(
+        scene,
+        judge,
+        tuple(rows),
+        tuple(measured),
+        half,
+        cheapest(rows, judge, (NUMERICAL,)),
+        cheapest(rows, judge, KINDS),
+        left_out,
+        noise,
+    )
+
+
+def _needed(outcome, what):
+    if not outcome.ok:
+        raise DustError(f"{what} does not run, so there is nothing to compare: {outcome.status}")
+    if outcome.ratio is None:
+        raise DustError(f"{what} makes no steps ({outcome.status}): there is no cost to compare")
+
+
+def _known(name, measured):
+    """Refuse an observable that there is not before all the rest is run."""
+    if name is not None and name not in measured.names:
+        raise DustError(
+            f"--observable {name}: the scene gives no such number; allowed: "
+            f"{', '.join(measured.names)}"
+        )
+
+
+def yaml_of(trade, row, given):
+    """YAML text to paste for a Row: the blocks of the scene that it changes, whole.
+
+    given: plain data of the scene as the user wrote it, whose threads stay.
+    """
+    found = scenes.changed(trade.scene, row.point.changes).given
+    if "threads" not in (given.get("numerics") or {}):
+        found["numerics"].pop("threads", None)
+    blocks = dict.fromkeys(path.split(".")[0] for path in row.point.changes)
+    text = yaml.safe_dump(
+        {block: found[block] for block in blocks},
+        sort_keys=False,
+        default_flow_style=None,
+        allow_unicode=True,
+        width=90,
+    )
+    return text.rstrip()

@@ -1,0 +1,208 @@
+"""What is made of a result: curves, fits, ledger, summary, on runs whose answer is known."""
+
+import numpy as np
+import pytest
+import synthetic
+import xarray as xr
+
+from dusttaichi import analysis
+from dusttaichi.errors import DustError
+from dusttaichi.physics.laws import G09_OMNIDIRECTIONAL, S12_STATIC, CompressionLaw, dynamic_law
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    path = synthetic.compression_run(tmp_path_factory.mktemp("run") / "result.nc")
+    with analysis.open_run(path.parent) as opened:
+        yield opened
+
+
+def curve_of(law, noise, points=400, seed=0, first=0.152, last=0.55):
+    """The Curve of a run along `law` with log-normal scatter [dex], without a file."""
+    phi = np.linspace(first, last, points)
+    scatter = noise * np.random.default_rng(seed).standard_normal(points)
+    return curve_through(phi, law.pressure(phi) * 10**scatter)
+
+
+def curve_through(phi, pressure):
+    series = xr.Dataset(
+        {"filling_factor": ("time", phi), "pressure": (("time", "wall"), pressure[:, None])},
+        {"wall": ["top"]},
+    )
+    return analysis.compression_curve(analysis.Run("run", series))
+
+
+@pytest.mark.parametrize("noise", [0.03, 0.1])
+@pytest.mark.parametrize("law", [S12_STATIC, dynamic_law(2.0)], ids=lambda law: law.name)
+def test_fit_recovers_the_law(law, noise):
+    """Over 40 samples: unbiased, and within the stated 1 sigma about as often as it should be."""
+    fits = [analysis.fit_compression(curve_of(law, noise, seed=seed)) for seed in range(40)]
+    for name in ("p_m", "delta"):
+        values = np.array([getattr(fit, name) for fit in fits])
+        sigma = np.array([fit.sigma[name] for fit in fits])
+        pull = (values - getattr(law, name)) / sigma
+        # expected 1 with a scatter of 0.11 for 40 samples; the uncertainty is to be no more than
+        # some 40 % too small, nor twice too large
+        assert 0.5 < pull.std() < 1.45
+        assert abs(np.median(pull)) < 0.6
+        assert np.all(np.abs(pull) < 5)
+
+
+def test_fit_of_all_four_numbers():
+    law = CompressionLaw(0.13, 0.6, 9e3, 0.5)
+    curve = curve_of(law, 0.01, first=0.132, last=0.58)
+    fit = analysis.fit_compression(curve, free=("phi1", "phi2"))
+    for name in ("phi1", "phi2", "p_m", "delta"):
+        assert abs(getattr(fit.law, name) - getattr(law, name)) < 5 * fit.sigma[name]
+    held = analysis.fit_compression(curve, phi1=0.13, phi2=0.6)
+    assert held.sigma["phi1"] == 0 and held.p_m_sigma < fit.p_m_sigma
+
+
+def test_misfit_widens_the_uncertainty():
+    """A curve that is not of the form of the law, without any noise, has no certain p_m."""
+    phi = np.linspace(0.16, 0.5, 400)
+    bent = curve_through(phi, G09_OMNIDIRECTIONAL.pressure(phi))
+    exact = curve_through(phi, S12_STATIC.pressure(phi))
+    assert analysis.fit_compression(bent).p_m_sigma > 20 * analysis.fit_compression(exact).p_m_sigma
+
+
+def test_too_few_points_to_fit():
+    with pytest.raises(DustError, match="too few"):
+        analysis.fit_compression(curve_of(S12_STATIC, 0, points=3))
+
+
+def test_law_is_no_distance_from_itself():
+    deviation = analysis.rms_from_law(curve_of(S12_STATIC, 0.0), S12_STATIC)
+    # linear interpolation between bins 0.01 apart, and the median of a bin for its mean
+    assert deviation.rms < 3e-4 and deviation.largest < 1e-3 and deviation.complete
+    assert (deviation.p_low, deviation.p_high) == pytest.approx((1e3, 1e5))
+
+
+def test_known_distance():
+    """The same law shifted by 0.02 in filling factor is 0.02 away, with its sign."""
+    phi = np.linspace(0.17, 0.55, 800)
+    curve = curve_through(phi, S12_STATIC.pressure(phi - 0.02))
+    deviation = analysis.rms_from_law(curve, S12_STATIC)
+    assert deviation.rms == pytest.approx(0.02, abs=3e-4)
+    assert deviation.mean == pytest.approx(0.02, abs=3e-4)
+
+
+def test_a_short_curve_is_not_extrapolated():
+    last = float(S12_STATIC.filling_factor(1e4))
+    deviation = analysis.rms_from_law(curve_of(S12_STATIC, 0.0, last=last), S12_STATIC)
+    assert not deviation.complete and deviation.rms < 1e-3
+    assert deviation.p_high < 1e4 and deviation.covered == pytest.approx(0.5, abs=0.03)
+    nothing = analysis.rms_from_law(curve_of(S12_STATIC, 0.0), S12_STATIC, 1e8, 1e9)
+    assert nothing.covered == 0 and np.isnan(nothing.rms)
+
+
+def test_a_sample_that_gives_way_jumps():
+    """Pressure falls back while the filling factor grows: the curve stays single-valued."""
+    phi = np.linspace(0.16, 0.5, 600)
+    pressure = S12_STATIC.pressure(phi)
+    gives = (phi > 0.3) & (phi < 0.4)
+    pressure[gives] = pressure[gives][0] * np.linspace(1, 0.5, gives.sum())
+    decades, monotone = curve_through(phi, pressure).monotone()
+    assert np.all(np.diff(decades) > 0) and np.all(np.diff(monotone) > 0)
+    below, above = np.interp(
+        decades[np.searchsorted(monotone, 0.35)] + np.array([-0.1, 0.1]), decades, monotone
+    )
+    assert below < 0.31 and above > 0.39
+
+
+def test_bursts_and_tension_do_not_matter():
+    phi = np.linspace(0.152, 0.55, 2000)
+    pressure = S12_STATIC.pressure(phi)
+    pressure[::20] *= 30
+    pressure[:10] = -50.0  # the sample pulls at the wall before it presses
+    curve = curve_through(phi, pressure)
+    assert np.all(curve.pressure > 0) and len(curve.raw_pressure) == 2000
+    assert analysis.rms_from_law(curve, S12_STATIC).rms < 2e-3
+
+
+def test_ledger(run):
+    books = analysis.ledger(run)
+    assert books.worst == pytest.approx(np.abs(books.relative).max()) and 1e-9 < books.worst < 1e-6
+    assert books.reference[-1] >= books.work[-1]
+    lost = sum(books.losses.values())
+    # sums of some 1e-9 J in double precision
+    np.testing.assert_allclose(books.stored - books.work + lost, books.residual, atol=1e-22)
+    assert sum(books.shares.values()) == pytest.approx(1)
+    expected = dict(zip(books.losses, synthetic.SHARES, strict=True))
+    assert books.shares == pytest.approx(expected)
+
+
+def test_a_broken_ledger_is_the_worst(run):
+    broken = run.series.copy(deep=True)
+    broken.energy_residual[3] = np.nan
+
+    assert analysis.ledger(analysis.Run("run", broken)).worst == np.inf
+
+
+def test_summary_and_table(run):
+    numbers = analysis.summary(run)
+    assert numbers["grains"] == 1000 and numbers["steps"] == 199_000
+    assert numbers["steps_per_second"] == pytest.approx(2000)
+    assert abs(numbers["p_m"] - S12_STATIC.p_m) < 4 * numbers["p_m_sigma"]
+    assert numbers["rms"] < 0.02 and numbers["rms_covered"] == 1
+    assert numbers["contacts_per_grain"] == numbers["contacts"] / 1000
+    rows = {row[0]: row for row in analysis.table(numbers)}
+    assert rows["p_m"][1].endswith("kPa") and rows["p_m"][2] == "16.667 kPa"
+    assert "(1-100 kPa)" in rows["rms of the filling factor from S12 eq 31"][1]
+
+
+def test_summary_of_a_run_without_compression(tmp_path):
+    features = {"snapshots", "contacts"}
+    with synthetic.writer(tmp_path / "result.nc", 2, features=features) as writer:
+        writer.append("series", synthetic.series_record(0, features))
+    with analysis.open_run(tmp_path) as run:
+        numbers = analysis.summary(run)
+        assert numbers["p_m"] is None and numbers["rms"] is None and numbers["ledger_worst"] == 0
+        assert "p_m" not in {row[0] for row in analysis.table(numbers)}
+        with pytest.raises(DustError, match="no filling factor"):
+            analysis.compression_curve(run)
+        with pytest.raises(DustError, match="no profiles"):
+            analysis.profile(run)
+
+
+def test_summary_of_a_run_just_begun(tmp_path):
+    synthetic.writer(tmp_path / "result.nc").close()
+    with analysis.open_run(tmp_path) as run:
+        numbers = analysis.summary(run)
+        assert numbers["steps"] is None and numbers["p_m"] is None
+        assert analysis.table(numbers)[0][:2] == ("status", "running")
+
+
+def test_profiles(run):
+    few = analysis.profile(run, most=3)
+    assert few.sizes["profile"] == 3
+    assert float(few.middle.max()) < float(few.height.max())
+    assert np.isnan(few.filling_factor[-1, -1]) and np.isnan(few.middle[-1, -1])
+    assert analysis.profile(run).sizes["profile"] == 5
+
+
+def test_contacts_of_a_snapshot(run):
+    last = run.contacts()
+    count = run.tree["snapshots"].contact_count.values
+    assert last.sizes["contact"] == count[-1] and np.all(last.grain_j == 199)
+    assert run.contacts(0).sizes["contact"] == count[0] and np.all(run.contacts(0).grain_j == 0)
+    assert run.contacts(-1, "wall_contacts").sizes["wall_contact"] == 2
+
+
+def test_what_is_no_result(tmp_path):
+    with pytest.raises(DustError, match="no result"):
+        analysis.open_run(tmp_path)
+    (tmp_path / "result.nc").write_text("something else")
+    with pytest.raises(DustError, match="cannot be read"):
+        analysis.open_run(tmp_path)
+    xr.Dataset({"a": 1}).to_netcdf(tmp_path / "other.nc")
+    with pytest.raises(DustError, match="no time series"):
+        analysis.open_run(tmp_path / "other.nc")
+
+
+def test_contacts_with_walls_name_their_wall(run):
+    """The group has a variable `wall` of its own, beside the labels of that name at the root."""
+    touching = run.contacts(-1, "wall_contacts")
+    assert touching.wall.dims == ("wall_contact",)
+    assert touching.wall.values.tolist() == [5, 5]
+    assert touching.foot.sel(xyz="z").dims == ("wall_contact",)

@@ -1,0 +1,43 @@
+"""`dust plot` and `dust compare` on results of every kind."""
+
+import pytest
+import synthetic
+from typer.testing import CliRunner
+
+from dusttaichi.commands.app import app
+from dusttaichi.errors import DustError
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs")
+    synthetic.cell_run(folder / "a" / "result.nc")
+    synthetic.cell_run(folder / "b" / "result.nc", phi_init=0.2, last=0.06)
+    synthetic.compression_run(folder / "box" / "result.nc")
+    return folder
+
+
+def dust(*words):
+    result = CliRunner().invoke(
+        app, [str(word) for word in words], catch_exceptions=False, standalone_mode=False
+    )
+    return result.output
+
+
+def test_plot_one_and_several(folder, tmp_path):
+    dust("plot", folder / "a", "--output", tmp_path / "one")
+    assert (tmp_path / "one" / "tensile.png").exists()
+    dust("plot", folder / "a", folder / "b", "--output", tmp_path / "two")
+    names = {path.name for path in (tmp_path / "two").iterdir()}
+    assert names == {"isotropic.png", "tensile.png", "strength.png"}
+
+
+def test_compare(folder, tmp_path, capsys):
+    dust("compare", folder / "a", folder / "b", "--output", tmp_path / "runs.csv")
+    heading = (tmp_path / "runs.csv").read_text().splitlines()[0]
+    assert "strength_law" in heading and "p_m" not in heading
+    dust("compare", folder / "box", folder / "a", "--output", tmp_path / "all.csv")
+    heading, box, cell = (tmp_path / "all.csv").read_text().splitlines()
+    assert "strength_law" in heading and "p_m_sigma" in heading
+    with pytest.raises(DustError, match="no result"):
+        dust("compare", folder / "nothing")

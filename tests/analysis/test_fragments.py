@@ -1,0 +1,317 @@
+"""Fragments, arrival of a signal, restitution: against brute force and motions that are known."""
+
+import numpy as np
+import pytest
+import snapshots
+
+from dusttaichi import analysis, plots
+from dusttaichi.errors import DustError
+
+R = 0.6e-6
+NAN = float("nan")
+
+
+def opened(path, frames, radius=R, **options):
+    return analysis.open_run(snapshots.write(path / "result.nc", frames, radius, **options))
+
+
+def flood(count, pairs):
+    """Sets of connected grains, by walking from grain to grain."""
+    neighbours = {k: set() for k in range(count)}
+    for i, j in pairs:
+        neighbours[i].add(j)
+        neighbours[j].add(i)
+    left, found = set(range(count)), []
+    while left:
+        todo, own = [left.pop()], set()
+        while todo:
+            grain = todo.pop()
+            own.add(grain)
+            todo += [n for n in neighbours[grain] if n not in own]
+        left -= own
+        found.append(frozenset(own))
+    return found
+
+
+# Fragments.
+
+
+@pytest.fixture(scope="module")
+def scattered(tmp_path_factory):
+    """80 grains of several sizes with random contacts: open file, frame, pairs."""
+    rng = np.random.default_rng(4)
+    pairs = rng.integers(0, 80, (55, 2))
+    pairs = pairs[pairs[:, 0] != pairs[:, 1]]
+    frame = {
+        name: scale * rng.normal(size=(80, 3))
+        for name, scale in (("position", 1e-5), ("velocity", 3.0), ("spin", 1e6))
+    } | {"pairs": pairs}
+    radius = R * rng.uniform(0.5, 1.5, 80)
+    with opened(tmp_path_factory.mktemp("f"), [frame], radius) as run:
+        yield run, frame, radius
+
+
+def test_fragments_are_those_of_a_brute_force_search(scattered):
+    run, frame, radius = scattered
+    parts = analysis.fragments(run)
+    expected = flood(80, frame["pairs"])
+    assert len(parts) == len(expected) > 5
+    found = [frozenset(np.flatnonzero(parts.label == k)) for k in range(len(parts))]
+    assert set(found) == set(expected)
+    assert np.all(np.diff(parts.mass) <= 0)
+    mass = 4 / 3 * np.pi * radius**3 * snapshots.DENSITY
+    for k, members in enumerate(found):
+        own = sorted(members)
+        m, x, v, w = (a[own] for a in (mass, frame["position"], frame["velocity"], frame["spin"]))
+        total = m.sum()
+        centre = sum(mi * xi for mi, xi in zip(m, x, strict=True)) / total
+        velocity = sum(mi * vi for mi, vi in zip(m, v, strict=True)) / total
+        momentum = sum(
+            mi * np.cross(xi - centre, vi - velocity) + 0.4 * mi * ri**2 * wi
+            for mi, xi, vi, wi, ri in zip(m, x, v, w, radius[own], strict=True)
+        )
+        spread = sum(mi * (xi - centre) @ (xi - centre) for mi, xi in zip(m, x, strict=True))
+        assert parts.grains[k] == len(own)
+        # sums of up to eighty terms in another order: rounding, relative to their largest terms
+        np.testing.assert_allclose(parts.mass[k], total, rtol=1e-12)
+        np.testing.assert_allclose(parts.centre[k], centre, rtol=0, atol=1e-12 * 1e-5 * 10)
+        np.testing.assert_allclose(parts.velocity[k], velocity, rtol=0, atol=1e-12 * 30)
+        scale = total * 1e-5 * 3.0
+        np.testing.assert_allclose(parts.angular_momentum[k], momentum, rtol=0, atol=1e-11 * scale)
+        rg = np.sqrt(spread / total)
+        np.testing.assert_allclose(parts.radius_of_gyration[k], rg, rtol=1e-9, atol=1e-18)
+
+
+def test_equal_fragments_come_in_the_order_of_their_first_grain(tmp_path):
+    frame = {"position": np.arange(18.0).reshape(6, 3) * 1e-6, "pairs": [[3, 4], [1, 5]]}
+    with opened(tmp_path, [frame]) as run:
+        assert analysis.fragments(run).label.tolist() == [2, 0, 3, 1, 1, 0]
+
+
+def test_a_fragment_across_periodic_faces_is_one_piece(tmp_path):
+    """A bent chain through three faces: the same as the unwrapped chain."""
+    steps = np.array([[1.0, 0.0, 0.0]] * 4 + [[0.0, 1.0, 0.0]] * 4 + [[0.0, 0.0, -1.0]] * 4)
+    chain = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)]) * 2 * R
+    low, edge = -1e-6, 12 * R
+    wrapped = (chain - low) % edge + low
+    pairs = [[k, k + 1] for k in range(12)]
+    box = [low, low + edge] * 3
+    rng = np.random.default_rng(2)
+    order = rng.permutation(13)  # the order of the grains is not that of the chain
+    back = np.argsort(order)
+    frame = {
+        "position": wrapped[order],
+        "pairs": back[np.array(pairs)],
+        "velocity": rng.normal(size=(13, 3)),
+    }
+    free = frame | {"position": chain[order]}
+    with (
+        opened(tmp_path / "a", [frame], box=box, periodic="x y z") as run,
+        opened(tmp_path / "b", [free]) as straight,
+    ):
+        own, expected = analysis.fragments(run), analysis.fragments(straight)
+        assert len(own) == 1
+        # rounding of wrapped coordinates
+        for name in ("radius_of_gyration", "angular_momentum"):
+            values = getattr(expected, name)
+            np.testing.assert_allclose(getattr(own, name), values, rtol=1e-9)
+        shift = (own.centre - expected.centre) / edge
+        np.testing.assert_allclose(shift, np.round(shift), atol=1e-9)
+
+
+def test_filling_factor_of_a_ball_of_a_lattice(tmp_path):
+    """Cubic lattice in a ball: pi/6 within R_g's sphere, up to the roughness of the surface."""
+    grid = np.stack(np.meshgrid(*[np.arange(-9, 10)] * 3), axis=-1).reshape(-1, 3)
+    grid = grid[np.linalg.norm(grid, axis=1) < 9.3] * 2 * R
+    chain = np.stack([np.arange(len(grid) - 1), np.arange(1, len(grid))], axis=1)
+    thin = {"position": 1.5 * grid, "pairs": chain}
+    with opened(tmp_path, [thin, {"position": grid, "pairs": chain}]) as run:
+        parts = analysis.fragments(run)
+        # the number of lattice points in a ball of radius 9.3 is within 2 % of its volume
+        assert parts.filling_factor[0] == pytest.approx(np.pi / 6, rel=0.03)
+        assert parts.characteristic_radius[0] == pytest.approx(9.3 * 2 * R, rel=0.02)
+        change = analysis.compaction(run)
+        assert change.ratio == pytest.approx(1.5**3)  # exact: all distances by one factor
+        assert change.radius_of_gyration[0] / change.radius_of_gyration[1] == pytest.approx(1.5)
+
+
+def test_growth_efficiency_and_spectrum(tmp_path):
+    def links(*ranges):
+        return [[k, k + 1] for first, last in ranges for k in range(first, last - 1)]
+
+    x = np.arange(60.0).reshape(20, 3) * 1e-6
+    pieces = ((0, 14), (14, 20)), ((0, 17), (17, 20)), ((0, 11), (14, 20)), ((0, 20),)
+    frames = [{"position": x, "pairs": links(*ranges)} for ranges in pieces]
+    with opened(tmp_path, frames) as run:
+        # target 14, projectile 6: it gains 3, loses 3, takes all
+        assert analysis.growth_efficiency(run, last=1) == pytest.approx(3 / 6)
+        assert analysis.growth_efficiency(run, last=2) == pytest.approx(-3 / 6)
+        assert analysis.growth_efficiency(run) == pytest.approx(1.0)
+        with pytest.raises(DustError, match="holds 1 fragments"):
+            analysis.growth_efficiency(run, first=3)
+        spectrum = analysis.mass_spectrum(analysis.fragments(run, 2), bins=4)
+        one = 4 / 3 * np.pi * R**3 * snapshots.DENSITY
+        np.testing.assert_allclose(spectrum.mass / one, [1, 1, 1, 6, 11])
+        assert spectrum.count.tolist() == [5, 4, 3, 2, 1]
+        np.testing.assert_allclose(spectrum.share, np.array([20, 19, 18, 17, 11]) / 20)
+        assert spectrum.histogram.tolist() == [3, 0, 1, 1] and len(spectrum.edges) == 5
+        (axes,) = plots.mass_spectrum([spectrum], ["made"]).axes
+        assert "fragments" in axes.get_ylabel() and axes.get_xscale() == "log"
+        with pytest.raises(DustError, match="no snapshot 9; allowed: 0 to 3"):
+            analysis.fragments(run, 9)
+
+
+# Arrival.
+
+
+def wave(tmp_path, speed, push=1e-9, walls=None):
+    """Grains on a line that a straight ramp passes at `speed`, 2 ns long; grain 0 is pushed."""
+    dt, count = 0.5e-9, 40
+    x = np.zeros((count, 3))
+    x[:, 0] = np.arange(count) * 2 * R
+    box = [NAN] * 6
+    frames = []
+    for n in range(400):
+        moved = np.clip((n * dt - x[:, 0] / speed) / 2e-9, 0.0, 1.0) * push
+        here = [-R + moved[0], NAN, NAN, NAN, NAN, NAN]
+        frames.append({"position": x + moved[:, None] * [0.6, 0.8, 0.0], "box": here})
+    return opened(tmp_path, frames, dt=dt, box=walls and box)
+
+
+@pytest.mark.parametrize("speed", [300.0, 513.8])
+@pytest.mark.parametrize("threshold", [{"fraction": 0.25}, {"threshold": 0.4e-9}])
+def test_sound_speed_of_a_wave(tmp_path, speed, threshold):
+    with wave(tmp_path, speed) as run:
+        arrivals = analysis.arrival(run, 0, **threshold)
+        part = threshold.get("fraction", 0.4)
+        assert arrivals.push == pytest.approx(1e-9) and arrivals.threshold == pytest.approx(
+            part * 1e-9
+        )
+        # the ramp is straight from its start to the snapshot after the crossing, so that the
+        # interpolation is exact: rounding of displacements, 1e-20 m of 1e-9 m, remains
+        expected = arrivals.distance / speed + part * 2e-9
+        assert not np.isnan(arrivals.time).any()
+        np.testing.assert_allclose(arrivals.time, expected, rtol=0, atol=1e-9 * 2e-9)
+        fit = analysis.sound_speed(arrivals)
+        assert fit.speed == pytest.approx(speed, rel=1e-8)
+        assert fit.delay == pytest.approx(part * 2e-9, rel=1e-6) and fit.grains == 39
+        np.testing.assert_allclose(
+            arrivals.speed[1:], arrivals.distance[1:] / expected[1:], rtol=1e-6
+        )
+        assert np.isnan(arrivals.speed[0])
+        (axes,) = plots.sound_speed(arrivals, fit, [(speed, "theory")]).axes
+        assert "m/s" in axes.get_ylabel()
+
+
+def test_error_of_the_sound_speed():
+    """200 fits of noisy arrivals: the stated error is that of the scatter of the fits."""
+    rng, distance = np.random.default_rng(6), np.linspace(1e-6, 3e-5, 60)
+    pulls = []
+    for _ in range(200):
+        time = 2e-9 + distance / 30.0 + 2e-8 * rng.normal(size=60)
+        fit = analysis.sound_speed(analysis.Arrival(time, distance, 1e-10, 1e-9), beyond=2e-6)
+        pulls.append((fit.speed - 30.0) / fit.sigma)
+    # 1 and 0 are expected; the scatter of 200 numbers is known to 5 %, their mean to 0.07
+    assert 0.8 < np.std(pulls) < 1.2 and abs(np.mean(pulls)) < 0.3
+
+
+def test_a_wall_that_pushes(tmp_path):
+    with wave(tmp_path, 400.0, walls=True) as run:
+        arrivals = analysis.arrival(run, "x_min", fraction=0.5)
+        assert arrivals.push == pytest.approx(1e-9)
+        np.testing.assert_allclose(arrivals.distance, (np.arange(40) * 2 + 1) * R)
+        assert analysis.sound_speed(arrivals).speed == pytest.approx(400.0, rel=0.01)
+        with pytest.raises(DustError, match='no wall "top"; allowed: x_min'):
+            analysis.arrival(run, "top")
+        with pytest.raises(DustError, match="no grain 40; allowed: 0 to 39"):
+            analysis.arrival(run, 40)
+
+
+def test_no_signal(tmp_path):
+    with opened(tmp_path, [{"position": np.eye(3) * 1e-5}] * 3) as run:
+        with pytest.raises(DustError, match="is not displaced"):
+            analysis.arrival(run, 0)
+        arrivals = analysis.arrival(run, 0, threshold=1e-10)
+        assert np.isnan(arrivals.time).all()
+        with pytest.raises(DustError, match="reached 0 grains"):
+            analysis.sound_speed(arrivals)
+
+
+# Restitution.
+
+
+def collision(tmp_path, after, pairs_after, offset=0.0):
+    """Two dimers that meet along x at 3 + 1 m/s, and part again with the velocities `after`."""
+    half = np.array([[0.0, -R, 0.0], [0.0, R, 0.0]])
+    v = np.repeat([[3.0, 0.5, 0.0], [-1.0, 0.5, 0.0]], 2, axis=0)
+    frames = []
+    for n in range(-10, 11):
+        gap = 2 * R + 4.0 * 1e-7 * abs(n)
+        x = np.concatenate([half + [-gap / 2, 0, 0], half + [gap / 2, offset, 0]])
+        frames.append(
+            {
+                "position": x,
+                "velocity": v if n <= 0 else np.repeat(after, 2, axis=0),
+                "pairs": pairs_after if n > 0 else [[0, 1], [2, 3]],
+            }
+        )
+    return opened(tmp_path, frames)
+
+
+def test_restitution_of_two_aggregates(tmp_path):
+    with collision(tmp_path, [[0.0, 0.5, 0.0], [2.0, 0.5, 0.0]], [[0, 1], [2, 3]]) as run:
+        result = analysis.restitution(run)
+        assert not result.sticks
+        # floats as they were put in
+        assert (result.before, result.after) == (pytest.approx(4.0), pytest.approx(2.0))
+        assert result.coefficient == pytest.approx(0.5)
+        np.testing.assert_allclose(np.abs(result.normal), [1.0, 0.0, 0.0], atol=1e-12)
+        with pytest.raises(DustError, match="do not approach"):
+            analysis.restitution(run, first=15)
+
+
+def test_restitution_is_that_along_the_normal(tmp_path):
+    """Beside each other by 2r, so the normal is at 45 degrees; a sliding motion does not count."""
+    after = [[1.0, -1.5, 0.3], [1.0, 2.5, 0.0]]
+    with collision(tmp_path, after, [[0, 1], [2, 3]], offset=2 * R) as run:
+        result = analysis.restitution(run)
+        assert result.before == pytest.approx(4.0 / np.sqrt(2))
+        assert result.after == pytest.approx(4.0 / np.sqrt(2))
+        assert result.coefficient == pytest.approx(1.0)
+
+
+def test_sticking(tmp_path):
+    after = [[1.0, 0.5, 0.0], [1.0, 0.5, 0.0]]
+    with collision(tmp_path, after, [[0, 1], [1, 2], [2, 3]]) as run:
+        assert analysis.restitution(run).sticks and analysis.restitution(run).coefficient == 0.0
+        assert analysis.restitution(run, bodies=([0, 1], [2, 3])).sticks
+
+
+@pytest.mark.parametrize("wall, axis, sign", [("bottom", 2, 1.0), ("x_max", 0, -1.0)])
+def test_restitution_on_a_moving_wall(tmp_path, wall, axis, sign):
+    """The wall moves at 0.2 m/s towards the grain, which comes at 1 and leaves at 0.8 m/s."""
+    dt, frames = 1e-9, []
+    side = {"bottom": 4, "x_max": 1}[wall]
+    for n in range(20):
+        box = np.full(6, NAN)
+        box[side] = sign * 0.2 * n * dt
+        v = np.full((1, 3), 0.1)
+        v[0, axis] = sign * (-1.0 if n < 10 else 0.8)
+        frames.append({"position": np.ones((1, 3)) * 1e-6, "velocity": v, "box": box})
+    frames.append(frames[-1] | {"touching": [(0, side)]})
+    with opened(tmp_path, frames, box=np.full(6, NAN), dt=dt) as run:
+        result = analysis.wall_restitution(run, wall, last=18)
+        assert result.before == pytest.approx(1.2) and result.after == pytest.approx(0.6)
+        assert result.coefficient == pytest.approx(0.5) and not result.sticks
+        assert analysis.wall_restitution(run, wall).sticks
+        with pytest.raises(DustError, match='no wall "top"'):
+            analysis.wall_restitution(run, "top")
+
+
+def test_restitution_figure_has_the_closed_form():
+    speeds = np.array([0.05, 0.2, 1.0])
+    figure = plots.restitution(speeds, [0.0, 0.83, 0.99], sticking_speed=0.11)
+    closed, points = figure.axes[0].lines
+    v, e = closed.get_data()
+    np.testing.assert_allclose(e[v >= 0.11], np.sqrt(1 - (0.11 / v[v >= 0.11]) ** 2), atol=1e-12)
+    np.testing.assert_allclose(points.get_xdata(), speeds)

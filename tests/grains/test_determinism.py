@@ -1,0 +1,40 @@
+"""The same bits on any number of threads."""
+
+import numpy as np
+import pytest
+from conftest import Probe, box, make_scene, sample_of
+from test_search import FREE, same_bits, state, stirred
+
+from dusttaichi import samples
+
+
+def gas(threads):
+    return Probe(make_scene(**FREE, threads=threads), sample_of(*stirred()))
+
+
+def pressed(threads):
+    scene = make_scene(
+        damping="viscoelastic",
+        threads=threads,
+        boundary=box(wall_speed=1.0, side_walls=1e-3),
+        sample={"kind": "rbd", "grains": 60, "seed": 3},
+    )
+    return Probe(scene, samples.make(scene))
+
+
+def numbers(probe):
+    m = probe.sim.measure()
+    return np.concatenate([np.atleast_1d(m[name]).astype(float) for name in sorted(m)])
+
+
+@pytest.mark.parametrize("make, most", [(gas, 2), (pressed, 3)], ids=["gas", "box"])
+def test_threads_change_no_bit(make, most):
+    """More threads than cores as well: the first worker goes on alone if the others do not come."""
+    expected = None
+    for threads in range(1, most + 1):
+        probe = make(threads)
+        probe.advance(150)
+        found = state(probe), numbers(probe)
+        expected = expected or found
+        same_bits(expected[0], found[0])
+        assert np.array_equal(expected[1], found[1])

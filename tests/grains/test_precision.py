@@ -1,0 +1,139 @@
+"""Precision, Newton steps and mass scaling: what they change, and by how much."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from conftest import Probe, box, make_scene, sample_of
+
+from dusttaichi.errors import DustError
+from dusttaichi.grains.build import build, time_step
+from dusttaichi.grains.record import ledger
+
+R = 0.6e-6
+F_C = 3 * np.pi * 20e-3 * R / 2  # of two grains
+
+
+def cluster(rng):
+    """Twelve grains that touch their neighbours on a lattice, stirred."""
+    grid = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1, 2], indexing="ij"), axis=-1).reshape(-1, 3)
+    x = grid * (2 * R - 0.1e-9)
+    return x, 0.02 * rng.normal(size=x.shape), 1e4 * rng.normal(size=x.shape)
+
+
+SCENES = {
+    "pairs": {},
+    "walls": {"boundary": box("x_min", "bottom", size=(9e-6, 9e-6, 9e-6))},
+    "unlike": {},
+    "stress": {"boundary": {"kind": "periodic", "size": ["8 um", "8 um", "8 um"]}},
+}
+
+
+def outcome(kind, steps, **numerics):
+    """The cluster after some steps; one simulation lives at a time."""
+    x, v, w = cluster(np.random.default_rng(1))
+    if kind == "walls":
+        x = x + R - 0.2e-9
+    sample = sample_of(x, v, w)
+    if kind == "unlike":
+        sample = replace(sample, radii=R * (1 + 1e-4 * np.random.default_rng(2).random(len(x))))
+    probe = Probe(make_scene(**SCENES[kind], numerics=numerics), sample)
+    start = probe.sim.measure()
+    probe.advance(steps)
+    return SimpleNamespace(
+        x=probe.x,
+        w=probe.w,
+        way=probe.x - x,
+        force=probe.loads()[0],
+        energy=probe.energy(),
+        open_by=abs(ledger(probe.sim.measure(), start)[1]),
+        dtype=probe.sim.fields["x"].to_numpy().dtype,
+    )
+
+
+@pytest.mark.parametrize("kind", SCENES)
+def test_mixed_precision_is_the_law_in_single(kind):
+    """Two hundred steps: what the contacts did agrees to the rounding of forces.
+
+    A force is a sum of a few terms that nearly cancel at rest, each rounded to 1e-7 of F_c; over
+    half a period that grows by a factor of a few. Geometry in single precision would show 1e-4.
+    """
+    exact, mixed = (outcome(kind, 200, precision=precision) for precision in ("f64", "mixed"))
+    assert np.abs(exact.force).max() > 0.05 * F_C  # something happens
+    assert np.abs(mixed.force - exact.force).max() < 1e-4 * F_C
+    assert np.abs(mixed.x - exact.x).max() < 1e-5 * np.abs(exact.way).max()
+    assert mixed.energy == pytest.approx(exact.energy, rel=1e-5)
+    assert not np.array_equal(mixed.x, exact.x)  # it is not double under another name
+
+
+def test_single_precision_keeps_the_ledger_of_a_small_cluster():
+    """Positions of 3 um are known to 0.2 pm, 1e-3 of the overlap at rest: the ledger shows it."""
+    single, exact = (outcome("pairs", 500, precision=precision) for precision in ("f32", "f64"))
+    assert (single.dtype, exact.dtype) == (np.float32, np.float64)
+    assert exact.open_by < single.open_by < 1e-2
+
+
+def test_single_precision_is_refused_where_it_cannot_resolve_an_overlap():
+    scene = make_scene(numerics={"precision": "f32"})
+    with pytest.raises(DustError, match=r"numerics\.precision = f32.*6 pm.*mixed or f64"):
+        build(scene, sample_of([[0, 0, 0], [1e-4, 0, 0]]))
+
+
+def test_same_bits_on_one_and_two_threads_in_mixed_precision():
+    one, two = (outcome("walls", 100, precision="mixed", threads=n) for n in (1, 2))
+    assert np.array_equal(one.x, two.x) and np.array_equal(one.w, two.w)
+
+
+def test_fewer_newton_steps_are_less_exact():
+    """The fit alone is 8e-5 off in s = sqrt(a/a0), and forces 6 s^5 - 3 s^2 = 3 times that of
+    4 F_c; one Newton step squares it to below 1e-7."""
+    forces = [outcome("pairs", 0, newton_steps=steps).force for steps in range(4)]
+    worst = [np.abs(force - forces[3]).max() / (4 * F_C) for force in forces]
+    assert 1e-7 < worst[0] < 1e-3
+    assert worst[1] < 1e-7 and worst[2] < 1e-12
+
+
+def test_mass_scaling_is_a_slower_clock():
+    """Four times the mass at half the speed: the same motion with every time doubled, bit for bit,
+    since all factors are powers of two (no damping, whose constant has a time in it)."""
+
+    def pressed(speed, dt, scaling):
+        scene = make_scene(
+            interaction={"damping": "none"},
+            boundary=box(size="fit", wall_speed=speed),
+            dt=dt,
+            numerics={"mass_scaling": scaling},
+        )
+        x, _, _ = cluster(np.random.default_rng(1))
+        sim = build(scene, sample_of(x))
+        sim.advance(2000)
+        return sim.fields["x"].to_numpy(), sim.measure()["kinetic_translation"]
+
+    light, heavy = pressed(0.5, 2e-10, 1.0), pressed(0.25, 4e-10, 4.0)
+    assert np.array_equal(light[0], heavy[0])
+    assert light[1] == heavy[1] > 0.0
+
+
+def test_mass_scaling_lengthens_the_step():
+    plain, scaled = (
+        make_scene(
+            boundary=box(size="fit", wall_speed=0.01), dt="auto", numerics={"mass_scaling": factor}
+        )
+        for factor in (1.0, 100.0)
+    )
+    # viscous damping of S12 takes 1e-3 off the longer one's limit, not off the period
+    assert time_step(scaled, 100).period == pytest.approx(10 * time_step(plain, 100).period)
+
+
+@pytest.mark.parametrize(
+    "blocks, why",
+    [
+        ({"sample": {"kind": "pair", "speed": "1 m/s", "gap": "1 nm"}}, "a collision"),
+        ({}, "no wall or face moves"),
+        ({"push": [{"grains": [0], "velocity": ["1 m/s", "0 m/s", "0 m/s"]}]}, "a push"),
+    ],
+)
+def test_mass_scaling_is_refused_where_inertia_matters(blocks, why):
+    with pytest.raises(DustError, match=f"numerics.mass_scaling.*{why}"):
+        make_scene(**blocks, numerics={"mass_scaling": 4})

@@ -1,0 +1,165 @@
+"""Neighbour search against brute force, while grains move."""
+
+import numpy as np
+import pytest
+from conftest import RADIUS, Probe, box, make_scene, sample_of
+
+from dusttaichi import samples
+
+GRAINS = 300
+FREE = {"effects": ("rolling", "sliding", "twisting"), "damping": "none", "dt": "0.1 ns"}
+
+
+def stirred(seed=31, speed=20.0):
+    """A dense gas: sites of a loose lattice, random velocities [m/s], random spins."""
+    rng = np.random.default_rng(seed)
+    sites = np.stack(np.meshgrid(*[np.arange(7)] * 3, indexing="ij"), -1).reshape(-1, 3)[:GRAINS]
+    x = sites * 2.15 * RADIUS + rng.uniform(-0.07, 0.07, (GRAINS, 3)) * RADIUS
+    return x, speed * rng.normal(size=(GRAINS, 3)), 1e6 * rng.normal(size=(GRAINS, 3))
+
+
+def overlaps(x):
+    d = np.linalg.norm(x[:, None] - x[None], axis=-1)
+    return 2 * RADIUS - d
+
+
+def test_contacts_against_brute_force():
+    """Every pair that overlaps is an active contact, and none that is past pull-off."""
+    probe = Probe(make_scene(**FREE, numerics={"skin": 0.05}), sample_of(*stirred()))
+    upper = np.triu_indices(GRAINS, 1)
+    formed = 0
+    for _ in range(60):
+        probe.advance(25)
+        active = set(probe.contacts())
+        gap = overlaps(probe.x)
+        # rounding of positions: a pair within 1e-17 m of touching may be seen either way
+        touching = {(i, j) for i, j in zip(*upper, strict=True) if gap[i, j] > 1e-17}
+        apart = {(i, j) for i, j in zip(*upper, strict=True) if gap[i, j] < -0.1373e-9}
+        assert touching <= active
+        assert not active & apart
+        assert probe.sim.measure()["contacts"] == len(active)
+        formed = max(formed, len(active))
+    assert formed > 10 and probe.sim.searches > 10
+
+
+def test_fast_grain_is_not_missed():
+    """A bullet of 500 m/s through a gap-free line of sight: it has to touch what stands in its way
+    at the first step that finds an overlap, with every time a new search between."""
+    rng = np.random.default_rng(33)
+    x = np.zeros((GRAINS, 3))
+    x[:, 0] = np.arange(GRAINS) * 40 * RADIUS
+    x[:, 1:] = rng.uniform(-1, 1, (GRAINS, 2)) * RADIUS * 0.1
+    x[0] = x[1] - [7 * RADIUS, 0, 0]
+    v = np.zeros((GRAINS, 3))
+    v[0, 0] = 500.0
+    probe = Probe(make_scene(**FREE, numerics={"skin": 0.05}), sample_of(x, v))
+    while overlaps(probe.x)[0, 1] <= 0:
+        assert not probe.contacts()
+        probe.advance(1)
+    assert set(probe.contacts()) == {(0, 1)}
+    assert probe.sim.searches > 10
+
+
+def state(probe):
+    fields = ("x", "v", "w")
+    return [probe._grains(name) for name in fields], probe.contacts()
+
+
+def same_bits(one, other):
+    assert all(np.array_equal(a, b) for a, b in zip(one[0], other[0], strict=True))
+    assert set(one[1]) == set(other[1])
+    for key, contact in one[1].items():
+        assert all(np.array_equal(a, b) for a, b in zip(contact, other[1][key], strict=True)), key
+
+
+def test_history_survives_a_search():
+    probe = Probe(make_scene(**FREE), sample_of(*stirred()))
+    probe.advance(600)
+    before = state(probe)
+    assert len(before[1]) > 1
+    probe.sim._search()
+    same_bits(before, state(probe))
+
+
+@pytest.mark.parametrize("skin", [0.05, 0.3])
+def test_other_searches_change_no_bit(skin):
+    """The skin decides when a search is made and which pairs are listed, never what happens."""
+    expected = None
+    for numerics in ({}, {"skin": skin}):
+        probe = Probe(make_scene(**FREE, numerics=numerics), sample_of(*stirred()))
+        probe.advance(600)
+        found, searches = state(probe), probe.sim.searches
+        if expected is None:
+            expected, usual = found, searches
+    same_bits(expected, found)
+    assert searches != usual
+
+
+def test_search_between_steps_changes_no_bit():
+    """`search` asks for one in the next step: wherever it falls, nothing else changes."""
+    once = Probe(make_scene(**FREE), sample_of(*stirred()))
+    once.advance(600)
+    expected = state(once)
+    often = Probe(make_scene(**FREE), sample_of(*stirred()))
+    for _ in range(12):
+        often.advance(50)
+        often.sim.search()
+    same_bits(expected, state(often))
+
+
+def test_segments_change_no_bit():
+    whole = Probe(make_scene(**FREE), sample_of(*stirred()))
+    whole.advance(700)
+    expected = state(whole)
+    pieces = Probe(make_scene(**FREE), sample_of(*stirred()))
+    for steps in [1] * 100 + [7] * 50 + [250]:
+        pieces.advance(steps)
+    same_bits(expected, state(pieces))
+
+
+@pytest.mark.parametrize("skin", [1e-4, 2e-3])
+def test_a_stretched_contact_survives_any_skin(skin):
+    """Grains stay bonded down to an overlap of -0.137 nm: a search has to list that far, even
+    where the skin (here 0.06 nm) is shorter."""
+    x = np.zeros((12, 3))
+    x[:, 1] = np.arange(12) * 10 * RADIUS
+    x[1] = x[0] + [2 * RADIUS - 0.16627e-9, 0, 0]
+    v = np.zeros((12, 3))
+    v[0, 0], v[1, 0] = -0.069, 0.069  # pulled apart, not beyond pull-off: less than 0.11 m/s
+    probe = Probe(make_scene(dt="0.02 ns", numerics={"skin": skin}), sample_of(x, v))
+    while overlaps(probe.x)[0, 1] > -0.09e-9:
+        probe.advance(1)
+        assert probe.sim.step < 1000
+    assert set(probe.contacts()) == {(0, 1)}
+    probe.sim._search()
+    assert set(probe.contacts()) == {(0, 1)}
+
+
+def beyond(depth, least):
+    """Keys (grain, -1 - wall) where depth (grains, walls) exceeds `least`."""
+    return {(i, -1 - n) for i, n in zip(*np.nonzero(depth > least), strict=True)}
+
+
+def test_wall_contacts_against_brute_force():
+    """60 grains shaken in a box: every grain that overlaps a wall is in contact with it."""
+    scene = make_scene(
+        boundary=box(wall_speed=1.0, side_walls=1e-3),
+        dt="0.1 ns",
+        sample={"kind": "rbd", "grains": 60, "seed": 3},
+    )
+    sample = samples.make(scene)
+    rng = np.random.default_rng(35)
+    v = 2.0 * rng.normal(size=sample.positions.shape)
+    probe = Probe(scene, sample_of(sample.positions, v))
+    box_ = probe.sim.box
+    touched = 0
+    for _ in range(40):
+        probe.advance(50)
+        walls = {key for key in probe.contacts() if key[1] < 0}
+        plane = box_.offset + box_.speed * probe.sim.time
+        overlap = RADIUS - (probe.x @ box_.normal.T - plane * 1e-6)
+        assert beyond(overlap, 1e-17) <= walls
+        # pull-off on a wall: at -0.8255 * 0.419 nm
+        assert not walls & beyond(-overlap, 0.3459e-9)
+        touched = max(touched, len(walls))
+    assert touched > 5

@@ -1,0 +1,252 @@
+"""Asperities at first touch: the energy of PD08's formulas, taken by an impulse and booked."""
+
+import numpy as np
+import pytest
+import reference as ref
+from conftest import RADIUS, Probe, box, make_scene, sample_of
+
+from dusttaichi.errors import DustError
+from dusttaichi.physics.contact import asperities, constants
+from dusttaichi.samples import Sample
+from dusttaichi.scene import Scene
+from dusttaichi.studies import asperity_fit
+
+MASS, INERTIA = ref.mass_and_inertia()
+YIELD, VOLUME = 11e9, 0.01e-9
+DT = 0.1e-9
+
+
+def eq_8_and_9(speed, wall=False):
+    """E_asp [J] as PD08 prints it, at most the kinetic energy."""
+    mat = ref.SILICATE
+    R = RADIUS if wall else RADIUS / 2
+    E_star = mat["E"] / (2 * (1 - mat["nu"] ** 2))
+    energy = 0.5 * (MASS if wall else MASS / 2) * speed**2
+    F_eq = 2.5 ** (3 / 5) * energy ** (3 / 5) * R ** (1 / 5) * E_star ** (2 / 5)
+    adhesion = 6 * np.pi * mat["gamma"] * R
+    root = np.sqrt(adhesion**2 + 2 * adhesion * F_eq)
+    a_max = (3 * R / (4 * E_star) * (F_eq + adhesion + root)) ** (1 / 3)
+    return np.minimum(YIELD * VOLUME * np.pi * a_max**2, energy)
+
+
+def scene(damping="viscoelastic", on=True, effects=("rolling", "sliding"), **keys):
+    made = make_scene(damping=damping, dt=DT, effects=effects, **keys)
+    return made.with_value("interaction.asperities", {"volume": f"{VOLUME} m"}) if on else made
+
+
+# Pairs that meet head-on and obliquely with spins, one of them with a third grain behind it, and
+# grains that fall on the floor: one scene for all, far from each other.
+
+SPEEDS = np.array([0.02, 0.1, 0.3, 1.0, 3.0])
+GAP = 0.5e-10
+
+
+def start():
+    """(x, v, w, pairs, walls): grain numbers of pairs and of grains that fall."""
+    x, v, w = [], [], []
+    for n, speed in enumerate(SPEEDS):
+        for m, nc in enumerate(([1.0, 0, 0], [0.48, 0.64, 0.6])):
+            nc = np.array(nc)
+            side = np.array([0.2, -0.3, 0.1]) * m
+            middle = np.array([n * 6e-6, m * 6e-6, 5e-6])
+            x += [middle + nc * (RADIUS + GAP / 2), middle - nc * (RADIUS + GAP / 2)]
+            v += [-nc * speed / 2 + side, nc * speed / 2 - side]
+            w += [[m * 1e5, -m * 3e5, 0], [m * 2e5, 0, m * 1e5]]
+    pairs = np.arange(len(x)).reshape(-1, 2)
+    # a third grain in contact behind the last pair: other forces in the step of the touch
+    x.append(x[-1] - np.array([0.48, 0.64, 0.6]) * (2 * RADIUS - ref.numbers().delta0))
+    v.append(v[-1])
+    w.append([0, 0, 0])
+    for n, speed in enumerate(SPEEDS):
+        x.append([n * 6e-6, -8e-6, RADIUS + GAP])
+        v.append([0.05, 0.02, -speed])
+        w.append([1e5, 0, 2e5])
+    x.append([-8e-6, -8e-6, RADIUS - ref.numbers(wall=True).delta0])
+    v.append([0, 0, 0])
+    w.append([0, 0, 0])
+    walls = np.arange(len(x) - 6, len(x) - 1)
+    return np.array(x), np.array(v), np.array(w), pairs, walls
+
+
+@pytest.fixture(scope="module", params=["none", "viscoelastic"])
+def course(request):
+    """Of every step: v of the field, x, v, w of its time, forces, and the measurement."""
+    x, v, w, pairs, walls = start()
+    probe = Probe(scene(request.param, boundary=box("bottom")), sample_of(x, v, w))
+    steps = []
+    for _ in range(120):
+        before = probe._grains("v")
+        force, _ = probe.loads()
+        own = probe.sim.measure()
+        steps.append((before, probe.x, probe.v, probe.w, force, own))
+        probe.advance(1)
+    return probe, steps, pairs, walls
+
+
+def test_energy_of_every_touch_is_that_of_the_paper(course):
+    """All touches together. 1e-3: the third grain behind the last oblique pair pulls within the
+    step, and an oblique touch is found up to one step late, when n_c has turned by that much."""
+    probe, steps, pairs, walls = course
+    m = probe.sim.measure()
+    pair, wall = eq_8_and_9(SPEEDS).sum() * 2, eq_8_and_9(SPEEDS, wall=True).sum()
+    assert m["loss"][6] * 1e-15 == pytest.approx(pair, rel=1e-3)
+    assert m["loss_wall"][6] * 1e-15 == pytest.approx(wall, rel=1e-3)
+
+
+def test_never_more_than_there_is(course):
+    """The slowest lose their whole energy along n_c, the fastest less than half of it."""
+    energy = 0.5 * MASS / 2 * SPEEDS**2
+    assert eq_8_and_9(SPEEDS)[0] == energy[0] and eq_8_and_9(SPEEDS)[-1] < 0.5 * energy[-1]
+    probe, steps, pairs, _ = course
+    loss = np.array([s[5]["loss"][6] for s in steps]) * 1e-15
+    assert np.all(np.diff(loss) > -1e-18) and loss[-1] <= 2 * energy.sum()
+
+
+def test_ledger_closes(course):
+    """The rest is the integrator's: second order in the step, 2e-3 of the energy at 3 m/s; 20 times
+    less than what the asperities take."""
+    _, steps, _, _ = course
+
+    def energy(m):
+        own = m["kinetic_translation"] + m["kinetic_rotation"]
+        return own + m["potential"].sum() + m["potential_wall"].sum()
+
+    first = energy(steps[0][5])
+    for s in steps:
+        m = s[5]
+        residual = energy(m) - first + m["loss"].sum() + m["loss_wall"].sum()
+        assert abs(residual) < 2e-3 * first
+    assert m["loss"][6] > 0.04 * first
+
+
+def test_momenta_of_pairs(course):
+    """Linear and angular, to rounding, of each pair (the last one with the grain behind it)."""
+    _, steps, pairs, _ = course
+    for pair in pairs:
+        group = [*pair, 20] if pair[0] == 18 else list(pair)
+        linear, turning = [], []
+        for _, x, v, w, _, _ in steps:
+            x, v, w = x[group], v[group], w[group]
+            linear.append(MASS * v.sum(0))
+            turning.append((MASS * np.cross(x, v) + INERTIA * w).sum(0))
+        scale = MASS * np.abs(steps[0][2][group]).sum()
+        assert np.abs(np.array(linear) - linear[0]).max() < 1e-13 * scale
+        # angular momentum about the origin: positions of 30 um weigh on the rounding
+        assert np.abs(np.array(turning) - turning[0]).max() < 1e-13 * scale * 30e-6 * 10
+
+
+def test_booked_is_what_the_impulse_took():
+    """A head-on pair by itself, in the step of its touch: the drop of the kinetic energy, plus what
+    the spring of that overlap did with the mean speed, to rounding; and it is eq 7 to rounding."""
+    speed = 0.7
+    probe = Probe(
+        scene("none"),
+        sample_of(
+            [[RADIUS + GAP / 2, 0, 0], [-RADIUS - GAP / 2, 0, 0]],
+            [[-speed / 2, 0, 0], [speed / 2, 0, 0]],
+        ),
+    )
+    while probe.sim.measure()["contacts"] == 0:
+        u_before = np.subtract(*probe._grains("v"))[0]
+        probe.advance(1)
+    x = probe.x
+    probe.advance(1)
+    u_after = np.subtract(*probe._grains("v"))[0]
+    p = ref.numbers()
+    spring = ref.normal_force(ref.contact_radius(2 * RADIUS - (x[0, 0] - x[1, 0]), p), p)
+    taken = 0.25 * MASS * (u_before**2 - u_after**2) + DT * spring * 0.5 * (u_before + u_after)
+    booked = probe.sim.measure()["loss"][6] * 1e-15
+    # the overlap is a difference of positions 1e4 times as long, and the spring's work a 2e-2
+    assert booked == pytest.approx(taken, rel=1e-11)
+    assert booked == pytest.approx(eq_8_and_9(speed), rel=1e-12)
+
+
+def test_contacts_at_the_start_have_touched_before():
+    """A pair that overlaps at the start loses nothing, however fast it closes."""
+    x = [[RADIUS - 1e-11, 0, 0], [-RADIUS + 1e-11, 0, 0]]
+    probe = Probe(scene("none"), sample_of(x, [[-0.1, 0, 0], [0.1, 0, 0]]))
+    probe.advance(20)
+    assert probe.sim.measure()["loss"][6] == 0.0 and np.isfinite(probe.x).all()
+
+
+def test_off_is_absent():
+    """No slot of state, no channel; the written result has the six channels (test_results)."""
+    probe = Probe(scene(on=False), sample_of([[0, 0, 0], [1.3e-6, 0, 0]]))
+    assert probe.sim.layout.graze < 0 and len(probe.sim.measure()["loss"]) == 6
+    on = Probe(scene(), sample_of([[0, 0, 0], [1.3e-6, 0, 0]]))
+    assert on.sim.layout.state_size == probe.sim.layout.state_size + 2
+    assert on.sim.layout.channels[6:] == ("asperities",) and len(on.sim.measure()["loss"]) == 7
+
+
+def test_volume_is_needed():
+    data = {"material": "silicate_s12", "interaction": {"asperities": "on"}}
+    base = {
+        "name": "x",
+        "sample": {"kind": "pair"},
+        "boundary": {"kind": "open"},
+        "stop": {"steps": 1},
+    }
+    with pytest.raises(DustError, match=r"interaction\.asperities\.volume"):
+        Scene.from_dict({**base, **data})
+    scene = Scene.from_dict({**base, **data, "material": "silica_pd08"})
+    assert scene.material.asperity_volume == pytest.approx(3.36e-11)
+    assert scene.interaction.asperities.yield_strength == 11e9
+
+
+# The fit.
+
+
+def test_energies_balance_at_poppes_speed():
+    """Closed form: the default of silica_pd08 sticks at 1.2 m/s (Poppe's error is 0.1; the default
+    has three digits), and 0.25 um as PD08's r^(-5/6)."""
+    volume = Scene.from_dict(
+        {
+            "name": "x",
+            "material": "silica_pd08",
+            "sample": {"kind": "pair"},
+            "boundary": {"kind": "open"},
+            "stop": {"steps": 1},
+        }
+    ).material.asperity_volume
+    speed = asperity_fit.sticking_speed_balance("silica_pd08", volume)
+    assert speed == pytest.approx(1.2, abs=2e-3)
+    small = asperity_fit.sticking_speed_balance("silica_pd08", volume, 0.25e-6)
+    assert small / speed == pytest.approx((0.6 / 0.25) ** (5 / 6), rel=0.01)
+
+
+def test_simulated_grains_stick_up_to_that_speed():
+    """2e-3: contacts are found up to a step late, which the balance does not know."""
+    found, sigma = asperity_fit.sticking_speed("silica_pd08", 3.36e-11)
+    balance = asperity_fit.sticking_speed_balance("silica_pd08", 3.36e-11)
+    assert sigma < 2e-4 and found == pytest.approx(balance, rel=2e-3)
+    assert found == pytest.approx(1.2, abs=3e-3)
+
+
+def test_speeds_below_that_without_asperities_cannot_be_fitted():
+    with pytest.raises(DustError, match="a higher speed is needed"):
+        asperity_fit.fit_asperities(speed=0.1)
+
+
+def test_unlike_grains_lose_what_their_contact_says():
+    """Radii 1:2, head-on: PD08 eqs 7-10 with the reduced mass and radius of the pair."""
+    radii = [0.6e-6, 0.3e-6]
+    material = make_scene().material
+    made = make_scene(dt="0.02 ns")
+    made = made.with_value("interaction.asperities", {"volume": f"{VOLUME} m"})
+    touch = sum(radii) + 1e-11
+    sample = Sample(
+        np.array([[0.0, 0, 0], [touch, 0, 0]]),
+        np.array([[0.4, 0, 0], [-0.4, 0, 0]]),
+        np.zeros((2, 3)),
+        radii=np.array(radii),
+        materials=np.zeros(2, np.int32),
+    )
+    probe = Probe(made, sample)
+    probe.advance(200)
+    p = constants.mixed_constants(material, radii[0], material, radii[1], made.interaction)
+    m1, m2 = (constants.sphere_mass(r, material.density) for r in radii)
+    assert p.mass == pytest.approx(m1 * m2 / (m1 + m2), rel=1e-12)
+    energy = 0.5 * p.mass * 0.8**2
+    expected = p.crush_energy * asperities.area(energy, p.crush_force)
+    # the force of the contact in the step of the touch: first order in the step
+    assert probe.sim.measure()["loss"][6] * 1e-15 == pytest.approx(expected, rel=2e-3)

@@ -1,0 +1,107 @@
+"""What is said of a sample, against bodies that are known; and what `dust check` shows of it."""
+
+import numpy as np
+import pytest
+from bodies import D, R, scene
+
+from dusttaichi.samples import describe, fractal_dimension, make, radius_of_gyration
+from dusttaichi.samples.sample import Sample
+
+KINDS = {
+    "rbd": {"grains": 200},
+    "pca": {"grains": 200},
+    "bcca": {"grains": 256},
+    "lattice": {"structure": "fcc", "grains": 200},
+    "random_packing": {"grains": 60},
+    "pair": {},
+    "chain": {"grains": 30},
+    "explicit": {"positions": [["0 m", "0 m", "0 m"], ["1.2 um", "0 m", "0 m"]]},
+    "collision": {
+        "target": {"kind": "pca", "grains": 100},
+        "projectile": {"kind": "pca", "grains": 100},
+        "speed": "1 m/s",
+    },
+}
+
+
+def random_body(grains, inside, seed=0):
+    """Points even over the part of a cube of edge 60 R that `inside` picks."""
+    points = np.random.default_rng(seed).uniform(-30 * R, 30 * R, (100_000, 3))
+    return Sample.at_rest(points[inside(points)][:grains])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_is_described(kind):
+    sample = make(scene(kind=kind, **KINDS[kind]))
+    info = sample.info
+    assert info["kind"] == kind and info["grains"] == len(sample)
+    assert 0 < info["filling_factor"] < 1
+    assert info.items() >= describe(sample, R, 2 * R).items()
+    # Grains that overlap are in contact from the first step on: by brute force.
+    apart = np.linalg.norm(sample.positions[:, None] - sample.positions, axis=-1)
+    np.fill_diagonal(apart, np.inf)
+    assert info["coordination"] == np.count_nonzero(apart <= 2 * R) / len(sample)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_resolved_scene_is_the_same_scene(kind):
+    from dusttaichi.scene import from_yaml
+
+    built = scene(kind=kind, **KINDS[kind])
+    assert from_yaml(built.to_yaml()) == built
+
+
+def test_radius_of_gyration():
+    assert radius_of_gyration(Sample.at_rest(np.zeros((1, 3))), R) == pytest.approx(
+        np.sqrt(3 / 5) * R
+    )
+    # A ball of radius 30 R: sqrt(3/5) of it; 40000 points leave 0.2 %.
+    ball = random_body(40_000, lambda x: np.linalg.norm(x, axis=1) < 30 * R)
+    assert radius_of_gyration(ball, R) == pytest.approx(np.sqrt(3 / 5) * 30 * R, rel=0.005)
+
+
+@pytest.mark.parametrize(
+    "dimension, inside",
+    [
+        (3, lambda x: np.linalg.norm(x, axis=1) < 30 * R),
+        (3, lambda x: np.abs(x).max(axis=1) < 25 * R),
+        (2, lambda x: np.abs(x[:, 2]) < 0.5 * R),
+        (1, lambda x: np.hypot(x[:, 0], x[:, 1]) < 1.5 * R),
+    ],
+    ids=["ball", "cube", "plate", "rod"],
+)
+def test_fractal_dimension_of_bodies_without_structure(dimension, inside):
+    # Counts of hundreds of points from tens of centres scatter by 1 %; the smallest radius, 3 R,
+    # is not far above the thickness of plate and rod, which adds a few hundredths.
+    found = fractal_dimension(random_body(5000, inside), R)
+    assert found == pytest.approx(dimension, abs=0.12)
+
+
+def test_few_grains_have_no_fractal_dimension():
+    assert np.isnan(fractal_dimension(random_body(99, lambda x: x[:, 0] < np.inf), R))
+    assert "fractal_dimension" not in make(scene(kind="bcca", grains=32)).info
+
+
+def test_contacts_brought_along_count_once():
+    x = np.array([[0, 0, 0], [D, 0, 0], [2 * D + 1e-9, 0, 0]])
+    still = np.zeros((3, 3))
+    brought = {"i": np.array([1, 2]), "j": np.array([0, 1])}  # the second one is stretched
+    info = describe(Sample(x, still, still, brought), R, 2 * R)
+    assert info["coordination"] == pytest.approx(4 / 3)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_check_shows_it(kind):
+    from dusttaichi.grains import preview
+
+    built = scene(kind=kind, **KINDS[kind])
+    sample = make(built)
+    shown = dict(preview._sample(built, sample))
+    of = sample.info["filling_factor_in"]
+    assert float(shown[f"filling factor of the {of}"]) == pytest.approx(
+        sample.info["filling_factor"], rel=1e-3
+    )
+    gyration = f"{radius_of_gyration(sample, R) * 1e6:.4g} um"
+    assert shown["radius of gyration"] == gyration
+    assert ("repeats itself after" in shown) == (kind in ("lattice", "random_packing"))
+    assert ("impact parameter" in shown) == (kind == "collision")

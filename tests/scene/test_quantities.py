@@ -1,0 +1,157 @@
+"""Quantities as text, to SI and back."""
+
+import random
+import subprocess
+import sys
+
+import pytest
+from pydantic import BaseModel, ValidationError
+
+from dusttaichi import units
+from dusttaichi.errors import DustError
+from dusttaichi.scene import quantities
+
+
+@pytest.mark.parametrize(
+    "text, dimension, value",
+    [
+        ("0.6 um", "length", 0.6e-6),
+        ("0.6 µm", "length", 0.6e-6),  # micro sign
+        ("0.6 μm", "length", 0.6e-6),  # Greek mu
+        ("0.6um", "length", 0.6e-6),
+        (" 2 nm ", "length", 2e-9),
+        ("8 Å", "length", 8e-10),
+        ("20 mJ/m^2", "surface energy", 0.02),
+        ("20 mJ/m²", "surface energy", 0.02),
+        ("20 mJ m^-2", "surface energy", 0.02),
+        ("20 mN/m", "surface energy", 0.02),
+        ("1 cm/s", "speed", 0.01),
+        ("-5 cm s-1", "speed", -0.05),
+        ("1e-6 g/s", "mass rate", 1e-9),
+        ("54 GPa", "pressure", 54e9),
+        ("2.65 g/cm^3", "density", 2650.0),
+        ("2.65 g/cm3", "density", 2650.0),
+        ("2650 kg/m**3", "density", 2650.0),
+        ("12.5 ps", "time", 12.5e-12),
+        ("0.3 ns", "time", 0.3e-9),
+        ("1 kPa", "pressure", 1000.0),
+        ("3 rad/us", "angular velocity", 3e6),
+        ("30 rpm", "angular velocity", 3.141592653589793),
+        ("+.5 m", "length", 0.5),
+    ],
+)
+def test_text_to_si_is_exact(text, dimension, value):
+    assert quantities.parse(text, dimension) == value
+
+
+@pytest.mark.parametrize(
+    "value, dimension, reason",
+    [
+        (0.01, "speed", "it has no unit"),
+        (0, "speed", "it has no unit"),
+        ("0.01", "speed", "it has no unit"),
+        ("1 cm", "speed", "a speed is needed"),
+        ("1 1/s", "angular velocity", "an angular velocity is needed"),
+        ("5 Hz", "angular velocity", "an angular velocity is needed"),
+        ("1 cmm/s", "speed", '"cmm/s" is not a unit'),
+        ("1 m/s 2", "speed", '"m/s 2" is not a unit'),
+        ("nan m/s", "speed", "it is not a finite number"),
+        ("inf m/s", "speed", "it is not a finite number"),
+        ("1e400 m/s", "speed", "it is not a finite number"),
+        ("1,5 m/s", "speed", "a speed is needed"),
+        ("1/2 m/s", "speed", "a speed is needed"),
+        ("fast", "speed", "a speed is needed"),
+        ("", "speed", "a speed is needed"),
+        (True, "speed", "a speed is needed"),
+        (None, "speed", "a speed is needed"),
+        (["1 m/s"], "speed", "a speed is needed"),
+        (float("nan"), "time", "it has no unit"),
+    ],
+)
+def test_bad_text_names_place_value_reason_and_example(value, dimension, reason):
+    with pytest.raises(DustError) as error:
+        quantities.parse(value, dimension, "boundary.wall_speed")
+    message = str(error.value)
+    assert message.startswith(f"boundary.wall_speed = {value!r}: ")
+    assert reason in message
+    assert f'for example "{quantities.DIMENSIONS[dimension].example}"' in message
+
+
+@pytest.mark.parametrize(
+    "value, dimension, text",
+    [
+        (0.6e-6, "length", "0.6 um"),
+        (2e-9, "length", "2 nm"),
+        (0.01, "speed", "1 cm/s"),
+        (5.0, "speed", "5 m/s"),
+        (0.0, "speed", "0 m/s"),
+        (-0.05, "speed", "-5 cm/s"),
+        (1e-9, "mass rate", "1e-6 g/s"),
+        (54e9, "pressure", "54 GPa"),
+        (1.2e5, "pressure", "120 kPa"),
+        (2650.0, "density", "2.65 g/cm^3"),
+        (0.02, "surface energy", "20 mJ/m^2"),
+        (12.5e-12, "time", "12.5 ps"),
+        (60.0, "time", "60 s"),
+    ],
+)
+def test_format_is_what_a_person_writes(value, dimension, text):
+    assert quantities.format(value, dimension) == text
+
+
+def test_format_rounds_for_tables():
+    assert quantities.format(1.2233456e-8, "length", digits=4) == "12.23 nm"
+
+
+@pytest.mark.parametrize("dimension", quantities.DIMENSIONS)
+def test_round_trip_gives_the_same_float(dimension):
+    rng = random.Random(dimension)
+    values = [rng.choice([-1, 1]) * 10 ** rng.uniform(-30, 15) for _ in range(300)]
+    # the smallest normal number: where Taichi has run, smaller ones count as zero
+    for value in [*values, 0.0, 2.2250738585072014e-308, 1.7976931348623157e308]:
+        assert quantities.parse(quantities.format(value, dimension), dimension) == value
+
+
+@pytest.mark.parametrize("dimension", quantities.DIMENSIONS)
+def test_example_and_all_units_of_a_dimension_are_valid(dimension):
+    kind = quantities.DIMENSIONS[dimension]
+    quantities.parse(kind.example, dimension)
+    assert quantities.parse(f"1 {kind.unit}", dimension) == 1.0
+    for unit, power in kind.powers.items():
+        assert quantities.parse(f"1 {unit}", dimension) == float(f"1e{power}")
+
+
+def test_internal_scales_are_consistent():
+    def near(value):  # products of powers of ten, each off by at most one rounding
+        return pytest.approx(value, rel=1e-15)
+
+    assert near(units.LENGTH / units.TIME) == units.SPEED
+    assert near(units.MASS * units.LENGTH / units.TIME**2) == units.FORCE
+    assert near(units.FORCE * units.LENGTH) == units.ENERGY == units.TORQUE
+    assert near(units.FORCE / units.LENGTH**2) == units.PRESSURE
+    assert near(units.FORCE / units.LENGTH) == units.STIFFNESS == units.SURFACE_ENERGY
+    assert near(units.MASS / units.LENGTH**3) == units.DENSITY
+    assert near(units.MASS / units.TIME) == units.DAMPING
+    assert near(units.MASS * units.LENGTH**2) == units.INERTIA
+    assert near(1 / units.TIME) == units.SPIN
+    assert near(units.SPEED / units.TIME) == units.ACCELERATION
+
+
+@pytest.mark.parametrize("dimension, alias", [("speed", "Speed"), ("length", "Length")])
+def test_field_types_read_text_and_write_text(dimension, alias):
+    class Model(BaseModel):
+        value: getattr(quantities, alias)
+
+    text = quantities.DIMENSIONS[dimension].example
+    model = Model(value=text)
+    assert model.value == quantities.parse(text, dimension)
+    assert model.model_dump(mode="json") == {"value": text}
+    with pytest.raises(ValidationError, match=dimension):
+        Model(value=1.0)
+    field = Model.model_json_schema()["properties"]["value"]
+    assert field["type"] == "string" and field["examples"] == [text]
+
+
+def test_import_does_not_load_pint():
+    code = "import sys, dusttaichi.scene.quantities; sys.exit('pint' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -1,0 +1,236 @@
+"""What the YAML may say, and what becomes of it."""
+
+import json
+from pathlib import Path
+
+import jsonschema
+import pytest
+import yaml
+from pydantic import ValidationError
+from scene_text import BASE, CONFIGS, FULL, OPEN, POSITIONS, edited, scene
+
+from dusttaichi.errors import DustError
+from dusttaichi.scene import NAMED, NoDamping, Scaled, Scene, Viscoelastic, Viscous, from_yaml, load
+from dusttaichi.scene.yaml_text import read
+
+FILES = sorted(CONFIGS.rglob("*.yaml"))
+IDS = [str(path.relative_to(CONFIGS)) for path in FILES]
+
+
+# What is accepted.
+
+
+@pytest.mark.parametrize("path", FILES, ids=IDS)
+def test_configs_load_and_round_trip(path):
+    loaded = load(path)
+    assert loaded.source == path.read_text(encoding="utf-8")
+    assert loaded.path == path
+    again = from_yaml(loaded.to_yaml())
+    assert again == loaded and hash(again) == hash(loaded)
+    assert again.to_yaml() == loaded.to_yaml()
+
+
+@pytest.mark.parametrize("path", FILES, ids=IDS)
+def test_configs_name_the_schema_and_satisfy_it(path):
+    text = path.read_text(encoding="utf-8")
+    prefix, _, relative = text.splitlines()[0].partition("=")
+    assert prefix == "# yaml-language-server: $schema"
+    schema = json.loads((path.parent / relative).read_text(encoding="utf-8"))
+    jsonschema.Draft202012Validator(schema).validate(read(text).data)
+    jsonschema.Draft202012Validator(schema).validate(yaml.safe_load(text))
+    jsonschema.Draft202012Validator(schema).validate(read(load(path).to_yaml()).data)
+
+
+def test_seizinger_names_are_distinct():
+    names = [load(path).name for path in FILES]
+    assert len(set(names)) == len(names)
+
+
+def test_values_are_si_and_defaults_as_documented():
+    cake = scene()
+    assert cake.material.radius == 0.6e-6
+    assert cake.material.density == 2650.0
+    assert cake.boundary.wall_speed == 0.01
+    assert cake.boundary.size == "fit" and cake.boundary.side_walls == 1e-3
+    assert cake.interaction.shear_modulus == "mindlin"
+    assert cake.interaction.sliding.modifier == 1.0
+    assert cake.interaction.damping == Viscous(model="viscous", kappa="1e-6 g/s")
+    assert cake.numerics.time_step == "auto" and cake.numerics.step_fraction == 0.2
+    assert cake.output.directory == Path("runs/cake")
+    assert cake.output.window == "interval" and cake.output.checkpoint == 60.0
+
+
+def test_default_intervals_follow_the_boundary():
+    box = scene().output
+    assert box.series.filling_factor == 0.002 and box.profiles.filling_factor == 0.05
+    assert box.snapshots is None
+    open_ = scene(**OPEN).output
+    assert open_.series.steps == 1000 and open_.profiles is None
+    assert scene(output="{series: off, profiles: {steps: 5}}").output.series is None
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_named_materials(name):
+    assert scene(material=name).material.name == name
+    changed = scene(material=f"{{base: {name}, surface_energy: 25.5 mJ/m^2}}").material
+    assert changed.surface_energy == 0.0255
+    assert changed.radius == scene(material=name).material.radius
+    assert changed.name == f"{name}, changed"
+
+
+def test_material_by_six_numbers():
+    numbers = ", ".join(f"{key}: {value}" for key, value in NAMED["ice_t19"].items())
+    material = scene(material=f"{{{numbers}}}").material
+    assert material.radius == 1e-7 and material.name == "custom"
+
+
+@pytest.mark.parametrize(
+    "text, damping",
+    [
+        ("none", NoDamping(model="none")),
+        ("null", NoDamping(model="none")),
+        ("off", NoDamping(model="none")),
+        ("viscous", Viscous(model="viscous")),
+        ("scaled", Scaled(model="scaled", coefficient=0.01)),
+        ("viscoelastic", Viscoelastic(model="viscoelastic", time="12.5 ps")),
+        ("{model: none}", NoDamping(model="none")),
+        ("{model: viscous, kappa: 2e-6 g/s}", Viscous(model="viscous", kappa="2e-6 g/s")),
+    ],
+)
+def test_damping_forms(text, damping):
+    assert scene(interaction=f"{{damping: {text}}}").interaction.damping == damping
+
+
+@pytest.mark.parametrize("effect", ["rolling", "sliding", "twisting"])
+@pytest.mark.parametrize(
+    "text, modifier",
+    [
+        ("on", 1.0),
+        ("{}", 1.0),
+        ("true", 1.0),
+        ("{modifier: 8}", 8.0),
+        ("{modifier: 1e-3}", 1e-3),
+        ('{modifier: "2.5"}', 2.5),
+        ("off", None),
+        ("false", None),
+        ("null", None),
+    ],
+)
+def test_effect_forms(effect, text, modifier):
+    value = getattr(scene(interaction=f"{{{effect}: {text}}}").interaction, effect)
+    assert (value.modifier if value else None) == modifier
+
+
+def test_plain_data_as_other_yaml_readers_give_it():
+    data = yaml.safe_load(BASE.replace("rolling: on", "rolling: off, sliding: {modifier: 1e-3}"))
+    assert data["interaction"] == {"rolling": False, "sliding": {"modifier": "1e-3"}}
+    interaction = Scene.from_dict(data).interaction
+    assert interaction.rolling is None and interaction.sliding.modifier == 1e-3
+
+
+def test_walls_are_kept_in_their_order():
+    box = scene(boundary="{kind: box, omit: [top, x_min, top]}", stop="{steps: 5}").boundary
+    assert box.omit == ("x_min", "top") and not box.closed
+
+
+def test_explicit_sample():
+    text = f"{{kind: explicit, {POSITIONS}, spins: [[0 rad/s, 0 rad/s, 1 rad/us], [0 rad/s, "
+    sample = scene(sample=text + "0 rad/s, 0 rad/s]]}", **OPEN).sample
+    assert sample.positions == ((0, 0, 0), (1.2e-6, 0, 0))
+    assert sample.spins[0] == (0, 0, 1e6) and sample.velocities is None
+
+
+@pytest.mark.parametrize("unit, value", [("um", 1e-6), ("nm", 1e-9), ("m", 1.0), ("10 nm", 1e-8)])
+def test_units_of_a_sample_file(unit, value):
+    assert scene(sample=f"{{kind: explicit, file: a.csv, units: {unit}}}").sample.units == value
+
+
+def test_sample_file_is_relative_to_the_yaml_file(tmp_path):
+    (tmp_path / "grains.csv").write_text("x,y,z\n0,0,0\n")
+    file = tmp_path / "a.yaml"
+    file.write_text(edited("sample", "sample: {kind: explicit, file: grains.csv}"))
+    assert load(file).sample.file == tmp_path / "grains.csv"
+    assert from_yaml(load(file).to_yaml()) == load(file)
+
+
+def test_cylinder():
+    size = scene(
+        sample="{kind: rbd, shape: cylinder, size: {diameter: 13.2 um, height: 20 um}}"
+    ).sample.size
+    assert (size.diameter, size.height) == (13.2e-6, 20e-6)
+
+
+@pytest.mark.parametrize(
+    "target", [("", "name"), ("material", "radius"), ("boundary", "wall_speed"), ("stop", "time")]
+)
+def test_frozen(target):
+    block, key = target
+    cake = scene()
+    with pytest.raises(ValidationError, match="frozen"):
+        setattr(getattr(cake, block) if block else cake, key, 1.0)
+
+
+def test_scenes_that_differ_are_not_equal():
+    assert scene() == scene()
+    assert scene() != scene(sample="{kind: rbd, grains: 101}")
+    assert scene() != "cake"
+
+
+def test_round_trip_of_everything():
+    full = scene(**FULL)
+    again = from_yaml(full.to_yaml())
+    assert again == full
+    assert yaml.safe_load(full.to_yaml()) == read(full.to_yaml()).data
+
+
+# Sweeps.
+
+
+@pytest.mark.parametrize(
+    "path, value, get",
+    [
+        ("boundary.wall_speed", "5 cm/s", lambda s: s.boundary.wall_speed == 0.05),
+        ("interaction.rolling.modifier", 8, lambda s: s.interaction.rolling.modifier == 8.0),
+        ("interaction.rolling", "off", lambda s: s.interaction.rolling is None),
+        ("interaction.damping.kappa", "2e-6 g/s", None),
+        ("material.surface_energy", "25 mJ/m^2", lambda s: s.material.surface_energy == 0.025),
+        ("material.surface_energy", "25 mJ/m^2", lambda s: s.material.radius == 0.6e-6),
+        ("material", "ice_t19", lambda s: s.material.radius == 1e-7),
+        ("numerics.threads", 2, lambda s: s.numerics.threads == 2),
+        ("sample.seed", 7, lambda s: s.sample.seed == 7),
+        ("name", "other", lambda s: s.output.directory == Path("runs/other")),
+        ("boundary.size", ["40 um"] * 3, lambda s: s.boundary.size == (40e-6,) * 3),
+    ],
+)
+def test_with_value(path, value, get):
+    before = scene()
+    if get is None:
+        before = scene(interaction="{damping: viscous}")
+        get = lambda s: s.interaction.damping.kappa == 2e-9  # noqa: E731
+    text = before.to_yaml()
+    assert get(before.with_value(path, value))
+    assert before.to_yaml() == text
+
+
+def test_with_value_twice_and_in_lists():
+    box = scene().with_value("boundary.size", ["40 um"] * 3).with_value("boundary.size.2", "50 um")
+    assert box.boundary.size == (40e-6, 40e-6, 50e-6)
+
+
+def test_with_value_keeps_dependent_defaults_in_step():
+    still = scene(stop="{steps: 10}").with_value("boundary.wall_speed", "0 m/s")
+    assert still.output.series.steps == 1000 and still.output.profiles is None
+
+
+@pytest.mark.parametrize(
+    "path, value, parts",
+    [
+        ("boundary.wall_speed", 5, ["boundary.wall_speed = 5", "no unit", '"1 cm/s"']),
+        ("boundary.speed", "5 m/s", ["boundary.speed", "unknown key", "wall_speed"]),
+        ("boundary.kind.x", 1, ["boundary.kind = 'box' has no keys below it"]),
+    ],
+)
+def test_with_value_refuses_as_the_file_does(path, value, parts):
+    with pytest.raises(DustError) as error:
+        scene().with_value(path, value)
+    assert all(part in str(error.value) for part in parts)

@@ -1,0 +1,88 @@
+"""The JSON Schema: an editor accepts and refuses what the loader does."""
+
+import jsonschema
+import pytest
+import yaml
+from scene_text import BASE, CONFIGS, FULL, LINE, edited
+
+from dusttaichi.scene import NAMED, from_yaml, json_schema, schema_text
+from dusttaichi.scene.yaml_text import read
+
+
+def test_schema_file_is_in_step():
+    assert (CONFIGS / "scene.schema.json").read_text(encoding="utf-8") == schema_text()
+
+
+def test_schema_is_valid_and_names_its_draft():
+    schema = json_schema()
+    jsonschema.Draft202012Validator.check_schema(schema)
+    assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+
+
+def test_schema_describes_every_key_and_gives_an_example_of_every_quantity():
+    for block in [json_schema(), *json_schema()["$defs"].values()]:
+        for name, field in block.get("properties", {}).items():
+            assert "description" in field or name in ("kind", "model"), name
+            if "pattern" in field and name != "name":
+                assert field["examples"], name
+
+
+SHORTHANDS = [
+    {},
+    *({"material": name} for name in NAMED),
+    {"material": "{base: ice_t19, radius: 1 µm}"},
+    *({"interaction": f"{{damping: {word}}}"} for word in ("none", "null", "viscous", "scaled")),
+    *({"interaction": f"{{rolling: {word}}}"} for word in ("on", "off", "true", "{}")),
+    {"sample": "{kind: rbd, shape: cylinder, size: {diameter: 13.2 um, height: 20 um}}"},
+    {"sample": "{kind: explicit, file: a.csv, units: um}"},
+    FULL,
+]
+
+
+@pytest.mark.parametrize("blocks", SHORTHANDS, ids=str)
+@pytest.mark.parametrize("reader", [lambda text: read(text).data, yaml.safe_load])
+def test_schema_accepts_what_loads(blocks, reader):
+    text = BASE
+    for block, value in blocks.items():
+        text = text.replace(BASE.splitlines()[LINE[block] - 1], f"{block}: {value}")
+    from_yaml(text)
+    if reader is yaml.safe_load:  # its YAML 1.1 reads 1e6 as a text, which an editor would not
+        text = text.replace("1e6}", "1000000}")
+    jsonschema.Draft202012Validator(json_schema()).validate(reader(text))
+
+
+# What a schema cannot say: it sees no other block and no unit's dimension.
+BY_SCHEMA = [
+    "material: quartz",
+    "material: {base: quartz}",
+    "material: {radius: 1 um}",
+    "material: {base: ice_t19, poisson_ratio: 0.5}",
+    "material: {base: ice_t19, radius: 1e-7}",
+    "material: {base: ice_t19, gamma: 1 J/m^2}",
+    "interaction: {rolling: 8}",
+    "interaction: {rolling: {modifier: 0}}",
+    "interaction: {damping: strong}",
+    "interaction: {damping: {model: viscous, kapa: 1 g/s}}",
+    "interaction: {shear_modulus: x}",
+    "sample: {kind: bam}",
+    "sample: {kind: rbd, grains: 0}",
+    "sample: {kind: rbd, size: [9 um, 9 um]}",
+    "boundary: {kind: torus}",
+    "boundary: {kind: box, wall_speed: 1}",
+    "boundary: {kind: box, wall_sped: 1 m/s}",
+    "boundary: {kind: box, omit: [up]}",
+    "boundary: {kind: open, wall_speed: 1 m/s}",
+    "stop: {filling_factor: 0.8}",
+    "numerics: {time_step: 1}",
+    "numerics: {precision: f16}",
+    "output: {series: 100}",
+    "output: {window: all}",
+    "name: a/b",
+    "name: cake\nmaterials: x",
+]
+
+
+@pytest.mark.parametrize("text", BY_SCHEMA)
+def test_schema_refuses(text):
+    data = read(edited(text.split(":")[0], text)).data
+    assert not jsonschema.Draft202012Validator(json_schema()).is_valid(data)

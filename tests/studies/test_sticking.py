@@ -1,0 +1,137 @@
+"""Sticking speed and restitution by batches, against the closed form of the model's own jumps."""
+
+import numpy as np
+import pytest
+import reference as ref
+import xarray as xr
+from conftest import RADIUS, box, make_scene
+
+from dusttaichi.commands.app import app
+from dusttaichi.errors import DustError
+from dusttaichi.scene import load
+from dusttaichi.studies import sticking
+from dusttaichi.studies.ensemble import with_settings
+
+WALL = ref.numbers(wall=True)
+FACTORS = np.geomspace(1.01, 20.0, sticking.TOGETHER)
+
+
+def pair(gap="1 nm", **keys):
+    return make_scene(
+        sample={"kind": "pair", "gap": gap, "speed": "0.1 m/s"}, stop={"time": "25 ns"}, **keys
+    )
+
+
+def below_a_wall(**keys):
+    """A grain that flies up at a wall, its surface an equilibrium overlap away from it."""
+    height = 2 * RADIUS + 0.001 * WALL.delta0  # the smallest that the checks of the scene allow
+    return make_scene(
+        sample={
+            "kind": "explicit",
+            "positions": [["0 m"] * 3],
+            "velocities": [["0 m/s", "0 m/s", "0.1 m/s"]],
+        },
+        boundary=box("top", size=(4 * RADIUS, 4 * RADIUS, height)),
+        stop={"time": "25 ns"},
+        **keys,
+    )
+
+
+def compare(scene, tolerance):
+    """e(v) to 1e-3 down to 1.01 v_s.
+
+    There e^2 is 0.02, so that 2e-3 of it is 4e-5 of the energy: a contact is found up to v dt too
+    late, an error of up to 1.15 v dt/delta0, and breaks up to v_after dt too late.
+    """
+    speeds = FACTORS * sticking.closed_form(scene)
+    data = sticking.restitution_map(scene, speeds, tolerance)
+    assert not data.bound.any() and data.attrs["closed_form"] == 1
+    np.testing.assert_allclose(data.restitution, np.sqrt(1 - FACTORS**-2), rtol=1e-3)
+
+
+def test_restitution_of_a_pair():
+    """From the very first touch on, so that the steps only tell at the end."""
+    compare(pair("-1e-7 nm"), 3e-4)
+
+
+def test_restitution_on_a_wall():
+    assert sticking.closed_form(below_a_wall()) == pytest.approx(0.124, abs=0.5e-3)
+    compare(below_a_wall(), 4e-5)
+
+
+def test_sticking_speed():
+    found = sticking.sticking(pair(), 1e-3, low=0.05, high=0.33)
+    assert found.speed == pytest.approx(0.1101, rel=1e-3)
+    assert found.closed == pytest.approx(0.1101, abs=0.5e-4)
+    assert found.low < found.high <= 1.001 * found.low and not len(found.again)
+    assert np.array_equal(found.bound, found.speeds <= found.low)
+    assert dict(sticking.rows(found))["sticking speed"].startswith("0.110")
+
+
+def test_a_bracket_that_lies_wrong_is_moved():
+    """Tolerance 20 %: only the search itself is looked at."""
+    found = sticking.sticking(pair(), 0.2, 0.5, 2.0)
+    assert found.low < 0.1101 < found.high and found.high < 1.2 * found.low
+
+
+def test_map_is_written(tmp_path):
+    rows, paths = sticking.save_map(pair(), "0.05 m/s,1 m/s,16", tmp_path / "map", 0.01)
+    assert [path.name for path in paths] == ["restitution.nc", "restitution.png"]
+    with xr.open_dataset(paths[0]) as data:
+        bound = data.bound.values == 1
+        assert np.array_equal(bound, data.speed.values < 0.1101)
+        assert np.all((data.restitution.values == 0) == bound)
+        assert np.array_equal(data.fragments, np.where(bound, 1, 2))
+        assert data.speed.attrs["units"] == "m/s" and data.attrs["title"] == "test"
+        slowest = data.speed.values[~bound].min()
+    assert dict(rows)["slowest that does not end bound"] == f"{slowest:.6g} m/s"
+    assert paths[1].stat().st_size > 1000
+
+
+def test_refused():
+    with pytest.raises(DustError, match="allowed: pair, collision"):
+        sticking.sticking(make_scene())
+    with pytest.raises(DustError, match="the second above the first"):
+        sticking.sticking(pair(), low=0.2, high=0.1)
+    with pytest.raises(DustError, match="--tolerance"):
+        sticking.sticking(pair(), tolerance=0)
+    with pytest.raises(DustError, match="--map 1,2"):
+        sticking.save_map(pair(), "1,2", "nowhere")
+    with pytest.raises(DustError, match="one value is needed"):
+        with_settings(pair(), ["sample.speed=1m/s,2m/s"])
+    assert with_settings(pair(), ["sample.speed=1m/s"]).sample.speed == 1.0
+
+
+@pytest.mark.parametrize(
+    "name, speed", [("sticking", 0.1101), ("paszun_dominik2008/sticking_wall", 0.1488)]
+)
+def test_configs(name, speed):
+    assert sticking.closed_form(load(f"configs/{name}.yaml")) == pytest.approx(speed, abs=1e-4)
+    assert "sticking" in {command.callback.__name__ for command in app.registered_commands}
+
+
+def test_map_over_speed_and_angle_is_one_batch_of_the_single_maps():
+    """Angles are a dimension before the speed; every point is what its own map gives."""
+    speeds = np.array([0.2, 0.8])
+    scene = load("configs/sticking.yaml")
+    both = sticking.restitution_map(scene, speeds, 1e-2, ["sample.angle=0 deg,40 deg"])
+    assert both.restitution.dims == ("sample.angle", "speed")
+    np.testing.assert_allclose(both["sample.angle"], np.radians([0.0, 40.0]))
+    alone = sticking.restitution_map(scene, speeds, 1e-2)
+    np.testing.assert_array_equal(both.restitution[0], alone.restitution)  # bit for bit
+    # only the part of the speed along the line of centres is lost: an oblique hit keeps more
+    assert np.all(both.restitution[1] != both.restitution[0])
+
+
+def test_unlike_grains_have_the_closed_form_of_their_contact():
+    scene = load("configs/sticking.yaml").with_value("sample.radii", ["0.6 um", "0.2 um"])
+    m = scene.material
+    R, mass = 0.15e-6, [4 / 3 * np.pi * r**3 * m.density for r in (0.6e-6, 0.2e-6)]
+    E_star = m.young_modulus / (2 * (1 - m.poisson_ratio**2))
+    a0 = (9 * np.pi * m.surface_energy * R**2 / E_star) ** (1 / 3)
+    F_c, delta0 = 3 * np.pi * m.surface_energy * R, a0**2 / (3 * R)
+    reduced = mass[0] * mass[1] / sum(mass)
+    expected = np.sqrt(2 * 0.77224 * F_c * delta0 / reduced)
+    assert sticking.closed_form(scene) == pytest.approx(expected, rel=1e-4)  # digits of 0.77224
+    found = sticking.restitution_map(scene, np.array([2.0]) * expected, 1e-3)
+    assert float(found.restitution[0]) == pytest.approx(np.sqrt(1 - 1 / 4), abs=1e-3)
