@@ -118,7 +118,7 @@ def projected_area(positions, radius, axis="z"):
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 
 
-def cylinder_volume(positions, radius, axis_xy, cylinder_radius, low, high):
+def cylinder_volume(positions, radius, axis_xy, cylinder_radius, *, low, high):
     """Volume of spheres inside an upright cylinder [length^3].
 
     positions: (N, 3) centres. radius: of every sphere, or (N,). axis_xy: (x, y) of the axis. The

@@ -123,24 +123,24 @@ def test_projected_area():
 def test_spheres_wholly_inside_and_outside():
     ball = 4 / 3 * np.pi
     positions = [[0, 0, 0], [3, 0, 0], [0, 9, 0], [0, 0, 50]]
-    volume = geometry.cylinder_volume(positions, 1.0, (0, 0), 4.0, -10, 10)
+    volume = geometry.cylinder_volume(positions, 1.0, (0, 0), 4.0, low=-10, high=10)
     assert volume == pytest.approx(2 * ball, rel=EXACT)
-    half = geometry.cylinder_volume(positions, 1.0, (0, 0), 4.0, 0, 10)
+    half = geometry.cylinder_volume(positions, 1.0, (0, 0), 4.0, low=0, high=10)
     assert half == pytest.approx(ball, rel=EXACT)
-    assert geometry.cylinder_volume(np.zeros((0, 3)), 1.0, (0, 0), 4.0, 0, 1) == 0
-    assert geometry.cylinder_volume(positions, 1.0, (0, 0), 4.0, 20, 30) == 0
+    assert geometry.cylinder_volume(np.zeros((0, 3)), 1.0, (0, 0), 4.0, low=0, high=1) == 0
+    assert geometry.cylinder_volume(positions, 1.0, (0, 0), 4.0, low=20, high=30) == 0
 
 
 @pytest.mark.parametrize("cylinder", [0.01, 0.3, 0.999, 1.0, 2.0])
 def test_sphere_on_the_axis(cylinder):
-    volume = geometry.cylinder_volume([[7, -3, 2]], 1.0, (7, -3), cylinder, -10, 10)
+    volume = geometry.cylinder_volume([[7, -3, 2]], 1.0, (7, -3), cylinder, low=-10, high=10)
     rest = max(1 - cylinder**2, 0) ** 1.5
     assert volume == pytest.approx(4 / 3 * np.pi * (1 - rest), rel=1e-11)
 
 
 def test_sphere_cut_by_a_wide_mantle():
     """A mantle ten thousand times wider than the sphere is a plane: half of it is inside."""
-    volume = geometry.cylinder_volume([[1e4, 0, 0]], 1.0, (0, 0), 1e4, -1, 1)
+    volume = geometry.cylinder_volume([[1e4, 0, 0]], 1.0, (0, 0), 1e4, low=-1, high=1)
     # the sagitta of the mantle, r^2/2R = 5e-5 at most, takes some of the half
     assert volume == pytest.approx(2 / 3 * np.pi, abs=np.pi * 5e-5)
 
@@ -148,12 +148,12 @@ def test_sphere_cut_by_a_wide_mantle():
 @pytest.mark.parametrize("cylinder, distance", [(0.3, 0.5), (1, 1), (0.5, 0.5), (0.2, 0.9), (5, 5)])
 def test_integration_has_converged(cylinder, distance, monkeypatch):
     """The stated error, 1e-10 of a sphere, against eight times as many nodes."""
-    args = ([[distance, 0, 0.2]], 1.0, (0, 0), cylinder, -0.5, 10)
-    coarse = geometry.cylinder_volume(*args)
+    args, ends = ([[distance, 0, 0.2]], 1.0, (0, 0), cylinder), {"low": -0.5, "high": 10}
+    coarse = geometry.cylinder_volume(*args, **ends)
     nodes, weights = np.polynomial.legendre.leggauss(192)
     monkeypatch.setattr(geometry, "_NODES", nodes)
     monkeypatch.setattr(geometry, "_WEIGHTS", weights)
-    assert abs(geometry.cylinder_volume(*args) - coarse) < 1e-10 * 4 / 3 * np.pi
+    assert abs(geometry.cylinder_volume(*args, **ends) - coarse) < 1e-10 * 4 / 3 * np.pi
 
 
 def test_cylinder_against_monte_carlo():
@@ -161,7 +161,7 @@ def test_cylinder_against_monte_carlo():
     lattice = np.stack(np.meshgrid(*[np.arange(5) * 2.1] * 3), axis=-1).reshape(-1, 3)
     positions = lattice + 0.05 * (rng.random(lattice.shape) - 0.5)  # no two overlap
     axis, radius, low, high = np.array([4.3, 4.0]), 3.4, 0.7, 7.9
-    volume = geometry.cylinder_volume(positions, 1.0, axis, radius, low, high)
+    volume = geometry.cylinder_volume(positions, 1.0, axis, radius, low=low, high=high)
     angle, r = 2 * np.pi * rng.random(60_000), radius * np.sqrt(rng.random(60_000))
     points = np.stack(
         [
@@ -180,10 +180,10 @@ def test_parts_of_a_cylinder_add_up():
     positions = np.random.default_rng(6).random((50, 3)) * 6
     cuts = [-1.0, 0.4, 1.7, 3.3, 7.0]
     parts = [
-        geometry.cylinder_volume(positions, 1.0, (3, 3), 2.2, a, b)
+        geometry.cylinder_volume(positions, 1.0, (3, 3), 2.2, low=a, high=b)
         for a, b in zip(cuts, cuts[1:], strict=False)
     ]
-    whole = geometry.cylinder_volume(positions, 1.0, (3, 3), 2.2, -1.0, 7.0)
+    whole = geometry.cylinder_volume(positions, 1.0, (3, 3), 2.2, low=-1.0, high=7.0)
     # fifty spheres in five calls, each good to 1e-10 of a sphere
     assert sum(parts) == pytest.approx(whole, abs=5 * 50 * 1e-10 * 4.2)
 

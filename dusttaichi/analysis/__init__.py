@@ -12,7 +12,8 @@ from dusttaichi.analysis.compression import (
     onset,
     rms_from_law,
 )
-from dusttaichi.analysis.ensemble import Band, bands, gather, save_ensemble
+from dusttaichi.analysis.ensemble import gather, save_ensemble
+from dusttaichi.analysis.ensemble_tables import Band, bands
 from dusttaichi.analysis.error_bar import ErrorBar, Estimate, error_bar
 from dusttaichi.analysis.fractal import Fractal, fractal
 from dusttaichi.analysis.fragments import (

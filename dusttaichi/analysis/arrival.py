@@ -38,7 +38,7 @@ class Arrival:
         return np.divide(self.distance, self.time, out=out, where=self.reached)
 
 
-def arrival(run, pushed=None, fraction=0.1, threshold=None, push=None, first=0):
+def arrival(run, pushed=None, *, fraction=0.1, threshold=None, push=None, first=0):
     """The Arrival of a push at the grains of a Run.
 
     pushed: number of the grain that is pushed, or name of the wall, as "bottom". Without it the

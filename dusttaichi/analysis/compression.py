@@ -143,7 +143,7 @@ def correlation_factor(residual):
     return np.sqrt((1 + r) / (1 - r))
 
 
-def fit_compression(curve, phi1=0.15, phi2=0.58, free=(), p_low=0.0, p_high=np.inf):
+def fit_compression(curve, phi1=0.15, phi2=0.58, *, free=(), p_low=0.0, p_high=np.inf):
     """Fit S12 eq 31 to the bins of a Curve between `p_low` and `p_high` [Pa]. Returns a Fit.
 
     Least squares in the filling factor, every bin alike; p_m (as lg p_m) and Delta are free,

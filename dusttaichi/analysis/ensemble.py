@@ -3,21 +3,17 @@
 Every run is interpolated linearly onto one coordinate, each within its own range only.
 """
 
-import itertools
 import math
 import os
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from dusttaichi.analysis.compression import BIN_WIDTH
 from dusttaichi.analysis.summary import summary
 from dusttaichi.errors import DustError
 from dusttaichi.files import explain, replace_atomically
 from dusttaichi.results.variables import VARIABLES
-from dusttaichi.scene import quantities
 
 MOST = 10_000  # points of the common coordinate
 CHANGE = 1.001  # factor by which a filling factor changes that counts as driven
@@ -46,21 +42,6 @@ UNITS = {
     ),
     "1",
 )
-# numbers of the summary that tables leave out: they describe the machine or the law
-UNTOLD = {
-    "grains",
-    "wall_time",
-    "steps_per_second",
-    "p_m_sigma",
-    "delta_sigma",
-    "law_p_m",
-    "law_delta",
-    "rms_p_low",
-    "rms_p_high",
-    "rms_covered",
-}
-# these say again what others say, or hardly differ between points: tables of sweeps lack them too
-REPEATED = {"contacts", "coordination_number", "height", "time", "steps", "rms_mean"}
 # global attributes of the runs that the dataset keeps, all values that occur
 KEPT = (
     "dusttaichi_version",
@@ -81,9 +62,6 @@ CONVENTION = (
     "the variables that hold the numbers of dusttaichi.analysis.summary; final_NAME is NAME at "
     "the end of a run."
 )
-
-
-# -- gathering -----------------------------------------------------------------------------------
 
 
 def gather(runs, axes=None, labels=None, attrs=None):
@@ -112,10 +90,16 @@ def gather(runs, axes=None, labels=None, attrs=None):
     data["replica"].attrs["long_name"] = "number of the replica"
     for label, values in (labels or {}).items():
         data.coords[label] = (dims, np.array(values).reshape(shape))
-    _add_series(data, courses, dims, shape, name, grid)
+    for key, values in _series(courses, name, grid).items():
+        shaped = values.values.reshape(*shape, *values.shape[1:])
+        data[key] = ((*dims, *values.dims[1:]), shaped, values.attrs)
+    for course in courses:
+        if course is not None:
+            kept = {k: v for k, v in course.coords.items() if "time" not in v.dims}
+            data.coords.update(kept)
     data.attrs["summary_numbers"] = _add_numbers(data, runs, dims, shape)
     for variable in list(data.data_vars):
-        _add_statistics(data, variable)
+        add_statistics(data, variable)
     reach = [_reaches(c, name, grid) for c in courses]
     count = np.array(reach).reshape(*shape, len(grid)).sum(axis=len(dims) - 1)
     told = {"long_name": f"replicas that reach this {name.replace('_', ' ')}", "units": "1"}
@@ -198,26 +182,24 @@ def interpolate(x, y, grid):
     return out
 
 
-def _add_series(data, courses, dims, shape, name, grid):
-    """Every variable of the series that is not the coordinate; of runs that lack it, NaN."""
-    there = [course for course in courses if course is not None]
-    examples = {}
-    for course in there:
-        for key, variable in course.variables.items():
+def _series(courses, name, grid):
+    """Every variable of the series but the coordinate on the grid, (run, coordinate, ...); NaN for
+    runs that lack it."""
+    examples, found = {}, {}
+    for course in courses:
+        for key, variable in () if course is None else course.variables.items():
             if key != name and variable.dims[:1] == ("time",):
                 examples.setdefault(key, course[key])
-    for course in there:
-        data.coords.update({k: v for k, v in course.coords.items() if "time" not in v.dims})
     for key, example in examples.items():
-        tail = example.shape[1:]
         rows = [
             interpolate(course[name].values, course[key].values.astype(float), grid)
             if course is not None and key in course.variables
-            else np.full((len(grid), *tail), np.nan)
+            else np.full((len(grid), *example.shape[1:]), np.nan)
             for course in courses
         ]
-        values = np.array(rows).reshape(*shape, len(grid), *tail)
-        data[key] = ((*dims, name, *example.dims[1:]), values, _attributes(example))
+        dims = ("run", name, *example.dims[1:])
+        found[key] = xr.Variable(dims, np.array(rows), _attributes(example))
+    return found
 
 
 def _attributes(variable):
@@ -252,7 +234,7 @@ def _numbers(run):
     }
 
 
-def _add_statistics(data, name):
+def add_statistics(data, name):
     """mean_NAME and std_NAME over the replicas, NaN where there are none, or fewer than two."""
     variable = data[name]
     axis = variable.dims.index("replica")
@@ -281,134 +263,3 @@ def save_ensemble(data, path):
         if os.path.exists(temporary):
             os.unlink(temporary)
         raise DustError(f"Could not write {path}: {explain(error, path)}.") from error
-
-
-# -- what figures show ---------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Band:
-    """A quantity along the common coordinate: mean and scatter over the replicas of one point.
-
-    x, mean, std: (points,), SI; std NaN where fewer than two replicas are. replicas: the most
-    that are anywhere. label: the point of the sweep, "" without one.
-    """
-
-    x: np.ndarray
-    mean: np.ndarray
-    std: np.ndarray
-    replicas: int
-    label: str
-
-
-def bands(data, name, width=BIN_WIDTH, **selected):
-    """A Band for each point of a dataset of `gather`, of its variable `name`.
-
-    selected: labels of further dimensions, such as wall="top". Along the filling factor each
-    replica is smoothed first, by its median in windows `width` wide, as a compression curve is.
-    Points at which no replica has a number are left out.
-    """
-    x = data.attrs["coordinate"]
-    values = data[name].sel(selected) if selected else data[name]
-    if x == "filling_factor" and data.sizes[x] > 1:
-        window = max(1, round(width / float(np.median(np.diff(data[x].values)))))
-        # the last window may be short
-        values = values.coarsen({x: window}, boundary="pad").median()
-    scattered = xr.Dataset({"y": values.transpose(..., "replica", x)})
-    _add_statistics(scattered, "y")
-    known = np.isfinite(scattered.y.values)
-    found = []
-    for index, label in zip(np.ndindex(known.shape[:-2]), point_labels(data), strict=True):
-        here = known[index].any(axis=0)
-        if here.any():
-            found.append(
-                Band(
-                    scattered[x].values[here],
-                    scattered.mean_y.values[index][here],
-                    scattered.std_y.values[index][here],
-                    int(known[index].any(axis=1).sum()),
-                    label,
-                )
-            )
-    return found
-
-
-def point_labels(data):
-    """ "wall_speed = 1 cm/s, kappa = 1e-6 g/s" for each point in order; [""] without axes."""
-    keys = [axis.split(".")[-1] for axis in axes_of(data)]
-    return [
-        ", ".join(f"{key} = {value}" for key, value in zip(keys, values, strict=True))
-        for values in point_values(data)
-    ]
-
-
-def point_values(data):
-    """The values of the swept keys, as people write them, for each point in order."""
-    return list(itertools.product(*(_axis_texts(data, axis) for axis in axes_of(data))))
-
-
-def axes_of(data):
-    """Names of the swept keys."""
-    dims = data[data.attrs["summary_numbers"].split()[0]].dims
-    return dims[: dims.index("replica")]
-
-
-def _axis_texts(data, axis):
-    values, unit = data[axis].values, data[axis].attrs.get("units")
-    return [
-        quantity_text(v, unit) if values.dtype.kind in "fi" else str(v) for v in values.tolist()
-    ]
-
-
-# -- tables --------------------------------------------------------------------------------------
-
-DECIMALS = 5  # more than these are written as powers of ten
-# SI unit -> (power of ten, unit), largest first
-_POWERS = {
-    kind.unit: sorted(((power, unit) for unit, power in kind.powers.items()), reverse=True)
-    for kind in quantities.DIMENSIONS.values()
-}
-
-
-def quantity_text(value, unit, std=None):
-    """ "21.9 ± 0.8 kPa": a number [unit] with its scatter, if there is one, in a fitting unit."""
-    scatters = std is not None and math.isfinite(std)
-    factor, name = 1.0, "" if unit in (None, "1") else unit
-    if unit in _POWERS:
-        size = max(abs(value), std if scatters else 0.0)
-        fitting = [(p, text) for p, text in _POWERS[unit] if size * (1 + 1e-9) >= 10.0**p]
-        power, name = (fitting or [_POWERS[unit][-1] if size else (0, unit)])[0]
-        factor = 10.0**power
-    mean, std = value / factor, std / factor if scatters else 0.0
-    # two digits of the scatter, and the mean as far
-    decimals = 1 - math.floor(math.log10(std)) if std > 1e-12 * abs(mean) else math.inf
-    if decimals <= DECIMALS:
-        mean, std = (f"{round(v, decimals) + 0.0:.{max(decimals, 0)}f}" for v in (mean, std))
-    else:
-        whole = mean == round(mean) and abs(mean) < 1e9
-        mean = f"{mean:.0f}" if whole else f"{mean:.4g}"
-        std = f"{std:.2g}" if decimals < math.inf else "0"
-    return f"{mean}{f' ± {std}' if scatters else ''} {name}".rstrip()
-
-
-def told_numbers(data):
-    """Names of the numbers of the summary that tables show: those that some run has.
-
-    Fewer for a sweep, whose table has a column for each.
-    """
-    untold = UNTOLD | REPEATED if axes_of(data) else UNTOLD
-    return [
-        name
-        for name in data.attrs["summary_numbers"].split()
-        if name.removeprefix("final_") not in untold and np.isfinite(data[name].values).any()
-    ]
-
-
-def number_texts(data, name):
-    """ "mean ± std" of one number for each point, in order; "-" where no run has it."""
-    mean, std = data[f"mean_{name}"].values.ravel(), data[f"std_{name}"].values.ravel()
-    unit = data[name].attrs.get("units")
-    return [
-        quantity_text(m, unit, s) if math.isfinite(m) else "-"
-        for m, s in zip(mean.tolist(), std.tolist(), strict=True)
-    ]

@@ -114,7 +114,9 @@ def of_stretches(values, unit="1"):
         rest = difference - relative * size
         scatter = np.sqrt(n / (n - 1) * np.sum(rest**2)) / size.sum()
         resolved = abs(relative) > student.ppf(SURE, n - 1) * scatter
-    return _estimate(values[:, 0].mean(), relative, scatter, size.mean(), resolved, unit)
+    return _estimate(
+        values[:, 0].mean(), relative, scatter, size=size.mean(), resolved=resolved, unit=unit
+    )
 
 
 def of_levels(values, unit="1"):
@@ -132,13 +134,13 @@ def of_levels(values, unit="1"):
         at_dt,
         error / size if size else np.nan,
         scatter / size if size else np.nan,
-        size,
-        abs(error) > 2.0 * scatter,
-        unit,
+        size=size,
+        resolved=abs(error) > 2.0 * scatter,
+        unit=unit,
     )
 
 
-def _estimate(value, relative, scatter, size, resolved, unit):
+def _estimate(value, relative, scatter, *, size, resolved, unit):
     return Estimate(
         value=float(value),
         error=float(relative * size),

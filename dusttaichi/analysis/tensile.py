@@ -79,7 +79,7 @@ def tensile(run, stage=None, axis=None, windows=None):
     noise = _noise(place, stress)
     if windows is None:
         windows = _as_many_as_noise_allows(place, stress, duration, noise)
-    rows = _averaged(place, windows, duration, phi, stress, edge, noise)
+    rows = _averaged(_window_of(place, windows), duration, noise, (phi, stress, edge))
     mean_phi, mean_stress, mean_edge, sigma, count = rows
     full = np.where(count >= 0.5 * np.median(count), mean_stress, -np.inf)
     top = int(np.argmax(full))
@@ -198,7 +198,7 @@ def _as_many_as_noise_allows(place, stress, duration, noise):
     fewest = min(_fewest(place), len(place))
     windows = len(place)
     while windows > fewest:
-        _, mean, _, sigma, _ = _averaged(place, windows, duration, place, stress, place, noise)
+        mean, sigma, _ = _averaged(_window_of(place, windows), duration, noise, (stress,))
         top = np.argmax(mean)
         if sigma[top] <= QUIET * mean[top]:
             break
@@ -206,18 +206,15 @@ def _as_many_as_noise_allows(place, stress, duration, noise):
     return max(windows, fewest)
 
 
-def _averaged(place, windows, duration, phi, stress, edge, noise):
-    """Means of phi, stress and edge over each window, sigma and count, (5, windows).
+def _averaged(window, duration, noise, quantities):
+    """Means of the quantities over each window, then sigma and count: (quantities + 2, windows).
 
     The means are weighted with the duration of the records; windows without any are left out.
     """
-    window = _window_of(place, windows)
     count = np.bincount(window)
     held = count > 0
     length = np.bincount(window, duration)[held]
-    means = [
-        np.bincount(window, duration * values)[held] / length for values in (phi, stress, edge)
-    ]
+    means = [np.bincount(window, duration * values)[held] / length for values in quantities]
     sigma = np.sqrt(np.bincount(window, noise**2)[held]) / count[held]
     return np.array([*means, sigma, count[held]])
 

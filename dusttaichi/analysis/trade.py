@@ -29,7 +29,7 @@ NUMBERS = {  # name -> (units, long name)
 }
 
 
-def trade_dataset(columns, numbers, flags, values, errors, observables, seeds, attrs):
+def trade_dataset(*, columns, numbers, flags, values, errors, observables, seeds, attrs):
     """The xr.Dataset of a trade; None in `numbers` is not a number.
 
     columns: name of COLUMNS -> texts, (point,). numbers: name of NUMBERS -> (point,). flags: name

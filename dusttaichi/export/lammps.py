@@ -24,24 +24,33 @@ def write(run, frames, folder):
         try:
             for frame in frames:
                 bounds = _bounds(frame)
-                _item(grains, frame, bounds, "ATOMS", GRAIN_COLUMNS, _grains(frame, masses))
+                header = _header(frame, bounds, "ATOMS")
+                _item(grains, header, GRAIN_COLUMNS, _grains(frame, masses))
                 if frame.contacts is None:
                     continue
                 if contacts is None:
                     paths.append(folder / CONTACTS)
                     contacts = paths[-1].open("w", encoding="ascii")
-                _item(contacts, frame, bounds, "ENTRIES", CONTACT_COLUMNS, _contacts(frame))
+                header = _header(frame, bounds, "ENTRIES")
+                _item(contacts, header, CONTACT_COLUMNS, _contacts(frame))
         finally:
             if contacts is not None:
                 contacts.close()
     return paths
 
 
-def _item(file, frame, bounds, kind, columns, rows):
-    """One snapshot: header as LAMMPS writes it with `dump_modify units yes time yes`, and rows."""
-    file.write(f"ITEM: UNITS\nmicro\nITEM: TIME\n{frame.time / TIME:.16g}\n")
-    file.write(f"ITEM: TIMESTEP\n{frame.step}\nITEM: NUMBER OF {kind}\n{len(rows)}\n")
-    file.write(f"{bounds}ITEM: {kind} {columns}\n")
+def _header(frame, bounds, kind):
+    """The lines above the columns as LAMMPS writes them with `dump_modify units yes time yes`; {}
+    stands where the number of rows goes."""
+    return (
+        f"ITEM: UNITS\nmicro\nITEM: TIME\n{frame.time / TIME:.16g}\nITEM: TIMESTEP\n{frame.step}\n"
+        f"ITEM: NUMBER OF {kind}\n{{}}\n{bounds}ITEM: {kind} "
+    )
+
+
+def _item(file, header, columns, rows):
+    """One snapshot: its header and its rows."""
+    file.write(f"{header.format(len(rows))}{columns}\n")
     whole = {"id", "type", "index", "batom1", "batom2"}
     formats = ["%d" if name in whole else "%.16g" for name in columns.split()]
     np.savetxt(file, rows, fmt=" ".join(formats))

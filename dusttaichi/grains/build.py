@@ -318,7 +318,7 @@ def build(scene, sample, drive=None, scenes=None, ledger=True, step=None, like=N
     """Simulation of a scene with a sample (dusttaichi.samples.Sample), contacts found, loads set.
 
     drive: a Drive other than that of the backend, to compare them.
-    scenes: of a batch (dusttaichi.grains.batch), the number of the scene that each grain is in, rising.
+    scenes: of a batch (dusttaichi.grains.batch), the number of the scene of each grain, rising.
     ledger: False leaves the losses out, to measure what they cost.
     step: a TimeStep to take whatever the scene says, stable or not.
     like: a Simulation, built last and of no more use, whose fields and kernels serve again where

@@ -175,7 +175,7 @@ def _between_plates(sim, plates, mean_force, height):
     inward = np.sum(mean_force * sim.box.normal, axis=1)
     bottom = sim.box.planes(sim.time)[WALLS.index("bottom")]
     inside = geometry.cylinder_volume(
-        x, sim.radii, plates.centre, plates.inner, bottom, bottom + height
+        x, sim.radii, plates.centre, plates.inner, low=bottom, high=bottom + height
     )
     return {
         "projected_area": area * units.LENGTH**2,

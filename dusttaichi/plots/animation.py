@@ -18,7 +18,7 @@ SLOWEST, FASTEST = 4.0, 25.0  # frames a second that it may take
 LAST = 1.2  # seconds that the last frame of a GIF stays
 
 
-def animation(run, path, color="coordination", view="oblique", rate=None, cell=True, dpi=DPI):
+def animation(run, path, color="coordination", view="oblique", *, rate=None, cell=True, dpi=DPI):
     """Write the snapshots of a Run as a film to `path`, .gif or .mp4. Returns the path.
 
     color, view, cell: as in `grains`; colours and frame of the picture stay the same throughout.

@@ -9,7 +9,8 @@ from dusttaichi.analysis.fragments import fragments, mass_spectrum
 from dusttaichi.analysis.frame import frame_count, read_frame
 from dusttaichi.plots import fragments as spectra
 from dusttaichi.plots import style
-from dusttaichi.plots.grains import FOOT, LENGTHS, MARGIN, nice_length
+from dusttaichi.plots.frame_of_picture import nice_length
+from dusttaichi.plots.grains import FOOT, MARGIN
 from dusttaichi.plots.spheres import Camera, axes_of, picture
 
 BODIES = (style.SKY, style.ORANGE)
@@ -57,7 +58,7 @@ def collision(run, snapshots=None, view=(0.0, 0.0, 1.0)):
         part = (camera.width / DPI / width, camera.height / DPI / height)
         panel = figure.add_axes((MARGIN / width, below / height, *part))
         panel.imshow(
-            picture(camera, frame.position, frame.radius, colours, None),
+            picture(camera, frame.position, frame.radius, colours),
             interpolation="none",
             aspect="auto",
         )
@@ -86,7 +87,7 @@ def _scale_bar(figure, scale, widest):
     """A bar of a round length at the foot of the figure."""
     width, height = figure.get_size_inches()
     length = nice_length(0.25 * widest)
-    factor, unit = style.scaled(length * (1 + 1e-9), LENGTHS)
+    factor, unit = style.scaled(length * (1 + 1e-9), style.LENGTHS)
     axes = figure.add_axes((0.0, 0.0, 1.0, FOOT / height))
     axes.set(xlim=(0.0, width), ylim=(0.0, FOOT))
     axes.set_axis_off()

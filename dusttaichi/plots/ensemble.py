@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib import colormaps
 
-from dusttaichi.analysis.ensemble import axes_of, bands
+from dusttaichi.analysis.ensemble_tables import axes_of, bands
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import S12_STATIC, UNIDIRECTIONAL
 from dusttaichi.plots import style

@@ -13,7 +13,8 @@ from dusttaichi.analysis.fragments import Fragments, fragments, fragments_of
 from dusttaichi.analysis.frame import grain_masses, read_frame
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
-from dusttaichi.plots.spheres import Camera, Lines, axes_of, picture
+from dusttaichi.plots.frame_of_picture import cell_lines, cell_segments, scale_bar
+from dusttaichi.plots.spheres import Camera, axes_of, picture
 
 VIEWS = {
     "oblique": (-0.5, -1.0, 0.42),
@@ -29,7 +30,6 @@ MARGIN, FOOT, HEAD = 0.12, 0.42, 0.2  # around the picture, for the scale bar, f
 BAR, NAMES = 0.95, 0.5  # for the colour bar, and for names beside it
 NAMED_FRAGMENTS = 7  # each in a colour of its own; the rest and single grains in one
 SPEEDS = ((1.0, "m/s"), (1e-2, "cm/s"), (1e-3, "mm/s"), (1e-6, "µm/s"))
-LENGTHS = ((1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"))
 
 
 @dataclass(frozen=True)
@@ -67,6 +67,7 @@ def grains(
     snapshot=-1,
     color="coordination",
     view="oblique",
+    *,
     limits=None,
     label=None,
     cell=True,
@@ -83,7 +84,16 @@ def grains(
     """
     frame = read_frame(run, snapshot)
     masses = grain_masses(run) if _needs_masses(color) else None
-    seen = look([frame], color, view, limits, label, cell, dpi, bodies_of(run, color))
+    seen = look(
+        [frame],
+        color,
+        view,
+        limits=limits,
+        label=label,
+        cell=cell,
+        dpi=dpi,
+        bodies=bodies_of(run, color),
+    )
     return draw(frame, seen, masses)
 
 
@@ -92,7 +102,7 @@ def bodies_of(run, color):
     return fragments(run, 0) if isinstance(color, str) and color == "body" else None
 
 
-def look(frames, color, view, limits=None, label=None, cell=True, dpi=300, bodies=None):
+def look(frames, color, view, *, limits=None, label=None, cell=True, dpi=300, bodies=None):
     """The Look that holds all of `frames`: colours and frame of the picture fit every one.
 
     bodies: of `bodies_of`.
@@ -139,15 +149,15 @@ def draw(frame, look, masses=None, note=None):
     bar = 0.0 if colouring.bar is None else BAR + NAMES * (colouring.names is not None)
     head = MARGIN + HEAD if note else MARGIN
     camera, (width, height) = _camera(look, bar, head)
-    lines = _cell_lines(frame, look.dpi) if look.cell else None
-    image = picture(camera, frame.position, frame.radius, colouring.colours, lines)
+    lines = cell_lines(frame, look.dpi) if look.cell else None
+    image = picture(camera, frame.position, frame.radius, colouring.colours, lines=lines)
     figure = Figure(figsize=(width, height), dpi=look.dpi)
     FigureCanvasAgg(figure)
     part = (camera.width / look.dpi / width, camera.height / look.dpi / height)
     axes = figure.add_axes((MARGIN / width, FOOT / height, *part))
     axes.imshow(image, interpolation="none", aspect="auto")
     axes.set_axis_off()
-    _scale_bar(figure, camera, look.dpi)
+    scale_bar(figure, camera, look.dpi, MARGIN, FOOT)
     if note:
         figure.text(MARGIN / width, 1.0 - MARGIN / height, note, ha="left", va="top", fontsize=9)
     if colouring.bar is not None:
@@ -181,42 +191,11 @@ def _extent(frame, axes, cell):
     seen, radius = frame.position @ axes[:2].T, frame.radius[:, None]
     low, high = (seen - radius).min(axis=0), (seen + radius).max(axis=0)
     if cell:
-        corners = _cell_segments(frame)[0].reshape(-1, 3) @ axes[:2].T
+        corners = cell_segments(frame)[0].reshape(-1, 3) @ axes[:2].T
         if len(corners):
             low, high = np.minimum(low, corners.min(axis=0)), np.maximum(high, corners.max(axis=0))
     room = 0.012 * (high - low).max()
     return np.array([low - room, high + room])
-
-
-def _cell_segments(frame):
-    """Edges of the faces that are there: ends (L, 2, 3) [m], and which are dashed (L,).
-
-    A face that has no neighbour ends where the grains end. An edge is dashed where no wall meets
-    it, only periodic faces.
-    """
-    low = (frame.position - frame.radius[:, None]).min(axis=0)
-    high = (frame.position + frame.radius[:, None]).max(axis=0)
-    there = np.isfinite(frame.cell)
-    ends = np.where(there, frame.cell, np.stack([low, high], axis=1))
-    wall = there & ~frame.periodic[:, None]
-    segments, dashed = [], []
-    for axis in range(3):
-        b, c = (axis + 1) % 3, (axis + 2) % 3
-        for side in np.ndindex(2, 2):
-            if not (there[b, side[0]] or there[c, side[1]]):
-                continue
-            segment = np.empty((2, 3))
-            segment[:, axis] = ends[axis]
-            segment[:, b], segment[:, c] = ends[b, side[0]], ends[c, side[1]]
-            segments.append(segment)
-            dashed.append(not (wall[b, side[0]] or wall[c, side[1]]))
-    return np.array(segments).reshape(-1, 2, 3), np.array(dashed, dtype=bool)
-
-
-def _cell_lines(frame, dpi):
-    """The cell as Lines of half a point, None where there is none."""
-    segments, dashed = _cell_segments(frame)
-    return Lines(segments, dashed, width=0.0065 * dpi) if len(segments) else None
 
 
 def _needs_masses(color):
@@ -264,7 +243,7 @@ def _colouring(frame, look, masses):
     values, (low, high) = _values(frame, color), look.limits
     factor, label = 1.0, look.label
     if isinstance(color, str):
-        units = SPEEDS if color == "speed" else LENGTHS
+        units = SPEEDS if color == "speed" else style.LENGTHS
         factor, unit = style.scaled(max(abs(low), abs(high)), units)
         label = f"{color} ({unit})"
     norm = Normalize(factor * low, factor * high if high > low else factor * low + 1.0)
@@ -329,32 +308,3 @@ def _colour_bar(figure, place, colouring):
         bar.set_ticks(colouring.ticks, labels=colouring.names)
     if colouring.names is not None:
         bar.ax.invert_yaxis()  # the largest on top
-
-
-def nice_length(largest):
-    """The largest of 1, 2, 5 x 10^n that is no more than `largest`."""
-    power = 10.0 ** np.floor(np.log10(largest))
-    # a hair more than asked for, so that 5 out of 5.0 stays 5
-    return float(max(m for m in (1, 2, 5) if m * power <= largest * (1 + 1e-9)) * power)
-
-
-def _scale_bar(figure, camera, dpi):
-    """A bar of a round length below the picture, at its left."""
-    width, height = figure.get_size_inches()
-    length = nice_length(0.25 * camera.width / camera.scale)
-    factor, unit = style.scaled(length * (1 + 1e-9), LENGTHS)
-    axes = figure.add_axes((0.0, 0.0, 1.0, FOOT / height))
-    axes.set(xlim=(0.0, width), ylim=(0.0, FOOT))
-    axes.set_axis_off()
-    long = length * camera.scale / dpi
-    axes.plot(
-        [MARGIN, MARGIN + long], [0.22, 0.22], color="black", linewidth=2.4, solid_capstyle="butt"
-    )
-    axes.text(
-        MARGIN + long + 0.08,
-        0.22,
-        f"{length * factor:g} {unit}",
-        ha="left",
-        va="center_baseline",
-        fontsize=9,
-    )

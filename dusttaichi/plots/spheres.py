@@ -78,7 +78,7 @@ class Lines:
     width: float = 2.0
 
 
-def picture(camera, position, radius, colour, lines=None, samples=SAMPLES):
+def picture(camera, position, radius, colour, *, lines=None, samples=SAMPLES):
     """Spheres and lines as a camera sees them: (height, width, 3) floats from 0 to 1.
 
     position (N, 3), radius (N,) [m]; colour (N, 3). What is nearer hides what is farther, lines
@@ -180,7 +180,7 @@ def _band(top, bottom, width, spheres):
     image[:] = PAPER
     hit = np.nonzero(owner >= 0)
     column, row = hit[1].astype(np.float32) + 0.5, hit[0].astype(np.float32) + (top + 0.5)
-    image[hit] = _shade(column, row, depth[hit], owner[hit], *spheres)
+    image[hit] = _shade(column, row, depth[hit], owner[hit], spheres)
     return image, depth
 
 
@@ -201,8 +201,9 @@ def _draw_sphere(depth, owner, number, centre, size):
     np.copyto(owner[top:bottom, left:right], number, where=nearer)
 
 
-def _shade(column, row, depth, owner, centre, size, colour, hidden, shadows):
+def _shade(column, row, depth, owner, spheres):
     """Colours of samples, (S, 3): light from the upper left, gloss, and shade of neighbours."""
+    centre, size, colour, hidden, shadows = spheres
     own, radius = centre[owner].astype(np.float32), size[owner].astype(np.float32)
     x, y = (column - own[:, 0]) / radius, (own[:, 1] - row) / radius
     z = np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))

@@ -106,7 +106,7 @@ def few_ticks(axis):
     axis.set_minor_formatter(said)
 
 
-def bands(x, mean, std, axes, label, number=0):
+def bands(x, mean, std, axes, *, label, number=0):
     """Draw a mean with a band of one standard deviation to either side, as run `number`.
 
     x, mean, std (points,), on the same points, in the units of the axes; gaps where one is nan.
@@ -119,6 +119,7 @@ def bands(x, mean, std, axes, label, number=0):
     return line
 
 
+LENGTHS = ((1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"))
 TIMES = ((1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
 PRESSURES = ((1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa"))
 ENERGIES = ((1e-6, "µJ"), (1e-9, "nJ"), (1e-12, "pJ"), (1e-15, "fJ"), (1e-18, "aJ"))

@@ -34,10 +34,7 @@ def tensile(runs, labels=None, stage=None):
                 alpha=0.3,
                 markeredgewidth=0,
             )
-        if np.isfinite(t.sigma).all():
-            style.bands(t.filling_factor, t.stress * scale, t.sigma * scale, axes, label, number)
-        else:
-            axes.plot(t.filling_factor, t.stress * scale, label=label, **look)
+        _averages(axes, t, scale, label=label, number=number)
         axes.plot(
             t.strength_phi,
             t.strength * scale,
@@ -64,6 +61,15 @@ def tensile(runs, labels=None, stage=None):
     axes.set_ylabel(f"stress along {along}, positive in tension ({unit})")
     axes.legend(loc="upper right")
     return figure
+
+
+def _averages(axes, t, scale, *, label, number):
+    """The averages of a Tensile, with a band of their uncertainty where it is known."""
+    phi, stress = t.filling_factor, t.stress * scale
+    if np.isfinite(t.sigma).all():
+        style.bands(phi, stress, t.sigma * scale, axes, label=label, number=number)
+    else:
+        axes.plot(phi, stress, label=label, **style.run_style(number))
 
 
 def _linear(axes, results, scale):

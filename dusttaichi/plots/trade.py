@@ -1,5 +1,7 @@
 """Cost against error: every point of a trade, and the front that no point beats."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from dusttaichi.analysis.observables import TEXTS
@@ -38,6 +40,37 @@ def trade(data):
     known = np.isfinite(cost) & np.isfinite(error) & (cost > 0)
     lowest = _lowest(data, error[known])
     shown = np.maximum(error, lowest)
+    best = front(np.where(known, cost, np.nan), error)
+    _thresholds(axes, data, lowest)
+    _points(axes, data.knob.values, known, cost, shown)
+    axes.plot(cost[best], shown[best], color=style.BLACK, linewidth=1.0, zorder=1.5, label="front")
+    _marked_points(axes, data.knob.values, known, cost, shown)
+    name = data.attrs["observable"]
+    axes.set(
+        xscale="log",
+        yscale="log",
+        xlabel="cost over that of the default",
+        ylabel=f"error: {TEXTS.get(name, name)}",
+    )
+    _limits(axes, cost[known], shown[known], data.attrs["tolerance"], lowest)
+    style.few_ticks(axes.xaxis)
+    marked = np.isin(data.knob.values, list(MARKED)) & known
+    figure.legend(loc="outside lower center", ncols=4, fontsize=7)
+    _label_points(figure, axes, data, _Points(cost, shown, best), [*np.flatnonzero(marked), *best])
+    return figure
+
+
+@dataclass(frozen=True)
+class _Points:
+    """Where the points are drawn, (points,) each, and the numbers of those of the front."""
+
+    cost: np.ndarray
+    error: np.ndarray
+    front: list
+
+
+def _thresholds(axes, data, lowest):
+    """The scatter between seeds, the error of the reference itself, and the tolerance."""
     floor, own = _of(data, "scatter"), _of(data, "convergence")
     if np.isfinite(floor):
         axes.axhspan(
@@ -63,23 +96,28 @@ def trade(data):
         linestyle=(0, (5, 2)),
         label="tolerance",
     )
-    knobs = data.knob.values
+
+
+def _points(axes, knobs, known, cost, shown):
     for knob in dict.fromkeys(knobs[known].tolist()):
-        if knob not in MARKED:
-            here = known & (knobs == knob)
-            colour, marker = LOOKS.get(knob, (style.GREY, "."))
-            axes.plot(
-                cost[here],
-                shown[here],
-                marker,
-                color=colour,
-                markersize=4.5,
-                markeredgecolor="white",
-                markeredgewidth=0.4,
-                label=knob.replace("_", " "),
-            )
-    best = front(np.where(known, cost, np.nan), error)
-    axes.plot(cost[best], shown[best], color=style.BLACK, linewidth=1.0, zorder=1.5, label="front")
+        if knob in MARKED:
+            continue
+        here = known & (knobs == knob)
+        colour, marker = LOOKS.get(knob, (style.GREY, "."))
+        axes.plot(
+            cost[here],
+            shown[here],
+            marker,
+            color=colour,
+            markersize=4.5,
+            markeredgecolor="white",
+            markeredgewidth=0.4,
+            label=knob.replace("_", " "),
+        )
+
+
+def _marked_points(axes, knobs, known, cost, shown):
+    """Presets and the default, above all others."""
     for knob, (marker, colour, size) in MARKED.items():
         here = known & (knobs == knob)
         axes.plot(
@@ -93,19 +131,6 @@ def trade(data):
             markeredgewidth=0.6,
             label=knob,
         )
-    name = data.attrs["observable"]
-    axes.set(
-        xscale="log",
-        yscale="log",
-        xlabel="cost over that of the default",
-        ylabel=f"error: {TEXTS.get(name, name)}",
-    )
-    _limits(axes, cost[known], shown[known], data.attrs["tolerance"], lowest)
-    style.few_ticks(axes.xaxis)
-    marked = np.isin(knobs, list(MARKED)) & known
-    figure.legend(loc="outside lower center", ncols=4, fontsize=7)
-    _name(figure, axes, data, cost, shown, [*np.flatnonzero(marked), *best], best)
-    return figure
 
 
 def save_trade(data, path):
@@ -135,15 +160,17 @@ def _limits(axes, cost, shown, tolerance, lowest):
 
 RINGS = (9, 16, 26, 40)  # points from a mark to its label; from the second on with a line to it
 WAYS = [
-    (np.cos(a), np.sin(a)) for a in np.radians((20, 160, -20, -160, 90, -90, 55, 125, -55, -125))
+    np.array([np.cos(a), np.sin(a)])
+    for a in np.radians((20, 160, -20, -160, 90, -90, 55, 125, -55, -125))
 ]
 
 
-def _name(figure, axes, data, cost, shown, numbers, best):
+def _label_points(figure, axes, data, points, numbers):
     """Labels beside some points, where they hide least of points, lines and other labels; those
     of the front that would hide another are left out."""
     figure.draw_without_rendering()  # the layout, in which places are known
     taken, renderer = [], figure.canvas.get_renderer()
+    cost, shown, best = points.cost, points.error, points.front
     spots = axes.transData.transform(np.column_stack([cost, shown]))
     spots = spots[np.isfinite(spots).all(axis=1)]
     corners = axes.transData.transform(np.column_stack([cost[best], shown[best]]))
@@ -154,10 +181,10 @@ def _name(figure, axes, data, cost, shown, numbers, best):
     ]
     room = axes.get_window_extent(renderer)
     for n in dict.fromkeys(int(n) for n in numbers):
-        choices = []
+        text, choices = _short(str(data.label.values[n])), []
         for ring, radius in enumerate(RINGS):
             for way in WAYS:
-                label = _label(axes, data, cost, shown, n, radius, way, ring)
+                label = _label(axes, text, (cost[n], shown[n]), radius * way, ring)
                 box = label.get_window_extent(renderer)
                 label.remove()
                 hidden = 10 * sum(box.overlaps(other) for other in taken)
@@ -167,18 +194,19 @@ def _name(figure, axes, data, cost, shown, numbers, best):
                 choices.append((hidden + 0.4 * ring, len(choices), radius, way, ring, box))
         hidden, _, radius, way, ring, box = min(choices, key=lambda choice: choice[:2])
         if hidden < 10 or data.knob.values[n] in MARKED:
-            _label(axes, data, cost, shown, n, radius, way, ring)
+            _label(axes, text, (cost[n], shown[n]), radius * way, ring)
             taken.append(box.padded(1.0))
 
 
-def _label(axes, data, cost, shown, n, radius, way, ring):
-    """The label of point n, its near edge `radius` points from it along `way`."""
-    side = "center" if abs(way[0]) < 0.1 else ("left" if way[0] > 0 else "right")
+def _label(axes, text, place, offset, ring):
+    """A label, its near edge `offset`, (2,) in points, from its place in the data."""
+    leans = offset[0] / np.hypot(*offset)
+    side = "center" if abs(leans) < 0.1 else ("left" if leans > 0 else "right")
     arrow = {"arrowstyle": "-", "linewidth": 0.4, "color": style.GREY, "shrinkB": 3}
     label = axes.annotate(
-        _short(str(data.label.values[n])),
-        (cost[n], shown[n]),
-        (radius * way[0], radius * way[1]),
+        text,
+        place,
+        tuple(offset),
         textcoords="offset points",
         ha=side,
         va="center",

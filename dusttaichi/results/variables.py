@@ -92,7 +92,8 @@ _TABLE = {
          "successive half steps", _PHYS, ""),
         ("energy_residual_relative", "time", "1", "energy_residual over the energy that has gone "
          "through the system, |work| + initial kinetic + |initial potential| + |losses|, but no "
-         "less than what the contacts of now bind at rest", "dusttaichi.grains.record.turnover", ""),
+         "less than what the contacts of now bind at rest",
+         "dusttaichi.grains.record.turnover", ""),
         ("largest_overlap", "time", "m", "largest overlap of a contact", "", ""),
         ("largest_speed", "time", "m/s", "speed of the fastest grain", "", ""),
         ("wall_clock", "time", "s", "real time spent in the run, interruptions left out", "", ""),

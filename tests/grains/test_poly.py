@@ -450,10 +450,10 @@ def test_shadow_and_cylinder_of_unequal_grains():
         geometry.union_area(x[:, :2], 0.7), rel=1e-12
     )
     one_by_one = [
-        geometry.cylinder_volume(a[None], b, (3, 3), 2.0, 1.0, 5.0)
+        geometry.cylinder_volume(a[None], b, (3, 3), 2.0, low=1.0, high=5.0)
         for a, b in zip(x, r, strict=True)
     ]
-    assert geometry.cylinder_volume(x, r, (3, 3), 2.0, 1.0, 5.0) == pytest.approx(
+    assert geometry.cylinder_volume(x, r, (3, 3), 2.0, low=1.0, high=5.0) == pytest.approx(
         sum(one_by_one), rel=1e-12
     )
     slabs = record.slab_volumes(x[:, 2], r, np.array([-1.0, 2.0, 7.0]))

@@ -117,7 +117,7 @@ def test_several_runs_in_one(runs, tmp_path):
 def test_bands():
     axes = Figure().subplots()
     x, mean, std = np.arange(4.0), np.array([1.0, 2.0, np.nan, 4.0]), np.full(4, 0.5)
-    drawn = plots.bands(x, mean, std, axes, "ten replicas", number=2)
+    drawn = plots.bands(x, mean, std, axes, label="ten replicas", number=2)
     assert drawn.get_label() == "ten replicas"
     np.testing.assert_array_equal(drawn.get_ydata(), mean)
     (band,) = axes.collections

@@ -13,6 +13,7 @@ from dusttaichi import analysis, plots
 from dusttaichi.analysis.frame import read_frame
 from dusttaichi.commands import app as cli
 from dusttaichi.errors import DustError
+from dusttaichi.plots.frame_of_picture import cell_segments, nice_length
 from dusttaichi.plots.spheres import Camera, Lines, axes_of, picture
 
 # functions of these names stand before the modules
@@ -127,7 +128,7 @@ def test_lines_pass_in_front_and_behind(depth, shown):
     axes = axes_of(EYE)
     ends = (np.array([[-2.5, 0.0, depth], [2.5, 0.0, depth]]) @ axes)[None]
     lines = Lines(ends, np.array([False]), colour=(0.0, 1.0, 0.0))
-    image = picture(camera(EYE), np.zeros((1, 3)), np.array([1.0]), np.array([RED]), lines)
+    image = picture(camera(EYE), np.zeros((1, 3)), np.array([1.0]), np.array([RED]), lines=lines)
     green = (image[..., 1] > 0.9) & (image[..., 0] < 0.3)
     middle = PIXELS // 2
     assert green[middle - 1 : middle + 1, middle].any() == shown
@@ -217,7 +218,7 @@ def test_scale_bar_has_its_length(run):
     "largest, nice", [(5.0, 5.0), (4.99, 2.0), (1e-6, 1e-6), (9.9e-7, 5e-7), (0.3, 0.2)]
 )
 def test_nice_length(largest, nice):
-    assert drawing.nice_length(largest) == pytest.approx(nice)
+    assert nice_length(largest) == pytest.approx(nice)
 
 
 def test_edges_of_cells(run, tmp_path):
@@ -228,7 +229,7 @@ def test_edges_of_cells(run, tmp_path):
         frame = {"position": np.full((1, 3), 0.5e-6)}
         path = snapshots.write(tmp_path / name, [frame], R, box=np.array(box), periodic=periodic)
         with analysis.open_run(path) as made:
-            return drawing._cell_segments(read_frame(made))
+            return cell_segments(read_frame(made))
 
     ends, dashed = segments([0, 1e-6] * 3)
     assert len(ends) == 12 and not dashed.any()

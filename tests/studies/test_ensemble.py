@@ -10,9 +10,8 @@ import xarray as xr
 from scene_text import scene
 
 from dusttaichi import analysis, plots
-from dusttaichi.analysis.ensemble import (
-    common_coordinate,
-    interpolate,
+from dusttaichi.analysis.ensemble import common_coordinate, interpolate
+from dusttaichi.analysis.ensemble_tables import (
     number_texts,
     point_labels,
     quantity_text,

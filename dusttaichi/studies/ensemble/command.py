@@ -2,7 +2,8 @@
 
 from rich.table import Table
 
-from dusttaichi.analysis import ensemble as analysis
+from dusttaichi.analysis import ensemble_tables as analysis
+from dusttaichi.analysis.ensemble import save_ensemble as save_dataset
 from dusttaichi.commands.progress import progress_bar
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.plots.ensemble import save_ensemble
@@ -38,7 +39,7 @@ def command(plan, again, *, force, resume, scheduler, quiet, console, err, error
     if len(failed) == len(outcomes):
         raise failure(plan, failed)
     data = gather_plan(plan, outcomes)
-    analysis.save_ensemble(data, plan.file)
+    save_dataset(data, plan.file)
     figure = plan.file.with_suffix(".png")
     save_ensemble(data, figure)
     console.print(_table(data), soft_wrap=True)

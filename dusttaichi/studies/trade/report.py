@@ -59,7 +59,16 @@ def dataset(trade, given_scene, source, numbers):
     )
     kept = {k: [v] if k.startswith("scene_") else v for k, v in attrs.items() if v is not None}
     values, errors = ({n: [f[n][side] for f in found] for n in names} for side in (0, 1))
-    return trade_dataset(columns, column, flags, values, errors, about, seeds, kept)
+    return trade_dataset(
+        columns=columns,
+        numbers=column,
+        flags=flags,
+        values=values,
+        errors=errors,
+        observables=about,
+        seeds=seeds,
+        attrs=kept,
+    )
 
 
 def _label(row):

@@ -1,0 +1,154 @@
+"""What figures and tables show of a dataset of `ensemble.gather`: bands, labels and numbers."""
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from dusttaichi.analysis.compression import BIN_WIDTH
+from dusttaichi.analysis.ensemble import add_statistics
+from dusttaichi.scene import quantities
+
+# numbers of the summary that tables leave out: they describe the machine or the law
+UNTOLD = {
+    "grains",
+    "wall_time",
+    "steps_per_second",
+    "p_m_sigma",
+    "delta_sigma",
+    "law_p_m",
+    "law_delta",
+    "rms_p_low",
+    "rms_p_high",
+    "rms_covered",
+}
+# these say again what others say, or hardly differ between points: tables of sweeps lack them too
+REPEATED = {"contacts", "coordination_number", "height", "time", "steps", "rms_mean"}
+
+
+@dataclass(frozen=True)
+class Band:
+    """A quantity along the common coordinate: mean and scatter over the replicas of one point.
+
+    x, mean, std: (points,), SI; std NaN where fewer than two replicas are. replicas: the most
+    that are anywhere. label: the point of the sweep, "" without one.
+    """
+
+    x: np.ndarray
+    mean: np.ndarray
+    std: np.ndarray
+    replicas: int
+    label: str
+
+
+def bands(data, name, width=BIN_WIDTH, **selected):
+    """A Band for each point of a dataset of `gather`, of its variable `name`.
+
+    selected: labels of further dimensions, such as wall="top". Along the filling factor each
+    replica is smoothed first, by its median in windows `width` wide, as a compression curve is.
+    Points at which no replica has a number are left out.
+    """
+    x = data.attrs["coordinate"]
+    values = data[name].sel(selected) if selected else data[name]
+    if x == "filling_factor" and data.sizes[x] > 1:
+        window = max(1, round(width / float(np.median(np.diff(data[x].values)))))
+        # the last window may be short
+        values = values.coarsen({x: window}, boundary="pad").median()
+    scattered = xr.Dataset({"y": values.transpose(..., "replica", x)})
+    add_statistics(scattered, "y")
+    known = np.isfinite(scattered.y.values)
+    found = []
+    for index, label in zip(np.ndindex(known.shape[:-2]), point_labels(data), strict=True):
+        here = known[index].any(axis=0)
+        if here.any():
+            found.append(
+                Band(
+                    scattered[x].values[here],
+                    scattered.mean_y.values[index][here],
+                    scattered.std_y.values[index][here],
+                    int(known[index].any(axis=1).sum()),
+                    label,
+                )
+            )
+    return found
+
+
+def point_labels(data):
+    """ "wall_speed = 1 cm/s, kappa = 1e-6 g/s" for each point in order; [""] without axes."""
+    keys = [axis.split(".")[-1] for axis in axes_of(data)]
+    return [
+        ", ".join(f"{key} = {value}" for key, value in zip(keys, values, strict=True))
+        for values in point_values(data)
+    ]
+
+
+def point_values(data):
+    """The values of the swept keys, as people write them, for each point in order."""
+    return list(itertools.product(*(_axis_texts(data, axis) for axis in axes_of(data))))
+
+
+def axes_of(data):
+    """Names of the swept keys."""
+    dims = data[data.attrs["summary_numbers"].split()[0]].dims
+    return dims[: dims.index("replica")]
+
+
+def _axis_texts(data, axis):
+    values, unit = data[axis].values, data[axis].attrs.get("units")
+    return [
+        quantity_text(v, unit) if values.dtype.kind in "fi" else str(v) for v in values.tolist()
+    ]
+
+
+DECIMALS = 5  # more than these are written as powers of ten
+# SI unit -> (power of ten, unit), largest first
+_POWERS = {
+    kind.unit: sorted(((power, unit) for unit, power in kind.powers.items()), reverse=True)
+    for kind in quantities.DIMENSIONS.values()
+}
+
+
+def quantity_text(value, unit, std=None):
+    """ "21.9 ± 0.8 kPa": a number [unit] with its scatter, if there is one, in a fitting unit."""
+    scatters = std is not None and math.isfinite(std)
+    factor, name = 1.0, "" if unit in (None, "1") else unit
+    if unit in _POWERS:
+        size = max(abs(value), std if scatters else 0.0)
+        fitting = [(p, text) for p, text in _POWERS[unit] if size * (1 + 1e-9) >= 10.0**p]
+        power, name = (fitting or [_POWERS[unit][-1] if size else (0, unit)])[0]
+        factor = 10.0**power
+    mean, std = value / factor, std / factor if scatters else 0.0
+    # two digits of the scatter, and the mean as far
+    decimals = 1 - math.floor(math.log10(std)) if std > 1e-12 * abs(mean) else math.inf
+    if decimals <= DECIMALS:
+        mean, std = (f"{round(v, decimals) + 0.0:.{max(decimals, 0)}f}" for v in (mean, std))
+    else:
+        whole = mean == round(mean) and abs(mean) < 1e9
+        mean = f"{mean:.0f}" if whole else f"{mean:.4g}"
+        std = f"{std:.2g}" if decimals < math.inf else "0"
+    return f"{mean}{f' ± {std}' if scatters else ''} {name}".rstrip()
+
+
+def told_numbers(data):
+    """Names of the numbers of the summary that tables show: those that some run has.
+
+    Fewer for a sweep, whose table has a column for each.
+    """
+    untold = UNTOLD | REPEATED if axes_of(data) else UNTOLD
+    return [
+        name
+        for name in data.attrs["summary_numbers"].split()
+        if name.removeprefix("final_") not in untold and np.isfinite(data[name].values).any()
+    ]
+
+
+def number_texts(data, name):
+    """ "mean ± std" of one number for each point, in order; "-" where no run has it."""
+    mean, std = data[f"mean_{name}"].values.ravel(), data[f"std_{name}"].values.ravel()
+    unit = data[name].attrs.get("units")
+    return [
+        quantity_text(m, unit, s) if math.isfinite(m) else "-"
+        for m, s in zip(mean.tolist(), std.tolist(), strict=True)
+    ]

@@ -1,0 +1,66 @@
+"""What stands around the grains in a picture: the edges of the cell, and a scale bar."""
+
+import numpy as np
+
+from dusttaichi.plots import style
+from dusttaichi.plots.spheres import Lines
+
+
+def cell_segments(frame):
+    """Edges of the faces that are there: ends (L, 2, 3) [m], and which are dashed (L,).
+
+    A face that has no neighbour ends where the grains end. An edge is dashed where no wall meets
+    it, only periodic faces.
+    """
+    low = (frame.position - frame.radius[:, None]).min(axis=0)
+    high = (frame.position + frame.radius[:, None]).max(axis=0)
+    there = np.isfinite(frame.cell)
+    ends = np.where(there, frame.cell, np.stack([low, high], axis=1))
+    wall = there & ~frame.periodic[:, None]
+    segments, dashed = [], []
+    for axis in range(3):
+        b, c = (axis + 1) % 3, (axis + 2) % 3
+        for side in np.ndindex(2, 2):
+            if not (there[b, side[0]] or there[c, side[1]]):
+                continue
+            segment = np.empty((2, 3))
+            segment[:, axis] = ends[axis]
+            segment[:, b], segment[:, c] = ends[b, side[0]], ends[c, side[1]]
+            segments.append(segment)
+            dashed.append(not (wall[b, side[0]] or wall[c, side[1]]))
+    return np.array(segments).reshape(-1, 2, 3), np.array(dashed, dtype=bool)
+
+
+def cell_lines(frame, dpi):
+    """The cell as Lines of half a point, None where there is none."""
+    segments, dashed = cell_segments(frame)
+    return Lines(segments, dashed, width=0.0065 * dpi) if len(segments) else None
+
+
+def nice_length(largest):
+    """The largest of 1, 2, 5 x 10^n that is no more than `largest`."""
+    power = 10.0 ** np.floor(np.log10(largest))
+    # a hair more than asked for, so that 5 out of 5.0 stays 5
+    return float(max(m for m in (1, 2, 5) if m * power <= largest * (1 + 1e-9)) * power)
+
+
+def scale_bar(figure, camera, dpi, margin, foot):
+    """A bar of a round length below the picture, at its left; margin, foot [inches]: room there."""
+    width, height = figure.get_size_inches()
+    length = nice_length(0.25 * camera.width / camera.scale)
+    factor, unit = style.scaled(length * (1 + 1e-9), style.LENGTHS)
+    axes = figure.add_axes((0.0, 0.0, 1.0, foot / height))
+    axes.set(xlim=(0.0, width), ylim=(0.0, foot))
+    axes.set_axis_off()
+    long = length * camera.scale / dpi
+    axes.plot(
+        [margin, margin + long], [0.22, 0.22], color="black", linewidth=2.4, solid_capstyle="butt"
+    )
+    axes.text(
+        margin + long + 0.08,
+        0.22,
+        f"{length * factor:g} {unit}",
+        ha="left",
+        va="center_baseline",
+        fontsize=9,
+    )
