@@ -83,27 +83,27 @@ def gather(runs, axes=None, labels=None, attrs=None):
     shape = (*shape, len(runs) // math.prod(shape))
     dims = (*axes, "replica")
     name = "filling_factor" if all(_driven(_last_stage(run)) for run in present) else "time"
-    courses = [None if run is None else _course(run, name) for run in runs]
-    grid = common_coordinate([c[name].values for c in courses if c is not None])
+    parts = [None if run is None else _driven_part(run, name) for run in runs]
+    grid = common_coordinate([c[name].values for c in parts if c is not None])
     data = xr.Dataset(coords={**axes, "replica": ("replica", np.arange(shape[-1]))})
     data.coords[name] = (name, grid, _attributes(present[0].series[name]))
     data["replica"].attrs["long_name"] = "number of the replica"
     for label, values in (labels or {}).items():
         data.coords[label] = (dims, np.array(values).reshape(shape))
-    for key, values in _series(courses, name, grid).items():
+    for key, values in _series(parts, name, grid).items():
         shaped = values.values.reshape(*shape, *values.shape[1:])
         data[key] = ((*dims, *values.dims[1:]), shaped, values.attrs)
-    for course in courses:
-        if course is not None:
-            kept = {k: v for k, v in course.coords.items() if "time" not in v.dims}
+    for part in parts:
+        if part is not None:
+            kept = {k: v for k, v in part.coords.items() if "time" not in v.dims}
             data.coords.update(kept)
     data.attrs["summary_numbers"] = _add_numbers(data, runs, dims, shape)
     for variable in list(data.data_vars):
         add_statistics(data, variable)
-    reach = [_reaches(c, name, grid) for c in courses]
+    reach = [_reaches(c, name, grid) for c in parts]
     count = np.array(reach).reshape(*shape, len(grid)).sum(axis=len(dims) - 1)
-    told = {"long_name": f"replicas that reach this {name.replace('_', ' ')}", "units": "1"}
-    data["replica_count"] = ((*axes, name), count, told)
+    about = {"long_name": f"replicas that reach this {name.replace('_', ' ')}", "units": "1"}
+    data["replica_count"] = ((*axes, name), count, about)
     for label in KEPT:
         found = sorted({str(run.attrs[label]) for run in present if label in run.attrs})
         data.attrs |= {label: ", ".join(found)} if found else {}
@@ -131,7 +131,7 @@ def _driven(series):
     return bool(max(phi) > CHANGE * min(phi))
 
 
-def _course(run, name):
+def _driven_part(run, name):
     """The part of the series along which the coordinate changes, in the order in which it grows."""
     series = _last_stage(run) if name == "filling_factor" else run.series
     series = series.drop_vars("stage", errors="ignore")
@@ -168,8 +168,8 @@ def _inside(values, grid):
     return (grid >= values[0] - slack) & (grid <= values[-1] + slack)
 
 
-def _reaches(course, name, grid):
-    return np.zeros(len(grid), bool) if course is None else _inside(course[name].values, grid)
+def _reaches(part, name, grid):
+    return np.zeros(len(grid), bool) if part is None else _inside(part[name].values, grid)
 
 
 def interpolate(x, y, grid):
@@ -182,20 +182,20 @@ def interpolate(x, y, grid):
     return out
 
 
-def _series(courses, name, grid):
+def _series(parts, name, grid):
     """Every variable of the series but the coordinate on the grid, (run, coordinate, ...); NaN for
     runs that lack it."""
     examples, found = {}, {}
-    for course in courses:
-        for key, variable in () if course is None else course.variables.items():
+    for part in parts:
+        for key, variable in () if part is None else part.variables.items():
             if key != name and variable.dims[:1] == ("time",):
-                examples.setdefault(key, course[key])
+                examples.setdefault(key, part[key])
     for key, example in examples.items():
         rows = [
-            interpolate(course[name].values, course[key].values.astype(float), grid)
-            if course is not None and key in course.variables
+            interpolate(part[name].values, part[key].values.astype(float), grid)
+            if part is not None and key in part.variables
             else np.full((len(grid), *example.shape[1:]), np.nan)
-            for course in courses
+            for part in parts
         ]
         dims = ("run", name, *example.dims[1:])
         found[key] = xr.Variable(dims, np.array(rows), _attributes(example))

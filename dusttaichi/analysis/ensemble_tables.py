@@ -12,7 +12,7 @@ from dusttaichi.analysis.ensemble import add_statistics
 from dusttaichi.scene import quantities
 
 # numbers of the summary that tables leave out: they describe the machine or the law
-UNTOLD = {
+NOT_IN_TABLES = {
     "grains",
     "wall_time",
     "steps_per_second",
@@ -131,16 +131,16 @@ def quantity_text(value, unit, std=None):
     return f"{mean}{f' ± {std}' if scatters else ''} {name}".rstrip()
 
 
-def told_numbers(data):
+def table_numbers(data):
     """Names of the numbers of the summary that tables show: those that some run has.
 
     Fewer for a sweep, whose table has a column for each.
     """
-    untold = UNTOLD | REPEATED if axes_of(data) else UNTOLD
+    left_out = NOT_IN_TABLES | REPEATED if axes_of(data) else NOT_IN_TABLES
     return [
         name
         for name in data.attrs["summary_numbers"].split()
-        if name.removeprefix("final_") not in untold and np.isfinite(data[name].values).any()
+        if name.removeprefix("final_") not in left_out and np.isfinite(data[name].values).any()
     ]
 
 

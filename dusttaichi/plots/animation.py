@@ -10,7 +10,7 @@ from PIL import Image
 from dusttaichi.analysis.frame import frame_count, grain_masses, read_frame
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
-from dusttaichi.plots.grains import bodies_of, draw, look
+from dusttaichi.plots.grains import appearance_of, bodies_of, draw
 
 DPI = 110
 SECONDS = 8.0  # of a film by default, and
@@ -36,9 +36,11 @@ def animation(run, path, color="coordination", view="oblique", *, rate=None, cel
         rate = min(max(count / SECONDS, SLOWEST), FASTEST)
     frames = [read_frame(run, number) for number in range(count)]
     masses = grain_masses(run) if color == "fragment" else None
-    seen = look(frames, color, view, cell=cell, dpi=dpi, bodies=bodies_of(run, color))
+    appearance = appearance_of(
+        frames, color, view, cell=cell, dpi=dpi, bodies=bodies_of(run, color)
+    )
     factor, unit = style.scaled(frames[-1].time, style.TIMES)
-    images = (_image(draw(f, seen, masses, f"{f.time * factor:.3g} {unit}")) for f in frames)
+    images = (_image(draw(f, appearance, masses, f"{f.time * factor:.3g} {unit}")) for f in frames)
     try:
         writers[path.suffix](path, images, rate)
     except OSError as error:

@@ -85,24 +85,24 @@ def compression(runs, labels=None, laws=(), raw=None):
     top, bottom = max(law.phi2 for law in drawn) + EXPERIMENT_SCATTER, 0.1
     for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
         curve = compression_curve(run)
-        look = style.run_style(number)
+        line_style = style.run_style(number)
         if raw or (raw is None and len(runs) == 1):
             axes.plot(
                 curve.raw_pressure / 1e3,
                 curve.raw_filling_factor,
                 ".",
                 markersize=3.5,
-                color=look["color"],
+                color=line_style["color"],
                 alpha=0.5,
                 markeredgewidth=0,
             )
-        axes.plot(curve.pressure / 1e3, curve.filling_factor, label=label, **look)
+        axes.plot(curve.pressure / 1e3, curve.filling_factor, label=label, **line_style)
         if "inner_filling_factor" in run.series:
             inner = compression_curve(run, of="inner_filling_factor")
             axes.plot(
                 inner.pressure / 1e3,
                 inner.filling_factor,
-                color=look["color"],
+                color=line_style["color"],
                 linewidth=1.2,
                 linestyle=(0, (1, 1)),
                 label="inner cylinder",

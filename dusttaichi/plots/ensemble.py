@@ -27,7 +27,7 @@ def ensemble(data):
         law = UNIDIRECTIONAL if "projected_area" in data else S12_STATIC
         _compression(axes, bands(data, "pressure", wall="top"), law)
     else:
-        _course(axes, data, x)
+        _along_coordinate(axes, data, x)
     points = int(np.prod([data.sizes[axis] for axis in axes_of(data)]))
     title = f"{MOST} of {points} points" if points > MOST else None
     axes.legend(loc="best", title=title)
@@ -44,15 +44,15 @@ def save_ensemble(data, path):
 
 def _compression(axes, found, law):
     laboratory(axes, np.logspace(1, 7, 301), (law,))
-    for band, look in _looks(found):
+    for band, line_style in _line_styles(found):
         kpa, phi = band.mean / 1e3, band.x
-        axes.plot(np.where(kpa > 0, kpa, np.nan), phi, label=_label(band), **look)
+        axes.plot(np.where(kpa > 0, kpa, np.nan), phi, label=_label(band), **line_style)
         low, high = (band.mean - band.std) / 1e3, (band.mean + band.std) / 1e3
         axes.fill_betweenx(
             phi,
             np.maximum(low, 1e-6),
             np.maximum(high, 1e-6),
-            color=look["color"],
+            color=line_style["color"],
             alpha=0.25,
             linewidth=0,
         )
@@ -64,7 +64,7 @@ def _compression(axes, found, law):
     axes.set_ylabel(r"filling factor $\phi$")
 
 
-def _course(axes, data, x):
+def _along_coordinate(axes, data, x):
     found, text, known_units = _subject(data)
     largest = max((np.nanmax(np.abs(band.mean)) for band in found), default=0.0)
     per_y, unit = style.scaled(largest, known_units)
@@ -72,13 +72,13 @@ def _course(axes, data, x):
     if x == "time":
         per_x, x_unit = style.scaled(float(data.time[-1]), style.TIMES)
         x_text = f"time ({x_unit})"
-    for band, look in _looks(found):
-        axes.plot(band.x * per_x, band.mean * per_y, label=_label(band), **look)
+    for band, line_style in _line_styles(found):
+        axes.plot(band.x * per_x, band.mean * per_y, label=_label(band), **line_style)
         axes.fill_between(
             band.x * per_x,
             (band.mean - band.std) * per_y,
             (band.mean + band.std) * per_y,
-            color=look["color"],
+            color=line_style["color"],
             alpha=0.25,
             linewidth=0,
         )
@@ -104,7 +104,7 @@ def _subject(data):
     return bands(data, "coordination_number"), "coordination number", ((1.0, ""),)
 
 
-def _looks(found):
+def _line_styles(found):
     """(band, colour and dashes) of at most MOST bands."""
     if len(found) > MOST:
         found = [found[i] for i in np.linspace(0, len(found) - 1, MOST).round().astype(int)]

@@ -106,13 +106,13 @@ def _limits(axes, data, groups):
     for n, group in enumerate(groups):
         own = known & (data.group.values == group)
         if own.any():
-            look = {"markersize": 3.5, "color": (BLUE, RED, GREEN, ORANGE)[n % 4]}
+            line_style = {"markersize": 3.5, "color": (BLUE, RED, GREEN, ORANGE)[n % 4]}
             axes.plot(
                 data.measured.values[own],
                 data.ratio.values[own],
                 markers[n % len(markers)],
                 label=group,
-                **look,
+                **line_style,
             )
     axes.set_title("largest stable step", fontsize=9, loc="left", pad=3)
     axes.set(xlabel="measured (s)", ylabel="estimated / measured", ylim=(0.7, 1.3))

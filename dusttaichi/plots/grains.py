@@ -48,7 +48,7 @@ class Colouring:
 
 
 @dataclass(frozen=True)
-class Look:
+class Appearance:
     """How frames are drawn, the same for all of a film. limits: of the colours, see `grains`."""
 
     color: object
@@ -84,7 +84,7 @@ def grains(
     """
     frame = read_frame(run, snapshot)
     masses = grain_masses(run) if _needs_masses(color) else None
-    seen = look(
+    appearance = appearance_of(
         [frame],
         color,
         view,
@@ -94,7 +94,7 @@ def grains(
         dpi=dpi,
         bodies=bodies_of(run, color),
     )
-    return draw(frame, seen, masses)
+    return draw(frame, appearance, masses)
 
 
 def bodies_of(run, color):
@@ -102,8 +102,8 @@ def bodies_of(run, color):
     return fragments(run, 0) if isinstance(color, str) and color == "body" else None
 
 
-def look(frames, color, view, *, limits=None, label=None, cell=True, dpi=300, bodies=None):
-    """The Look that holds all of `frames`: colours and frame of the picture fit every one.
+def appearance_of(frames, color, view, *, limits=None, label=None, cell=True, dpi=300, bodies=None):
+    """The Appearance that holds all of `frames`: colours and frame of the picture fit every one.
 
     bodies: of `bodies_of`.
     """
@@ -120,7 +120,7 @@ def look(frames, color, view, *, limits=None, label=None, cell=True, dpi=300, bo
     if limits is None and found[0] is not None:
         limits = (min(f[0] for f in found), max(f[1] for f in found))
     bounds = np.array([np.min(low, axis=0), np.max(high, axis=0)])
-    return Look(color, view, limits, label or "", cell, bounds, dpi, bodies)
+    return Appearance(color, view, limits, label or "", cell, bounds, dpi, bodies)
 
 
 def direction(view):
@@ -140,24 +140,24 @@ def direction(view):
 
 
 @style.styled
-def draw(frame, look, masses=None, note=None):
-    """One Frame as a Figure, as a Look has it. note: text at the top left.
+def draw(frame, appearance, masses=None, note=None):
+    """One Frame as a Figure, as a Appearance has it. note: text at the top left.
 
     masses [kg], (N,), are needed for the colours of fragments only.
     """
-    colouring = _colouring(frame, look, masses)
+    colouring = _colouring(frame, appearance, masses)
     bar = 0.0 if colouring.bar is None else BAR + NAMES * (colouring.names is not None)
     head = MARGIN + HEAD if note else MARGIN
-    camera, (width, height) = _camera(look, bar, head)
-    lines = cell_lines(frame, look.dpi) if look.cell else None
+    camera, (width, height) = _camera(appearance, bar, head)
+    lines = cell_lines(frame, appearance.dpi) if appearance.cell else None
     image = picture(camera, frame.position, frame.radius, colouring.colours, lines=lines)
-    figure = Figure(figsize=(width, height), dpi=look.dpi)
+    figure = Figure(figsize=(width, height), dpi=appearance.dpi)
     FigureCanvasAgg(figure)
-    part = (camera.width / look.dpi / width, camera.height / look.dpi / height)
+    part = (camera.width / appearance.dpi / width, camera.height / appearance.dpi / height)
     axes = figure.add_axes((MARGIN / width, FOOT / height, *part))
     axes.imshow(image, interpolation="none", aspect="auto")
     axes.set_axis_off()
-    scale_bar(figure, camera, look.dpi, MARGIN, FOOT)
+    scale_bar(figure, camera, appearance.dpi, MARGIN, FOOT)
     if note:
         figure.text(MARGIN / width, 1.0 - MARGIN / height, note, ha="left", va="top", fontsize=9)
     if colouring.bar is not None:
@@ -168,22 +168,22 @@ def draw(frame, look, masses=None, note=None):
     return figure
 
 
-def _camera(look, bar, head):
-    """Camera of a Look, and width and height of the figure [inches].
+def _camera(appearance, bar, head):
+    """Camera of a Appearance, and width and height of the figure [inches].
 
     bar, head: room for the colour bar and above the picture.
     """
-    extent = look.bounds[1] - look.bounds[0]
+    extent = appearance.bounds[1] - appearance.bounds[0]
     room = np.array([WIDTH - 2 * MARGIN - bar, TALLEST - MARGIN - FOOT])
     scale = (room / extent).min()  # inches a metre
     seen = np.maximum(extent, (0.0, LOWEST / scale if bar else 0.0))
-    columns, rows = np.ceil(seen * scale * look.dpi).astype(int)
+    columns, rows = np.ceil(seen * scale * appearance.dpi).astype(int)
     # the rounded number of pixels sees a little more, so that pixels stay square
-    seen = np.array([columns, rows]) / (scale * look.dpi)
-    low = look.bounds.mean(axis=0) - 0.5 * seen
-    camera = Camera(axes_of(look.view), low, low + seen, int(columns), int(rows))
-    inches = np.array([columns, rows]) / look.dpi + (2 * MARGIN + bar, head + FOOT)
-    return camera, np.ceil(inches * look.dpi) / look.dpi
+    seen = np.array([columns, rows]) / (scale * appearance.dpi)
+    low = appearance.bounds.mean(axis=0) - 0.5 * seen
+    camera = Camera(axes_of(appearance.view), low, low + seen, int(columns), int(rows))
+    inches = np.array([columns, rows]) / appearance.dpi + (2 * MARGIN + bar, head + FOOT)
+    return camera, np.ceil(inches * appearance.dpi) / appearance.dpi
 
 
 def _extent(frame, axes, cell):
@@ -229,19 +229,19 @@ def _limits(frame, color):
     return float(values.min()), float(values.max())
 
 
-def _colouring(frame, look, masses):
-    color = look.color
+def _colouring(frame, appearance, masses):
+    color = appearance.color
     if isinstance(color, str):
         if color == "uniform":
             return Colouring(np.tile((0.78, 0.74, 0.67), (len(frame.radius), 1)))
         if color == "fragment":
             return _by_fragment(fragments_of(frame, masses), "grains of the fragment")
         if color == "body":
-            return _by_fragment(look.bodies, "grains of the body at the start")
+            return _by_fragment(appearance.bodies, "grains of the body at the start")
         if color == "coordination":
-            return _by_number(frame.coordination, int(look.limits[1]))
-    values, (low, high) = _values(frame, color), look.limits
-    factor, label = 1.0, look.label
+            return _by_number(frame.coordination, int(appearance.limits[1]))
+    values, (low, high) = _values(frame, color), appearance.limits
+    factor, label = 1.0, appearance.label
     if isinstance(color, str):
         units = SPEEDS if color == "speed" else style.LENGTHS
         factor, unit = style.scaled(max(abs(low), abs(high)), units)

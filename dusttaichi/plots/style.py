@@ -113,9 +113,9 @@ def bands(x, mean, std, axes, *, label, number=0):
     For an ensemble: its mean and standard deviation over the replicas. Returns the line.
     """
     x, mean, std = (np.asarray(a, dtype=float) for a in (x, mean, std))
-    look = run_style(number)
-    axes.fill_between(x, mean - std, mean + std, color=look["color"], alpha=0.2, linewidth=0)
-    (line,) = axes.plot(x, mean, label=label, **look)
+    line_style = run_style(number)
+    axes.fill_between(x, mean - std, mean + std, color=line_style["color"], alpha=0.2, linewidth=0)
+    (line,) = axes.plot(x, mean, label=label, **line_style)
     return line
 
 

@@ -23,14 +23,14 @@ def tensile(runs, labels=None, stage=None):
     figure, (axes,) = style.new_figure()
     scale, unit = style.scaled(max(abs(t.strength) for t in results), style.PRESSURES)
     for number, (t, label) in enumerate(zip(results, labels, strict=True)):
-        look = style.run_style(number)
+        line_style = style.run_style(number)
         if len(runs) == 1:
             axes.plot(
                 t.raw_filling_factor,
                 t.raw_stress * scale,
                 ".",
                 markersize=2.5,
-                color=look["color"],
+                color=line_style["color"],
                 alpha=0.3,
                 markeredgewidth=0,
             )
@@ -40,7 +40,7 @@ def tensile(runs, labels=None, stage=None):
             t.strength * scale,
             "o",
             markersize=6,
-            color=look["color"],
+            color=line_style["color"],
             markeredgecolor="white",
             label=_said(t, scale, unit) if len(runs) == 1 else None,
             zorder=4,

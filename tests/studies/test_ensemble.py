@@ -15,7 +15,7 @@ from dusttaichi.analysis.ensemble_tables import (
     number_texts,
     point_labels,
     quantity_text,
-    told_numbers,
+    table_numbers,
 )
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.scene import Scene, from_yaml
@@ -281,7 +281,9 @@ def test_grid_of_a_sweep_has_its_dimensions():
         "filling_factor": 21,
     }
     assert point_labels(data)[4] == "wall_speed = 5 cm/s, damping = b"
-    assert "final_height" not in told_numbers(data) and len(number_texts(data, "final_height")) == 6
+    assert (
+        "final_height" not in table_numbers(data) and len(number_texts(data, "final_height")) == 6
+    )
 
 
 def test_nothing_to_gather():
@@ -375,7 +377,7 @@ def test_band_of_compression_runs(compressions):
     labels = [text.get_text() for text in axes.get_legend().get_texts()]
     assert "mean ± standard deviation of 4 runs" in labels
     assert axes.get_xscale() == "log" and "kPa" in axes.get_xlabel()
-    assert {"p_m", "delta", "final_pressure"} <= set(told_numbers(data))
+    assert {"p_m", "delta", "final_pressure"} <= set(table_numbers(data))
 
 
 def test_figure_over_time_shows_stress_or_coordination():

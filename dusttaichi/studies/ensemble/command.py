@@ -61,7 +61,7 @@ def failure(plan, failed):
 
 
 def _table(data):
-    axes, names = analysis.axes_of(data), analysis.told_numbers(data)
+    axes, names = analysis.axes_of(data), analysis.table_numbers(data)
     table = Table(title=data.attrs["title"], title_justify="left", box=None, pad_edge=False)
     if not axes:
         table.add_column(" ", no_wrap=True)
