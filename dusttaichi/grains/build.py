@@ -410,7 +410,7 @@ def build(scene, sample, drive=None, scenes=None, ledger=True, step=None, like=N
         cell=cell,
         push=push,
         material=material,
-        drive=scene.legs[0].drive,
+        drive=scene.stage_plans[0].drive,
         pair=contact_params(pair, False, layout.geometry, layout.law),
         wall=contact_params(wall, True, layout.geometry, layout.law),
         mass=constants.grain_mass(scene.material) / units.MASS,

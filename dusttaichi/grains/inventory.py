@@ -65,11 +65,11 @@ def _summed(sim):
 
 
 def _written(scene):
-    legs = scene.legs
+    plans = scene.stage_plans
     asked = {
-        "time series": any(leg.series is not None for leg in legs),
-        "profiles": any(leg.profiles is not None for leg in legs),
-        "snapshots": any(leg.snapshots is not None for leg in legs),
+        "time series": any(plan.series is not None for plan in plans),
+        "profiles": any(plan.profiles is not None for plan in plans),
+        "snapshots": any(plan.snapshots is not None for plan in plans),
     }
     out = [name for name, there in asked.items() if there]
     out += [] if asked["snapshots"] else ["first and last snapshot"]

@@ -38,8 +38,8 @@ def fastest(scene, sample, radii, scenes=None):
     )
     surface = float(np.max(np.linalg.norm(sample.spins, axis=1) * radii, initial=0.0))
     spin = float(np.max(np.linalg.norm(sample.spins, axis=1), initial=0.0))
-    wall = max(abs(leg.drive.wall_speed or 0.0) for leg in scene.legs)
-    face = max(_face_speed(scene, leg.drive, sample, radii) for leg in scene.legs)
+    wall = max(abs(plan.drive.wall_speed or 0.0) for plan in scene.stage_plans)
+    face = max(_face_speed(scene, plan.drive, sample, radii) for plan in scene.stage_plans)
     own = float(np.max(np.linalg.norm(v, axis=1), initial=0.0))
     grains = len(sample) if scenes is None else int(np.bincount(scenes).max())
     loose = sample.info.get("coordination", 2.0 * LOOSE) < LOOSE

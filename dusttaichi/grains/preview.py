@@ -141,7 +141,7 @@ def _cost(scene, sim):
         total += steps
         rows.append((what, f"{steps:,} ({steps * sim.dt:.5g} us; {reason})"))
     remark = ""
-    if any(filling_direction(scene.boundary, leg.drive) > 0 for leg in scene.legs):
+    if any(filling_direction(scene.boundary, plan.drive) > 0 for plan in scene.stage_plans):
         remark = "; contacts that form in compression make it up to twice that"
     return [
         *rows,
@@ -160,13 +160,13 @@ def _part_costs(scene, sim, costs, say):
 def _plan(scene, sim):
     """(name, steps at most, reason) of every stage, from the edges that each leaves behind."""
     box, cell, first, out = sim.box, sim.cell, 0, []
-    for leg in scene.legs:
+    for plan in scene.stage_plans:
         time = first * sim.dt
-        box = box and box.driven(leg.drive, time)
-        cell = cell and cell.driven(leg.drive, time, scene.material)
+        box = box and box.driven(plan.drive, time)
+        cell = cell and cell.driven(plan.drive, time, scene.material)
         room = SimpleNamespace(box=box, cell=cell, radius=sim.radius, volume=sim.volume, dt=sim.dt)
-        end, reason = last_step(leg.stop, clock_of(room, first))
-        out.append((leg.name, end - first if end < NEVER else NEVER, reason))
+        end, reason = last_step(plan.stop, clock_of(room, first))
+        out.append((plan.name, end - first if end < NEVER else NEVER, reason))
         if end == NEVER:
             break
         first = end

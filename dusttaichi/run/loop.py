@@ -117,9 +117,9 @@ class _Run:
 
     def _plan(self):
         """The present stage: its clock, and when it ends at the latest."""
-        self.leg = self.scene.legs[self.course.stage]
+        self.plan = self.scene.stage_plans[self.course.stage]
         self.clock = clock_of(self.sim, self.course.first)
-        self.end, self.reason = last_step(self.leg.stop, self.clock)
+        self.end, self.reason = last_step(self.plan.stop, self.clock)
         if self.course.ended:
             self.end, self.reason = self.sim.step, self.course.ended
 
@@ -237,7 +237,7 @@ class _Run:
         self.saved = self.flushed = real_time.perf_counter()
         try:
             self._loop()
-            while self.course.stage + 1 < len(self.scene.legs):
+            while self.course.stage + 1 < len(self.scene.stage_plans):
                 self._keep_stage()
                 self._next_stage()
                 self._loop()
@@ -258,17 +258,17 @@ class _Run:
 
     def _loop(self):
         """The present stage, to its end."""
-        sim, leg, output = self.sim, self.leg, self.scene.output
+        sim, plan, output = self.sim, self.plan, self.scene.output
         while sim.step < self.end:
-            series = min(next_step(leg.series, self.clock, sim.step), self.end)
+            series = min(next_step(plan.series, self.clock, sim.step), self.end)
             window = NEVER
             if output.window != "interval" and series - output.window > sim.step:
                 window = series - output.window
             due = min(
                 series,
                 window,
-                next_step(leg.profiles, self.clock, sim.step),
-                next_step(leg.snapshots, self.clock, sim.step),
+                next_step(plan.profiles, self.clock, sim.step),
+                next_step(plan.snapshots, self.clock, sim.step),
             )
             if self.error_bar:
                 due = min(due, self.states.next(sim.step))
@@ -286,7 +286,7 @@ class _Run:
         try:
             stages.keep(self.scene, self.course.stage, self.directory)
         except OSError as error:
-            self.say(f"stage {self.leg.name} is not kept for other runs: {error}")
+            self.say(f"stage {self.plan.name} is not kept for other runs: {error}")
 
     def _keep_state(self):
         """A state that the error bar may begin a stretch from, if it is due."""
@@ -309,7 +309,7 @@ class _Run:
 
         end, began = self.sim.step, real_time.perf_counter()
         bar = ErrorBar(self.sim, self.states, self.plates, watch=watch, stop=stop, say=self.say)
-        found = bar.measure(len(self.scene.legs), self.course.wall_clock)
+        found = bar.measure(len(self.scene.stage_plans), self.course.wall_clock)
         if found is not None:
             self.writer.set_attributes({"error_bar": yaml.safe_dump(found, sort_keys=False)})
             self.writer.flush()
@@ -327,11 +327,11 @@ class _Run:
 
     def _next_stage(self):
         if self.sim.step > self.opened_at:
-            self.say(f"stage {self.leg.name} finished: {self.reason}")
+            self.say(f"stage {self.plan.name} finished: {self.reason}")
         if self.last_snapshot != self.sim.step:
             self._record_snapshot()
         following = self.course.stage + 1
-        self.sim.drive(self.scene.legs[following].drive)
+        self.sim.drive(self.scene.stage_plans[following].drive)
         self.course.begin_stage(following, self.sim)
         self._plan()
         self._keep_state()
@@ -385,18 +385,18 @@ class _Run:
 
     def _record_due(self, first=False):
         """Write what is due at this step. `first`: the state at step 0, before any motion."""
-        sim, leg = self.sim, self.leg
+        sim, plan = self.sim, self.plan
 
         def due(interval):
             return first or (
                 interval is not None and next_step(interval, self.clock, sim.step - 1) == sim.step
             )
 
-        if due(leg.series) or sim.step == self.end:
+        if due(plan.series) or sim.step == self.end:
             self._record_series(first)
-        if "profiles" in self.features and due(leg.profiles):
+        if "profiles" in self.features and due(plan.profiles):
             self.writer.append("profiles", record.profile(sim, self.clock, self.edges))
-        if due(leg.snapshots):
+        if due(plan.snapshots):
             self._record_snapshot()
 
     def _record_series(self, first):
@@ -425,12 +425,12 @@ class _Run:
 
     def _end_by(self, entry):
         """Ends the stage where a condition is met that only its record tells."""
-        stop, ended = self.leg.stop, ""
+        stop, ended = self.plan.stop, ""
         self.pressure = self._pressure(entry)
         if stop.pressure is not None and self.pressure >= stop.pressure:
             ended = f"pressure {stop.pressure / 1e3:.6g} kPa"
         if stop.filling_factor is not None and not self.clock.bounded:
-            way = 1.0 if (self.leg.drive.wall_speed or 0.0) > 0.0 else -1.0
+            way = 1.0 if (self.plan.drive.wall_speed or 0.0) > 0.0 else -1.0
             if way * (entry["filling_factor"] - stop.filling_factor) >= 0.0:
                 ended = f"filling factor {stop.filling_factor:.4g}"
         if stop.past_maximum is not None and self.course.past_maximum(
@@ -523,7 +523,7 @@ def features_of(scene, sim):
         "stress": sim.layout.stress,
         "push": sim.push.works,
         "stages": bool(scene.stages),
-        "profiles": bounded and any(leg.profiles is not None for leg in scene.legs),
+        "profiles": bounded and any(plan.profiles is not None for plan in scene.stage_plans),
     }
     return {name for name, there in asked.items() if there}
 

@@ -12,6 +12,7 @@ from dusttaichi.scene.boundary import (
     own_drive,
     strains,
 )
+from dusttaichi.scene.grains import GrainsScene
 from dusttaichi.scene.interaction import (
     Asperities,
     Effect,
@@ -28,7 +29,7 @@ from dusttaichi.scene.output import Interval, Output
 from dusttaichi.scene.push import Push
 from dusttaichi.scene.sample import CylinderSize, ExplicitSample, RbdSample
 from dusttaichi.scene.scene import Scene
-from dusttaichi.scene.stage import Leg, Stage
+from dusttaichi.scene.stage import Stage, StagePlan
 from dusttaichi.scene.stop import Stop
 
 __all__ = [
@@ -41,9 +42,9 @@ __all__ = [
     "Drive",
     "Effect",
     "ExplicitSample",
+    "GrainsScene",
     "Interaction",
     "Interval",
-    "Leg",
     "Material",
     "NoDamping",
     "Numerics",
@@ -56,6 +57,7 @@ __all__ = [
     "Scaled",
     "Scene",
     "Stage",
+    "StagePlan",
     "Stop",
     "Viscoelastic",
     "Viscous",

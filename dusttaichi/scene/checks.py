@@ -32,20 +32,25 @@ DENSEST = 0.74  # filling factor of the densest packing of equal spheres
 
 
 def check(scene) -> Found:
-    """Every problem as (dotted path, text)."""
+    """Every problem of the blocks that all methods share, as (dotted path, text)."""
     found = [*_ends(scene), *_own_drive(scene)]
     if not found:
-        for path, leg in zip(_paths(scene), scene.legs, strict=True):
-            found += [*_drive(scene, path, leg), *_stop(scene, path, leg)]
-            found += _intervals(scene, path, leg)
-    found += [*push.check(scene), *_asperities(scene)]
+        for path, plan in zip(_paths(scene), scene.stage_plans, strict=True):
+            found += [*_drive(scene, path, plan), *_stop(scene, path, plan)]
+            found += _intervals(scene, path, plan)
+    return [*found, *_stress(scene)]
+
+
+def check_grains(scene) -> Found:
+    """Every problem of the blocks that belong to the method `grains`, as (dotted path, text)."""
+    found = [*push.check(scene), *_asperities(scene)]
     found += [*_contacts(scene), *_damping(scene)]
-    found += [*_mass_scaling(scene), *_stress(scene), *_materials(scene)]
+    found += [*_mass_scaling(scene), *_materials(scene)]
     return [*found, *_sizes(scene), *_room(scene)]
 
 
 def _paths(scene):
-    """Prefix of the path of each leg's blocks."""
+    """Prefix of the path of each stage's blocks."""
     return [f"stages.{n}." for n in range(len(scene.stages))] or [""]
 
 
@@ -75,11 +80,11 @@ def _own_drive(scene) -> Found:
     ]
 
 
-def _drive(scene, path, leg) -> Found:
+def _drive(scene, path, plan) -> Found:
     """Every part of the drive must have something to move."""
     boundary, found = scene.boundary, []
     where = f"{path}drive" if path else "boundary"
-    if leg.drive.wall_speed and "wall_speed" not in boundary.drives:
+    if plan.drive.wall_speed and "wall_speed" not in boundary.drives:
         left_out = isinstance(boundary, BoxBoundary)
         text = (
             'the top wall is left out, so it cannot move; remove wall_speed, or "top" from '
@@ -90,7 +95,7 @@ def _drive(scene, path, leg) -> Found:
         )
         found.append((f"{where}.wall_speed", text))
     for law in FACE_LAWS:
-        values = getattr(leg.drive, law)
+        values = getattr(plan.drive, law)
         if values is None:
             continue
         if not isinstance(boundary, PeriodicBoundary):
@@ -107,15 +112,15 @@ def _drive(scene, path, leg) -> Found:
     return found
 
 
-def _stop(scene, path, leg) -> Found:
-    stop, found = leg.stop, []
+def _stop(scene, path, plan) -> Found:
+    stop, found = plan.stop, []
     where = f"{path}stop"
     if stop.filling_factor is not None:
-        found += _stop_filling_factor(scene.boundary, leg.drive, f"{where}.filling_factor")
+        found += _stop_filling_factor(scene.boundary, plan.drive, f"{where}.filling_factor")
     ends_anyway = stop.time is not None or stop.steps is not None or stop.strain is not None
     if stop.pressure is not None:
-        found += _stop_pressure(scene, leg.drive, ends_anyway, f"{where}.pressure")
-    moving = strains(scene.boundary, leg.drive)
+        found += _stop_pressure(scene, plan.drive, ends_anyway, f"{where}.pressure")
+    moving = strains(scene.boundary, plan.drive)
     if stop.strain is not None and not moving:
         found.append(
             (f"{where}.strain", "nothing strains: no wall or face moves; stop by time or steps")
@@ -196,14 +201,14 @@ def _stop_pressure(scene, drive, ends_anyway, where) -> Found:
     return []
 
 
-def _intervals(scene, path, leg) -> Found:
+def _intervals(scene, path, plan) -> Found:
     found = []
     for name in ("series", "profiles", "snapshots"):
-        interval = getattr(leg, name)
+        interval = getattr(plan, name)
         if interval is None:
             continue
         where = f"{path}output.{name}"
-        ready = applies(interval, scene.boundary, leg.drive)
+        ready = applies(interval, scene.boundary, plan.drive)
         if interval.filling_factor is not None and not ready:
             text = (
                 "the filling factor changes steadily only in a room that is bounded along all axes "
@@ -275,7 +280,9 @@ def _mass_scaling(scene) -> Found:
     """Heavier grains leave forces at rest as they are, and nothing else."""
     if scene.numerics.mass_scaling == 1.0:
         return []
-    driven = any(leg.drive.moves for leg in scene.legs) if scene.stop or scene.stages else True
+    driven = (
+        any(plan.drive.moves for plan in scene.stage_plans) if scene.stop or scene.stages else True
+    )
     why = None
     if scene.push:
         why = "a push is answered by the inertia of the grains"

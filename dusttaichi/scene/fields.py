@@ -16,6 +16,15 @@ class Block(BaseModel):
 
     # Keys that the YAML may hold and that are resolved into fields.
     extra_keys: ClassVar[tuple[str, ...]] = ()
+    # Order of the keys where a block has inherited some; inherited ones come first otherwise.
+    order: ClassVar[tuple[str, ...]] = ()
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        super().__pydantic_init_subclass__(**kwargs)
+        if cls.order and cls.order != tuple(cls.model_fields):
+            cls.__pydantic_fields__ = {name: cls.model_fields[name] for name in cls.order}
+            cls.model_rebuild(force=True)
 
 
 def needed(text: str) -> PydanticCustomError:

@@ -6,6 +6,7 @@ from typing import Any
 
 import yaml
 
+from dusttaichi import method
 from dusttaichi.errors import DustError
 from dusttaichi.scene import problems, yaml_text
 from dusttaichi.scene.scene import Scene
@@ -80,9 +81,15 @@ _BLOCKS = "the keys name, material, sample, boundary and stop (or stages) are ne
 
 def json_schema() -> dict[str, Any]:
     """JSON Schema (draft 2020-12) of the YAML file, shorthands allowed, for editors."""
-    schema = _without_titles(Scene.model_json_schema())
+    schemas = [
+        _without_titles(method.named(name).scene.model_json_schema()) for name in method.BUILT_IN
+    ]
     title = {"$schema": DRAFT, "title": "dusttaichi scene"}
-    return {**title, **schema, "description": "One run of dusttaichi."}
+    if len(schemas) == 1:
+        return {**title, **schemas[0], "description": "One run of dusttaichi."}
+    blocks = {name: block for schema in schemas for name, block in schema.pop("$defs").items()}
+    text = {"description": "One run of dusttaichi."}
+    return {**title, **text, "oneOf": schemas, "$defs": blocks}
 
 
 def schema_text() -> str:

@@ -15,8 +15,38 @@ PRESETS: dict[str, dict[str, Any]] = {
 """What `accuracy` sets where the YAML does not say otherwise: numerics alone, no physics."""
 
 
-class Numerics(Block):
-    """How the equations are solved."""
+class CommonNumerics(Block):
+    """What every method knows of how the equations are solved."""
+
+    time_step: Annotated[float | Literal["auto"], Quantity("time", gt=0, word="auto")] = Field(
+        "auto", description="time step, or auto: step_fraction of the stiffest period"
+    )
+    ledger_tolerance: Annotated[float, Number(gt=0, le=1)] = Field(
+        0.01,
+        description="share of the energy that has gone through the system by which the ledger may "
+        "be open before a guard stops the run",
+    )
+    backend: Literal["cpu", "cuda"] = Field("cpu", description="what the kernels run on")
+    threads: Annotated[int | Literal["auto"], Number(whole=True, ge=1, word="auto")] = Field(
+        "auto", description="CPU threads, no more than there are cores"
+    )
+
+
+class Numerics(CommonNumerics):
+    """How the equations of motion of the grains are solved."""
+
+    order: ClassVar[tuple[str, ...]] = (
+        "accuracy",
+        "time_step",
+        "step_fraction",
+        "precision",
+        "newton_steps",
+        "mass_scaling",
+        "ledger_tolerance",
+        "backend",
+        "threads",
+        "skin",
+    )
 
     default: ClassVar[str] = "balanced"
 
@@ -24,9 +54,6 @@ class Numerics(Block):
         default,
         description="preset of step_fraction, precision and newton_steps, each of which may be "
         "given as well; `dust trade` measures what they cost",
-    )
-    time_step: Annotated[float | Literal["auto"], Quantity("time", gt=0, word="auto")] = Field(
-        "auto", description="time step, or auto: step_fraction of the stiffest period"
     )
     # Leapfrog is stable up to 1/pi = 0.318 of the period.
     step_fraction: Annotated[
@@ -49,15 +76,6 @@ class Numerics(Block):
         1.0,
         description="factor on the mass of all grains, for quasi-static runs: steps grow with its "
         "root, and so does the speed at which inertia is felt",
-    )
-    ledger_tolerance: Annotated[float, Number(gt=0, le=1)] = Field(
-        0.01,
-        description="share of the energy that has gone through the system by which the ledger may "
-        "be open before a guard stops the run",
-    )
-    backend: Literal["cpu", "cuda"] = Field("cpu", description="what the kernels run on")
-    threads: Annotated[int | Literal["auto"], Number(whole=True, ge=1, word="auto")] = Field(
-        "auto", description="CPU threads, no more than there are cores"
     )
     skin: Annotated[float | Literal["auto"], Number(gt=0, le=10, word="auto")] = Field(
         "auto", description="extra reach of the neighbour search as a fraction of the radius"

@@ -15,52 +15,41 @@ from pydantic import (
     model_validator,
 )
 
+from dusttaichi import method
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES
 from dusttaichi.scene import checks, problems
 from dusttaichi.scene.boundary import Boundary, bounded_axes, own_drive
 from dusttaichi.scene.fields import Block, Count, needed
 from dusttaichi.scene.fields import problems as several
-from dusttaichi.scene.interaction import Interaction
-from dusttaichi.scene.material import Material
-from dusttaichi.scene.numerics import Numerics
+from dusttaichi.scene.numerics import CommonNumerics
 from dusttaichi.scene.output import Interval, Output, applies, default_intervals
-from dusttaichi.scene.push import Push
-from dusttaichi.scene.sample import DEFAULT, Sample
-from dusttaichi.scene.stage import Leg, Stage
+from dusttaichi.scene.stage import Stage, StagePlan
 from dusttaichi.scene.stop import Stop
 
-_NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$"
+NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$"
 
 
 class Scene(Block):
-    """Everything that defines a run; all quantities are SI floats.
+    """What defines a run, whatever the method; all quantities are SI floats.
 
+    Each method has a scene class of its own, with further blocks (GrainsScene), which `from_dict`
+    chooses by the key `method`.
     source: the text of the YAML file as read ("" without one). path: that file, or None.
     """
 
     name: str = Field(
         description="name of the run and of its directory",
-        json_schema_extra={"pattern": _NAME},
+        json_schema_extra={"pattern": NAME},
     )
-    material: Material = Field(description="what the grains are made of, and the walls")
-    materials: dict[str, Material] = Field(
-        {}, description="further materials that a sample may give to some of its grains, by name"
-    )
-    interaction: Interaction = Field(
-        default_factory=Interaction, description="how grains act on each other"
-    )
-    sample: Sample = Field(description="where the grains are at the start")
-    push: tuple[Push, ...] = Field(
-        (), description="pushes on grains or on faces of the sample, from the start of the run"
-    )
+    method: str = Field(description="what computes the run")
     boundary: Boundary = Field(description="what surrounds the grains")
     stop: Stop | None = Field(None, description="when the run ends; either this or stages")
     stages: tuple[Stage, ...] = Field(
         (), description="parts of the run, one after another, each with its drive and its end"
     )
-    numerics: Numerics = Field(
-        default_factory=Numerics, description="time step, precision, threads"
+    numerics: CommonNumerics = Field(
+        default_factory=CommonNumerics, description="time step, guards, threads"
     )
     output: Output = Field({}, description="what is written, how often and where")
     replicas: Count | None = Field(
@@ -75,22 +64,11 @@ class Scene(Block):
     @field_validator("name", mode="before")
     @classmethod
     def _file_safe(cls, value: Any) -> str:
-        if not isinstance(value, str) or not re.fullmatch(_NAME, value):
+        if not isinstance(value, str) or not re.fullmatch(NAME, value):
             raise needed(
                 "a text of at most 100 letters, digits, '.', '_' and '-' is needed, "
                 'for example "omni_static"'
             )
-        return value
-
-    @field_validator("materials", mode="after")
-    @classmethod
-    def _names(cls, value: dict[str, Material]) -> dict[str, Material]:
-        for name in value:
-            if not re.fullmatch(_NAME, name) or name == DEFAULT or name.isdigit():
-                raise needed(
-                    f"\"{name}\" cannot name a material; letters, digits, '.', '_' and '-' are "
-                    f'needed, not a number, and not "{DEFAULT}", which is the material above'
-                )
         return value
 
     @field_validator("output", mode="before")
@@ -109,24 +87,23 @@ class Scene(Block):
 
     @model_validator(mode="after")
     def _check(self) -> "Scene":
-        found = checks.check(self)
+        found = self.conflicts()
         if found:
             raise several(found)
         return self
 
-    @property
-    def all_materials(self) -> tuple[Material, ...]:
-        """What grains may be made of, by number: the material, which walls have too, and others."""
-        return (self.material, *self.materials.values())
+    def conflicts(self) -> list[tuple[str, str]]:
+        """What is wrong between the blocks, as (dotted path, text)."""
+        return checks.check(self)
 
     @property
-    def legs(self) -> tuple[Leg, ...]:
+    def stage_plans(self) -> tuple[StagePlan, ...]:
         """The stages with everything resolved; one without a name where there are none."""
         if not self.stages:
-            return (self._leg("", own_drive(self.boundary), self.stop, None),)
-        return tuple(self._leg(s.name, s.drive, s.stop, s.output) for s in self.stages)
+            return (self._stage_plan("", own_drive(self.boundary), self.stop, None),)
+        return tuple(self._stage_plan(s.name, s.drive, s.stop, s.output) for s in self.stages)
 
-    def _leg(self, name, drive, stop, own) -> Leg:
+    def _stage_plan(self, name, drive, stop, own) -> StagePlan:
         defaults = default_intervals(self.boundary, drive)
 
         def interval(key):
@@ -140,7 +117,7 @@ class Scene(Block):
             return None if default == "off" else Interval(**default)
 
         intervals = (interval(key) for key in ("series", "profiles", "snapshots"))
-        return Leg(name, drive, stop, *intervals)
+        return StagePlan(name, drive, stop, *intervals)
 
     def __eq__(self, other: object) -> bool:
         # Two files that say the same are the same scene; pydantic would compare their texts too.
@@ -170,17 +147,18 @@ class Scene(Block):
         title: str = "the scene",
         check_files: bool = False,
     ) -> "Scene":
-        """Scene from plain data as a YAML file has it.
+        """Scene, of the class that its method has, from plain data as a YAML file has it.
 
         folder: what `sample.file` is relative to (default: the current directory).
         lines: path -> line number, for errors. check_files: refuse a `sample.file` that is not
         there. Raises DustError with one line for each problem.
         """
         context = {"folder": folder, "check_files": check_files}
+        kind = _scene_class(data, lines or {}, title)
         try:
-            scene = cls.model_validate(data, context=context)
+            scene = kind.model_validate(data, context=context)
         except ValidationError as error:
-            found = problems.describe(cls, error, data, lines or {})
+            found = problems.describe(kind, error, data, lines or {})
             raise DustError("\n  ".join([f"{title} cannot be used:", *found])) from None
         scene._given = copy.deepcopy(data)
         scene._folder = Path(folder) if folder is not None else None
@@ -204,7 +182,7 @@ class Scene(Block):
     def with_data(self, data: dict[str, Any], title: str = "the scene") -> "Scene":
         """A new scene from other plain data, such as `given`; its files are found where those of
         this one are. Raises DustError."""
-        scene = type(self).from_dict(data, self._folder, title=title)
+        scene = Scene.from_dict(data, self._folder, title=title)
         scene._path = self._path
         return scene
 
@@ -216,6 +194,18 @@ class Scene(Block):
         return yaml.dump(
             self._plain(), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=1000
         )
+
+
+def _scene_class(data: dict[str, Any], lines: dict, title: str) -> type[Scene]:
+    """The scene class of the method that the data names; `grains` where they name none."""
+    name = data.get("method", method.DEFAULT)
+    if isinstance(name, str) and name in method.METHODS:
+        return method.named(name).scene
+    if name not in method.names():
+        text = f"{' or '.join(method.names())} is needed"
+        found = problems.line(("method",), text, data, lines)
+        raise DustError("\n  ".join([f"{title} cannot be used:", found]))
+    return method.named(name).scene
 
 
 class _Dumper(yaml.SafeDumper):

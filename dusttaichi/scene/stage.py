@@ -43,7 +43,7 @@ class Stage(Block):
 
 
 @dataclass(frozen=True)
-class Leg:
+class StagePlan:
     """A stage with everything resolved; a scene without stages has a single one, without a name."""
 
     name: str

@@ -109,11 +109,11 @@ def test_what_a_scene_has_no_knob_for_is_told():
 def test_faster_stages_go_the_same_way():
     base = load(CONFIGS / "trade/tensile.yaml").with_value("stages.0.stop", {"time": "1 us"})
     fast = scenes.changed(base, scenes.faster(base, 4.0))
-    compress, relax, stretch = fast.legs
-    assert compress.drive.compression_rate == 4.0 * base.legs[0].drive.compression_rate
+    compress, relax, stretch = fast.stage_plans
+    assert compress.drive.compression_rate == 4.0 * base.stage_plans[0].drive.compression_rate
     assert compress.stop.time == 0.25e-6
-    assert relax == base.legs[1]  # nothing moves in it
-    assert stretch.drive.face_speed == (4.0, 0.0, 0.0) and stretch.stop == base.legs[2].stop
+    assert relax == base.stage_plans[1]  # nothing moves in it
+    assert stretch.drive.face_speed == (4.0, 0.0, 0.0) and stretch.stop == base.stage_plans[2].stop
     plain = scene_of()
     assert scenes.faster(plain, 0.5) == {"boundary.wall_speed": "0.5 cm/s"}
 

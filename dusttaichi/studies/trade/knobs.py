@@ -71,7 +71,7 @@ def _window(scene):
 
 
 def _mass_scaling(scene):
-    if not any(leg.drive.moves for leg in scene.legs):
+    if not any(plan.drive.moves for plan in scene.stage_plans):
         return "only for runs that walls or faces drive slowly, and none moves"
     if scene.push or scene.sample.kind in ("pair", "collision"):
         return "only for runs that walls or faces drive slowly; inertia matters here"

@@ -29,8 +29,8 @@ def base(scene):
     scene = scene.with_data(given).with_value("numerics.threads", 1)
     counted = [
         path
-        for path, leg in zip(leg_paths(scene), scene.legs, strict=True)
-        if leg.stop.steps is not None
+        for path, plan in zip(stage_paths(scene), scene.stage_plans, strict=True)
+        if plan.stop.steps is not None
     ]
     if not counted:
         return scene
@@ -65,8 +65,8 @@ def own_fraction(scene):
     return 0.1 * scene.numerics.time_step / tenth.dt
 
 
-def leg_paths(scene):
-    """Prefix of the path of each leg's stop: "" or "stages.0." ..."""
+def stage_paths(scene):
+    """Prefix of the path of each stage's stop: "" or "stages.0." ..."""
     return [f"stages.{n}." for n in range(len(scene.stages))] or [""]
 
 
@@ -76,16 +76,16 @@ def faster(scene, factor):
     What lasts a time while it moves lasts so much shorter: the way stays the same.
     """
     changes = {}
-    for path, leg in zip(leg_paths(scene), scene.legs, strict=True):
+    for path, plan in zip(stage_paths(scene), scene.stage_plans, strict=True):
         where = f"{path}drive" if path else "boundary"
-        if not leg.drive.moves:
+        if not plan.drive.moves:
             continue
         for law in DRIVES:
-            value = getattr(leg.drive, law)
+            value = getattr(plan.drive, law)
             if value is not None and (value if law != "wall_speed" else value != 0.0):
                 changes[f"{where}.{law}"] = _written(law, value, factor)
-        if leg.stop.time is not None:
-            changes[f"{path}stop.time"] = quantities.format(leg.stop.time / factor, "time")
+        if plan.stop.time is not None:
+            changes[f"{path}stop.time"] = quantities.format(plan.stop.time / factor, "time")
     return changes
 
 

@@ -1,0 +1,70 @@
+"""A scene of the method `grains`: what the grains are, how they act on each other, and where."""
+
+import re
+from typing import ClassVar, Literal
+
+from pydantic import Field, field_validator
+
+from dusttaichi.scene import checks
+from dusttaichi.scene.fields import needed
+from dusttaichi.scene.interaction import Interaction
+from dusttaichi.scene.material import Material
+from dusttaichi.scene.numerics import Numerics
+from dusttaichi.scene.push import Push
+from dusttaichi.scene.sample import DEFAULT, Sample
+from dusttaichi.scene.scene import NAME, Scene
+
+
+class GrainsScene(Scene):
+    """A run of grains with adhesive contacts; all quantities are SI floats."""
+
+    order: ClassVar[tuple[str, ...]] = (
+        "name",
+        "method",
+        "material",
+        "materials",
+        "interaction",
+        "sample",
+        "push",
+        "boundary",
+        "stop",
+        "stages",
+        "numerics",
+        "output",
+        "replicas",
+    )
+
+    method: Literal["grains"] = Field("grains", description="what computes the run")
+    material: Material = Field(description="what the grains are made of, and the walls")
+    materials: dict[str, Material] = Field(
+        {}, description="further materials that a sample may give to some of its grains, by name"
+    )
+    interaction: Interaction = Field(
+        default_factory=Interaction, description="how grains act on each other"
+    )
+    sample: Sample = Field(description="where the grains are at the start")
+    push: tuple[Push, ...] = Field(
+        (), description="pushes on grains or on faces of the sample, from the start of the run"
+    )
+    numerics: Numerics = Field(
+        default_factory=Numerics, description="time step, precision, threads"
+    )
+
+    @field_validator("materials", mode="after")
+    @classmethod
+    def _names(cls, value: dict[str, Material]) -> dict[str, Material]:
+        for name in value:
+            if not re.fullmatch(NAME, name) or name == DEFAULT or name.isdigit():
+                raise needed(
+                    f"\"{name}\" cannot name a material; letters, digits, '.', '_' and '-' are "
+                    f'needed, not a number, and not "{DEFAULT}", which is the material above'
+                )
+        return value
+
+    @property
+    def all_materials(self) -> tuple[Material, ...]:
+        """What grains may be made of, by number: the material, which walls have too, and others."""
+        return (self.material, *self.materials.values())
+
+    def conflicts(self) -> list[tuple[str, str]]:
+        return [*super().conflicts(), *checks.check_grains(self)]
