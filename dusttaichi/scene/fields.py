@@ -119,6 +119,10 @@ class Switch:
     on: bool = False
     auto: bool = False
 
+    def written(self, value: Any) -> str:
+        """A default as the YAML has it."""
+        return "off" if value is None else value if isinstance(value, str) else "on"
+
     def _word(self, value: Any, read: Any) -> Any:
         return value if self.auto and value == "auto" else read(value)
 

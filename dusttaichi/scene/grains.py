@@ -35,9 +35,14 @@ class GrainsScene(Scene):
     )
 
     method: Literal["grains"] = Field("grains", description="what computes the run")
-    material: Material = Field(description="what the grains are made of, and the walls")
+    material: Material = Field(
+        description="what the grains are made of, and the walls: a name, a block with `base` "
+        "and the numbers that differ, or a block with all six numbers"
+    )
     materials: dict[str, Material] = Field(
-        {}, description="further materials that a sample may give to some of its grains, by name"
+        {},
+        description="further materials that a sample may give to some of its grains, by name, "
+        "each written like `material`",
     )
     interaction: Interaction = Field(
         default_factory=Interaction, description="how grains act on each other"

@@ -75,6 +75,11 @@ _ASPERITIES = Switch(
 class _DampingWord:
     """Lets the damping be written as one word, its numbers at their defaults."""
 
+    needed = (
+        f"{', '.join(_MODELS)} or a block is needed, for example "
+        "{model: viscous, kappa: 1e-6 g/s}"
+    )
+
     @classmethod
     def __get_pydantic_json_schema__(cls, schema, handler):
         return {"anyOf": [{"enum": [*_MODELS, None]}, handler(schema)]}
@@ -110,8 +115,5 @@ class Interaction(Block):
         if isinstance(value, str) and value in _MODELS:
             return {"model": value}
         if not isinstance(value, (dict, Block)):
-            raise needed(
-                f"{', '.join(_MODELS)} or a block is needed, for example "
-                "{model: viscous, kappa: 1e-6 g/s}"
-            )
+            raise needed(_DampingWord.needed)
         return value

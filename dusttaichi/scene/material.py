@@ -41,10 +41,7 @@ NAMED = {
 
 def _named(name: Any) -> dict[str, Any]:
     if not isinstance(name, str) or name not in NAMED:
-        raise needed(
-            f"{', '.join(NAMED)} or a block is needed, for example "
-            "{base: silicate_s12, surface_energy: 25 mJ/m^2}"
-        )
+        raise needed(Material.needed)
     return NAMED[name]
 
 
@@ -52,6 +49,10 @@ class Material(Block):
     """Written as a name, as a name with some numbers changed (`base`), or as six numbers."""
 
     extra_keys: ClassVar[tuple[str, ...]] = ("base",)
+    needed: ClassVar[str] = (
+        f"{', '.join(NAMED)} or a block is needed, for example "
+        "{base: silicate_s12, surface_energy: 25 mJ/m^2}"
+    )
 
     name: str = Field("custom", description="name of the material in results and figures")
     radius: Annotated[float, Quantity("length", gt=0, le=1e-3)] = Field(

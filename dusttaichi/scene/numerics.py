@@ -19,7 +19,9 @@ class CommonNumerics(Block):
     """What every method knows of how the equations are solved."""
 
     time_step: Annotated[float | Literal["auto"], Quantity("time", gt=0, word="auto")] = Field(
-        "auto", description="time step, or auto: step_fraction of the stiffest period"
+        "auto",
+        description="time step, refused where it cannot be stable; auto: step_fraction of the "
+        "stiffest period",
     )
     ledger_tolerance: Annotated[float, Number(gt=0, le=1)] = Field(
         0.01,
@@ -28,7 +30,9 @@ class CommonNumerics(Block):
     )
     backend: Literal["cpu", "cuda"] = Field("cpu", description="what the kernels run on")
     threads: Annotated[int | Literal["auto"], Number(whole=True, ge=1, word="auto")] = Field(
-        "auto", description="CPU threads, no more than there are cores"
+        "auto",
+        description="CPU threads, no more than there are cores; auto: all cores, one for a small "
+        "sample",
     )
 
 
@@ -60,7 +64,8 @@ class Numerics(CommonNumerics):
         float, Number(gt=0, le=0.31, note="; from 0.318 (1/pi) on the step is unstable")
     ] = Field(
         PRESETS[default]["step_fraction"],
-        description="time step over the stiffest period, with time_step auto",
+        description="time step over the stiffest period, with time_step auto; less where bodies "
+        "are fast",
     )
     precision: Literal["f64", "mixed", "f32"] = Field(
         PRESETS[default]["precision"],
@@ -69,8 +74,8 @@ class Numerics(CommonNumerics):
     )
     newton_steps: Annotated[int, Number(whole=True, ge=0, le=3)] = Field(
         PRESETS[default]["newton_steps"],
-        description="Newton steps of the contact radius of JKR, each squares its error: 8e-5, "
-        "1e-8, 1e-13",
+        description="Newton steps of the contact radius of JKR after a fit; each squares its "
+        "error: 8e-5, 1e-8, 1e-13",
     )
     mass_scaling: Annotated[float, Number(ge=1, le=1e6)] = Field(
         1.0,

@@ -69,8 +69,7 @@ class Output(Block):
 
     directory: Path = Field(
         Path("runs"),
-        description="where the results go, relative to the current directory; "
-        "default runs/ and the name of the scene",
+        description="where the results go, relative to the current directory",
         json_schema_extra={"default": "runs/<name>"},
     )
     series: OptionalInterval = Field(
@@ -84,7 +83,9 @@ class Output(Block):
         "filling_factor 0.05 in a closed box whose top wall moves down, else off",
     )
     snapshots: OptionalInterval = Field(
-        "off", description="interval of the snapshots of all grains; auto: off"
+        "off",
+        description="interval of the snapshots of all grains, auto: off; the first frame and the "
+        "last of every stage are always written",
     )
     contacts: bool = Field(True, description="snapshots hold the contacts with their state")
     window: Annotated[int | Literal["interval"], Number(whole=True, ge=1, word="interval")] = Field(

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 
 Path = tuple[str | int, ...]
 _FORM = {
@@ -122,8 +123,12 @@ def _either(expected: str) -> str:
     return " or ".join([", ".join(quoted[:-1]), quoted[-1]] if len(quoted) > 1 else quoted)
 
 
+def choices(item: FieldInfo) -> list[type[BaseModel]]:
+    """All blocks that may stand at a key."""
+    return [block for mark in (item.annotation, *item.metadata) for block in _members(mark)]
+
+
 def _members(annotation: Any) -> list[type[BaseModel]]:
-    """All blocks that may stand behind an annotation."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
     return [block for part in typing.get_args(annotation) for block in _members(part)]
@@ -137,7 +142,7 @@ def _blocks(root: type[BaseModel], loc: Path) -> list[type[BaseModel]]:
             member
             for block in blocks
             if key in block.model_fields
-            for member in _members(block.model_fields[key].annotation)
+            for member in choices(block.model_fields[key])
         ]
         named = [block for block in blocks if key in _tags(block)]
         if below:
@@ -188,6 +193,6 @@ def _homes(block: type[BaseModel], key: str, path: Path = ()) -> list[str]:
     for name, item in block.model_fields.items():
         if name == key and path:
             found.append(dotted((*path, name)))
-        for member in _members(item.annotation):
+        for member in choices(item):
             found += _homes(member, key, (*path, name))
     return found

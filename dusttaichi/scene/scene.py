@@ -39,21 +39,24 @@ class Scene(Block):
     """
 
     name: str = Field(
-        description="name of the run and of its directory",
+        description="name of the run and of its directory: letters, digits, `.`, `_`, `-`",
         json_schema_extra={"pattern": NAME},
     )
     method: str = Field(description="what computes the run")
     boundary: Boundary = Field(description="what surrounds the grains")
     stop: Stop | None = Field(None, description="when the run ends; either this or stages")
     stages: tuple[Stage, ...] = Field(
-        (), description="parts of the run, one after another, each with its drive and its end"
+        (),
+        description="parts of the run in place of `stop`, one after another, each with its drive "
+        "and its end",
     )
     numerics: CommonNumerics = Field(
         default_factory=CommonNumerics, description="time step, guards, threads"
     )
     output: Output = Field({}, description="what is written, how often and where")
     replicas: Count | None = Field(
-        None, description="number of runs of this scene, each with the next seed; default one run"
+        None,
+        description="number of runs of this scene, each with the next seed; one run if not given",
     )
 
     _source: str = PrivateAttr("")

@@ -25,11 +25,16 @@ class StageOutput(Block):
 class Stage(Block):
     """A part of the run: how walls and faces move, and until when."""
 
-    name: str = Field(description="name of the stage", json_schema_extra={"pattern": _NAME})
+    name: str = Field(
+        description="name of the stage: letters, digits, `_`, `-`",
+        json_schema_extra={"pattern": _NAME},
+    )
     drive: Drive = Field(
         default_factory=Drive, description="how walls and faces move; at rest if not given"
     )
-    stop: Stop = Field(description="when the stage ends; counted from its start")
+    stop: Stop = Field(
+        description="when the stage ends; times, steps and strain count from its start"
+    )
     output: StageOutput = Field({}, description="what is written, where it differs from `output`")
 
     @field_validator("name", mode="before")

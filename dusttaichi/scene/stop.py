@@ -16,7 +16,7 @@ class Stop(Block):
             float, Number(gt=0, le=0.74, note=" (0.74 is the densest packing of equal spheres)")
         ]
         | None
-    ) = Field(None, description="filling factor")
+    ) = Field(None, description="filling factor, reached from below or from above")
     pressure: Annotated[float, Quantity("pressure", gt=0, example="120 kPa")] | None = Field(
         None,
         description="pressure on the top wall, or of a periodic cell (-trace of the stress / 3), "
@@ -29,13 +29,13 @@ class Stop(Block):
     )
     past_maximum: Annotated[float, Number(gt=0, lt=1)] | None = Field(
         None,
-        description="the tension, averaged over output.window, has fallen by this share below its "
-        "largest value",
+        description="share by which the tension, averaged over ten points of the series, has "
+        "fallen below its largest value",
     )
     time: Annotated[float, Quantity("time", gt=0, example="1 us")] | None = Field(
-        None, description="simulated time"
+        None, description="simulated time, in a stage from its start"
     )
-    steps: Count | None = Field(None, description="number of time steps")
+    steps: Count | None = Field(None, description="number of time steps, in a stage from its start")
 
     @model_validator(mode="after")
     def _check(self) -> "Stop":

@@ -1,0 +1,165 @@
+"""All keys of the YAML with default, what is allowed, and meaning: the table of keys in the docs.
+
+for key in rows():
+    print(key.path, key.kinds, key.default, key.allowed, key.meaning)
+"""
+
+import json
+import typing
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from dusttaichi import method
+from dusttaichi.scene.problems import choices
+
+TAGS = ("kind", "model")  # keys that say which of several blocks it is
+_WORDS = {bool: "true or false", str: "a text", Path: "a path", float: "a number"}
+
+
+@dataclass(frozen=True)
+class Key:
+    """A key of the YAML.
+
+    path: keys joined by dots, `boundary.wall_speed`; in a list that of every entry, `push.face`.
+    kinds: kinds of the block that have the key so, (`box`, `plates`); empty where all have it.
+    default: as it is written in the YAML; empty where there is none.
+    needed: True where the YAML must give it. allowed: what may stand there, with its bounds.
+    example: a value as it is written; empty where there is none. meaning: what the key says.
+    """
+
+    path: str
+    kinds: tuple[str, ...]
+    default: str
+    needed: bool
+    allowed: str
+    example: str
+    meaning: str
+
+
+def rows(of: str = method.DEFAULT) -> list[Key]:
+    """The keys of a scene of a method, in the order of the blocks.
+
+    A key that differs between the kinds of a block is there several times, each with its kinds. A
+    block that may stand at several places (`stop` and `stages.stop`) has its keys at the place
+    that is least deep.
+    """
+    scene = method.named(of).scene
+    return _below(scene, "", _homes(scene))
+
+
+def _homes(scene: type[BaseModel]) -> dict[type[BaseModel], str]:
+    """Path of the place of every block that is least deep, the first of several."""
+    homes: dict[type[BaseModel], str] = {}
+    todo: list[tuple[type[BaseModel], str]] = [(scene, "")]
+    while todo:
+        block, prefix = todo.pop(0)
+        for name, item in block.model_fields.items():
+            new = [member for member in choices(item) if member not in homes]
+            homes.update(dict.fromkeys(new, prefix + name))
+            todo += [(member, f"{prefix}{name}.") for member in new]
+    return homes
+
+
+def _below(block: type[BaseModel], prefix: str, homes: dict) -> list[Key]:
+    found: list[Key] = []
+    for name, item in block.model_fields.items():
+        if name in TAGS:
+            continue
+        path = prefix + name
+        found.append(_key(path, item))
+        members = [member for member in choices(item) if homes[member] == path]
+        tag = next((tag for tag in TAGS if members and tag in members[0].model_fields), None)
+        if tag is not None:
+            words = ", ".join(_word(member, tag) for member in members)
+            found.append(Key(f"{path}.{tag}", (), "", True, words, "", "which of them it is"))
+            found += _of_kinds(members, path, tag, homes)
+        else:
+            for member in members:
+                found += _below(member, f"{path}.", homes)
+    return found
+
+
+def _of_kinds(members: list, path: str, tag: str, homes: dict) -> list[Key]:
+    """Keys of the blocks of a union; what several of them have alike is one key."""
+    kinds: dict[Key, tuple[str, ...]] = {}
+    for member in members:
+        word = _word(member, tag)
+        for key in _below(member, f"{path}.", homes):
+            kinds[key] = (*kinds.get(key, ()), word)
+    order = {key: n for n, key in reversed(list(enumerate(key.path for key in kinds)))}
+    merged = [replace(key, kinds=words) for key, words in kinds.items()]
+    return sorted(merged, key=lambda key: order[key.path])
+
+
+def _word(block: type[BaseModel], tag: str) -> str:
+    return typing.get_args(block.model_fields[tag].annotation)[0]
+
+
+def _key(path: str, item: FieldInfo) -> Key:
+    allowed, _, rest = _allowed(item).partition(" is needed")
+    rest, _, example = rest.partition(", for example ")
+    return Key(
+        path,
+        (),
+        _default(item),
+        item.is_required(),
+        allowed + rest,
+        example.replace('"', ""),
+        item.description or "",
+    )
+
+
+def _allowed(item: FieldInfo) -> str:
+    """What may stand there, in the words of an error message about it."""
+    parts = _parts(item)
+    said = next((part.needed for part in parts if hasattr(part, "needed")), "")
+    words = dict.fromkeys(word for part in parts for word in _literals(part))
+    said = said or ", ".join(words)
+    if choices(item) and "block" not in said:
+        said = f"a block or {said}" if said else "a block"
+    said = said or " or ".join(name for kind, name in _WORDS.items() if kind in parts)
+    if any(typing.get_origin(part) is dict for part in parts):
+        return f"a name and for each {said}"
+    lists = [typing.get_args(part) for part in parts if typing.get_origin(part) is tuple]
+    if any(entries[1:] == (Ellipsis,) for entries in lists):
+        return f"a list, for each entry {said}"
+    return f"a list of {len(lists[0])}, each {said}" if lists and "list" not in said else said
+
+
+def _parts(item: FieldInfo) -> list[Any]:
+    """The marks and types of a key, also those inside of a list or an alternative."""
+    found, todo = [], [*item.metadata, item.annotation]
+    while todo:
+        part = todo.pop(0)
+        found.append(part)
+        todo += [*getattr(part, "__metadata__", ()), *typing.get_args(part)]
+    return found
+
+
+def _literals(part: Any) -> tuple:
+    return typing.get_args(part) if typing.get_origin(part) is typing.Literal else ()
+
+
+def _default(item: FieldInfo) -> str:
+    """The default as it is written in the YAML."""
+    shown = (item.json_schema_extra or {}).get("default")
+    if shown is not None:
+        return shown
+    if item.is_required() or item.default_factory is not None:
+        return ""
+    value = item.default
+    if any(hasattr(mark, "written") for mark in item.metadata):
+        return next(mark.written(value) for mark in item.metadata if hasattr(mark, "written"))
+    if isinstance(value, dict) and value:
+        return next(iter(value.values()))  # a word that stands for a block
+    return "" if value is None or value == {} else _written(value)
+
+
+def _written(value: Any) -> str:
+    if isinstance(value, tuple):
+        return f"[{', '.join(_written(entry) for entry in value)}]"
+    return value if isinstance(value, str) else json.dumps(value, default=str)
