@@ -8,6 +8,7 @@ from math import inf, pi
 
 import numpy as np
 import taichi as ti
+from taichi.lang.impl import current_cfg
 
 from dusttaichi import samples, units
 from dusttaichi.domain.pushes import make_push
@@ -16,6 +17,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.grains.kernels import search, store
 from dusttaichi.grains.kernels.cell import make_wrap
 from dusttaichi.grains.kernels.measure import make_measure, place_measure
+from dusttaichi.grains.kernels.memory import Table, arrays_of
 from dusttaichi.grains.kernels.params import contact_params
 from dusttaichi.grains.kernels.poly import interface_table, make_write_constants
 from dusttaichi.grains.kernels.wall_search import make_wall_relist
@@ -26,6 +28,7 @@ from dusttaichi.names import AXES
 from dusttaichi.physics import encounter, stability
 from dusttaichi.physics.contact import constants, damping
 
+MOST_THREADS = 1024
 SMALL = 400  # grains below which a second thread costs more than it gains
 BALANCED = 0.2  # step_fraction that physics.encounter is made for
 RESOLVED = 0.005  # of the overlap at rest by which positions may be uncertain
@@ -291,6 +294,9 @@ def start_taichi(scene, threads):
                 log_level=ti.ERROR,
                 enable_fallback=False,
             )
+        # as many threads are started; that compiled kernels may ask for more makes them the same
+        # for any number
+        current_cfg().cpu_max_num_threads = MOST_THREADS
     except Exception as error:
         raise DustError(
             f"numerics.backend = {scene.numerics.backend}: Taichi cannot start it here "
@@ -364,7 +370,7 @@ def build(scene, sample, drive=None, scenes=None, ledger=True, step=None, like=N
     form = (
         scene.numerics.backend,
         threads,
-        grains,
+        store.room_for(grains),
         layout,
         effects,
         walls,
@@ -373,14 +379,16 @@ def build(scene, sample, drive=None, scenes=None, ledger=True, step=None, like=N
         len(scene.all_materials),
     )
     if like is not None and like.form == form:
-        fields, scratch, sums, kernels = like.fields, like.scratch, like.sums, like.kernels
-        for place in fields.values():
+        parts, kernels = like.parts, like.kernels
+        for place in like.fields.values():
             place.fill(0)
-        if bodies is not None:
-            scratch["interfaces"].from_numpy(interfaces(scene))
     else:
         start_taichi(scene, threads)
-        fields, scratch, sums, kernels = compiled(scene, layout, effects, grains, walls, drive)
+        parts, kernels = compiled(scene, layout, effects, grains, walls, drive)
+    fields, scratch, sums = used(parts, grains, layout, walls)
+    fields["counts"].from_numpy(np.array(store.sizes(grains, layout, walls)))
+    if bodies is not None:
+        scratch["interfaces"].from_numpy(interfaces(scene))
     if bodies is None:
         pair, wall = contact_constants(scene)
         radius, overlap = typical, wall.delta0 / units.LENGTH
@@ -422,30 +430,56 @@ def build(scene, sample, drive=None, scenes=None, ledger=True, step=None, like=N
         scenes=1 if scenes is None else int(scenes[-1]) + 1,
         bodies=bodies,
     )
-    sim.form = form
+    sim.form, sim.parts = form, parts
     return sim
 
 
+@dataclass(frozen=True)
+class Parts:
+    """Taichi fields by name: state, scratch of the search, sums of measurements; and the arrays
+    that share their memory, where that can be."""
+
+    fields: dict
+    scratch: dict
+    sums: dict
+    memory: dict
+
+
+def used(parts, grains, layout, walls):
+    """Tables of the fields, scratch and sums that a scene of this many grains uses."""
+    rows = {var.name: var.shape[0] for var in store.declare(grains, layout, walls)}
+    return [
+        {
+            name: Table(field, rows.get(name, field.shape[0]), parts.memory.get(name))
+            for name, field in some.items()
+        }
+        for some in (parts.fields, parts.scratch, parts.sums)
+    ]
+
+
 def compiled(scene, layout, effects, grains, walls, drive):
-    """Fields, scratch, sums and Kernels of a scene: all that does not hang on its numbers."""
-    fields = store.place(store.declare(grains, layout, walls))
-    scratch = search.place_search(grains, layout, walls)
-    sums = place_measure(grains, layout, walls)
+    """Parts and Kernels of a scene: all that does not hang on its numbers, nor on that of grains
+    but for the room they need."""
+    room = store.room_for(grains)
+    fields = store.place(store.declare(room, layout, walls))
+    scratch = search.place_search(room, layout, walls)
+    sums = place_measure(room, layout, walls)
     write = place_interfaces(scene, fields, scratch) if layout.poly else None
-    relist, list_entries = search.make_relist(fields, scratch, layout, grains, walls, write)
-    first = store.capacity(grains, layout, walls)[0]
+    relist, list_entries = search.make_relist(fields, scratch, layout, write)
     periodic = bool(layout.periodic)
     kernels = Kernels(
-        advance=make_advance(fields, layout, effects, grains, walls, drive.kind),
-        bounds=search.make_bounds(fields, scratch, grains),
-        find=search.make_find(fields, scratch, layout, grains, walls),
+        advance=make_advance(fields, layout, effects, walls, drive.kind),
+        bounds=search.make_bounds(fields, scratch),
+        find=search.make_find(fields, scratch, layout),
         relist=relist,
         list_entries=list_entries,
-        relist_walls=make_wall_relist(fields, scratch, layout, grains, write) if walls else None,
-        wrap=make_wrap(fields, layout, grains, walls, first) if periodic else None,
-        measure=make_measure(fields, sums, layout, effects, grains, walls),
+        relist_walls=make_wall_relist(fields, scratch, layout, write) if walls else None,
+        wrap=make_wrap(fields, layout, walls) if periodic else None,
+        measure=make_measure(fields, sums, layout, effects, walls),
     )
-    return fields, scratch, sums, kernels
+    together = {**fields, **scratch, **sums}
+    shared = scene.numerics.backend == "cpu"
+    return Parts(fields, scratch, sums, arrays_of(together) if shared else {}), kernels
 
 
 def wall_overlaps(scene, bodies):
@@ -465,9 +499,7 @@ def wall_overlaps(scene, bodies):
 
 def place_interfaces(scene, fields, scratch):
     """The table of interfaces in a field; returns what writes the numbers of contacts."""
-    rows = interfaces(scene)
-    table = scratch["interfaces"] = ti.field(ti.f64, shape=rows.shape)
-    table.from_numpy(rows)
+    table = scratch["interfaces"] = ti.field(ti.f64, shape=interfaces(scene).shape)
     model = scene.interaction.damping.model
     return make_write_constants(fields, table, len(scene.all_materials), model)
 

@@ -1,17 +1,7 @@
 """What a built scene consists of: parts of the model, fields, kernels, and what its preset sets."""
 
-import numpy as np
-
 from dusttaichi.grains.build import chosen_effects
 from dusttaichi.names import AXES, WALLS
-
-SIZES = {"i32": 4, "f32": 4, "i64": 8, "f64": 8}
-
-
-def nbytes(field):
-    """Bytes of a Taichi field."""
-    lanes = getattr(field, "n", 1) * getattr(field, "m", 1)
-    return int(np.prod(field.shape)) * lanes * SIZES[str(field.dtype).split(".")[-1]]
 
 
 def tables(sim):
@@ -85,14 +75,14 @@ def _state(layout):
 
 def field_rows(sim):
     """Rows (name, what it takes) of the fields from the largest on, those under 1 % in one."""
-    sizes = {name: nbytes(field) for name, field in tables(sim).items()}
+    sizes = {name: field.nbytes for name, field in tables(sim).items()}
     whole = sum(sizes.values())
     rows, small = [], []
     for name, size in sorted(sizes.items(), key=lambda item: -item[1]):
         if size < 0.01 * whole:
             small.append(name)
             continue
-        shape = " x ".join(str(n) for n in tables(sim)[name].shape)
+        shape = " x ".join(str(n) for n in tables(sim)[name].field.shape)
         rows.append((name, f"{_amount(size)}, {size / sim.grains:.0f} bytes a grain ({shape})"))
     if small:
         rows.append(

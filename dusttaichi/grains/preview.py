@@ -8,7 +8,7 @@ import numpy as np
 from dusttaichi import samples, units
 from dusttaichi.grains import network
 from dusttaichi.grains.build import bodies_of, build, chosen_effects, chosen_step, contact_constants
-from dusttaichi.grains.inventory import compiled_rows, field_rows, nbytes, preset_rows, tables
+from dusttaichi.grains.inventory import compiled_rows, field_rows, preset_rows, tables
 from dusttaichi.names import NEVER
 from dusttaichi.physics.contact import constants
 from dusttaichi.run.schedule import clock_of, last_step
@@ -189,7 +189,7 @@ def _trial(sim, end):
 
 def state_bytes(sim):
     """Bytes of all fields of a simulation, scratch of the search included."""
-    return sum(nbytes(field) for field in tables(sim).values())
+    return sum(field.nbytes for field in tables(sim).values())
 
 
 def _duration(seconds):

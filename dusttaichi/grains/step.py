@@ -15,7 +15,7 @@ from dusttaichi.grains.kernels.contacts import make_pair_pass
 from dusttaichi.grains.kernels.grains import make_flux, make_grain_pass
 from dusttaichi.grains.kernels.params import params_type
 from dusttaichi.grains.kernels.poly import make_lane_params
-from dusttaichi.grains.kernels.store import CHUNK, capacity
+from dusttaichi.grains.kernels.store import CHUNK, FIRST_WALL, GRAINS, PAIRS, WALL_BLOCKS
 from dusttaichi.grains.kernels.walls import Walls, make_wall_pass
 from dusttaichi.grains.kernels.workers import STRIDE, barrier, muster
 
@@ -31,7 +31,7 @@ Motion = ti.types.struct(
 DONE, DUE = 6, 7  # places in the `sync` field
 
 
-def make_advance(fields, layout, effects, grains, walls, drive):
+def make_advance(fields, layout, effects, walls, drive):
     """Compile-time choice of the step; returns `advance`.
 
     `advance(steps, first, pending, workers, motion, pair, wall, box)` makes up to `steps` steps
@@ -39,12 +39,12 @@ def make_advance(fields, layout, effects, grains, walls, drive):
     contacts (a search came between). It ends early when a search is due. sync[DONE] tells.
     drive: "workers" (CPU: many steps in one kernel call) or "launches" (GPU: a kernel a phase).
     """
-    phases = make_phases(fields, layout, effects, grains, walls)
+    phases = make_phases(fields, layout, effects, walls)
     make = {"workers": make_workers, "launches": make_launches}[drive]
-    return make(fields, layout, phases, grains, walls)
+    return make(fields, layout, phases, walls)
 
 
-def make_workers(fields, layout, phases, grains, walls):
+def make_workers(fields, layout, phases, walls):
     """`advance` as one kernel: workers that pass their share of every phase (kernels.workers)."""
     sync = fields["sync"]
     ContactParams = params_type(layout.geometry, layout.law)
@@ -86,7 +86,7 @@ def make_workers(fields, layout, phases, grains, walls):
     return advance
 
 
-def make_launches(fields, layout, phases, grains, walls):
+def make_launches(fields, layout, phases, walls):
     """`advance` as a loop in Python over kernels with one parallel loop a phase."""
     sync, counts = fields["sync"], fields["counts"]
     ContactParams = params_type(layout.geometry, layout.law)
@@ -94,16 +94,16 @@ def make_launches(fields, layout, phases, grains, walls):
     @ti.kernel
     def drift(motion: Motion):
         sync[DUE] = 0
-        for part in range(phases.parts):
+        for part in range(phases.parts()):
             if phases.move_part(part, motion) == 1:
                 sync[DUE] = 1
 
     @ti.kernel
     def touch(step: ti.i64, dt: ti.f64, pair: ContactParams, wall: ContactParams, box: Walls):
-        for tile in range(phases.tiles(counts[0], layout.width * layout.tile)):
+        for tile in range(phases.tiles(counts[PAIRS], layout.width * layout.tile)):
             phases.pair_tile(tile, dt, pair, phases.frame(step, dt))
         if ti.static(walls):
-            for tile in range(phases.tiles(counts[1], layout.tile)):
+            for tile in range(phases.tiles(counts[WALL_BLOCKS], layout.tile)):
                 phases.wall_tile(tile, step, dt, wall, box)
 
     def advance(steps, first, pending, workers, motion, pair, wall, box):
@@ -121,18 +121,21 @@ def make_launches(fields, layout, phases, grains, walls):
     return advance
 
 
-def make_phases(fields, layout, effects, grains, walls):
+def make_phases(fields, layout, effects, walls):
     """The phases of a step: for one grain or tile, and for one worker of a crew."""
     move = make_grain_pass(fields, layout)
     pair_block = make_pair_pass(fields, layout, effects)
     counts, sync = fields["counts"], fields["sync"]
     W, T = layout.width, layout.tile
-    first_wall_block = capacity(grains, layout, walls)[0]
     frame = make_cell(fields, layout)[0]
-    add_flux = make_flux(fields, layout, grains) if layout.stress else None
+    add_flux = make_flux(fields, layout) if layout.stress else None
     of_pairs, of_wall = make_lane_params(fields, layout) if layout.poly else (None, None)
     # a stress is summed by chunks of grains, so that its bits do not depend on the workers
-    parts = -(-grains // CHUNK) if layout.stress else grains
+    size_of_part = CHUNK if layout.stress else 1
+
+    @ti.func
+    def parts():
+        return (counts[GRAINS] + size_of_part - 1) // size_of_part
 
     @ti.func
     def tiles(contacts, size):
@@ -140,7 +143,7 @@ def make_phases(fields, layout, effects, grains, walls):
 
     @ti.func
     def pair_tile(tile, dt, pair, frame):
-        for b in range(tile * T, ti.min((tile + 1) * T, tiles(counts[0], W))):
+        for b in range(tile * T, ti.min((tile + 1) * T, tiles(counts[PAIRS], W))):
             if ti.static(layout.poly):
                 pair_block(b, tile, of_pairs(b), dt, frame)
             else:
@@ -157,15 +160,15 @@ def make_phases(fields, layout, effects, grains, walls):
 
     @ti.func
     def move_grains(me, crew, motion):
-        due = 0
-        for part in range(parts * me // crew, parts * (me + 1) // crew):
+        due, n = 0, parts()
+        for part in range(n * me // crew, n * (me + 1) // crew):
             due = ti.max(due, move_part(part, motion))
         if due == 1:
             sync[DUE] = 1
 
     @ti.func
     def pass_pairs(me, crew, step, dt, pair):
-        n = tiles(counts[0], W * T)
+        n = tiles(counts[PAIRS], W * T)
         here = frame(step, dt)
         for tile in range(n * me // crew, n * (me + 1) // crew):
             pair_tile(tile, dt, pair, here)
@@ -187,7 +190,8 @@ def make_phases(fields, layout, effects, grains, walls):
 
     @ti.func
     def wall_tile(tile, step, dt, wall, box):
-        for c in range(tile * T, ti.min((tile + 1) * T, counts[1])):
+        first_wall_block = counts[FIRST_WALL]
+        for c in range(tile * T, ti.min((tile + 1) * T, counts[WALL_BLOCKS])):
             k = wall_of[c]
             unit_normal = ti.Vector([box.normal[k, 0], box.normal[k, 1], box.normal[k, 2]])
             offset = box.offset[k] + box.speed[k] * (dt * step)
@@ -218,7 +222,7 @@ def make_phases(fields, layout, effects, grains, walls):
 
     @ti.func
     def pass_walls(me, crew, step, dt, wall, box):
-        n = tiles(counts[1], T)
+        n = tiles(counts[WALL_BLOCKS], T)
         for tile in range(n * me // crew, n * (me + 1) // crew):
             wall_tile(tile, step, dt, wall, box)
 

@@ -2,7 +2,7 @@
 
 import taichi as ti
 
-from dusttaichi.grains.kernels.store import CHUNK
+from dusttaichi.grains.kernels.store import CHUNK, FIRST_WALL, GRAINS
 
 START, RATE, GROWTH, CENTRE = range(4)  # rows of the `cell` field; RATE and GROWTH by time
 
@@ -70,14 +70,14 @@ def make_cell(fields, layout):
     return frame, across, power
 
 
-def make_wrap(fields, layout, grains, walls, first):
+def make_wrap(fields, layout, walls):
     """Kernel `wrap(low, edges, speeds, mass)`: grains that have left the cell come in again on the
-    other side, with the speed that the edge has (T19 eqs 12-15).
-
-    first: block of the state where wall contacts begin, whose foot points go with the grains.
+    other side, with the speed that the edge has (T19 eqs 12-15); the foot points of their wall
+    contacts go with them.
     """
     x, v, wraps, wrap_work = fields["x"], fields["v"], fields["wraps"], fields["wrap_work"]
     masses, wall_slot, state = fields.get("mass"), fields.get("wall_slot"), fields["state"]
+    counts = fields["counts"]
     W, FOOT = layout.width, layout.second
     vector = ti.types.vector(3, ti.f64)
 
@@ -86,16 +86,17 @@ def make_wrap(fields, layout, grains, walls, first):
         for n in ti.static(range(6)):
             c = wall_slot[g][n]
             if c >= 0:
-                b, k = first + c // W, c % W
+                b, k = counts[FIRST_WALL] + c // W, c % W
                 state[b, FOOT + a][k] = state[b, FOOT + a][k] - way
 
     @ti.func
     def wrap_grain(g, low, edges, speeds):
         """Moves the grain; returns the change of v^2 (of m v^2 where masses differ)."""
         place, velocity, count = x[g], v[g], wraps[g]
-        before = velocity.dot(velocity)
+        before, crossed = velocity.dot(velocity), 0.0
         for a in ti.static(layout.periodic):
             n = ti.floor((place[a] - low[a]) / edges[a])
+            crossed += ti.abs(n)
             place[a] -= n * edges[a]
             if ti.static(walls):
                 if n != 0.0:
@@ -103,13 +104,16 @@ def make_wrap(fields, layout, grains, walls, first):
             velocity[a] -= n * speeds[a]
             count[a] += ti.cast(n, ti.i32)
         x[g], v[g], wraps[g] = place, velocity, count
-        change = velocity.dot(velocity) - before
+        change = 0.0 * before
+        if crossed > 0.0:  # the two squares may be rounded differently
+            change = velocity.dot(velocity) - before
         if ti.static(layout.poly):
             change *= masses[g]
         return change
 
     @ti.kernel
     def wrap(low: vector, edges: vector, speeds: vector, mass: ti.f64):
+        grains = counts[GRAINS]
         for chunk in range((grains + CHUNK - 1) // CHUNK):
             total = ti.cast(0.0, ti.f64)
             for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):

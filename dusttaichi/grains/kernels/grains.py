@@ -2,7 +2,7 @@
 
 import taichi as ti
 
-from dusttaichi.grains.kernels.store import CHUNK
+from dusttaichi.grains.kernels.store import CHUNK, GRAINS
 
 
 def make_gather(fields, layout):
@@ -77,19 +77,20 @@ def make_grain_pass(fields, layout):
     return move
 
 
-def make_flux(fields, layout, grains):
+def make_flux(fields, layout):
     """Returns `add_flux(chunk, move, motion)`: moves the grains of a chunk and sums v v dt.
 
     The kinetic part of the stress, with the velocities of the half step; 1 if a search is due.
     Where grains have masses of their own (layout.poly) it is m v v dt.
     """
     v, flux, mass = fields["v"], fields["flux"], fields.get("mass")
+    counts = fields["counts"]
 
     @ti.func
     def add_flux(chunk, move: ti.template(), motion):
         due = 0
         sums = ti.Vector.zero(ti.f64, 6)
-        for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
+        for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, counts[GRAINS])):
             due = ti.max(due, move(g, motion.kick, motion.turn, motion.dt, motion.reach2))
             u = v[g]
             if ti.static(layout.poly):

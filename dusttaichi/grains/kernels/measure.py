@@ -8,7 +8,7 @@ from dusttaichi.grains.kernels.contacts import make_access, step01
 from dusttaichi.grains.kernels.grains import make_gather, make_push
 from dusttaichi.grains.kernels.params import params_type
 from dusttaichi.grains.kernels.poly import make_lane_params
-from dusttaichi.grains.kernels.store import CHUNK, capacity
+from dusttaichi.grains.kernels.store import CHUNK, FIRST_WALL, GRAINS, PAIRS, WALL_BLOCKS, capacity
 from dusttaichi.grains.kernels.walls import Walls
 from dusttaichi.physics.contact import normal, rolling, sliding, twisting
 
@@ -39,7 +39,7 @@ def place_measure(grains, layout, walls):
     return sums
 
 
-def make_measure(fields, sums, layout, effects, grains, walls):
+def make_measure(fields, sums, layout, effects, walls):
     """Kernels that fill `sums`: grains(mass, inertia, kick, turn), pairs(p, dt), walls(...).
 
     Where grains have masses of their own (layout.poly) mass and inertia are units of them.
@@ -52,7 +52,6 @@ def make_measure(fields, sums, layout, effects, grains, walls):
     pair_i, pair_j = fields["pair_i"], fields["pair_j"]
     pair_sum, grain_sum = sums["pair_sum"], sums["grain_sum"]
     N1, N2, TWIST, APPROACH = layout.pointer, layout.second, layout.twist, layout.approach
-    first = capacity(grains, layout, walls)[0]
 
     frame, across, power = make_cell(fields, layout)
     displacement = sliding.displacement_unequal if layout.poly else sliding.displacement
@@ -94,6 +93,7 @@ def make_measure(fields, sums, layout, effects, grains, walls):
 
     @ti.kernel
     def measure_grains(mass: ti.f64, inertia: ti.f64, half_kick: ti.f64, half_turn: ti.f64):
+        grains = counts[GRAINS]
         for chunk in range((grains + CHUNK - 1) // CHUNK):
             zero = ti.cast(0.0, ti.f64)
             linear, angular, fastest, spin = zero, zero, zero, zero
@@ -148,7 +148,7 @@ def make_measure(fields, sums, layout, effects, grains, walls):
 
     @ti.kernel
     def measure_pairs(p: ContactParams, step: ti.i64, dt: ti.f64):
-        for tile in range((counts[0] + W * T - 1) // (W * T)):
+        for tile in range((counts[PAIRS] + W * T - 1) // (W * T)):
             clear(pair_sum, tile)
             here = frame(step, dt)
             for b in range(tile * T, (tile + 1) * T):
@@ -165,7 +165,7 @@ def make_measure(fields, sums, layout, effects, grains, walls):
 
     @ti.func
     def measure_wall_block(tile, c, box, time, p, dt):
-        b, k = first + c, wall_of[c]
+        b, k = counts[FIRST_WALL] + c, wall_of[c]
         xi = gather(x, wall_grain[c])
         one = 1.0 + 0.0 * xi.x
         nw = V3(one * box.normal[k, 0], one * box.normal[k, 1], one * box.normal[k, 2])
@@ -192,20 +192,20 @@ def make_measure(fields, sums, layout, effects, grains, walls):
 
     @ti.kernel
     def measure_walls(box: Walls, time: ti.f64, p: ContactParams, dt: ti.f64):
-        for tile in range((counts[1] + T - 1) // T):
+        for tile in range((counts[WALL_BLOCKS] + T - 1) // T):
             clear(wall_sum, tile)
-            for c in range(tile * T, ti.min((tile + 1) * T, counts[1])):
+            for c in range(tile * T, ti.min((tile + 1) * T, counts[WALL_BLOCKS])):
                 if ti.static(layout.poly):
-                    measure_wall_block(tile, c, box, time, of_wall(first + c), dt)
+                    measure_wall_block(tile, c, box, time, of_wall(counts[FIRST_WALL] + c), dt)
                 else:
                     measure_wall_block(tile, c, box, time, p, dt)
         for n in range(6):
             for a in ti.static(range(3)):
                 force = ti.cast(0.0, ti.f64)
-                for c in range(counts[1]):
+                for c in range(counts[WALL_BLOCKS]):
                     if wall_of[c] == n:
                         for k in ti.static(range(W)):
-                            force += load[first + c, a][k]
+                            force += load[counts[FIRST_WALL] + c, a][k]
                 wall_force[n, a] = force
 
     return measure_grains, measure_pairs, measure_walls

@@ -7,7 +7,16 @@ outside it. Lists are sorted by grain number, whatever order the threads worked 
 
 import taichi as ti
 
-from dusttaichi.grains.kernels.store import CHUNK, NEIGHBOURS, capacity
+from dusttaichi.grains.kernels.store import (
+    CHUNK,
+    FIRST_WALL,
+    GRAINS,
+    NEIGHBOURS,
+    OVERFLOW,
+    PAIR_ROOM,
+    PAIRS,
+    capacity,
+)
 
 Grid = ti.types.struct(
     origin=ti.types.vector(3, ti.f64),
@@ -46,16 +55,16 @@ def place_search(grains, layout, walls):
     }
 
 
-def make_bounds(fields, scratch, grains):
+def make_bounds(fields, scratch):
     """Kernel: bounds[0:3], [3:6] smallest and largest coordinates, [6] 1 if some are not numbers,
     [7] the largest speed."""
-    x, v, bounds = fields["x"], fields["v"], scratch["bounds"]
+    x, v, bounds, counts = fields["x"], fields["v"], scratch["bounds"], fields["counts"]
 
     @ti.kernel
     def find_bounds():
         for k in range(8):
             bounds[k] = ti.select(k < 3, 1e30, ti.select(k < 6, -1e30, 0.0))
-        for g in range(grains):
+        for g in range(counts[GRAINS]):
             ti.atomic_max(bounds[7], v[g].norm())
             for k in ti.static(range(3)):
                 if ti.abs(x[g][k]) < 1e12:
@@ -96,7 +105,7 @@ def make_scan(chunk_sum):
     return chunk_total, chunk_starts, chunk_fill
 
 
-def make_find(fields, scratch, layout, grains, walls):
+def make_find(fields, scratch, layout):
     """Kernel `find(grid, cells, reach2)`: the neighbours of every grain, sorted, and how many are
     its own (of higher number); starts of the pair list. cells: of all scenes of a batch."""
     x, x_search, counts = fields["x"], fields["x_search"], fields["counts"]
@@ -104,7 +113,6 @@ def make_find(fields, scratch, layout, grains, walls):
     cell_grain, near, near_count = scratch["cell_grain"], scratch["near"], scratch["near_count"]
     own_count, old_start = scratch["own_count"], scratch["old_start"]
     pair_start = fields["pair_start"]
-    room = capacity(grains, layout, walls)[0] * layout.width
     chunk_total, chunk_starts, chunk_fill = make_scan(scratch["chunk_sum"])
     scene = fields.get("scene")
     near_start, radius = scratch.get("near_start"), fields.get("radius")
@@ -147,7 +155,7 @@ def make_find(fields, scratch, layout, grains, walls):
                     near_count[g] = found + 1
                     own_count[g] = own_count[g] + ti.cast(other > g, ti.i32)
                 else:
-                    counts[2] = 1
+                    counts[OVERFLOW] = 1
 
     @ti.func
     def is_near(g, other, image, margin):
@@ -207,6 +215,7 @@ def make_find(fields, scratch, layout, grains, walls):
 
     @ti.kernel
     def find(grid: Grid, cells: ti.i32, reach2: ti.f64):
+        grains, room = counts[GRAINS], counts[PAIR_ROOM]
         # reach2: where grains have radii of their own the margin between their surfaces
         for c in range(cells + 1):
             cell_fill[c] = 0
@@ -236,9 +245,9 @@ def make_find(fields, scratch, layout, grains, walls):
                 chunk_fill(near_count, near_start, chunk, grains + 1)
             for _ in range(1):
                 if near_start[grains] > 2 * room:
-                    counts[2] = 1
+                    counts[OVERFLOW] = 1
             for g in range(grains):
-                if counts[2] == 0:
+                if counts[OVERFLOW] == 0:
                     visit_neighbours(g, grid, reach2, list_unequal)
         else:
             for g in range(grains):
@@ -251,12 +260,12 @@ def make_find(fields, scratch, layout, grains, walls):
             chunk_fill(own_count, pair_start, chunk, grains + 1)
         for _ in range(1):
             if pair_start[grains] > room:
-                counts[2] = 1
+                counts[OVERFLOW] = 1
 
     return find
 
 
-def make_relist(fields, scratch, layout, grains, walls, write_constants=None):
+def make_relist(fields, scratch, layout, write_constants=None):
     """Kernel `relist(edges)`: pairs, their history, and the list of contacts of every grain.
 
     edges: of the periodic cell. write_constants: `make_write_constants` of kernels.poly, where
@@ -269,9 +278,9 @@ def make_relist(fields, scratch, layout, grains, walls, write_constants=None):
     near, near_count = scratch["near"], scratch["near_count"]
     own_count, old_start, old_j = scratch["own_count"], scratch["old_start"], scratch["old_j"]
     chunk_total, chunk_starts, chunk_fill = make_scan(scratch["chunk_sum"])
-    pair_blocks = capacity(grains, layout, walls)[0]
     size = layout.state_size
-    wall_slot = fields["wall_slot"] if walls else None
+    wall_slot = fields.get("wall_slot")
+    walls = wall_slot is not None
     axes = layout.periodic
     x, shift = fields["x"], fields["shift"] if axes else None
     near_start = scratch.get("near_start")
@@ -324,7 +333,7 @@ def make_relist(fields, scratch, layout, grains, walls, write_constants=None):
     @ti.func
     def clear_lane(c):
         b, k = c // W, c % W
-        pair_i[b][k], pair_j[b][k] = grains, grains + 1
+        pair_i[b][k], pair_j[b][k] = counts[GRAINS], counts[GRAINS] + 1
         if ti.static(layout.poly):
             write_empty(b, k)
         for n in ti.static(range(size)):
@@ -352,11 +361,12 @@ def make_relist(fields, scratch, layout, grains, walls, write_constants=None):
         if ti.static(walls):
             for n in range(6):
                 if wall_slot[g][n] >= 0:
-                    entry[e] = 2 * (pair_blocks * W + wall_slot[g][n])
+                    entry[e] = 2 * (counts[FIRST_WALL] * W + wall_slot[g][n])
                     e += 1
 
     @ti.kernel
     def relist(edges: ti.types.vector(3, ti.f64)):
+        grains = counts[GRAINS]
         old_blocks = (old_start[grains] + W - 1) // W
         for b in range(old_blocks):
             keep_old(b)
@@ -364,13 +374,14 @@ def make_relist(fields, scratch, layout, grains, walls, write_constants=None):
             write_pairs(g, edges)
         for _ in range(1):
             pairs = pair_start[grains]
-            counts[0] = pairs
+            counts[PAIRS] = pairs
             full = W * layout.tile
             for c in range(pairs, (pairs + full - 1) // full * full):
                 clear_lane(c)
 
     @ti.kernel
     def list_entries():
+        grains = counts[GRAINS]
         for g in range(grains):
             n = near_count[g]
             if ti.static(walls):

@@ -6,6 +6,7 @@ tile by tile, so that no sum depends on the number of threads.
 """
 
 from dataclasses import dataclass
+from math import floor, log2
 
 import taichi as ti
 
@@ -15,6 +16,11 @@ GATHERED = ("x", "v", "w")  # gathered together by contacts: they stand side by 
 CHUNK = 256  # grains of a chunk: the unit of the parallel scans and of the grain sums
 NEIGHBOURS = 24  # neighbours of a grain within the skin that the search can hold
 PAIRS_PER_GRAIN = 6  # twelve touching neighbours at most
+SMALLEST_ROOM = 1024  # grains
+COARSE = 16384  # grains up to which rooms grow fourfold
+# places in the `counts` field: what a search has found, and the size of the scene, which kernels
+# do not know when they are compiled
+PAIRS, WALL_BLOCKS, OVERFLOW, GRAINS, PAIR_ROOM, FIRST_WALL, WALL_ROOM = range(7)
 # numbers of a contact that differ where grains do (kernels.poly)
 STORED = (
     "r1",
@@ -150,7 +156,7 @@ def declare(grains, layout, walls):
         ),
         Variable("loss", "losses by tile", "fJ", lane, (tiles, len(layout.channels))),
         Variable("sync", "meeting places of the workers", "1", ("i32", 0), (8,)),
-        Variable("counts", "pairs, wall blocks, overflow", "1", ("i32", 0), (3,)),
+        Variable("counts", "numbers of contacts and their room", "1", ("i32", 0), (7,)),
     ]
     if walls:
         variables += [
@@ -257,6 +263,27 @@ def declare(grains, layout, walls):
                 )
             )
     return variables
+
+
+def room_for(grains):
+    """Grains that the fields of a scene of this many grains have room for.
+
+    Kernels are compiled for the shapes of their fields, so scenes of one room share them. Rooms are
+    coarse where memory is nothing, and a quarter too large at most where it counts.
+    """
+    room = SMALLEST_ROOM
+    while room < grains and room < COARSE:
+        room *= 4
+    if room >= grains:
+        return room
+    step = 2 ** (floor(log2(grains)) - 2)
+    return -(-grains // step) * step
+
+
+def sizes(grains, layout, walls):
+    """The `counts` of a scene in which no search has been yet."""
+    pair_blocks, wall_blocks = capacity(grains, layout, walls)
+    return [0, 0, 0, grains, pair_blocks * layout.width, pair_blocks, wall_blocks]
 
 
 def capacity(grains, layout, walls):

@@ -2,13 +2,20 @@
 
 import taichi as ti
 
-from dusttaichi.grains.kernels.store import CHUNK, capacity
+from dusttaichi.grains.kernels.store import (
+    CHUNK,
+    FIRST_WALL,
+    GRAINS,
+    OVERFLOW,
+    WALL_BLOCKS,
+    WALL_ROOM,
+)
 from dusttaichi.grains.kernels.walls import Walls
 
 FAR = 1e9  # distance that keeps an empty lane out of touch [um]
 
 
-def make_wall_relist(fields, scratch, layout, grains, write_constants=None):
+def make_wall_relist(fields, scratch, layout, write_constants=None):
     """Kernel `relist_walls(box, time, reach, present)`; reach is the distance of centre and wall
     within which a grain is listed.
 
@@ -22,8 +29,6 @@ def make_wall_relist(fields, scratch, layout, grains, write_constants=None):
     wall_slot = fields["wall_slot"]
     impulse, impulse_total = fields["impulse"], fields["impulse_total"]
     wall_chunk, wall_first = scratch["wall_chunk"], scratch["wall_first"]
-    first, room = capacity(grains, layout, True)
-    chunks = -(-grains // CHUNK)
     size = layout.state_size
     radius = fields.get("radius")
     _, write_wall_constants, write_empty = write_constants or (None, None, None)
@@ -47,7 +52,7 @@ def make_wall_relist(fields, scratch, layout, grains, write_constants=None):
                 impulse[c, a] = impulse[c, a] * 0.0
 
     @ti.func
-    def lay_out():
+    def lay_out(chunks):
         """Where each wall's blocks begin; exclusive sums of the chunk counts."""
         block = 0
         for n in range(6):
@@ -58,8 +63,8 @@ def make_wall_relist(fields, scratch, layout, grains, write_constants=None):
                 wall_chunk[n, chunk] = lanes
                 lanes += here
             blocks = (lanes + W - 1) // W
-            if block + blocks > room:
-                counts[2] = 2
+            if block + blocks > counts[WALL_ROOM]:
+                counts[OVERFLOW] = 2
                 blocks, lanes = 0, 0
             for c in range(block, block + blocks):
                 wall_of[c] = n
@@ -67,20 +72,21 @@ def make_wall_relist(fields, scratch, layout, grains, write_constants=None):
                 clear_lane(c)
             block += blocks
         wall_first[6] = block
-        counts[1] = block
+        counts[WALL_BLOCKS] = block
 
     @ti.func
     def clear_lane(c):
         b, k = c // W, c % W
-        wall_grain[b][k] = grains
+        wall_grain[b][k] = counts[GRAINS]
         wall_gap[b][k] = FAR
         if ti.static(layout.poly):
-            write_empty(first + b, k)
+            write_empty(counts[FIRST_WALL] + b, k)
         for n in ti.static(range(size)):
-            state[first + b, n][k] = 0.0
+            state[counts[FIRST_WALL] + b, n][k] = 0.0
 
     @ti.func
     def write_contact(g, n, c):
+        first = counts[FIRST_WALL]
         b, k = c // W, c % W
         wall_grain[b][k] = g
         wall_gap[b][k] = 0.0
@@ -95,9 +101,11 @@ def make_wall_relist(fields, scratch, layout, grains, write_constants=None):
 
     @ti.kernel
     def relist_walls(box: Walls, time: ti.f64, reach: ti.f64, present: ti.types.vector(6, ti.i32)):
+        grains, first = counts[GRAINS], counts[FIRST_WALL]
+        chunks = (grains + CHUNK - 1) // CHUNK
         for _ in range(1):
-            fold_impulses(counts[1])
-        for b in range(first, first + counts[1]):
+            fold_impulses(counts[WALL_BLOCKS])
+        for b in range(first, first + counts[WALL_BLOCKS]):
             for m in ti.static(range(size)):
                 load[b, m] = state[b, m]
         for q in range(6 * chunks):
@@ -107,12 +115,12 @@ def make_wall_relist(fields, scratch, layout, grains, write_constants=None):
                 near += ti.cast(is_near(g, n, box, time, reach, present), ti.i32)
             wall_chunk[n, chunk] = near
         for _ in range(1):
-            lay_out()
+            lay_out(chunks)
         for q in range(6 * chunks):
             n, chunk = q // chunks, q % chunks
             c = wall_first[n] * W + wall_chunk[n, chunk]
             for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
-                if is_near(g, n, box, time, reach, present) and counts[2] == 0:
+                if is_near(g, n, box, time, reach, present) and counts[OVERFLOW] == 0:
                     write_contact(g, n, c)
                     wall_slot[g][n] = c
                     c += 1

@@ -1,0 +1,106 @@
+"""The used part of a field, to NumPy and back.
+
+Fields have room for more grains than a scene has (store.room_for), and Taichi's own transfers copy
+whole fields and compile a kernel for each. On a CPU the memory of all fields is looked at directly:
+one kernel tells where it begins, Taichi tells how it is laid out.
+"""
+
+import ctypes
+
+import numpy as np
+import taichi as ti
+from taichi.lang import impl
+
+TYPES = {"f64": np.float64, "f32": np.float32, "i32": np.int32, "i64": np.int64}
+
+
+class Table:
+    """The first `rows` rows of a Taichi field; a matrix or vector element adds an axis.
+
+    memory: array of the whole field that shares its memory, None on a device with its own.
+    """
+
+    def __init__(self, field, rows, memory=None):
+        self.field, self.rows, self.memory = field, rows, memory
+        self._program = impl.get_runtime().prog
+
+    def _check_alive(self):
+        if impl.get_runtime().prog is not self._program:
+            raise RuntimeError("The memory of this simulation is gone: another one was built.")
+
+    def to_numpy(self):
+        """A copy of the used rows."""
+        self._check_alive()
+        if self.memory is None:
+            return self.field.to_numpy()[: self.rows]
+        return self.memory[: self.rows].copy()
+
+    def from_numpy(self, values):
+        """Write the first rows; `values` may be shorter than the used part, which then keeps its
+        other rows."""
+        self._check_alive()
+        if len(values) > self.rows:
+            raise ValueError(f"{len(values)} rows for a field of {self.rows}")
+        if self.memory is not None:
+            self.memory[: len(values)] = values
+            return
+        whole = self.field.to_numpy()
+        whole[: len(values)] = values
+        self.field.from_numpy(whole)
+
+    @property
+    def nbytes(self):
+        """Bytes of the whole field."""
+        lanes = getattr(self.field, "n", 1)
+        size = np.dtype(TYPES[str(self.field.dtype).split(".")[-1]]).itemsize
+        return int(np.prod(self.field.shape, dtype=np.int64)) * lanes * size
+
+    def fill(self, value):
+        """Set every number of the whole field."""
+        self._check_alive()
+        if self.memory is not None:
+            self.memory[...] = value
+        else:
+            self.field.fill(value)
+
+
+def arrays_of(fields):
+    """An array of each field (a dict by name) that shares its memory, which this process must be
+    able to read."""
+    base = _base(next(iter(fields.values())))
+    return {name: _memory(field, base) for name, field in fields.items()}
+
+
+def _offset(field):
+    """Bytes from the beginning of all fields to this one, and from one row to the next."""
+    leaf = field.snode
+    dense = leaf.parent()
+    offset = leaf._offset_bytes_in_parent_cell + dense._offset_bytes_in_parent_cell
+    inner = int(np.prod(field.shape[1:], dtype=np.int64))
+    return offset, inner * dense._cell_size_bytes
+
+
+def _base(field):
+    """Address of the first byte of all fields, which are placed together."""
+    place = [0] * len(field.shape)
+
+    @ti.kernel
+    def address() -> ti.u64:
+        return ti.get_addr(field, place)
+
+    return address() - _offset(field)[0]
+
+
+def _memory(field, base):
+    """Array of a field (rows, ..., elements) that shares its memory."""
+    dtype = np.dtype(TYPES[str(field.dtype).split(".")[-1]])
+    lanes = (field.n,) if hasattr(field, "n") else ()
+    offset, row = _offset(field)
+    strides, size = [dtype.itemsize] * len(lanes), row
+    for length in reversed(field.shape[1:]):
+        size //= length
+    for length in reversed(field.shape):
+        strides.insert(0, size)
+        size *= length
+    whole = (ctypes.c_char * (row * field.shape[0])).from_address(base + offset)
+    return np.ndarray((*field.shape, *lanes), dtype, buffer=whole, strides=strides)
