@@ -4,7 +4,7 @@ Any unit of length, as long as it is one. Positions are (N, 3), in the order x, 
 """
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from dusttaichi.names import AXES
 
@@ -17,7 +17,7 @@ def pairs_within(positions, radii, factor=1.0, period=None):
     """
     octave = np.floor(np.log2(radii / np.min(radii))).astype(int)
     groups = [np.flatnonzero(octave == k) for k in np.unique(octave)]
-    trees = [cKDTree(positions[group], boxsize=period) for group in groups]
+    trees = [scipy.spatial.cKDTree(positions[group], boxsize=period) for group in groups]
     found = []
     for a, one in enumerate(groups):
         for b in range(a, len(groups)):
@@ -44,7 +44,7 @@ def union_area(centres, radius):
         return 0.0
     centres = np.unique(centres, axis=0)  # a disc twice would cover its own boundary
     unit = (centres - centres.mean(axis=0)) / radius
-    i, j = cKDTree(unit).query_pairs(2.0, output_type="ndarray").T
+    i, j = scipy.spatial.cKDTree(unit).query_pairs(2.0, output_type="ndarray").T
     owner = np.concatenate([i, j])
     towards = unit[np.concatenate([j, i])] - unit[owner]
     half = np.arccos(np.minimum(0.5 * np.hypot(*towards.T), 1.0))
@@ -198,7 +198,7 @@ def neighbours_within(positions, radii_in, period=None):
     # cKDTree counts what is just as far, too
     nearer = np.nextafter(radii[order], -np.inf).clip(min=0.0)
     centres, images = _with_images(positions, edges, nearer.max(initial=0.0))
-    found = cKDTree(centres).count_neighbors(cKDTree(images), nearer)
+    found = scipy.spatial.cKDTree(centres).count_neighbors(scipy.spatial.cKDTree(images), nearer)
     counts = np.empty(len(radii))
     counts[order] = found / len(positions) - 1.0
     return counts

@@ -13,7 +13,7 @@ from dusttaichi.names import NEVER
 from dusttaichi.physics.contact import constants
 from dusttaichi.run.schedule import clock_of, last_step
 from dusttaichi.scene import filling_direction, quantities
-from dusttaichi.scene.sample import DEFAULT
+from dusttaichi.scene.material import DEFAULT
 
 TRIAL_SECONDS = 1.0
 

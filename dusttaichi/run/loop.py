@@ -21,7 +21,7 @@ from dusttaichi.run.course import Course, Crew
 from dusttaichi.run.error_bar import ErrorBar, States
 from dusttaichi.run.schedule import clock_of, last_step, next_step
 from dusttaichi.samples.sample import Sample
-from dusttaichi.scene.sample import DEFAULT
+from dusttaichi.scene.material import DEFAULT
 
 BURST_SECONDS = 0.25  # of machine time between two looks at the clock, the guards and Ctrl-C
 FLUSH_SHARE = 0.02  # of the machine time that may go into writing

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
-from scipy.spatial.transform import Rotation
+import scipy
 
 from dusttaichi.samples.sample import ROUNDING
 
@@ -17,7 +16,7 @@ def random_directions(rng, n: int) -> np.ndarray:
 
 def random_rotations(rng, n: int) -> np.ndarray:
     """Rotation matrices (n, 3, 3), evenly over all orientations."""
-    return Rotation.from_quat(rng.normal(size=(n, 4))).as_matrix()
+    return scipy.spatial.transform.Rotation.from_quat(rng.normal(size=(n, 4))).as_matrix()
 
 
 def random_in_disc(rng, n: int) -> np.ndarray:
@@ -55,7 +54,7 @@ def first_hits(targets, starts, directions, distance: float, longest: float) -> 
     these stand around or ahead of the window: in a cylinder of radius distance about it with a
     half ball at its far end, and in the ball about that which is searched.
     """
-    tree = cKDTree(targets)
+    tree = scipy.spatial.cKDTree(targets)
     window = 2 * distance
     far = window + distance
     middle = (far**2 - distance**2) / (2 * far)
@@ -68,7 +67,8 @@ def first_hits(targets, starts, directions, distance: float, longest: float) -> 
         nearest = tree.query(start + flown[flying, None] * direction)[0]
         flown[flying] += np.maximum(nearest - distance, 0.0)
         search = start + (flown[flying, None] + middle) * direction
-        near = cKDTree(search).sparse_distance_matrix(tree, reach, output_type="ndarray")
+        ahead = scipy.spatial.cKDTree(search)
+        near = ahead.sparse_distance_matrix(tree, reach, output_type="ndarray")
         i = near["i"]
         apart = targets[near["j"]] - start[i]
         along = (apart * direction[i]).sum(axis=1)
@@ -97,7 +97,7 @@ def first_touch(targets, projectiles, distance: float, radii=None) -> np.ndarray
     def seen(bodies):
         points = bodies[..., :2].copy()
         points[..., 0] += site[:, None]
-        return cKDTree(points.reshape(-1, 2))
+        return scipy.spatial.cKDTree(points.reshape(-1, 2))
 
     near = seen(projectiles).sparse_distance_matrix(
         seen(targets), distance * (1 + ROUNDING), output_type="ndarray"

@@ -10,14 +10,36 @@ both are turned and shot again.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Literal
 
 import numpy as np
+from pydantic import Field, field_validator
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples.ballistic import first_touch, random_in_disc, random_rotations
+from dusttaichi.samples.materials import Materials
+from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
+from dusttaichi.samples.values import Seed
+from dusttaichi.scene.fields import Count, needed
 
 MOST_GRAINS = 2**20  # a minute or two
+
+
+class BccaSample(SampleBlock):
+    """An aggregate grown by ballistic collisions of equal clusters (BCCA)."""
+
+    kind: Literal["bcca"]
+    grains: Count = Field(description="number of grains, a power of two")
+    seed: Seed = Field(1, description="seed of the random numbers")
+
+    @field_validator("grains", mode="after")
+    @classmethod
+    def _power_of_two(cls, value: int) -> int:
+        if value & (value - 1):
+            below = 1 << (value.bit_length() - 1)
+            raise needed(f"a power of two is needed, for example {below} or {2 * below}")
+        return value
 
 
 def generations(grains: int, distance: float, rng) -> Iterator[np.ndarray]:
@@ -62,11 +84,10 @@ def _outer(bodies) -> np.ndarray:
     return np.sqrt((bodies**2).sum(axis=2)).max(axis=1)
 
 
-def make(spec, radius: float, equilibrium_distance: float) -> Sample:
+@register(BccaSample)
+def make(spec: BccaSample, materials: Materials) -> Sample:
     """The aggregate that spec asks for, at rest, its centre of mass at the origin.
 
-    spec: grains (a power of two) and seed, as the scene's BccaSample has them.
-    radius [m]; equilibrium_distance: between the centres of grains that touch [m].
     Raises DustError for more grains than memory and patience allow.
     """
     if spec.grains > MOST_GRAINS:
@@ -74,13 +95,13 @@ def make(spec, radius: float, equilibrium_distance: float) -> Sample:
             f"sample.grains = {spec.grains}: too many for bcca; allowed: at most {MOST_GRAINS}."
         )
     rng = np.random.Generator(np.random.PCG64(spec.seed))
-    *_, clusters = generations(spec.grains, equilibrium_distance, rng)
+    *_, clusters = generations(spec.grains, materials.distance, rng)
     sample = Sample.at_rest(clusters[0])
     sample.info.update(
         kind="bcca",
         shape="aggregate",
         seed=int(spec.seed),
         grains=len(sample),
-        equilibrium_distance=float(equilibrium_distance),
+        equilibrium_distance=materials.distance,
     )
     return sample

@@ -2,24 +2,35 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
+from pydantic import Field
 
+from dusttaichi.samples.materials import Materials
+from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
+from dusttaichi.scene.fields import Count
 
 
-def make(spec, radius: float, equilibrium_distance: float) -> Sample:
-    """grains at rest along the axis x, y or z, in order, the first at the origin.
+class ChainSample(SampleBlock):
+    """A straight chain of grains in equilibrium contact."""
 
-    spec: grains and axis, as the scene's ChainSample has them. equilibrium_distance: between
-    the centres of neighbours [m]; radius is not needed.
-    """
+    kind: Literal["chain"]
+    grains: Count = Field(description="number of grains")
+    axis: Literal["x", "y", "z"] = Field("z", description="direction of the chain")
+
+
+@register(ChainSample)
+def make(spec: ChainSample, materials: Materials) -> Sample:
+    """Grains at rest along the axis x, y or z, in order, the first at the origin."""
     positions = np.zeros((spec.grains, 3))
-    positions[:, "xyz".index(spec.axis)] = np.arange(spec.grains) * equilibrium_distance
+    positions[:, "xyz".index(spec.axis)] = np.arange(spec.grains) * materials.distance
     sample = Sample.at_rest(positions)
     sample.info.update(
         kind="chain",
         grains=spec.grains,
         axis=spec.axis,
-        equilibrium_distance=float(equilibrium_distance),
+        equilibrium_distance=materials.distance,
     )
     return sample

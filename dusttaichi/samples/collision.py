@@ -7,45 +7,82 @@ mass rests at the origin.
 
 from __future__ import annotations
 
+from typing import Annotated, ClassVar, Literal
+
 import numpy as np
+from pydantic import Field
 
 from dusttaichi.samples.ballistic import first_touch, random_rotations
+from dusttaichi.samples.materials import Materials
+from dusttaichi.samples.registry import AnyBody, SampleBlock, made, reads_samples, register
 from dusttaichi.samples.sample import Sample
-from dusttaichi.samples.stock import Stock
+from dusttaichi.samples.values import ImpactParameter, Seed
+from dusttaichi.scene.quantities import Quantity
 
 # Coordinates in which the projectile flies along -z: x, y, z there are y, z, x here.
 FLIGHT = [1, 2, 0]
 
 
-def make(
-    spec, target: Sample, projectile: Sample, radius: float, stock: Stock | None = None
-) -> Sample:
+@reads_samples
+class CollisionSample(SampleBlock):
+    """Two bodies that fly at each other; the projectile along -x, the centre of mass at rest."""
+
+    flies: ClassVar[bool] = True
+    is_body: ClassVar[bool] = False
+
+    kind: Literal["collision"]
+    target: AnyBody = Field(description="one body: a sample of another kind")
+    projectile: AnyBody = Field(description="the other body, which comes from the side of +x")
+    speed: Annotated[float, Quantity("speed", ge=0, example="1 m/s")] = Field(
+        description="relative speed at the start"
+    )
+    impact_parameter: ImpactParameter = Field(
+        0.0, description="along y: a length, or a fraction of the sum of the outer radii"
+    )
+    orientation: Literal["random", "as given"] = Field(
+        "random", description="whether both bodies are turned at random"
+    )
+    gap: Annotated[float, Quantity("length", ge=0, example="0.6 um")] | None = Field(
+        None, description="length of flight before the first touch, default a grain radius"
+    )
+    seed: Seed = Field(1, description="seed of the random orientations")
+
+    def conflicts(self, scene) -> list[tuple[str, str]]:
+        bodies = {"target": self.target, "projectile": self.projectile}
+        return [
+            (f"{name}.{path}", text)
+            for name, body in bodies.items()
+            for path, text in body.conflicts(scene)
+        ]
+
+
+@register(CollisionSample)
+def make(spec: CollisionSample, materials: Materials) -> Sample:
     """The bodies before they meet; grains of the target come first.
 
-    spec: speed, impact_parameter, orientation, gap, seed, as the scene's CollisionSample has
-    them. target, projectile: what they collide with, of which the mean velocity is taken away.
-    radius [m]: of the scene's material. stock: radii and masses where grains are not all alike.
-    The impact parameter may be a fraction of the sum of the outer radii; an outer radius is that
-    of the smallest sphere about the body's centre of mass that holds it, surfaces included.
+    The mean velocities of target and projectile are taken away. The impact parameter may be a
+    fraction of the sum of the outer radii; an outer radius is that of the smallest sphere about the
+    body's centre of mass that holds it, surfaces included.
     gap: length of the relative flight until two surfaces touch, a radius by default. If the
     bodies miss, it is the distance along x between the planes that bound them.
     info: hit, 1 or 0; gap, impact_parameter, outer radii [m]; time_to_touch [s] of a hit.
     """
+    target, projectile = (made(body, materials) for body in (spec.target, spec.projectile))
     rng = np.random.Generator(np.random.PCG64(spec.seed))
     turns = random_rotations(rng, 2) if spec.orientation == "random" else [np.eye(3)] * 2
-    unlike = target.radii is not None or projectile.radii is not None
-    masses = [stock.masses(s) if unlike else None for s in (target, projectile)]
-    radii = [stock.radii_of(s) if unlike else radius for s in (target, projectile)]
+    polydisperse = target.radii is not None or projectile.radii is not None
+    masses = [materials.masses(s) if polydisperse else None for s in (target, projectile)]
+    radii = [materials.radii_of(body) for body in (target, projectile)]
     one, other = (_body(*parts) for parts in zip((target, projectile), turns, masses, strict=True))
     outer = [
         float((np.linalg.norm(body.positions, axis=1) + r).max())
         for body, r in zip((one, other), radii, strict=True)
     ]
     impact = spec.impact_parameter.metres(sum(outer))
-    gap = radius if spec.gap is None else spec.gap
+    gap = materials.radius if spec.gap is None else spec.gap
     place, hit = _start(one.positions, other.positions, impact, gap, *radii)
     share = len(other) / (len(one) + len(other))
-    if unlike:
+    if polydisperse:
         share = float(masses[1].sum() / (masses[0].sum() + masses[1].sum()))
     ahead = np.array([spec.speed, 0.0, 0.0])
     together = Sample(
@@ -53,7 +90,7 @@ def make(
         np.concatenate([one.velocities + share * ahead, other.velocities - (1 - share) * ahead]),
         np.concatenate([one.spins, other.spins]),
         _joined_contacts(one, other),
-        **(_joined_grains(one, other, radii) if unlike else {}),
+        **(_joined_grains(one, other, radii) if polydisperse else {}),
     )
     together.info.update(
         kind="collision",

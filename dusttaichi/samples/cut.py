@@ -3,11 +3,29 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples.sample import touching_pairs
+from dusttaichi.samples.values import edges_of, exactly_one, shape_of
+
+
+def problems(block) -> list[tuple[str, str]]:
+    """Problems of grains, size, shape and aspect of a block that cuts, as (key, text)."""
+    found = exactly_one(block, ("grains", "size"), "grains: 1000")
+    if block.size is not None and shape_of(block.size) != block.shape:
+        wanted = {
+            "box": 'a list of 3 lengths is needed with shape "box", for example '
+            '["40 um", "40 um", "40 um"]',
+            "cylinder": 'diameter and height are needed with shape "cylinder", for example '
+            "{diameter: 13.2 um, height: 20 um}",
+            "aggregate": 'it is not allowed with shape "aggregate", of which nothing is cut; '
+            "set grains, or shape: box or cylinder",
+        }
+        found.append(("size", wanted[block.shape]))
+    if block.size is not None and block.aspect != 1.0:
+        found.append(("aspect", "it is allowed only together with grains"))
+    return found
 
 
 def proportions(spec, radius: float) -> np.ndarray:
@@ -18,10 +36,7 @@ def proportions(spec, radius: float) -> np.ndarray:
     """
     if spec.size is None:
         return np.array([1.0, 1.0, spec.aspect])
-    if spec.shape == "cylinder":
-        size = np.array([spec.size.diameter, spec.size.diameter, spec.size.height])
-    else:
-        size = np.array(spec.size, dtype=np.float64)
+    size = np.array(edges_of(spec.size), dtype=np.float64)
     check_room(size, radius)
     return size
 
@@ -64,5 +79,5 @@ def pieces(positions: np.ndarray, touch: float) -> tuple[int, np.ndarray]:
     """Number of connected pieces, and each grain's piece (N,); touch: distance of contact [m]."""
     n = len(positions)
     pairs = touching_pairs(positions, touch)
-    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
-    return connected_components(graph, directed=False)
+    graph = scipy.sparse.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    return scipy.sparse.csgraph.connected_components(graph, directed=False)

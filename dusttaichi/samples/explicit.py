@@ -3,26 +3,119 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated, Literal
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from dusttaichi.errors import DustError
 from dusttaichi.geometry import pairs_within
 from dusttaichi.samples import files
+from dusttaichi.samples.materials import Materials
+from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
-from dusttaichi.samples.stock import Stock
+from dusttaichi.samples.values import (
+    MaterialName,
+    Position,
+    Radius,
+    Spin,
+    Velocity,
+    unknown_materials,
+)
+from dusttaichi.scene.fields import needed, problems
+from dusttaichi.scene.quantities import Quantity
 
 CLOSEST = 0.9  # diameters: at 10 % overlap JKR is far outside what it was derived for
 
 
-def make(spec, radius: float, stock: Stock | None = None) -> Sample:
+class ExplicitSample(SampleBlock):
+    """Grains given one by one, in the YAML file (`positions`) or in another file (`file`)."""
+
+    kind: Literal["explicit"]
+    positions: tuple[Position, ...] | None = Field(
+        None, description="centre of every grain, [x, y, z]"
+    )
+    velocities: tuple[Velocity, ...] | None = Field(
+        None, description="velocity of every grain, default at rest; only with positions"
+    )
+    spins: tuple[Spin, ...] | None = Field(
+        None, description="angular velocity of every grain, default none; only with positions"
+    )
+    radii: tuple[Radius, ...] | None = Field(
+        None, description="radius of every grain, default that of its material; only with positions"
+    )
+    materials: tuple[MaterialName, ...] | None = Field(
+        None,
+        description="material of every grain, a name from the scene's materials, or default; "
+        "only with positions",
+    )
+    file: Path | None = Field(
+        None,
+        description="CSV with the header x,y,z[,vx,vy,vz,wx,wy,wz][,radius,material], NetCDF with "
+        "the variables of "
+        "a snapshot, or the directory or result.nc of another run (its last snapshot); relative "
+        "to the YAML file",
+    )
+    units: Annotated[float, Quantity("length", gt=0, bare_unit=True, example="um")] = Field(
+        "m",
+        description="unit of x, y, z, radius in a CSV file; velocities and spins are m/s and rad/s",
+    )
+
+    @field_validator("file", mode="after")
+    @classmethod
+    def _find(cls, value: Path | None, info: ValidationInfo) -> Path | None:
+        if value is None:
+            return None
+        context = info.context or {}
+        if context.get("folder"):
+            value = Path(context["folder"]) / value
+        if context.get("check_files") and not value.exists():
+            raise needed(f"there is no such file ({value})")
+        return value
+
+    @model_validator(mode="after")
+    def _check(self) -> ExplicitSample:
+        found = []
+        if (self.positions is None) == (self.file is None):
+            found.append(("", "exactly one of positions and file is needed"))
+        if self.positions is not None and not self.positions:
+            found.append(("positions", "at least one grain is needed"))
+        for name in ("velocities", "spins", "radii", "materials"):
+            values = getattr(self, name)
+            if values is None:
+                continue
+            if self.positions is None:
+                found.append((name, "it is allowed only together with positions"))
+            elif len(values) != len(self.positions):
+                found.append(
+                    (
+                        name,
+                        f"as many as positions are needed, {len(self.positions)} and not "
+                        f"{len(values)}",
+                    )
+                )
+        if self.file is None and "units" in self.model_fields_set and self.units != 1.0:
+            found.append(("units", "it is allowed only together with file"))
+        if found:
+            raise problems(found)
+        return self
+
+    def conflicts(self, scene) -> list[tuple[str, str]]:
+        return unknown_materials(self.materials, scene)
+
+    def least_room(self, radius: float) -> tuple[tuple[float, float, float], int]:
+        """Nothing where grains have radii or materials of their own: the sample knows them."""
+        if self.positions is None or self.radii is not None or self.materials is not None:
+            return (0.0, 0.0, 0.0), 0
+        axes = zip(*self.positions, strict=True)
+        return tuple(max(x) - min(x) + 2 * radius for x in axes), len(self.positions)
+
+
+@register(ExplicitSample)
+def make(spec: ExplicitSample, materials: Materials) -> Sample:
     """The grains that spec lists.
 
-    spec: positions (N, 3) [m] with velocities [m/s], spins [rad/s], radii [m] and materials, or
-    file (and units, the length in m that the file's x, y, z columns count in), as the scene's
-    ExplicitSample has them. stock: where radii and materials come from; without it all grains have
-    the radius.
     A file is CSV, NetCDF, or a run directory (its result.nc); of several snapshots the last one
     is taken, with the state of its pair contacts where it was written.
     Raises DustError for a file that is missing or lacks columns, arrays of the wrong shape,
@@ -33,24 +126,21 @@ def make(spec, radius: float, stock: Stock | None = None) -> Sample:
         source, where = "positions", "sample.positions"
         state = {"position": spec.positions, "velocity": spec.velocities, "spin": spec.spins}
         state |= {
-            "radius": getattr(spec, "radii", None),
-            "material": getattr(spec, "materials", None),
+            "radius": spec.radii,
+            "material": spec.materials,
         }
     else:
         source = str(spec.file)
         where = f"sample.file = {source!r}"
-        state = files.read(Path(spec.file), where, getattr(spec, "units", None))
+        state = files.read(Path(spec.file), where, spec.units)
     positions = _vectors(state.get("position"), where, "position", None)
     if len(positions) == 0:
         raise DustError(f"{where}: it has no grains; allowed: one grain or more.")
     velocities = _vectors(state.get("velocity"), where, "velocity", len(positions))
     spins = _vectors(state.get("spin"), where, "spin", len(positions))
-    own = {}
-    if stock is not None:
-        numbers = stock.numbers(state.get("material"), len(positions), where)
-        own = stock.unlike(stock.radii(state.get("radius"), numbers, where), numbers)
-    unlike = own.get("radii") is not None
-    check_apart(positions, own["radii"] if unlike else radius, where)
+    numbers = materials.numbers(state.get("material"), len(positions), where)
+    own = materials.polydisperse(materials.radii(state.get("radius"), numbers, where), numbers)
+    check_apart(positions, materials.radius if own["radii"] is None else own["radii"], where)
     contacts = state.get("contacts")
     if contacts is not None:
         _check_contacts(contacts, len(positions), where)
@@ -104,7 +194,7 @@ def check_apart(positions: np.ndarray, radius, where: str) -> None:
                 "um, between centres. Are the lengths in the unit you meant?"
             )
         return
-    distance, neighbour = cKDTree(positions).query(positions, k=2)
+    distance, neighbour = scipy.spatial.cKDTree(positions).query(positions, k=2)
     i = int(np.argmin(distance[:, 1]))
     gap = distance[i, 1]
     if gap < CLOSEST * 2 * radius:

@@ -17,7 +17,6 @@ import csv
 import re
 from pathlib import Path
 
-import netCDF4
 import numpy as np
 
 from dusttaichi.errors import DustError
@@ -155,6 +154,8 @@ def _numbers(row: list[str], line: int, names: list[str], where: str) -> list[fl
 
 
 def _read_netcdf(path: Path, where: str) -> dict:
+    import netCDF4  # a fifth of a second, which only such a file is worth
+
     try:
         with netCDF4.Dataset(path) as data:
             frame = data.groups.get("snapshots", data)

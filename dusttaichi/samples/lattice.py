@@ -5,11 +5,18 @@ Whole cells, so that the lattice goes on without a seam where it is repeated aft
 
 from __future__ import annotations
 
+from typing import Any, Literal
+
 import numpy as np
+from pydantic import Field, field_validator, model_validator
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import cut
+from dusttaichi.samples.materials import Materials
+from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
+from dusttaichi.samples.values import BoxSize, exactly_one
+from dusttaichi.scene.fields import Count, needed, problems
 
 MOST_GRAINS = 2e7  # a mistyped size must not fill the memory
 
@@ -36,11 +43,43 @@ CELLS = {
 }
 
 
-def make(spec, radius: float, equilibrium_distance: float) -> Sample:
+class LatticeSample(SampleBlock):
+    """A crystal of grains in equilibrium contact that can be repeated without a seam."""
+
+    kind: Literal["lattice"]
+    structure: Literal["sc", "bcc", "fcc", "ccp"] = Field(
+        description="simple cubic, body-centred cubic, face-centred cubic, or that with its "
+        "close-packed layers across z"
+    )
+    cells: tuple[Count, Count, Count] | None = Field(
+        None, description="number of cells along x, y, z; this, grains or size"
+    )
+    grains: Count | None = Field(
+        None, description="number of grains, rounded up to whole cells in about a cube"
+    )
+    size: BoxSize | None = Field(
+        None, description="[Lx, Ly, Lz] that is filled with as many whole cells as it holds"
+    )
+
+    @field_validator("cells", mode="before")
+    @classmethod
+    def _three(cls, value: Any) -> Any:
+        if value is not None and not (isinstance(value, (list, tuple)) and len(value) == 3):
+            raise needed("a list of 3 whole numbers of at least 1 is needed, such as [10, 10, 10]")
+        return value
+
+    @model_validator(mode="after")
+    def _check(self) -> LatticeSample:
+        found = exactly_one(self, ("cells", "grains", "size"), "cells: [10, 10, 10]")
+        if found:
+            raise problems(found)
+        return self
+
+
+@register(LatticeSample)
+def make(spec: LatticeSample, materials: Materials) -> Sample:
     """The lattice that spec asks for: grains at rest, the first one at the origin.
 
-    spec: structure, and cells, grains or size, as the scene's LatticeSample has them.
-    radius [m]; equilibrium_distance: between the centres of nearest neighbours [m].
     `grains` is rounded up to whole cells: from somewhat less than a cube on, the shortest edge
     grows by a cell until there are enough. With `size` there are as many whole cells as the size
     holds, grain surfaces included. info: cells, and period, the edges after which the lattice
@@ -48,8 +87,8 @@ def make(spec, radius: float, equilibrium_distance: float) -> Sample:
     Raises DustError if no cell fits, or for more grains than the memory should hold.
     """
     edges, basis = (np.array(values) for values in CELLS[spec.structure])
-    edges = edges * equilibrium_distance
-    cells = _cells(spec, edges, basis, radius)
+    edges = edges * materials.distance
+    cells = _cells(spec, edges, basis, materials.radius)
     if cells.prod() * len(basis) > MOST_GRAINS:
         raise DustError(
             f"sample: the lattice would have {cells.prod() * len(basis):.1e} grains; allowed: "
@@ -62,7 +101,7 @@ def make(spec, radius: float, equilibrium_distance: float) -> Sample:
         kind="lattice",
         structure=spec.structure,
         grains=len(sample),
-        equilibrium_distance=float(equilibrium_distance),
+        equilibrium_distance=materials.distance,
         cells=cells.astype(int).tolist(),
         period=(cells * edges).tolist(),
     )

@@ -10,31 +10,89 @@ axis.
 from __future__ import annotations
 
 import math
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
+from pydantic import Field, model_validator
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples.explicit import check_apart
+from dusttaichi.samples.materials import Materials
+from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
-from dusttaichi.samples.stock import Stock
+from dusttaichi.samples.values import ImpactParameter, MaterialName, Radius, Spin, unknown_materials
+from dusttaichi.scene.fields import problems
+from dusttaichi.scene.quantities import Quantity
 
 
-def make(spec, radius: float, equilibrium_distance: float, stock: Stock | None = None) -> Sample:
+class PairSample(SampleBlock):
+    """Two grains; grain 1 flies along -x and grain 0 along +x, each with half of the speed."""
+
+    flies: ClassVar[bool] = True
+
+    kind: Literal["pair"]
+    distance: Annotated[float, Quantity("length", gt=0, example="1.3 um")] | None = Field(
+        None,
+        description="between the centres at the start; without it and gap: equilibrium contact",
+    )
+    gap: Annotated[float, Quantity("length", example="10 nm")] | None = Field(
+        None, description="between the surfaces at the start, below 0 for an overlap"
+    )
+    speed: Annotated[float, Quantity("speed", ge=0)] = Field(
+        "0 m/s", description="relative speed at the start"
+    )
+    impact_parameter: ImpactParameter = Field(
+        0.0, description="along y: a length, or a fraction of the sum of the radii"
+    )
+    angle: Annotated[float, Quantity("angle", ge=0, le=math.pi / 2)] | None = Field(
+        None,
+        description="between the line of centres and the flight at the start, in place of "
+        "impact_parameter; 0 is head-on",
+    )
+    spins: tuple[Spin, ...] | None = Field(
+        None, description="angular velocities of the two, default none"
+    )
+    radii: tuple[Radius, ...] | None = Field(
+        None, description="radii of the two, default that of their material"
+    )
+    materials: tuple[MaterialName, ...] | None = Field(
+        None, description="materials of the two, names from the scene's materials, or default"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> PairSample:
+        found = []
+        if self.distance is not None and self.gap is not None:
+            found.append(("gap", "it is not allowed together with distance; keep one of them"))
+        if self.angle is not None and self.impact_parameter.value != 0:
+            found.append(("angle", "it is not allowed together with impact_parameter"))
+        for name in ("spins", "radii", "materials"):
+            values = getattr(self, name)
+            if values is not None and len(values) != 2:
+                found.append((name, f"2 are needed, one a grain, and not {len(values)}"))
+        if found:
+            raise problems(found)
+        return self
+
+    def conflicts(self, scene) -> list[tuple[str, str]]:
+        return unknown_materials(self.materials, scene)
+
+
+@register(PairSample)
+def make(spec: PairSample, materials: Materials) -> Sample:
     """The two grains that spec asks for.
 
-    spec: distance or gap (neither: equilibrium contact), speed, impact_parameter or angle,
-    spins, radii, materials, as the scene's PairSample has them. radius, equilibrium_distance [m]:
-    of grains of the scene's material. stock: where radii and materials come from.
     Raises DustError for grains that overlap too much, or an impact parameter beyond the distance.
     """
-    own, share, radii = {}, 0.5, np.full(2, radius)
-    if getattr(spec, "radii", None) is not None or getattr(spec, "materials", None) is not None:
-        numbers = stock.numbers(spec.materials, 2, "sample.materials")
-        radii = stock.radii(spec.radii, numbers, "sample.radii")
-        own = stock.unlike(radii, numbers)
+    own, share, radii = {}, 0.5, np.full(2, materials.radius)
+    equilibrium_distance = materials.distance
+    if spec.radii is not None or spec.materials is not None:
+        numbers = materials.numbers(spec.materials, 2, "sample.materials")
+        radii = materials.radii(spec.radii, numbers, "sample.radii")
+        own = materials.polydisperse(radii, numbers)
     if own.get("radii") is not None:
-        equilibrium_distance = stock.equilibrium_distance(radii, numbers)
-        m1, m2 = stock.masses(Sample(*np.zeros((3, 2, 3)), **own))
+        equilibrium_distance = materials.equilibrium_distance(radii, numbers)
+        m1, m2 = materials.masses(Sample(*np.zeros((3, 2, 3)), **own))
         share = float(m2 / (m1 + m2))
     touch = float(radii.sum())
     distance = equilibrium_distance
@@ -45,7 +103,7 @@ def make(spec, radius: float, equilibrium_distance: float, stock: Stock | None =
     if distance < touch:
         where = "sample.gap" if spec.distance is None else "sample.distance"
         here = np.outer([0.0, max(distance, 0.0)], [1.0, 0.0, 0.0])
-        check_apart(here, radii if own.get("radii") is not None else radius, where)
+        check_apart(here, radii if own.get("radii") is not None else materials.radius, where)
     if spec.angle is not None:
         impact = distance * math.sin(spec.angle)
         along = distance * math.cos(spec.angle)

@@ -15,8 +15,10 @@ and counted.
 from __future__ import annotations
 
 import math
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import Field, model_validator
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import cut
@@ -27,12 +29,53 @@ from dusttaichi.samples.ballistic import (
     random_directions,
     random_in_disc,
 )
+from dusttaichi.samples.materials import Materials
+from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import ROUNDING, Sample, extent
+from dusttaichi.samples.values import Seed, Size, shape_of
+from dusttaichi.scene.fields import Count, Number, problems
 
 BULK = 0.15  # filling factor of the bulk; only to guess how large an aggregate to cut from
 MOST_GRAINS = 2e6  # of the aggregate: minutes
 LAST = 0.2  # part of the aggregate that came last,
 FEW = 1e-3  # and grains of it that may have come to rest in a cut, as a part of the cut's
+
+
+class PcaSample(SampleBlock):
+    """An aggregate grown grain by grain from all sides (PD08 section 3.1.1), or a cut from one."""
+
+    kind: Literal["pca"]
+    shape: Literal["aggregate", "box", "cylinder"] = Field(
+        "aggregate",
+        description="the aggregate as it grew, or the shape that is cut from a larger one; "
+        "with size that of size",
+    )
+    grains: Count | None = Field(None, description="number of grains; either this or size")
+    size: Size | None = Field(
+        None,
+        description="[Lx, Ly, Lz] of a box, or diameter and height of a cylinder; "
+        "either this or grains",
+    )
+    aspect: Annotated[float, Number(gt=0)] = Field(
+        1.0, description="height over width of a cut, with grains"
+    )
+    seed: Seed = Field(1, description="seed of the random numbers")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _shape_of_size(cls, data: Any) -> Any:
+        if isinstance(data, dict) and data.get("size") is not None:
+            return {"shape": shape_of(data["size"]), **data}
+        return data
+
+    @model_validator(mode="after")
+    def _check(self) -> PcaSample:
+        found = cut.problems(self)
+        if self.shape == "aggregate" and self.size is None and self.aspect != 1.0:
+            found.append(("aspect", "it is allowed only with shape box or cylinder"))
+        if found:
+            raise problems(found)
+        return self
 
 
 class Aggregate:
@@ -79,16 +122,16 @@ class Aggregate:
         self.positions = np.concatenate([self.positions, new[:count]])
 
 
-def make(spec, radius: float, equilibrium_distance: float) -> Sample:
+@register(PcaSample)
+def make(spec: PcaSample, materials: Materials) -> Sample:
     """The sample that spec asks for: grains at rest.
 
-    spec: shape, seed, grains (and aspect), or size, as the scene's PcaSample has them.
-    radius [m]; equilibrium_distance: between the centres of grains that touch [m].
     An aggregate has its centre of mass at the origin. A cut stands on z = 0 with its axis at
     x = y = 0: with `size` all grains that lie wholly inside, with `grains` the smallest of the
     cuts of the same proportions that holds that many.
     Raises DustError if the size leaves no room for a grain, or the aggregate would be too large.
     """
+    radius, equilibrium_distance = materials.radius, materials.distance
     rng = np.random.Generator(np.random.PCG64(spec.seed))
     aggregate = Aggregate(equilibrium_distance)
     if spec.shape == "aggregate":

@@ -11,14 +11,19 @@ of how a packing comes about.
 from __future__ import annotations
 
 import math
+from typing import Annotated, Literal
 
 import numpy as np
-from scipy.optimize import minimize
-from scipy.spatial import cKDTree
+import scipy
+from pydantic import Field, model_validator
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import cut
+from dusttaichi.samples.materials import Materials
+from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
+from dusttaichi.samples.values import BoxSize, Seed, exactly_one
+from dusttaichi.scene.fields import Count, Number, problems
 
 MOST_GRAINS = 2e5  # minutes
 ATTEMPTS = 5  # from other points: tens of grains may jam earlier
@@ -27,16 +32,39 @@ ROUND = 200  # evaluations between two looks at what is left of the overlaps
 MARGIN = 0.02  # overlaps delta0: springs reach so much farther, so that they leave none in the end
 
 
-def make(spec, radius: float, equilibrium_distance: float) -> Sample:
+class RandomPackingSample(SampleBlock):
+    """Grains packed at random in a periodic cell, up to just below random close packing."""
+
+    kind: Literal["random_packing"]
+    grains: Count | None = Field(
+        None, description="number of grains, in a cube; either this or size"
+    )
+    size: BoxSize | None = Field(
+        None, description="[Lx, Ly, Lz] of the cell; either this or grains"
+    )
+    filling_factor: Annotated[float, Number(gt=0, le=0.62)] = Field(
+        0.6, description="grain volume over the volume of the cell"
+    )
+    seed: Seed = Field(1, description="seed of the random numbers")
+
+    @model_validator(mode="after")
+    def _check(self) -> RandomPackingSample:
+        found = exactly_one(self, ("grains", "size"), "grains: 1000")
+        if found:
+            raise problems(found)
+        return self
+
+
+@register(RandomPackingSample)
+def make(spec: RandomPackingSample, materials: Materials) -> Sample:
     """The packing that spec asks for: grains at rest in a periodic cell with a corner at 0.
 
-    spec: filling_factor, seed, and grains (the cell is a cube) or size (the cell), as the
-    scene's RandomPackingSample has them. radius [m]; equilibrium_distance: what no two centres
-    are closer than [m], images included.
+    No two centres are closer than the equilibrium distance, images included.
     info: period, the edges of the cell [m]; closest, the smallest distance of two centres [m].
     The filling factor is met to one grain. Raises DustError for a size without room, too many
     grains, or a packing that is not found.
     """
+    radius, equilibrium_distance = materials.radius, materials.distance
     grain = 4 / 3 * math.pi * radius**3
     if spec.grains is not None:
         count = spec.grains
@@ -91,7 +119,7 @@ def _pushed_apart(points, period, distance: float, margin: float) -> np.ndarray 
     for _ in range(MOST_ROUNDS):
         if _closest(x, box) * reach >= distance:
             return np.mod(x, box) * reach
-        found = minimize(
+        found = scipy.optimize.minimize(
             _energy,
             x.reshape(-1),
             args=(box,),
@@ -119,9 +147,9 @@ def _energy(flat, box):
     return 0.5 * float((overlap**2).sum()), gradient.reshape(-1)
 
 
-def _tree(x, box) -> cKDTree:
+def _tree(x, box) -> scipy.spatial.cKDTree:
     # A coordinate that rounding put on the far face belongs on the near one.
-    return cKDTree(np.where(x >= box, 0.0, x), boxsize=box)
+    return scipy.spatial.cKDTree(np.where(x >= box, 0.0, x), boxsize=box)
 
 
 def _closest(x, box) -> float:

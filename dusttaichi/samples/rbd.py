@@ -18,19 +18,57 @@ collects them early. It is a surface effect: a third of 1e3 grains, 15-18 % of 1
 from __future__ import annotations
 
 import math
+from typing import Annotated, Literal
 
 import numpy as np
-from scipy.ndimage import minimum_filter
-from scipy.spatial import cKDTree
+import scipy
+from pydantic import Field, model_validator
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import cut
+from dusttaichi.samples.materials import Materials
+from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import ROUNDING, Sample, bulk_filling_factor, extent
+from dusttaichi.samples.values import TOO_NARROW, Seed, Size, edges_of
+from dusttaichi.scene.fields import Count, Number, problems
 
 BULK = 0.15  # filling factor of the bulk, S12 section 3.1; only to guess how wide to deposit
 LEAST_PERIOD = 40.0  # grain radii: a narrower periodic deposit grows as a correlated column
 MOST_DROPS = 2e7  # a mistyped size must not fill the memory; 1e6 grains take 1.5e6 drops, 8 s
 CELLS = 3  # cells per touching distance in the map of landing heights
+
+
+class RbdSample(SampleBlock):
+    """A cake grown by random ballistic deposition (S12 section 3.1)."""
+
+    kind: Literal["rbd"]
+    shape: Literal["box", "cylinder"] = Field("box", description="shape that is cut from the cake")
+    grains: Count | None = Field(None, description="number of grains; either this or size")
+    size: Size | None = Field(
+        None,
+        description="[Lx, Ly, Lz] of a box, or diameter and height of a cylinder; "
+        "either this or grains",
+    )
+    aspect: Annotated[float, Number(gt=0)] = Field(
+        1.0, description="height over width, with grains"
+    )
+    seed: Seed = Field(1, description="seed of the random numbers")
+
+    @model_validator(mode="after")
+    def _check(self) -> RbdSample:
+        found = cut.problems(self)
+        if found:
+            raise problems(found)
+        return self
+
+    def conflicts(self, scene) -> list[tuple[str, str]]:
+        if self.size is None or min(edges_of(self.size)) >= 2 * scene.material.radius:
+            return []
+        return [("size", TOO_NARROW)]
+
+    def least_room(self, radius: float) -> tuple[tuple[float, float, float], int]:
+        edges = (0.0, 0.0, 0.0) if self.size is None else edges_of(self.size)
+        return edges, self.grains or 0
 
 
 class Deposit:
@@ -63,7 +101,7 @@ class Deposit:
         self._cell_edges = edges
         self._landing = np.full(cells, floor, dtype=np.float64)
         centres = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in cells), indexing="ij"), -1)
-        self._cells = cKDTree((centres * edges).reshape(-1, 2), boxsize=self.period)
+        self._cells = scipy.spatial.cKDTree((centres * edges).reshape(-1, 2), boxsize=self.period)
 
     @property
     def complete_below(self) -> float:
@@ -73,12 +111,14 @@ class Deposit:
     def drop(self, xy: np.ndarray) -> None:
         """Let grains fall at xy (n, 2) [m], in this order."""
         earlier = self.positions[self._reachable]
-        tree = cKDTree(xy, boxsize=self.period)
+        tree = scipy.spatial.cKDTree(xy, boxsize=self.period)
         z = np.full(len(xy), self.floor, dtype=np.float64)
         reach = self.distance * (1 + ROUNDING)
         if len(earlier):
             near = tree.sparse_distance_matrix(
-                cKDTree(earlier[:, :2], boxsize=self.period), reach, output_type="ndarray"
+                scipy.spatial.cKDTree(earlier[:, :2], boxsize=self.period),
+                reach,
+                output_type="ndarray",
             )
             i, j, rise = self._support(xy, near["i"], earlier[:, :2], near["j"])
             np.maximum.at(z, i, earlier[j, 2] + rise)
@@ -104,7 +144,7 @@ class Deposit:
         touch = left > 0
         return i[touch], j[touch], np.sqrt(left[touch])
 
-    def _raise_landing(self, tree: cKDTree, z: np.ndarray) -> None:
+    def _raise_landing(self, tree: scipy.spatial.cKDTree, z: np.ndarray) -> None:
         within = self.distance - self._half_diagonal
         near = tree.sparse_distance_matrix(self._cells, within, output_type="ndarray")
         farthest = near["v"] + self._half_diagonal
@@ -114,7 +154,7 @@ class Deposit:
     def _forget_covered(self) -> None:
         """A grain is out of reach if all around it drops rest higher than on its very top."""
         window = 2 * np.ceil(self.distance / self._cell_edges).astype(int) + 1
-        lowest = minimum_filter(self._landing, size=tuple(window), mode="wrap")
+        lowest = scipy.ndimage.minimum_filter(self._landing, size=tuple(window), mode="wrap")
         x, y, z = self.positions[self._reachable].T
         cell_x = np.minimum((x / self._cell_edges[0]).astype(int), lowest.shape[0] - 1)
         cell_y = np.minimum((y / self._cell_edges[1]).astype(int), lowest.shape[1] - 1)
@@ -122,11 +162,11 @@ class Deposit:
         self._reachable = self._reachable[lowest[cell_x, cell_y] < top]
 
 
-def make(spec, radius: float, equilibrium_distance: float) -> Sample:
+@register(RbdSample)
+def make(spec: RbdSample, materials: Materials) -> Sample:
     """The sample that spec asks for: grains at rest, standing on z = 0, axis x = y = 0.
 
-    spec: shape, seed, grains and aspect, or size, as the scene's RbdSample has them.
-    radius [m]; equilibrium_distance: between the centres of grains that touch [m].
+    Grains have the radius of the materials and touch at their equilibrium distance.
     With `grains`, cuts of the same proportions are nested about the axis and the smallest that
     holds that many grains is taken, so the number is exact. With `size`, all grains that lie
     wholly inside are. Pairs between equilibrium_distance and 2 r are rare (the width of that
@@ -134,18 +174,19 @@ def make(spec, radius: float, equilibrium_distance: float) -> Sample:
     Raises DustError if the size leaves no room for a grain, no grain is in it, or the deposit
     would be too large for the memory.
     """
+    radius, distance = materials.radius, materials.distance
     proportions = cut.proportions(spec, radius)
     if spec.grains is None:
-        cake, drops, scale = _deposit_size(spec, radius, equilibrium_distance, proportions)
+        cake, drops, scale = _deposit_size(spec, radius, distance, proportions)
         kept = scale <= 1.0
     else:
-        cake, drops, scale = _deposit_grains(spec, radius, equilibrium_distance, proportions)
+        cake, drops, scale = _deposit_grains(spec, radius, distance, proportions)
         kept = np.sort(np.argsort(scale, kind="stable")[: spec.grains])
     positions = cake[kept]
     if len(positions) == 0:
         raise cut.nothing_inside(proportions, radius, spec.seed)
     sample = Sample.at_rest(positions)
-    sample.info.update(_describe(sample, spec, radius, equilibrium_distance), deposited=drops)
+    sample.info.update(_describe(sample, spec, radius, distance), deposited=drops)
     return sample
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from dusttaichi.geometry import pairs_within
 
@@ -177,7 +177,7 @@ def bulk_filling_factor(
 
 def touching_pairs(positions: np.ndarray, distance: float) -> np.ndarray:
     """Pairs i < j of grains whose centres are no farther apart than distance [m], (C, 2) int."""
-    return cKDTree(positions).query_pairs(distance, output_type="ndarray")
+    return scipy.spatial.cKDTree(positions).query_pairs(distance, output_type="ndarray")
 
 
 def coordination(sample: Sample, distance: float | None, radius=None) -> float:

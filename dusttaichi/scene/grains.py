@@ -5,16 +5,17 @@ from typing import ClassVar, Literal
 
 from pydantic import Field, field_validator
 
-from dusttaichi.scene import checks
+from dusttaichi.samples import AnySample, reads_samples
+from dusttaichi.scene.checks.grains import check
 from dusttaichi.scene.fields import needed
 from dusttaichi.scene.interaction import Interaction
-from dusttaichi.scene.material import Material
+from dusttaichi.scene.material import DEFAULT, Material
 from dusttaichi.scene.numerics import Numerics
 from dusttaichi.scene.push import Push
-from dusttaichi.scene.sample import DEFAULT, Sample
 from dusttaichi.scene.scene import NAME, Scene
 
 
+@reads_samples
 class GrainsScene(Scene):
     """A run of grains with adhesive contacts; all quantities are SI floats."""
 
@@ -47,7 +48,7 @@ class GrainsScene(Scene):
     interaction: Interaction = Field(
         default_factory=Interaction, description="how grains act on each other"
     )
-    sample: Sample = Field(description="where the grains are at the start")
+    sample: AnySample = Field(description="where the grains are at the start")
     push: tuple[Push, ...] = Field(
         (), description="pushes on grains or on faces of the sample, from the start of the run"
     )
@@ -72,4 +73,4 @@ class GrainsScene(Scene):
         return (self.material, *self.materials.values())
 
     def conflicts(self) -> list[tuple[str, str]]:
-        return [*super().conflicts(), *checks.check_grains(self)]
+        return [*super().conflicts(), *check(self)]

@@ -7,6 +7,8 @@ from pydantic import Field, model_validator
 from dusttaichi.scene.fields import Block, Number, needed, problems
 from dusttaichi.scene.quantities import Quantity
 
+DEFAULT = "default"  # name of the scene's `material` beside those of `materials`
+
 NAMED = {
     # Seizinger et al. 2012, Table 1.
     "silicate_s12": {

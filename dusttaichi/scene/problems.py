@@ -125,7 +125,10 @@ def _either(expected: str) -> str:
 
 def choices(item: FieldInfo) -> list[type[BaseModel]]:
     """All blocks that may stand at a key."""
-    return [block for mark in (item.annotation, *item.metadata) for block in _members(mark)]
+    for mark in item.metadata:
+        if hasattr(mark, "blocks"):
+            return mark.blocks
+    return _members(item.annotation)
 
 
 def _members(annotation: Any) -> list[type[BaseModel]]:

@@ -13,10 +13,14 @@ from dusttaichi.errors import DustError
 from dusttaichi.physics.contact.constants import pair_constants
 from dusttaichi.samples import bulk_filling_factor, coordination, filling_factor, make, rbd
 from dusttaichi.samples.sample import Sample, touching_pairs
+from dusttaichi.samples.values import CylinderSize
 
 R = 0.6e-6
 D = 2 * R - 0.16627e-9  # equilibrium distance of S12's silicate
 ROUNDING = 8 * np.finfo(float).eps  # a handful of operations between a height and a distance
+
+
+MATERIALS = SimpleNamespace(radius=R, distance=D)
 
 
 def rbd_spec(grains=None, size=None, shape="box", aspect=1.0, seed=1):
@@ -26,7 +30,7 @@ def rbd_spec(grains=None, size=None, shape="box", aspect=1.0, seed=1):
 
 
 def cake(**spec):
-    return rbd.make(rbd_spec(**spec), R, D)
+    return rbd.make(rbd_spec(**spec), MATERIALS)
 
 
 # --- random ballistic deposition -------------------------------------------------------------
@@ -143,7 +147,7 @@ def test_box_by_size_is_filled_and_kept():
 
 
 def test_cylinder_stays_inside_its_radius():
-    size = SimpleNamespace(diameter=13.2e-6, height=13.2e-6)
+    size = CylinderSize(diameter="13.2 um", height="13.2 um")
     sample = cake(size=size, shape="cylinder")
     off_axis = np.hypot(*sample.positions[:, :2].T)
     assert off_axis.max() <= size.diameter / 2 - R

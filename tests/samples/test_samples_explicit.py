@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from dusttaichi.errors import DustError
-from dusttaichi.samples import explicit, make
+from dusttaichi.samples import Materials, explicit, make
 from dusttaichi.scene import Scene
 
 R = 0.6e-6
@@ -30,12 +30,14 @@ def explicit_spec(file=None, positions=None, velocities=None, spins=None, units=
         positions=positions,
         velocities=velocities,
         spins=spins,
+        radii=None,
+        materials=None,
         units=units,
     )
 
 
 def load(**spec):
-    return explicit.make(explicit_spec(**spec), R)
+    return explicit.make(explicit_spec(**spec), Materials(scene(positions=[["0 m"] * 3])))
 
 
 def assert_state(sample, rtol=0.0):

@@ -73,7 +73,7 @@ def _window(scene):
 def _mass_scaling(scene):
     if not any(plan.drive.moves for plan in scene.stage_plans):
         return "only for runs that walls or faces drive slowly, and none moves"
-    if scene.push or scene.sample.kind in ("pair", "collision"):
+    if scene.push or scene.sample.flies:
         return "only for runs that walls or faces drive slowly; inertia matters here"
     return _values("numerics.mass_scaling", MASSES)(scene)
 

@@ -1,9 +1,9 @@
 """How a scene is changed along a ladder: changes are dicts, path in the YAML -> value as there."""
 
+from dusttaichi.samples.values import CylinderSize
 from dusttaichi.scene import quantities
 from dusttaichi.scene.boundary import FACE_LAWS
 from dusttaichi.scene.numerics import PRESETS
-from dusttaichi.scene.sample import CylinderSize
 
 DRIVES = ("wall_speed", *FACE_LAWS)
 # what a preset fills; what else the user gives in numerics stays

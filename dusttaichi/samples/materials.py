@@ -1,25 +1,35 @@
-"""What the grains of a sample may be made of: names, numbers, radii and masses."""
+"""What the grains of a sample are made of: names, numbers, radii and masses."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.physics.contact.constants import mixed_constants, sphere_mass
+from dusttaichi.physics.contact.constants import mixed_constants, pair_constants, sphere_mass
 from dusttaichi.samples.sample import Sample
-from dusttaichi.scene.sample import DEFAULT
+from dusttaichi.scene.material import DEFAULT
 
 
-class Stock:
-    """The materials of a scene, by number and by name."""
+class Materials:
+    """The materials of a scene, by number and by name; all in SI.
+
+    Number 0 is the scene's `material`, those of `materials` follow in their order.
+    radius: of a grain of material 0 [m]; distance: between the centres of two such grains that
+    touch, in equilibrium [m].
+    """
 
     def __init__(self, scene):
-        self.kinds = scene.all_materials
+        self.all = scene.all_materials
         self.names = [DEFAULT, *scene.materials]
         self.interaction = scene.interaction
+        self.radius = scene.material.radius
+        self.distance = 2 * self.radius - pair_constants(scene.material, scene.interaction).delta0
 
     def numbers(self, given, grains: int, where: str) -> np.ndarray:
-        """Numbers of the materials (N,) from names or numbers; zeros where nothing is given."""
+        """Numbers of the materials (N,) from names or numbers; zeros where nothing is given.
+
+        where: how an error names their place. Raises DustError for one that there is not.
+        """
         if given is None:
             return np.zeros(grains, np.int32)
         if len(given) != grains:
@@ -39,13 +49,16 @@ class Stock:
         )
 
     def radii(self, given, numbers: np.ndarray, where: str) -> np.ndarray:
-        """Radii (N,) [m]: those given, else of the materials."""
-        radii = np.array([kind.radius for kind in self.kinds])[numbers]
+        """Radii (N,) [m]: those given, else of the materials.
+
+        Raises DustError for a radius for which the law of rolling means nothing.
+        """
+        radii = np.array([material.radius for material in self.all])[numbers]
         if given is not None:
             radii = np.array(given, dtype=np.float64)
         if radii.shape != numbers.shape:
             raise DustError(f"{where}: there are {radii.size} radii; allowed: {len(numbers)}.")
-        least = np.array([kind.critical_rolling for kind in self.kinds])[numbers]
+        least = np.array([material.critical_rolling for material in self.all])[numbers]
         bad = np.flatnonzero(~(np.isfinite(radii) & (radii > least) & (radii <= 1e-3)))
         if len(bad):
             raise DustError(
@@ -55,25 +68,25 @@ class Stock:
             )
         return radii
 
-    def unlike(self, radii: np.ndarray, numbers: np.ndarray) -> dict:
+    def polydisperse(self, radii: np.ndarray, numbers: np.ndarray) -> dict:
         """radii and materials for a Sample; None both where all grains are as `material` says."""
-        if not numbers.any() and np.allclose(radii, self.kinds[0].radius, rtol=1e-9, atol=0.0):
+        if not numbers.any() and np.allclose(radii, self.radius, rtol=1e-9, atol=0.0):
             return {"radii": None, "materials": None}
         return {"radii": radii, "materials": numbers}
 
     def radii_of(self, sample: Sample):
-        """Radii of a sample [m]: one number where all grains are alike, else (N,)."""
-        return self.kinds[0].radius if sample.radii is None else sample.radii
+        """Radii of the grains of a sample [m]: one number where it has none of its own, or (N,)."""
+        return self.radius if sample.radii is None else sample.radii
 
     def masses(self, sample: Sample) -> np.ndarray:
         """Masses of the grains of a sample [kg], (N,)."""
         numbers = np.zeros(len(sample), np.int32)
         numbers = numbers if sample.materials is None else sample.materials
         radii = np.broadcast_to(self.radii_of(sample), len(sample))
-        return sphere_mass(radii, np.array([kind.density for kind in self.kinds])[numbers])
+        return sphere_mass(radii, np.array([material.density for material in self.all])[numbers])
 
     def equilibrium_distance(self, radii, numbers) -> float:
-        """Of the centres of two grains in contact [m]."""
-        one, two = (self.kinds[n] for n in numbers)
+        """Between the centres of two grains that touch [m], of these radii [m] and materials."""
+        one, two = (self.all[n] for n in numbers)
         overlap = mixed_constants(one, radii[0], two, radii[1], self.interaction).delta0
         return float(radii[0] + radii[1] - overlap)

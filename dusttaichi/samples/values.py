@@ -1,0 +1,132 @@
+"""Values in the YAML blocks of several kinds of samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic_core import PydanticCustomError, core_schema
+
+from dusttaichi.scene.fields import Block, Number, needed
+from dusttaichi.scene.material import DEFAULT
+from dusttaichi.scene.quantities import Quantity, Vector, format
+
+Position = Annotated[Vector, Quantity("length", count=3)]
+Velocity = Annotated[Vector, Quantity("speed", count=3)]
+Spin = Annotated[Vector, Quantity("angular velocity", count=3)]
+BoxSize = Annotated[Vector, Quantity("length", gt=0, count=3, example="40 um")]
+Radius = Annotated[float, Quantity("length", gt=0, le=1e-3)]
+TOO_NARROW = "every side must be at least as long as a grain is wide (2 x material.radius)"
+Seed = Annotated[int, Number(whole=True, ge=0, le=2**32 - 1)]
+
+
+class CylinderSize(Block):
+    """Size of an upright cylinder."""
+
+    diameter: Annotated[float, Quantity("length", gt=0, example="13.2 um")] = Field(
+        description="diameter of the cylinder"
+    )
+    height: Annotated[float, Quantity("length", gt=0, example="20 um")] = Field(
+        description="height of the cylinder"
+    )
+
+
+def shape_of(size: Any) -> str:
+    """The shape whose size it is: box or cylinder."""
+    return "cylinder" if isinstance(size, (dict, CylinderSize)) else "box"
+
+
+def edges_of(size: Vector | CylinderSize) -> tuple[float, float, float]:
+    """Edges (x, y, z) [m] of the upright box around a size."""
+    if isinstance(size, CylinderSize):
+        return (size.diameter, size.diameter, size.height)
+    return tuple(size)
+
+
+Size = Annotated[
+    Annotated[BoxSize, Tag("box")] | Annotated[CylinderSize, Tag("cylinder")],
+    Discriminator(shape_of),
+]
+
+
+def _material_name(value: Any) -> str | int:
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    if not (whole or isinstance(value, str)):
+        raise needed(
+            "the name of one of the scene's materials is needed, or its number: 0 for material, "
+            "from 1 on for materials"
+        )
+    return value
+
+
+MaterialName = Annotated[str | int, BeforeValidator(_material_name)]
+
+
+@dataclass(frozen=True)
+class Impact:
+    """An impact parameter: a length [m], or a fraction of the sum of the radii."""
+
+    value: float
+    fraction: bool = True
+
+    def metres(self, radii: float) -> float:
+        """radii: sum of the radii of the two that meet [m]."""
+        return self.value * radii if self.fraction else self.value
+
+
+class _ImpactMark:
+    """Reads an Impact: a text with a unit, or a plain number."""
+
+    length = Quantity("length", ge=0)
+    number = Number(ge=0)
+    needed = (
+        "a length of at least 0 is needed, or a number of at least 0, a fraction of the sum of "
+        'the radii, for example "0.5 um" or 0.5'
+    )
+
+    def _validate(self, value: Any) -> Impact:
+        if isinstance(value, Impact):
+            return value
+        for mark, fraction in ((self.number, True), (self.length, False)):
+            try:
+                return Impact(mark._validate(value), fraction)
+            except PydanticCustomError:
+                continue
+        raise needed(self.needed)
+
+    def _serialize(self, value: Impact) -> Any:
+        return value.value if value.fraction else format(value.value, "length")
+
+    def __get_pydantic_core_schema__(self, source, handler):
+        return core_schema.no_info_plain_validator_function(
+            self._validate,
+            serialization=core_schema.plain_serializer_function_ser_schema(
+                self._serialize, when_used="json"
+            ),
+        )
+
+    def __get_pydantic_json_schema__(self, schema, handler):
+        marks = (self.number, self.length)
+        return {"anyOf": [mark.__get_pydantic_json_schema__(schema, handler) for mark in marks]}
+
+
+ImpactParameter = Annotated[Impact, _ImpactMark()]
+
+
+def exactly_one(block: Block, keys: tuple[str, ...], example: str) -> list[tuple[str, str]]:
+    """A problem unless one of the keys is given."""
+    if sum(getattr(block, key) is not None for key in keys) == 1:
+        return []
+    names = f"{', '.join(keys[:-1])} and {keys[-1]}"
+    return [("", f"exactly one of {names} is needed, for example {example}")]
+
+
+def unknown_materials(given, scene) -> list[tuple[str, str]]:
+    """A problem for the first name or number that no material of the scene has."""
+    names = [DEFAULT, *scene.materials]
+    for n, name in enumerate(given or ()):
+        if name not in names and not (isinstance(name, int) and 0 <= name < len(names)):
+            text = f"number {n} is {name!r}, which the scene does not have; allowed: "
+            return [("materials", text + ", ".join(names))]
+    return []

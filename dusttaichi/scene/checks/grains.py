@@ -1,0 +1,141 @@
+"""Blocks of the method `grains`: its model must mean something for what the scene asks."""
+
+import math
+
+from dusttaichi.names import AXES
+from dusttaichi.physics.contact import constants
+from dusttaichi.samples.values import TOO_NARROW
+from dusttaichi.scene import push
+from dusttaichi.scene.boundary import BoxBoundary, PeriodicBoundary, PlatesBoundary
+
+Found = list[tuple[str, str]]
+LARGEST_CONTACT = 0.25  # of the radius: grains at rest then overlap by a twentieth of it
+LEAST_POISSON = 0.01
+DENSEST = 0.74  # filling factor of the densest packing of equal spheres
+
+
+def check(scene) -> Found:
+    """Every problem of the blocks that belong to the method `grains`, as (dotted path, text)."""
+    sample = [(f"sample.{path}", text) for path, text in scene.sample.conflicts(scene)]
+    found = [*push.check(scene), *_asperities(scene), *_contacts(scene), *_damping(scene)]
+    return [*found, *_mass_scaling(scene), *sample, *_sizes(scene), *_room(scene)]
+
+
+def _asperities(scene) -> Found:
+    """Asperities have a volume of their own or that of the material."""
+    asperities = scene.interaction.asperities
+    if asperities is None or asperities.volume is not None:
+        return []
+    if scene.material.asperity_volume is not None:
+        return []
+    return [
+        (
+            "interaction.asperities.volume",
+            "it is missing, and the material has no "
+            "asperity_volume; give one, for example {volume: 0.01 nm}",
+        )
+    ]
+
+
+def _all_materials(scene):
+    """(path, Material) of all materials."""
+    return [("material", scene.material)] + [
+        (f"materials.{name}", material) for name, material in scene.materials.items()
+    ]
+
+
+def _contacts(scene) -> Found:
+    """JKR is a law for contacts that are small against the grains."""
+    found = []
+    for path, m in _all_materials(scene):
+        R, E_star = constants.reduced_radius(m.radius, m.radius), constants.reduced_modulus(m)
+        share = constants.equilibrium_contact_radius(m.surface_energy, R, E_star) / m.radius
+        if share > LARGEST_CONTACT:
+            text = (
+                f"the contact of two grains at rest would have {share:.3g} of their radius, and "
+                f"adhesive elastic contacts (JKR) mean nothing beyond {LARGEST_CONTACT}; allowed: "
+                "grains that are stiffer, larger or stick less"
+            )
+            found.append((path, text))
+    return found
+
+
+def _damping(scene) -> Found:
+    """Viscoelastic damping divides by nu^2."""
+    if scene.interaction.damping.model != "viscoelastic":
+        return []
+    text = (
+        f"viscoelastic damping grows as 1/nu^2; allowed with it: {LEAST_POISSON} and more, or "
+        "interaction.damping: viscous, scaled or none"
+    )
+    return [
+        (f"{path}.poisson_ratio", text)
+        for path, material in _all_materials(scene)
+        if material.poisson_ratio < LEAST_POISSON
+    ]
+
+
+def _mass_scaling(scene) -> Found:
+    """Heavier grains leave forces at rest as they are, and nothing else."""
+    if scene.numerics.mass_scaling == 1.0:
+        return []
+    driven = (
+        any(plan.drive.moves for plan in scene.stage_plans) if scene.stop or scene.stages else True
+    )
+    why = None
+    if scene.push:
+        why = "a push is answered by the inertia of the grains"
+    elif scene.sample.flies:
+        why = "a collision is a matter of kinetic energy"
+    elif scene.interaction.asperities is not None:
+        why = "asperities take kinetic energy"
+    elif not driven:
+        why = "no wall or face moves"
+    text = "it is for quasi-static runs, in which a wall or a face moves slowly; 1 is allowed here"
+    return [("numerics.mass_scaling", f"{text}: {why}")] if why else []
+
+
+def _sizes(scene) -> Found:
+    """A room must be wide enough for its grains."""
+    diameter = 2 * scene.material.radius
+    sizes = {}
+    if isinstance(scene.boundary, BoxBoundary) and scene.boundary.size != "fit":
+        sizes["boundary.size"] = scene.boundary.size
+    if isinstance(scene.boundary, PlatesBoundary) and scene.boundary.gap != "fit":
+        sizes["boundary.gap"] = (scene.boundary.gap,)
+    found = [(path, TOO_NARROW) for path, size in sizes.items() if min(size) < diameter]
+    cell = scene.boundary
+    if isinstance(cell, PeriodicBoundary) and not isinstance(cell.size, str):
+        short = [
+            axis
+            for axis, edge in zip(AXES, cell.size, strict=True)
+            if axis in cell.axes and edge < 2 * diameter
+        ]
+        if short:
+            found.append(
+                (
+                    "boundary.size",
+                    f"the edge along {short[0]} is shorter than four radii: "
+                    "a grain would touch another twice, across both faces",
+                )
+            )
+    return found
+
+
+def _room(scene) -> Found:
+    """The sample must fit into a box whose size is given."""
+    box, radius = scene.boundary, scene.material.radius
+    if not isinstance(box, BoxBoundary) or box.size == "fit":
+        return []
+    extent, grains = scene.sample.least_room(radius)
+    # The extent is a sum of rounded numbers; a millionth of a millionth is far below any length.
+    if any(need > have * (1 + 1e-12) for need, have in zip(extent, box.size, strict=True)):
+        return [("boundary.size", 'the sample does not fit into it; make it larger or write "fit"')]
+    filling = grains * 4 / 3 * math.pi * radius**3 / math.prod(box.size)
+    if filling <= DENSEST:
+        return []
+    text = (
+        f"{grains} grains would fill {filling:.2f} of it, more than {DENSEST}; "
+        'make it larger or write "fit"'
+    )
+    return [("boundary.size", text)]
