@@ -1,0 +1,133 @@
+"""The reference of the command line and of the Python interface, from the program itself."""
+
+import importlib
+import pkgutil
+from pathlib import Path
+
+import typer
+from markdown import cell, prose, text
+
+from dusttaichi.commands.app import app
+
+# Rooms of the package, in the order in which data pass through them: (package, in a line).
+ROOMS = (
+    ("scene", "What the YAML may say: blocks, quantities with units, checks."),
+    ("samples", "Where the grains are before the first step."),
+    ("physics", "The laws on plain numbers, no fields: each effect in a file of its own."),
+    ("domain", "What surrounds the grains, and how it moves."),
+    ("grains", "The method of this program: build, step, search, measure."),
+    ("run", "The loop over the steps, and what is written on the way."),
+    ("results", "The result file."),
+    ("analysis", "What a result means; reads result files only."),
+    ("plots", "Figures of results; they compute nothing."),
+    ("export", "Snapshots in the formats of other programs."),
+    ("studies", "Many runs: ensembles, sweeps, the trade, the extremes, sticking."),
+)
+
+
+# The command line.
+
+
+def commands():
+    """Every command with its arguments and options, as the command line tells them."""
+    lines = []
+    for name, command in _commands(typer.main.get_command(app)):
+        lines += [f"## dust {name}", "", prose(command.help or ""), ""]
+        lines += ["```text", f"dust {name} {_usage(command)}", "```", ""]
+        options = [one for one in command.params if one.name != "help"]
+        if options:
+            lines += ["| | meaning | default |", "| --- | --- | --- |"]
+            for one in options:
+                shown = ", ".join(f"`{word}`" for word in _words(one))
+                default = one.default if isinstance(one.default, (int, float, str)) else ""
+                default = "" if isinstance(default, bool) or default == "" else f"`{default}`"
+                lines.append(f"| {shown} | {cell(getattr(one, 'help', '') or '')} | {default} |")
+            lines.append("")
+    return text(lines)
+
+
+def _commands(group, prefix=""):
+    """(full name, command) of every command, groups of commands opened."""
+    for name, command in group.commands.items():
+        if hasattr(command, "commands"):
+            yield from _commands(command, f"{prefix}{name} ")
+        elif not command.hidden:
+            yield prefix + name, command
+
+
+def _words(option):
+    """How an option or argument is written."""
+    if option.param_type_name == "argument":
+        return [option.metavar or option.name.upper()]
+    takes = "" if getattr(option, "is_flag", False) else f" {option.metavar or _kind(option)}"
+    return [word + takes for word in option.opts]
+
+
+def _kind(option):
+    """What an option takes, in a word; typer keeps the type in one of two places."""
+    if hasattr(option, "type_descriptor"):
+        kind = option.type_descriptor.annotation
+        return {Path: "PATH", int: "N", float: "NUMBER"}.get(kind, "TEXT")
+    return {"integer": "N", "float": "NUMBER"}.get(option.type.name, option.type.name.upper())
+
+
+def _usage(command):
+    """The arguments and options of a command in one line."""
+    words = []
+    for one in command.params:
+        if one.name == "help":
+            continue
+        word = _words(one)[0]
+        word = word + " ..." if one.nargs == -1 or getattr(one, "multiple", False) else word
+        words.append(word if one.required else f"[{word}]")
+    return " ".join(words)
+
+
+# The Python interface.
+
+
+def api_index():
+    """The first page of the reference: the rooms in a table."""
+    lines = ["# Python reference", ""]
+    lines += [
+        "The rooms of the package, in the order in which the data pass through them. What",
+        "you need from day to day is in [the Python interface](../../python.md).",
+        "",
+    ]
+    lines += ["| room | what it is |", "| --- | --- |"]
+    lines += [f"| [`dusttaichi.{room}`]({room}.md) | {line} |" for room, line in ROOMS]
+    lines += ["", "```{toctree}", ":hidden:", ""]
+    return text([*lines, *(room for room, _ in ROOMS), "```"])
+
+
+def api_page(room, line):
+    """The page of a room: what it exports, or each of its modules."""
+    package = importlib.import_module(f"dusttaichi.{room}")
+    lines = [f"# dusttaichi.{room}", "", line, ""]
+    lines += ["```{eval-rst}", f".. automodule:: dusttaichi.{room}", "   :no-members:", "```", ""]
+    exported = getattr(package, "__all__", [])
+    if exported:
+        lines += ["```{eval-rst}", f".. currentmodule:: dusttaichi.{room}", ""]
+        for name in sorted(exported, key=lambda name: (name[0].islower(), name)):
+            lines += [_auto(room, package, name), ""]
+        lines += ["```", ""]
+    else:
+        for module in _modules(package):
+            lines += [f"## {module.removeprefix('dusttaichi.')}", "", "```{eval-rst}"]
+            lines += [f".. automodule:: {module}", "   :members:", "```", ""]
+    return text(lines)
+
+
+def _auto(room, package, name):
+    value = getattr(package, name)
+    if isinstance(value, type):
+        return f".. autoclass:: dusttaichi.{room}.{name}\n   :members:"
+    if callable(value):
+        return f".. autofunction:: dusttaichi.{room}.{name}"
+    return f".. autodata:: dusttaichi.{room}.{name}\n   :no-value:"
+
+
+def _modules(package):
+    """Names of the modules below a package, those that only serve as __main__ left out."""
+    found = pkgutil.walk_packages(package.__path__, package.__name__ + ".")
+    return sorted(one.name for one in found if not one.ispkg)
