@@ -1,12 +1,11 @@
 """Parts of these pages that the program itself knows: written at each build to `generated/`.
 
-The keys of a scene come from its JSON Schema, the variables of a result from their declaration, the
+The keys of a scene come from its blocks, the variables of a result from their declaration, the
 commands from the command line itself, the named materials from the scene, and the pages of the
 interface from the packages. So none of these tables can be out of date.
 """
 
 import csv
-import json
 import re
 from pathlib import Path
 
@@ -15,7 +14,8 @@ from markdown import cell as _cell
 from markdown import text as _text
 
 from dusttaichi.results.variables import VARIABLES
-from dusttaichi.scene import NAMED, json_schema
+from dusttaichi.scene import NAMED
+from dusttaichi.scene.keys import rows
 
 HERE = Path(__file__).parent
 OUTPUT = HERE / "generated"
@@ -62,104 +62,21 @@ def main():
 
 def blocks():
     """Names of the tables of keys: `scene` for what stands at the top, and every block of it."""
-    schema = json_schema()
-    inner = [
-        name
-        for name, entry in schema["properties"].items()
-        if _variants(schema, entry) and name != "materials"
-    ]
-    return ["scene", *inner]
-
-
-def rows(block):
-    """(path, default as YAML or "", kinds that have it, meaning) for each key of a block.
-
-    Keys that several kinds of a block share stand once, with the kinds that have them.
-    """
-    schema = json_schema()
-    if block == "scene":
-        found = [
-            (name, _default(entry), (), entry.get("description", ""))
-            for name, entry in schema["properties"].items()
-        ]
-        return found
-    return list(_merged(_walk(schema, block, schema["properties"][block], ())))
-
-
-def _walk(schema, path, entry, seen):
-    """All keys below an entry of the schema, depth first, as rows()."""
-    for kind, variant in _variants(schema, entry):
-        if variant in seen:
-            continue
-        for name, value in schema["$defs"][variant].get("properties", {}).items():
-            here = f"{path}.{name}"
-            kinds = (kind,) if kind and name != "kind" and name != "model" else ()
-            text = value.get("description", "")
-            if "const" not in value:
-                yield here, _default(value), kinds, text
-            yield from (
-                (inner, default, kinds or deeper, words)
-                for inner, default, deeper, words in _walk(schema, here, value, (*seen, variant))
-            )
-
-
-def _merged(found):
-    """Rows of the same path, default and meaning as one, with all their kinds."""
-    merged = {}
-    for path, default, kinds, text in found:
-        merged.setdefault((path, default, text), []).extend(kinds)
-    for (path, default, text), kinds in merged.items():
-        yield path, default, tuple(dict.fromkeys(kinds)), text
-
-
-def _variants(schema, entry):
-    """(kind or "", name of the definition) of every block that may stand at an entry."""
-    options = [entry, *entry.get("anyOf", []), *entry.get("oneOf", [])]
-    options += [option for one in list(options) for option in one.get("oneOf", [])]
-    options += [option for one in list(options) for option in one.get("anyOf", [])]
-    options += [one["items"] for one in list(options) if isinstance(one.get("items"), dict)]
-    found = []
-    for option in options:
-        name = option.get("$ref", "").removeprefix("#/$defs/")
-        if not name or name in {known for _, known in found}:
-            continue
-        properties = schema["$defs"][name].get("properties", {})
-        kind = next(
-            (properties[k]["const"] for k in ("kind", "model") if "const" in properties.get(k, {})),
-            "",
-        )
-        found.append((kind, name))
-    return found
-
-
-def _default(entry):
-    """The default of a key as it is written in YAML, "" where there is none."""
-    value = entry.get("default")
-    if value is None or value == "":
-        return ""
-    return value if isinstance(value, str) else _yaml(value)
-
-
-def _yaml(value):
-    """A value in YAML's flow style, on one line."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{key}: {_yaml(inner)}" for key, inner in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(_yaml(inner) for inner in value) + "]"
-    if isinstance(value, float):
-        return f"{value:.12g}"
-    return value if isinstance(value, str) else json.dumps(value)
+    return ["scene", *dict.fromkeys(key.path.split(".")[0] for key in rows() if "." in key.path)]
 
 
 def keys(block):
     """The table of the keys of one block, in Markdown."""
-    lines = ["| key | default | meaning |", "| --- | --- | --- |"]
-    for path, default, kinds, text in rows(block):
-        of = f"of {', '.join(f'`{kind}`' for kind in kinds)}: " if kinds else ""
-        shown = f"`{default}`" if default else ""
-        lines.append(f"| `{path}` | {shown} | {of}{_cell(text)} |")
+    lines = ["| key | default | allowed | meaning |", "| --- | --- | --- | --- |"]
+    for key in rows():
+        first, _, below = key.path.partition(".")
+        if (block != first or not below) and (block != "scene" or below):
+            continue
+        of = f"of {', '.join(f'`{kind}`' for kind in key.kinds)}: " if key.kinds else ""
+        default = f"`{key.default}`" if key.default else "needed" if key.needed else ""
+        example = f", as `{key.example}`" if key.example else ""
+        allowed, meaning = _cell(key.allowed) + example, of + _cell(key.meaning)
+        lines.append(f"| `{key.path}` | {default} | {allowed} | {meaning} |")
     return _text(lines)
 
 

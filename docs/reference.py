@@ -32,7 +32,7 @@ def commands():
     """Every command with its arguments and options, as the command line tells them."""
     lines = []
     for name, command in _commands(typer.main.get_command(app)):
-        lines += [f"## dust {name}", "", prose(command.help or ""), ""]
+        lines += [f"### dust {name}", "", prose(command.help or ""), ""]
         lines += ["```text", f"dust {name} {_usage(command)}", "```", ""]
         options = [one for one in command.params if one.name != "help"]
         if options:

@@ -1,0 +1,74 @@
+"""The parts of the pages that are made from the program have everything in them."""
+
+import sys
+from pathlib import Path
+
+import pytest
+import typer
+
+from dusttaichi.commands.app import app
+from dusttaichi.results.variables import VARIABLES
+from dusttaichi.scene import NAMED
+from dusttaichi.scene.keys import rows
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+@pytest.fixture(scope="module")
+def generate():
+    """docs/generate.py, which is no part of the package."""
+    sys.path.insert(0, str(DOCS))
+    try:
+        import generate
+
+        yield generate
+    finally:
+        sys.path.remove(str(DOCS))
+
+
+def included():
+    """Names of the generated parts that the pages include."""
+    texts = [p.read_text(encoding="utf-8") for p in DOCS.glob("*.md")]
+    return {line.split()[-1] for text in texts for line in text.split("\n") if "include}" in line}
+
+
+def test_every_key_is_in_a_table(generate):
+    tables = "\n".join(generate.keys(block) for block in generate.blocks())
+    for key in rows():
+        assert f"| `{key.path}` |" in tables, key.path
+        assert key.default in tables, key.path
+
+
+def test_every_table_of_keys_is_in_a_page(generate):
+    assert {f"generated/keys_{block}.md" for block in generate.blocks()} <= included()
+
+
+def test_every_variable_is_in_a_table(generate):
+    for variable in VARIABLES.values():
+        row = f"| `{variable.name}` |"
+        assert row in generate.variables(variable.group), variable.key
+    assert set(generate.GROUPS) == {variable.group for variable in VARIABLES.values()}
+    assert {f"generated/variables_{group}.md" for group in generate.GROUPS} <= included()
+
+
+def test_features_that_variables_need_have_words(generate):
+    needed = set().union(*(variable.needs for variable in VARIABLES.values()))
+    assert needed <= set(generate.FEATURES) | {"profiles", "snapshots", "contacts"}
+
+
+def test_named_materials_are_in_the_table(generate):
+    assert all(f"`{name}`" in generate.materials() for name in NAMED)
+
+
+def test_every_command_and_option_is_listed(generate):
+    text = generate.reference.commands()
+    for name, command in typer.main.get_command(app).commands.items():
+        assert f"### dust {name}" in text
+        for option in command.params:
+            assert all(word in text for word in option.opts if word.startswith("-")), option.name
+
+
+def test_every_row_of_a_table_of_numbers_has_the_columns_of_its_head(generate):
+    for path in (DOCS / "validation").glob("*.csv"):
+        lines = [line for line in generate.csv_table(path).split("\n") if line.startswith("|")]
+        assert len({line.replace("\\|", "").count("|") for line in lines}) == 1, path.name

@@ -1,0 +1,212 @@
+"""README and pages hold: commands, files, scenes and code are those of the program."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import typer
+
+from dusttaichi.commands.app import app
+from dusttaichi.scene import Scene, from_yaml, load
+from dusttaichi.scene.yaml_text import read
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+BUILT = {"_build", "generated"}  # made by Sphinx, not written by anyone
+PAGES = {
+    path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
+    for path in [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
+    if not BUILT & set(path.relative_to(ROOT).parts)
+}
+README = PAGES["README.md"]
+EVERYTHING = "\n".join(PAGES.values())
+
+
+def blocks(language, text):
+    """Code of the fenced blocks of one language."""
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+
+
+def test_the_readme_is_short():
+    assert len(README.splitlines()) <= 150
+
+
+# Commands.
+
+LINES = [
+    line for text in PAGES.values() for block in blocks("sh", text) for line in block.split("\n")
+]
+LINES += re.findall(r"^!(dust .+)$", EVERYTHING, re.MULTILINE)  # cells of the tutorial
+PARTS = {part.split("#")[0].strip() for line in LINES for part in line.split("&&")}
+DUST = sorted(part for part in PARTS if part.startswith("dust "))
+
+
+def test_the_two_commands_are_there():
+    assert blocks("sh", README)[0].splitlines() == [
+        "pip install -e '.[test]' && dust run configs/omni_static.yaml",
+        "pip install -e '.[test]' && pytest",
+    ]
+
+
+@pytest.mark.parametrize("command", DUST)
+def test_command_is_understood(command):
+    # Brackets only say that an option may be left out; ">" is the shell's.
+    words = shlex.split(re.sub(r"[\[\]]", "", command.split(">")[0]))[1:]
+    words = ["1" if word == "N" else word for word in words]
+    group = typer.main.get_command(app)
+    if words[0].startswith("--"):
+        assert words[0] in {name for option in group.params for name in option.opts}
+        return
+    assert words[0] in group.commands
+    # Parsing refuses unknown options and surplus arguments; nothing is run.
+    group.commands[words[0]].make_context(words[0], words[1:]).close()
+
+
+def test_every_command_is_described():
+    shown = {shlex.split(command)[1] for command in DUST}
+    assert set(typer.main.get_command(app).commands) <= shown
+
+
+def test_extras_are_those_of_the_package():
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    extras = project.split("[project.optional-dependencies]")[1].split("[project.scripts]")[0]
+    for extra in re.findall(r"'\.\[(\w+)\]'", EVERYTHING):
+        assert re.search(rf"^{extra} = ", extras, re.MULTILINE), extra
+
+
+# Files. Links between the pages of the site are checked by Sphinx.
+
+LINKS = re.findall(r"\]\((?!https?:|#)([^)#]+)\)", README)
+FILES = re.findall(r"\b(?:configs|docs|tests)/[\w./]+\.(?:yaml|csv|png|py)", EVERYTHING)
+
+
+@pytest.mark.parametrize("path", sorted({*LINKS, *FILES}))
+def test_file_exists(path):
+    assert (ROOT / path).is_file()
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_figure_is_there(page):
+    folder = (ROOT / page).parent
+    for figure in re.findall(r"!\[[^\]]*\]\(([^)]+)\)|```\{figure\} (\S+)", PAGES[page]):
+        assert (folder / "".join(figure)).is_file(), figure
+
+
+def test_every_config_is_described():
+    """By its name, or by that of its folder with the words 'and others'."""
+    for path in sorted((ROOT / "configs").rglob("*.yaml")):
+        name = path.relative_to(ROOT).as_posix()
+        others = rf"{path.parent.relative_to(ROOT).as_posix()}/[^|]*(and others|{path.name})"
+        assert name in EVERYTHING or re.search(others, PAGES["docs/scenes.md"]), name
+
+
+# YAML.
+
+SCENES = [
+    (page, block)
+    for page, text in PAGES.items()
+    for block in blocks("yaml", text)
+    if re.search(r"^name:", block, re.MULTILINE)
+]
+FRAGMENTS = [
+    (page, block)
+    for page, text in PAGES.items()
+    for block in blocks("yaml", text)
+    if (page, block) not in SCENES
+]
+
+
+@pytest.mark.parametrize("page, text", SCENES)
+def test_scene_is_the_config(page, text):
+    scene = from_yaml(text)
+    assert scene == load(ROOT / f"configs/{scene.name}.yaml")
+
+
+@pytest.mark.parametrize("page, fragment", FRAGMENTS)
+def test_fragment_fits_into_the_example(page, fragment):
+    example, own = read(SCENES[0][1]).data, read(fragment).data
+    if "stages" in own:
+        del example["stop"]
+    Scene.from_dict({**example, **own})
+
+
+@pytest.mark.parametrize("path", sorted((DOCS / "examples").glob("*.yaml")), ids=lambda p: p.name)
+def test_scene_of_an_example_is_understood(path):
+    assert load(path)
+
+
+# Python.
+
+RUN = [page for page, text in PAGES.items() if blocks("python", text)]
+# What must hold after the blocks of a page.
+CHECKS = {
+    "docs/results.md": """
+assert phi.dims == ("time",) and phi.size > 1 and pressure.dims == ("time",)
+assert rolling.attrs["units"] == "J" and contacts_per_grain.max() < 6
+assert profiles.filling_factor.dims == ("profile", "bin")
+assert frames.position.dims == ("snapshot", "grain", "xyz")
+assert height_of_grains.sizes == {"grain": series.attrs["grains"]}
+assert contacts.sizes["contact"] == int(last.contact_count)
+assert walls.sizes["wall_contact"] == int(last.wall_contact_count)
+assert len(curve.raw_pressure) > 1 and set(shares) == set(series.channel.values)
+assert numbers["grains"] == 60
+""",
+}
+
+
+@pytest.fixture(scope="module")
+def folder_with_a_run(tmp_path_factory):
+    """A folder with runs/omni_static, which is the smoke config with few steps."""
+    folder = tmp_path_factory.mktemp("pages")
+    scene = load(ROOT / "configs/smoke.yaml").with_value("stop.steps", 300)
+    (folder / "short.yaml").write_text(scene.to_yaml(), encoding="utf-8")
+    (folder / "configs").symlink_to(ROOT / "configs")
+    # A process of its own: Taichi keeps one set of fields a process, which other tests share.
+    python(
+        folder,
+        "from dusttaichi.commands.app import main; main()",
+        "run",
+        "short.yaml",
+        "--output",
+        "runs/omni_static",
+        "--quiet",
+    )
+    return folder
+
+
+def python(folder, code, *arguments):
+    path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": path, "MPLBACKEND": "Agg"},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("page", RUN)
+def test_python_blocks_run(page, folder_with_a_run):
+    checks = CHECKS.get(page, "")
+    printed = python(folder_with_a_run, "\n".join([*blocks("python", PAGES[page]), checks]))
+    if page in ("README.md", "docs/results.md"):
+        assert "wall_speed: 5 m/s" in printed
+
+
+def test_what_a_run_leaves(folder_with_a_run):
+    left = {path.name for path in (folder_with_a_run / "runs/omni_static").iterdir()}
+    section = PAGES["docs/running.md"].split("## What a run leaves")[1].split("##")[0]
+    named = {
+        name
+        for row in re.findall(r"^\| (`.+?) \|", section, re.MULTILINE)
+        for name in re.findall(r"`([^`]+)`", row)
+    }
+    assert named == left
