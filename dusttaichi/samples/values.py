@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag
-from pydantic_core import PydanticCustomError, core_schema
+from pydantic import BeforeValidator, Discriminator, Field, Tag, TypeAdapter, ValidationError
+from pydantic_core import core_schema
 
 from dusttaichi.scene.fields import Block, Number, needed
 from dusttaichi.scene.material import DEFAULT
@@ -75,11 +75,13 @@ class Impact:
         return self.value * radii if self.fraction else self.value
 
 
+_FRACTION = TypeAdapter(Annotated[float, Number(ge=0)])
+_LENGTH = TypeAdapter(Annotated[float, Quantity("length", ge=0)])
+
+
 class _ImpactMark:
     """Reads an Impact: a text with a unit, or a plain number."""
 
-    length = Quantity("length", ge=0)
-    number = Number(ge=0)
     needed = (
         "a length of at least 0 is needed, or a number of at least 0, a fraction of the sum of "
         'the radii, for example "0.5 um" or 0.5'
@@ -88,10 +90,10 @@ class _ImpactMark:
     def _validate(self, value: Any) -> Impact:
         if isinstance(value, Impact):
             return value
-        for mark, fraction in ((self.number, True), (self.length, False)):
+        for form, fraction in ((_FRACTION, True), (_LENGTH, False)):
             try:
-                return Impact(mark._validate(value), fraction)
-            except PydanticCustomError:
+                return Impact(form.validate_python(value), fraction)
+            except ValidationError:
                 continue
         raise needed(self.needed)
 
@@ -107,8 +109,7 @@ class _ImpactMark:
         )
 
     def __get_pydantic_json_schema__(self, schema, handler):
-        marks = (self.number, self.length)
-        return {"anyOf": [mark.__get_pydantic_json_schema__(schema, handler) for mark in marks]}
+        return {"anyOf": [_FRACTION.json_schema(), _LENGTH.json_schema()]}
 
 
 ImpactParameter = Annotated[Impact, _ImpactMark()]

@@ -1,7 +1,5 @@
 """What all blocks of a scene share: the frozen base class, plain numbers, on/off switches."""
 
-import math
-import numbers
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
@@ -38,9 +36,15 @@ def problems(found: list[tuple[str, str]]) -> PydanticCustomError:
     return PydanticCustomError("problems", "{text}", {"text": text, "found": found})
 
 
+BOUNDS = {"gt": "above", "ge": "of at least", "lt": "below", "le": "at most"}
+
+
 @dataclass(frozen=True)
 class Number:
-    """Marks a field that is a plain number, finite, within bounds; a word may be allowed too."""
+    """Marks a field that is a plain number, finite, within bounds; a word may be allowed too.
+
+    pydantic checks the bounds; whatever is wrong, the error says what is needed. note: ends that.
+    """
 
     whole: bool = False
     gt: float | None = None
@@ -53,58 +57,45 @@ class Number:
     @property
     def needed(self) -> str:
         """What is allowed, as the end of an error message."""
-        names = {"gt": "above", "ge": "of at least", "lt": "below", "le": "at most"}
         limits = [
             f" {words} {getattr(self, key):.12g}"
-            for key, words in names.items()
+            for key, words in BOUNDS.items()
             if getattr(self, key) is not None
         ]
         what = "a whole number" if self.whole else "a number"
         word = f'"{self.word}" or ' if self.word else ""
         return f"{word}{what}{' and'.join(limits)} is needed{self.note}"
 
-    def _number(self, value: Any) -> float:
-        # YAML 1.1 readers hand 1e-3 over as text, so text that reads as a number counts as one.
-        if isinstance(value, bool) or not isinstance(value, (numbers.Real, str)):
-            raise ValueError
-        number = value if isinstance(value, numbers.Integral) else float(value)
-        if not math.isfinite(number):
-            raise ValueError
-        if self.whole and number != int(number):
-            raise ValueError
-        inside = (
-            (self.gt is None or number > self.gt)
-            and (self.ge is None or number >= self.ge)
-            and (self.lt is None or number < self.lt)
-            and (self.le is None or number <= self.le)
-        )
-        if not inside:
-            raise ValueError
-        return int(number) if self.whole else float(number)
-
-    def _validate(self, value: Any) -> float | str:
-        if self.word is not None and value == self.word:
-            return value
-        try:
-            return self._number(value)
-        except (ValueError, OverflowError):
-            raise needed(self.needed) from None
+    def _read(self, value: Any) -> Any:
+        # YAML 1.1 readers hand 1e-3 over as text, and 1e6 is a whole number.
+        if isinstance(value, str) and value != self.word:
+            value = _float(value)
+        if self.whole and isinstance(value, float) and value.is_integer():
+            return int(value)
+        return value
 
     def __get_pydantic_core_schema__(self, source, handler):
-        return core_schema.no_info_plain_validator_function(self._validate)
+        bounds = {key: getattr(self, key) for key in BOUNDS if getattr(self, key) is not None}
+        if self.whole:
+            schema = core_schema.int_schema(strict=True, **bounds)
+        else:
+            schema = core_schema.float_schema(strict=True, allow_inf_nan=False, **bounds)
+        if self.word is not None:
+            schema = core_schema.union_schema([core_schema.literal_schema([self.word]), schema])
+        return core_schema.custom_error_schema(
+            core_schema.no_info_before_validator_function(self._read, schema),
+            custom_error_type="needed",
+            custom_error_message="{text}",
+            custom_error_context={"text": self.needed},
+        )
 
-    def __get_pydantic_json_schema__(self, schema, handler):
-        keys = {
-            "gt": "exclusiveMinimum",
-            "ge": "minimum",
-            "lt": "exclusiveMaximum",
-            "le": "maximum",
-        }
-        one: dict[str, Any] = {"type": "integer" if self.whole else "number"}
-        for key, name in keys.items():
-            if getattr(self, key) is not None:
-                one[name] = getattr(self, key)
-        return {"anyOf": [{"const": self.word}, one]} if self.word else one
+
+def _float(text: str) -> Any:
+    """The number that a text reads as, or the text."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
 
 
 @dataclass(frozen=True)

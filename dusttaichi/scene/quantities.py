@@ -71,7 +71,7 @@ _QUANTITY = re.compile(rf"({_NUMBER}|[+-]?(?:nan|inf|infinity)\b)\s*({_UNIT})?",
 
 @lru_cache(maxsize=1)
 def _registry():
-    # pint takes a third of a second to import and set up; only reading a scene needs it.
+    # pint takes half a second to import and set up; only units that are not listed need it.
     import pint
 
     return pint.UnitRegistry(non_int_type=Decimal)
@@ -89,6 +89,19 @@ def _root(unit: str) -> tuple[Decimal, str]:
     return Decimal(factor), str(root)
 
 
+@lru_cache(maxsize=1024)
+def _factor(unit: str, dimension: str) -> Decimal:
+    """What a number with this unit is multiplied by to be in SI. ValueError as `_convert`."""
+    kind = DIMENSIONS[dimension]
+    if unit in kind.powers:  # most units: without waiting for pint
+        return Decimal(1).scaleb(kind.powers[unit])
+    factor, root = _root(unit)
+    reference, reference_root = _root(kind.unit)
+    if root != reference_root:
+        raise ValueError("")
+    return factor / reference
+
+
 def _convert(value: Any, dimension: str) -> float:
     """SI float of a text. ValueError with what is wrong; empty where the text has another dimension
     or no number, so that naming what is needed says it all."""
@@ -101,11 +114,7 @@ def _convert(value: Any, dimension: str) -> float:
     number, unit = match.groups()
     if unit is None:
         raise ValueError("it has no unit")
-    factor, root = _root(unit.strip())
-    reference_factor, reference_root = _root(DIMENSIONS[dimension].unit)
-    if root != reference_root:
-        raise ValueError("")
-    si = float(Decimal(number) * factor / reference_factor)
+    si = float(Decimal(number) * _factor(unit.strip(), dimension))
     if not math.isfinite(si):
         raise ValueError("it is not a finite number")
     return si
