@@ -67,16 +67,16 @@ def blocks():
 
 def keys(block):
     """The table of the keys of one block, in Markdown."""
-    lines = ["| key | default | allowed | meaning |", "| --- | --- | --- | --- |"]
+    lines = ["| key | default | meaning |", "| --- | --- | --- |"]
     for key in rows():
         first, _, below = key.path.partition(".")
         if (block != first or not below) and (block != "scene" or below):
             continue
         of = f"of {', '.join(f'`{kind}`' for kind in key.kinds)}: " if key.kinds else ""
-        default = f"`{key.default}`" if key.default else "needed" if key.needed else ""
+        default = f"`{key.default}`" if key.default else "*needed*" if key.needed else ""
         example = f", as `{key.example}`" if key.example else ""
-        allowed, meaning = _cell(key.allowed) + example, of + _cell(key.meaning)
-        lines.append(f"| `{key.path}` | {default} | {allowed} | {meaning} |")
+        meaning = f"{of}{_cell(key.meaning)}<br>*{_cell(key.allowed)}{example}*"
+        lines.append(f"| `{key.path}` | {default} | {meaning} |")
     return _text(lines)
 
 
@@ -106,17 +106,18 @@ def _numbers(material):
 def variables(group):
     """The table of the variables of one group of the result file."""
     lines = [
-        "| variable | dimensions | unit | meaning | there | source |",
-        "| --- | --- | --- | --- | --- | --- |",
+        "| variable | dimensions | unit | meaning | source |",
+        "| --- | --- | --- | --- | --- |",
     ]
     for variable in VARIABLES.values():
         if variable.group != group:
             continue
         dims = ", ".join(f"`{name}`" for name in variable.dims)
         needs = ", ".join(text for name, text in FEATURES.items() if name in variable.needs)
+        there = f"<br>*{needs}*" if needs else ""
         lines.append(
-            f"| `{variable.name}` | {dims} | {variable.units} | {_cell(variable.long_name)} "
-            f"| {needs or 'always'} | {_cell(variable.source)} |"
+            f"| `{variable.name}` | {dims} | {variable.units} "
+            f"| {_cell(variable.long_name)}{there} | {_cell(variable.source)} |"
         )
     return _text(lines)
 
