@@ -6,7 +6,7 @@ float: 2.65 g/cm^3 is 2650.0 kg/m^3 and not 2649.9999999999995."""
 import math
 import re
 from dataclasses import dataclass
-from decimal import Decimal
+from decimal import Decimal, DecimalException
 from functools import lru_cache
 from typing import Annotated, Any
 
@@ -114,7 +114,11 @@ def _convert(value: Any, dimension: str) -> float:
     number, unit = match.groups()
     if unit is None:
         raise ValueError("it has no unit")
-    si = float(Decimal(number) * _factor(unit.strip(), dimension))
+    factor = _factor(unit.strip(), dimension)
+    try:
+        si = float(Decimal(number) * factor)
+    except DecimalException:  # an exponent beyond what decimal numbers have
+        si = math.inf
     if not math.isfinite(si):
         raise ValueError("it is not a finite number")
     return si

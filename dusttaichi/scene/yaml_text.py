@@ -7,39 +7,43 @@ from typing import Any
 import yaml
 
 Path = tuple[str | int, ...]
+MOST_REPEATED = 100_000  # values that aliases may repeat: a nest of them grows without bound
+
+_TAG = "tag:yaml.org,2002:"
+# The words of YAML 1.2, core schema: off and no are texts, 1e-3 is a number.
+_SCALARS = {
+    "null": (r"(?:~|null|Null|NULL|)$", None),
+    "bool": (r"(?:true|True|TRUE|false|False|FALSE)$", list("tTfF")),
+    "int": (r"[-+]?[0-9]+$", list("-+0123456789")),
+    "float": (
+        r"(?:[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?"
+        r"|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))$",
+        list("-+.0123456789"),
+    ),
+}
 
 
 class _Loader(yaml.SafeLoader):
-    """Scalars by the rules of YAML 1.2: off and no are words, 1e-3 is a number."""
+    """Composes nodes, with the tags of YAML 1.2; what they stand for is made here."""
 
     yaml_implicit_resolvers: dict = {}
 
 
-_Loader.add_implicit_resolver("tag:yaml.org,2002:null", re.compile(r"(?:~|null|Null|NULL|)$"), None)
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:bool", re.compile(r"(?:true|True|TRUE|false|False|FALSE)$"), list("tTfF")
-)
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:int", re.compile(r"[-+]?[0-9]+$"), list("-+0123456789")
-)
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(
-        r"(?:[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?|[-+]?\.(?:inf|Inf|INF)"
-        r"|\.(?:nan|NaN|NAN))$"
-    ),
-    list("-+.0123456789"),
-)
-_Loader.add_constructor(
-    "tag:yaml.org,2002:int", lambda loader, node: int(loader.construct_scalar(node))
-)
+for _name, (_pattern, _first) in _SCALARS.items():
+    _Loader.add_implicit_resolver(_TAG + _name, re.compile(_pattern), _first)
+
+_MAKE = {
+    "null": lambda text: None,
+    "bool": lambda text: text.lower() == "true",
+    "int": int,
+    "float": lambda text: float(re.sub(r"\.(?=[inIN])", "", text)),
+}
 
 
 @dataclass
 class Document:
-    """data: mappings, lists and scalars. lines: path -> line number from 1.
-
-    problems: (path, text) of what no validation would see.
+    """data: mappings, lists and scalars. lines: path -> line number from 1, of the key if it has
+    one. problems: (path, text) of what no validation would see.
     """
 
     data: Any = None
@@ -48,53 +52,73 @@ class Document:
 
 
 def read(text: str) -> Document:
-    """Raises yaml.YAMLError if the text is not YAML."""
-    loader = _Loader(text)
+    """Raises yaml.YAMLError if the text is not YAML, or has what the YAML of a scene never needs:
+    tags of its own, keys that are no words, anchors that refer to themselves, aliases that repeat
+    more than MOST_REPEATED values.
+    """
+    node = yaml.compose(text, _Loader)
+    reader = _Reader()
+    if node is not None:
+        reader.document.data = reader.build(node, (), ())
+    return reader.document
+
+
+class _Reader:
+    """Makes a document out of YAML nodes."""
+
+    def __init__(self):
+        self.document = Document()
+        self.seen: set[int] = set()
+        self.repeated = 0
+
+    def build(self, node: yaml.Node, path: Path, above: tuple[yaml.Node, ...]) -> Any:
+        """The data of a node; above: the nodes that it stands in."""
+        self.document.lines.setdefault(path, node.start_mark.line + 1)
+        if any(node is other for other in above):
+            raise _refused("an anchor refers to itself", node)
+        self.repeated += id(node) in self.seen
+        self.seen.add(id(node))
+        if self.repeated > MOST_REPEATED:
+            raise _refused(f"its aliases repeat more than {MOST_REPEATED} values", node)
+        above = (*above, node)
+        if isinstance(node, yaml.MappingNode):
+            return self._mapping(node, path, above)
+        if isinstance(node, yaml.SequenceNode):
+            return [self.build(item, (*path, n), above) for n, item in enumerate(node.value)]
+        if path and node.value == "" and node.style is None:
+            text = "nothing is written here; give a value or remove it"
+            self.document.problems.append((path, text))
+        return _scalar(node)
+
+    def _mapping(self, node: yaml.MappingNode, path: Path, above: tuple) -> dict[str, Any]:
+        data: dict[str, Any] = {}
+        lines = self.document.lines
+        for key_node, value_node in node.value:
+            if not isinstance(key_node, yaml.ScalarNode):
+                raise _refused("a key must be a word", key_node)
+            key, line = key_node.value, key_node.start_mark.line + 1
+            here = (*path, key)
+            if key in data:
+                text = f"the key is given twice, in lines {lines[here]} and {line}"
+                self.document.problems.append((here, text))
+                continue
+            lines[here] = line
+            data[key] = self.build(value_node, here, above)
+        return data
+
+
+def _scalar(node: yaml.ScalarNode) -> Any:
+    """What a scalar stands for: a text, a number, true, false or nothing."""
+    name = node.tag.removeprefix(_TAG)
+    if name == "str":
+        return node.value
+    if name not in _SCALARS or not re.match(_SCALARS[name][0], node.value):
+        raise _refused(f"{node.value!r} cannot be read as {node.tag.replace(_TAG, '!!')}", node)
     try:
-        node = loader.get_single_node()
-        document = Document()
-        if node is not None:
-            document.data = _build(loader, node, (), document, ())
-        return document
-    finally:
-        loader.dispose()
+        return _MAKE[name](node.value)
+    except ValueError as error:  # a whole number of thousands of digits
+        raise _refused(str(error), node) from None
 
 
-def _build(loader, node, path: Path, document: Document, above: tuple) -> Any:
-    document.lines.setdefault(path, node.start_mark.line + 1)
-    if node in above:
-        raise yaml.YAMLError("an anchor refers to itself")
-    above = (*above, node)
-    if isinstance(node, yaml.MappingNode):
-        return _mapping(loader, node, path, document, above)
-    if isinstance(node, yaml.SequenceNode):
-        return [
-            _build(loader, item, (*path, index), document, above)
-            for index, item in enumerate(node.value)
-        ]
-    if path and node.value == "" and node.style is None:
-        document.problems.append((path, "nothing is written here; give a value or remove it"))
-    try:
-        return loader.construct_object(node)
-    except ValueError as error:
-        raise yaml.constructor.ConstructorError(None, None, str(error), node.start_mark) from None
-
-
-def _mapping(loader, node, path: Path, document: Document, above: tuple) -> dict[str, Any]:
-    data: dict[str, Any] = {}
-    for key_node, value_node in node.value:
-        line = key_node.start_mark.line + 1
-        if not isinstance(key_node, yaml.ScalarNode):
-            raise yaml.constructor.ConstructorError(
-                None, None, "a key must be a word", key_node.start_mark
-            )
-        key = key_node.value
-        here = (*path, key)
-        if key in data:
-            document.problems.append(
-                (here, f"the key is given twice, in lines {document.lines[here]} and {line}")
-            )
-            continue
-        document.lines[here] = line
-        data[key] = _build(loader, value_node, here, document, above)
-    return data
+def _refused(text: str, node: yaml.Node) -> yaml.MarkedYAMLError:
+    return yaml.MarkedYAMLError(problem=text, problem_mark=node.start_mark)

@@ -62,6 +62,8 @@ def test_text_to_si_is_exact(text, dimension, value):
         ("nan m/s", "speed", "it is not a finite number"),
         ("inf m/s", "speed", "it is not a finite number"),
         ("1e400 m/s", "speed", "it is not a finite number"),
+        ("1e9999999 m/s", "speed", "it is not a finite number"),
+        ("1e99999999999999999999 m/s", "speed", "it is not a finite number"),
         ("1,5 m/s", "speed", "a speed is needed"),
         ("1/2 m/s", "speed", "a speed is needed"),
         ("fast", "speed", "a speed is needed"),

@@ -1,5 +1,6 @@
 """What a user is told whose YAML file says something that it may not."""
 
+import time
 from pathlib import Path
 
 import pytest
@@ -237,7 +238,13 @@ def test_missing_block(block):
         (b"a: 1\n\tb: 2\n", ["is not valid YAML", "(line 2"]),
         (b"a: 1\n---\nb: 1\n", ["is not valid YAML", "another document"]),
         (b"a: !!python/object:os.system x\n", ["is not valid YAML", "(line 1"]),
-        (b"a: &b [*b]\n", ["is not valid YAML", "anchor"]),
+        (b"a: &b [*b]\n", ["is not valid YAML", "anchor refers to itself"]),
+        (b"a: !!timestamp xyz\n", ["is not valid YAML: 'xyz' cannot be read as !!timestamp"]),
+        (b"a: !!bool maybe\n", ["'maybe' cannot be read as !!bool (line 1, column 4)"]),
+        (b"a: !!int 1.5\n", ["'1.5' cannot be read as !!int"]),
+        (b"a: !own x\n", ["'x' cannot be read as !own"]),
+        (b"a: " + b"1" * 5000 + b"\n", ["is not valid YAML", "4300 digits"]),
+        (b"a: " + b"[" * 5000 + b"\n", ["is not valid YAML"]),
         (b"a: \x01\n", ["is not valid YAML"]),
         (b"[1]: 2\n", ["is not valid YAML", "a key must be a word"]),
         (b"\xff\xfe\x00\x80", ["is not a text file in UTF-8"]),
@@ -251,6 +258,20 @@ def test_files_that_are_not_a_scene(tmp_path, content, parts):
     message = str(error.value)
     assert message.startswith(str(file)) and "\n" not in message
     assert all(part in message for part in parts)
+
+
+def test_a_nest_of_aliases_takes_no_time():
+    lines = ["a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"]
+    lines += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]" for n in range(1, 30)]
+    start = time.perf_counter()
+    with pytest.raises(DustError, match="its aliases repeat more than 100000 values"):
+        from_yaml("\n".join(lines))
+    assert time.perf_counter() - start < 5  # measured 0.3 s; a busy machine gets its time
+
+
+def test_aliases_stand_for_what_they_name():
+    size = "{kind: box, wall_speed: 1 m/s, size: [&edge 40 um, *edge, *edge]}"
+    assert from_yaml(edited("boundary", f"boundary: {size}")).boundary.size == (40e-6,) * 3
 
 
 def test_file_missing_or_a_directory(tmp_path):
