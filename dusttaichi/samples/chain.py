@@ -7,9 +7,11 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
+from dusttaichi.names import AXES
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
+from dusttaichi.scene.boundary import AxisName
 from dusttaichi.scene.fields import Count
 
 
@@ -18,14 +20,14 @@ class ChainSample(SampleBlock):
 
     kind: Literal["chain"]
     grains: Count = Field(description="number of grains")
-    axis: Literal["x", "y", "z"] = Field("z", description="direction of the chain")
+    axis: AxisName = Field("z", description="direction of the chain")
 
 
 @register(ChainSample)
 def make(spec: ChainSample, materials: Materials) -> Sample:
     """Grains at rest along the axis x, y or z, in order, the first at the origin."""
     positions = np.zeros((spec.grains, 3))
-    positions[:, "xyz".index(spec.axis)] = np.arange(spec.grains) * materials.distance
+    positions[:, AXES.index(spec.axis)] = np.arange(spec.grains) * materials.distance
     sample = Sample.at_rest(positions)
     sample.info.update(
         kind="chain",

@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from dusttaichi.errors import DustError
+from dusttaichi.names import WALLS
 from dusttaichi.physics.contact.constants import pair_constants
 from dusttaichi.samples.sample import Sample
-
-FACES = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
 
 
 def pushed(scene, sample: Sample) -> Sample:
@@ -45,7 +44,7 @@ def pushed(scene, sample: Sample) -> Sample:
 def _group(number: int, push, positions: np.ndarray, radius: float) -> np.ndarray:
     """Numbers of the grains of a push, sorted."""
     if push.face is not None:
-        face = FACES.index(push.face)
+        face = WALLS.index(push.face)
         sign = -1.0 if face % 2 else 1.0
         behind = sign * positions[:, face // 2]
         depth = radius if push.depth is None else push.depth

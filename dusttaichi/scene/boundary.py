@@ -8,8 +8,8 @@ from dusttaichi.names import AXES, WALLS
 from dusttaichi.scene.fields import Block, Number, needed, problems
 from dusttaichi.scene.quantities import Quantity, Vector
 
-WallName = Literal["x_min", "x_max", "y_min", "y_max", "bottom", "top"]
-AxisName = Literal["x", "y", "z"]
+WallName = Literal[WALLS]
+AxisName = Literal[AXES]
 
 
 Rates = Annotated[Vector, Quantity("rate", count=3, spread=True)]

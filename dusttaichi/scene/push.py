@@ -1,9 +1,10 @@
 """Pushes on some grains from the start of the run: on a face of the sample, or on single grains."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field, model_validator
 
+from dusttaichi.scene.boundary import WallName
 from dusttaichi.scene.fields import Block, Number, problems
 from dusttaichi.scene.quantities import Quantity, Vector
 
@@ -18,9 +19,7 @@ class Push(Block):
     grains: tuple[Grain, ...] | None = Field(
         None, description="numbers of the grains, from 0; either this or face"
     )
-    face: Literal["x_min", "x_max", "y_min", "y_max", "bottom", "top"] | None = Field(
-        None, description="face of the sample; either this or grains"
-    )
+    face: WallName | None = Field(None, description="face of the sample; either this or grains")
     depth: Annotated[float, Quantity("length", ge=0)] | None = Field(
         None,
         description="with face: how far behind its outermost centre the centres of grains may lie; "
