@@ -133,9 +133,10 @@ def csv_table(path, most=60):
         text = file.read().splitlines()
     notes = [line.removeprefix("#").strip() for line in text if line.startswith("#")]
     head, *lines = csv.reader(line for line in text if not line.startswith("#"))
-    table = [note + "\n" for note in notes]
+    table = [*(note + "\n" for note in notes), ":::{div} numbers", ""]
     table += ["| " + " | ".join(_cell(name) for name in head) + " |", "| --- " * len(head) + "|"]
     table += ["| " + " | ".join(_cell(_short(cell)) for cell in row) + " |" for row in lines[:most]]
+    table += ["", ":::"]
     if len(lines) > most:
         table += ["", f"The first {most} of {len(lines)} rows."]
     return _text(table)

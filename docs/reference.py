@@ -2,6 +2,7 @@
 
 import importlib
 import pkgutil
+import textwrap
 from pathlib import Path
 
 import typer
@@ -33,7 +34,7 @@ def commands():
     lines = []
     for name, command in _commands(typer.main.get_command(app)):
         lines += [f"### dust {name}", "", prose(command.help or ""), ""]
-        lines += ["```text", f"dust {name} {_usage(command)}", "```", ""]
+        lines += ["```text", *_usage(name, command), "```", ""]
         options = [one for one in command.params if one.name != "help"]
         if options:
             lines += ["| | meaning | default |", "| --- | --- | --- |"]
@@ -71,8 +72,8 @@ def _kind(option):
     return {"integer": "N", "float": "NUMBER"}.get(option.type.name, option.type.name.upper())
 
 
-def _usage(command):
-    """The arguments and options of a command in one line."""
+def _usage(name, command):
+    """A command with its arguments and options, in lines that a page can hold."""
     words = []
     for one in command.params:
         if one.name == "help":
@@ -80,7 +81,11 @@ def _usage(command):
         word = _words(one)[0]
         word = word + " ..." if one.nargs == -1 or getattr(one, "multiple", False) else word
         words.append(word if one.required else f"[{word}]")
-    return " ".join(words)
+    start = f"dust {name} "
+    line = " ".join(word.replace(" ", "\0") for word in words)  # an option stays with its value
+    wrapped = textwrap.wrap(line, 84 - len(start), break_on_hyphens=False) or [""]
+    wrapped = [part.replace("\0", " ") for part in wrapped]
+    return [start + wrapped[0], *(" " * len(start) + part for part in wrapped[1:])]
 
 
 # The Python interface.

@@ -210,3 +210,8 @@ def test_what_a_run_leaves(folder_with_a_run):
         for name in re.findall(r"`([^`]+)`", row)
     }
     assert named == left
+
+
+@pytest.mark.parametrize("name", sorted(set(re.findall(r"`(test_\w+)`", EVERYTHING))))
+def test_tests_that_are_named_exist(name):
+    assert list((ROOT / "tests").rglob(f"{name}.py"))
