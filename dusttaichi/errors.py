@@ -14,3 +14,9 @@ class GuardStop(DustError):
     """
 
     exit_code = 3
+
+
+class Interrupted(DustError):
+    """Ctrl-C or another signal ended a command; the message says how to go on. Exit code 130."""
+
+    exit_code = 130

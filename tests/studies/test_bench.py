@@ -26,7 +26,13 @@ def table(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(folder))
         result = bench.main(
-            [GRAINS], [0.35], [1], 200, ["f64", "f16"], rounds=2, out=folder / "bench.csv"
+            [GRAINS],
+            [0.35],
+            [1],
+            steps=200,
+            precisions=["f64", "f16"],
+            rounds=2,
+            out=folder / "bench.csv",
         )
         kept = samples.filling_factor(sample.load(sample.Recipe(GRAINS, 0.35).path), RADIUS)
     assert (folder / "bench.csv").read_text() == result.csv()
@@ -189,6 +195,6 @@ def test_numbers_that_cannot_be(tmp_path):
 
 
 def test_a_process_that_dies_is_an_error(tmp_path):
-    with measure.Process(tmp_path) as process:
+    with measure.Timed(tmp_path) as process:
         with pytest.raises(DustError, match="process of the benchmark ended.*no_such_command"):
             process.ask("no_such_command")

@@ -44,7 +44,9 @@ def cluster(grains: int, seed: int = 1) -> np.ndarray:
 
 
 def run(positions, steps, **options):
-    return lammps.run_lammps(positions, SILICATE, {}, None, steps, TIME_STEP, **options)
+    return lammps.run_lammps(
+        positions, SILICATE, {}, None, steps=steps, time_step_s=TIME_STEP, **options
+    )
 
 
 def test_numbers_given_to_lammps():
@@ -78,13 +80,15 @@ def test_pair_oscillates_as_ours():
     push = 1e-3 * DELTA0
     pair = np.array([[0.0, 0.0, 0.0], [AT_REST + push, 0.0, 0.0]])
     # 1000 + 100 of warm-up; second order in dt and in the push, hence 1e-3 to be generous
-    final = lammps.run_lammps(pair, SILICATE, {}, None, 1000, half / 1100, kappa=0.0).positions
+    final = lammps.run_lammps(
+        pair, SILICATE, {}, None, steps=1000, time_step_s=half / 1100, kappa=0.0
+    ).positions
     assert np.linalg.norm(final[1] - final[0]) - AT_REST == pytest.approx(-push, rel=1e-3)
 
 
 def test_cluster_stays_bonded_and_is_timed():
     positions = cluster(200)
-    timing = lammps.time_lammps(positions, SILICATE, {}, None, 200, TIME_STEP, repeats=3)
+    timing = lammps.time_lammps(positions, SILICATE, {}, None, steps=200, time_step_s=TIME_STEP)
     assert timing.available and timing.version
     assert timing.contacts == 199
     assert timing.seconds_per_step > 0
@@ -115,9 +119,7 @@ def test_walls_hold_the_grains():
     positions = np.array([[0.0, 0.0, SILICATE.radius], [3e-6, 0.0, SILICATE.radius + 5e-9]])
     falling = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
     box = [6e-6, 6e-6, 6e-6]
-    final = lammps.run_lammps(
-        positions, SILICATE, {}, box, 100, TIME_STEP, velocities_m_s=falling
-    ).positions
+    final = run(positions, 100, box, velocities_m_s=falling).positions
     free = run(positions, 100, velocities_m_s=falling).positions
     assert final[1, 2] > SILICATE.radius - 10e-9
     assert free[1, 2] < SILICATE.radius - 20e-9
@@ -129,12 +131,16 @@ def test_bad_arguments():
     with pytest.raises(ValueError, match="at least 1"):
         run(cluster(3), 0)
     with pytest.raises(ValueError, match="box_m"):
-        lammps.run_lammps(cluster(3), SILICATE, {}, [1e-6, 1e-6, 1e-6], 10, TIME_STEP)
+        lammps.run_lammps(
+            cluster(3), SILICATE, {}, [1e-6, 1e-6, 1e-6], steps=10, time_step_s=TIME_STEP
+        )
 
 
 def test_error_of_lammps_is_passed_on():
     with pytest.raises(DustError, match="LAMMPS stopped: ERROR"):
-        lammps.run_lammps(cluster(3), SILICATE, {}, None, 10, TIME_STEP, kappa=-1.0)
+        lammps.run_lammps(
+            cluster(3), SILICATE, {}, None, steps=10, time_step_s=TIME_STEP, kappa=-1.0
+        )
 
 
 def test_without_lammps(monkeypatch):
@@ -143,7 +149,9 @@ def test_without_lammps(monkeypatch):
     assert not lammps.lammps_installed()
     with pytest.raises(DustError, match=r"pip install 'dusttaichi\[bench\]'"):
         run(cluster(3), 10)
-    none = lammps.time_lammps(cluster(3), SILICATE, {}, None, 10, TIME_STEP, required=False)
+    none = lammps.time_lammps(
+        cluster(3), SILICATE, {}, None, steps=10, time_step_s=TIME_STEP, required=False
+    )
     assert not none.available and np.isnan(none.ns_per_contact)
 
 

@@ -17,11 +17,11 @@ from dusttaichi.analysis.ensemble_tables import (
     quantity_text,
     table_numbers,
 )
+from dusttaichi.commands.ensembles import failure
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.scene import Scene, from_yaml
 from dusttaichi.studies.ensemble import ensemble_plan, sweep_plan
-from dusttaichi.studies.ensemble.command import failure
-from dusttaichi.studies.ensemble.jobs import Job, Outcome, perform
+from dusttaichi.studies.ensemble.jobs import Job, JobResult, perform
 from dusttaichi.studies.ensemble.runs import run_all, shares
 from dusttaichi.studies.ensemble.scenes import input_files
 
@@ -418,8 +418,8 @@ class Stopped:
 
 
 def test_a_task_that_comes_after_the_stop_does_not_begin(tmp_path):
-    outcome = perform(Job(3, "", "new", str(tmp_path / "run")), Stopped(), {})
-    assert (outcome.number, outcome.code) == (3, 130) and not (tmp_path / "run").exists()
+    result = perform(Job(3, "", "new", str(tmp_path / "run")), Stopped(), {})
+    assert (result.number, result.code) == (3, 130) and not (tmp_path / "run").exists()
 
 
 def test_existing_results_are_not_overwritten(tmp_path):
@@ -433,8 +433,8 @@ def test_existing_results_are_not_overwritten(tmp_path):
 
 def test_failures_are_told_by_reason(tmp_path):
     plan = ensemble_plan(cake().with_value("replicas", 3), tmp_path)
-    same = [Outcome(0, 2, "too long a step"), Outcome(2, 2, "too long a step")]
+    same = [JobResult(0, 2, "too long a step"), JobResult(2, 2, "too long a step")]
     error = failure(plan, same)
     assert "2 of 3 runs failed" in str(error) and "replica_0, replica_2: too long" in str(error)
     assert error.exit_code == 2
-    assert isinstance(failure(plan, [*same, Outcome(1, 3, "runaway")]), GuardStop)
+    assert isinstance(failure(plan, [*same, JobResult(1, 3, "runaway")]), GuardStop)

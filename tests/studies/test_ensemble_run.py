@@ -164,7 +164,7 @@ def test_dask_cluster_without_a_shared_disk(tmp_path, monkeypatch, replicas):
         address = cluster.scheduler_address
         assert address.startswith("tcp://")
         plan = ensemble_plan(from_yaml(TINY + "replicas: 1\n"), tmp_path / "runs")
-        outcomes = run_all(plan, scheduler=address, watch=lambda p: heard.append(p.done))
+        outcomes = run_all(plan, scheduler=address, report=lambda p: heard.append(p.done))
         sweep = sweep_plan(from_file, ["stop.steps=50"], tmp_path / "sweep")
         assert [o.code for o in run_all(sweep, scheduler=address)] == [0]
     assert [o.code for o in outcomes] == [0] and heard[-1] == 1

@@ -1,20 +1,18 @@
 """`dust extremes`: its cheap corners, its verdicts, and what becomes of a crash or a hang."""
 
-import io
 import json
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
-from rich.console import Console
 
-from dusttaichi.errors import DustError
+from dusttaichi.commands.app import app
+from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.grains import trust as guards
-from dusttaichi.studies.extremes import command as whole
+from dusttaichi.studies.extremes import chart as whole
 from dusttaichi.studies.extremes import pool, results
-from dusttaichi.studies.extremes.cell import VERDICTS, Cell, Outcome
+from dusttaichi.studies.extremes.cell import VERDICTS, Cell, CellResult
 from dusttaichi.studies.extremes.groups import BOTTOM, GROUPS, scene
 from dusttaichi.studies.extremes.trial import attempt
 
@@ -163,84 +161,69 @@ def test_losses_that_make_energy_are_stopped():
         guards.check(Sim, m | {"kinetic_translation": 1.5}, start)
 
 
-class Fake(pool.Child):
-    """A process that dies of one cell and never answers another."""
+TASK = """
+import sys, time
 
-    def _start(self):
-        self.errors = io.StringIO("Segmentation fault")
-        script = (
-            "import sys, json, time\n"
-            "for line in sys.stdin:\n"
-            "    name = json.loads(line)['name']\n"
-            "    if name == 'crash': sys.exit(139)\n"
-            "    if name == 'hang': time.sleep(60)\n"
-            "    print(json.dumps({'verdict': 'stable', 'residual': 1e-5}), flush=True)\n"
-        )
-        self.process = pool.subprocess.Popen(
-            [sys.executable, "-c", script], stdin=-1, stdout=-1, text=True
-        )
+def attempt(parent, *, cell):
+    if cell["name"] == "crash":
+        sys.stderr.write("Segmentation fault")
+        sys.stderr.flush()
+        import os
+        os._exit(139)
+    if cell["name"] == "hang":
+        time.sleep(60)
+    return {"verdict": "stable", "residual": 1e-5}
+"""
 
 
-def test_a_crash_and_a_hang_are_verdicts(monkeypatch):
-    monkeypatch.setattr(pool, "Child", Fake)
-    monkeypatch.setattr(pool, "STARTING", 1.0)
+def test_a_crash_and_a_hang_are_verdicts(monkeypatch, tmp_path):
+    (tmp_path / "faulty.py").write_text(TASK)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setattr(pool, "TASK", "faulty:attempt")
+    monkeypatch.setattr(pool, "STARTING", 20.0)
     names = ("one", "crash", "two", "hang", "three")
     cells = [Cell("g", name, {}, time_limit=0.5) for name in names]
-    found = {cell.name: outcome for cell, outcome in pool.attempts([cells], 2)}
-    assert [found[name].verdict for name in names] == [
-        "stable",
-        "WRONG",
-        "stable",
-        "WRONG",
-        "stable",
-    ]
-    assert "crashed (status 139): Segmentation fault" in found["crash"].reason
+    found = {cell.name: result for cell, result in pool.attempts([cells], 2)}
+    verdicts = [found[name].verdict for name in names]
+    assert verdicts == ["stable", "WRONG", "stable", "WRONG", "stable"]
+    assert "ended (status 139): Segmentation fault" in found["crash"].reason
     assert "hangs" in found["hang"].reason
 
 
-def test_command_keeps_finished_cells_and_tells_what_is_wrong(tmp_path, monkeypatch):
+def test_command_keeps_finished_cells_and_tells_what_is_wrong(tmp_path, monkeypatch, capsys):
     cells = [Cell("g", f"cell {n}", {}, coordinates={"row": "r", "column": n}) for n in range(4)]
     monkeypatch.setattr(whole, "GROUPS", {"g": lambda quick: cells})
     asked = []
 
-    def attempts(runs, children):
+    def attempts(runs, count):
         for cell in (c for run in runs for c in run):
             if len(asked) == 2 and "cell 2" == cell.name:
                 asked.append("interrupted")
                 raise KeyboardInterrupt
             asked.append(cell.name)
-            yield (
-                cell,
-                Outcome(VERDICTS[int(cell.name[-1])], "because", 1e-3, estimated=1.1, measured=1.0),
-            )
+            verdict = VERDICTS[int(cell.name[-1])]
+            yield cell, CellResult(verdict, "because", 1e-3, estimated=1.1, measured=1.0)
 
     monkeypatch.setattr(pool, "attempts", attempts)
-    out = io.StringIO()
-    console = Console(file=out, width=200)
-    go = {"output": tmp_path / "map", "console": console, "err": console, "quiet": True}
-    with pytest.raises(KeyboardInterrupt):
-        whole.command(**go)
-    assert whole.command(**go) is False  # the last is WRONG
+    command = ["extremes", "-q", "-o", str(tmp_path / "map")]
+    with pytest.raises(Interrupted, match="the same command goes on"):
+        app(command, standalone_mode=False)
+    with pytest.raises(SystemExit) as end:
+        app(command, standalone_mode=False)
+    assert end.value.code == 1  # the last is WRONG
     assert asked == ["cell 0", "cell 1", "interrupted", "cell 2", "cell 3"]
-    assert "2 of 4 cells are finished" in out.getvalue()
-    assert "WRONG  g: cell 3: because" in out.getvalue()
+    said = capsys.readouterr()
+    assert "2 of 4 cells are finished" in said.err
+    assert "WRONG  g: cell 3: because" in said.out
     with xr.open_dataset(tmp_path / "map" / "extremes.nc") as data:
         assert data.verdict.values.tolist() == list(VERDICTS)
-        assert results.summary(data.load())[-1] == [
-            "all",
-            "4",
-            "1",
-            "1",
-            "1",
-            "1",
-            "1.0e-03",
-            "4",
-            "1.100 to 1.100",
-        ]
+        (*_, last) = results.summary(data.load())
+        counts = ["1"] * 4
+        assert last == ["all", "4", *counts, "1.0e-03", "4", "1.100 to 1.100"]
     assert (tmp_path / "map" / "extremes.csv").read_text().count("because") == 4
     assert (tmp_path / "map" / "extremes.png").stat().st_size > 1e4
     with pytest.raises(DustError, match="no such group; allowed: g"):
-        whole.command(only=["h"], **go)
+        whole.chart(only=["h"], output=tmp_path / "map")
 
 
 def test_every_group_has_cells_that_go_to_another_process():

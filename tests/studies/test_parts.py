@@ -151,7 +151,7 @@ def table(tmp_path_factory):
             "time step", "of a second", one, parts.Variant({"numerics.time_step": "1 s"})
         )
         chosen = (parts.Part("twisting", "off", one, two), refused)
-        result = parts.main(60, chosen, 100, 2, folder / "parts.csv")
+        result = parts.main(60, chosen, 100, 2, out=folder / "parts.csv")
     assert (folder / "parts.csv").read_text() == result.csv()
     return result
 
@@ -198,7 +198,7 @@ def test_the_parts_of_a_scene():
 
 
 def test_costs_are_told_of_every_part(monkeypatch):
-    def measured(part, grains, paths, *_):
+    def measured(part, grains, paths, **_):
         if part.name == "walls":
             raise DustError("no room\nhere")
         return parts.PartRow(part.name, "", 2.0, 1.5, 0.75, 0.01)

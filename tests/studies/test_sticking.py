@@ -75,7 +75,7 @@ def test_a_bracket_that_lies_wrong_is_moved():
 
 
 def test_map_is_written(tmp_path):
-    rows, paths = sticking.save_map(pair(), "0.05 m/s,1 m/s,16", tmp_path / "map", 0.01)
+    found, paths = sticking.save_map(pair(), "0.05 m/s,1 m/s,16", tmp_path / "map", 0.01)
     assert [path.name for path in paths] == ["restitution.nc", "restitution.png"]
     with xr.open_dataset(paths[0]) as data:
         bound = data.bound.values == 1
@@ -84,7 +84,7 @@ def test_map_is_written(tmp_path):
         assert np.array_equal(data.fragments, np.where(bound, 1, 2))
         assert data.speed.attrs["units"] == "m/s" and data.attrs["title"] == "test"
         slowest = data.speed.values[~bound].min()
-    assert dict(rows)["slowest that does not end bound"] == f"{slowest:.6g} m/s"
+    assert dict(sticking.map_rows(found))["slowest that does not end bound"] == f"{slowest:.6g} m/s"
     assert paths[1].stat().st_size > 1000
 
 

@@ -16,12 +16,13 @@ from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.scene import from_yaml, load
 from dusttaichi.studies.trade import knobs, scenes
-from dusttaichi.studies.trade.command import share_of
 from dusttaichi.studies.trade.judge import Judge
+from dusttaichi.studies.trade.measure import share_of
 from dusttaichi.studies.trade.path import Row, offers, walk
-from dusttaichi.studies.trade.point import KINDS, NUMERICAL, PHYSICAL, Outcome, Point
+from dusttaichi.studies.trade.point import KINDS, NUMERICAL, PHYSICAL, Point, PointResult
 from dusttaichi.studies.trade.runner import Runner
 from dusttaichi.studies.trade.trade import DEFAULT, trade, yaml_of
+from dusttaichi.studies.workers import Answer
 
 TRADED = ("omni", "tensile", "collision", "sound")
 PAIR = """
@@ -196,14 +197,14 @@ class Model:
 
     def __call__(self, points):
         self.asked += [point.label for point in points]
-        return {point.label: self.outcome(point) for point in points}
+        return {point.label: self.result(point) for point in points}
 
-    def outcome(self, point):
+    def result(self, point):
         c = point.changes
         if c.get("numerics.precision") == "f32":
-            return Outcome(2, "refused: f32")
+            return PointResult(2, "refused: f32")
         if c.get("numerics.precision") == "mixed":
-            return Outcome(3, "a guard", cost=1.0, ratio=0.1)
+            return PointResult(3, "a guard", cost=1.0, ratio=0.1)
         block = c.get("numerics", {})
         preset = {"reference": 0.05, "fast": 0.28}.get(block.get("accuracy"), 0.2)
         fraction = c.get("numerics.step_fraction", preset)
@@ -215,7 +216,7 @@ class Model:
             value, cost = value + 0.01 * (factor - 1.0), cost / factor
         value += 0.02 * c.get("sample.seed", 1) - 0.02
         measured = Measured({"strength": 100.0 * (1.0 + value)})
-        return Outcome(0, "finished", 10.0 * cost, cost, 100, 1e-10, 1e-4, measured)
+        return PointResult(0, "finished", 10.0 * cost, cost, 100, 1e-10, 1e-4, measured)
 
 
 def modelled(**options):
@@ -233,21 +234,21 @@ def test_trade_takes_the_cheapest_within_the_tolerance():
     assert model.asked[0] == "default" and judge.name == "strength"
     by = {row.point.label: row for row in found.rows}
     right = 1.0 + 0.05**2
-    assert judge.error(by["step_fraction = 0.3"].outcome) == pytest.approx(
+    assert judge.error(by["step_fraction = 0.3"].result) == pytest.approx(
         (0.09 - 0.0025) / right, rel=1e-9
     )
     assert judge.convergence["strength"] == pytest.approx((0.0025 - 0.000625) / right, rel=1e-9)
     assert judge.scatter["strength"] == pytest.approx(0.02 / math.sqrt(2) / right, rel=1e-9)
     assert judge.converged
     # below the scatter of 0.014, not merely within the tolerance
-    free = {label for label, row in by.items() if judge.free(row.outcome)}
+    free = {label for label, row in by.items() if judge.free(row.result)}
     assert free == {"reference", "step_fraction = 0.05", "step_fraction = 0.1"}
     # 0.3 of the period errs by 0.087: accepted, and the cheapest of the numerical knobs
     assert found.numerical.point.label == "step_fraction = 0.3"
     # with the wall four times as fast it is 0.117: too much; twice as fast 0.097: too much as
     # well; and so is rolling left out. Alone, the fastest wall and no rolling err by less
     assert found.anything.point.label == "speed = 4"
-    assert by["step_fraction = 0.3 + speed = 4"].outcome.ratio == pytest.approx(1 / 6)
+    assert by["step_fraction = 0.3 + speed = 4"].result.ratio == pytest.approx(1 / 6)
     assert not judge.accepts(by["step_fraction = 0.3 + speed = 4"])
 
 
@@ -255,7 +256,7 @@ def test_what_is_combined_holds_together():
     found, _ = modelled(tolerance=0.12)
     assert found.anything.point.label == "step_fraction = 0.3 + speed = 4"
     assert found.anything.point.kind == PHYSICAL
-    assert found.anything.outcome.ratio == pytest.approx(1 / 6)
+    assert found.anything.result.ratio == pytest.approx(1 / 6)
     text = yaml_of(found, found.anything, {})
     plain = "".join(
         line
@@ -269,16 +270,16 @@ def test_what_is_combined_holds_together():
 
 def test_refused_and_guarded_points_are_results():
     found, _ = modelled()
-    bad = {row.point.label: row.outcome.status for row in found.rows if not row.outcome.ok}
+    bad = {row.point.label: row.result.status for row in found.rows if not row.result.ok}
     assert bad == {"precision = mixed": "a guard", "precision = f32": "refused: f32"}
     guarded = next(r for r in found.rows if r.point.label == "precision = mixed")
-    assert not found.judge.accepts(guarded) and math.isnan(found.judge.error(guarded.outcome))
+    assert not found.judge.accepts(guarded) and math.isnan(found.judge.error(guarded.result))
 
 
 def test_scene_that_does_not_run_ends_it():
     base = scenes.base(scene_of())
     with pytest.raises(DustError, match="the scene as it is does not run.*too fast"):
-        trade(base, lambda points: {p.label: Outcome(3, "too fast") for p in points})
+        trade(base, lambda points: {p.label: PointResult(3, "too fast") for p in points})
     with pytest.raises(DustError, match=r"--observable sound_speed.*allowed: strength"):
         modelled(observable="sound_speed")
 
@@ -289,7 +290,7 @@ def test_next_rung_is_tried_where_a_combination_errs_too_much():
     judge = Judge(reference, "p_m", {"p_m": 0.001}, {"p_m": 0.0}, 0.04)
 
     def row(knob, text, ratio, error):
-        out = Outcome(0, "", ratio, ratio, measured=Measured({"p_m": 1.0 + error}), ledger=0.0)
+        out = PointResult(0, "", ratio, ratio, measured=Measured({"p_m": 1.0 + error}), ledger=0.0)
         return Row(
             Point(f"{knob} = {text}", knob, text, 0.0, NUMERICAL, {knob: (ratio, error)}), out
         )
@@ -310,18 +311,18 @@ def test_next_rung_is_tried_where_a_combination_errs_too_much():
 
     def run(point):
         parts = list(point.changes.values())
-        return row("x", "", math.prod(p[0] for p in parts), sum(p[1] for p in parts)).outcome
+        return row("x", "", math.prod(p[0] for p in parts), sum(p[1] for p in parts)).result
 
     tried, last = walk(None, ladders, run, judge)
     assert [r.point.label for r in tried] == ["a = 1 + b = 1", "a = 1 + b = 2"]
-    assert last.outcome.ratio == pytest.approx(0.3) and last.point.label == "a = 1 + b = 2"
+    assert last.result.ratio == pytest.approx(0.3) and last.point.label == "a = 1 + b = 2"
 
 
 def test_without_seeds_nothing_is_free_but_below_the_reference_own_error():
     reference = Measured({"sound_speed": 500.0})
     judge = Judge.of(reference, Measured({"sound_speed": 501.0}), reference, [reference], 0.05)
     assert judge.floor == judge.convergence["sound_speed"] == pytest.approx(0.002)
-    out = [Outcome(0, "", measured=Measured({"sound_speed": v})) for v in (500.9, 502.0)]
+    out = [PointResult(0, "", measured=Measured({"sound_speed": v})) for v in (500.9, 502.0)]
     assert [judge.free(o) for o in out] == [True, False]
     stuck = Measured({"restitution": 0.0, "growth_efficiency": 0.9})
     assert Judge.of(stuck, stuck, stuck, [stuck], 0.05).name == "growth_efficiency"
@@ -330,7 +331,7 @@ def test_without_seeds_nothing_is_free_but_below_the_reference_own_error():
 def test_scatter_hides_errors_of_numerics_only():
     reference = Measured({"p_m": 1.0})
     judge = Judge(reference, "p_m", {"p_m": 0.5}, {"p_m": 0.0}, 0.05)
-    out = Outcome(0, "", measured=Measured({"p_m": 1.3}))
+    out = PointResult(0, "", measured=Measured({"p_m": 1.3}))
     rows = {kind: Row(Point("", "", "", 0.0, kind), out) for kind in KINDS}
     assert {kind: judge.accepts(row) for kind, row in rows.items()} == {
         "numerical": True,
@@ -360,7 +361,7 @@ class Counted(Runner):
         fraction = scene.numerics.step_fraction
         value = Measured({"restitution": 0.5 + fraction**3})
         ratio = 0.2 / fraction if point.paired and self.pairs else None
-        return Outcome(0, "finished: 40 ns", 2.0 / fraction, ratio, 100, 1e-10, 1e-4, value)
+        return PointResult(0, "finished: 40 ns", 2.0 / fraction, ratio, 100, 1e-10, 1e-4, value)
 
 
 def test_finished_points_are_used_again(tmp_path):
@@ -374,10 +375,10 @@ def test_finished_points_are_used_again(tmp_path):
     assert first.ran == ["default", points[0].label, points[1].label]
     again = Counted(base, tmp_path, jobs=1)
     done = []
-    outcomes = again.run([DEFAULT]) | again.run(points, done=lambda p, o: done.append(p.label))
+    results = again.run([DEFAULT]) | again.run(points, done=lambda p, r: done.append(p.label))
     assert again.ran == [p.label for p in points[2:]]
     assert sorted(done) == sorted(p.label for p in points)
-    assert outcomes[points[0].label].ratio == 4.0  # read again
+    assert results[points[0].label].ratio == 4.0  # read again
     other = scenes.base(from_yaml(PAIR.replace("0.3 m/s", "0.4 m/s")))
     changed = Counted(other, tmp_path, jobs=1)
     changed.run([DEFAULT])
@@ -394,26 +395,26 @@ def test_equal_scenes_are_run_once_and_refused_ones_not_at_all(tmp_path):
     runner.run([DEFAULT])
     balanced = knobs.presets(base)[1]
     wrong = Point("wrong", "x", "", math.nan, NUMERICAL, {"numerics.step_fraction": 7.0})
-    outcomes = runner.run([balanced, wrong])
+    results = runner.run([balanced, wrong])
     assert runner.ran == ["default"]
-    assert outcomes["balanced"].ratio == 1.0  # of the two own costs
-    assert outcomes["wrong"].code == 2 and "step_fraction" in outcomes["wrong"].status
+    assert results["balanced"].ratio == 1.0  # of the two own costs
+    assert results["wrong"].code == 2 and "step_fraction" in results["wrong"].status
 
 
 def test_noise_of_the_machine_is_divided_out(tmp_path):
     """The base took 10 s; beside a point of 4 s half of its steps took 10 s instead of 5 s."""
     runner = Runner(scenes.base(from_yaml(PAIR)), tmp_path)
-    own = Outcome(0, "", 10.0)
-    assert runner._ratio(own, {"code": 0, "cost": 8.0}) == 1.25  # the base beside itself
+    own = PointResult(0, "", 10.0)
+    assert runner._ratio(own, Answer(0, "", {"cost": 8.0})) == 1.25  # the base beside itself
     assert not runner._long  # the base itself is not stopped on its way
-    runner.default = Outcome(0, "", 1e-3)
+    runner.default = PointResult(0, "", 1e-3)
     assert not runner._long  # nor one that is over in a moment
-    runner.default = Outcome(0, "", 10.0, costs=((0, 50, 100), (0.0, 5.0, 10.0)))
+    runner.default = PointResult(0, "", 10.0, costs=((0, 50, 100), (0.0, 5.0, 10.0)))
     assert runner._long
-    cut = {"code": 130, "cost": 10.0, "costs": [[0, 50], [0.0, 10.0]]}
-    assert runner._ratio(Outcome(0, "", 4.0), cut) == pytest.approx(0.2)
-    assert runner._ratio(Outcome(0, "", 4.0), {"code": 0, "cost": 16.0}) == 0.25
-    assert runner._ratio(own, {"code": 1}) is None
+    cut = Answer(130, "", {"cost": 10.0, "costs": [[0, 50], [0.0, 10.0]]})
+    assert runner._ratio(PointResult(0, "", 4.0), cut) == pytest.approx(0.2)
+    assert runner._ratio(PointResult(0, "", 4.0), Answer(0, "", {"cost": 16.0})) == 0.25
+    assert runner._ratio(own, Answer(1)) is None
 
 
 # -- the command ---------------------------------------------------------------------------------
@@ -421,7 +422,7 @@ def test_noise_of_the_machine_is_divided_out(tmp_path):
 
 @pytest.fixture
 def counted(monkeypatch, tmp_path):
-    monkeypatch.setattr(sys.modules["dusttaichi.studies.trade.command"], "Runner", Counted)
+    monkeypatch.setattr(sys.modules["dusttaichi.studies.trade.measure"], "Runner", Counted)
     (tmp_path / "pair.yaml").write_text(PAIR)
     words = [
         "trade",
@@ -474,7 +475,7 @@ def test_command_that_is_interrupted_says_how_to_go_on(counted, tmp_path, monkey
     with pytest.raises(DustError, match=r"interrupted; the points.*Go on with: dust"):
         counted("--quiet")
     kept = {
-        json.loads(p.read_text())["outcome"]["status"]
+        json.loads(p.read_text())["result"]["status"]
         for p in (tmp_path / "out/points").rglob("point.json")
     }
     assert kept == {"finished: 40 ns"}
@@ -487,7 +488,7 @@ def test_real_runs_side_by_side_and_alone(tmp_path):
     base = scenes.base(from_yaml(PAIR))
     runner = Runner(base, tmp_path, jobs=2)
     shares = []
-    runner.watch = lambda label, share: shares.append(share)
+    runner.report = lambda label, share: shares.append(share)
     default = runner.run([DEFAULT])["default"]
     assert default.ok and default.status.startswith("finished")
     assert default.cost > 0.0 and default.ratio > 0.0 and shares[-1] is None

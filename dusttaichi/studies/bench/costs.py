@@ -59,15 +59,23 @@ def parts_of(scene) -> list[Part]:
     return [*found, Part("noise: the scene with all", "", full, full)]
 
 
-def cost_rows(scene, grains: int, say: Callable[[str], None] = lambda line: None) -> list[tuple]:
+def cost_rows(scene, grains: int, log: Callable[[str], None] = lambda line: None) -> list[tuple]:
     """Rows (part, share of the step) of a scene of `grains` grains, timed at its start."""
     rows, parts = [], parts_of(scene)
     steps = max(LEAST_STEPS, GRAIN_STEPS // grains)
     with tempfile.TemporaryDirectory(prefix="dust-costs-") as kernels:
         for number, part in enumerate(parts, start=1):
-            say(f"{number} of {len(parts)}: {part.name}")
+            log(f"{number} of {len(parts)}: {part.name}")
             try:
-                row = measure_pair(part, grains, (None, None), steps, ROUNDS, Path(kernels), True)
+                row = measure_pair(
+                    part,
+                    grains,
+                    (None, None),
+                    kernels=Path(kernels),
+                    steps=steps,
+                    rounds=ROUNDS,
+                    per_step=True,
+                )
             except DustError as error:
                 rows.append((part.name, f"not measured: {' '.join(str(error).split())}"))
                 continue

@@ -86,16 +86,13 @@ def time_lammps(
     material,
     modifiers: Mapping[str, float],
     box_m,
-    steps: int,
-    time_step_s: float,
-    threads: int = 1,
-    repeats: int = 3,
     *,
-    velocities_m_s=None,
-    kappa: float = 1e-9,
+    steps: int,
+    repeats: int = 3,
     required: bool = True,
+    **how,
 ) -> LammpsTiming:
-    """Time `steps` steps of a sample; arguments as of run_lammps.
+    """Time `steps` steps of a sample; arguments, also those of `how`, as of run_lammps.
 
     A sample in which nothing moves flatters LAMMPS: it skips the turning of springs that are not
     loaded. Give the velocities of the state that our own step is timed on.
@@ -103,18 +100,7 @@ def time_lammps(
     """
     if not required and not lammps_installed():
         return LammpsTiming(math.nan, math.nan, 0, math.nan, "", available=False)
-    run = run_lammps(
-        positions_m,
-        material,
-        modifiers,
-        box_m,
-        steps,
-        time_step_s,
-        threads,
-        repeats,
-        velocities_m_s=velocities_m_s,
-        kappa=kappa,
-    )
+    run = run_lammps(positions_m, material, modifiers, box_m, steps=steps, repeats=repeats, **how)
     contacts = len(touching_pairs(run.positions, 2 * material.radius * (1 + ROUNDING)))
     step = statistics.median(run.loop_seconds) / steps
     return LammpsTiming(
@@ -131,11 +117,11 @@ def run_lammps(
     material,
     modifiers: Mapping[str, float],
     box_m,
+    *,
     steps: int,
     time_step_s: float,
     threads: int = 1,
     repeats: int = 1,
-    *,
     velocities_m_s=None,
     kappa: float = 1e-9,
 ) -> LammpsRun:
@@ -161,7 +147,8 @@ def run_lammps(
         corners = _corners(positions, material.radius / LENGTH, box_m)
         _write_data(folder / "grains.data", positions, velocities, material, corners)
         walls = None if box_m is None else corners
-        lines = _script(material, modifiers, kappa, walls, time_step_s, steps, repeats)
+        contacts = [contact_style(material, modifiers, kappa, wall) for wall in (False, True)]
+        lines = _script(contacts, walls, time_step_s, steps, repeats)
         (folder / "in.lammps").write_text("\n".join(lines) + "\n")
         _launch(folder, threads)
         loops = _LOOP.findall((folder / "log.lammps").read_text())[1:]  # the first is the warm-up
@@ -198,8 +185,9 @@ def contact_style(material, modifiers: Mapping[str, float], kappa: float, wall=F
     )
 
 
-def _script(material, modifiers, kappa, walls, time_step_s, steps, repeats) -> list[str]:
-    pair, wall = (contact_style(material, modifiers, kappa, wall) for wall in (False, True))
+def _script(contacts, walls, time_step_s, steps, repeats) -> list[str]:
+    """Lines of the input. contacts: styles of a pair and of a grain at a wall."""
+    pair, wall = contacts
     lines = [
         "units micro",
         "atom_style sphere",

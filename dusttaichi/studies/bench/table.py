@@ -64,35 +64,36 @@ class Column:
     words: bool = False
 
 
-def _number(digits: int) -> Callable:
-    return lambda value: "-" if math.isnan(value) else f"{value:.{digits}f}"
+def digits(count: int) -> Callable:
+    """What writes a number with so many digits behind the point; "-" where there is none."""
+    return lambda value: "-" if math.isnan(value) else f"{value:.{count}f}"
 
 
 _KEY = (Column(("grains",), "grains"), Column(("precision",), "precision"))
 SPEED = (
     _KEY[0],
-    Column(("filling", "factor"), "filling_factor", "", _number(3)),
+    Column(("filling", "factor"), "filling_factor", "", digits(3)),
     _KEY[1],
     Column(("threads",), "threads"),
-    Column(("contacts", "a grain"), "contacts", "1/grain", _number(2)),
-    Column(("ns a", "contact"), "ns_per_contact", "ns", _number(1)),
-    Column(("ns a", "grain-step"), "ns_per_grain_step", "ns", _number(1)),
-    Column(("search", "%"), "search", "%", _number(1)),
-    Column(("ledger", "%"), "ledger", "%", _number(1)),
-    Column(("spread", "%"), "spread", "%", _number(0)),
-    Column(("speed-up", "x 1 thread"), "speed_up", "x 1 thread", _number(2)),
+    Column(("contacts", "a grain"), "contacts", "1/grain", digits(2)),
+    Column(("ns a", "contact"), "ns_per_contact", "ns", digits(1)),
+    Column(("ns a", "grain-step"), "ns_per_grain_step", "ns", digits(1)),
+    Column(("search", "%"), "search", "%", digits(1)),
+    Column(("ledger", "%"), "ledger", "%", digits(1)),
+    Column(("spread", "%"), "spread", "%", digits(0)),
+    Column(("speed-up", "x 1 thread"), "speed_up", "x 1 thread", digits(2)),
 )
 LAMMPS = (
-    Column(("LAMMPS", "ns a contact"), "lammps_ns_per_contact", "ns", _number(0)),
-    Column(("LAMMPS", "x ours"), "lammps_ratio", "x ours", _number(1)),
+    Column(("LAMMPS", "ns a contact"), "lammps_ns_per_contact", "ns", digits(0)),
+    Column(("LAMMPS", "x ours"), "lammps_ratio", "x ours", digits(1)),
 )
 START = (
     *_KEY,
-    Column(("first step", "cold, s"), "cold", "s", _number(1)),
-    Column(("first step", "warm, s"), "warm", "s", _number(1)),
-    Column(("peak memory", "MB"), "peak", "MB", _number(0)),
-    Column(("peak", "B a grain"), "peak_per_grain", "B", _number(0)),
-    Column(("fields", "B a grain"), "fields_per_grain", "B", _number(0)),
+    Column(("first step", "cold, s"), "cold", "s", digits(1)),
+    Column(("first step", "warm, s"), "warm", "s", digits(1)),
+    Column(("peak memory", "MB"), "peak", "MB", digits(0)),
+    Column(("peak", "B a grain"), "peak_per_grain", "B", digits(0)),
+    Column(("fields", "B a grain"), "fields_per_grain", "B", digits(0)),
 )
 
 
@@ -151,20 +152,28 @@ class Table:
         """
         starts = {(start.grains, start.precision): start for start in self.start}
         own, more = SPEED + LAMMPS, START[len(_KEY) :]
-        out = io.StringIO()
-        out.writelines(f"# {line}\n" for line in (self.machine, *self.notes))
-        write = csv.writer(out, lineterminator="\n").writerow
-        write(f"{c.name} [{c.unit}]" if c.unit else c.name for c in own + more)
+        rows = []
         for row in self.speed:
             start = starts.get((row.grains, row.precision))
             values = [getattr(row, column.name) for column in own]
             values += [getattr(start, column.name, math.nan) for column in more]
-            write("" if value != value else value for value in values)
-        return out.getvalue()
+            rows.append(["" if value != value else value for value in values])
+        return csv_text(self, own + more, rows)
 
     def to_csv(self, path) -> None:
         """Write `csv` into a file."""
         Path(path).write_text(self.csv())
+
+
+def csv_text(table, columns, rows) -> str:
+    """CSV of rows under the names and units of the columns; machine and notes behind # above."""
+    out = io.StringIO()
+    out.writelines(f"# {line}\n" for line in (table.machine, *table.notes))
+    write = csv.writer(out, lineterminator="\n").writerow
+    write(f"{c.name} [{c.unit}]" if c.unit else c.name for c in columns)
+    for row in rows:
+        write(row)
+    return out.getvalue()
 
 
 def _cells(columns, rows) -> list[tuple[str, ...]]:

@@ -1,10 +1,9 @@
 """Many runs of one scene: replicas with other seeds, sweeps over values of its YAML.
 
-Each run is a process of its own, started by a pool of threads, by dask.distributed on this
-machine, or by a Dask cluster. Nothing here imports Taichi but `child`, the process of one run.
+Each run is a worker process of its own, which a thread of this process or of a Dask cluster waits
+for. Nothing here imports Taichi but `task`, what that process does.
 """
 
-from dusttaichi.studies.ensemble.command import command
 from dusttaichi.studies.ensemble.gathering import gather_plan
 from dusttaichi.studies.ensemble.runs import run_all
 from dusttaichi.studies.ensemble.scenes import (
@@ -20,7 +19,6 @@ __all__ = [
     "Axis",
     "Member",
     "Plan",
-    "command",
     "ensemble_plan",
     "gather_plan",
     "run_all",

@@ -6,21 +6,21 @@ from dusttaichi import analysis
 from dusttaichi.analysis.ensemble import gather
 
 
-def gather_plan(plan, outcomes):
-    """The dataset of `analysis.gather` for a Plan whose runs ended with these Outcomes.
+def gather_plan(plan, results):
+    """The dataset of `analysis.gather` for a Plan whose runs ended with these JobResults.
 
     Runs that failed are not a number in it. Raises DustError where all did.
     """
     runs = [
-        _read(member.directory) if outcome.code == 0 else None
-        for member, outcome in zip(plan.members, outcomes, strict=True)
+        _read(member.directory) if result.code == 0 else None
+        for member, result in zip(plan.members, results, strict=True)
     ]
     labels = {
         name: [member.seeds[name] for member in plan.members] for name in plan.members[0].seeds
     }
     labels["status"] = [
-        outcome.text if run is None else run.status
-        for run, outcome in zip(runs, outcomes, strict=True)
+        result.text if run is None else run.status
+        for run, result in zip(runs, results, strict=True)
     ]
     axes = {axis.key: _variable(axis) for axis in plan.axes}
     scene = plan.scene

@@ -1,12 +1,11 @@
-"""Where the runs of an ensemble are done: threads of this process, or dask.distributed.
+"""Where the runs of an ensemble are done: by threads of this process, or by a Dask cluster.
 
-Either way a worker only waits for the process of its run, so threads are enough. Both pools have
-submit(job, inputs) -> Future, stop(), and close; `share` hands out inputs that many jobs read.
+Either way a thread only waits for the worker process of its run. Both pools have
+submit(job, inputs) -> Future and stop(), and close as context managers; `share` hands out inputs
+that many jobs read.
 """
 
 import importlib.util
-import logging
-import os
 import threading
 import uuid
 import warnings
@@ -18,36 +17,33 @@ from dusttaichi.studies.ensemble.jobs import perform
 CONNECT = "10 s"  # how long a scheduler may take to answer
 
 
-def usable_cores():
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-
-
-def open_pool(scheduler, workers, heard):
+def open_pool(scheduler, workers, report):
     """The pool for `workers` runs at a time on this machine, or the cluster of a scheduler.
 
-    scheduler: address such as tcp://host:8786, or None. heard: called with (number of the job,
+    scheduler: address such as tcp://host:8786, or None. report: called with (number of the job,
     share that is done), from any thread. Raises DustError where no scheduler answers.
     """
+    if scheduler is None:
+        return Threads(workers, report)
     if importlib.util.find_spec("distributed") is None:
-        if scheduler is not None:
-            raise DustError("--scheduler needs dask.distributed: pip install 'dusttaichi[cluster]'")
-        return Threads(workers, heard)
-    return Dask(scheduler, workers, heard)
+        raise DustError("--scheduler needs dask.distributed: pip install 'dusttaichi[cluster]'")
+    return Dask(scheduler, report)
 
 
 class Threads:
     """A pool of threads of this process."""
 
-    def __init__(self, workers, heard):
+    def __init__(self, workers, report):
         self._executor = ThreadPoolExecutor(workers)
         self._stop = threading.Event()
-        self.stop, self.stopped, self.tell = self._stop.set, self._stop.is_set, heard
+        self.stop, self.stopped, self.report = self._stop.set, self._stop.is_set, report
 
     def share(self, inputs):
+        """The inputs, in the form that `submit` takes."""
         return inputs
 
     def submit(self, job, inputs):
+        """A Future of the JobResult."""
         return self._executor.submit(perform, job, self, inputs)
 
     def __enter__(self):
@@ -59,42 +55,34 @@ class Threads:
 
 
 class Link:
-    """What a Dask task knows of the client: an event to stop, and a topic to tell progress on."""
+    """What a Dask task knows of the client: an event to stop, and a topic to report progress on."""
 
     def __init__(self, name):
         self.name = name
 
     def stopped(self):
+        """True once the client wants all runs to end."""
         from distributed import Event
 
         return Event(self.name).is_set()
 
-    def tell(self, number, share):
+    def report(self, number, share):
+        """Tell the client what share of a run is done."""
         from distributed import get_worker
 
         get_worker().log_event(self.name, [number, share])
 
 
 class Dask:
-    """A cluster of dask.distributed, given by its scheduler, or one in this process."""
+    """A cluster of dask.distributed, given by the address of its scheduler."""
 
-    def __init__(self, scheduler, workers, heard):
-        from distributed import Client, Event, LocalCluster
+    def __init__(self, scheduler, report):
+        from distributed import Client, Event
         from distributed.comm import resolve_address
 
-        self._cluster = None
-        if scheduler is None:
-            self._cluster = LocalCluster(
-                n_workers=1,
-                threads_per_worker=workers,
-                processes=False,
-                dashboard_address=":0",  # any free port
-                silence_logs=logging.ERROR,
-            )
         try:
             # of what is no address, a client would tell only after a while
-            at = self._cluster or resolve_address(scheduler)
-            self._client = Client(at, timeout=CONNECT, set_as_default=False)
+            self._client = Client(resolve_address(scheduler), timeout=CONNECT, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
             raise DustError(
                 f"--scheduler {scheduler}: no scheduler answers there ({error}); an address such "
@@ -103,17 +91,20 @@ class Dask:
         self._executor = self._client.get_executor(pure=False)
         self._link = Link(f"dusttaichi-{uuid.uuid4().hex}")
         self._event = Event(self._link.name, client=self._client)
-        self._client.subscribe_topic(self._link.name, lambda event: heard(*event[1]))
+        self._client.subscribe_topic(self._link.name, lambda event: report(*event[1]))
 
     def share(self, inputs):
+        """Files that are sent to the cluster once, however many jobs read them."""
         return self._client.scatter(inputs, hash=False) if inputs else inputs
 
     def submit(self, job, inputs):
+        """A Future of the JobResult."""
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="Sending large graph")
             return self._executor.submit(perform, job, self._link, inputs)
 
     def stop(self):
+        """Let all runs end early, each with its checkpoint."""
         self._event.set()
 
     def __enter__(self):
@@ -121,5 +112,3 @@ class Dask:
 
     def __exit__(self, *_):
         self._client.close()
-        if self._cluster is not None:
-            self._cluster.close()

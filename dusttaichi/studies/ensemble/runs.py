@@ -1,10 +1,8 @@
 """All runs of a plan: what is there already, what is left to do, how each of them ended."""
 
 import os
-import signal
 import threading
 from concurrent.futures import FIRST_COMPLETED, wait
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,17 +13,19 @@ from dusttaichi import files
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT, RESULT
 from dusttaichi.run import checkpoint
-from dusttaichi.studies.ensemble.jobs import INTERRUPTED, POLL, Job, Outcome
-from dusttaichi.studies.ensemble.pool import open_pool, usable_cores
+from dusttaichi.studies.ensemble.jobs import Job, JobResult
+from dusttaichi.studies.ensemble.pool import open_pool
 from dusttaichi.studies.ensemble.scenes import input_files
+from dusttaichi.studies.interrupts import noted_signals
+from dusttaichi.studies.workers import INTERRUPTED, POLL, usable_cores
 
 # what does not make a finished run another one
 BESIDES = (("output", "directory"), ("output", "checkpoint"), ("numerics", "threads"))
 
 
 @dataclass
-class Progress:
-    """What the watcher of an ensemble is told: runs in all and at their end, shares of others."""
+class PlanProgress:
+    """How far all runs of a plan have come: their number, those at their end, shares of others."""
 
     total: int
     done: int = 0
@@ -39,10 +39,10 @@ def run_all(
     resume=False,
     error_bar=False,
     scheduler=None,
-    watch=lambda progress: None,
-    say=lambda text: None,
+    report=lambda progress: None,
+    log=lambda text: None,
 ):
-    """Do all runs of a Plan; returns an Outcome for each member.
+    """Do all runs of a Plan; returns a JobResult for each member.
 
     One that fails does not end the others. scheduler: address of a Dask cluster, whose workers
     need not see this disk. error_bar: each run estimates the error of its time step; those that are
@@ -54,13 +54,14 @@ def run_all(
             _refuse_existing(plan)
         modes = {n: _mode(member, force, resume) for n, member in enumerate(plan.members)}
         left = {n: mode for n, mode in modes.items() if mode is not None}
-        outcomes = [Outcome(n, 0, "") for n in range(len(modes))]
+        results = [JobResult(n, 0, "") for n in range(len(modes))]
         if len(left) < len(modes):
-            say(f"{len(modes) - len(left)} of {len(modes)} runs are finished already")
+            log(f"{len(modes) - len(left)} of {len(modes)} runs are finished already")
         if left:
-            for outcome in _do(plan, left, error_bar, scheduler, watch, say):
-                outcomes[outcome.number] = outcome
-    return outcomes
+            done = _do(plan, left, error_bar=error_bar, scheduler=scheduler, report=report, log=log)
+            for result in done:
+                results[result.number] = result
+    return results
 
 
 # -- what is there -------------------------------------------------------------------------------
@@ -96,6 +97,7 @@ def _finished(member):
 
 
 def core_of(text):
+    """The scene of a YAML text as plain data, without the keys that do not change the result."""
     scene = yaml.safe_load(text)
     for block, key in BESIDES:
         scene.get(block, {}).pop(key, None)
@@ -118,58 +120,64 @@ def shares(scene, runs, cores):
     return min(runs, max(1, cores // threads)), threads
 
 
-def _do(plan, left, error_bar, scheduler, watch, say):
-    """Outcomes of the runs that are left, in any order."""
+def _do(plan, left, *, error_bar, scheduler, report, log):
+    """JobResults of the runs that are left, in any order."""
     members = plan.members
-    progress = Progress(len(members), len(members) - len(left))
-    lock = threading.Lock()
+    progress = PlanProgress(len(members), len(members) - len(left))
+    lock, ended = threading.Lock(), set()
 
     def heard(number, share):
         with lock:
-            progress.running[members[number].label] = share
-            watch(progress)
+            if number not in ended:  # a cluster may tell of a run after its end
+                progress.running[members[number].label] = share
+                report(progress)
 
     workers, threads = shares(plan.scene, len(left), usable_cores())
     if scheduler is not None and plan.scene.numerics.threads == "auto":
         threads = 1  # a task takes one thread of a worker, whose cores are not known here
-    watch(progress)
-    outcomes = []
+    report(progress)
+    results = []
     with noted_signals() as signals, open_pool(scheduler, workers, heard) as pool:
-        futures = _submit(pool, members, left, threads, scheduler is not None, error_bar)
+        remote = scheduler is not None
+        jobs = [
+            _job(n, members[n], mode, threads=threads, remote=remote, error_bar=error_bar)
+            for n, mode in left.items()
+        ]
+        futures = _submit(pool, jobs, members, remote)
         stopping = False
         while futures:
             done, _ = wait(futures, timeout=POLL, return_when=FIRST_COMPLETED)
             for future in done:
-                outcomes.append(_outcome(future, futures.pop(future)))
-                member = members[outcomes[-1].number]
-                _keep(outcomes[-1], member.directory)
+                results.append(_result_of(future, futures.pop(future)))
+                member = members[results[-1].number]
+                _keep(results[-1], member.directory)
                 with lock:
-                    progress.done += outcomes[-1].code != INTERRUPTED
+                    ended.add(results[-1].number)
+                    progress.done += results[-1].code != INTERRUPTED
                     progress.running.pop(member.label, None)
-                    watch(progress)
+                    report(progress)
             if signals and not stopping:
                 stopping = True
                 pool.stop()
-                say("stopping: the runs write their checkpoints")
+                log("stopping: the runs write their checkpoints")
     if stopping:
         raise KeyboardInterrupt
-    return outcomes
+    return results
 
 
-def _submit(pool, members, left, threads, remote, error_bar):
-    """Future -> number of the run."""
-    futures, sent = {}, {}
-    for number, mode in left.items():
-        member = members[number]
-        paths = tuple(input_files(member.scene)) if remote else ()
-        if paths not in sent:
-            sent[paths] = pool.share({path: _bytes(path) for path in paths})
-        job = _job(number, member, mode, threads, remote, error_bar)
-        futures[pool.submit(job, sent[paths])] = number
+def _submit(pool, jobs, members, remote):
+    """Future -> number of the run. Files that several jobs read are shared once."""
+    futures, shared = {}, {}
+    for job in jobs:
+        paths = tuple(input_files(members[job.number].scene)) if remote else ()
+        if paths not in shared:
+            shared[paths] = pool.share({path: _bytes(path) for path in paths})
+        futures[pool.submit(job, shared[paths])] = job.number
     return futures
 
 
-def _job(number, member, mode, threads, remote, error_bar):
+def _job(number, member, mode, *, threads, remote, error_bar):
+    """The Job of a member. remote: its files travel with it."""
     scene = member.scene.with_value("numerics.threads", threads).to_yaml()
     if not remote:
         return Job(number, scene, mode, os.path.abspath(member.directory), error_bar=error_bar)
@@ -187,16 +195,16 @@ def _bytes(path):
         raise DustError(f"{path} cannot be read: {error.strerror or error}.") from error
 
 
-def _outcome(future, number):
+def _result_of(future, number):
     """Of a future that is done; a worker that was lost is a failure like others."""
     error = future.exception() if not future.cancelled() else "the cluster gave the task up"
-    return future.result() if error is None else Outcome(number, 1, str(error) or repr(error))
+    return future.result() if error is None else JobResult(number, 1, str(error) or repr(error))
 
 
-def _keep(outcome, directory):
+def _keep(result, directory):
     """Write what came back from a temporary directory."""
     try:
-        for name, content in outcome.files.items():
+        for name, content in result.files.items():
             directory.mkdir(parents=True, exist_ok=True)
             temporary = directory / f".{name}.tmp"
             temporary.write_bytes(content)
@@ -205,29 +213,3 @@ def _keep(outcome, directory):
         raise DustError(
             f"Cannot write {directory}: {files.explain(error, directory / RESULT)}."
         ) from error
-
-
-@contextmanager
-def noted_signals():
-    """Ctrl-C, SIGTERM and a closed terminal only fill the list that this yields.
-
-    A second one breaks off; the runs then end by themselves, with their checkpoints.
-    """
-    seen = []
-
-    def note(number, _):
-        seen.append(number)
-        if len(seen) > 1:
-            raise KeyboardInterrupt
-
-    old = {}
-    if threading.current_thread() is threading.main_thread():
-        for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-            number = getattr(signal, name, None)
-            if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
-                old[number] = signal.signal(number, note)
-    try:
-        yield seen
-    finally:
-        for number, handler in old.items():
-            signal.signal(number, handler)

@@ -33,7 +33,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CellResult:
     """How a cell ended, and why.
 
     residual: largest of the ledger, a share of the energy that has gone through (record.turnover),

@@ -27,12 +27,12 @@ NUMBERS = (
 
 
 def dataset(found):
-    """xarray.Dataset over `cell` of (Cell, Outcome) pairs; verdicts and reasons are text."""
-    cells, outcomes = zip(*found, strict=True)
+    """xarray.Dataset over `cell` of (Cell, CellResult) pairs; verdicts and reasons are text."""
+    cells, ends = zip(*found, strict=True)
     data = {
         name: (
             "cell",
-            [float(getattr(o, name)) for o in outcomes],
+            [float(getattr(o, name)) for o in ends],
             {"units": unit, "long_name": text},
         )
         for name, unit, text in NUMBERS
@@ -42,8 +42,8 @@ def dataset(found):
         "name": [c.name for c in cells],
         "row": [str(c.coordinates.get("row", "")) for c in cells],
         "column": [str(c.coordinates.get("column", "")) for c in cells],
-        "verdict": [o.verdict for o in outcomes],
-        "reason": [o.reason for o in outcomes],
+        "verdict": [o.verdict for o in ends],
+        "reason": [o.reason for o in ends],
         "scene": [json.dumps(c.scene) for c in cells],
         "sample": [json.dumps(c.sample) for c in cells],
     }
@@ -59,9 +59,9 @@ def save(found, directory):
     with open(paths[1], "w", newline="", encoding="utf-8") as file:
         write = csv.writer(file).writerow
         write(columns)
-        for cell, outcome in found:
-            values = {"group": cell.group, "name": cell.name, "ratio": outcome.ratio}
-            values |= asdict(outcome)
+        for cell, result in found:
+            values = {"group": cell.group, "name": cell.name, "ratio": result.ratio}
+            values |= asdict(result)
             write(_plain(values[name]) for name in columns)
     return data, paths
 

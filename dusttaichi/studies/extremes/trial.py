@@ -16,26 +16,26 @@ from dusttaichi.grains.build import TimeStep, build
 from dusttaichi.run.schedule import clock_of
 from dusttaichi.scene import Scene
 from dusttaichi.studies.extremes import arrangements
-from dusttaichi.studies.extremes.cell import Outcome
+from dusttaichi.studies.extremes.cell import CellResult
 from dusttaichi.studies.extremes.limit import measured_limit
 
 LOOKS = 25  # records of a run, besides the looks of its guards
 
 
 def attempt(cell):
-    """The Outcome of a Cell. Nothing that a cell does is an error here."""
+    """The CellResult of a Cell. Nothing that a cell does is an error here."""
     began = real_time.perf_counter()
     try:
-        outcome = _attempt(cell)
+        result = _attempt(cell)
     except GuardStop as stop:
-        outcome = Outcome("stopped", str(stop))
+        result = CellResult("stopped", str(stop))
     except DustError as error:
-        outcome = Outcome("refused", str(error))
+        result = CellResult("refused", str(error))
     except Exception as error:
         place = traceback.extract_tb(error.__traceback__)[-1]
         text = f"{type(error).__name__}: {error} ({place.filename.split('/')[-1]}:{place.lineno})"
-        outcome = Outcome("WRONG", text)
-    return replace(outcome, seconds=real_time.perf_counter() - began)
+        result = CellResult("WRONG", text)
+    return replace(result, seconds=real_time.perf_counter() - began)
 
 
 def _attempt(cell):
@@ -54,8 +54,8 @@ def _attempt(cell):
     if cell.limit:
         estimated = network.stable_step(sim, scene)[1]
         measured = measured_limit(sim, estimated)
-    outcome = watched(sim, scene, cell.steps)
-    return replace(outcome, dt=sim.dt * units.TIME, estimated=estimated, measured=measured)
+    result = watched(sim, scene, cell.steps)
+    return replace(result, dt=sim.dt * units.TIME, estimated=estimated, measured=measured)
 
 
 _last = [None]
@@ -69,7 +69,7 @@ def _built(scene, sample, step):
 
 
 def watched(sim, scene, steps):
-    """Outcome of `steps` steps with the guards and records of a run."""
+    """CellResult of `steps` steps with the guards and records of a run."""
     tolerance, clock = scene.numerics.ledger_tolerance, clock_of(sim)
     start, worst = sim.measure(), 0.0
     records = set(np.linspace(0, steps, LOOKS + 1).astype(int).tolist())
@@ -79,7 +79,7 @@ def watched(sim, scene, steps):
         try:
             guards.check(sim, m, start, tolerance)
         except GuardStop as stop:
-            return Outcome("stopped", str(stop), worst, sim.step)
+            return CellResult("stopped", str(stop), worst, sim.step)
         residual, through = record.turnover(sim, m, start)
         worst = max(worst, abs(residual) / through if through > 0.0 else 0.0)
         entry = record.series(sim, clock, m, start, force, None, 0.0)
@@ -91,15 +91,15 @@ def watched(sim, scene, steps):
         if not np.isfinite(sim.grain_state()).all():
             bad.append("grains")
         if bad:
-            return Outcome("WRONG", f"not a number in {', '.join(bad)}", worst, sim.step)
+            return CellResult("WRONG", f"not a number in {', '.join(bad)}", worst, sim.step)
         if sim.step >= steps:
-            return Outcome("stable", "", worst, sim.step)
+            return CellResult("stable", "", worst, sim.step)
         ahead = [s for s in records if s > sim.step]
         look = guards.next_look(sim.step, 0, sim.grains)
         try:
             sim.advance(min(min(ahead), look) - sim.step)
         except GuardStop as stop:
-            return Outcome("stopped", str(stop), worst, sim.step)
+            return CellResult("stopped", str(stop), worst, sim.step)
 
 
 MAY_BE_OPEN = ("pressure", "height", "filling_factor")  # without all six walls

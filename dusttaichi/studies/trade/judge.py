@@ -59,16 +59,16 @@ class Judge:
         """True where the reference's own error is below a third of the tolerance."""
         return self.convergence[self.name] < self.tolerance / 3.0
 
-    def errors(self, outcome):
-        """observable -> (value, error) of an Outcome."""
-        return differences(outcome.measured, self.reference)
+    def errors(self, result):
+        """observable -> (value, error) of an PointResult."""
+        return differences(result.measured, self.reference)
 
-    def error(self, outcome):
-        return self.errors(outcome)[self.name][1]
+    def error(self, result):
+        return self.errors(result)[self.name][1]
 
-    def free(self, outcome):
+    def free(self, result):
         """True where the error is below the floor."""
-        return self.error(outcome) < self.floor
+        return self.error(result) < self.floor
 
     def accepts(self, row):
         """True for a Row within the tolerance, or, of a numerical knob, within the scatter.
@@ -76,7 +76,7 @@ class Judge:
         Numerics that err less than the scatter give another sample of the same; but what changes
         the physics or the sample moves the mean too, which scatter may only hide.
         """
-        if not row.outcome.ok:
+        if not row.result.ok:
             return False
-        hidden = row.point.kind == NUMERICAL and self.free(row.outcome)
-        return hidden or self.error(row.outcome) <= self.tolerance
+        hidden = row.point.kind == NUMERICAL and self.free(row.result)
+        return hidden or self.error(row.result) <= self.tolerance

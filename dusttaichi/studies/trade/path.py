@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from dusttaichi.studies.trade.point import KINDS, Outcome, Point
+from dusttaichi.studies.trade.point import KINDS, Point, PointResult
 
 ATTEMPTS = 2  # rungs of a knob that are tried in a combination
 LEAST_ERROR = 1e-6  # that a gain is set against
@@ -11,15 +11,15 @@ LEAST_ERROR = 1e-6  # that a gain is set against
 
 @dataclass(frozen=True)
 class Row:
-    """A Point with its Outcome."""
+    """A Point with its PointResult."""
 
     point: Point
-    outcome: Outcome
+    result: PointResult
 
 
 def pays(row, judge, noise):
     """True for a row that is cheaper than the default beyond the noise, at an accepted error."""
-    ratio = row.outcome.ratio
+    ratio = row.result.ratio
     return ratio is not None and ratio < 1.0 - noise and judge.accepts(row)
 
 
@@ -32,10 +32,10 @@ def offers(rows, judge, noise):
             knobs.setdefault(row.point.knob, []).append(row)
 
     def worth(found):
-        best = found[0].outcome
+        best = found[0].result
         return (1.0 - best.ratio) / max(judge.error(best), LEAST_ERROR)
 
-    found = [sorted(some, key=lambda row: row.outcome.ratio) for some in knobs.values()]
+    found = [sorted(some, key=lambda row: row.result.ratio) for some in knobs.values()]
     return sorted(found, key=worth, reverse=True)
 
 
@@ -50,7 +50,7 @@ def walk(start, knobs, run, judge):
     """Rows of the way from a Row `start` over the offers of `knobs`: every combination that was
     run, and the last that was kept.
 
-    start: None for the default. run: Point -> Outcome.
+    start: None for the default. run: Point -> PointResult.
     A rung is kept where the combination is accepted and cheaper than without it; else the next
     cheapest of its knob is tried.
     """
@@ -63,7 +63,7 @@ def walk(start, knobs, run, judge):
             point = combined(here.point, rung.point)
             row = Row(point, run(point))
             tried.append(row)
-            better = row.outcome.ratio is not None and row.outcome.ratio < here.outcome.ratio
+            better = row.result.ratio is not None and row.result.ratio < here.result.ratio
             if better and judge.accepts(row):
                 here = row
                 break
@@ -75,6 +75,6 @@ def cheapest(rows, judge, kinds):
     able = [
         row
         for row in rows
-        if row.point.kind in kinds and row.outcome.ratio is not None and judge.accepts(row)
+        if row.point.kind in kinds and row.result.ratio is not None and judge.accepts(row)
     ]
-    return min(able, key=lambda row: row.outcome.ratio, default=None)
+    return min(able, key=lambda row: row.result.ratio, default=None)

@@ -27,7 +27,7 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class PointResult:
     """How the run of a point ended.
 
     code: 0, that of a DustError (2: refused, 3: stopped by a guard), or 1: the process was lost.

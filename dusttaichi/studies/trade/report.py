@@ -1,28 +1,26 @@
-"""What a trade leaves: the dataset, the table and the sentences of the terminal."""
+"""What a trade leaves: the dataset, and the rows and sentences that a command prints."""
 
 import math
-
-from rich.table import Table
 
 from dusttaichi.analysis.observables import TEXTS
 from dusttaichi.analysis.trade import NUMBERS, trade_dataset
 from dusttaichi.results import provenance
 from dusttaichi.studies.trade.trade import yaml_of
 
-NAMES = {"cost_ratio": "ratio", "ledger_worst": "ledger"}  # variable -> of an Outcome
+NAMES = {"cost_ratio": "ratio", "ledger_worst": "ledger"}  # variable -> of an PointResult
 
 
 def dataset(trade, given_scene, source, numbers):
     """The xr.Dataset of a Trade. source: the text of the YAML file; numbers: further attributes."""
     rows, judge = trade.rows, trade.judge
-    outcomes = [row.outcome for row in rows]
+    results = [row.result for row in rows]
     columns = {
         name: [getattr(row.point, name) for row in rows] for name in ("knob", "label", "kind")
     }
-    columns["status"] = [o.status for o in outcomes]
-    found = [judge.errors(o) for o in outcomes]
+    columns["status"] = [o.status for o in results]
+    found = [judge.errors(o) for o in results]
     column = {
-        name: [getattr(o, NAMES.get(name, name), None) for o in outcomes]
+        name: [getattr(o, NAMES.get(name, name), None) for o in results]
         for name in NUMBERS
         if name not in ("value", "error")
     }
@@ -40,7 +38,7 @@ def dataset(trade, given_scene, source, numbers):
         "convergence": [judge.convergence[n] for n in names],
     }
     flags = {
-        "free": [judge.free(o) for o in outcomes],
+        "free": [judge.free(o) for o in results],
         "accepted": [judge.accepts(row) for row in rows],
     }
     attrs = provenance(
@@ -81,6 +79,7 @@ def paste(trade, row, given_scene):
 
 
 def percent(value):
+    """A share as text: "2.5 %", "-" where there is none."""
     if not math.isfinite(value):
         return "-"
     if value >= 0.095:
@@ -88,16 +87,9 @@ def percent(value):
     return f"{100 * value:.2g} %"
 
 
-def table(trade):
-    """The rich Table of all points."""
-    judge = trade.judge
-    out = Table(
-        title=f"{trade.scene.name}: cost against error of the {TEXTS[judge.name]}",
-        title_justify="left",
-        box=None,
-        pad_edge=False,
-    )
-    for heading, side in (
+HEADINGS = tuple(
+    {"header": header, "justify": justify, "no_wrap": header != "point"}
+    for header, justify in (
         ("point", "left"),
         ("changes", "left"),
         ("cost/default", "right"),
@@ -105,25 +97,37 @@ def table(trade):
         ("error", "right"),
         ("", "left"),
         ("ledger", "right"),
-    ):
-        out.add_column(heading, justify=side, no_wrap=heading != "point")
-    refused = []
+    )
+)
+
+
+def table(trade):
+    """Title, headings and rows of text of all points that ran."""
+    judge = trade.judge
+    title = f"{trade.scene.name}: cost against error of the {TEXTS[judge.name]}"
+    rows = []
     for row in trade.rows:
-        o, p = row.outcome, row.point
-        if not o.ok:
-            refused.append((p.label, o.status))
+        found = row.result
+        if not found.ok:
             continue
-        worth = ["free"] * judge.free(o) + ["too large"] * (not judge.accepts(row))
-        out.add_row(
-            p.label,
-            p.kind,
-            f"{o.ratio:.2f}",
-            f"{o.cost:.3g}",
-            percent(judge.error(o)),
-            ", ".join(worth),
-            f"{o.ledger:.0e}",
+        worth = ["free"] * judge.free(found) + ["too large"] * (not judge.accepts(row))
+        rows.append(
+            (
+                row.point.label,
+                row.point.kind,
+                f"{found.ratio:.2f}",
+                f"{found.cost:.3g}",
+                percent(judge.error(found)),
+                ", ".join(worth),
+                f"{found.ledger:.0e}",
+            )
         )
-    return out, refused
+    return title, HEADINGS, rows
+
+
+def refused(trade):
+    """Lines that tell of the points that did not run, and why."""
+    return [f"{row.point.label}: {row.result.status}" for row in trade.rows if not row.result.ok]
 
 
 def sentences(trade):
@@ -167,13 +171,13 @@ def advice(trade, given_scene):
         if row is None:
             found.append((f"{start} none, not even the scene as it is", ""))
             continue
-        free = ", within the scatter" if trade.judge.free(row.outcome) else ""
+        free = ", within the scatter" if trade.judge.free(row.result) else ""
         text = paste(trade, row, given_scene)
         name = row.point.label if text else "the scene as it is"
         found.append(
             (
-                f"{start} {name} (cost {row.outcome.ratio:.2f} of the default, error "
-                f"{percent(trade.judge.error(row.outcome))}{free})",
+                f"{start} {name} (cost {row.result.ratio:.2f} of the default, error "
+                f"{percent(trade.judge.error(row.result))}{free})",
                 text,
             )
         )

@@ -15,15 +15,15 @@ from dusttaichi import files
 from dusttaichi.analysis.observables import Measured
 from dusttaichi.errors import DustError
 from dusttaichi.run import stages
-from dusttaichi.studies.ensemble.jobs import INTERRUPTED
-from dusttaichi.studies.ensemble.runs import core_of, noted_signals
-from dusttaichi.studies.trade.child import LEAST
-from dusttaichi.studies.trade.point import Outcome
-from dusttaichi.studies.trade.process import Process
+from dusttaichi.studies.ensemble.runs import core_of
+from dusttaichi.studies.interrupts import noted_signals
+from dusttaichi.studies.trade.point import PointResult
 from dusttaichi.studies.trade.scenes import changed
+from dusttaichi.studies.trade.task import LEAST
+from dusttaichi.studies.workers import INTERRUPTED, LOST, POLL, Worker, wait_all
 
 POINTS, FILE = "points", "point.json"
-LOST = 1  # the process was, which may not happen again
+TASK = "dusttaichi.studies.trade.task:run"
 
 
 class Runner:
@@ -37,36 +37,37 @@ class Runner:
     costs.
 
     directory: of the trade; each point is kept below it and not run again, unless the scene or the
-    code that computes it has changed. say, watch(label, share): tell of progress, from any thread.
+    code that computes it has changed. jobs: processes at a time. report(label, share): called from
+    any thread with the share of a running point that is done, None at its end.
     """
 
-    def __init__(self, scene, directory, jobs=1, pairs=True, watch=lambda label, share: None):
+    def __init__(self, scene, directory, jobs=1, pairs=True, report=lambda label, share: None):
         self.scene, self.directory = scene, Path(directory)
-        self.jobs, self.pairs, self.watch = jobs, pairs, watch
+        self.jobs, self.pairs, self.report = jobs, pairs, report
         self.known, self.default = {}, None
         self.stopped = threading.Event()
 
-    def run(self, points, done=lambda point, outcome: None):
-        """label -> Outcome of all points; the first call must be that of the base scene alone.
+    def run(self, points, done=lambda point, result: None):
+        """label -> PointResult of all points; the first call must be that of the base scene alone.
 
         done: called after each. Raises KeyboardInterrupt; what had ended until then is kept.
         """
-        outcomes, left = {}, []
+        results, left = {}, []
         for point in points:
             try:
                 scene = changed(self.scene, point.changes)
             except DustError as error:
-                outcomes[point.label] = Outcome(2, _one_line(error))
-                done(point, outcomes[point.label])
+                results[point.label] = PointResult(2, _one_line(error))
+                done(point, results[point.label])
                 continue
             left.append((point, scene))
         for paired in (False, True):
             some = [(p, s) for p, s in left if (p.paired and self.pairs) == paired]
             side = 2 if paired and self.jobs > 1 else 1
-            self._several(some, max(1, self.jobs // side), outcomes, done)
-        return outcomes
+            self._several(some, max(1, self.jobs // side), results, done)
+        return results
 
-    def _several(self, some, workers, outcomes, done):
+    def _several(self, some, workers, results, done):
         """Run (point, scene)s; equal scenes once."""
         waiting, alike = {}, []
         with noted_signals() as signals, ThreadPoolExecutor(workers) as pool:
@@ -76,16 +77,16 @@ class Runner:
                     alike.append((point, key))
                     continue
                 waiting[pool.submit(self._one, point, scene)] = key
-                outcomes[point.label] = None
+                results[point.label] = None
             of = {key: point for point, key in ((p, self._key(p, s)) for p, s in reversed(some))}
             left = dict(waiting)
             try:
                 while left:
-                    ended, _ = wait(left, timeout=0.2, return_when=FIRST_COMPLETED)
+                    ended, _ = wait(left, timeout=POLL, return_when=FIRST_COMPLETED)
                     for future in ended:
                         key = left.pop(future)
                         if future.result() is not None:
-                            self.known[key] = outcomes[of[key].label] = future.result()
+                            self.known[key] = results[of[key].label] = future.result()
                             done(of[key], future.result())
                     if signals:
                         self.stopped.set()
@@ -95,7 +96,7 @@ class Runner:
         if signals:
             raise KeyboardInterrupt
         for point, key in alike:
-            outcomes[point.label] = self.known[key]
+            results[point.label] = self.known[key]
             done(point, self.known[key])
 
     def _key(self, point, scene):
@@ -111,7 +112,7 @@ class Runner:
     # -- one point -------------------------------------------------------------------------------
 
     def _one(self, point, scene):
-        """The Outcome of a point, kept or now; None where it was stopped."""
+        """The PointResult of a point, kept or now; None where it was stopped."""
         if self.stopped.is_set():
             return None
         folder, key = self.folder(point), self._key(point, scene)
@@ -121,106 +122,115 @@ class Runner:
         shutil.rmtree(folder, ignore_errors=True)
         try:
             folder.mkdir(parents=True)
-            self.watch(point.label, 0.0)
-            outcome = self._measure(point, scene, folder)
-            if outcome is not None and outcome.code != LOST:
-                _keep(folder / FILE, key, outcome)
+            self.report(point.label, 0.0)
+            result = self._measure(point, scene, folder)
+            if result is not None and result.code != LOST:
+                _keep(folder / FILE, key, result)
         except OSError as error:
             reason = files.explain(error, folder / FILE)
             raise DustError(f"Cannot write {folder}: {reason}.") from error
         finally:
-            self.watch(point.label, None)
+            self.report(point.label, None)
             shutil.rmtree(folder / stages.FOLDER, ignore_errors=True)
-        return outcome and self._compared(outcome)
+        return result and self._compared(result)
 
-    def _compared(self, outcome):
-        """The outcome with a ratio; the first is that of the base, which all are compared with."""
+    def _compared(self, result):
+        """The result with a ratio; the first is that of the base, which all are compared with."""
         if self.default is None:
-            self.default = outcome
-        if outcome.ratio is None and outcome.cost is not None and self.default.cost:
-            outcome = replace(outcome, ratio=outcome.cost / self.default.cost)
-        return outcome
+            self.default = result
+        if result.ratio is None and result.cost is not None and self.default.cost:
+            result = replace(result, ratio=result.cost / self.default.cost)
+        return result
 
     def _measure(self, point, scene, folder):
+        """The PointResult of a run, with its ratio where the point is paired; None if stopped."""
         with tempfile.TemporaryDirectory(dir=folder, prefix=".beside-") as scratch:
             beside = Path(scratch) / "run"
-            with Process(scene, folder / "run") as run:
+            with _started(scene, folder / "run") as run:
                 if not (point.paired and self.pairs):
                     return self._finished(point, run)
                 if self.jobs > 1:
-                    with Process(self.scene, beside, measure=False) as other:
-                        return self._side_by_side(point, run, other)
-                outcome = self._finished(point, run)
-            if outcome is None or not outcome.ok:
-                return outcome
-            with Process(self.scene, beside, measure=False) as other:
-                most = outcome.cost if self._long else np.inf
-                said = self._finished(point, other, most, raw=True)
-            return said and replace(outcome, ratio=self._ratio(outcome, said))
+                    with _started(self.scene, beside, measure=False) as base:
+                        return self._side_by_side(point, run, base)
+                result = self._finished(point, run)
+            if result is None or not result.ok:
+                return result
+            with _started(self.scene, beside, measure=False) as base:
+                answer = self._answer(base, most=result.cost if self._long else np.inf)
+                return answer and replace(result, ratio=self._ratio(result, answer))
 
     @property
     def _long(self):
         """True where the base may be stopped on its way: a moment's run must be whole."""
         return self.default is not None and self.default.cost > LEAST
 
-    def _side_by_side(self, point, run, other):
-        for process in (run, other):
-            while not process.wait("ready"):
-                if self.stopped.is_set():
-                    return None
-        other.begin()
-        outcome = self._finished(point, run)
-        if outcome is None or not outcome.ok:
-            return outcome
-        if self._long:  # the rest of it would be beside nothing
-            other.stop()
-        said = self._finished(point, other, raw=True)
-        return said and replace(outcome, ratio=self._ratio(outcome, said))
-
-    def _finished(self, point, process, most=np.inf, raw=False):
-        """Outcome of a process, which begins now if it has not; None where all are stopped.
-
-        most [s]: core-seconds after which it is stopped. raw: what it said in place of an Outcome.
-        """
-        while not process.wait("ready"):
-            if self.stopped.is_set():
-                return None
-        process.begin()
-        while not process.wait("code"):
-            if self.stopped.is_set():
-                return None
-            if process.said.get("cost", 0.0) > most:
-                process.stop()
-            if not raw:
-                self.watch(point.label, process.said.get("share", 0.0))
-        said = process.end()
-        if raw:
-            return said
-        if said["code"] == INTERRUPTED:
+    def _side_by_side(self, point, run, base):
+        if not wait_all((run, base), "ready", self.stopped.is_set):
             return None
-        return Outcome(
-            code=said["code"],
-            status=said.get("status") or _one_line(said["text"]),
-            cost=said.get("cost") if said["code"] == 0 else None,
-            steps=said.get("steps"),
-            time_step=said.get("time_step"),
-            ledger=said.get("ledger"),
-            measured=Measured.from_json(said.get("measured", {"values": {}, "curve": None})),
-            costs=tuple(map(tuple, said.get("costs", ((), ())))),
+        base.go()
+        result = self._finished(point, run)
+        if result is None or not result.ok:
+            return result
+        if self._long:  # the rest of it would be beside nothing
+            base.stop()
+        answer = self._answer(base)
+        return answer and replace(result, ratio=self._ratio(result, answer))
+
+    def _answer(self, worker, report=lambda share: None, most=np.inf):
+        """The Answer of a worker, which goes on now if it has not; None where all are stopped.
+
+        report: called with the share that is done. most [s]: core-seconds after which the worker is
+        stopped.
+        """
+        if not wait_all((worker,), "ready", self.stopped.is_set):
+            return None
+        worker.go()
+        while not worker.answered():
+            if self.stopped.is_set():
+                return None
+            if worker.reports.get("cost", 0.0) > most:
+                worker.stop()
+            report(worker.reports.get("share", 0.0))
+        return worker.answer()
+
+    def _finished(self, point, worker):
+        """The PointResult of a worker's run; None where all are stopped."""
+        answer = self._answer(worker, lambda share: self.report(point.label, share))
+        if answer is None or answer.code == INTERRUPTED:
+            return None
+        found = answer.found
+        return PointResult(
+            code=answer.code,
+            status=found.get("status") or _one_line(answer.text),
+            cost=found.get("cost") if answer.code == 0 else None,
+            steps=found.get("steps"),
+            time_step=found.get("time_step"),
+            ledger=found.get("ledger"),
+            measured=Measured.from_json(found.get("measured", {"values": {}, "curve": None})),
+            costs=tuple(map(tuple, found.get("costs", ((), ())))),
         )
 
-    def _ratio(self, outcome, said):
+    def _ratio(self, result, answer):
         """Cost of a point over that of the base at the noise that both met; None where that was
-        not heard."""
-        if not said.get("cost"):
+        not heard.
+
+        answer: of the run of the base beside it.
+        """
+        cost = answer.found.get("cost")
+        if not cost:
             return None
-        if self.default is None:  # this is the base, beside itself
-            return outcome.cost / said["cost"]
-        if said["code"] == 0:
-            return outcome.cost / said["cost"]
-        by_then = np.interp(said["costs"][0][-1], *self.default.costs)
-        slower = said["cost"] / by_then if by_then > 0.0 else 1.0
-        return outcome.cost / (slower * self.default.cost)
+        if self.default is None or answer.code == 0:  # the base is whole, or this is it
+            return result.cost / cost
+        by_then = np.interp(answer.found["costs"][0][-1], *self.default.costs)
+        slower = cost / by_then if by_then > 0.0 else 1.0
+        return result.cost / (slower * self.default.cost)
+
+
+def _started(scene, directory, measure=True):
+    """A worker with the run of a scene sent to it."""
+    worker = Worker(TASK)
+    worker.send(scene=scene.to_yaml(), directory=str(directory), measure=measure)
+    return worker
 
 
 def _one_line(text):
@@ -228,15 +238,15 @@ def _one_line(text):
 
 
 def _kept(path, key):
-    """The Outcome in a file, if it is there and of this key."""
+    """The PointResult in a file, if it is there and of this key."""
     try:
         data = json.loads(path.read_text())
-        return Outcome.from_json(data["outcome"]) if data["key"] == key else None
+        return PointResult.from_json(data["result"]) if data["key"] == key else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
 
-def _keep(path, key, outcome):
+def _keep(path, key, result):
     temporary = path.with_suffix(".tmp")
-    temporary.write_text(json.dumps({"key": key, "outcome": outcome.to_json()}))
+    temporary.write_text(json.dumps({"key": key, "result": result.to_json()}))
     files.replace_atomically(temporary, path)

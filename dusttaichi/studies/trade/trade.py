@@ -10,7 +10,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.studies.trade import knobs, scenes
 from dusttaichi.studies.trade.judge import Judge
 from dusttaichi.studies.trade.path import Row, cheapest, offers, walk
-from dusttaichi.studies.trade.point import KINDS, NUMERICAL, Outcome, Point
+from dusttaichi.studies.trade.point import KINDS, NUMERICAL, Point, PointResult
 
 LEAST_NOISE = 0.02  # of a cost, that is always reckoned with
 DEFAULT = Point("default", "default", "", math.nan, NUMERICAL)
@@ -30,7 +30,7 @@ class Trade:
     judge: Judge
     rows: tuple[Row, ...]
     seeds: tuple[Measured, ...]
-    half: Outcome
+    half: PointResult
     numerical: Row | None
     anything: Row | None
     left_out: dict[str, str]
@@ -53,21 +53,21 @@ def trade(
     seeds=4,
     tolerance=0.05,
     observable=None,
-    say=lambda text: None,
+    log=lambda text: None,
 ):
     """The Trade of a base scene (`scenes.base`).
 
-    run: list of Points -> label -> Outcome. seeds: how many in all. Raises DustError where the
+    run: list of Points -> label -> PointResult. seeds: how many in all. Raises DustError where the
     scene itself or its reference does not run, or has no such observable.
     """
     front, behind, left_out = plan(scene, names, quick, seeds)
     default = run([DEFAULT])[DEFAULT.label]
     _needed(default, "the scene as it is")
     _known(observable, default.measured)
-    outcomes = run([*behind, *front])
-    reference, half = outcomes["reference"], outcomes[behind[0].label]
+    results = run([*behind, *front])
+    reference, half = results["reference"], results[behind[0].label]
     _needed(reference, "the reference (numerics.accuracy: reference)")
-    others = [outcomes[point.label] for point in behind[1:]]
+    others = [results[point.label] for point in behind[1:]]
     measured = [default.measured, *(o.measured for o in others if o.ok)]
     judge = Judge.of(
         reference.measured,
@@ -82,14 +82,14 @@ def trade(
             f"the default and its reference have no {judge.name} that can be compared; choose "
             f"another --observable ({', '.join(reference.measured.names)})"
         )
-    rows = [Row(DEFAULT, default), *(Row(p, outcomes[p.label]) for p in front)]
+    rows = [Row(DEFAULT, default), *(Row(p, results[p.label]) for p in front)]
     noise = max(abs(default.ratio - 1.0), LEAST_NOISE)
     singles = [row for row in rows if row.point.knob in knobs.NAMES]
     start = None
     for kinds in ((NUMERICAL,), KINDS[1:]):
         found = offers([r for r in singles if r.point.kind in kinds], judge, noise)
         if found:
-            say(f"combining {', '.join(o[0].point.knob for o in found)}")
+            log(f"combining {', '.join(o[0].point.knob for o in found)}")
         tried, start = walk(start, found, lambda p: run([p])[p.label], judge)
         rows += tried
     return Trade(
@@ -105,11 +105,11 @@ def trade(
     )
 
 
-def _needed(outcome, what):
-    if not outcome.ok:
-        raise DustError(f"{what} does not run, so there is nothing to compare: {outcome.status}")
-    if outcome.ratio is None:
-        raise DustError(f"{what} makes no steps ({outcome.status}): there is no cost to compare")
+def _needed(result, what):
+    if not result.ok:
+        raise DustError(f"{what} does not run, so there is nothing to compare: {result.status}")
+    if result.ratio is None:
+        raise DustError(f"{what} makes no steps ({result.status}): there is no cost to compare")
 
 
 def _known(name, measured):

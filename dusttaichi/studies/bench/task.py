@@ -1,15 +1,10 @@
-"""One configuration of the benchmark in a process of its own.
+"""What a worker process does for the benchmark: it builds one configuration and times it.
 
 Taichi starts once a process, with a fixed number of threads, and its memory is the process's.
-Commands come as lines of JSON on the standard input, answers go as lines of JSON to the standard
-output; whatever else is printed goes to the standard error. The process ends with its input.
 """
 
-import json
 import math
-import os
 import resource
-import signal
 import sys
 import time
 from dataclasses import replace
@@ -18,14 +13,13 @@ from pathlib import Path
 import numpy as np
 
 from dusttaichi import samples, units
-from dusttaichi.errors import DustError
 from dusttaichi.studies.bench.sample import Recipe, bench_scene, load, make
 
 LEDGER_EVERY = 1000  # steps between measurements of a run
 
 
-class Worker:
-    """Answers commands; holds one simulation."""
+class Benchmark:
+    """Answers requests, a method each; holds one simulation."""
 
     def prepare(self, grains, filling_factor):
         """Make and keep a sample."""
@@ -124,19 +118,9 @@ def peak_memory():
         return unit * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
-def main():
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the one who asked ends this process
-    answers = os.fdopen(os.dup(1), "w")
-    os.dup2(2, 1)
-    worker = Worker()
-    for line in sys.stdin:
-        command = json.loads(line)
-        try:
-            answer = getattr(worker, command.pop("do"))(**command)
-        except DustError as error:
-            answer = {"error": str(error)}
-        print(json.dumps(answer), file=answers, flush=True)
+_benchmark = Benchmark()
 
 
-if __name__ == "__main__":
-    main()
+def answer(parent, *, do, **arguments):
+    """The dict that a method of the benchmark answers. do: its name."""
+    return getattr(_benchmark, do)(**arguments)

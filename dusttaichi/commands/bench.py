@@ -1,0 +1,31 @@
+"""`dust bench`: how fast the simulation is."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from dusttaichi.commands.console import say, say_written
+
+
+def bench(
+    quick: Annotated[bool, typer.Option("--quick", help="small sizes only, two minutes")] = False,
+    parts: Annotated[
+        bool, typer.Option("--parts", help="what each part of a scene costs instead")
+    ] = False,
+    lammps: Annotated[bool, typer.Option(help="time LAMMPS on the same samples")] = True,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="CSV file of the numbers")
+    ] = None,
+):
+    """Measure: ns a contact and a grain-step by size, filling factor, threads; beside LAMMPS."""
+    from dusttaichi.studies.bench import measure
+    from dusttaichi.studies.bench import parts as parts_bench
+
+    if parts:
+        table = parts_bench.main(quick=quick, out=output, log=say)
+    else:
+        table = measure.main(quick=quick, lammps=lammps, out=output, log=say)
+    print(f"\n{table.text()}")
+    if output is not None:
+        say_written([output])

@@ -1,0 +1,33 @@
+"""`dust check` and `dust schema`: what a scene says, before it is run."""
+
+import sys
+from typing import Annotated
+
+import typer
+
+from dusttaichi.commands.console import console, remark, say
+from dusttaichi.commands.options import SceneFile, load_scene
+
+
+def check(
+    file: SceneFile,
+    costs: Annotated[
+        bool, typer.Option("--costs", help="time the scene with each of its parts left out")
+    ] = False,
+):
+    """Check a YAML file and print the scene resolved: constants, step, size, cost, parts."""
+    from dusttaichi.grains.preview import report
+
+    scene = load_scene(file)
+    console.print(scene.to_yaml().rstrip())
+    for title, rows in report(scene, costs, remark):
+        console.print(f"\n{title}", style="bold")
+        for what, value in rows:
+            say(f"  {what:<42} {value}")
+
+
+def schema():
+    """Print the JSON Schema of the YAML, for editors that complete and check it."""
+    from dusttaichi.scene import schema_text
+
+    sys.stdout.write(schema_text())

@@ -1,0 +1,91 @@
+"""What `dust run` does with replicas, and `dust sweep`: runs, dataset, figure, table."""
+
+from dusttaichi.commands.console import plain_table, say, say_written
+from dusttaichi.commands.progress import ProgressBar, shares_text
+from dusttaichi.errors import DustError, GuardStop, Interrupted
+
+
+def run_plan(plan, onward, *, quiet, **how):
+    """Run a Plan, gather it, draw it, print its table.
+
+    onward: the command that goes on after an interruption. how: as `ensemble.run_all` takes it.
+    Raises DustError for input that cannot be used, Interrupted, and, after everything else is done,
+    GuardStop or DustError for runs that failed.
+    """
+    from dusttaichi.analysis.ensemble import save_ensemble
+    from dusttaichi.plots.ensemble import save_ensemble as save_figure
+    from dusttaichi.studies.ensemble import gather_plan, run_all
+
+    with ProgressBar(quiet) as bar:
+        try:
+            results = run_all(plan, report=_shown(bar), log=bar.log, **how)
+        except KeyboardInterrupt:
+            raise Interrupted(
+                f"interrupted; everything up to here is in {plan.directory}. Go on with: {onward}"
+            ) from None
+    failed = [result for result in results if result.code != 0]
+    if len(failed) == len(results):
+        raise failure(plan, failed)
+    data = gather_plan(plan, results)
+    save_ensemble(data, plan.file)
+    figure = plan.file.with_suffix(".png")
+    save_figure(data, figure)
+    say(_table(data))
+    say_written((plan.file, figure))
+    if failed:
+        raise failure(plan, failed)
+
+
+def failure(plan, failed):
+    """The error that tells of runs that failed, one line a reason."""
+    reasons = {}
+    for result in failed:
+        reasons.setdefault(result.text, []).append(plan.members[result.number].label)
+    lines = [f"{', '.join(labels)}: {text}" for text, labels in reasons.items()]
+    guarded = any(result.code == GuardStop.exit_code for result in failed)
+    count = f"{len(failed)} of {len(plan.members)} runs failed:"
+    return (GuardStop if guarded else DustError)("\n  ".join([count, *lines]))
+
+
+def _shown(bar):
+    """What shows the progress of a plan in a bar."""
+
+    def show(progress):
+        running = progress.running
+        done = progress.done + sum(running.values())
+        what = f"{progress.done} of {progress.total} runs"
+        bar.show(what, done, progress.total, shares_text(running))
+
+    return show
+
+
+def _table(data):
+    from dusttaichi.analysis import ensemble_tables as tables
+
+    axes, names = tables.axes_of(data), tables.table_numbers(data)
+    if not axes:
+        return _table_of_replicas(data, names)
+    table = plain_table(
+        *({"header": axis.split(".")[-1], "no_wrap": True} for axis in axes),
+        *({"header": name.replace("_", " "), "justify": "right"} for name in names),
+        title=data.attrs["title"],
+    )
+    columns = [tables.number_texts(data, name) for name in names]
+    for point, label in enumerate(tables.point_values(data)):
+        table.add_row(*label, *(column[point] for column in columns))
+    return table
+
+
+def _table_of_replicas(data, names):
+    from dusttaichi.analysis import ensemble_tables as tables
+
+    table = plain_table(
+        {"header": " ", "no_wrap": True},
+        {"header": "mean ± standard deviation", "no_wrap": True},
+        {"header": "runs", "justify": "right"},
+        title=data.attrs["title"],
+    )
+    for name in names:
+        count = int(data[name].notnull().sum())
+        table.add_row(name.replace("_", " "), *tables.number_texts(data, name), str(count))
+    return table

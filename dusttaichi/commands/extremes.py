@@ -1,0 +1,66 @@
+"""`dust extremes`: the map of where runs are stable, refused or stopped."""
+
+import sys
+from typing import Annotated
+
+import typer
+
+from dusttaichi.commands.console import plain_table, say, say_written
+from dusttaichi.commands.options import MapOutput, Quiet
+from dusttaichi.commands.progress import ProgressBar
+from dusttaichi.errors import Interrupted
+
+
+def extremes(
+    quick: Annotated[bool, typer.Option("--quick", help="fewer cells, two minutes")] = False,
+    only: Annotated[
+        list[str] | None, typer.Option("--only", help="one group; may be repeated", metavar="GROUP")
+    ] = None,
+    output: MapOutput = None,
+    force: Annotated[bool, typer.Option("--force", help="try finished cells again")] = False,
+    quiet: Quiet = False,
+):
+    """Map where runs are stable, refused or stopped by a guard: steps, materials, speeds, sizes."""
+    from dusttaichi.studies.extremes.chart import chart
+
+    with ProgressBar(quiet, "extremes") as bar:
+        try:
+            data, paths = chart(
+                quick=quick, only=only, output=output, force=force, report=_shown(bar), log=bar.log
+            )
+        except KeyboardInterrupt:
+            raise Interrupted(
+                "interrupted; finished cells are kept, the same command goes on"
+            ) from None
+    _show(data)
+    say_written(paths)
+    if (data.verdict == "WRONG").any():
+        sys.exit(1)
+
+
+def _shown(bar):
+    """What shows the progress of the map in a bar."""
+
+    def show(group, counts, total):
+        state = "  ".join(f"{n} {verdict}" for verdict, n in counts.items() if n)
+        bar.show(group, sum(counts.values()), total, state)
+
+    return show
+
+
+def _show(data):
+    from dusttaichi.studies.extremes import results
+
+    headings = [
+        {"header": heading, "justify": "right" if n else "left", "no_wrap": True}
+        for n, heading in enumerate(results.HEADINGS)
+    ]
+    table = plain_table(*headings)
+    for row in results.summary(data):
+        table.add_row(*row)
+    say(table)
+    part = data.where(data.verdict == "WRONG", drop=True)
+    for group, name, reason in zip(
+        part.group.values, part.name.values, part.reason.values, strict=True
+    ):
+        say(f"WRONG  {group}: {name}: {reason}")

@@ -1,0 +1,44 @@
+"""Options and arguments that several commands have, and the scene that they are about."""
+
+import shlex
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from dusttaichi.errors import DustError
+
+SceneFile = Annotated[Path, typer.Argument(help="YAML file of the scene", metavar="FILE")]
+RunPath = Annotated[Path, typer.Argument(help="run directory or result file", metavar="RUN")]
+RunPaths = Annotated[list[Path], typer.Argument(help="run directories or result files")]
+Output = Annotated[Path | None, typer.Option("--output", "-o", help="directory of the results")]
+MapOutput = Annotated[Path | None, typer.Option("--output", "-o", help="directory of the map")]
+Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads")]
+Scheduler = Annotated[
+    str | None, typer.Option(help="address of a Dask scheduler", metavar="ADDRESS")
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="no progress bar")]
+
+
+def load_scene(file, threads=None):
+    """The scene of a YAML file, with the number of threads of an option. Raises DustError."""
+    from dusttaichi.scene import load
+
+    scene = load(file)
+    return scene if threads is None else scene.with_value("numerics.threads", threads)
+
+
+def refuse_both(force, resume):
+    """Refuse --force together with --resume. Raises DustError."""
+    if force and resume:
+        raise DustError("--force starts anew, --resume goes on: give only one of them")
+
+
+def again(command, file, output, *, settings=(), scheduler=None, error_bar=False):
+    """The command that goes on with what was interrupted."""
+    words = ["dust", command, str(file)]
+    words += [word for setting in settings for word in ("--set", setting)]
+    words += ["--output", str(output)] if output else []
+    words += ["--scheduler", scheduler] if scheduler else []
+    words += ["--error-bar"] if error_bar else []
+    return shlex.join([*words, "--resume"])

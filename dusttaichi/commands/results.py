@@ -1,0 +1,138 @@
+"""What is done with results: `dust plot`, `compare`, `export` and `render`."""
+
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from dusttaichi.commands.console import console, plain_table, say, say_written
+from dusttaichi.commands.options import RunPath, RunPaths
+from dusttaichi.errors import DustError
+
+COLUMNS = (  # heading, key of analysis.compare, shown as, unit; only what the runs have
+    ("run", "name", "{}", 1),
+    ("grains", "grains", "{:,}", 1),
+    ("p_m kPa", "p_m", "{:.1f}", 1e3),
+    ("Delta", "delta", "{:.2f}", 1),
+    ("rms", "rms", "{:.3f}", 1),
+    ("mean", "rms_mean", "{:+.3f}", 1),
+    ("covered", "rms_covered", "{:.2f}", 1),
+    ("contacts/grain at 0.3", "contacts_per_grain_at_0.3", "{:.2f}", 1),
+    ("at 0.45", "contacts_per_grain_at_0.45", "{:.2f}", 1),
+    ("phi_init", "phi_init", "{:.3g}", 1),
+    ("strength kPa", "strength", "{:.3g}", 1e3),
+    ("sigma", "strength_sigma", "{:.2g}", 1e3),
+    ("at phi", "strength_phi", "{:.3g}", 1),
+    ("T19 eq 33", "strength_law", "{:.3g}", 1e3),
+    ("past it", "strength_passed", "{!s}", 1),
+    ("P/(E_roll/r^3 phi^3)", "ratio", "{:.2f}", 1),
+    ("ledger", "ledger_worst", "{:.0e}", 1),
+)
+
+
+def _cell(value, text, unit):
+    if value is None:
+        return "-"
+    return text.format(value if unit == 1 else value / unit)
+
+
+def plot(
+    runs: RunPaths,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="directory of the figures")
+    ] = None,
+):
+    """Figures of a run: curves, stress, profile, energy. Several runs: their curves in one."""
+    from dusttaichi import analysis, plots
+
+    if len(runs) == 1 and analysis.is_trade(runs[0]):
+        data, file = analysis.open_trade(runs[0])
+        folder = output or file.parent
+        say_written([plots.save_trade(data, folder / "trade.png")])
+        return
+    with ExitStack() as opened:
+        results = [opened.enter_context(analysis.open_run(path)) for path in runs]
+        if len(results) == 1:
+            folder = output or (runs[0] if runs[0].is_dir() else runs[0].parent)
+            paths = plots.save_all(results[0], folder)
+        else:
+            paths = plots.save_together(results, output or Path("."))
+    say_written(paths)
+
+
+def compare(
+    runs: RunPaths,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="CSV file of all numbers")
+    ] = None,
+):
+    """Runs side by side: fit and distance from the law, tensile strength, contacts, ledger."""
+    from dusttaichi import analysis
+
+    with ExitStack() as opened:
+        rows = analysis.compare([opened.enter_context(analysis.open_run(path)) for path in runs])
+    shown = [column for column in COLUMNS if column[1] in rows[0]]
+    table = plain_table(*(heading for heading, *_ in shown))
+    for row in rows:
+        table.add_row(*(_cell(row[key], text, unit) for _, key, text, unit in shown))
+    console.print(table)
+    if output is not None:
+        analysis.to_csv(rows, output)
+        say_written([output])
+
+
+def export(
+    run: RunPath,
+    to: Annotated[str, typer.Option(help="vtk, extxyz or lammps")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="directory of the files")
+    ] = None,
+    snapshot: Annotated[str, typer.Option(help="number, from the end if negative, or all")] = "all",
+):
+    """Snapshots for other programs: ParaView (vtk), ASE and OVITO (extxyz), OVITO (lammps)."""
+    from dusttaichi import analysis
+    from dusttaichi.export import export as write
+
+    number = snapshot if snapshot == "all" else _whole("--snapshot", snapshot, " or all")
+    with analysis.open_run(run) as result:
+        paths = write(result, to, output, number)
+    say(f"wrote {paths[0]}{f' and {len(paths) - 1} more' if len(paths) > 1 else ''}")
+
+
+def _whole(option, text, otherwise=""):
+    try:
+        return int(text)
+    except ValueError:
+        raise DustError(f"{option}: {text}; allowed: a whole number{otherwise}.") from None
+
+
+def render(
+    run: RunPath,
+    snapshot: Annotated[int, typer.Option(help="number, from the end if negative")] = -1,
+    color: Annotated[
+        str, typer.Option(help="coordination, speed, height, fragment, body or uniform")
+    ] = "coordination",
+    view: Annotated[
+        str, typer.Option(help="oblique, front, side, top, bottom or x,y,z to look from")
+    ] = "oblique",
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="file: .png, .pdf; .gif, .mp4")
+    ] = None,
+    animate: Annotated[bool, typer.Option("--animate", help="a film of all snapshots")] = False,
+):
+    """Picture of the grains of a snapshot, or a film of all snapshots."""
+    from dusttaichi import analysis, plots
+
+    folder = run if run.is_dir() else run.parent
+    path = output or folder / ("grains.gif" if animate else "grains.png")
+    with analysis.open_run(run) as result:
+        if animate:
+            plots.animation(result, path, color, view)
+        else:
+            figure = plots.grains(result, snapshot, color, view)
+            try:
+                figure.savefig(path)
+            except (OSError, ValueError) as error:
+                raise DustError(f"The picture cannot be written to {path}: {error}.") from error
+    say_written([path])

@@ -1,0 +1,128 @@
+"""`dust run`: one scene, or the replicas of one."""
+
+from typing import Annotated
+
+import typer
+
+from dusttaichi.commands.console import console, plain_table, say_written
+from dusttaichi.commands.ensembles import run_plan
+from dusttaichi.commands.options import (
+    Output,
+    Quiet,
+    SceneFile,
+    Scheduler,
+    Threads,
+    again,
+    load_scene,
+    refuse_both,
+)
+from dusttaichi.commands.progress import ProgressBar
+from dusttaichi.errors import DustError, Interrupted
+
+
+def run(
+    file: SceneFile,
+    force: Annotated[bool, typer.Option("--force", help="overwrite an existing result")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="go on with an interrupted run")] = False,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="compute stages again that are kept")
+    ] = False,
+    error_bar: Annotated[
+        bool, typer.Option("--error-bar", help="estimate the error of the time step at the end")
+    ] = False,
+    output: Output = None,
+    threads: Threads = None,
+    scheduler: Scheduler = None,
+    quiet: Quiet = False,
+):
+    """Run the scene of a YAML file: result, figures and a short table."""
+    from dusttaichi.run.loop import run_directory
+
+    refuse_both(force, resume)
+    scene = load_scene(file, threads)
+    directory = run_directory(scene, output)
+    onward = again("run", file, output, scheduler=scheduler, error_bar=error_bar)
+    if scene.replicas is not None:
+        from dusttaichi.studies import ensemble
+
+        if fresh:
+            raise DustError(
+                f"--fresh is for a single run; here remove the folder {directory / '.stages'}, "
+                "where the finished stages of the replicas are kept"
+            )
+        plan = ensemble.ensemble_plan(scene, directory)
+        how = {"force": force, "resume": resume, "scheduler": scheduler, "error_bar": error_bar}
+        run_plan(plan, onward, quiet=quiet, **how)
+        return
+    if scheduler is not None:
+        raise DustError("--scheduler is for many runs: a scene with replicas, or dust sweep")
+    how = {"force": force, "resume": resume, "fresh": fresh, "error_bar": error_bar}
+    _run_one(scene, directory, onward, quiet=quiet, **how)
+    _show_result(directory)
+
+
+def _run_one(scene, directory, onward, *, quiet, **how):
+    """Run a scene. onward: the command that goes on with it. how: as `execute` takes it."""
+    from dusttaichi.files import CHECKPOINT
+    from dusttaichi.run.loop import execute
+
+    checkpoint = directory / CHECKPOINT
+    before = _time_of(checkpoint)
+    with ProgressBar(quiet, "building") as bar:
+        try:
+            execute(scene, directory, watch=_shown(bar), say=bar.log, **how)
+        except KeyboardInterrupt:
+            if _time_of(checkpoint) in (None, before):
+                raise Interrupted(_nothing_computed(directory, before is not None)) from None
+            raise Interrupted(
+                f"interrupted; everything up to here is in {directory}. Go on with: {onward}"
+            ) from None
+
+
+def _nothing_computed(directory, kept):
+    left = f"; what {directory} held before is as it was" if kept else ""
+    return f"interrupted before the first step: nothing was computed{left}"
+
+
+def _time_of(path):
+    """When a file was written [ns], or None where there is none."""
+    try:
+        return path.stat().st_mtime_ns
+    except OSError:
+        return None
+
+
+def _shown(bar):
+    """What shows the progress of a run in a bar."""
+
+    def show(progress):
+        state = []
+        if progress.filling_factor is not None:
+            state.append(f"phi {progress.filling_factor:.3f}")
+        if progress.pressure is not None:
+            state.append(f"P {progress.pressure / 1e3:.3g} kPa")
+        state.append(f"{progress.steps_per_second:,.0f} steps/s")
+        total = progress.end if progress.end < 2**61 else None
+        what = f"{progress.task}step {progress.step:,}"
+        bar.show(what, progress.step, total, "  ".join(state))
+
+    return show
+
+
+def _show_result(directory):
+    """Figures and table of a finished run."""
+    from dusttaichi import analysis, plots
+
+    with analysis.open_run(directory) as result:
+        figures = plots.save_all(result, directory)
+        summary = analysis.summary(result)
+        rows = analysis.table(summary)
+    headings = [
+        {"header": heading, "no_wrap": heading == " "}  # no label is cut
+        for heading in (" ", "run", "literature")
+    ]
+    table = plain_table(*headings, title=summary["name"])
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
+    say_written([directory / "result.nc", *figures])

@@ -1,0 +1,48 @@
+"""`dust sticking`: the speed up to which two bodies stick, or their restitution over speeds."""
+
+from typing import Annotated
+
+import typer
+
+from dusttaichi.commands.console import remark, say, say_written
+from dusttaichi.commands.options import MapOutput, SceneFile, Threads, load_scene
+
+
+def sticking(
+    file: SceneFile,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            help="a key and its value; with --map several, key=value,value",
+            metavar="KEY=VALUE",
+        ),
+    ] = None,
+    tolerance: Annotated[float, typer.Option(help="relative width of the bracket")] = 1e-3,
+    low: Annotated[str | None, typer.Option(help="speed to look from", metavar="SPEED")] = None,
+    high: Annotated[str | None, typer.Option(help="speed to look up to", metavar="SPEED")] = None,
+    chart: Annotated[
+        str | None,
+        typer.Option("--map", help="restitution at COUNT speeds", metavar="LOW,HIGH,COUNT"),
+    ] = None,
+    output: MapOutput = None,
+    threads: Threads = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="only the result")] = False,
+):
+    """Sticking speed of a collision by bisection of batches, or restitution over speeds."""
+    from dusttaichi.studies import sticking as speeds
+    from dusttaichi.studies.ensemble import with_settings
+
+    scene = load_scene(file, threads)
+    if chart is not None:
+        folder = output or scene.output.directory.with_name(f"{scene.name}-sticking")
+        data, paths = speeds.save_map(scene, chart, folder, tolerance, settings or [])
+        rows = speeds.map_rows(data)
+    else:
+        scene, paths = with_settings(scene, settings or []), []
+        log = (lambda text: None) if quiet else remark
+        ends = (speeds.speed_of(name, text) for name, text in (("--low", low), ("--high", high)))
+        rows = speeds.rows(speeds.sticking(scene, tolerance, *ends, log=log))
+    for what, value in rows:
+        say(f"{what:<44} {value}")
+    say_written(paths)

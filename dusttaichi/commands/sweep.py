@@ -1,0 +1,40 @@
+"""`dust sweep`: a scene over a grid of values of its keys."""
+
+from typing import Annotated
+
+import typer
+
+from dusttaichi.commands.ensembles import run_plan
+from dusttaichi.commands.options import (
+    Output,
+    Quiet,
+    SceneFile,
+    Scheduler,
+    again,
+    load_scene,
+    refuse_both,
+)
+
+
+def sweep(
+    file: SceneFile,
+    settings: Annotated[
+        list[str],
+        typer.Option("--set", help="a key and its values, key=value,value", metavar="KEY=VALUES"),
+    ],
+    force: Annotated[bool, typer.Option("--force", help="overwrite existing results")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="go on with what is missing")] = False,
+    output: Output = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="CPU threads a run")] = None,
+    scheduler: Scheduler = None,
+    quiet: Quiet = False,
+):
+    """Run a scene over a grid of values of its keys: one dataset, a figure, a table."""
+    from dusttaichi.studies import ensemble
+
+    refuse_both(force, resume)
+    scene = load_scene(file, threads)
+    runs = scene.output.directory
+    plan = ensemble.sweep_plan(scene, settings, output or runs.with_name(f"{runs.name}-sweep"))
+    onward = again("sweep", file, output, settings=settings, scheduler=scheduler)
+    run_plan(plan, onward, quiet=quiet, force=force, resume=resume, scheduler=scheduler)

@@ -1,0 +1,110 @@
+"""`dust trade`: what accuracy costs, knob by knob."""
+
+import shlex
+import sys
+import threading
+from typing import Annotated
+
+import typer
+
+from dusttaichi.commands.console import err, plain_table, say, say_written
+from dusttaichi.commands.options import Output, Quiet, SceneFile, load_scene
+from dusttaichi.commands.progress import ProgressBar, shares_text
+from dusttaichi.errors import Interrupted
+
+
+def trade(
+    file: SceneFile,
+    knobs: Annotated[
+        str | None, typer.Option(help="only these knobs, by commas", metavar="KNOB,KNOB")
+    ] = None,
+    observable: Annotated[
+        str | None, typer.Option(help="the number whose error decides", metavar="NAME")
+    ] = None,
+    tolerance: Annotated[str, typer.Option(help="largest error", metavar="SHARE")] = "5%",
+    seeds: Annotated[
+        int | None, typer.Option(min=1, help="seeds for the scatter: 4, with --quick 2")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="three rungs a knob, two seeds")] = False,
+    pairs: Annotated[
+        bool, typer.Option(help="run the default beside each point, to compare costs")
+    ] = True,
+    jobs: Annotated[int | None, typer.Option(min=1, help="processes at a time: all cores")] = None,
+    force: Annotated[bool, typer.Option("--force", help="run kept points again")] = False,
+    output: Output = None,
+    quiet: Quiet = False,
+):
+    """Cost and error of every knob of a scene: table, figure, and the cheapest setting."""
+    from dusttaichi.studies.trade import measure, report
+
+    scene = load_scene(file)
+    runs = scene.output.directory
+    folder = output or runs.with_name(f"{runs.name}-trade")
+    wanted = measure.Wanted.of(knobs, quick, seeds=seeds, tolerance=tolerance, name=observable)
+    how = {"jobs": jobs, "pairs": pairs, "force": force}
+    with _Shown(quiet) as shown:
+        try:
+            found, paths = measure.measure(scene, folder, wanted, watcher=shown, **how)
+        except KeyboardInterrupt:
+            onward = shlex.join(["dust", *sys.argv[1:]]).replace(" --force", "")
+            raise Interrupted(
+                f"interrupted; the points that are finished are in {folder / measure.POINTS}. "
+                f"Go on with: {onward}"
+            ) from None
+    title, headings, rows = report.table(found)
+    table = plain_table(*headings, title=title)
+    for row in rows:
+        table.add_row(*row)
+    say(table)
+    for line in [*report.refused(found), *report.sentences(found)]:
+        say(line)
+    for heading, text in report.advice(found, scene):
+        say(f"\n{heading}")
+        if text:
+            say(text)
+    say()
+    say_written(paths)
+
+
+class _Shown(ProgressBar):
+    """Progress of all points together; what is run in between is counted as it comes."""
+
+    def __init__(self, quiet):
+        # where there is no terminal, a bar would be shown at its end only: lines take its place
+        super().__init__(quiet or not err.is_terminal)
+        self._quiet, self._lines = quiet, not (quiet or err.is_terminal)
+        self._total, self._finished, self._running = 0, 0, {}
+        self._lock = threading.Lock()
+
+    def log(self, text):
+        """Print a line, unless asked to be quiet."""
+        if not self._quiet:
+            super().log(text)
+
+    def begin(self, total):
+        """So many points are to be run."""
+        self._total = total
+
+    def report(self, label, share):
+        """A point has been done to this share; None at its end. From any thread."""
+        with self._lock:
+            if share is None:
+                self._running.pop(label, None)
+            else:
+                self._running[label] = share
+            self._show()
+
+    def done(self, point, result):
+        """A point is finished, with this PointResult."""
+        with self._lock:
+            self._finished += 1
+            self._total = max(self._total, self._finished)
+            self._show()
+        if self._lines:
+            ratio = "" if result.ratio is None else f"cost {result.ratio:.2f}, "
+            self.log(f"{self._finished} of {self._total}: {point.label}: {ratio}{result.status}")
+
+    def _show(self):
+        what = f"{self._finished} of {self._total} points"
+        done = self._finished + sum(self._running.values())
+        self.show(what, done, self._total, shares_text(self._running))

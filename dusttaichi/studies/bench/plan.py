@@ -1,0 +1,47 @@
+"""What a benchmark was asked for."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from dusttaichi.studies.bench import sample as bench_sample
+from dusttaichi.studies.bench.timing import Timed
+
+GRAIN_STEPS, LAMMPS_GRAIN_STEPS = 10_000_000, 1_000_000  # of a timed stretch, about a second
+LEAST_STEPS, LAMMPS_LEAST_STEPS = 200, 30
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What main was asked for, and where kernels are kept meanwhile."""
+
+    filling_factors: tuple[float, ...]
+    threads: tuple[int, ...]
+    steps: int | None
+    precisions: tuple[str, ...]
+    lammps: bool
+    rounds: int
+    kernels: Path
+    log: Callable[[str], None]
+
+    def kernels_of(self, grains: int, precision: str = "f64") -> Path:
+        """The folder of the compiled kernels of so many grains."""
+        return self.kernels / f"{grains}_{precision}"
+
+    def our_steps(self, grains: int) -> int:
+        """Steps of a timed stretch."""
+        return self.steps or max(LEAST_STEPS, GRAIN_STEPS // grains)
+
+    def lammps_steps(self, grains: int) -> int:
+        """Steps of a timed stretch in LAMMPS."""
+        steps = max(LAMMPS_LEAST_STEPS, LAMMPS_GRAIN_STEPS // grains)
+        return min(steps, self.steps or steps)
+
+
+def prepare(kernels: Path, recipe, log: Callable[[str], None]) -> None:
+    """Make the sample of a recipe in a process of its own, unless it is kept."""
+    if bench_sample.load(recipe.path) is not None:
+        return
+    log(f"{recipe.grains} grains: making the sample of filling factor {recipe.filling_factor:g}")
+    with Timed(kernels) as process:
+        process.ask("prepare", grains=recipe.grains, filling_factor=recipe.filling_factor)

@@ -1,0 +1,27 @@
+"""What a worker process does for a run of an ensemble: the run and its figures."""
+
+
+def run(parent, *, scene, directory, mode, error_bar):
+    """Run a scene (text of its YAML) into a directory.
+
+    mode: "new", "force" (start anew) or "resume". error_bar: estimate the error of the time step at
+    the end. The share that is done is reported on the way. Raises what `execute` raises.
+    """
+    from dusttaichi import analysis, plots
+    from dusttaichi.run.loop import execute
+    from dusttaichi.scene import from_yaml
+
+    def report(progress):
+        if progress.end and not progress.task:
+            parent.progress(share=progress.step / progress.end)
+
+    execute(
+        from_yaml(scene),
+        directory,
+        force=mode == "force",
+        resume=mode == "resume",
+        error_bar=error_bar,
+        watch=report,
+    )
+    with analysis.open_run(directory) as result:
+        plots.save_all(result, directory)

@@ -1,0 +1,136 @@
+"""The collision of a scene, repeated at many speeds side by side in one batch."""
+
+from dataclasses import replace
+from math import inf, sqrt
+
+import numpy as np
+
+from dusttaichi import samples, units
+from dusttaichi.domain.surroundings import glued
+from dusttaichi.errors import DustError
+from dusttaichi.grains.batch import build_batch
+from dusttaichi.grains.build import bodies_of, chosen_step
+from dusttaichi.physics.contact import constants
+from dusttaichi.samples.ballistic import first_touch
+from dusttaichi.samples.collision import FLIGHT
+
+JUMPS = 0.77224  # energy lost on forming and breaking, of F_c delta0: 0.69886 + 0.07338
+# A contact is found up to v dt too late, which raises the sticking speed by up to
+# 0.58 v dt/delta0: three quarters of the tolerance are left.
+LATEST = 0.4
+
+
+def closed_form(scene, sample=None):
+    """Sticking speed of two single grains, or of one and a wall, head-on without damping [m/s].
+
+    sqrt(2 x 0.77224 F_c delta0/m) with the reduced mass: what the potential of S12 loses when a
+    contact forms and breaks. Of samples of more grains that of the first and the last.
+    """
+    contact = meeting(scene, samples.make(scene) if sample is None else sample)
+    return sqrt(2.0 * JUMPS * contact.F_c * contact.delta0 / contact.mass)
+
+
+def meeting(scene, sample):
+    """ContactConstants of the first grain and the last, or of the first and a wall."""
+    kinds, interaction = scene.all_materials, scene.interaction
+    number = np.zeros(len(sample), int) if sample.materials is None else sample.materials
+    ends = [
+        (kinds[number[n]], kinds[number[n]].radius if sample.radii is None else sample.radii[n])
+        for n in (0, -1)
+    ]
+    (a, r1), (b, r2) = ends
+    if scene.boundary.walls:
+        return glued(constants.wall_constants(a, interaction, r1, kinds[0]), scene.boundary)
+    return constants.mixed_constants(a, r1, b, r2, interaction)
+
+
+class Collision:
+    """A scene whose bodies fly at each other at any speed, everything else as it says.
+
+    The step of single grains is shortened to what the tolerance asks for.
+    """
+
+    def __init__(self, scene, tolerance):
+        if not 0.0 < tolerance < 1.0:
+            raise DustError(f"--tolerance {tolerance:g}; allowed: a number between 0 and 1.")
+        self.sample, self._rest, self._way = _motion(scene)
+        self.closed = closed_form(scene, self.sample)
+        own = chosen_step(scene, self.sample, bodies_of(scene, self.sample)).dt
+        self.time = _stop_time(scene, own)
+        if len(self.sample) <= 2:
+            overlap = meeting(scene, self.sample).delta0
+            own = min(own, LATEST * tolerance * overlap / self.closed)
+            scene = scene.with_value("numerics.time_step", f"{own:.17g} s")
+        self.scene, self.time_step = scene, own
+
+    @property
+    def is_closed(self):
+        """True where the closed form holds."""
+        head_on = not self.sample.info.get("impact_parameter")
+        undamped = self.scene.interaction.damping.model == "none"
+        return len(self.sample) <= 2 and undamped and head_on and not self.sample.spins.any()
+
+    def at(self, speed):
+        """The sample with its bodies at that relative speed [m/s]."""
+        return replace(self.sample, velocities=self._rest + speed * self._way)
+
+    def outcomes(self, speeds, others=None):
+        """The batch.Outcome at each of the speeds [m/s], `time` after the slowest has touched.
+
+        others: collisions of which all speeds are wanted, in this scene and with its step; by
+        default this one.
+        """
+        members = others or [self]
+        batch = build_batch(self.scene, [c.at(speed) for c in members for speed in speeds])
+        self.time_step = batch.sim.dt * units.TIME  # that of the fastest
+        flight = max(c.flight(batch, k * len(speeds)) for k, c in enumerate(members))
+        batch.run_until(max(c.time for c in members) + flight / min(speeds))
+        return batch.outcomes()
+
+    def flight(self, batch, number=0):
+        """Way of the relative flight until the first touch [m]; number: of its scene."""
+        x, radius = self.sample.positions, self.scene.material.radius
+        if self.sample.radii is not None:
+            radius = float(self.sample.radii.min())  # on the safe side for larger ones
+        box = batch.sim.box
+        if box is None:
+            split = batch.target_grains[number]
+            one, other = x[None, :split, FLIGHT], x[None, split:, FLIGHT]
+            flight = float(first_touch(one, other, 2.0 * radius)[0])
+        else:
+            way = self._way.mean(axis=0) @ box.normal.T
+            above = (x @ box.normal.T).min(axis=0) - radius - box.offset * units.LENGTH
+            ahead = (box.present == 1) & (way < 0.0)
+            flight = float(np.min(above[ahead] / -way[ahead], initial=inf))
+        if flight == inf:
+            raise DustError("The bodies miss each other; try a smaller sample.impact_parameter.")
+        return max(flight, 0.0)
+
+
+def _motion(scene):
+    """The sample, the velocities of its grains within the bodies, and those a unit of speed."""
+    if scene.sample.kind in ("pair", "collision"):
+        resting, moving = (
+            samples.make(scene.with_value("sample.speed", speed)) for speed in ("0 m/s", "1 m/s")
+        )
+        return moving, resting.velocities, moving.velocities - resting.velocities
+    if scene.sample.kind != "explicit" or not scene.boundary.walls:
+        raise DustError(
+            f"sample.kind = {scene.sample.kind}: a sticking speed is that of two bodies; allowed: "
+            "pair, collision, or explicit grains that fly at a wall."
+        )
+    sample = samples.make(scene)
+    mean = sample.velocities.mean(axis=0)
+    speed = float(np.linalg.norm(mean))
+    if speed == 0.0:
+        raise DustError("sample.velocities: the grains rest; let them fly at the wall.")
+    way = np.zeros_like(sample.velocities) + mean / speed
+    return sample, sample.velocities - mean, way
+
+
+def _stop_time(scene, dt):
+    """How long a collision is followed after the touch [s]."""
+    stop = scene.stop
+    if stop is None or (stop.time is None and stop.steps is None):
+        raise DustError("stop: a time or a number of steps is needed, for example {time: 1 us}")
+    return min(stop.time or inf, (stop.steps or inf) * dt)

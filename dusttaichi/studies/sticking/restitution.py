@@ -1,0 +1,133 @@
+"""The coefficient of restitution of a collision over its speed and other keys of the scene."""
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from dusttaichi.errors import DustError
+from dusttaichi.results import provenance
+from dusttaichi.studies.ensemble.scenes import grid
+from dusttaichi.studies.sticking.collision import Collision
+from dusttaichi.studies.sticking.search import speed_of
+
+
+def restitution_map(scene, speeds, tolerance=1e-3, settings=()):
+    """Outcomes of the scene's collision at these speeds [m/s], as an xr.Dataset in SI.
+
+    settings: texts "key=value,value" of the YAML; each is a dimension before the speed.
+    restitution, bound, fragments, largest_fragment, contacts, kinetic: (..., speed). The attribute
+    sticking_speed is the closed form of the first point, closed_form tells whether it holds there
+    (two single grains, or one and a wall, without damping, head-on). Points that differ in their
+    samples only run as one batch. Raises DustError as `sticking` does.
+    """
+    axes, scenes = grid(scene, list(settings))
+    collisions = [Collision(point, tolerance) for point in scenes]
+    speeds = np.asarray(speeds, float)
+    found = _all_outcomes(collisions, speeds)
+    collision = collisions[0]
+    dims = (*(axis.key for axis in axes), "speed")
+    shape = (*(len(axis.texts) for axis in axes), len(speeds))
+    columns = {
+        "restitution": ([o.coefficient for o in found], "1", "coefficient of restitution"),
+        "bound": ([int(o.bound) for o in found], "1", "1 where the bodies end bound"),
+        "fragments": ([o.fragments for o in found], "1", "sets of grains connected by contacts"),
+        "largest_fragment": ([o.largest for o in found], "1", "grains of the largest fragment"),
+        "contacts": ([o.contacts for o in found], "1", "contacts between grains"),
+        "kinetic": ([o.kinetic for o in found], "J", "kinetic energy at the end"),
+    }
+    data = xr.Dataset(
+        {
+            name: (dims, np.array(values).reshape(shape), {"units": unit, "long_name": text})
+            for name, (values, unit, text) in columns.items()
+        },
+        {"speed": ("speed", speeds, {"units": "m/s", "long_name": "speed of approach"})}
+        | {
+            axis.key: (axis.key, axis.coordinate, {"units": axis.unit} if axis.unit else {})
+            for axis in axes
+        },
+    )
+    data.attrs = provenance(
+        scene.source,
+        collision.scene.to_yaml(),
+        title=scene.name,
+        time_step=collision.time_step,
+        sticking_speed=collision.closed,
+        closed_form=int(collision.is_closed),
+    )
+    return data
+
+
+def _all_outcomes(collisions, speeds):
+    """The batch.Outcome of every collision at every speed, the speeds fastest: a list."""
+    together = {}
+    for n, collision in enumerate(collisions):
+        # what a batch shares: everything of the scene but its sample
+        rest = collision.scene.model_copy(update={"sample": None, "numerics": None, "name": ""})
+        together.setdefault(repr(rest), []).append(n)
+    found = [None] * len(collisions)
+    for members in together.values():
+        least = min((collisions[n] for n in members), key=lambda c: c.time_step)
+        outcomes = least.outcomes(speeds, [collisions[n] for n in members])
+        for k, n in enumerate(members):
+            found[n] = outcomes[k * len(speeds) : (k + 1) * len(speeds)]
+    return [outcome for part in found for outcome in part]
+
+
+def save_map(scene, text, directory, tolerance=1e-3, settings=()):
+    """Write restitution.nc and restitution.png of the speeds "LOW,HIGH,COUNT" to a directory.
+
+    settings: see `restitution_map`. Returns the dataset and the paths. Raises DustError.
+    """
+    from dusttaichi import plots
+
+    data = restitution_map(scene, _speeds(text), tolerance, settings)
+    closed = data.attrs["sticking_speed"]
+    table = data.restitution.values.reshape(-1, data.sizes["speed"])
+    axes = [data[name].values for name in data.restitution.dims[:-1]]
+    labels = [
+        ", ".join(f"{v:.4g}" if isinstance(v, float) else str(v) for v in point)
+        for point in itertools.product(*axes)
+    ]
+    figure = plots.restitution(
+        data.speed,
+        table,
+        closed if data.attrs["closed_form"] else None,
+        [", ".join(data.restitution.dims[:-1]) + f" = {label}" for label in labels]
+        if axes
+        else scene.name,
+    )
+    paths = [Path(directory) / f"restitution{suffix}" for suffix in (".nc", ".png")]
+    try:
+        Path(directory).mkdir(parents=True, exist_ok=True)
+        data.to_netcdf(paths[0])
+        figure.savefig(paths[1])
+    except OSError as error:
+        raise DustError(f"The map cannot be written to {directory}: {error}.") from error
+    return data, paths
+
+
+def map_rows(data):
+    """Rows (what, value) of text of a restitution map."""
+    closed = data.attrs["sticking_speed"]
+    speeds = np.broadcast_to(data.speed.values, data.bound.shape)
+    apart = np.sort(speeds[data.bound.values == 0])
+    return [
+        ("speeds", str(data.sizes["speed"])),
+        ("slowest that does not end bound", f"{apart[0]:.6g} m/s" if len(apart) else "none"),
+        ("two grains (or grain and wall), no damping", f"{closed:.6g} m/s"),
+    ]
+
+
+def _speeds(text):
+    parts = [part.strip() for part in text.split(",")]
+    if len(parts) != 3 or not parts[2].isdigit() or int(parts[2]) < 2:
+        raise DustError(
+            f"--map {text}: two speeds and a number of at least 2 are needed, for example "
+            '--map "0.01 m/s,5 m/s,40"'
+        )
+    low, high = (speed_of("--map", part) for part in parts[:2])
+    if not 0.0 < low < high:
+        raise DustError(f"--map {text}: speeds above 0 are needed, the second above the first")
+    return np.geomspace(low, high, int(parts[2]))

@@ -1,0 +1,104 @@
+"""A whole trade of a scene: what is wanted of it, the runs, the dataset and the figure."""
+
+import re
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+from dusttaichi import files
+from dusttaichi.analysis.ensemble import save_ensemble
+from dusttaichi.errors import DustError
+from dusttaichi.plots.trade import save_trade
+from dusttaichi.studies.trade import knobs, report, scenes
+from dusttaichi.studies.trade.runner import POINTS, Runner
+from dusttaichi.studies.trade.trade import plan, trade
+from dusttaichi.studies.workers import usable_cores
+
+QUICK_SEEDS, SEEDS = 2, 4
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a trade is to find out.
+
+    names: of the knobs. quick: three rungs a knob. seeds: how many in all. tolerance: the largest
+    error, a share. observable: name of the number whose error decides, or None for the first.
+    """
+
+    names: tuple[str, ...] = knobs.NAMES
+    quick: bool = False
+    seeds: int = SEEDS
+    tolerance: float = 0.05
+    observable: str | None = None
+
+    @classmethod
+    def of(cls, names, quick, *, seeds, tolerance, name):
+        """From the texts of the command line; None: the default. Raises DustError."""
+        if seeds is None:
+            seeds = QUICK_SEEDS if quick else SEEDS
+        return cls(knobs.chosen(names), quick, seeds, share_of(tolerance), name)
+
+
+class Watcher:
+    """What a trade tells of its progress: here, nothing."""
+
+    def log(self, text):
+        """A line of text."""
+
+    def begin(self, total):
+        """So many points are to be run."""
+
+    def report(self, label, share):
+        """A point has been done to this share; None at its end. From any thread."""
+
+    def done(self, point, result):
+        """A point is finished, with this PointResult."""
+
+
+def share_of(text):
+    """A share from "5%", "5 %" or "0.05". Raises DustError."""
+    match = re.fullmatch(r"\s*([\d.eE+-]+)\s*(%?)\s*", text)
+    try:
+        value = float(match[1]) / (100.0 if match[2] else 1.0)
+    except (TypeError, ValueError):
+        value = 0.0
+    if not 0.0 < value <= 1.0:
+        raise DustError(f"--tolerance {text}: a share above 0 and up to 1 is needed, such as 5%")
+    return value
+
+
+def measure(scene, directory, wanted, *, jobs=None, pairs=True, force=False, watcher=None):
+    """The Trade of a scene, and the paths of its dataset and figure.
+
+    directory: of the results; finished points are kept there and not run again. jobs: processes at
+    a time, all cores by default. pairs: run the scene as it is beside each point. force: run all
+    points again. Raises DustError, and KeyboardInterrupt with all finished points kept.
+    """
+    watcher, directory = watcher or Watcher(), Path(directory)
+    base = scenes.base(scene)
+    if base.numerics.time_step != "auto":
+        fraction = scenes.own_fraction(base)
+        watcher.log(f"the time step of the scene is {fraction:.3g} of its stiffest period")
+    jobs = 1 if scene.numerics.backend != "cpu" else jobs or usable_cores()
+    with files.RunLock(directory):
+        if force:
+            shutil.rmtree(directory / POINTS, ignore_errors=True)
+        front, behind, _ = plan(base, wanted.names, wanted.quick, wanted.seeds)
+        watcher.begin(1 + len(front) + len(behind))
+        runner = Runner(base, directory, jobs, pairs, report=watcher.report)
+        found = trade(
+            base,
+            lambda points: runner.run(points, done=watcher.done),
+            names=wanted.names,
+            quick=wanted.quick,
+            seeds=wanted.seeds,
+            tolerance=wanted.tolerance,
+            observable=wanted.observable,
+            log=watcher.log,
+        )
+        pairing = "side by side" if jobs > 1 else "one after the other"
+        numbers = {"jobs": jobs, "pairs": pairing if pairs else "none"}
+        data = report.dataset(found, scene, scene.source or "", numbers)
+        file = directory / "trade.nc"
+        save_ensemble(data, file)
+    return found, (file, save_trade(data, file.with_suffix(".png")))

@@ -1,0 +1,227 @@
+"""Worker processes: one protocol for all studies that compute in processes of their own.
+
+A worker is a Python process that imports Taichi, holds its memory and handles its signals by
+itself. `Worker` starts it and talks to it; `child.py` is what runs inside. Both sides write one
+JSON object a line: requests go to the standard input of the process, reports and answers come from
+its standard output, and its standard error is kept for the message when it dies.
+
+    parent                              child
+    {"request": {...}}             ->   the task begins
+                                   <-   {"report": {"share": 0.4}}      as often as it likes
+    {"go": true}                   ->   only for tasks that wait for it (`Parent.wait_for_go`)
+                                   <-   {"code": 0, "text": "", "found": {...}}
+    end of the input               ->   a task that goes on is interrupted as by Ctrl-C, and so
+                                        writes its checkpoint; then the process ends
+
+The input also ends when the parent dies, however it dies. Threads (`concurrent.futures`) wait for
+the workers; a pool of processes, that of `concurrent.futures` or of pebble, does not fit, because
+its processes can neither report progress on the way, nor begin at the same moment, nor write a
+checkpoint before they are ended.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import dusttaichi
+
+LOST = 1  # code of a process that died, or did not answer in time
+INTERRUPTED = 130  # code of a task that was stopped
+POLL = 0.2  # s between two looks of a thread at whether it is to stop
+PATIENCE = 120.0  # s that a stopped process may take to write its checkpoint, before it is killed
+
+
+def usable_cores():
+    """The number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+
+
+def environment(kernels=None):
+    """The environment of a worker: that of this process, with the same dusttaichi to import.
+
+    kernels: the folder where Taichi keeps compiled kernels, its own by default.
+    """
+    package = str(Path(dusttaichi.__file__).parent.parent)
+    paths = [package, *filter(None, [os.environ.get("PYTHONPATH")])]
+    own = {"PYTHONPATH": os.pathsep.join(paths)}
+    if kernels is not None:
+        own["TI_OFFLINE_CACHE_FILE_PATH"] = str(kernels)
+    return {**os.environ, **own}
+
+
+@dataclass(frozen=True)
+class Answer:
+    """How a request ended.
+
+    code: 0, the exit code of a DustError (2: refused, 3: stopped by a guard), INTERRUPTED, or LOST.
+    text: the message of the error, or "". found: all that the task has reported and returned.
+    """
+
+    code: int
+    text: str = ""
+    found: dict = field(default_factory=dict)
+
+
+class Worker:
+    """A process that does one kind of task, one request after the other.
+
+    task: "module:function"; the function is called as function(parent, **request) in the process,
+    where `parent` is a `child.Parent`, and returns a dict or None. folder: its current directory.
+    kernels: see `environment`. A context manager: at its end the process is stopped.
+
+    reports: what the task has reported since the last request, keys updated as they come.
+    """
+
+    def __init__(self, task, *, folder=None, kernels=None):
+        self.reports, self._answer = {}, None
+        self._ended = self._gone = False
+        self._news = threading.Condition()
+        self._errors = tempfile.TemporaryFile("w+", errors="replace")
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "dusttaichi.studies.child", task],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._errors,
+            text=True,
+            errors="replace",
+            cwd=folder,
+            env=environment(kernels),
+            # Ctrl-C in a terminal reaches only the parent, which decides what becomes of it
+            start_new_session=True,
+        )
+        self._listener = threading.Thread(target=self._listen, daemon=True)
+        self._listener.start()
+
+    # -- talking ---------------------------------------------------------------------------------
+
+    def send(self, **request):
+        """Let the process begin with a request. The one before must have been answered."""
+        self.reports, self._answer, self._gone = {}, None, False
+        self._write({"request": request})
+
+    def go(self):
+        """Let a task go on that waits for it; a second call does nothing."""
+        if not self._gone:
+            self._gone = True
+            self._write({"go": True})
+
+    def ask(self, seconds=None, **request):
+        """The Answer to a request. seconds: see `answer`."""
+        self.send(**request)
+        return self.answer(seconds)
+
+    def heard(self, key, seconds=POLL):
+        """True once the task has reported `key`, has ended, or the process is gone.
+
+        Waits no longer than `seconds`.
+        """
+        with self._news:
+            return self._news.wait_for(
+                lambda: key in self.reports or self._answer is not None or self._ended, seconds
+            )
+
+    def answered(self, seconds=POLL):
+        """True once the task has ended or the process is gone; waits no longer than `seconds`."""
+        with self._news:
+            return self._news.wait_for(lambda: self._answer is not None or self._ended, seconds)
+
+    def answer(self, seconds=None):
+        """The Answer to the last request. A process that does not answer in `seconds` is killed."""
+        if not self.answered(seconds):
+            self.kill()
+            return Answer(LOST, f"no answer in {seconds:.0f} s: it hangs", dict(self.reports))
+        if self._answer is None:
+            return Answer(LOST, self._last_words(), dict(self.reports))
+        found = self.reports | (self._answer.get("found") or {})
+        return Answer(self._answer["code"], self._answer.get("text", ""), found)
+
+    @property
+    def alive(self):
+        """True while the process can take a request."""
+        return not self._ended and self._process.poll() is None
+
+    def _write(self, message):
+        with suppress(BrokenPipeError, ValueError):  # a process that is gone shows in its answer
+            self._process.stdin.write(json.dumps(message) + "\n")
+            self._process.stdin.flush()
+
+    def _listen(self):
+        for line in self._process.stdout:
+            message = _message(line)
+            with self._news:
+                if message is not None and "report" in message:
+                    self.reports.update(message["report"])
+                elif message is not None and "code" in message:
+                    self._answer = message
+                self._news.notify_all()
+        with self._news:
+            self._ended = True
+            self._news.notify_all()
+
+    def _last_words(self):
+        """Why the process is gone, in one line."""
+        status = self._wait(PATIENCE)
+        self._errors.seek(0)
+        last = self._errors.read().strip().splitlines() or ["it said nothing"]
+        return f"the process ended (status {status}): {last[-1]}"
+
+    # -- ending ----------------------------------------------------------------------------------
+
+    def stop(self):
+        """Let the process end: at once if it waits for a request, else as after Ctrl-C."""
+        with suppress(BrokenPipeError):
+            self._process.stdin.close()
+
+    def kill(self):
+        """End the process, whatever it is doing."""
+        self._process.kill()
+        self._process.wait()
+
+    def close(self, seconds=PATIENCE):
+        """Stop the process, wait for its end, and kill it if that takes longer than `seconds`.
+
+        A process that ends by itself has written its compiled kernels to the cache of Taichi.
+        """
+        self.stop()
+        self._wait(seconds)
+        self._listener.join()
+        self._process.stdout.close()
+        self._errors.close()
+
+    def _wait(self, seconds):
+        """Exit status of the process, which is killed if it does not end within `seconds`."""
+        try:
+            return self._process.wait(seconds)
+        except subprocess.TimeoutExpired:
+            self.kill()
+            return self._process.returncode
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+
+def _message(line):
+    """The object of a line of JSON, or None for what a library has printed in between."""
+    try:
+        message = json.loads(line)
+    except ValueError:
+        return None
+    return message if isinstance(message, dict) else None
+
+
+def wait_all(workers, key, stopped):
+    """Wait until all workers have reported `key` or ended; False where `stopped()` was first."""
+    for worker in workers:
+        while not worker.heard(key):
+            if stopped():
+                return False
+    return True

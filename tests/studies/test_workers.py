@@ -1,0 +1,225 @@
+"""The protocol of worker processes: answers, progress, stopping, and all ways to die."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from dusttaichi.studies.workers import INTERRUPTED, LOST, Worker, wait_all
+
+TASKS = '''
+import os, sys, time
+from pathlib import Path
+
+from dusttaichi.errors import DustError, GuardStop
+
+calls = 0
+
+def task(parent, *, do, **request):
+    global calls
+    calls += 1
+    return globals()[do](parent, **request)
+
+def count(parent):
+    return {"calls": calls, "process": os.getpid(), "folder": os.getcwd()}
+
+def refuse(parent, text):
+    raise DustError(text)
+
+def guard(parent):
+    parent.report(cost=1.5)
+    raise GuardStop("too fast")
+
+def crash(parent, status):
+    sys.stderr.write("first line\\nlast words")
+    sys.stderr.flush()
+    os._exit(status)
+
+def fail(parent):
+    raise KeyError("a mistake of ours")
+
+def garbage(parent):
+    print("this is no answer")
+    os.write(1, b"{not JSON\\n[1]\\n")
+    parent._write(["neither"])
+    return {"fine": True}
+
+def go(parent):
+    parent.wait_for_go()
+    return {"begun": time.monotonic()}
+
+def run(parent, path, seconds=60.0):
+    """Write a checkpoint when interrupted, as a run does."""
+    end = time.monotonic() + seconds
+    try:
+        while time.monotonic() < end:
+            parent.progress(share=0.25)
+            time.sleep(0.01)
+    except KeyboardInterrupt:
+        Path(path).write_text("checkpoint")
+        raise
+
+def deaf(parent):
+    parent.report(begun=True)
+    while True:
+        try:
+            time.sleep(60)
+        except KeyboardInterrupt:
+            pass
+'''
+
+
+@pytest.fixture
+def tasks(tmp_path, monkeypatch):
+    """The name of a task that can do all of the above."""
+    (tmp_path / "made_tasks.py").write_text(TASKS)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    return "made_tasks:task"
+
+
+def wait_for(what, seconds=20.0):
+    end = time.monotonic() + seconds
+    while not what():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def alive(process):
+    """A process that runs; one that nobody has waited for yet counts as dead."""
+    try:
+        with open(f"/proc/{process}/stat") as stat:
+            return stat.read().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def test_one_process_answers_request_after_request(tasks, tmp_path):
+    with Worker(tasks, folder=tmp_path) as worker:
+        first, second = worker.ask(do="count"), worker.ask(do="count")
+        assert (first.code, first.text) == (0, "")
+        assert [a.found["calls"] for a in (first, second)] == [1, 2]
+        assert first.found["process"] == second.found["process"] != os.getpid()
+        assert first.found["folder"] == str(tmp_path)
+        refused = worker.ask(do="refuse", text="bad: ü [x]")
+        assert (refused.code, refused.text) == (2, "bad: ü [x]")
+        stopped = worker.ask(do="guard")  # what was reported before is known however it ends
+        assert (stopped.code, stopped.found) == (3, {"cost": 1.5})
+        assert worker.ask(do="count").found["calls"] == 5 and worker.alive
+    assert not alive(first.found["process"])
+
+
+def test_what_is_printed_does_not_stand_between_answers(tasks):
+    with Worker(tasks) as worker:
+        assert worker.ask(do="garbage").found == {"fine": True}
+        assert worker.ask(do="count").code == 0
+
+
+def test_a_crash_tells_the_last_words(tasks):
+    with Worker(tasks) as worker:
+        answer = worker.ask(do="crash", status=7)
+        assert answer.code == LOST and answer.text == "the process ended (status 7): last words"
+        assert not worker.alive
+        assert worker.ask(do="count").code == LOST  # and not a word of the former answer
+    with Worker(tasks) as worker:
+        assert worker.ask(do="fail").text.endswith("KeyError: 'a mistake of ours'")
+    with Worker("no_such_module:task") as worker:
+        assert "No module named 'no_such_module'" in worker.ask().text
+
+
+def test_a_process_that_is_killed(tasks, tmp_path):
+    with Worker(tasks) as worker:
+        process = worker.ask(do="count").found["process"]
+        worker.send(do="run", path=str(tmp_path / "c"))
+        assert worker.heard("share", 20.0)
+        os.kill(process, signal.SIGKILL)
+        answer = worker.answer(20.0)
+    assert answer.code == LOST and "status -9" in answer.text
+    assert answer.found == {"share": 0.25}
+
+
+def test_a_process_that_hangs_is_killed_in_time(tasks):
+    with Worker(tasks) as worker:
+        process = worker.ask(do="count").found["process"]
+        answer = worker.ask(0.5, do="deaf")
+        assert answer.code == LOST and answer.text == "no answer in 0 s: it hangs"
+        assert not alive(process) and not worker.alive
+
+
+def test_a_process_that_does_not_stop_is_killed(tasks):
+    worker = Worker(tasks)
+    process = worker.ask(do="count").found["process"]
+    worker.send(do="deaf")
+    assert worker.heard("begun", 20.0)
+    began = time.monotonic()
+    worker.close(0.5)
+    assert not alive(process) and time.monotonic() - began < 10.0
+
+
+def test_stopping_lets_a_run_write_its_checkpoint(tasks, tmp_path):
+    with Worker(tasks) as worker:
+        worker.send(do="run", path=str(tmp_path / "checkpoint"))
+        assert worker.heard("share", 20.0) and not worker.answered(0.01)
+        worker.stop()
+        worker.stop()  # a second one does no harm
+        answer = worker.answer(20.0)
+    assert (answer.code, answer.text) == (INTERRUPTED, "interrupted")
+    assert (tmp_path / "checkpoint").read_text() == "checkpoint"
+
+
+def test_two_begin_at_the_same_moment(tasks):
+    with Worker(tasks) as one, Worker(tasks) as two:
+        for worker in (one, two):
+            worker.send(do="go")
+        assert wait_all((one, two), "ready", lambda: False)
+        assert not one.answered(0.1) and not two.answered(0.1)
+        for worker in (one, two, one):  # the second go of one is none
+            worker.go()
+        moments = [worker.answer(20.0).found["begun"] for worker in (one, two)]
+        assert abs(moments[0] - moments[1]) < 0.5  # threads of a busy machine, not an import
+        assert one.ask(do="count").found["calls"] == 2
+        one.send(do="refuse", text="too early")
+        assert wait_all((one,), "ready", lambda: False)  # ended before it was ready
+        one.go()
+        assert one.answer(20.0).code == 2 and one.ask(do="count").found["calls"] == 4
+        two.send(do="go")
+        assert two.heard("ready", 20.0)
+        two.stop()  # while it waits
+        assert two.answer(20.0).code == INTERRUPTED
+
+
+def test_waiting_ends_where_all_are_to_stop(tasks, tmp_path):
+    with Worker(tasks) as worker:
+        worker.send(do="run", path=str(tmp_path / "c"))
+        assert not wait_all((worker,), "never", lambda: True)
+
+
+PARENT = """
+import sys, time
+from dusttaichi.studies.workers import Worker
+
+worker = Worker("made_tasks:task")
+process = worker.ask(do="count").found["process"]
+worker.send(do="run", path=sys.argv[1])
+assert worker.heard("share", 20.0)
+print(process, flush=True)
+time.sleep(60)
+"""
+
+
+def test_a_process_dies_with_its_parent_and_writes_its_checkpoint(tasks, tmp_path):
+    root = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), root])}
+    with subprocess.Popen(
+        [sys.executable, "-c", PARENT, str(tmp_path / "checkpoint")],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=environment,
+    ) as parent:
+        process = int(parent.stdout.readline())
+        assert alive(process)
+        parent.kill()
+    wait_for(lambda: not alive(process))
+    assert (tmp_path / "checkpoint").read_text() == "checkpoint"
