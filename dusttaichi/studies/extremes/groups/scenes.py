@@ -1,0 +1,20 @@
+"""What the scenes of the map have in common."""
+
+BASE = {
+    "name": "extremes",
+    "material": "silicate_s12",
+    "interaction": {"rolling": {"modifier": 8}, "sliding": {"modifier": 2.5}, "damping": "viscous"},
+    "sample": {"kind": "explicit", "positions": [["0 m", "0 m", "0 m"]]},
+    "boundary": {"kind": "open"},
+    "stop": {"steps": 1},
+    "numerics": {"threads": 1},
+}
+BOTTOM = {"kind": "box", "omit": ["x_min", "x_max", "y_min", "y_max", "top"]}
+PERIODIC = {"kind": "periodic"}
+
+
+def scene(**blocks):
+    """The blocks of BASE with some in their place; `numerics` is added to."""
+    own = {**BASE, **blocks}
+    own["numerics"] = {**BASE["numerics"], **blocks.get("numerics", {})}
+    return own

@@ -1,0 +1,105 @@
+"""Single grains, contacts that just touch or just hold, coinciding grains, wild spins."""
+
+from dusttaichi.studies.extremes.cell import Cell
+from dusttaichi.studies.extremes.groups.scenes import BOTTOM, scene
+
+FAST = 1e9  # rad/s
+NEAR = [[0, 0, 0], [1.9997, 0, 0]]  # positions of two grains in contact, in radii
+TOUCHING = [[0, 0, 0], [2, 0, 0]]
+ORIGIN = ["0 m"] * 3
+
+
+def special(quick):
+    """Single grains, contacts that just touch or just hold, coinciding grains, wild spins."""
+    things = _single() | _touching() | _overlapping() | _pulled() | _spinning()
+    cluster = {"kind": "cluster", "grains": 13}
+    effects = dict.fromkeys(("rolling", "sliding", "twisting"), "off")
+    things["cluster at rest"] = scene(), cluster
+    things["no effects, pair"] = (
+        scene(interaction={**effects, "damping": "none"}),
+        {"kind": "meeting", "sticking": 0.5},
+    )
+    return [
+        Cell(
+            "special states",
+            name,
+            blocks,
+            sample,
+            3_000,
+            alike="special",
+            coordinates={"row": name, "column": ""},
+        )
+        for name, (blocks, sample) in things.items()
+    ]
+
+
+def _given(positions, **motion):
+    """The sample of grains at these positions [radii]."""
+    return {"kind": "given", "positions": positions, **motion}
+
+
+def _single():
+    """Grains that touch nothing, and two that are bound: name -> (scene, sample)."""
+    timed, one = scene(numerics={"time_step": "0.1 ns"}), [[0, 0, 0]]
+    return {
+        "one grain, auto": (scene(), _given(one)),
+        "one grain at rest": (timed, _given(one)),
+        "one grain flying": (timed, _given(one, velocities=[[1, 2, 3]])),
+        "one grain spinning": (timed, _given(one, spins=[[FAST, 0, 0]])),
+        "two grains at rest": (scene(), _given([[0, 0, 0], [3, 0, 0]])),
+        "two grains, bound": (scene(), {"kind": "chain", "grains": 2}),
+    }
+
+
+def _touching():
+    """Two grains at the distance where they touch without a force."""
+    found = {"touching exactly, at rest": (scene(), _given(TOUCHING))}
+    for way, velocity in (
+        ("approaching", [1e-3, 0, 0]),
+        ("leaving", [-1e-3, 0, 0]),
+        ("sliding past", [0, 0.1, 0]),
+    ):
+        sample = _given(TOUCHING, velocities=[velocity, [0, 0, 0]])
+        found[f"touching exactly, {way}"] = scene(), sample
+    return found
+
+
+def _overlapping():
+    """Two grains closer than a contact may be: the scene refuses most of them."""
+    found = {}
+    for name, second in (
+        ("coinciding", "0 m"),
+        ("nearly coinciding", "1e-15 m"),
+        ("overlapping by half", "0.6 um"),
+        ("overlapping by 9 %", "1.092 um"),
+    ):
+        positions = [ORIGIN, [second, "0 m", "0 m"]]
+        found[name] = scene(sample={"kind": "explicit", "positions": positions}), None
+    return found
+
+
+def _pulled():
+    """Chains that the least pull would break."""
+    chain = {"kind": "pulled", "grains": 10}
+    return {
+        "at pull-off, two": (scene(), {"kind": "pulled", "grains": 2}),
+        "at pull-off, ten": (scene(), chain),
+        "at pull-off, ten, hot": (scene(), chain | {"speed": 0.01}),
+    }
+
+
+def _spinning():
+    """Grains in contact that turn so fast that every spring slips."""
+    found = {}
+    for name, spins in (
+        ("pair rolling", [[0, 0, FAST], [0, 0, -FAST]]),
+        ("pair sliding", [[0, 0, FAST], [0, 0, FAST]]),
+        ("pair twisting", [[FAST, 0, 0], [-FAST, 0, 0]]),
+        ("one of two", [[FAST, FAST, FAST], [0, 0, 0]]),
+    ):
+        found[f"spin 1e9, {name}"] = scene(), _given(NEAR, spins=spins)
+    floor, one = scene(boundary=BOTTOM), [[0, 0, 0]]
+    found["spin 1e9, on a wall"] = floor, _given(one, spins=[[0, FAST, 0]])
+    found["spin 1e9, upright on a wall"] = floor, _given(one, spins=[[0, 0, FAST]])
+    found["spin 1e9, cluster"] = scene(), {"kind": "cluster", "grains": 13, "spin": FAST}
+    return found
