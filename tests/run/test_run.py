@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from bits import assert_same_bits
 
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.run import loop as running
@@ -46,24 +47,6 @@ def dust(*args, cwd, **kwargs):
     return subprocess.Popen(
         command, cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **kwargs
     )
-
-
-def tree(path):
-    """All numbers of a result file by name, without the wall clock."""
-    with xr.open_datatree(path, engine="netcdf4") as t:
-        return {
-            f"{group.path}/{name}": values.to_numpy()
-            for group in t.subtree
-            for name, values in group.to_dataset().variables.items()
-            if name != "wall_clock"
-        }
-
-
-def assert_same_bits(a, b):
-    a, b = tree(a), tree(b)
-    assert a.keys() == b.keys()
-    for name in a:
-        np.testing.assert_array_equal(a[name], b[name], err_msg=name)
 
 
 @pytest.fixture(scope="module")

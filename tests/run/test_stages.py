@@ -6,7 +6,7 @@ import signal
 import numpy as np
 import pytest
 import xarray as xr
-from test_run import assert_same_bits
+from bits import assert_same_bits
 
 from dusttaichi import geometry
 from dusttaichi.errors import DustError

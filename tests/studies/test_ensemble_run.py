@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 import xarray as xr
-from test_run import assert_same_bits
+from bits import assert_same_bits
 
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError, GuardStop

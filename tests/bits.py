@@ -1,0 +1,22 @@
+"""Result files compared to the last bit."""
+
+import numpy as np
+import xarray as xr
+
+
+def tree(path):
+    """All numbers of a result file by name, without the wall clock."""
+    with xr.open_datatree(path, engine="netcdf4") as t:
+        return {
+            f"{group.path}/{name}": values.to_numpy()
+            for group in t.subtree
+            for name, values in group.to_dataset().variables.items()
+            if name != "wall_clock"
+        }
+
+
+def assert_same_bits(a, b):
+    a, b = tree(a), tree(b)
+    assert a.keys() == b.keys()
+    for name in a:
+        np.testing.assert_array_equal(a[name], b[name], err_msg=name)
