@@ -17,6 +17,13 @@ class GuardStop(DustError):
 
 
 class Interrupted(DustError):
-    """Ctrl-C or another signal ended a command; the message says how to go on. Exit code 130."""
+    """Ctrl-C or SIGTERM ended what was going on. Exit code 130.
+
+    kept: something was computed, and is on disk to go on from.
+    """
 
     exit_code = 130
+
+    def __init__(self, text="interrupted", kept=True):
+        super().__init__(text)
+        self.kept = kept

@@ -55,8 +55,11 @@ def main():
     The exit code is 0 at the end of a command, 1 where `dust extremes` finds something wrong, that
     of the DustError (2, or 3 where a guard stopped a run), and 130 after an interruption.
     """
+    for number in _deadly_signals():
+        signal.signal(number, signal.default_int_handler)
     try:
-        app(standalone_mode=False)
+        if app(standalone_mode=False) == Interrupted.exit_code:  # what typer makes of Ctrl-C
+            raise Interrupted("interrupted")
     except DustError as error:
         _end(error)
     except (KeyboardInterrupt, typer.Abort):
@@ -68,9 +71,19 @@ def main():
         raise
 
 
+def _deadly_signals():
+    """Signals beside Ctrl-C that would end this process without a word: a kill, a closed terminal.
+
+    What is ignored, as under nohup, stays so.
+    """
+    numbers = (getattr(signal, name, None) for name in ("SIGTERM", "SIGHUP"))
+    return [n for n in numbers if n is not None and signal.getsignal(n) is signal.SIG_DFL]
+
+
 def _end(error):
+    """Print the message and leave. What still runs then ends by itself."""
     if isinstance(error, Interrupted):
-        # what still runs ends by itself; another Ctrl-C would only print a traceback
+        # another Ctrl-C would only print a traceback
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     err.print(f"dust: {error}", style="red", soft_wrap=True)
     sys.exit(error.exit_code)

@@ -109,6 +109,7 @@ def _whole(option, text, otherwise=""):
 
 def render(
     run: RunPath,
+    *,
     snapshot: Annotated[int, typer.Option(help="number, from the end if negative")] = -1,
     color: Annotated[
         str, typer.Option(help="coordination, speed, height, fragment, body or uniform")

@@ -22,6 +22,7 @@ from dusttaichi.errors import DustError, Interrupted
 
 def run(
     file: SceneFile,
+    *,
     force: Annotated[bool, typer.Option("--force", help="overwrite an existing result")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="go on with an interrupted run")] = False,
     fresh: Annotated[

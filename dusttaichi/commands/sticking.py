@@ -10,6 +10,7 @@ from dusttaichi.commands.options import MapOutput, SceneFile, Threads, load_scen
 
 def sticking(
     file: SceneFile,
+    *,
     settings: Annotated[
         list[str] | None,
         typer.Option(

@@ -18,6 +18,7 @@ from dusttaichi.commands.options import (
 
 def sweep(
     file: SceneFile,
+    *,
     settings: Annotated[
         list[str],
         typer.Option("--set", help="a key and its values, key=value,value", metavar="KEY=VALUES"),

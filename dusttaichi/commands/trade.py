@@ -15,6 +15,7 @@ from dusttaichi.errors import Interrupted
 
 def trade(
     file: SceneFile,
+    *,
     knobs: Annotated[
         str | None, typer.Option(help="only these knobs, by commas", metavar="KNOB,KNOB")
     ] = None,

@@ -320,12 +320,14 @@ def test_next_rung_is_tried_where_a_combination_errs_too_much():
 
 def test_without_seeds_nothing_is_free_but_below_the_reference_own_error():
     reference = Measured({"sound_speed": 500.0})
-    judge = Judge.of(reference, Measured({"sound_speed": 501.0}), reference, [reference], 0.05)
+    judge = Judge.of(
+        reference, Measured({"sound_speed": 501.0}), reference, [reference], tolerance=0.05
+    )
     assert judge.floor == judge.convergence["sound_speed"] == pytest.approx(0.002)
     out = [PointResult(0, "", measured=Measured({"sound_speed": v})) for v in (500.9, 502.0)]
     assert [judge.free(o) for o in out] == [True, False]
     stuck = Measured({"restitution": 0.0, "growth_efficiency": 0.9})
-    assert Judge.of(stuck, stuck, stuck, [stuck], 0.05).name == "growth_efficiency"
+    assert Judge.of(stuck, stuck, stuck, [stuck], tolerance=0.05).name == "growth_efficiency"
 
 
 def test_scatter_hides_errors_of_numerics_only():

@@ -35,7 +35,7 @@ from dusttaichi.units import DAMPING, DENSITY, LENGTH, PRESSURE, SPEED, STIFFNES
 
 FRICTION = 0.3  # coefficient of sliding; S12's zeta_crit without load would be 2.4
 SKIN = 0.1  # of the neighbour list [um]
-CHECK_EVERY = 10  # steps between looks at the neighbour list; a grain at 1 m/s moves 3 nm in them
+CHECK_EVERY = 10  # steps between checks of the neighbour list; a grain at 1 m/s moves 3 nm in them
 ROUNDING = 1e-9  # of the touching distance, far below the overlap delta0
 
 _EFFECTS = ("rolling", "sliding")
@@ -256,14 +256,14 @@ def lammps_version() -> str:
     """Version of the LAMMPS that is there. Raises DustError if none is or it does not start."""
     program = _program()
     try:
-        said = subprocess.run(
+        answer = subprocess.run(
             [program, "-help"], env=_environment(), capture_output=True, text=True, timeout=60
         )
     except (OSError, subprocess.TimeoutExpired) as error:
         raise DustError(f"LAMMPS ({program}) does not start: {error}") from error
-    if said.returncode != 0:
-        raise DustError(_why(program, said.stderr))
-    found = re.search(r"Simulator - (.+)|LAMMPS \((.+)\)", said.stdout)
+    if answer.returncode != 0:
+        raise DustError(_why(program, answer.stderr))
+    found = re.search(r"Simulator - (.+)|LAMMPS \((.+)\)", answer.stdout)
     return next(filter(None, found.groups())).strip() if found else "unknown"
 
 

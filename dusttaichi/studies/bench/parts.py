@@ -1,7 +1,7 @@
 """What each part of a scene costs: pairs of scenes, one with the part and one without it.
 
 Each pair is the same grains for the same steps, in two processes that are timed in turn, round
-after round; what is told is the median of the ratios within a round, and their scatter.
+after round; the result is the median of the ratios within a round, and their scatter.
 """
 
 import math
@@ -35,6 +35,7 @@ class Variant:
     base: object = None  # a Scene in place of that of the benchmark, with a sample of its own
 
     def scene(self, grains):
+        """The Scene of a sample of so many grains."""
         scene = self.base or bench_sample.bench_scene(FEW if self.small else grains, threads=1)
         for path, value in self.settings.items():
             scene = scene.with_value(path, value)
@@ -76,7 +77,7 @@ PARTS = (
     ),
     Part("asperities", "off", Variant({"interaction.asperities": {"volume": "0.0336 nm"}}), FULL),
     Part("energy ledger", "losses not summed", FULL, Variant(built={"ledger": False})),
-    Part("unlike grains", "all alike", Variant(built={"unlike": True}), FULL),
+    Part("unlike grains", "all alike", Variant(built={"polydisperse": True}), FULL),
     Part("periodic faces", "open boundary", PERIODIC, OPEN),
     Part("stress", "not summed", STRESS, PERIODIC),
     Part(
@@ -190,8 +191,8 @@ def main(
                 prepare(Path(scratch), recipe, log)
             paths = [str(recipe.path) for recipe in recipes]
             for number, part in enumerate(parts, start=1):
-                said = f" against {part.instead}" if part.instead else ""
-                log(f"{number} of {len(parts)}: {part.name}{said}")
+                against = f" against {part.instead}" if part.instead else ""
+                log(f"{number} of {len(parts)}: {part.name}{against}")
                 try:
                     rows.append(
                         measure_pair(

@@ -39,11 +39,11 @@ class Benchmark:
             "box": (sim.lengths() * units.LENGTH).tolist(),
         }
 
-    def build_part(self, scene, unlike=False, ledger=True, copies=0, path=None):
+    def build_part(self, scene, polydisperse=False, ledger=True, copies=0, path=None):
         """Build a scene (YAML) and make its first step; the sample is that of `path`, or its own.
 
-        unlike: compiled as grains of their own radius, all the same; ledger: whether it is kept;
-        copies: so many of the scene as a batch. See bench.parts.
+        polydisperse: compiled as grains that each have a radius of their own, all the same; ledger:
+        whether it is kept; copies: so many of the scene as a batch. See bench.parts.
         """
         from dusttaichi.grains.batch import build_batch
         from dusttaichi.grains.build import build
@@ -51,7 +51,7 @@ class Benchmark:
 
         scene = from_yaml(scene)
         sample = samples.make(scene) if path is None else load(Path(path))
-        if unlike:
+        if polydisperse:
             sample = replace(sample, radii=np.full(len(sample), scene.material.radius))
         if copies:
             self.start(build_batch(scene, [sample] * copies).sim)

@@ -56,10 +56,10 @@ def machine(*further: str) -> str:
     from dusttaichi.results.provenance import provenance
 
     here = provenance("", "")
-    said = [
+    texts = [
         f"{here['cpu']}, {here['cpu_cores']} cores",
         f"Python {here['python_version']}",
         f"Taichi {here['taichi_version']}",
         f"dusttaichi {here['dusttaichi_version']}",
     ]
-    return "; ".join([*said, *further])
+    return "; ".join([*texts, *further])

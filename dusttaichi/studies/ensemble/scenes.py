@@ -63,6 +63,7 @@ class Plan:
 
     @property
     def file(self) -> Path:
+        """The dataset that the results are gathered in."""
         return self.directory / ("sweep.nc" if self.axes else "ensemble.nc")
 
 

@@ -178,7 +178,7 @@ def packed(scene, block):
     return Sample(made.positions, still, still.copy(), info=made.info)
 
 
-def unlike(scene, ratio, around=1, speed_in=0.0):
+def polydisperse(scene, ratio, around=1, speed_in=0.0):
     """A grain of `ratio` times the radius with `around` small ones in equilibrium contact, or (one
     small one) flying at it at speed_in [m/s]."""
     small = scene.material.radius
@@ -210,5 +210,5 @@ KINDS = {
     "chain": chain,
     "gas": gas,
     "packed": packed,
-    "unlike": unlike,
+    "polydisperse": polydisperse,
 }

@@ -11,10 +11,10 @@ class Cell:
     """One point of the map, in plain numbers and texts (it goes to another process).
 
     group, name: where it stands. scene: the blocks of its YAML. sample: a name of
-    extremes.samples with its numbers, in place of the scene's. steps: how many are made. fraction:
+    `arrangements` with its numbers, in place of the scene's. steps: how many are made. fraction:
     step over the stiffest period of the contacts as they are, past any refusal. limit: measure the
-    largest stable step too. coordinates: `row` and `column` of the figure. alike: name of cells
-    that are compiled once, those of its group and row by default.
+    largest stable step too. coordinates: `row` and `column` of the figure. kernels: name of the
+    cells that share their compiled kernels, by default those of its group and row.
     """
 
     group: str
@@ -26,9 +26,10 @@ class Cell:
     limit: bool = False
     time_limit: float = 120.0  # s, after which it counts as hanging
     coordinates: dict = field(default_factory=dict)
-    alike: str = ""
+    kernels: str = ""
 
     def to_dict(self):
+        """As plain data, for another process and for the file of finished cells."""
         return asdict(self)
 
 
@@ -37,8 +38,8 @@ class CellResult:
     """How a cell ended, and why.
 
     residual: largest of the ledger, a share of the energy that has gone through (record.turnover),
-    seen at any look. steps: made. dt, estimated, measured [s]: the step and the largest stable one,
-    nan where not asked for. seconds: of machine time.
+    seen at any check. steps: made. dt, estimated, measured [s]: the step and the largest stable
+    one, nan where not asked for. seconds: of machine time.
     """
 
     verdict: str

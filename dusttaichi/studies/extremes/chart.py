@@ -71,8 +71,8 @@ def _cells(quick, only):
 
 def _tried(cells, kept, count, report):
     """CellResult by mark of these cells, which are tried now and written to the file `kept`."""
-    alike = groupby(cells, lambda cell: (cell.group, cell.alike or cell.coordinates["row"]))
-    runs = [list(run) for _, run in alike]
+    shared = groupby(cells, lambda cell: (cell.group, cell.kernels or cell.coordinates["row"]))
+    runs = [list(run) for _, run in shared]
     # the longest first, so that no process is left alone with it
     runs.sort(key=lambda run: -max(cell.steps for cell in run))
     found, counts = {}, dict.fromkeys(VERDICTS, 0)

@@ -1,10 +1,10 @@
-"""The largest stable step, measured: do two neighbouring courses of a simulation part?"""
+"""The largest stable step, measured: do two neighbouring trajectories part?"""
 
 import numpy as np
 
 from dusttaichi import units
 
-STEPS, LOOKS = 400, 8
+STEPS, POINTS = 400, 8
 GROWTH = 100.0  # of the kinetic energy of the difference; below the limit it stays of order one
 NUDGE = 1e-7  # of the overlap at rest
 TRIES = 8  # bisections: to half a per cent of the estimate
@@ -15,7 +15,7 @@ def measured_limit(sim, estimate):
 
     Beyond the limit by the part e of it the energy of the fastest mode grows by exp(4 sqrt(2 e)) a
     step without damping and by some exp(2 e) where damping rules, so 400 steps tell 1 % from 0.
-    The estimate itself only says where to look: from 0.3 to 1.7 of it; not a number where
+    The estimate only says where the search begins: from 0.3 to 1.7 of it; not a number where
     the limit is not between.
     """
     arrays, numbers, dt = sim.arrays(), sim.numbers(), sim.dt
@@ -39,8 +39,9 @@ def measured_limit(sim, estimate):
 
 
 def _growth(sim, arrays, numbers):
-    """Largest kinetic energy of the difference of two courses within STEPS steps over that of the
-    nudge: what has grown until contacts break may come to rest again.
+    """Largest kinetic energy of the difference of two trajectories, over that of the nudge.
+
+    Within STEPS steps, not at their end: what has grown until contacts break may come to rest.
 
     The steps begin at the start of the simulation, with the velocities of its own step there.
     """
@@ -52,7 +53,7 @@ def _growth(sim, arrays, numbers):
         "v": speed / np.sqrt(sim.mass) * rng.normal(size=(n, 3)),
         "w": speed / np.sqrt(sim.inertia) * rng.normal(size=(n, 3)),
     }
-    courses = []
+    trajectories = []
     for way in (0.0, 1.0):
         sim.restore(arrays, numbers)
         for name, change in nudge.items():
@@ -60,16 +61,16 @@ def _growth(sim, arrays, numbers):
             values[:n] += way * change
             sim.fields[name].from_numpy(values)
         seen = []
-        for _ in range(LOOKS):
-            sim.advance(STEPS // LOOKS)
+        for _ in range(POINTS):
+            sim.advance(STEPS // POINTS)
             seen.append([sim.fields[name].to_numpy()[:n].astype(float) for name in nudge])
-        courses.append(seen)
+        trajectories.append(seen)
 
     def energy(v, w):
         return float(np.sum(sim.mass * v**2) + np.sum(sim.inertia * w**2))
 
     found = max(
         energy(*(b - a for a, b in zip(one, two, strict=True)))
-        for one, two in zip(*courses, strict=True)
+        for one, two in zip(*trajectories, strict=True)
     )
     return found / energy(*nudge.values()) if np.isfinite(found) else np.inf

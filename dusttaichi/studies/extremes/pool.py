@@ -46,7 +46,7 @@ class Place:
 def attempts(runs, count):
     """Yield (cell, CellResult) as they end.
 
-    runs: lists of cells that one process takes in their order, as cells alike are compiled once.
+    runs: lists of cells that one process takes in their order, as they share their kernels.
     count: of processes side by side.
     """
     count = max(1, min(count, len(runs)))

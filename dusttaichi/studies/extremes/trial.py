@@ -1,4 +1,4 @@
-"""A cell tried: built, stepped under the guards of a run, and every number of it looked at."""
+"""A cell tried: built, stepped under the guards of a run, and every number of it checked."""
 
 import time as real_time
 import traceback
@@ -19,7 +19,7 @@ from dusttaichi.studies.extremes import arrangements
 from dusttaichi.studies.extremes.cell import CellResult
 from dusttaichi.studies.extremes.limit import measured_limit
 
-LOOKS = 25  # records of a run, besides the looks of its guards
+RECORDS = 25  # records of a run, besides the checks of its guards
 
 
 def attempt(cell):
@@ -72,7 +72,7 @@ def watched(sim, scene, steps):
     """CellResult of `steps` steps with the guards and records of a run."""
     tolerance, clock = scene.numerics.ledger_tolerance, clock_of(sim)
     start, worst = sim.measure(), 0.0
-    records = set(np.linspace(0, steps, LOOKS + 1).astype(int).tolist())
+    records = set(np.linspace(0, steps, RECORDS + 1).astype(int).tolist())
     force = np.zeros((6, 3))
     while True:
         m = sim.measure()

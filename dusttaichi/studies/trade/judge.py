@@ -24,12 +24,13 @@ class Judge:
     tolerance: float
 
     @classmethod
-    def of(cls, reference, half, default, seeds, tolerance, name=None):
-        """From Measured of the reference, of it at half the step (or None), of the default and of
-        all seeds. name: of the observable, by default the first that reference and default have
-        and that is not 0: bodies that stick have a restitution, but it tells nothing.
+    def of(cls, reference, half, default, seeds, *, tolerance, name=None):
+        """The Judge from Measured of the reference, of it at half the step (or None), of the
+        default and of all seeds.
 
-        Raises DustError for an observable that there is not.
+        name: of the observable, by default the first that reference and default have and that is
+        not 0: bodies that stick have a restitution, but it tells nothing. Raises DustError for
+        an observable that there is not.
         """
         names = [n for n in reference.names if n in default.names]
         if name is not None and name not in names:
@@ -60,10 +61,11 @@ class Judge:
         return self.convergence[self.name] < self.tolerance / 3.0
 
     def errors(self, result):
-        """observable -> (value, error) of an PointResult."""
+        """observable -> (value, error) of a PointResult."""
         return differences(result.measured, self.reference)
 
     def error(self, result):
+        """The error of the observable that decides."""
         return self.errors(result)[self.name][1]
 
     def free(self, result):

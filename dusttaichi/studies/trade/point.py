@@ -47,14 +47,17 @@ class PointResult:
 
     @property
     def ok(self):
+        """True where the run came to its end."""
         return self.code == 0
 
     def to_json(self):
+        """As plain data, for the file of a finished point."""
         plain = {k: v for k, v in asdict(self).items() if k != "measured"}
         return plain | {"measured": self.measured.to_json()}
 
     @classmethod
     def from_json(cls, data):
+        """From what `to_json` gave."""
         costs = tuple(tuple(column) for column in data["costs"])
         found = Measured.from_json(data["measured"])
         return cls(**(data | {"measured": found, "costs": costs}))

@@ -7,7 +7,7 @@ from dusttaichi.analysis.trade import NUMBERS, trade_dataset
 from dusttaichi.results import provenance
 from dusttaichi.studies.trade.trade import yaml_of
 
-NAMES = {"cost_ratio": "ratio", "ledger_worst": "ledger"}  # variable -> of an PointResult
+NAMES = {"cost_ratio": "ratio", "ledger_worst": "ledger"}  # variable -> of a PointResult
 
 
 def dataset(trade, given_scene, source, numbers):

@@ -107,6 +107,7 @@ class Runner:
         return json.dumps([core, paired, stages.code_hash()], sort_keys=True, default=str)
 
     def folder(self, point):
+        """Where the run of a point and what is kept of it lie."""
         return self.directory / POINTS / re.sub(r"[^\w.+,=-]+", "_", point.label)[:120]
 
     # -- one point -------------------------------------------------------------------------------

@@ -74,8 +74,8 @@ def trade(
         half.measured if half.ok else None,
         default.measured,
         measured,
-        tolerance,
-        observable,
+        tolerance=tolerance,
+        name=observable,
     )
     if not math.isfinite(judge.error(default)):
         raise DustError(

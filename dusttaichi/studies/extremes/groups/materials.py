@@ -23,7 +23,7 @@ def materials(quick):
     for values in list(product(*CORNERS.values()))[:: 13 if quick else 1]:
         place = [", ".join(f"{k} {v}" for k, v in some) for some in _halves(values)]
         cells += _of_material(values, "materials", ", ".join(place), *place)
-    return sorted(cells, key=lambda cell: cell.alike)
+    return sorted(cells, key=lambda cell: cell.kernels)
 
 
 def single_materials(quick):
@@ -46,11 +46,11 @@ def single_materials(quick):
                 own,
                 {"kind": "meeting", "sticking": 0.7},
                 2_000,
-                alike=damping,
+                kernels=damping,
                 coordinates={"row": "pair", "column": f"nu 0, {damping}"},
             )
         )
-    return sorted(cells, key=lambda cell: cell.alike)
+    return sorted(cells, key=lambda cell: cell.kernels)
 
 
 def _halves(values):
@@ -76,7 +76,7 @@ def _of_material(values, group, name, row, column):
                 2_000,
                 limit=what == "wall",
                 coordinates=place,
-                alike=what,
+                kernels=what,
             )
         )
     return cells

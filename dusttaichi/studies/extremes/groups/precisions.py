@@ -32,9 +32,9 @@ def precisions(quick):
             },
             5_000,
         ),
-        "unlike": (
+        "polydisperse": (
             scene(material={"base": "silicate_s12", "radius": "0.1 um"}),
-            {"kind": "unlike", "ratio": 10, "around": 6, "speed": 0.01},
+            {"kind": "polydisperse", "ratio": 10, "around": 6, "speed": 0.01},
             3_000,
         ),
         "ice, meeting": (scene(material="ice_t19"), {"kind": "meeting", "sticking": 0.7}, 5_000),

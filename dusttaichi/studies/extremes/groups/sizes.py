@@ -14,12 +14,12 @@ def size_ratios(quick):
     for ratio in RATIOS[::3] if quick else RATIOS:
         own = scene(material=material, interaction={"damping": "none"})
         for what, sample, limit in (
-            ("flying", {"kind": "unlike", "ratio": ratio, "speed_in": 0.3}, False),
-            ("six", {"kind": "unlike", "ratio": ratio, "around": 6, "speed": 0.01}, True),
+            ("flying", {"kind": "polydisperse", "ratio": ratio, "speed_in": 0.3}, False),
+            ("six", {"kind": "polydisperse", "ratio": ratio, "around": 6, "speed": 0.01}, True),
             (
                 "coat",
                 {
-                    "kind": "unlike",
+                    "kind": "polydisperse",
                     "ratio": ratio,
                     "around": min(40, 2 * (1 + ratio) ** 2),
                     "speed": 0.01,
@@ -72,7 +72,7 @@ def filling_factors(quick):
                     {**own, "speed": speed},
                     1_500,
                     coordinates={"row": what, "column": phi},
-                    alike=f"{phi}",
+                    kernels=f"{phi}",
                 )
             )
     return cells

@@ -26,7 +26,7 @@ def special(quick):
             blocks,
             sample,
             3_000,
-            alike="special",
+            kernels="special",
             coordinates={"row": name, "column": ""},
         )
         for name, (blocks, sample) in things.items()

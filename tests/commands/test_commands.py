@@ -1,0 +1,154 @@
+"""The command line: exit codes, interruptions, file names with brackets. Nothing is simulated."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+import synthetic
+from scene_text import CONFIGS
+
+from dusttaichi.commands import app as cli
+from dusttaichi.commands.progress import ProgressBar
+from dusttaichi.errors import DustError, GuardStop, Interrupted
+from dusttaichi.files import CHECKPOINT
+from dusttaichi.run import loop
+
+SMOKE = CONFIGS / "smoke.yaml"
+
+
+def dust(*words):
+    cli.app([str(word) for word in words], standalone_mode=False)
+
+
+@pytest.fixture
+def ended(monkeypatch, capsys):
+    """A function that ends `dust` with an error; returns the exit code and what was printed."""
+    handlers = {n: signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+
+    def main(error):
+        def fail(*_, **__):
+            raise error
+
+        monkeypatch.setattr(cli, "app", fail)
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        return end.value.code, capsys.readouterr().err
+
+    yield main
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "text"),
+    [
+        (DustError("bad [red]value[/red]"), 2, "dust: bad [red]value[/red]"),
+        (GuardStop("too fast"), 3, "dust: too fast"),
+        (Interrupted("whatever the words"), 130, "dust: whatever the words"),
+        (DustError("interrupted by its wording only"), 2, "dust: interrupted by"),
+        (KeyboardInterrupt(), 130, "dust: interrupted"),
+    ],
+)
+def test_exit_codes_are_those_of_the_errors(ended, error, code, text):
+    found, printed = ended(error)
+    assert found == code and text in printed
+
+
+def test_bad_options_have_the_exit_code_of_bad_input():
+    done = subprocess.run(
+        [sys.executable, "-m", "dusttaichi", "run", "--no-such-option"],
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 2 and "Traceback" not in done.stderr
+
+
+# -- interruptions -------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def interrupted(monkeypatch, tmp_path):
+    """Runs `dust run` whose `execute` is interrupted; `compute` says what it leaves on disk."""
+
+    def run(*words, compute=lambda: None):
+        def execute(scene, directory, **_):
+            compute()
+            raise KeyboardInterrupt
+
+        monkeypatch.setattr(loop, "execute", execute)
+        with pytest.raises(Interrupted) as error:
+            dust("run", SMOKE, "-q", "-o", tmp_path, *words)
+        return str(error.value)
+
+    return run
+
+
+def test_an_interruption_before_the_first_step_says_so(interrupted, tmp_path):
+    text = interrupted()
+    assert "nothing was computed" in text and "--resume" not in text
+    (tmp_path / CHECKPOINT).write_text("of an earlier run")
+    assert "nothing was computed" in interrupted("--force")
+
+
+def test_an_interruption_on_the_way_says_how_to_go_on(interrupted, tmp_path):
+    text = interrupted("--error-bar", compute=lambda: (tmp_path / CHECKPOINT).write_text("a state"))
+    assert f"everything up to here is in {tmp_path}" in text
+    assert f"Go on with: dust run {SMOKE} --output {tmp_path} --error-bar --resume" in text
+
+
+@pytest.mark.parametrize("delay", [0.3, 1.0])
+def test_two_interrupts_while_it_starts_give_no_traceback(tmp_path, delay):
+    """The delays are after the package begins to be imported: in its imports, and in the build."""
+    code = "import dusttaichi; print(1, flush=True); import dusttaichi.__main__"
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, "run", str(SMOKE), "-o", str(tmp_path / "run")],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "TI_OFFLINE_CACHE_FILE_PATH": str(tmp_path / "kernels")},
+    )
+    process.stdout.readline()
+    time.sleep(delay)
+    process.send_signal(signal.SIGINT)
+    time.sleep(0.1)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130, err
+    assert "Traceback" not in out + err
+
+
+# -- printing ------------------------------------------------------------------------------------
+
+
+def test_brackets_in_file_names_are_no_markup(tmp_path, capsys, monkeypatch):
+    folder = tmp_path / "[red]a[/b][link=x]"
+    synthetic.compression_run(folder / "result.nc")
+    dust("plot", folder, "-o", tmp_path / "[/]")
+    assert f"wrote {tmp_path / '[/]'}" in capsys.readouterr().out
+    monkeypatch.chdir(folder)
+    dust("compare", folder, "-o", "[bold].csv")
+    assert "wrote [bold].csv" in capsys.readouterr().out
+    with pytest.raises(DustError, match=r"\[/missing\]"):
+        dust("plot", tmp_path / "[/missing]")
+
+
+def test_the_bar_shows_brackets_and_is_silent_where_asked(capsys):
+    with ProgressBar() as bar:
+        bar.show("[/red] 1 of 2", 1, 2, "[red]size=[1,2] 50%")
+        bar.log("kept in [dir]")
+    printed = capsys.readouterr().err
+    assert "[/red] 1 of 2" in printed and "size=[1,2]" in printed and "kept in [dir]" in printed
+    with ProgressBar(quiet=True) as bar:
+        bar.show("1 of 2", 1, 2)
+    assert "1 of 2" not in capsys.readouterr().err
+
+
+def test_long_paths_stay_in_one_line(tmp_path, capsys):
+    folder = tmp_path / ("x" * 120)
+    synthetic.compression_run(folder / "result.nc")
+    dust("plot", folder)
+    lines = capsys.readouterr().out.splitlines()
+    assert lines and all(line.startswith("wrote ") for line in lines)
