@@ -5,6 +5,7 @@ says; `drive` changes it between two steps, and the ledger goes on.
 """
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import lru_cache
 
@@ -148,6 +149,7 @@ class Simulation(Readout):
         self.step = 0
         self.searched_at = 0
         self.searches = 0
+        self.searching = nullcontext()  # entered around every search: a benchmark times it
         self.wall_due = NEVER
         self.books = Books()
         self._search_asked = False
@@ -275,7 +277,8 @@ class Simulation(Readout):
             if self.step == until and until < NEVER:
                 self._end_pushes()
             if due:
-                self._search(self.step + 1)
+                with self.searching:
+                    self._search(self.step + 1)
                 pending = 1
 
     def _call(self, steps, pending, dt):

@@ -1,8 +1,6 @@
 """What each part of one scene costs: what `dust check FILE --costs` shows."""
 
-import tempfile
 from collections.abc import Callable
-from pathlib import Path
 
 import yaml
 
@@ -63,22 +61,14 @@ def cost_rows(scene, grains: int, log: Callable[[str], None] = lambda line: None
     """Rows (part, share of the step) of a scene of `grains` grains, timed at its start."""
     rows, parts = [], parts_of(scene)
     steps = max(LEAST_STEPS, GRAIN_STEPS // grains)
-    with tempfile.TemporaryDirectory(prefix="dust-costs-") as kernels:
-        for number, part in enumerate(parts, start=1):
-            log(f"{number} of {len(parts)}: {part.name}")
-            try:
-                row = measure_pair(
-                    part,
-                    grains,
-                    (None, None),
-                    kernels=Path(kernels),
-                    steps=steps,
-                    rounds=ROUNDS,
-                    per_step=True,
-                )
-            except DustError as error:
-                rows.append((part.name, f"not measured: {' '.join(str(error).split())}"))
-                continue
-            text = f"{row.share:.1f} ± {100 * row.scatter:.1f} % of a step"
-            rows.append((part.name, text))
+    for number, part in enumerate(parts, start=1):
+        log(f"{number} of {len(parts)}: {part.name}")
+        try:
+            row = measure_pair(
+                part, grains, (None, None), steps=steps, rounds=ROUNDS, per_step=True
+            )
+        except DustError as error:
+            rows.append((part.name, f"not measured: {' '.join(str(error).split())}"))
+            continue
+        rows.append((part.name, f"{row.share:.1f} ± {100 * row.scatter:.1f} % of a step"))
     return rows

@@ -118,7 +118,7 @@ def _speed(plan: Plan, grains: int, precisions, notes) -> list[Row]:
     """A Row for every configuration of a size."""
     recipes = {f: bench_sample.Recipe(grains, f) for f in plan.filling_factors}
     for recipe in recipes.values():
-        prepare(plan.kernels_of(recipe.grains), recipe, plan.log)
+        prepare(recipe, plan.log, plan.kernels_of(grains))
     configurations = [
         Configuration(grains, f, precision, threads)
         for f in recipes

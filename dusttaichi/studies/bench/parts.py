@@ -6,7 +6,6 @@ after round; the result is the median of the ratios within a round, and their sc
 
 import math
 import statistics
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -184,28 +183,23 @@ def main(
     def table():
         return PartsTable(tuple(rows), (), here, (*_notes(grains, rounds), *notes))
 
-    with tempfile.TemporaryDirectory(prefix="dust-bench-") as scratch:
-        try:
-            recipes = [bench_sample.Recipe(n, FILLING_FACTOR) for n in (grains, FEW)]
-            for recipe in recipes:
-                prepare(Path(scratch), recipe, log)
-            paths = [str(recipe.path) for recipe in recipes]
-            for number, part in enumerate(parts, start=1):
-                against = f" against {part.instead}" if part.instead else ""
-                log(f"{number} of {len(parts)}: {part.name}{against}")
-                try:
-                    rows.append(
-                        measure_pair(
-                            part, grains, paths, kernels=Path(scratch), steps=steps, rounds=rounds
-                        )
-                    )
-                except DustError as error:
-                    reason = " ".join(str(error).split())
-                    notes.append(f"{part.name} against {part.instead}: refused: {reason}")
-                if out is not None:
-                    table().to_csv(out)
-        except KeyboardInterrupt:
-            notes.append(f"Interrupted after {len(rows)} of {len(parts)} parts.")
+    try:
+        recipes = [bench_sample.Recipe(n, FILLING_FACTOR) for n in (grains, FEW)]
+        for recipe in recipes:
+            prepare(recipe, log)
+        paths = [str(recipe.path) for recipe in recipes]
+        for number, part in enumerate(parts, start=1):
+            against = f" against {part.instead}" if part.instead else ""
+            log(f"{number} of {len(parts)}: {part.name}{against}")
+            try:
+                rows.append(measure_pair(part, grains, paths, steps=steps, rounds=rounds))
+            except DustError as error:
+                reason = " ".join(str(error).split())
+                notes.append(f"{part.name} against {part.instead}: refused: {reason}")
+            if out is not None:
+                table().to_csv(out)
+    except KeyboardInterrupt:
+        notes.append(f"Interrupted after {len(rows)} of {len(parts)} parts.")
     return table()
 
 
@@ -219,15 +213,13 @@ def _notes(grains, rounds):
     )
 
 
-def measure_pair(
-    part, grains, paths, *, kernels, steps=None, rounds=ROUNDS, per_step=False
-) -> PartRow:
+def measure_pair(part, grains, paths, *, steps=None, rounds=ROUNDS, per_step=False) -> PartRow:
     """Both variants in processes of their own, timed in turn; which is first changes.
 
     paths: files of the samples of `grains` and of FEW; None twice where the scene has its own.
     per_step: times in place of times over the number of contacts.
     """
-    with Timed(kernels) as one, Timed(kernels) as other:
+    with Timed() as one, Timed() as other:
         pair = list(zip((one, other), (part.has, part.lacks), strict=True))
         lengths = []
         for process, variant in pair:

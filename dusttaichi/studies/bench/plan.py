@@ -38,7 +38,7 @@ class Plan:
         return min(steps, self.steps or steps)
 
 
-def prepare(kernels: Path, recipe, log: Callable[[str], None]) -> None:
+def prepare(recipe, log: Callable[[str], None], kernels: Path | None = None) -> None:
     """Make the sample of a recipe in a process of its own, unless it is kept."""
     if bench_sample.load(recipe.path) is not None:
         return

@@ -36,7 +36,7 @@ def _starts_of(plan: Plan, sizes, precision: str) -> Iterator[Start]:
     for grains in sizes:
         plan.log(f"{grains} grains, {precision}: first step and memory")
         recipe = bench_sample.Recipe(grains, bench_sample.CAKE)  # needs no kernels to be made
-        prepare(plan.kernels_of(grains), recipe, plan.log)
+        prepare(recipe, plan.log, plan.kernels_of(grains))
         kernels = plan.kernels_of(grains, precision)
         cold, _ = _first_step(kernels, recipe, precision)
         warm, memory = _first_step(kernels, recipe, precision)

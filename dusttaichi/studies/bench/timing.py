@@ -11,11 +11,12 @@ TASK = "dusttaichi.studies.bench.task:answer"
 class Timed:
     """A worker process that holds one simulation and times it.
 
-    kernels: the folder where compiled kernels are kept. A context manager: the process ends with
-    it, by itself, so that it writes its kernels to the cache, or killed where something failed.
+    kernels: the folder where compiled kernels are kept, Taichi's own by default.
+    A context manager: the process ends with it, by itself, so that it writes its kernels to the
+    cache, or killed where something failed.
     """
 
-    def __init__(self, kernels: Path):
+    def __init__(self, kernels: Path | None = None):
         self._worker = Worker(TASK, kernels=kernels)
 
     def ask(self, do: str, **arguments) -> dict:
