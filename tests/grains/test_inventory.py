@@ -1,0 +1,143 @@
+"""Only what a scene requires: its fields and kernels by name, and what `dust check` says."""
+
+import numpy as np
+import pytest
+from conftest import box, make_scene, sample_of
+
+from dusttaichi.grains import inventory, preview
+from dusttaichi.grains.build import build
+from dusttaichi.grains.simulation import Simulation
+from dusttaichi.samples import Sample
+
+PAIR = sample_of([[0, 0, 0], [1.19e-6, 0, 0]])
+UNLIKE = Sample(PAIR.positions, PAIR.velocities, PAIR.spins, radii=np.array([0.6e-6, 0.59e-6]))
+FLOOR = box("bottom")
+CELL = {"kind": "periodic", "size": ["5 um"] * 3}
+SERIES = {"series": {"steps": 10}}
+CHECKS = {"output": SERIES}
+
+FIELDS = set(
+    "x v w x_search pair_i pair_j pair_start state load entry_start entry loss sync counts".split()
+)
+SCRATCH = set(
+    "old_j cell_start cell_fill cell_grain near near_count own_count old_start chunk_sum "
+    "bounds".split()
+)
+KERNELS = set("advance bounds find relist list_entries measure_grains measure_pairs".split())
+WALL_FIELDS = set(
+    "wall_grain wall_gap wall_of wall_slot wall_loss impulse impulse_total wall_chunk wall_first "
+    "wall_sum wall_force".split()
+)
+WALL_KERNELS = {"relist_walls", "measure_walls"}
+CELL_FIELDS = {"shift", "wraps", "cell", "face_work", "wrap_work"}
+UNLIKE_FIELDS = {"radius", "mass", "inertia", "material", "constants", "near_start", "interfaces"}
+
+# what a scene has beyond a pair of grains: keys of the scene, sample, fields, kernels, state size
+SCENES = {
+    "pair": ({}, PAIR, set(), set(), 7),
+    "pair without twisting": ({"effects": ("rolling", "sliding")}, PAIR, set(), set(), 6),
+    "damping": ({"damping": "viscous"}, PAIR, set(), set(), 9),
+    "asperities": (
+        {"material": "silica_pd08", "interaction": {"asperities": "on", "damping": "none"}},
+        PAIR,
+        set(),
+        set(),
+        9,
+    ),
+    "one grain on a floor": (
+        {"boundary": FLOOR, **CHECKS},
+        sample_of([[0, 0, 0]]),
+        WALL_FIELDS,
+        WALL_KERNELS,
+        7,
+    ),
+    "box": ({"boundary": box(), **CHECKS}, PAIR, WALL_FIELDS, WALL_KERNELS, 7),
+    "periodic": (
+        {"boundary": CELL, "output": {**SERIES, "stress": False}},
+        PAIR,
+        CELL_FIELDS,
+        {"wrap"},
+        7,
+    ),
+    "stress": ({"boundary": CELL, **CHECKS}, PAIR, CELL_FIELDS | {"virial", "flux"}, {"wrap"}, 7),
+    "stress in a box": (
+        {"boundary": box(), "output": {**SERIES, "stress": True}},
+        PAIR,
+        WALL_FIELDS | {"virial", "wall_virial", "flux"},
+        WALL_KERNELS,
+        7,
+    ),
+    "unlike grains": ({}, UNLIKE, UNLIKE_FIELDS, set(), 7),
+    "force": (
+        {"push": [{"grains": [0], "force": ["1 nN", "0 N", "0 N"]}]},
+        PAIR,
+        {"push_force"},
+        set(),
+        7,
+    ),
+    "carried": (
+        {"push": [{"grains": [0], "speed": ["1 m/s", "0 m/s", "0 m/s"]}]},
+        PAIR,
+        {"free", "held"},
+        set(),
+        7,
+    ),
+}
+
+
+@pytest.fixture
+def unstarted(monkeypatch):
+    """Scenes are built, but nothing runs: only a run compiles."""
+    monkeypatch.setattr(Simulation, "_start", lambda self, sample: None)
+
+
+def place(scene, sample, **how):
+    sim = build(scene, sample, **how)
+    return sim, set(sim.fields) | set(sim.scratch) | set(sim.sums), set(sim.kernels.names)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_scene_has_what_it_requires_and_nothing_else(name, unstarted):
+    blocks, sample, fields, kernels, size = SCENES[name]
+    sim, there, compiled = place(make_scene(**blocks), sample)
+    own = FIELDS | SCRATCH | {"grain_sum", "pair_sum"} | fields
+    assert there == own
+    assert compiled == KERNELS | kernels
+    assert sim.layout.state_size == size
+    assert sim.fields["state"].to_numpy().shape[1] == size
+
+
+def test_a_batch_has_the_number_of_the_scene_beside(unstarted):
+    _, there, compiled = place(make_scene(), PAIR, scenes=np.array([0, 1]))
+    assert there == FIELDS | SCRATCH | {"grain_sum", "pair_sum", "scene"}
+    assert compiled == KERNELS
+
+
+# What `dust check` says.
+
+
+def test_check_says_what_is_compiled_in_and_what_it_takes(unstarted):
+    scene = make_scene(boundary=FLOOR, damping="viscous", output=SERIES)
+    sim, there, _ = place(scene, PAIR)
+    told = dict(inventory.compiled_rows(scene, sim))
+    assert told["walls"] == "bottom" and told["periodic faces"] == "none"
+    assert told["forces"].endswith("damping (viscous)") and told["left out"] == "asperities"
+    assert told["numbers of state a contact"].startswith("9: ")
+    assert set(told["kernels"].split(", ")) == KERNELS | WALL_KERNELS
+    whole = sum(table.nbytes for table in inventory.tables(sim).values())
+    rows = inventory.field_rows(sim)
+    assert f"{whole / 2:.0f} bytes a grain" in rows[-1][1]
+    assert preview.state_bytes(sim) == whole
+    named = {rows[k][0] for k in range(len(rows) - 2)}
+    named |= set(rows[-2][1].split(": ")[1].split(", "))
+    assert named == there
+
+
+def test_check_says_what_the_preset_sets():
+    scene = make_scene(numerics={"accuracy": "fast", "newton_steps": 3})
+    rows = dict(inventory.preset_rows(scene))
+    assert rows["accuracy"] == "fast; it sets"
+    assert rows["  newton_steps"] == "3, given (the preset has 1)"
+    assert rows["  step_fraction"].endswith("not used: time_step is given")
+    assert "time_step 0.1 ns" in rows["not set by it"] and "mass_scaling 1" in rows["not set by it"]
+    assert {key.strip() for key in rows} == {*scene.numerics.preset, "accuracy", "not set by it"}
