@@ -13,7 +13,7 @@ from dusttaichi.samples.sample import Sample
 def pushed(scene, sample: Sample) -> Sample:
     """The sample with its grains displaced, moving or carried as `push` of the scene says.
 
-    info["push"] tells of every push what it is (`kind`), the numbers of its `grains`, its `face`,
+    info["push"] has for every push what it is (`kind`), the numbers of its `grains`, its `face`,
     and of a displacement its `size` [m].
     Contacts are found afterwards: displacements strain them along the normal, nothing else.
     A sample that has been through this is returned as it is. Raises DustError for a grain that is
@@ -37,8 +37,12 @@ def pushed(scene, sample: Sample) -> Sample:
             v[group] += push.velocity
         elif push.speed is not None:
             v[group], w[group] = push.speed, 0.0
-    told = [_told(push, group, delta0) for push, group in zip(scene.push, groups, strict=True)]
-    return replace(sample, positions=x, velocities=v, spins=w, info=sample.info | {"push": told})
+    described = [
+        _described(push, group, delta0) for push, group in zip(scene.push, groups, strict=True)
+    ]
+    return replace(
+        sample, positions=x, velocities=v, spins=w, info=sample.info | {"push": described}
+    )
 
 
 def _group(number: int, push, positions: np.ndarray, radius: float) -> np.ndarray:
@@ -72,12 +76,12 @@ def _check_carried(pushes, groups) -> None:
                 )
 
 
-def _told(push, group: np.ndarray, delta0: float) -> dict:
-    told = {"kind": push.kind, "grains": group.tolist()}
+def _described(push, group: np.ndarray, delta0: float) -> dict:
+    found = {"kind": push.kind, "grains": group.tolist()}
     if push.face is not None:
-        told["face"] = push.face
+        found["face"] = push.face
     if push.displacement is not None:
-        told["size"] = float(np.linalg.norm(push.displacement))
+        found["size"] = float(np.linalg.norm(push.displacement))
     if push.displacement_delta0 is not None:
-        told["size"] = float(delta0 * np.linalg.norm(push.displacement_delta0))
-    return told
+        found["size"] = float(delta0 * np.linalg.norm(push.displacement_delta0))
+    return found

@@ -28,7 +28,7 @@ from dusttaichi.scene.fields import Count, Number, problems
 MOST_GRAINS = 2e5  # minutes
 ATTEMPTS = 5  # from other points: tens of grains may jam earlier
 MOST_ROUNDS = 40
-ROUND = 200  # evaluations between two looks at what is left of the overlaps
+ROUND = 200  # evaluations between two checks of what is left of the overlaps
 MARGIN = 0.02  # overlaps delta0: springs reach so much farther, so that they leave none in the end
 
 

@@ -113,7 +113,7 @@ def fractal_dimension(sample: Sample, radius) -> float:
     by least squares, for 8 radii evenly spaced in ln R from 3 r to 3/4 R_g. In a ball or cube
     all of these spheres lie inside, so a homogeneous body has D = 3, a plate 2, a chain 1, up to
     the first shells of neighbours. Of one fractal aggregate it scatters by some 0.2. r is the mean
-    radius of grains that are not alike.
+    radius of polydisperse grains.
     """
     radius = float(np.mean(radius))
     core_reach = radius_of_gyration(sample, radius) / 2

@@ -67,7 +67,9 @@ class Number:
         return f"{word}{what}{' and'.join(limits)} is needed{self.note}"
 
     def _read(self, value: Any) -> Any:
-        # YAML 1.1 readers hand 1e-3 over as text, and 1e6 is a whole number.
+        # YAML 1.1 readers hand 1e-3 over as text, NumPy has numbers of its own, and 1e6 is whole.
+        if hasattr(value, "item"):
+            value = value.item()
         if isinstance(value, str) and value != self.word:
             value = _float(value)
         if self.whole and isinstance(value, float) and value.is_integer():

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import jsonschema
+import numpy as np
 import pytest
 import yaml
 from pydantic import ValidationError
@@ -126,6 +127,15 @@ def test_plain_data_as_other_yaml_readers_give_it():
     assert data["interaction"] == {"rolling": False, "sliding": {"modifier": "1e-3"}}
     interaction = Scene.from_dict(data).interaction
     assert interaction.rolling is None and interaction.sliding.modifier == 1e-3
+
+
+def test_numbers_as_python_has_them():
+    data = yaml.safe_load(BASE)
+    data["sample"]["grains"] = np.int64(50)
+    data["interaction"]["rolling"] = {"modifier": np.float32(0.5)}
+    read = Scene.from_dict(data)
+    assert read.sample.grains == 50 and read.interaction.rolling.modifier == 0.5
+    assert type(read.sample.grains) is int
 
 
 def test_walls_are_kept_in_their_order():
