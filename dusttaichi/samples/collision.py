@@ -32,9 +32,11 @@ class CollisionSample(SampleBlock):
 
     kind: Literal["collision"]
     target: AnyBody = Field(description="one body: a sample of another kind")
-    projectile: AnyBody = Field(description="the other body, which comes from the side of +x")
+    projectile: AnyBody = Field(
+        description="the other body, which comes from +x and flies along -x"
+    )
     speed: Annotated[float, Quantity("speed", ge=0, example="1 m/s")] = Field(
-        description="relative speed at the start"
+        description="relative speed at the start; the centre of mass rests"
     )
     impact_parameter: ImpactParameter = Field(
         0.0, description="along y: a length, or a fraction of the sum of the outer radii"

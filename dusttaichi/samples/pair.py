@@ -39,7 +39,7 @@ class PairSample(SampleBlock):
         None, description="between the surfaces at the start, below 0 for an overlap"
     )
     speed: Annotated[float, Quantity("speed", ge=0)] = Field(
-        "0 m/s", description="relative speed at the start"
+        "0 m/s", description="relative speed at the start; the centre of mass rests"
     )
     impact_parameter: ImpactParameter = Field(
         0.0, description="along y: a length, or a fraction of the sum of the radii"

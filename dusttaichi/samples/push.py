@@ -37,12 +37,9 @@ def pushed(scene, sample: Sample) -> Sample:
             v[group] += push.velocity
         elif push.speed is not None:
             v[group], w[group] = push.speed, 0.0
-    described = [
-        _described(push, group, delta0) for push, group in zip(scene.push, groups, strict=True)
-    ]
-    return replace(
-        sample, positions=x, velocities=v, spins=w, info=sample.info | {"push": described}
-    )
+    pairs = zip(scene.push, groups, strict=True)
+    info = sample.info | {"push": [_described(push, group, delta0) for push, group in pairs]}
+    return replace(sample, positions=x, velocities=v, spins=w, info=info)
 
 
 def _group(number: int, push, positions: np.ndarray, radius: float) -> np.ndarray:

@@ -65,8 +65,9 @@ _readers: list[type[BaseModel]] = []
 def register(block: type[SampleBlock]) -> Callable[[Make], Make]:
     """Decorator: the function below makes the samples of this block, under its `kind`.
 
-    The function is called with the block, its quantities in SI, and the scene's Materials; it
-    returns a Sample, or raises DustError. A kind that is registered again replaces the one before,
+    The function is called with the block, its quantities in SI, and the scene's Materials
+    (radius and equilibrium distance of its grains, and what else they may be made of); it returns
+    a Sample, or raises DustError. A kind that is registered again replaces the one before,
     as it happens in a notebook. Raises TypeError for a block without a name of its kind, and
     ValueError for the name of a kind of this package.
     """
