@@ -20,6 +20,7 @@ from dusttaichi.grains.kernels.measure import make_measure, place_measure
 from dusttaichi.grains.kernels.memory import Table, arrays_of
 from dusttaichi.grains.kernels.params import contact_params
 from dusttaichi.grains.kernels.poly import interface_table, make_write_constants
+from dusttaichi.grains.kernels.reading import read_quickly
 from dusttaichi.grains.kernels.wall_search import make_wall_relist
 from dusttaichi.grains.motion import fastest
 from dusttaichi.grains.simulation import Bodies, Kernels, Simulation
@@ -28,7 +29,7 @@ from dusttaichi.names import AXES
 from dusttaichi.physics import encounter, stability
 from dusttaichi.physics.contact import constants, damping
 
-MOST_THREADS = 1024
+THREAD_CLASSES = (32, 1024)  # that compiled kernels are made for
 SMALL = 400  # grains below which a second thread costs more than it gains
 BALANCED = 0.2  # step_fraction that physics.encounter is made for
 RESOLVED = 0.005  # of the overlap at rest by which positions may be uncertain
@@ -279,6 +280,7 @@ def chosen_step(scene, sample, bodies=None, scenes=None):
 
 def start_taichi(scene, threads):
     """Initialise Taichi for this scene, quietly, with the kernels cached on disk."""
+    read_quickly()
     arch = {"cpu": ti.cpu, "cuda": ti.cuda}[scene.numerics.backend]
     os.environ.setdefault("TI_OFFLINE_CACHE_CLEANING_POLICY", "lru")
     try:
@@ -294,9 +296,10 @@ def start_taichi(scene, threads):
                 log_level=ti.ERROR,
                 enable_fallback=False,
             )
-        # as many threads are started; that compiled kernels may ask for more makes them the same
-        # for any number
-        current_cfg().cpu_max_num_threads = MOST_THREADS
+        # `threads` of them are started; that kernels may ask for more makes them the same for all
+        current_cfg().cpu_max_num_threads = next(
+            (n for n in THREAD_CLASSES if n >= threads), threads
+        )
     except Exception as error:
         raise DustError(
             f"numerics.backend = {scene.numerics.backend}: Taichi cannot start it here "
