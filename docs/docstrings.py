@@ -17,7 +17,15 @@ def setup(app):
 
 def _process(app, what, name, value, options, lines):
     """Markup of reStructuredText that plain text has by chance is escaped."""
-    lines[:] = list(restructured("\n".join(lines)).split("\n"))
+    lines[:] = restructured("\n".join(lines)).split("\n")
+    if what == "class" and issubclass(value, BaseModel):
+        lines += _keys(value)
+
+
+def _keys(block):
+    """The keys of a block of the YAML, with what they say."""
+    own = {name: field for name, field in block.model_fields.items() if field.description}
+    return [f"- ``{name}``: {_escaped(field.description)}" for name, field in own.items()] + [""]
 
 
 def restructured(text):

@@ -108,7 +108,8 @@ def api_index():
 def api_page(room, line):
     """The page of a room: what it exports, or each of its modules."""
     package = importlib.import_module(f"dusttaichi.{room}")
-    lines = [f"# dusttaichi.{room}", "", line, ""]
+    lines = [f"# dusttaichi.{room}", ""]
+    lines += [] if package.__doc__ else [line, ""]
     lines += ["```{eval-rst}", f".. automodule:: dusttaichi.{room}", "   :no-members:", "```", ""]
     exported = getattr(package, "__all__", [])
     if exported:
