@@ -13,7 +13,7 @@ import reference
 from markdown import cell as _cell
 from markdown import text as _text
 
-from dusttaichi.results.variables import VARIABLES
+from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.scene import NAMED
 from dusttaichi.scene.keys import rows
 

@@ -68,7 +68,7 @@ class Start:
 
 
 class Window(NamedTuple):
-    """Sums at the ends of a span [us] over which something is averaged; None: no span yet."""
+    """Sums at the ends of a span [us] over which something is averaged."""
 
     before: dict
     after: dict
@@ -127,8 +127,8 @@ class Simulation(Protocol):
     def restore(self, state: State) -> None:
         """Go back to a state of the same simulation, its time step included."""
 
-    def sizes(self) -> dict[str, int]:
-        """Lengths of the dimensions of its variables."""
+    def sizes(self) -> dict[str, int | tuple[str, ...]]:
+        """Dimensions of its variables: their lengths, or the names of their entries."""
 
     def constants(self) -> dict[str, np.ndarray]:
         """Values of the variables that do not grow, by key [SI]."""
@@ -146,10 +146,13 @@ class Refinable(Simulation, Protocol):
     def positions(self) -> np.ndarray:
         """Where the particles are [um], (n, 3), in an order that stays."""
 
+    def ends(self) -> dict[str, np.ndarray]:
+        """The sums of now, and what else `compared` asks of the ends of a stretch."""
+
     def compared(self, window: Window, moments: list[Measurement]) -> dict[str, float]:
         """Numbers of a stretch that two steps are compared by [SI], beside the energies.
 
-        window: sums at its ends; moments: measurements evenly spaced over it.
+        window: `ends` at its two ends; moments: measurements evenly spaced over it.
         """
 
 

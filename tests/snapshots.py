@@ -3,6 +3,7 @@
 import numpy as np
 import synthetic
 
+from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.results import Writer, provenance, select
 
 DENSITY = 2650.0
@@ -22,7 +23,9 @@ def write(path, frames, radius, box=None, periodic="", dt=1e-9, scene=SCENE, att
     known = provenance(scene, scene, title="made", seed=1, backend="cpu", precision="f64")
     attrs = known | {"periodic_axes": periodic} | dict(attrs)
     coords = {"snapshots/radius": np.broadcast_to(radius, count)}
-    with Writer.create(path, select(features), {"grain": count}, coords, attrs) as writer:
+    attrs = {"grains": count} | attrs
+    variables = select(VARIABLES.values(), features)
+    with Writer.create(path, variables, {"grain": count}, coords, attrs) as writer:
         for number, frame in enumerate(frames):
             for group, record in _records(frame, number, dt, count, box).items():
                 writer.append(group, record)

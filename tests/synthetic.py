@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.physics import laws
 from dusttaichi.physics.laws import S12_STATIC, UNIDIRECTIONAL
-from dusttaichi.results import VARIABLES, Writer, provenance, select
+from dusttaichi.results import Writer, provenance, select
 from dusttaichi.results.variables import LABELS
 from dusttaichi.scene.material import NAMED, Material
 
@@ -41,19 +42,19 @@ def writer(
     known = provenance(scene, scene, title="test", seed=1, backend="cpu", precision="f64")
     return Writer.create(
         path,
-        select(features),
+        select(VARIABLES.values(), features),
         {"grain": grains, "bin": bins},
         coords,
-        known | dict(attrs),
+        known | {"grains": grains} | dict(attrs),
         **options,
     )
 
 
 def series_record(step, features=FEATURES):
     """A record of the time series with numbers that tell the step."""
-    keys = [k for k in select(features) if "/" not in k]
-    shapes = {k: tuple(len(LABELS[d]) for d in VARIABLES[k].dims[1:]) for k in keys}
-    return {k: np.full(shapes[k], float(step)) if shapes[k] else step for k in keys}
+    chosen = [v for v in select(VARIABLES.values(), features) if v.group == "series"]
+    shapes = {v.name: tuple(len(LABELS[d]) for d in v.dims[1:]) for v in chosen}
+    return {k: np.full(shape, float(step)) if shape else step for k, shape in shapes.items()}
 
 
 def snapshot_records(step, grains, rows, wall_rows=2):

@@ -13,7 +13,7 @@ import xarray as xr
 from dusttaichi.analysis.summary import summary
 from dusttaichi.errors import DustError
 from dusttaichi.files import explain, replace_atomically
-from dusttaichi.results.variables import VARIABLES
+from dusttaichi.grains.variables import VARIABLES
 
 MOST = 10_000  # points of the common coordinate
 CHANGE = 1.001  # factor by which a filling factor changes that counts as driven

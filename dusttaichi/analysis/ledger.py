@@ -19,7 +19,7 @@ class Ledger:
     energy that has gone through the system, |work| + initial kinetic + |initial potential| +
     losses.
     relative: residual over reference, or over what the contacts bind where that is more, as the run
-    wrote it (record.turnover). worst: its largest absolute value, at `worst_time` [s]. shares:
+    wrote it (run.ledger.turnover). worst: its largest absolute value, at `worst_time` [s]. shares:
     channel -> share of all losses at the end (0 where nothing is lost).
     """
 

@@ -11,8 +11,9 @@ import taichi as ti
 from taichi.lang.impl import current_cfg
 
 from dusttaichi import samples, units
+from dusttaichi.domain.layout import make_surroundings
 from dusttaichi.domain.pushes import make_push
-from dusttaichi.domain.surroundings import glued, make_surroundings, wall_strengths
+from dusttaichi.domain.walls import glued, wall_strengths
 from dusttaichi.errors import DustError
 from dusttaichi.grains.kernels import search, store
 from dusttaichi.grains.kernels.cell import make_wrap

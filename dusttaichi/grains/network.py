@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.domain.surroundings import glued
+from dusttaichi.domain.walls import glued
 from dusttaichi.grains.build import contact_constants, moving
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.network import Contacts, contact_radius, limit, slope

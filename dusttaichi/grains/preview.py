@@ -1,7 +1,6 @@
 """What `dust check` prints: the scene resolved into contact numbers, step, size, cost and parts."""
 
 import time as real_time
-from types import SimpleNamespace
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from dusttaichi.grains.build import bodies_of, build, chosen_effects, chosen_ste
 from dusttaichi.grains.inventory import compiled_rows, field_rows, preset_rows, tables
 from dusttaichi.names import NEVER
 from dusttaichi.physics.contact import constants
-from dusttaichi.run.schedule import clock_of, last_step
+from dusttaichi.run.schedule import last_step
 from dusttaichi.scene import filling_direction, quantities
 from dusttaichi.scene.material import DEFAULT
 
@@ -159,13 +158,10 @@ def _part_costs(scene, sim, costs, say):
 
 def _plan(scene, sim):
     """(name, steps at most, reason) of every stage, from the edges that each leaves behind."""
-    box, cell, first, out = sim.box, sim.cell, 0, []
+    domain, first, out = sim.domain, 0, []
     for plan in scene.stage_plans:
-        time = first * sim.dt
-        box = box and box.driven(plan.drive, time)
-        cell = cell and cell.driven(plan.drive, time, scene.material)
-        room = SimpleNamespace(box=box, cell=cell, radius=sim.radius, volume=sim.volume, dt=sim.dt)
-        end, reason = last_step(plan.stop, clock_of(room, first))
+        domain = domain.driven(plan.drive, first)
+        end, reason = last_step(plan.stop, domain.clock(first))
         out.append((plan.name, end - first if end < NEVER else NEVER, reason))
         if end == NEVER:
             break

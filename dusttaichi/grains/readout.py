@@ -168,16 +168,7 @@ class Readout:
 
     def lengths(self):
         """Edges of the room for the grains now [um], (3,); not a number where it is open."""
-        out = np.full(3, np.nan)
-        if self.box is not None:
-            planes, there = self.box.planes(self.time), self.box.present
-            for n in range(3):
-                if there[2 * n] and there[2 * n + 1]:
-                    out[n] = planes[2 * n + 1] - planes[2 * n]
-        if self.cell is not None:
-            axes = list(self.cell.axes)
-            out[axes] = self.cell.edges(self.time)[axes]
-        return out
+        return self.domain.lengths(self.step)
 
     def _losses(self, name):
         table = self.fields[name].to_numpy()

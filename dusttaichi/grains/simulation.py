@@ -12,13 +12,14 @@ from functools import lru_cache
 import numpy as np
 
 from dusttaichi import units
+from dusttaichi.domain.domain import Domain
 from dusttaichi.errors import GuardStop
 from dusttaichi.grains.kernels.search import CELLS_PER_GRAIN, Grid
 from dusttaichi.grains.kernels.walls import Walls
 from dusttaichi.grains.readout import Readout
 from dusttaichi.grains.step import DONE, Motion
 from dusttaichi.names import NEVER
-from dusttaichi.physics.contact.constants import PULL_OFF
+from dusttaichi.physics.contact.constants import PULL_OFF, characteristic_time
 
 SKIN = (0.01, 0.4)  # least and most, of the radius
 # parts of the skin that each grain of a pair may go, and that faces between them may move
@@ -86,6 +87,17 @@ class Bodies:
     mass: np.ndarray
     inertia: np.ndarray
     material: np.ndarray
+
+
+@lru_cache(maxsize=4)
+def walls_argument(box):
+    """The walls of a Box as kernels take them."""
+    return Walls(
+        normal=box.normal.tolist(),
+        offset=box.offset.tolist(),
+        speed=box.speed.tolist(),
+        strength=box.strength.tolist(),
+    )
 
 
 class Simulation(Readout):
@@ -249,19 +261,24 @@ class Simulation(Readout):
         self.books.face_jumps += 0.5 * self.dt * (self._face_power() - power)
         self.search()
 
+    @property
+    def domain(self):
+        """What surrounds the grains and how it moves, a Domain."""
+        t_c = characteristic_time(self.material) / units.TIME
+        return Domain(self.dt, self.volume, self.radius, self.box, self.cell, t_c)
+
     def _move(self, drive):
-        if self.box is not None:
-            self.box = self.box.driven(drive, self.time)
+        domain = self.domain.driven(drive, self.step)
+        self.box, self.cell = domain.box, domain.cell
         if self.cell is not None:
-            self.cell = self.cell.driven(drive, self.time, self.material)
             self.fields["cell"].from_numpy(self.cell.rows)
 
     def _closing_speed(self):
         """Speed at which faces may bring grains together [um/us]."""
-        return 0.0 if self.cell is None else float(np.abs(self.cell.speeds(self.time)).sum())
+        return self.domain.closing_speed(self.step)
 
     def _wall_speed(self):
-        return 0.0 if self.box is None else float(np.max(np.abs(self.box.speed)))
+        return self.domain.fastest_wall
 
     # -- steps -----------------------------------------------------------------------------------
 
@@ -308,7 +325,7 @@ class Simulation(Readout):
         self.step = step
 
     def _walls(self):
-        return self._no_walls if self.box is None else self.box.kernel_argument
+        return self._no_walls if self.box is None else walls_argument(self.box)
 
     def _shares(self):
         return DRIVEN if self._closing_speed() > 0.0 else STILL

@@ -6,45 +6,58 @@ import netCDF4
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.names import EXTRA_CHANNELS
-from dusttaichi.results.variables import LABELS, RAGGED, RECORDS, VARIABLES
+from dusttaichi.results.variables import Variable, record_dimension
+
+SOURCE = "Definition: "
 
 
 def folder_of(file, group):
     return file if group == "series" else file[group]
 
 
-def chunk_rows(variable, sizes):
+def ragged_groups(layout):
+    """Ragged groups -> the Variable that says how many of their rows belong to each record."""
+    dimension = {record_dimension(v.group): v.group for v in layout.values()}
+    return {dimension[v.counts]: v for v in layout.values() if v.counts}
+
+
+def chunk_rows(variable, sizes, ragged):
     """Records a chunk: some 64 kB, so that appending touches few chunks and little is empty."""
-    if variable.group in RAGGED:
+    if ragged:
         return min(max(sizes.get("grain", 0), 256), 65536)
     row = 8 * math.prod(sizes[d] for d in variable.dims[1:])
     return min(max(65536 // row, 1), 512) if row else 512
 
 
-def define(file, layout, sizes, static):
-    """Dimensions, variables with their attributes, and what does not grow, in an empty file."""
-    used = {d for v in layout.values() for d in v.dims} - set(RECORDS.values())
-    for name in sorted(used):
+def define(file, layout, dimensions, static):
+    """Dimensions, variables with their attributes, and what does not grow, in an empty file.
+
+    dimensions: name -> length, or the names of the entries.
+    """
+    growing = {record_dimension(v.group) for v in layout.values()}
+    sizes = {}
+    for name in sorted({d for v in layout.values() for d in v.dims} - growing):
+        entries = dimensions[name]
+        sizes[name] = entries if isinstance(entries, int) else len(entries)
         file.createDimension(name, sizes[name])
-        if name in LABELS:
+        if not isinstance(entries, int):
             labels = file.createVariable(name, str, (name,))
             labels.long_name = "name of the " + {"xyz": "axis"}.get(name, name)
-            known = LABELS[name] + (EXTRA_CHANNELS if name == "channel" else ())
-            labels[:] = np.array(known[: sizes[name]], dtype=object)
+            labels[:] = np.array(entries, dtype=object)
+    ragged = ragged_groups(layout)
     for group in dict.fromkeys(v.group for v in layout.values()):
         folder = file if group == "series" else file.createGroup(group)
-        folder.createDimension(RECORDS[group], None)
+        folder.createDimension(record_dimension(group), None)
         for variable in (v for v in layout.values() if v.group == group):
-            _define_variable(folder, variable, sizes)
+            _define_variable(folder, variable, sizes, group in ragged)
     for key, values in static.items():
         file[key][:] = values
 
 
-def _define_variable(folder, variable, sizes):
+def _define_variable(folder, variable, sizes, ragged):
     options = {}
     if variable.grows:
-        rows = chunk_rows(variable, sizes)
+        rows = chunk_rows(variable, sizes, ragged)
         shape = (rows, *(sizes[d] for d in variable.dims[1:]))
         options["chunksizes"] = tuple(max(n, 1) for n in shape)
         # only where a chunk is one whole record: a compressed chunk that a later flush fills
@@ -57,35 +70,51 @@ def _define_variable(folder, variable, sizes):
     )
     new.units, new.long_name = variable.units, variable.long_name
     if variable.source:
-        new.comment = f"Definition: {variable.source}"
-    auxiliary = {"profiles": "profile_time step", "snapshots": "snapshot_time step"}
-    names = auxiliary.get(variable.group, "")
-    if names and variable.grows and variable.name not in names:
-        new.coordinates = names + (" bin_height" if "bin" in variable.dims else "")
-    if variable.name in RAGGED.values():
-        new.sample_dimension = "contact" if variable.name == "contact_count" else "wall_contact"
+        new.comment = f"{SOURCE}{variable.source}"
+    if variable.group != "series" and not ragged and variable.grows:
+        own = (f"{record_dimension(variable.group)}_time", "step")
+        if variable.name not in own:
+            new.coordinates = " ".join((*own, *(["bin_height"] if "bin" in variable.dims else [])))
+    if variable.counts:
+        new.sample_dimension = variable.counts
 
 
 def describe(path):
-    """Layout, sizes, static values, attributes and records of the file at `path`."""
+    """Layout, dimensions, static values, attributes and records of the file at `path`."""
     try:
         with netCDF4.Dataset(path) as file:
             file.set_auto_mask(False)
-            present = {g: folder_of(file, g) for g in RECORDS if g == "series" or g in file.groups}
+            lengths = {n: len(d) for n, d in file.dimensions.items() if not d.isunlimited()}
+            sizes = {n: tuple(file[n][:]) if n in file.variables else s for n, s in lengths.items()}
+            present = {"series": file, **file.groups}
             layout = {
-                k: v
-                for k, v in VARIABLES.items()
-                if v.group in present and v.name in present[v.group].variables
+                v.key: v
+                for group, folder in present.items()
+                for v in _variables(group, folder)
+                if group != "series" or v.name not in sizes
             }
-            sizes = {name: len(d) for name, d in file.dimensions.items() if not d.isunlimited()}
             static = {k: file[k][:] for k, v in layout.items() if not v.grows}
             attributes = {name: file.getncattr(name) for name in file.ncattrs()}
-            records = {g: len(folder.dimensions[RECORDS[g]]) for g, folder in present.items()}
+            records = {g: len(f.dimensions[record_dimension(g)]) for g, f in present.items()}
     except (OSError, RuntimeError, KeyError, AttributeError) as error:
         raise DustError(f"{path} is not a result of dusttaichi that can be read: {error}.") from (
             error
         )
     return layout, sizes, static, attributes, records
+
+
+def _variables(group, folder):
+    for name, variable in folder.variables.items():
+        yield Variable(
+            group,
+            name,
+            variable.dimensions,
+            getattr(variable, "units", "1"),
+            getattr(variable, "long_name", name),
+            getattr(variable, "comment", "").removeprefix(SOURCE),
+            "f8" if variable.dtype is str else variable.dtype.str[1:],
+            counts=getattr(variable, "sample_dimension", ""),
+        )
 
 
 def copy_records(old, new, layout, records):

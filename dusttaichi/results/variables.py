@@ -1,4 +1,8 @@
-"""The variables of the result file, each declared once: layout and writer derive from here."""
+"""What a variable of the result file is, and those that all methods share.
+
+Each method declares its own beside them (for the grains: grains/variables.py); writer and layout
+derive from the declarations.
+"""
 
 from dataclasses import dataclass
 
@@ -6,29 +10,39 @@ import numpy as np
 
 from dusttaichi.names import AXES, CHANNELS, SPRINGS, WALLS
 
+# dimensions whose entries have names, where a method says nothing else
 LABELS = {"wall": WALLS, "spring": SPRINGS, "channel": CHANNELS, "xyz": AXES, "axis": AXES}
-RECORDS = {  # group -> the dimension that grows
+_RECORDS = {  # group -> the dimension that grows
     "series": "time",
     "profiles": "profile",
     "snapshots": "snapshot",
     "contacts": "contact",
     "wall_contacts": "wall_contact",
 }
-RAGGED = {"contacts": "contact_count", "wall_contacts": "wall_contact_count"}
+
+
+def record_dimension(group):
+    """The dimension of a group that grows; that of a group of the user has the group's name."""
+    return _RECORDS.get(group, group)
 
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of the result file. `needs`: the features a scene must have to have it."""
+    """One variable of the result file.
+
+    needs: the features that a scene must have to have it. counts: the dimension whose rows it
+    counts, where it says how many rows of a ragged group belong to each record.
+    """
 
     group: str
     name: str
     dims: tuple
     units: str
     long_name: str
-    source: str
-    dtype: str
-    needs: frozenset
+    source: str = ""
+    dtype: str = "f8"
+    needs: frozenset = frozenset()
+    counts: str = ""
 
     @property
     def key(self):
@@ -38,151 +52,33 @@ class Variable:
     @property
     def grows(self):
         """True where there is one entry a record, False for what is written once."""
-        return RECORDS[self.group] in self.dims
+        return record_dimension(self.group) in self.dims
 
 
-_S12, _PHYS = "S12 section 3.2", "README, physics"
-# (name, dimensions, units, long name, source, features needed). The times of /profiles and
-# /snapshots are not called `time`: a DataTree hands the root's coordinate of that name down.
-_TABLE = {
-    "series": [
-        ("time", "time", "s", "simulated time", "", ""),
-        ("step", "time", "1", "time steps done", "", ""),
-        ("height", "time", "m", "top wall above bottom wall", _S12, "height"),
-        ("stage", "time", "1", "number of the stage, from 0; their names stand in the global "
-         "attribute stages", "", "stages"),
-        ("filling_factor", "time", "1", "volume of the grains over that of the room: of the box or "
-         "cell; between plates projected_area x height", "S12 eq 28, section 3.2", "filling"),
-        ("inner_filling_factor", "time", "1", "filling factor of an upright cylinder in the middle "
-         "of the initial footprint", "PD08 section 3.1.2", "plates"),
-        ("projected_area", "time", "m2", "area of the shadow of the grains on the plates, exact",
-         _S12, "plates"),
-        ("outside_count", "time", "1", "grains whose centre has left the initial footprint", "",
-         "plates"),
-        ("box_length", "time xyz", "m", "edges of the periodic cell, or distance of two walls; not "
-         "a number along an open axis", "T19 eq 11", "cell"),
-        ("stress", "time xyz axis", "Pa", "virial stress, positive in tension, average since the "
-         "last entry or over the stated window; the force along `axis` on a face across `xyz`",
-         "T19 eq 23", "stress"),
-        ("pressure", "time wall", "Pa", "pressure on the wall, positive in compression, "
-         "average since the last entry or over the stated window", _S12, "walls"),
-        ("wall_force", "time wall xyz", "N", "force of the wall on the grains, average as for "
-         "pressure", _S12, "walls"),
-        ("coordination_number", "time", "1", "mean number of grains that a grain touches", "", ""),
-        ("contact_count", "time", "1", "contacts between grains", "", ""),
-        ("wall_contact_count", "time", "1", "contacts of grains with walls", "", "walls"),
-        ("kinetic_translation", "time", "J", "kinetic energy of translation", "", ""),
-        ("kinetic_rotation", "time", "J", "kinetic energy of rotation", "", ""),
-        ("potential", "time spring", "J", "potential energy in contacts between grains",
-         _PHYS, ""),
-        ("potential_wall", "time spring", "J", "potential energy in contacts with walls",
-         _PHYS, "walls"),
-        ("loss", "time channel", "J", "energy lost in contacts between grains since the start",
-         _PHYS, ""),
-        ("loss_wall", "time channel", "J", "energy lost in contacts with walls since the start",
-         _PHYS, "walls"),
-        ("wall_work", "time", "J", "work of the walls on the grains since the start",
-         _PHYS, "walls"),
-        ("face_work", "time", "J", "work of the moving faces of the cell on the grains since the "
-         "start", _PHYS, "cell"),
-        ("push_work", "time", "J", "work of pushes from outside on the grains since the start",
-         _PHYS, "push"),
-        ("energy_residual", "time", "J", "total energy less that at the start, less work, plus "
-         "losses (0 if the ledger closes), with the kinetic energy m v(n-1/2).v(n+1/2)/2 of "
-         "successive half steps", _PHYS, ""),
-        ("energy_residual_relative", "time", "1", "energy_residual over the energy that has gone "
-         "through the system, |work| + initial kinetic + |initial potential| + |losses|, but no "
-         "less than what the contacts of now bind at rest",
-         "dusttaichi.grains.record.turnover", ""),
-        ("largest_overlap", "time", "m", "largest overlap of a contact", "", ""),
-        ("largest_speed", "time", "m/s", "speed of the fastest grain", "", ""),
-        ("wall_clock", "time", "s", "real time spent in the run, interruptions left out", "", ""),
-    ],
-    "profiles": [
-        ("profile_time", "profile", "s", "simulated time", "", "height profiles"),
-        ("step", "profile", "1", "time steps done", "", "height profiles"),
-        ("height", "profile", "m", "top wall above bottom wall", _S12, "height profiles"),
-        ("box_filling_factor", "profile", "1", "filling factor of the whole box", "S12 eq 28",
-         "height profiles"),
-        ("filling_factor", "profile bin", "1", "filling factor of the part of the bin below the "
-         "top wall; not a number above it", "S12 Fig 5", "height profiles"),
-        ("bin_height", "bin", "m", "middle of the bin above the bottom wall", "S12 Fig 5",
-         "height profiles"),
-        ("bin_lower", "bin", "m", "lower end of the bin above the bottom wall", "S12 Fig 5",
-         "height profiles"),
-        ("bin_upper", "bin", "m", "upper end of the bin above the bottom wall", "S12 Fig 5",
-         "height profiles"),
-    ],
-    "snapshots": [
-        ("snapshot_time", "snapshot", "s", "simulated time", "", "snapshots"),
-        ("step", "snapshot", "1", "time steps done", "", "snapshots"),
-        ("position", "snapshot grain xyz", "m", "centre of the grain", "", "snapshots"),
-        ("velocity", "snapshot grain xyz", "m/s", "velocity of the grain", "", "snapshots"),
-        ("spin", "snapshot grain xyz", "rad/s", "angular velocity of the grain", "", "snapshots"),
-        ("box", "snapshot wall", "m", "coordinate of the wall, or of the face of a periodic cell, "
-         "along its normal; not a number where there is neither", "", "room snapshots"),
-        ("contact_count", "snapshot", "1", "rows of /contacts that belong to the snapshot", "",
-         "snapshots contacts"),
-        ("wall_contact_count", "snapshot", "1", "rows of /wall_contacts that belong to the "
-         "snapshot", "", "walls snapshots contacts"),
-        ("radius", "grain", "m", "radius of the grain", "", "snapshots"),
-        ("mass", "grain", "kg", "mass of the grain", "", "unlike snapshots"),
-        ("material", "grain", "1", "number of the grain's material, in the order of the global "
-         "attribute materials", "", "unlike snapshots"),
-    ],
-    "contacts": [
-        ("grain_i", "contact", "1", "first grain", "", "snapshots contacts"),
-        ("grain_j", "contact", "1", "second grain", "", "snapshots contacts"),
-        ("pointer_i", "contact xyz", "1", "contact pointer fixed in the first grain", _PHYS,
-         "snapshots contacts"),
-        ("pointer_j", "contact xyz", "1", "contact pointer fixed in the second grain", _PHYS,
-         "snapshots contacts"),
-        ("twist", "contact", "rad", "twisting angle", _PHYS, "snapshots contacts"),
-        ("approach", "contact", "m/s", "speed of approach in the last half step", "",
-         "snapshots contacts"),
-        ("overlap", "contact", "m", "sum of the radii less distance of the centres", _PHYS,
-         "snapshots contacts"),
-    ],
-    "wall_contacts": [
-        ("grain", "wall_contact", "1", "grain", "", "walls snapshots contacts"),
-        ("wall", "wall_contact", "1", "number of the wall, from 0: " + ", ".join(WALLS), "",
-         "walls snapshots contacts"),
-        ("pointer", "wall_contact xyz", "1", "contact pointer fixed in the grain", _PHYS,
-         "walls snapshots contacts"),
-        ("foot", "wall_contact xyz", "m", "point of the wall where the grain touched", _PHYS,
-         "walls snapshots contacts"),
-        ("twist", "wall_contact", "rad", "twisting angle", _PHYS, "walls snapshots contacts"),
-        ("approach", "wall_contact", "m/s", "speed of approach in the last half step", "",
-         "walls snapshots contacts"),
-        ("overlap", "wall_contact", "m", "radius less distance of the centre from the wall",
-         _PHYS, "walls snapshots contacts"),
-    ],
-}  # fmt: skip
-_INTEGERS = {
-    "step": "i8", "contact_count": "i8", "wall_contact_count": "i8", "outside_count": "i8",
-    "stage": "i4", "material": "i4",
-    "grain_i": "i4", "grain_j": "i4", "grain": "i4", "wall": "i4",
-}  # fmt: skip
-VARIABLES = {
-    v.key: v
-    for v in (
-        Variable(group, name, tuple(dims.split()), units, long_name, source,
-                 _INTEGERS.get(name, "f8"), frozenset(needs.split()))
-        for group, rows in _TABLE.items()
+def declare(group, rows, integers=(), counts=()):
+    """Variables of a group from rows (name, dimensions, units, long name, source, features).
+
+    integers: name -> type of those that are not f8. counts: name -> dimension.
+    """
+    return tuple(
+        Variable(
+            group,
+            name,
+            tuple(dims.split()),
+            units,
+            long_name,
+            source,
+            dict(integers).get(name, "f8"),
+            frozenset(needs.split()),
+            dict(counts).get(name, ""),
+        )
         for name, dims, units, long_name, source, needs in rows
     )
-}  # fmt: skip
 
 
-def select(features):
-    """Keys of the variables that a scene with these `features` has, in the table's order.
-
-    Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (a
-    finite one), "filling" (a filling factor), "plates", "stress", "stages", "push" (forces, carried
-    grains), "unlike" (grains of different radius or material), "profiles",
-    "snapshots", "contacts" (kept with the snapshots).
-    """
-    return [key for key, v in VARIABLES.items() if v.needs <= set(features)]
+def select(variables, features):
+    """Those of the variables whose needs are among the features, in their order."""
+    return tuple(v for v in variables if v.needs <= set(features))
 
 
 def reference_energy(work, kinetic_start, potential_start, losses):
@@ -191,3 +87,31 @@ def reference_energy(work, kinetic_start, potential_start, losses):
     What a ledger's residual is compared with; arrays over time or numbers.
     """
     return np.abs(work) + kinetic_start + np.abs(potential_start) + losses
+
+
+# What the run itself writes into the series where a method declares it. Features: "height" (a
+# finite one), "stages", "filling" (a filling factor), "cell" (periodic axes).
+# fmt: off
+_S12 = "S12 section 3.2"
+COMMON = {
+    variable.name: variable
+    for variable in declare("series", [
+        ("time", "time", "s", "simulated time", "", ""),
+        ("step", "time", "1", "time steps done", "", ""),
+        ("height", "time", "m", "top wall above bottom wall", _S12, "height"),
+        ("stage", "time", "1", "number of the stage, from 0; their names stand in the global "
+         "attribute stages", "", "stages"),
+        ("filling_factor", "time", "1", "volume of the grains over that of the room: of the box or "
+         "cell; between plates projected_area x height", "S12 eq 28, section 3.2", "filling"),
+        ("box_length", "time xyz", "m", "edges of the periodic cell, or distance of two walls; not "
+         "a number along an open axis", "T19 eq 11", "cell"),
+        ("energy_residual", "time", "J", "total energy less that at the start, less work, plus "
+         "losses (0 if the ledger closes), with the kinetic energy m v(n-1/2).v(n+1/2)/2 of "
+         "successive half steps", "README, physics", ""),
+        ("energy_residual_relative", "time", "1", "energy_residual over the energy that has gone "
+         "through the system, |work| + initial kinetic + |initial potential| + |losses|, but no "
+         "less than what the contacts of now bind at rest", "dusttaichi.run.ledger.turnover", ""),
+        ("wall_clock", "time", "s", "real time spent in the run, interruptions left out", "", ""),
+    ], {"step": "i8", "stage": "i4"})
+}
+# fmt: on

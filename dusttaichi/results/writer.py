@@ -8,8 +8,15 @@ import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import RunLock, clone, explain, replace_atomically, reserve
-from dusttaichi.results.layout import chunk_rows, copy_records, define, describe, folder_of
-from dusttaichi.results.variables import LABELS, RAGGED, RECORDS, VARIABLES
+from dusttaichi.results.layout import (
+    chunk_rows,
+    copy_records,
+    define,
+    describe,
+    folder_of,
+    ragged_groups,
+)
+from dusttaichi.results.variables import LABELS
 
 
 def _now():
@@ -29,7 +36,8 @@ class Writer:
 
     def __init__(self, path, lock, layout, sizes, static, attributes, records):
         self.path = Path(path)
-        self._lock, self._layout, self._sizes, self._static = lock, layout, sizes, static
+        self._lock, self._layout, self._dimensions, self._static = lock, layout, sizes, static
+        self._sizes = {d: n if isinstance(n, int) else len(n) for d, n in sizes.items()}
         self._attributes, self._records = attributes, records
         self._buffer = {group: [] for group in records}
         self._base = "copy"  # what a flush starts from: "new" file, "cut" or "copy" of the old
@@ -38,11 +46,10 @@ class Writer:
 
     @classmethod
     def create(cls, path, variables, sizes, coords, attrs, *, force=False, lock=None):
-        """A new result file with the given variables (keys as of `select`), on disk at once.
+        """A new result file with the given Variables, on disk at once.
 
-        sizes: number of entries of the dimensions `grain` and `bin`, as far as they are used.
-        coords: values of variables that do not grow, by key: snapshots/radius (grain,),
-        profiles/bin_height, bin_lower and bin_upper (bin,).
+        sizes: name -> number of entries of a dimension, or their names; LABELS has some already.
+        coords: values of variables that do not grow, by key.
         attrs: global attributes, see `provenance`. lock: a RunLock already held (it then stays
         the caller's to release). Raises DustError if the file exists and `force` is not set, if
         another run holds the directory, or if it cannot be written.
@@ -56,14 +63,11 @@ class Writer:
                     f"{path} exists already. Use --force to overwrite it, --resume to go on with "
                     "it, or choose another output directory."
                 )
-            layout = {key: VARIABLES[key] for key in variables}
-            sizes = {**{name: len(labels) for name, labels in LABELS.items()}, **sizes}
+            layout = {v.key: v for v in variables}
             attributes = {"status": "running", "history": f"{_now()} started", **attrs}
-            attributes |= {f"{name}s": sizes[name] for name in ("grain",) if name in sizes}
             static = {k: np.asarray(coords[k]) for k, v in layout.items() if not v.grows}
-            records = {
-                group: 0 for group in RECORDS if any(v.group == group for v in layout.values())
-            }
+            records = dict.fromkeys((v.group for v in layout.values()), 0)
+            sizes = {**LABELS, **sizes}
             writer = cls(path, lock if own else None, layout, sizes, static, attributes, records)
             writer._base = "new"
             writer.flush()
@@ -128,6 +132,21 @@ class Writer:
             raise ValueError(f"the arrays of {group} differ in their number of rows: {lengths}")
         self._buffer[group].append(block)
         self._changed = True
+
+    @property
+    def groups(self):
+        """Names of the groups that the file has."""
+        return tuple(self._records)
+
+    def add(self, variables, sizes=()):
+        """Further groups, whose Variables all grow; in the file from the next flush on."""
+        self.flush()
+        self._layout |= {v.key: v for v in variables}
+        self._dimensions |= dict(sizes)
+        self._sizes |= dict(sizes)
+        for group in dict.fromkeys(v.group for v in variables):
+            self._records[group], self._buffer[group] = 0, []
+        self._base, self._changed = "cut", True
 
     def set_status(self, status):
         """State of the run, published by the next flush: "running", "finished: ..." etc."""
@@ -207,31 +226,31 @@ class Writer:
             for group, waiting in self._buffer.items()
             if waiting
         }
-        for group, count in RAGGED.items():
-            if group in self._records:
-                said = blocks.get("snapshots", {}).get(count, np.zeros(0)).sum()
-                if said != self._rows_waiting(group):
-                    raise ValueError(
-                        f"{group} holds {self._rows_waiting(group)} rows since the "
-                        f"last flush, {count} says {said}"
-                    )
+        for group, count in ragged_groups(self._layout).items():
+            said = blocks.get(count.group, {}).get(count.name, np.zeros(0)).sum()
+            if said != self._rows_waiting(group):
+                raise ValueError(
+                    f"{group} holds {self._rows_waiting(group)} rows since the "
+                    f"last flush, {count.name} says {said}"
+                )
         return blocks
 
     def _start_file(self, temporary):
         with netCDF4.Dataset(temporary, "w", format="NETCDF4") as new:
-            define(new, self._layout, self._sizes, self._static)
+            define(new, self._layout, self._dimensions, self._static)
             if self._base == "cut":
                 with netCDF4.Dataset(self.path) as old:
                     copy_records(old, new, self._layout, self._records)
 
     def _room(self, blocks):
         """Bytes that HDF5 may need for `blocks`: whole chunks, and some for its own tables."""
-        room = 1_000_000
+        room, ragged = 1_000_000, ragged_groups(self._layout)
         for variable in self._layout.values():
             data = blocks.get(variable.group, {}).get(variable.name, ())
             if len(data):
                 row = data.nbytes // len(data)
-                room += data.nbytes + 2 * row * chunk_rows(variable, self._sizes)
+                chunk = chunk_rows(variable, self._sizes, variable.group in ragged)
+                room += data.nbytes + 2 * row * chunk
         return room
 
     def _write(self, temporary, blocks):

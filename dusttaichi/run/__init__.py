@@ -1,0 +1,72 @@
+"""One run of a scene, whatever its method: from the YAML to result.nc, and on from a checkpoint.
+
+The way through: opening.py (new, kept, resumed) makes a Run; loop.py advances it; activities.py
+are what it does on the way; persistence.py is what is on disk; error_bar.py runs stretches again.
+"""
+
+from pathlib import Path
+
+from dusttaichi import files
+from dusttaichi.errors import GuardStop, Interrupted
+from dusttaichi.run.error_bar import States, estimate
+from dusttaichi.run.interrupts import Interrupts
+from dusttaichi.run.loop import Report
+from dusttaichi.run.opening import Opening, refuse_existing
+
+__all__ = ["Report", "execute", "run_directory"]
+
+
+def run_directory(scene, output=None):
+    """Where the results of a scene go."""
+    return Path(output) if output is not None else Path(scene.output.directory)
+
+
+def execute(
+    scene,
+    directory,
+    *,
+    force=False,
+    resume=False,
+    fresh=False,
+    error_bar=False,
+    report=lambda report: None,
+    log=lambda text: None,
+    ready=lambda simulation: None,
+):
+    """Run a scene into `directory`; returns the directory.
+
+    fresh: compute every stage, even those that an earlier run has finished and kept. error_bar:
+    estimate the error of the time step at the end (error_bar.py). report: called with a Report now
+    and then; log: with sentences for the user. ready: called with the Simulation
+    (dusttaichi.method), everything compiled, before its first step.
+    Raises DustError (bad input, an existing result, a full disk), GuardStop (with the result up to
+    there kept), Interrupted (after flushing and a checkpoint).
+    """
+    directory = Path(directory)
+    with Interrupts() as interrupts, files.RunLock(directory) as lock:
+        if not force and not resume:
+            refuse_existing(directory)
+        others = {"interrupts": interrupts, "report": report, "log": log}
+        opening = Opening(scene, directory, lock, keep_states=error_bar, **others)
+        try:
+            run = _open(opening, force=force, resume=resume, fresh=fresh)
+            ready(run.sim)
+        except KeyboardInterrupt:
+            text = "interrupted before the first step; nothing was computed"
+            raise Interrupted(text, kept=False) from None
+        interrupts.collect()
+        try:
+            run.go()
+        except GuardStop:
+            States(directory).discard()
+            raise
+        if error_bar:
+            estimate(run, opening.states)
+    return directory
+
+
+def _open(opening, *, force, resume, fresh):
+    run = opening.resumed() if resume else None
+    if run is None and opening.scene.stages and not fresh:
+        run = opening.kept()
+    return opening.new(force=force or resume) if run is None else run

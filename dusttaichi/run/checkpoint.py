@@ -15,7 +15,8 @@ import numpy as np
 from dusttaichi.errors import DustError
 from dusttaichi.files import explain, replace_atomically
 
-MAGIC = b"dusttaichi checkpoint 2\n"
+OLDER = b"dusttaichi checkpoint "
+MAGIC = b"dusttaichi checkpoint 3\n"
 
 
 class Checkpoint(NamedTuple):
@@ -77,7 +78,9 @@ def _read(path):
     """Arrays and meta of one file. ValueError where it is damaged, OSError where it is not."""
     raw = Path(path).read_bytes()
     body, digest = memoryview(raw)[:-32], raw[-32:]
-    if raw[: len(MAGIC)] != MAGIC or hashlib.sha256(body).digest() != digest:
+    if raw.startswith(OLDER) and not raw.startswith(MAGIC):
+        raise ValueError("of another version of dusttaichi")
+    if not raw.startswith(MAGIC) or hashlib.sha256(body).digest() != digest:
         raise ValueError("damaged, or not a checkpoint")
     start = len(MAGIC) + 8
     end = start + int.from_bytes(raw[len(MAGIC) : start], "little")
@@ -114,6 +117,11 @@ def load(path):
     if problem is None:
         raise DustError(f"There is no checkpoint at {path}: nothing to resume from.")
     raise DustError(f"No whole checkpoint in {path.parent}: {problem}. Start the run anew.")
+
+
+def exists(path):
+    """True where there is a checkpoint, whole or not."""
+    return any(_beside(path, suffix).exists() for suffix in ("", ".tmp", ".previous"))
 
 
 def discard(path):

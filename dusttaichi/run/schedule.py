@@ -1,131 +1,10 @@
 """When something happens in a run, in whole steps: a pure function of the step number, so that an
 interrupted run goes on with the very same steps."""
 
-from dataclasses import dataclass
-from math import exp, floor, inf, nan
+from math import floor
 
 from dusttaichi import units
 from dusttaichi.names import NEVER
-
-FARTHEST = 2**52  # steps beyond this are never reached
-
-
-@dataclass(frozen=True)
-class Clock:
-    """Time step [us] and how the room for the grains changes during a stage.
-
-    Length along axis k at a step: start[k] exp(growth[k] t) + rate[k] t with t = dt step; not a
-    number where the room is open. volume of the grains [um^3]; least: lengths [um] below which the
-    room is not driven; first: step at which the stage began.
-    """
-
-    dt: float
-    volume: float = 0.0
-    start: tuple = (nan, nan, nan)
-    rate: tuple = (0.0, 0.0, 0.0)
-    growth: tuple = (0.0, 0.0, 0.0)
-    least: tuple = (0.0, 0.0, 0.0)
-    first: int = 0
-
-    def lengths(self, step):
-        """Lengths of the room [um], a list of three."""
-        t = self.dt * step
-        return [
-            a * exp(g * t) + c * t
-            for a, c, g in zip(self.start, self.rate, self.growth, strict=True)
-        ]
-
-    def height_at(self, step):
-        return self.lengths(step)[2]
-
-    def area_at(self, step):
-        """Horizontal area of the room."""
-        x, y, _ = self.lengths(step)
-        return x * y
-
-    @property
-    def moves(self):
-        """True where some length changes."""
-        return any((*self.rate, *self.growth))
-
-    @property
-    def bounded(self):
-        """True where the room is finite along all axes."""
-        return not any(a != a for a in self.start)
-
-    def filling_factor_at(self, step):
-        """Filling factor of the room after `step` steps (S12 eq 28)."""
-        x, y, z = self.lengths(step)
-        return self.volume / (x * y * z) if x > 0.0 and y > 0.0 and z > 0.0 else inf
-
-    def strain_at(self, step):
-        """Largest change of a length over its value at the start of the stage."""
-        now, before = self.lengths(step), self.lengths(self.first)
-        return max(
-            (abs(b / a - 1.0) for a, b in zip(before, now, strict=True) if a == a), default=0.0
-        )
-
-    def step_of_filling_factor(self, phi):
-        """First step of the stage at which the filling factor has come to phi, from either side."""
-        if self.filling_factor_at(self.first) >= phi and not self._fills(-1):
-            return self.first
-        if self._fills(-1):
-            return self._first(lambda step: self.filling_factor_at(step) <= phi)
-        return self._first(lambda step: self.filling_factor_at(step) >= phi)
-
-    def _fills(self, sign):
-        """True where the filling factor grows (sign 1) or falls (-1) from the first step on."""
-        ways = [c + a * g for a, c, g in zip(self.start, self.rate, self.growth, strict=True)]
-        return any(sign * way < 0.0 for way in ways) and not any(sign * way > 0.0 for way in ways)
-
-    def step_of_strain(self, strain):
-        """First step of the stage at which the strain is at least `strain`."""
-        return self._first(lambda step: self.strain_at(step) >= strain)
-
-    def step_of_length(self, length, axis):
-        """First step of the stage at which that length is no more than `length`."""
-        return self._first(lambda step: self.lengths(step)[axis] <= length)
-
-    def _first(self, reached):
-        """First step of the stage at which a condition holds that, once met, goes on to hold."""
-        if reached(self.first):
-            return self.first
-        low, ahead = self.first, 1
-        while not reached(low + ahead):
-            low, ahead = low + ahead, 2 * ahead
-            if not self.moves or low > FARTHEST:
-                return NEVER
-        high = low + ahead
-        while high - low > 1:
-            middle = (low + high) // 2
-            low, high = (low, middle) if reached(middle) else (middle, high)
-        return high
-
-    def steps_in(self, time):
-        """Whole steps in a time [us], at least one."""
-        return max(1, floor(time / self.dt + 0.5))
-
-
-def clock_of(sim, first=0):
-    """The Clock of a simulation from `first`, the present step, on.
-
-    Walls are not brought closer than two grains, faces not to where a grain would meet another
-    across both.
-    """
-    start, rate, growth = [nan] * 3, [0.0] * 3, [0.0] * 3
-    least = [4.0 * sim.radius] * 3
-    if sim.box is not None:
-        for n in range(3):
-            if sim.box.present[2 * n] and sim.box.present[2 * n + 1]:
-                # upper plane: x = -(offset + speed t), lower: x = offset + speed t
-                start[n] = -float(sim.box.offset[2 * n] + sim.box.offset[2 * n + 1])
-                rate[n] = -float(sim.box.speed[2 * n] + sim.box.speed[2 * n + 1])
-    if sim.cell is not None:
-        for n in sim.cell.axes:
-            start[n], rate[n] = float(sim.cell.start[n]), float(sim.cell.rate[n])
-            growth[n] = float(sim.cell.growth[n])
-            least[n] = 4.1 * sim.radius
-    return Clock(sim.dt, sim.volume, tuple(start), tuple(rate), tuple(growth), tuple(least), first)
 
 
 def next_step(interval, clock, step):
@@ -145,7 +24,7 @@ def next_step(interval, clock, step):
         while (due := clock.step_of_strain(k * interval.strain)) <= step:
             k += 1
         return due
-    way = -1 if clock._fills(-1) else 1
+    way = -1 if clock.fills(-1) else 1
     k = floor(way * clock.filling_factor_at(step) / interval.filling_factor) + 1
     while (
         k != 0 and (due := clock.step_of_filling_factor(way * k * interval.filling_factor)) <= step

@@ -9,12 +9,14 @@ import hashlib
 import json
 import os
 import shutil
-from functools import lru_cache
 from pathlib import Path
 
 import yaml
 
+from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT, RESULT, clone
+from dusttaichi.run.code import code_hash
+from dusttaichi.run.same_scene import input_hashes, without_paths
 
 FOLDER = ".stages"
 # keys of a scene that do not change what is computed or kept
@@ -28,40 +30,17 @@ FREE = (
 )
 
 
-@lru_cache(maxsize=1)
-def code_hash():
-    """Hash of the source that the numbers come from."""
-    root, digest = Path(__file__).parents[1], hashlib.sha256()
-    for path in sorted(root.rglob("*.py")):
-        digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
-    return digest.hexdigest()
-
-
-def _files(block):
-    """Bytes of all files that a sample block names."""
-    if isinstance(block, dict):
-        for key, value in block.items():
-            if key == "file" and value is not None:
-                path = Path(value)
-                path = path / RESULT if path.is_dir() else path
-                yield path.read_bytes() if path.exists() else b""
-            else:
-                yield from _files(value)
-
-
 def folder_of(scene, stage, directory):
     """Where the state at the end of the stage with that number is kept, for runs in `directory`."""
-    data = yaml.safe_load(scene.to_yaml())
+    data = without_paths(yaml.safe_load(scene.to_yaml()))
     stages = data["stages"][: stage + 1]
     for path in FREE:
         block = data
         for key in path[:-1]:
             block = block.get(key, {})
         block.pop(path[-1], None)
-    digest = hashlib.sha256(json.dumps([data, stages], sort_keys=True).encode())
-    digest.update(code_hash().encode())
-    for content in _files(data["sample"]):
-        digest.update(hashlib.sha256(content).digest())
+    known = [data, stages, input_hashes(scene), code_hash(scene.method)]
+    digest = hashlib.sha256(json.dumps(known, sort_keys=True).encode())
     return Path(directory).absolute().parent / FOLDER / digest.hexdigest()[:20]
 
 
@@ -80,15 +59,23 @@ def keep(scene, stage, directory):
         shutil.rmtree(temporary, ignore_errors=True)
 
 
-def take(scene, directory):
-    """Copy the latest kept state that this scene goes through into `directory`.
-
-    Returns (number of the stage, folder), or None where none is kept.
-    """
+def kept(scene, directory):
+    """(number of the stage, folder) of the states that this scene goes through, latest first."""
     for stage in range(len(scene.stages) - 1, -1, -1):
         folder = folder_of(scene, stage, directory)
         if all((folder / name).exists() for name in (RESULT, CHECKPOINT)):
-            for name in (RESULT, CHECKPOINT):
-                clone(folder / name, Path(directory) / name)
-            return stage, folder
-    return None
+            yield stage, folder
+
+
+def take(folder, directory):
+    """Copy a kept state into `directory`. Raises DustError."""
+    try:
+        for name in (RESULT, CHECKPOINT):
+            clone(folder / name, Path(directory) / name)
+    except OSError as error:
+        raise DustError(f"The kept stage {folder} cannot be read: {error}.") from error
+
+
+def discard(folder):
+    """Remove a kept state, such as one that is damaged."""
+    shutil.rmtree(folder, ignore_errors=True)

@@ -7,7 +7,7 @@ import pytest
 import typer
 
 from dusttaichi.commands.app import app
-from dusttaichi.results.variables import VARIABLES
+from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.scene import NAMED
 from dusttaichi.scene.keys import rows
 

@@ -7,7 +7,7 @@ from conftest import RADIUS, Probe, make_scene, sample_of
 
 from dusttaichi import analysis, samples
 from dusttaichi.errors import DustError
-from dusttaichi.run.loop import execute
+from dusttaichi.run import execute
 from dusttaichi.scene import Scene
 
 MASS, _ = ref.mass_and_inertia()

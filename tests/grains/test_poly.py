@@ -12,8 +12,10 @@ from dusttaichi.grains import record
 from dusttaichi.grains.build import bodies_of, time_step
 from dusttaichi.grains.kernels.params import contact_params
 from dusttaichi.grains.kernels.store import STORED
+from dusttaichi.grains.measured import measurement
 from dusttaichi.physics.contact import constants
-from dusttaichi.run.loop import execute
+from dusttaichi.run import execute
+from dusttaichi.run.ledger import ledger
 from dusttaichi.samples import Sample
 from dusttaichi.scene import Scene
 
@@ -345,10 +347,11 @@ def test_ledger_closes():
     for dt, steps in (("0.03 ns", 700), ("0.01 ns", 2100)):
         scene = scene_of(dt=dt, damping="viscoelastic", boundary=box("bottom"))
         probe = Grains(scene, sample)
-        start = probe.sim.measure()
+        start = measurement(probe.sim)
         probe.advance(steps)
-        m = probe.sim.measure()
-        residuals.append(abs(record.ledger(m, start)[1]))
+        last = measurement(probe.sim)
+        m = last.parts
+        residuals.append(abs(ledger(last, start)[1]))
         assert np.all(m["loss"] > 0) and m["wall_contacts"] > 0
     assert residuals[1] < residuals[0] < 2e-3
     assert residuals[1] < 3e-4

@@ -9,7 +9,8 @@ from conftest import Probe, box, make_scene, sample_of
 
 from dusttaichi.errors import DustError
 from dusttaichi.grains.build import build, time_step
-from dusttaichi.grains.record import ledger
+from dusttaichi.grains.measured import measurement
+from dusttaichi.run.ledger import ledger
 
 R = 0.6e-6
 F_C = 3 * np.pi * 20e-3 * R / 2  # of two grains
@@ -39,7 +40,7 @@ def outcome(kind, steps, **numerics):
     if kind == "unlike":
         sample = replace(sample, radii=R * (1 + 1e-4 * np.random.default_rng(2).random(len(x))))
     probe = Probe(make_scene(**SCENES[kind], numerics=numerics), sample)
-    start = probe.sim.measure()
+    start = measurement(probe.sim)
     probe.advance(steps)
     return SimpleNamespace(
         x=probe.x,
@@ -47,7 +48,7 @@ def outcome(kind, steps, **numerics):
         way=probe.x - x,
         force=probe.loads()[0],
         energy=probe.energy(),
-        open_by=abs(ledger(probe.sim.measure(), start)[1]),
+        open_by=abs(ledger(measurement(probe.sim), start)[1]),
         dtype=probe.sim.fields["x"].to_numpy().dtype,
     )
 

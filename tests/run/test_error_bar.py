@@ -11,13 +11,14 @@ from conftest import box, make_scene, sample_of
 
 from dusttaichi import analysis, units
 from dusttaichi.analysis.error_bar import of_levels, of_stretches
+from dusttaichi.errors import Interrupted
 from dusttaichi.grains.build import build
-from dusttaichi.grains.record import total_energy
+from dusttaichi.grains.measured import measurement
 from dusttaichi.grains.refine import halve_time_step
-from dusttaichi.run import error_bar
+from dusttaichi.method import State
+from dusttaichi.run import error_bar, execute
 from dusttaichi.run import loop as running
-from dusttaichi.run.error_bar import State, States, stretches_of
-from dusttaichi.run.loop import execute
+from dusttaichi.run.error_bar import Kept, States, stretches_of
 from dusttaichi.scene import from_yaml
 
 TOUCH = 2 * 0.6e-6 - 1.66e-10  # distance of grains in equilibrium contact [m]
@@ -69,19 +70,11 @@ def approach(sim):
 def left_open(sim, steps):
     """What the ledger leaves open over some steps, over the energy at their start. Energies are
     those of the very moment, in which an impulse is half done."""
-    first = sim.measure()
+    first = measurement(sim)
     sim.advance(steps)
-    last = sim.measure()
-    out = total_energy(last) - total_energy(first)
-    for name, sign in (
-        ("loss", 1),
-        ("loss_wall", 1),
-        ("wall_work", -1),
-        ("push_work", -1),
-        ("face_work", -1),
-    ):
-        out += sign * np.sum(last[name] - first[name])
-    return out / abs(total_energy(first))
+    last = measurement(sim)
+    out = last.energy - first.energy + last.lost - first.lost - (last.work - first.work)
+    return out / abs(first.energy)
 
 
 @pytest.fixture(scope="module", params=SCENES)
@@ -177,11 +170,8 @@ def test_states_are_spread_over_the_run_so_far(tmp_path, monkeypatch):
     class Sim:
         step = 0
 
-        def arrays(self):
-            return {"x": np.zeros(1)}
-
-        def numbers(self):
-            return {"step": self.step}
+        def state(self):
+            return State({"x": np.zeros(1)}, {"step": self.step})
 
     states, sim = States(tmp_path), Sim()
     states.keep(sim, 0, 0)
@@ -198,7 +188,7 @@ def test_states_are_spread_over_the_run_so_far(tmp_path, monkeypatch):
 
 
 def test_stretches():
-    states = [State(0, 0, 0), State(0, 0, 4000), State(1, 7000, 7000), State(1, 7000, 8000)]
+    states = [Kept(0, 0, 0), Kept(0, 0, 4000), Kept(1, 7000, 7000), Kept(1, 7000, 8000)]
     plan = stretches_of(states, 10_000, 10_000_000, 2)
     assert [s.steps for s in plan] == [125] * 4 and {s.levels for s in plan} == {2}
     # what is cheap is run again whole, without passing the next state or the end of a stage
@@ -209,7 +199,7 @@ def test_stretches():
     assert whole.steps == 10_000 and whole.levels == 3
     assert stretches_of([], 10_000, 2, 1) == []
     # a state right before the end has too little left
-    (only,) = stretches_of([State(0, 0, 0), State(0, 0, 9990)], 10_000, 10**8, 1)
+    (only,) = stretches_of([Kept(0, 0, 0), Kept(0, 0, 9990)], 10_000, 10**8, 1)
     assert only.state.step == 0
 
 
@@ -269,7 +259,7 @@ def test_a_run_that_is_over_in_no_time_is_run_again_whole(tmp_path):
     with netCDF4.Dataset(coarse / "result.nc", "a") as file:
         file.setncattr("error_bar", "")
     said = []
-    execute(from_yaml(CHAIN.format(dt=0.4)), coarse, resume=True, error_bar=True, say=said.append)
+    execute(from_yaml(CHAIN.format(dt=0.4)), coarse, resume=True, error_bar=True, log=said.append)
     assert any("--force --error-bar" in text for text in said)
 
 
@@ -318,13 +308,13 @@ def test_stretches_of_a_run_in_stages_that_was_interrupted(tmp_path, monkeypatch
             os.kill(os.getpid(), signal.SIGINT)
 
     where = tmp_path / "parts/run"
-    with pytest.raises(KeyboardInterrupt):
-        execute(scene, where, fresh=True, error_bar=True, watch=interrupt)
-    with pytest.raises(KeyboardInterrupt):
-        execute(scene, where, resume=True, error_bar=True, watch=interrupt)
+    with pytest.raises(Interrupted):
+        execute(scene, where, fresh=True, error_bar=True, report=interrupt)
+    with pytest.raises(Interrupted):
+        execute(scene, where, resume=True, error_bar=True, report=interrupt)
     with analysis.open_run(where) as run:
         assert run.status.startswith("finished") and analysis.error_bar(run) is None
     said = []
-    execute(scene, where, resume=True, error_bar=True, watch=interrupt, say=said.append)
+    execute(scene, where, resume=True, error_bar=True, report=interrupt, log=said.append)
     assert measured(where)[0] == stretches
     assert not any("no error bar" in text for text in said)

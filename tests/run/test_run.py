@@ -12,9 +12,9 @@ import pytest
 import xarray as xr
 from bits import assert_same_bits
 
-from dusttaichi.errors import DustError, GuardStop
+from dusttaichi.errors import DustError, GuardStop, Interrupted
+from dusttaichi.run import execute
 from dusttaichi.run import loop as running
-from dusttaichi.run.loop import execute
 from dusttaichi.scene import from_yaml
 
 BOX = """
@@ -109,8 +109,8 @@ def test_a_signal_leaves_a_result_and_resume_ends_with_the_same_bits(name, tmp_p
         if len(seen) == 5:
             os.kill(os.getpid(), getattr(signal, name))
 
-    with pytest.raises(KeyboardInterrupt):
-        execute(from_yaml(yaml), tmp_path / "parts", watch=interrupt)
+    with pytest.raises(Interrupted):
+        execute(from_yaml(yaml), tmp_path / "parts", report=interrupt)
     with xr.open_dataset(tmp_path / "parts/result.nc") as series:
         assert series.attrs["status"] == "interrupted"
         assert 0 < series.step[-1] < 1200
@@ -167,11 +167,6 @@ def test_a_result_is_not_overwritten_without_force(finished):
     with pytest.raises(DustError, match="--force"):
         execute(from_yaml(box()), finished)
     assert (finished / "result.nc").stat().st_mtime_ns == before
-
-
-def test_resume_without_a_checkpoint_says_so(tmp_path):
-    with pytest.raises(DustError, match="nothing to resume"):
-        execute(from_yaml(box()), tmp_path / "none", resume=True)
 
 
 def test_a_runaway_stops_with_one_sentence_and_keeps_the_result(tmp_path):

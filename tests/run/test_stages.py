@@ -9,10 +9,10 @@ import xarray as xr
 from bits import assert_same_bits
 
 from dusttaichi import geometry
-from dusttaichi.errors import DustError
+from dusttaichi.errors import DustError, Interrupted
+from dusttaichi.run import execute
 from dusttaichi.run import loop as running
 from dusttaichi.run import stages as kept
-from dusttaichi.run.loop import execute
 from dusttaichi.scene import from_yaml
 
 CELL = """
@@ -69,10 +69,10 @@ def test_stages_follow_each_other(whole):
 
 def test_finished_stages_are_taken_over_where_only_later_ones_change(whole, tmp_path):
     said = []
-    execute(cell("strain: 0.1"), tmp_path / "short", say=said.append)
+    execute(cell("strain: 0.1"), tmp_path / "short", log=said.append)
     assert said == ["stage press finished: filling factor 0.08", "stage relax finished: 500 steps"]
     said.clear()
-    execute(cell(name="another"), tmp_path / "again", say=said.append)
+    execute(cell(name="another"), tmp_path / "again", log=said.append)
     assert len(said) == 1 and "press, relax" in said[0] and "--fresh" in said[0]
     assert_same_bits(whole / "result.nc", tmp_path / "again/result.nc")
     with xr.open_dataset(tmp_path / "again/result.nc") as series:
@@ -85,8 +85,8 @@ def test_finished_stages_are_taken_over_where_only_later_ones_change(whole, tmp_
         ("material.surface_energy", "50 mJ/m^2"),
         ("numerics.time_step", "0.03 ns"),
     ):
-        assert kept.take(scene.with_value(path, value), tmp_path / "again") is None
-    assert kept.take(scene.with_value("numerics.threads", 2), tmp_path / "again") is not None
+        assert not list(kept.kept(scene.with_value(path, value), tmp_path / "again"))
+    assert list(kept.kept(scene.with_value("numerics.threads", 2), tmp_path / "again"))
 
 
 def test_resume_across_stages_ends_with_the_same_bits(whole, tmp_path, monkeypatch):
@@ -103,8 +103,8 @@ def test_resume_across_stages_ends_with_the_same_bits(whole, tmp_path, monkeypat
                 done.append(True)
                 os.kill(os.getpid(), signal.SIGINT)
 
-        with pytest.raises(KeyboardInterrupt):
-            execute(cell(), directory, watch=interrupt, **begun)
+        with pytest.raises(Interrupted):
+            execute(cell(), directory, report=interrupt, **begun)
         begun = {"resume": True}
     execute(cell(), directory, resume=True)
     assert_same_bits(whole / "result.nc", directory / "result.nc")

@@ -14,7 +14,7 @@ from bits import assert_same_bits
 
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError, GuardStop
-from dusttaichi.run.loop import execute
+from dusttaichi.run import execute
 from dusttaichi.scene import from_yaml
 from dusttaichi.studies.ensemble import ensemble_plan, gather_plan, pool, run_all, sweep_plan
 

@@ -1,0 +1,82 @@
+"""Walls and cell laid out around a sample, as the scene's boundary says."""
+
+import numpy as np
+
+from dusttaichi import units
+from dusttaichi.domain.cell import Cell, check_edges, check_images
+from dusttaichi.domain.walls import make_box
+from dusttaichi.errors import DustError
+from dusttaichi.names import AXES, WALLS
+
+
+def make_surroundings(boundary, positions, radius, contact, overlap, period=None):
+    """(Box or None, Cell or None) around a sample at rest.
+
+    positions (N, 3), radius, distance of two grains in equilibrium contact, overlap in equilibrium
+    with a wall: um; each but the first one number, or (N,) of grains that are not all alike. With
+    `size: fit` the outermost grains are in equilibrium contact with their wall, or with each other
+    across the faces; a sample that repeats says by what `period`.
+    Raises DustError when the sample does not fit.
+    """
+    low, high = positions.min(axis=0), positions.max(axis=0)
+    axes = tuple(AXES.index(axis) for axis in boundary.periodic_axes)
+    reach = np.reshape(radius - overlap, (-1, 1))
+    room_low, room_high = (positions - reach).min(axis=0), (positions + reach).max(axis=0)
+    size = room_high - room_low
+    wanted = _wanted(boundary)
+    if axes:
+        if period is not None:
+            needed = np.array(period)
+        elif not np.ndim(radius):
+            needed = high - low + contact
+        else:
+            # grains at the faces overlap no more than the deepest contact in equilibrium
+            surface = radius[:, None]
+            needed = (positions + surface).max(axis=0) - (positions - surface).min(axis=0)
+            needed -= np.min(2.0 * radius - contact)
+        size = np.where(np.isin(np.arange(3), axes), needed, size)
+        if boundary.size == "cube":
+            size = np.where(np.isin(np.arange(3), axes), size[list(axes)].max(), size)
+    if wanted is not None:
+        wanted = np.where(np.isnan(wanted), size, wanted)
+        _check_room(boundary, wanted, size, axes)
+        size = wanted
+    box = make_box(boundary, room_low, room_high, size) if boundary.walls else None
+    if not axes:
+        return box, None
+    periodic = np.isin(np.arange(3), axes)
+    check_edges(size[list(axes)], axes, np.max(radius))
+    centre = np.where(periodic, 0.5 * (low + high), 0.0)
+    cell = Cell(np.where(periodic, size, 0.0), np.zeros(3), np.zeros(3), centre, axes)
+    check_images(positions, cell, radius)
+    return box, cell
+
+
+def _wanted(boundary):
+    """Lengths that the scene gives [um], NaN where it gives none; None if it gives none at all."""
+    if boundary.kind == "plates":
+        gap = boundary.gap
+        return None if gap == "fit" else np.array([np.nan, np.nan, gap / units.LENGTH])
+    if boundary.kind == "open" or isinstance(boundary.size, str):
+        return None
+    return np.array(boundary.size) / units.LENGTH
+
+
+def _check_room(boundary, size, need, axes):
+    """Walls must stand outside the sample. (Across periodic faces its images may interlock.)"""
+    # the need is a sum of rounded numbers; a billionth is far below any length of a contact
+    walled = [
+        n
+        for n in range(3)
+        if n not in axes
+        and boundary.kind != "periodic"
+        or set(WALLS[2 * n : 2 * n + 2]) & set(boundary.walls)
+    ]
+    short = [n for n in walled if size[n] < need[n] * (1.0 - 1e-9)]
+    if short:
+        n = short[int(np.argmax(need[short] / size[short]))]
+        key = "gap" if boundary.kind == "plates" else "size"
+        raise DustError(
+            f"boundary.{key}: the sample does not fit: it needs {need[n]:.4g} um along "
+            f"{AXES[n]}, there are {size[n]:.4g} um; enlarge it or use {key}: fit"
+        )

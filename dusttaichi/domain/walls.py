@@ -1,0 +1,60 @@
+"""Walls: up to six planes around the particles, of which the top one may be driven."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from dusttaichi import units
+from dusttaichi.names import WALLS
+
+NORMALS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
+TOP = WALLS.index("top")
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """Up to six walls; plane of wall n: x.normal = offset + speed t."""
+
+    normal: np.ndarray
+    offset: np.ndarray
+    speed: np.ndarray
+    strength: np.ndarray
+    present: np.ndarray
+
+    def planes(self, time):
+        """Coordinates of the six walls at a time [us]."""
+        return (self.offset + self.speed * time) * self.normal.sum(axis=1)
+
+    def driven(self, drive, time):
+        """The same walls, moving as `drive` says from `time` on."""
+        speed = np.zeros(6)
+        if self.present[TOP]:
+            # the normal of the top wall points down, as wall_speed does
+            speed[TOP] = (drive.wall_speed or 0.0) / units.SPEED
+        return replace(self, offset=self.offset + (self.speed - speed) * time, speed=speed)
+
+
+def wall_strengths(boundary):
+    """Factor on the springs of each wall, None for one left out; None for a scene without walls."""
+    if not boundary.walls:
+        return None
+    side = boundary.side_walls if boundary.kind == "box" else 1.0
+    factors = [side] * 4 + [1.0, 1.0]
+    return [f if name in boundary.walls else None for name, f in zip(WALLS, factors, strict=True)]
+
+
+def glued(wall, boundary):
+    """Constants of a wall contact [SI] with the normal force of glued plates."""
+    glue = boundary.glue if boundary.kind == "plates" else 1.0
+    return replace(wall, F_c=glue * wall.F_c, k_n=glue * wall.k_n)
+
+
+def make_box(boundary, low, high, size):
+    """Walls around the room: centred between the side walls, standing on the bottom."""
+    slack = size - (high - low)
+    low = low - np.array([0.5, 0.5, 0.0]) * slack
+    high = low + size
+    present = np.array([name in boundary.walls for name in WALLS], dtype=np.int32)
+    strength = np.array([factor or 0.0 for factor in wall_strengths(boundary)])
+    offset = np.array([low[0], -high[0], low[1], -high[1], low[2], -high[2]])
+    return Box(NORMALS, offset, np.zeros(6), strength, present)

@@ -1,0 +1,30 @@
+"""The energies of grains as the ledger of the run takes them."""
+
+from dusttaichi.method import Measurement
+
+
+def measurement(sim):
+    """The Measurement of a Simulation now; its parts are the numbers of sim.measure()."""
+    m = sim.measure()
+    kinetic = m["kinetic_translation"] + m["kinetic_rotation"]
+    # added up in this order everywhere: the ledger is a small difference of large numbers
+    energy = kinetic + m["potential"].sum() + m["potential_wall"].sum()
+    return Measurement(
+        kinetic=kinetic,
+        potential=m["potential"].sum() + m["potential_wall"].sum(),
+        energy=energy,
+        losses=m["loss"] + m["loss_wall"],
+        lost=m["loss"].sum() + m["loss_wall"].sum(),
+        work=m["wall_work"] + m["face_work"] + m["push_work"],
+        kick=m["kinetic_kick"],
+        bound=_bound(sim, m),
+        parts=m,
+    )
+
+
+def _bound(sim, m):
+    """Energy that the contacts of now bind [fJ]: where they are at rest, 1.2 F_c delta0 each; of
+    grains that are not all alike, now."""
+    if sim.bodies is None:
+        return 0.3 * (sim.pair.U4 * m["contacts"] + sim.wall.U4 * m["wall_contacts"])
+    return -(m["potential"][0] + m["potential_wall"][0])

@@ -1,0 +1,195 @@
+"""Grains in motion as the run knows them: the Simulation with its sample, records and guards."""
+
+import time as real_time
+
+import numpy as np
+import yaml
+
+from dusttaichi import samples, units
+from dusttaichi.grains import record, stretch, trust
+from dusttaichi.grains.build import build
+from dusttaichi.grains.measured import measurement
+from dusttaichi.grains.refine import halve_time_step
+from dusttaichi.grains.variables import VARIABLES
+from dusttaichi.grains.worker_choice import WorkerChoice
+from dusttaichi.method import State
+from dusttaichi.results.variables import select
+from dusttaichi.samples.sample import Sample
+from dusttaichi.scene.material import DEFAULT
+
+SAMPLE = ("positions", "velocities", "spins")
+OWN = ("radii", "materials")  # None where all grains are equal
+BEFORE = "sample_"  # of the names of these arrays in a State
+
+
+class MovingGrains:
+    """What dusttaichi.method.Refinable asks for, of the Simulation `sim` of a scene."""
+
+    def __init__(self, scene, sample, sim):
+        self.scene, self.sample, self.sim = scene, samples.pushed(scene, sample), sim
+        self.size, self.channels = sim.grains, sim.layout.channels
+        self.plates = record.plates_of(scene.boundary, self.sample, sim.radius)
+        self.workers = WorkerChoice(sim, fixed=scene.numerics.threads != "auto")
+        features = features_of(scene, sim)
+        self.variables = select(VARIABLES.values(), features)
+        self.clock, self.bins = sim.domain.clock(), None
+        if "profiles" in features:
+            self.bins = record.bin_edges(self.clock, sim.radius)
+        self._first = sim.dt, sim.push  # which halving the step changes
+
+    @property
+    def step(self):
+        return self.sim.step
+
+    @property
+    def dt(self):
+        return self.sim.dt
+
+    @property
+    def time(self):
+        return self.sim.time
+
+    @property
+    def domain(self):
+        return self.sim.domain
+
+    def advance(self, steps):
+        began = real_time.perf_counter()
+        self.sim.advance(steps)
+        self.workers.after(steps, real_time.perf_counter() - began)
+
+    def drive(self, drive):
+        self.sim.drive(drive)
+        self.clock = self.domain.clock(self.sim.step)
+
+    # -- measuring -------------------------------------------------------------------------------
+
+    def measure(self):
+        return measurement(self.sim)
+
+    def trust(self, measurement):
+        trust.check(self.sim, measurement)
+
+    def sums(self):
+        out = {"lengths": self.sim.lengths()}
+        if self.sim.box is not None:
+            out["impulse"] = self.sim.impulses()
+        if self.sim.layout.stress:
+            out["flux"] = self.sim.momentum_flux()
+        return out
+
+    def series(self, measurement, window):
+        return record.series(self.sim, measurement.parts, window, self.plates)
+
+    def records(self, group):
+        if group == "profiles":
+            return [("profiles", record.profile(self.sim, self.clock, self.bins))]
+        return record.snapshot(self.sim, self.scene.output.contacts)
+
+    # -- state -----------------------------------------------------------------------------------
+
+    def state(self):
+        arrays = {BEFORE + name: getattr(self.sample, name) for name in (*SAMPLE, *OWN)}
+        arrays = self.sim.arrays() | {k: a for k, a in arrays.items() if a is not None}
+        numbers = {"dt": self.sim.dt, "sample_info": self.sample.info}
+        return State(arrays, self.sim.numbers() | numbers)
+
+    def restore(self, state):
+        self.sim.dt, self.sim.push = self._first
+        self.sim.restore(*state)
+        self.clock = self.domain.clock(self.sim.step)
+
+    # -- half the step ---------------------------------------------------------------------------
+
+    def halve_step(self):
+        halve_time_step(self.sim)
+
+    def positions(self):
+        return self.sim.grain_state()[0]
+
+    def ends(self):
+        return self.sums() | stretch.ends(self.sim, self.plates)
+
+    def compared(self, window, moments):
+        return stretch.compared(self.sim, window, moments, self.plates)
+
+    # -- result ----------------------------------------------------------------------------------
+
+    def sizes(self):
+        out = {"grain": self.sim.grains, "channel": self.channels}
+        return out if self.bins is None else out | {"bin": len(self.bins) - 1}
+
+    def constants(self):
+        bodies = self.sim.bodies
+        out = {"snapshots/radius": np.full(self.sim.grains, self.scene.material.radius)}
+        if bodies is not None:
+            out = {
+                "snapshots/radius": bodies.radius * units.LENGTH,
+                "snapshots/mass": bodies.mass * units.MASS,
+                "snapshots/material": bodies.material,
+            }
+        if self.bins is not None:
+            edges = self.bins * units.LENGTH
+            out |= {
+                "profiles/bin_lower": edges[:-1],
+                "profiles/bin_upper": edges[1:],
+                "profiles/bin_height": 0.5 * (edges[1:] + edges[:-1]),
+            }
+        return out
+
+    def attributes(self):
+        scene, sim = self.scene, self.sim
+        polydisperse = sim.bodies is not None
+        return {
+            "seed": getattr(scene.sample, "seed", None),
+            "backend": scene.numerics.backend,
+            "precision": scene.numerics.precision,
+            "threads": sim.threads,
+            "periodic_axes": " ".join(scene.boundary.periodic_axes),
+            "materials": " ".join([DEFAULT, *scene.materials]) if polydisperse else None,
+            "sample": yaml.safe_dump(_plain(self.sample.info), sort_keys=False),
+            "grains": sim.grains,
+        }
+
+
+def make(scene, sample):
+    """MovingGrains of a scene and a Sample, at step 0."""
+    return MovingGrains(scene, sample, build(scene, sample))
+
+
+def reopen(scene, state):
+    """MovingGrains in a State of grains of that scene."""
+    own = {name: state.arrays.get(BEFORE + name) for name in OWN}
+    arrays = (state.arrays[BEFORE + name] for name in SAMPLE)
+    out = make(scene, Sample(*arrays, info=state.numbers["sample_info"], **own))
+    out.restore(state)
+    return out
+
+
+def features_of(scene, sim):
+    """What the result of a scene has, in the words of grains/variables.py."""
+    domain, bounded = sim.domain, sim.domain.bounded
+    asked = {
+        "snapshots": True,
+        "unlike": sim.bodies is not None,
+        "contacts": scene.output.contacts,
+        "walls": sim.box is not None,
+        "cell": sim.cell is not None,
+        "height": not np.isnan(domain.lengths(sim.step)[2]),
+        "plates": scene.boundary.kind == "plates",
+        "room": domain.there,
+        "filling": bounded or scene.boundary.kind == "plates",
+        "stress": sim.layout.stress,
+        "push": sim.push.works,
+        "stages": bool(scene.stages),
+        "profiles": bounded and any(plan.profiles is not None for plan in scene.stage_plans),
+    }
+    return {name for name, there in asked.items() if there}
+
+
+def _plain(value):
+    if isinstance(value, dict):
+        return {k: _plain(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(v) for v in value]
+    return value.item() if isinstance(value, np.generic) else value

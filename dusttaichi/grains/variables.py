@@ -1,0 +1,136 @@
+"""The variables of the result of grains, each declared once; results.variables has the others."""
+
+from dusttaichi.names import WALLS
+from dusttaichi.results.variables import COMMON, declare
+
+_INTEGERS = {
+    "contact_count": "i8", "wall_contact_count": "i8", "outside_count": "i8", "step": "i8",
+    "material": "i4", "grain_i": "i4", "grain_j": "i4", "grain": "i4", "wall": "i4",
+}  # fmt: skip
+_COUNTS = {"contact_count": "contact", "wall_contact_count": "wall_contact"}
+_S12, _PHYS = "S12 section 3.2", "README, physics"
+
+# Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (a finite
+# one), "filling" (a filling factor), "plates", "stress", "stages", "push" (forces, carried grains),
+# "unlike" (grains of different radius or material), "profiles", "snapshots", "contacts" (kept with
+# the snapshots). The times of /profiles and /snapshots are not called `time`: a DataTree hands the
+# root's coordinate of that name down.
+_TABLE = {
+    "series": [
+        "time",
+        "step",
+        "height",
+        "stage",
+        "filling_factor",
+        ("inner_filling_factor", "time", "1", "filling factor of an upright cylinder in the middle "
+         "of the initial footprint", "PD08 section 3.1.2", "plates"),
+        ("projected_area", "time", "m2", "area of the shadow of the grains on the plates, exact",
+         _S12, "plates"),
+        ("outside_count", "time", "1", "grains whose centre has left the initial footprint", "",
+         "plates"),
+        "box_length",
+        ("stress", "time xyz axis", "Pa", "virial stress, positive in tension, average since the "
+         "last entry or over the stated window; the force along `axis` on a face across `xyz`",
+         "T19 eq 23", "stress"),
+        ("pressure", "time wall", "Pa", "pressure on the wall, positive in compression, "
+         "average since the last entry or over the stated window", _S12, "walls"),
+        ("wall_force", "time wall xyz", "N", "force of the wall on the grains, average as for "
+         "pressure", _S12, "walls"),
+        ("coordination_number", "time", "1", "mean number of grains that a grain touches", "", ""),
+        ("contact_count", "time", "1", "contacts between grains", "", ""),
+        ("wall_contact_count", "time", "1", "contacts of grains with walls", "", "walls"),
+        ("kinetic_translation", "time", "J", "kinetic energy of translation", "", ""),
+        ("kinetic_rotation", "time", "J", "kinetic energy of rotation", "", ""),
+        ("potential", "time spring", "J", "potential energy in contacts between grains",
+         _PHYS, ""),
+        ("potential_wall", "time spring", "J", "potential energy in contacts with walls",
+         _PHYS, "walls"),
+        ("loss", "time channel", "J", "energy lost in contacts between grains since the start",
+         _PHYS, ""),
+        ("loss_wall", "time channel", "J", "energy lost in contacts with walls since the start",
+         _PHYS, "walls"),
+        ("wall_work", "time", "J", "work of the walls on the grains since the start",
+         _PHYS, "walls"),
+        ("face_work", "time", "J", "work of the moving faces of the cell on the grains since the "
+         "start", _PHYS, "cell"),
+        ("push_work", "time", "J", "work of pushes from outside on the grains since the start",
+         _PHYS, "push"),
+        "energy_residual",
+        "energy_residual_relative",
+        ("largest_overlap", "time", "m", "largest overlap of a contact", "", ""),
+        ("largest_speed", "time", "m/s", "speed of the fastest grain", "", ""),
+        "wall_clock",
+    ],
+    "profiles": [
+        ("profile_time", "profile", "s", "simulated time", "", "height profiles"),
+        ("step", "profile", "1", "time steps done", "", "height profiles"),
+        ("height", "profile", "m", "top wall above bottom wall", _S12, "height profiles"),
+        ("box_filling_factor", "profile", "1", "filling factor of the whole box", "S12 eq 28",
+         "height profiles"),
+        ("filling_factor", "profile bin", "1", "filling factor of the part of the bin below the "
+         "top wall; not a number above it", "S12 Fig 5", "height profiles"),
+        ("bin_height", "bin", "m", "middle of the bin above the bottom wall", "S12 Fig 5",
+         "height profiles"),
+        ("bin_lower", "bin", "m", "lower end of the bin above the bottom wall", "S12 Fig 5",
+         "height profiles"),
+        ("bin_upper", "bin", "m", "upper end of the bin above the bottom wall", "S12 Fig 5",
+         "height profiles"),
+    ],
+    "snapshots": [
+        ("snapshot_time", "snapshot", "s", "simulated time", "", "snapshots"),
+        ("step", "snapshot", "1", "time steps done", "", "snapshots"),
+        ("position", "snapshot grain xyz", "m", "centre of the grain", "", "snapshots"),
+        ("velocity", "snapshot grain xyz", "m/s", "velocity of the grain", "", "snapshots"),
+        ("spin", "snapshot grain xyz", "rad/s", "angular velocity of the grain", "", "snapshots"),
+        ("box", "snapshot wall", "m", "coordinate of the wall, or of the face of a periodic cell, "
+         "along its normal; not a number where there is neither", "", "room snapshots"),
+        ("contact_count", "snapshot", "1", "rows of /contacts that belong to the snapshot", "",
+         "snapshots contacts"),
+        ("wall_contact_count", "snapshot", "1", "rows of /wall_contacts that belong to the "
+         "snapshot", "", "walls snapshots contacts"),
+        ("radius", "grain", "m", "radius of the grain", "", "snapshots"),
+        ("mass", "grain", "kg", "mass of the grain", "", "unlike snapshots"),
+        ("material", "grain", "1", "number of the grain's material, in the order of the global "
+         "attribute materials", "", "unlike snapshots"),
+    ],
+    "contacts": [
+        ("grain_i", "contact", "1", "first grain", "", "snapshots contacts"),
+        ("grain_j", "contact", "1", "second grain", "", "snapshots contacts"),
+        ("pointer_i", "contact xyz", "1", "contact pointer fixed in the first grain", _PHYS,
+         "snapshots contacts"),
+        ("pointer_j", "contact xyz", "1", "contact pointer fixed in the second grain", _PHYS,
+         "snapshots contacts"),
+        ("twist", "contact", "rad", "twisting angle", _PHYS, "snapshots contacts"),
+        ("approach", "contact", "m/s", "speed of approach in the last half step", "",
+         "snapshots contacts"),
+        ("overlap", "contact", "m", "sum of the radii less distance of the centres", _PHYS,
+         "snapshots contacts"),
+    ],
+    "wall_contacts": [
+        ("grain", "wall_contact", "1", "grain", "", "walls snapshots contacts"),
+        ("wall", "wall_contact", "1", "number of the wall, from 0: " + ", ".join(WALLS), "",
+         "walls snapshots contacts"),
+        ("pointer", "wall_contact xyz", "1", "contact pointer fixed in the grain", _PHYS,
+         "walls snapshots contacts"),
+        ("foot", "wall_contact xyz", "m", "point of the wall where the grain touched", _PHYS,
+         "walls snapshots contacts"),
+        ("twist", "wall_contact", "rad", "twisting angle", _PHYS, "walls snapshots contacts"),
+        ("approach", "wall_contact", "m/s", "speed of approach in the last half step", "",
+         "walls snapshots contacts"),
+        ("overlap", "wall_contact", "m", "radius less distance of the centre from the wall",
+         _PHYS, "walls snapshots contacts"),
+    ],
+}  # fmt: skip
+
+
+def _declared(group, rows):
+    """The variables of a group; a name alone stands for one of COMMON."""
+    counts = _COUNTS if group == "snapshots" else {}
+    for row in rows:
+        if isinstance(row, str):
+            yield COMMON[row]
+        else:
+            yield from declare(group, [row], _INTEGERS, counts)
+
+
+VARIABLES = {v.key: v for group, rows in _TABLE.items() for v in _declared(group, rows)}

@@ -1,0 +1,155 @@
+"""What a run does at steps of its own: records, averages, the check of its end, kept states.
+
+An activity says at which step it is due next, a pure function of the step, and acts there. Those
+that are due at the same step act in the order in which the run lists them.
+"""
+
+from typing import Protocol
+
+from dusttaichi import units
+from dusttaichi.names import NEVER
+from dusttaichi.run.averages import close_window, open_window
+from dusttaichi.run.ledger import turnover
+from dusttaichi.run.schedule import next_step
+
+
+class Activity(Protocol):
+    """One of them."""
+
+    def next(self, step: int) -> int:
+        """The first step after `step` at which it is due, or NEVER."""
+
+    def act(self) -> None:
+        """Do it, at the present step."""
+
+
+class Series:
+    """Records of the time series: at their interval, and at the end of every stage."""
+
+    def __init__(self, run):
+        self.run, self.record = run, {}
+
+    def next(self, step):
+        run = self.run
+        return min(next_step(run.plan.series, run.clock, step), run.end.step)
+
+    def begin(self):
+        """The record of step 0, before any motion."""
+        self._write(None)
+
+    def act(self):
+        self._write(close_window(self.run.state, self.run.sim))
+
+    def _write(self, window):
+        run, sim = self.run, self.run.sim
+        m = sim.measure()
+        run.guard(m)
+        known = common_record(sim, run.clock, run.state, m) | sim.series(m, window)
+        self.record = {v.name: known[v.name] for v in sim.variables if v.group == "series"}
+        run.writer.append("series", self.record)
+
+
+def common_record(sim, clock, state, m):
+    """What the series has of any method (results.variables.COMMON), SI, as far as it applies."""
+    residual, through = turnover(m, state.start)
+    lengths = sim.domain.lengths(sim.step)
+    record = {
+        "time": sim.time * units.TIME,
+        "step": sim.step,
+        "stage": state.stage,
+        "height": lengths[2] * units.LENGTH,
+        "box_length": lengths * units.LENGTH,
+        "energy_residual": residual * units.ENERGY,
+        "energy_residual_relative": residual / through if through > 0.0 else 0.0,
+        "wall_clock": state.wall_clock,
+    }
+    if clock.bounded:
+        record["filling_factor"] = clock.filling_factor_at(sim.step)
+    return record
+
+
+class Averages:
+    """Begins the average of the next record, where output.window makes it shorter than the
+    interval."""
+
+    def __init__(self, run, series):
+        self.run, self.series, self.steps = run, series, run.scene.output.window
+
+    def next(self, step):
+        if self.steps == "interval":
+            return NEVER
+        begin = self.series.next(step) - self.steps
+        return begin if begin > step else NEVER
+
+    def act(self):
+        open_window(self.run.state, self.run.sim)
+
+
+class EndCheck:
+    """Sees whether the last record ends the stage."""
+
+    def __init__(self, run, series):
+        self.run, self.series = run, series
+
+    def next(self, step):
+        return self.series.next(step)
+
+    def act(self):
+        sim = self.run.sim
+        self.run.end.check(self.series.record, sim.domain, sim.step)
+
+
+class Profiles:
+    """Profiles at their interval, where the result has them."""
+
+    def __init__(self, run):
+        self.run = run
+
+    def next(self, step):
+        return next_step(self.run.plan.profiles, self.run.clock, step)
+
+    def begin(self):
+        self.act()
+
+    def act(self):
+        if "profiles" in self.run.writer.groups:
+            self.run.record("profiles")
+
+
+class Snapshots:
+    """Frames at their interval; the run adds those at the ends of stages."""
+
+    def __init__(self, run):
+        self.run = run
+
+    def next(self, step):
+        return next_step(self.run.plan.snapshots, self.run.clock, step)
+
+    def begin(self):
+        self.act()
+
+    def act(self):
+        """A frame of now, unless there is one."""
+        run = self.run
+        if run.state.last_snapshot != run.sim.step and "snapshots" in run.writer.groups:
+            run.record("snapshots")
+            run.state.last_snapshot = run.sim.step
+
+
+class KeptStates:
+    """States on the way that the error bar may begin a stretch from (error_bar.States)."""
+
+    def __init__(self, run, states):
+        self.run, self.states = run, states
+
+    def next(self, step):
+        return self.states.next(step)
+
+    def begin(self):
+        """The first state of a stage."""
+        self.act()
+
+    def act(self):
+        run = self.run
+        if run.sim.step < run.end.step:
+            self.states.keep(run.sim, run.state.stage, run.state.first)

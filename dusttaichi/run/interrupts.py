@@ -1,0 +1,35 @@
+"""Ctrl-C and SIGTERM: an exception while a run is being opened, a request once it goes."""
+
+import signal
+import threading
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+
+class Interrupts:
+    """Takes the signals while it is entered; in a thread other than the main one it does nothing.
+
+    Until `collect` is called a signal raises KeyboardInterrupt; from then on it sets `asked`, which
+    the run sees at its next pause.
+    """
+
+    def __init__(self):
+        self.asked, self._collects, self._before = False, False, {}
+
+    def __enter__(self):
+        if threading.current_thread() is threading.main_thread():
+            self._before = {s: signal.signal(s, self._take) for s in SIGNALS}
+        return self
+
+    def __exit__(self, *_):
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def collect(self):
+        """From here on signals only ask."""
+        self._collects = True
+
+    def _take(self, *_):
+        if not self._collects:
+            raise KeyboardInterrupt
+        self.asked = True

@@ -1,0 +1,78 @@
+"""The energy ledger, and the guard that stops a run in which it does not close."""
+
+import numpy as np
+
+from dusttaichi.errors import GuardStop
+from dusttaichi.results.variables import reference_energy
+
+BETWEEN = 3000, 1_000_000  # steps between two checks: this many, of small samples this many a grain
+FIRST = (10, 30, 100, 300, 1000)  # checks after the start: what is unstable shows at once
+
+
+def ledger(m, start):
+    """Residual [fJ] of a Measurement and its share of the energy that has gone through the system.
+
+    start: the Start, or another Measurement. The kinetic energy is m v(n-1/2).v(n+1/2)/2 here: its
+    sum with the potential of linear springs leapfrog keeps exactly, however long the step, so that
+    what is left over is what the step does not resolve.
+    """
+    own = m.energy - m.kick - start.energy + start.kick
+    residual = own - m.work + m.lost
+    through = reference_energy(m.work, start.kinetic, start.potential, m.lost)
+    return residual, residual / through if through > 0.0 else 0.0
+
+
+def turnover(m, start):
+    """Residual of the ledger, and the energy that it is measured by [fJ].
+
+    That is what has gone through the system, but no less than what its contacts of now bind where
+    they are at rest: where the first grains of a loose sample touch, or swing about in contacts
+    that stood near pull-off, the start says little of the energies that change hands.
+    """
+    losses = np.abs(m.losses).sum()  # those that make energy must not cancel
+    through = reference_energy(m.work, start.kinetic, start.potential, losses)
+    return ledger(m, start)[0], through + max(0.0, m.bound - abs(start.potential))
+
+
+def next_check(step, first, size):
+    """The next step after `step` at which a stage that began at step `first` is checked.
+
+    Fixed by the scene alone, so that a guard stops a run at the same step on any machine; a check
+    costs as much as the steps of some thousand grains.
+    """
+    every = max(BETWEEN[0], BETWEEN[1] // size)
+    early = [first + n for n in FIRST if first + n > step]
+    return min([*early[:1], first + ((step - first) // every + 1) * every])
+
+
+def moment(sim):
+    """Where a run stands, as the guards say it."""
+    return f"At {sim.time:.6g} us (step {sim.step})"
+
+
+def check(sim, m, start, tolerance=0.01):
+    """Raise GuardStop if a Measurement shows a run that has gone wrong.
+
+    The guards of the method come first. tolerance: residual allowed, a share of the energy that has
+    gone through the system or is bound in its contacts.
+    """
+    sim.trust(m)
+    if not np.isfinite(m.energy) or not np.isfinite(m.losses).all():
+        raise GuardStop(
+            f"{moment(sim)} the energy is not a number: the step is too long for what happens. Try "
+            "a smaller numerics.time_step or a lower speed."
+        )
+    residual, through = turnover(m, start)
+    if abs(residual) > tolerance * through:
+        raise GuardStop(
+            f"{moment(sim)} the energy ledger is open by {abs(residual) / through:.2%} of the "
+            f"energy that has gone through the system, more than {tolerance:.2%}: the step does "
+            "not resolve the motion. Try a smaller numerics.time_step."
+        )
+    worst = int(np.argmin(m.losses))
+    if m.losses[worst] < -tolerance * through:
+        raise GuardStop(
+            f"{moment(sim)} the losses by {sim.channels[worst]} are negative, "
+            f"{-m.losses[worst] / through:.2%} of the energy that has gone through the system: the "
+            "step is so long that it makes energy. Try a smaller numerics.time_step."
+        )

@@ -1,0 +1,151 @@
+"""How a run begins: new, from a stage that an earlier run has kept, or where one has stopped."""
+
+import netCDF4
+
+from dusttaichi import files, method, units
+from dusttaichi.errors import DustError
+from dusttaichi.files import CHECKPOINT, RESULT
+from dusttaichi.method import Start, State
+from dusttaichi.results import Writer, provenance
+from dusttaichi.run import checkpoint, stages
+from dusttaichi.run.code import code_hash
+from dusttaichi.run.error_bar import States
+from dusttaichi.run.loop import Run
+from dusttaichi.run.persistence import RunFiles, write_scene
+from dusttaichi.run.same_scene import check_same, stage_stop
+from dusttaichi.run.state import RunState
+
+
+class Opening:
+    """Opens the run of a scene in a directory whose RunLock is held.
+
+    keep_states: keep what an error bar needs. others: further arguments of Run.
+    """
+
+    def __init__(self, scene, directory, lock, *, keep_states=False, **others):
+        self.scene, self.directory, self.lock, self.others = scene, directory, lock, others
+        self.method = method.of(scene)
+        self.states = States(directory) if keep_states else None
+
+    def new(self, sample=None, force=False):
+        """A Run at step 0, its first records written; sample: instead of the scene's."""
+        scene = self.scene
+        sample = self.method.make_sample(scene) if sample is None else sample
+        sim = self.method.build(scene, sample)
+        checkpoint.discard(self.directory / CHECKPOINT)
+        write_scene(scene, self.directory)
+        writer = Writer.create(
+            self.directory / RESULT,
+            sim.variables,
+            sim.sizes(),
+            sim.constants(),
+            self._attributes(sim),
+            force=force,
+            lock=self.lock,
+        )
+        States(self.directory).begin(-1)
+        run = self._run(sim, RunState(Start.of(sim.measure())), writer)
+        run.begin()
+        return run
+
+    def kept(self):
+        """A Run at the end of the latest stage that an earlier run has finished, or None."""
+        for stage, folder in stages.kept(self.scene, self.directory):
+            try:
+                stages.take(folder, self.directory)
+                run = self._saved(checkpoint.load(self.directory / CHECKPOINT))
+            except DustError as error:
+                self.others["log"](f"{error} Warning: it is computed again.")
+                stages.discard(folder)
+                (self.directory / RESULT).unlink(missing_ok=True)
+                checkpoint.discard(self.directory / CHECKPOINT)
+                continue
+            names = ", ".join(s.name for s in self.scene.stages[: stage + 1])
+            self.others["log"](
+                f"finished before and taken over from {folder}: {names} (--fresh computes anew)"
+            )
+            write_scene(self.scene, self.directory)
+            run.writer.set_attributes(self._attributes(run.sim))
+            return run
+        return None
+
+    def resumed(self):
+        """A Run where an earlier one has stopped; from the beginning where nothing is kept.
+
+        Raises DustError where what is kept does not fit.
+        """
+        path, log = self.directory / CHECKPOINT, self.others["log"]
+        if not checkpoint.exists(path):
+            _refuse_finished(self.directory / RESULT)
+            log(f"nothing to go on from in {self.directory}: starting from the beginning")
+            return None
+        saved = checkpoint.load(path)
+        if saved.note:
+            log(saved.note)
+        _check_code(saved, self.scene.method)
+        stage = saved.meta["run"]["stage"]
+        check_same(saved.meta["scene"], saved.meta["inputs"], self.scene, stage)
+        if stage_stop(saved.meta["scene"], stage) != stage_stop(self.scene.to_yaml(), stage):
+            saved.meta["run"]["ended"] = ""
+        run = self._saved(saved)
+        log(f"going on from step {run.sim.step:,} ({run.sim.time:.6g} us)")
+        return run
+
+    def _saved(self, saved):
+        """A Run from a Checkpoint."""
+        _check_code(saved, self.scene.method)
+        state = State(saved.arrays, saved.meta["numbers"])
+        sim = self.method.reopen(self.scene, state)
+        if sim.dt != state.numbers["dt"]:
+            raise DustError(
+                f"{saved.source} was made with a time step of "
+                f"{state.numbers['dt'] * units.TIME * 1e9:.6g} ns, and this scene takes "
+                f"{sim.dt * units.TIME * 1e9:.6g} ns. Start anew with --force."
+            )
+        States(self.directory).begin(sim.step)
+        writer = Writer.resume(self.directory / RESULT, saved.meta["counts"], lock=self.lock)
+        return self._run(sim, RunState.from_meta(saved.meta["run"]), writer)
+
+    def _run(self, sim, state, writer):
+        run_files = RunFiles(self.directory, writer, self.scene.output.checkpoint)
+        return Run(self.scene, sim, state, run_files, states=self.states, **self.others)
+
+    def _attributes(self, sim):
+        scene = self.scene
+        common = {
+            "title": scene.name,
+            "time_step": sim.dt * units.TIME,
+            "stages": " ".join(stage.name for stage in scene.stages) or None,
+        }
+        return provenance(scene.source or "", scene.to_yaml(), **(common | sim.attributes()))
+
+
+def _check_code(saved, name):
+    if saved.meta.get("code") != code_hash(name):
+        raise DustError(
+            f"{saved.source} was made by another version of dusttaichi, whose numbers may differ. "
+            "Go on with that version, or start anew with --force."
+        )
+
+
+def _refuse_finished(path):
+    """A finished result without a checkpoint is not to be overwritten by a resumed run."""
+    try:
+        with netCDF4.Dataset(path) as file:
+            status = str(getattr(file, "status", ""))
+    except OSError:
+        return  # none, or not readable
+    if status.startswith("finished"):
+        raise DustError(
+            f"{path} is finished, and its checkpoint is gone: there is nothing to go on from. "
+            "Start anew with --force, or choose another output directory."
+        )
+
+
+def refuse_existing(directory):
+    """Raises DustError where there is a result already."""
+    if (directory / files.RESULT).exists():
+        raise DustError(
+            f"{directory / RESULT} exists already. Use --force to overwrite it, --resume to go "
+            "on with it, or choose another output directory."
+        )

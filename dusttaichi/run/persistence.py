@@ -1,0 +1,84 @@
+"""What of a run is on disk: the result, its checkpoint, and when they are written."""
+
+import time as real_time
+from pathlib import Path
+
+import yaml
+
+from dusttaichi import files
+from dusttaichi.errors import DustError
+from dusttaichi.files import CHECKPOINT
+from dusttaichi.run import checkpoint
+from dusttaichi.run.code import code_hash
+from dusttaichi.run.same_scene import input_hashes
+
+FLUSH_SHARE = 0.02  # of the real time that may go into writing
+LEAST = 5.0  # s between two flushes
+SCENE = "scene.yaml"
+
+
+class RunFiles:
+    """The files of a run directory, written by a Writer and by checkpoint.save.
+
+    every [s]: real time between two checkpoints.
+    """
+
+    def __init__(self, directory, writer, every):
+        self.directory, self.writer, self.every = Path(directory), writer, every
+        self.cost = 0.0
+        self.saved = self.flushed = real_time.perf_counter()
+
+    def flush(self):
+        """Put all records on disk."""
+        self.cost = self.writer.flush()
+        self.flushed = real_time.perf_counter()
+
+    def save(self, run):
+        """Result first, then the checkpoint, which so never knows more than the result."""
+        self.flush()
+        state = run.sim.state()
+        meta = {
+            "scene": run.scene.to_yaml(),
+            "inputs": input_hashes(run.scene),
+            "code": code_hash(run.scene.method),
+            "numbers": state.numbers,
+            "run": run.state.to_meta(),
+            "counts": self.writer.counts(),
+        }
+        checkpoint.save(self.directory / CHECKPOINT, state.arrays, meta)
+        self.saved = real_time.perf_counter()
+
+    def keep_in_time(self, run):
+        """Flush or checkpoint if it is time. Never at a step whose records are still due: a run
+        that goes on from there would lack them."""
+        now = real_time.perf_counter()
+        if now - self.saved > self.every:
+            self.save(run)
+        elif now - self.flushed > max(LEAST, self.cost / FLUSH_SHARE):
+            self.flush()
+
+    # -- error bar -------------------------------------------------------------------------------
+
+    def error_bar_steps(self):
+        """Steps of the run that the error bar in the result is of, or None."""
+        text = self.writer.attributes.get("error_bar", "")
+        return yaml.safe_load(text)["run_steps"] if text else None
+
+    def forget_error_bar(self, step):
+        """Drop an error bar that is of a shorter run."""
+        if self.error_bar_steps() not in (None, step):
+            self.writer.set_attributes({"error_bar": ""})
+
+    def write_error_bar(self, found):
+        """Put an error bar into the result."""
+        self.writer.set_attributes({"error_bar": yaml.safe_dump(found, sort_keys=False)})
+        self.flush()
+
+
+def write_scene(scene, directory):
+    """The resolved scene beside the result; it can be run again. Raises DustError."""
+    path = Path(directory) / SCENE
+    try:
+        path.write_text(scene.to_yaml(), encoding="utf-8")
+    except OSError as error:
+        raise DustError(f"Cannot write {path}: {files.explain(error, path)}.") from error

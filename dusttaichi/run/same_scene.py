@@ -1,0 +1,90 @@
+"""Whether a run may go on with a scene: the one of its checkpoint, but for what may change."""
+
+import hashlib
+from pathlib import Path
+
+import yaml
+
+from dusttaichi.errors import DustError
+from dusttaichi.files import RESULT
+
+# what may differ between a run and its continuation
+FREE_TO_CHANGE = (
+    ("stop",),
+    ("output", "directory"),
+    ("output", "checkpoint"),
+    ("replicas",),
+    ("numerics", "threads"),
+    ("numerics", "ledger_tolerance"),
+)
+
+
+def input_hashes(scene):
+    """Hashes of the files that a scene reads, in order; "" for one that is not there (any more)."""
+    return [_hash(path) for path in _files(yaml.safe_load(scene.to_yaml()))]
+
+
+def without_paths(data):
+    """Plain data of a scene without the places of its files: what counts is what they hold."""
+    if isinstance(data, dict):
+        return {k: without_paths(v) for k, v in data.items() if not (k == "file" and v is not None)}
+    return [without_paths(v) for v in data] if isinstance(data, list) else data
+
+
+def _files(data):
+    if isinstance(data, dict):
+        for key, value in data.items():
+            if key == "file" and value is not None:
+                yield Path(value)
+            else:
+                yield from _files(value)
+    elif isinstance(data, list):
+        for value in data:
+            yield from _files(value)
+
+
+def _hash(path):
+    path = path / RESULT if path.is_dir() else path
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
+
+
+def stage_stop(text, stage):
+    """The stop block of a stage, of the text of a resolved scene."""
+    data = yaml.safe_load(text)
+    return data["stages"][stage]["stop"] if data.get("stages") else data["stop"]
+
+
+def check_same(saved, inputs, scene, stage):
+    """Refuse to go on with another scene than the one the checkpoint is of. Raises DustError.
+
+    saved: its YAML; inputs: hashes of its files; stage: number of the one that it stands in, whose
+    end may change, as may later stages.
+    """
+    old, new = (without_paths(yaml.safe_load(text)) for text in (saved, scene.to_yaml()))
+    for path in FREE_TO_CHANGE:
+        for tree in (old, new):
+            for key in path[:-1]:
+                tree = tree.get(key, {})
+            tree.pop(path[-1], None)
+    for tree in (old, new):
+        done = tree.get("stages", [])[: stage + 1]
+        tree["stages"] = {str(n): s for n, s in enumerate(done)}
+        tree["stages"].get(str(stage), {}).pop("stop", None)
+    changed = sorted(_differences(old, new))
+    now = input_hashes(scene)
+    if len(now) != len(inputs) or any(b and a != b for a, b in zip(inputs, now, strict=True)):
+        changed.append("the contents of its files")
+    if changed:
+        raise DustError(
+            "--resume: the scene is not the one that this run was started with; it differs in "
+            f"{', '.join(changed)}. Put that back, or start anew with --force. (stop, "
+            "numerics.threads, output.checkpoint and stages still to come may change.)"
+        )
+
+
+def _differences(old, new, path=""):
+    if isinstance(old, dict) and isinstance(new, dict):
+        for key in old.keys() | new.keys():
+            yield from _differences(old.get(key), new.get(key), f"{path}.{key}".lstrip("."))
+    elif old != new:
+        yield path

@@ -1,0 +1,55 @@
+"""What decides how a run goes on, beside the state of its simulation: part of every checkpoint."""
+
+from dataclasses import asdict, dataclass, field
+
+import numpy as np
+
+from dusttaichi.method import Start
+
+
+@dataclass
+class Tension:
+    """The last points of the series of a stage, for stop.past_maximum: their tensions [kPa], how
+    many points there have been, and the largest average so far."""
+
+    last: list = field(default_factory=list)
+    count: int = 0
+    most: float = 0.0
+
+
+@dataclass
+class RunState:
+    """How far a run has come.
+
+    start: energies of step 0. stage: its number; first: its first step; ended: why it has ended
+    before its last step was known, or "". last_snapshot: step of the last frame written, or -1.
+    opened: step at which the average of the next record begins; sums: of that step. wall_clock:
+    real time spent [s].
+    """
+
+    start: Start
+    stage: int = 0
+    first: int = 0
+    ended: str = ""
+    last_snapshot: int = -1
+    opened: int = 0
+    sums: dict[str, np.ndarray] = field(default_factory=dict)
+    tension: Tension = field(default_factory=Tension)
+    wall_clock: float = 0.0
+
+    def begin_stage(self, stage, step):
+        """The next stage begins at this step."""
+        self.stage, self.first, self.ended, self.tension = stage, step, "", Tension()
+
+    def to_meta(self):
+        """Plain data that JSON can hold."""
+        return asdict(self) | {"sums": {k: np.asarray(v).tolist() for k, v in self.sums.items()}}
+
+    @classmethod
+    def from_meta(cls, meta):
+        own = {
+            "start": Start(**meta["start"]),
+            "tension": Tension(**meta["tension"]),
+            "sums": {name: np.array(values) for name, values in meta["sums"].items()},
+        }
+        return cls(**(meta | own))

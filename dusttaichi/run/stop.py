@@ -1,0 +1,75 @@
+"""When a stage ends: at a step that is known beforehand, or where a record says so."""
+
+import numpy as np
+
+from dusttaichi import units
+from dusttaichi.names import WALLS
+from dusttaichi.run.schedule import last_step
+from dusttaichi.run.state import Tension
+
+TENSIONS = 10  # points of the series that stop.past_maximum averages over
+TOP = WALLS.index("top")
+
+
+class End:
+    """The end of the present stage: its step at the latest, and why.
+
+    plan: StagePlan. state: RunState, which keeps what has ended a stage. pressure [Pa]: of the last
+    record, or None.
+    """
+
+    def __init__(self, plan, clock, state, step):
+        self.plan, self.clock, self.state, self.pressure = plan, clock, state, None
+        self.step, self.reason = last_step(plan.stop, clock)
+        if state.ended:
+            self.step, self.reason = step, state.ended
+
+    def check(self, record, domain, step):
+        """End the stage at this step if its record meets a condition that only records tell."""
+        self.pressure = pressure(record, domain)
+        reason = self._reached(record, domain, step)
+        if reason:
+            self.step, self.reason, self.state.ended = step, reason, reason
+
+    def _reached(self, record, domain, step):
+        stop, reason = self.plan.stop, ""
+        if stop.pressure is not None and self.pressure >= stop.pressure:
+            reason = f"pressure {stop.pressure / 1e3:.6g} kPa"
+        if stop.filling_factor is not None and not self.clock.bounded:
+            way = 1.0 if domain.wall_speed > 0.0 else -1.0
+            if way * (record["filling_factor"] - stop.filling_factor) >= 0.0:
+                reason = f"filling factor {stop.filling_factor:.4g}"
+        if stop.past_maximum is not None and past_maximum(
+            self.state.tension, self._tension(record, step) / units.PRESSURE, stop.past_maximum
+        ):
+            share = f"{stop.past_maximum:.0%}"
+            reason = f"the tension has fallen by {share} below its largest value"
+        return reason
+
+    def _tension(self, record, step):
+        """Tension of a record along the axis that strains most [Pa]."""
+        if "stress" not in record:
+            return -float(record["pressure"][TOP])
+        now, before = (np.array(self.clock.lengths(s)) for s in (step, self.clock.first))
+        axis = int(np.argmax(np.abs(now / before - 1.0)))
+        return float(record["stress"][axis, axis])
+
+
+def pressure(record, domain):
+    """Pressure of a record [Pa]: on the top wall, else of the cell; None without either."""
+    if domain.has_top and "pressure" in record:
+        return float(record["pressure"][TOP])
+    return -float(np.trace(record["stress"])) / 3.0 if "stress" in record else None
+
+
+def past_maximum(tensions: Tension, tension, share):
+    """True once the tension [kPa], averaged over the last points, has fallen by `share` below the
+    largest such average of the stage."""
+    tensions.last = [*tensions.last, tension][-TENSIONS:]
+    tensions.count += 1
+    if tensions.count < TENSIONS:
+        return False
+    mean = float(np.mean(tensions.last))
+    tensions.most = max(tensions.most, mean)
+    pulled = tensions.most > 0.0 and tensions.count >= 2 * TENSIONS
+    return pulled and mean < (1.0 - share) * tensions.most
