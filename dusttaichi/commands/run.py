@@ -37,7 +37,7 @@ def run(
     quiet: Quiet = False,
 ):
     """Run the scene of a YAML file: result, figures and a short table."""
-    from dusttaichi.run.loop import run_directory
+    from dusttaichi.run import run_directory
 
     refuse_both(force, resume)
     scene = load_scene(file, threads)
@@ -64,33 +64,15 @@ def run(
 
 def _run_one(scene, directory, onward, *, quiet, **how):
     """Run a scene. onward: the command that goes on with it. how: as `execute` takes it."""
-    from dusttaichi.files import CHECKPOINT
-    from dusttaichi.run.loop import execute
+    from dusttaichi.run import execute
 
-    checkpoint = directory / CHECKPOINT
-    before = _time_of(checkpoint)
     with ProgressBar(quiet, "building") as bar:
         try:
-            execute(scene, directory, watch=_shown(bar), say=bar.log, **how)
-        except KeyboardInterrupt:
-            if _time_of(checkpoint) in (None, before):
-                raise Interrupted(_nothing_computed(directory, before is not None)) from None
-            raise Interrupted(
-                f"interrupted; everything up to here is in {directory}. Go on with: {onward}"
-            ) from None
-
-
-def _nothing_computed(directory, kept):
-    left = f"; what {directory} held before is as it was" if kept else ""
-    return f"interrupted before the first step: nothing was computed{left}"
-
-
-def _time_of(path):
-    """When a file was written [ns], or None where there is none."""
-    try:
-        return path.stat().st_mtime_ns
-    except OSError:
-        return None
+            execute(scene, directory, report=_shown(bar), log=bar.log, **how)
+        except Interrupted as stop:
+            if not stop.kept:
+                raise
+            raise Interrupted(f"{stop}. Go on with: {onward}") from None
 
 
 def _shown(bar):

@@ -52,7 +52,7 @@ def execute(
             run = _open(opening, force=force, resume=resume, fresh=fresh)
             ready(run.sim)
         except KeyboardInterrupt:
-            text = "interrupted before the first step; nothing was computed"
+            text = "interrupted before the first step: nothing was computed"
             raise Interrupted(text, kept=False) from None
         interrupts.collect()
         try:

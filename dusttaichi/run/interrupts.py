@@ -1,9 +1,9 @@
-"""Ctrl-C and SIGTERM: an exception while a run is being opened, a request once it goes."""
+"""Ctrl-C, SIGTERM, a closed terminal: an exception while a run is being opened, a request once it goes."""
 
 import signal
 import threading
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+NAMES = ("SIGINT", "SIGTERM", "SIGHUP")  # as far as the system has them and does not ignore them
 
 
 class Interrupts:
@@ -18,7 +18,9 @@ class Interrupts:
 
     def __enter__(self):
         if threading.current_thread() is threading.main_thread():
-            self._before = {s: signal.signal(s, self._take) for s in SIGNALS}
+            known = [getattr(signal, name) for name in NAMES if hasattr(signal, name)]
+            taken = [n for n in known if signal.getsignal(n) is not signal.SIG_IGN]
+            self._before = {number: signal.signal(number, self._take) for number in taken}
         return self
 
     def __exit__(self, *_):

@@ -10,11 +10,10 @@ import pytest
 import synthetic
 from scene_text import CONFIGS
 
+from dusttaichi import run as run_package
 from dusttaichi.commands import app as cli
 from dusttaichi.commands.progress import ProgressBar
 from dusttaichi.errors import DustError, GuardStop, Interrupted
-from dusttaichi.files import CHECKPOINT
-from dusttaichi.run import loop
 
 SMOKE = CONFIGS / "smoke.yaml"
 
@@ -71,32 +70,29 @@ def test_bad_options_have_the_exit_code_of_bad_input():
 
 @pytest.fixture
 def interrupted(monkeypatch, tmp_path):
-    """Runs `dust run` whose `execute` is interrupted; `compute` says what it leaves on disk."""
+    """Runs `dust run` whose `execute` is interrupted with an error."""
 
-    def run(*words, compute=lambda: None):
+    def run(error, *words):
         def execute(scene, directory, **_):
-            compute()
-            raise KeyboardInterrupt
+            raise error
 
-        monkeypatch.setattr(loop, "execute", execute)
-        with pytest.raises(Interrupted) as error:
+        monkeypatch.setattr(run_package, "execute", execute)
+        with pytest.raises(Interrupted) as found:
             dust("run", SMOKE, "-q", "-o", tmp_path, *words)
-        return str(error.value)
+        return str(found.value)
 
     return run
 
 
-def test_an_interruption_before_the_first_step_says_so(interrupted, tmp_path):
-    text = interrupted()
-    assert "nothing was computed" in text and "--resume" not in text
-    (tmp_path / CHECKPOINT).write_text("of an earlier run")
-    assert "nothing was computed" in interrupted("--force")
+def test_an_interruption_before_the_first_step_says_so(interrupted):
+    text = interrupted(Interrupted("nothing was computed", kept=False))
+    assert text == "nothing was computed"
 
 
 def test_an_interruption_on_the_way_says_how_to_go_on(interrupted, tmp_path):
-    text = interrupted("--error-bar", compute=lambda: (tmp_path / CHECKPOINT).write_text("a state"))
-    assert f"everything up to here is in {tmp_path}" in text
-    assert f"Go on with: dust run {SMOKE} --output {tmp_path} --error-bar --resume" in text
+    text = interrupted(Interrupted("interrupted; all is there"), "--error-bar")
+    onward = f"dust run {SMOKE} --output {tmp_path} --error-bar --resume"
+    assert text == f"interrupted; all is there. Go on with: {onward}"
 
 
 @pytest.mark.parametrize("delay", [0.3, 1.0])

@@ -8,8 +8,9 @@ import pytest
 import xarray as xr
 
 from dusttaichi.commands.app import app
-from dusttaichi.errors import DustError, Interrupted
-from dusttaichi.grains import trust as guards
+from dusttaichi.errors import DustError, GuardStop, Interrupted
+from dusttaichi.method import Measurement
+from dusttaichi.run import ledger
 from dusttaichi.studies.extremes import chart as whole
 from dusttaichi.studies.extremes import pool, results
 from dusttaichi.studies.extremes.cell import VERDICTS, Cell, CellResult
@@ -66,7 +67,7 @@ def test_steps_beyond_the_limit_are_stopped_at_the_first_look(pairs):
         assert pairs[f"pair, damping none, {fraction:g}"].verdict == "stable"
     for fraction in (0.36, 0.5, 1.2):
         outcome = pairs[f"pair, damping none, {fraction:g}"]
-        assert outcome.verdict == "stopped" and outcome.steps == guards.FIRST[0]
+        assert outcome.verdict == "stopped" and outcome.steps == ledger.FIRST[0]
         assert outcome.residual < 0.01  # of what a look before has seen
     assert pairs["pair, damping none, 0.01"].ratio == pytest.approx(1.0, abs=0.02)
 
@@ -109,57 +110,37 @@ def test_grains_that_have_left_a_wall():
     assert attempt(fast).verdict == "stable"
 
 
-def test_looks_are_fixed_by_the_scene():
+def test_checks_are_fixed_by_the_scene():
     steps, seen = 0, []
     while steps < 12_000:
-        steps = guards.next_look(steps, 0, 5000)
+        steps = ledger.next_check(steps, 0, 5000)
         seen.append(steps)
     assert seen == [10, 30, 100, 300, 1000, 3000, 6000, 9000, 12000]
-    assert guards.next_look(107, 100, 5000) == 110
-    assert guards.next_look(5000, 0, 2) == 500_000
+    assert ledger.next_check(107, 100, 5000) == 110
+    assert ledger.next_check(5000, 0, 2) == 500_000
 
 
 def test_losses_that_make_energy_are_stopped():
     """However well the ledger closes."""
-    m = {
-        key: 0.0
-        for key in (
-            "kinetic_translation",
-            "kinetic_rotation",
-            "kinetic_kick",
-            "wall_work",
-            "face_work",
-            "push_work",
-            "largest_strain",
-        )
-    }
-    m |= {
-        "potential": np.zeros(4),
-        "potential_wall": np.zeros(4),
-        "loss": np.zeros(6),
-        "loss_wall": np.zeros(6),
-        "contacts": 0,
-        "wall_contacts": 0,
-    }
+
+    def measured(kinetic, losses=(0.0,) * 6):
+        losses = np.array(losses)
+        return Measurement(kinetic, 0.0, kinetic, losses, losses.sum())
 
     class Sim:
-        time, step, box, bodies = 1.0, 2, None, None
+        time, step = 1.0, 2
+        channels = ("forming", "breaking", "damping", "rolling", "sliding", "twisting")
 
-        class pair:
-            U4 = 1.0
+        @staticmethod
+        def trust(measurement):
+            pass
 
-        wall = pair
-
-        class layout:
-            channels = ("forming", "breaking", "damping", "rolling", "sliding", "twisting")
-
-    start = m | {"kinetic_translation": 1.0}
-    guards.check(Sim, start, start)
-    made = m | {"kinetic_translation": 1.5, "loss": np.array([0, 0, -0.5, 0, 0, 0])}
-    with pytest.raises(guards.GuardStop, match="damping are negative"):
-        guards.check(Sim, made, start)
-    with pytest.raises(guards.GuardStop, match="ledger is open by 50"):
-        guards.check(Sim, m | {"kinetic_translation": 1.5}, start)
+    start = measured(1.0)
+    ledger.check(Sim, start, start)
+    with pytest.raises(GuardStop, match="damping are negative"):
+        ledger.check(Sim, measured(1.5, (0, 0, -0.5, 0, 0, 0)), start)
+    with pytest.raises(GuardStop, match="ledger is open by 50"):
+        ledger.check(Sim, measured(1.5), start)
 
 
 TASK = """

@@ -8,7 +8,7 @@ def run(parent, *, scene, directory, mode, error_bar):
     the end. The share that is done is reported on the way. Raises what `execute` raises.
     """
     from dusttaichi import analysis, plots
-    from dusttaichi.run.loop import execute
+    from dusttaichi.run import execute
     from dusttaichi.scene import from_yaml
 
     def report(progress):
@@ -21,7 +21,7 @@ def run(parent, *, scene, directory, mode, error_bar):
         force=mode == "force",
         resume=mode == "resume",
         error_bar=error_bar,
-        watch=report,
+        report=report,
     )
     with analysis.open_run(directory) as result:
         plots.save_all(result, directory)

@@ -37,7 +37,7 @@ class Cell:
 class CellResult:
     """How a cell ended, and why.
 
-    residual: largest of the ledger, a share of the energy that has gone through (record.turnover),
+    residual: largest of the ledger, a share of what went through (run.ledger.turnover),
     seen at any check. steps: made. dt, estimated, measured [s]: the step and the largest stable
     one, nan where not asked for. seconds: of machine time.
     """

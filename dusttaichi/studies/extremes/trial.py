@@ -10,10 +10,11 @@ import numpy as np
 from dusttaichi import samples as generators
 from dusttaichi import units
 from dusttaichi.errors import DustError, GuardStop
-from dusttaichi.grains import network, record
-from dusttaichi.grains import trust as guards
+from dusttaichi.grains import network
 from dusttaichi.grains.build import TimeStep, build
-from dusttaichi.run.schedule import clock_of
+from dusttaichi.grains.moving_grains import MovingGrains
+from dusttaichi.method import Start
+from dusttaichi.run import ledger
 from dusttaichi.scene import Scene
 from dusttaichi.studies.extremes import arrangements
 from dusttaichi.studies.extremes.cell import CellResult
@@ -54,7 +55,7 @@ def _attempt(cell):
     if cell.limit:
         estimated = network.stable_step(sim, scene)[1]
         measured = measured_limit(sim, estimated)
-    result = watched(sim, scene, cell.steps)
+    result = watched(MovingGrains(scene, sample, sim), scene, cell.steps)
     return replace(result, dt=sim.dt * units.TIME, estimated=estimated, measured=measured)
 
 
@@ -69,35 +70,33 @@ def _built(scene, sample, step):
 
 
 def watched(sim, scene, steps):
-    """CellResult of `steps` steps with the guards and records of a run."""
-    tolerance, clock = scene.numerics.ledger_tolerance, clock_of(sim)
-    start, worst = sim.measure(), 0.0
+    """CellResult of `steps` steps of MovingGrains with the guards and records of a run."""
+    tolerance, start, worst = scene.numerics.ledger_tolerance, Start.of(sim.measure()), 0.0
     records = set(np.linspace(0, steps, RECORDS + 1).astype(int).tolist())
-    force = np.zeros((6, 3))
     while True:
         m = sim.measure()
         try:
-            guards.check(sim, m, start, tolerance)
+            ledger.check(sim, m, start, tolerance)
         except GuardStop as stop:
             return CellResult("stopped", str(stop), worst, sim.step)
-        residual, through = record.turnover(sim, m, start)
+        residual, through = ledger.turnover(m, start)
         worst = max(worst, abs(residual) / through if through > 0.0 else 0.0)
-        entry = record.series(sim, clock, m, start, force, None, 0.0)
+        entry = sim.series(m, None)
         bad = [
             key
             for key, value in entry.items()
             if key not in MAY_BE_OPEN and not np.all(np.isfinite(value))
         ]
-        if not np.isfinite(sim.grain_state()).all():
+        if not np.isfinite(sim.sim.grain_state()).all():
             bad.append("grains")
         if bad:
             return CellResult("WRONG", f"not a number in {', '.join(bad)}", worst, sim.step)
         if sim.step >= steps:
             return CellResult("stable", "", worst, sim.step)
         ahead = [s for s in records if s > sim.step]
-        look = guards.next_look(sim.step, 0, sim.grains)
+        check = ledger.next_check(sim.step, 0, sim.size)
         try:
-            sim.advance(min(min(ahead), look) - sim.step)
+            sim.advance(min(min(ahead), check) - sim.step)
         except GuardStop as stop:
             return CellResult("stopped", str(stop), worst, sim.step)
 

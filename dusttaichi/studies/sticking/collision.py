@@ -6,7 +6,7 @@ from math import inf, sqrt
 import numpy as np
 
 from dusttaichi import samples, units
-from dusttaichi.domain.surroundings import glued
+from dusttaichi.domain.walls import glued
 from dusttaichi.errors import DustError
 from dusttaichi.grains.batch import build_batch
 from dusttaichi.grains.build import bodies_of, chosen_step

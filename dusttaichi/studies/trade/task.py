@@ -17,7 +17,7 @@ class Meter:
         self.sim, self.clock = sim, time.process_time if backend == "cpu" else time.perf_counter
         self.cost, self.steps, self.costs = 0.0, [0], [0.0]
         self.first = sim.step
-        self.start = sim.arrays(), sim.numbers()
+        self.start = sim.state()
         self.plain, sim.advance = sim.advance, self.advance
 
     def advance(self, steps):
@@ -34,7 +34,7 @@ class Meter:
         cost, times = 0.0, 0
         try:
             while cost < LEAST:
-                self.sim.restore(*self.start)
+                self.sim.restore(self.start)
                 began = self.clock()
                 self.plain(steps)
                 cost, times = cost + self.clock() - began, times + 1
@@ -55,7 +55,7 @@ def run(parent, *, scene, directory, measure):
     `share` and `cost` are reported on the way, and `cost` and `costs` at the end, however it ends.
     measure: open the result and take its numbers, too. Raises what `execute` raises.
     """
-    from dusttaichi.run.loop import execute
+    from dusttaichi.run import execute
     from dusttaichi.scene import from_yaml
 
     scene, meter = from_yaml(scene), None
@@ -71,7 +71,7 @@ def run(parent, *, scene, directory, measure):
 
     try:
         # stages that other points have kept would cost nothing
-        execute(scene, directory, force=True, fresh=True, watch=report, ready=ready)
+        execute(scene, directory, force=True, fresh=True, report=report, ready=ready)
         sim = meter.sim
         found = {"steps": sim.step, "time_step": sim.dt * 1e-6}
         if measure:
