@@ -1,4 +1,4 @@
-"""Ctrl-C, SIGTERM, a closed terminal: an exception while a run is being opened, a request once it goes."""
+"""Ctrl-C, SIGTERM, a closed terminal: an exception while a run opens, a request once it goes."""
 
 import signal
 import threading
