@@ -81,7 +81,7 @@ def test_extras_are_those_of_the_package():
 # Files. Links between the pages of the site are checked by Sphinx.
 
 LINKS = re.findall(r"\]\((?!https?:|#)([^)#]+)\)", README)
-FILES = re.findall(r"\b(?:configs|docs|tests)/[\w./]+\.(?:yaml|csv|png|py)", EVERYTHING)
+FILES = re.findall(r"\b(?:configs|docs|tests|dusttaichi)/[\w./]+\.(?:yaml|csv|png|py)", EVERYTHING)
 
 
 @pytest.mark.parametrize("path", sorted({*LINKS, *FILES}))
