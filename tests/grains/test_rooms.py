@@ -1,0 +1,114 @@
+"""Kernels are compiled for a room of grains, not for their number."""
+
+import numpy as np
+import pytest
+import taichi as ti
+from conftest import RADIUS, Probe, box, make_scene, sample_of
+
+from dusttaichi.grains import build
+from dusttaichi.grains.kernels import memory, store
+
+SPACING = 2.0 * RADIUS - 1e-10
+
+
+def rows_of_grains(number, effects=()):
+    """A probe of `number` grains in rows of ten that touch, on the floor of a box."""
+    places = np.array([(n % 10, n // 10, 0) for n in range(number)]) * SPACING
+    scene = make_scene(
+        boundary=box("bottom", "x_min", "x_max"),
+        effects=effects,
+        dt="0.1 ns",
+        numerics={"skin": 0.01},
+    )
+    velocities = np.zeros((number, 3))
+    velocities[0] = 1.0, 2.0, 3.0
+    return Probe(scene, sample_of(places, velocities))
+
+
+def test_a_room_holds_its_grains_and_wastes_little():
+    for grains in (1, 2, 1024, 1025, 16384, 16385, 65536, 70000, 1_000_000):
+        room = store.room_for(grains)
+        assert room >= grains
+        if grains > store.COARSE:
+            assert room <= 1.25 * grains
+    rooms = [store.room_for(n) for n in range(1, 100_000, 37)]
+    assert rooms == sorted(rooms)
+    assert len(set(rooms)) < 20
+
+
+def test_scenes_of_one_room_share_their_kernels(tmp_path, monkeypatch):
+    monkeypatch.setenv("TI_OFFLINE_CACHE_FILE_PATH", str(tmp_path))
+
+    def kernels_after(number, threads):
+        monkeypatch.setattr(build, "threads_of", lambda scene, grains: threads)
+        probe = rows_of_grains(number)
+        probe.advance(3)
+        probe.energy()
+        ti.reset()  # the cache is written now
+        return {path.name for path in tmp_path.glob("*.tic")}
+
+    first = kernels_after(7, 1)
+    assert len(first) > 5
+    assert kernels_after(43, 1) == first
+    assert kernels_after(20, 2) == first
+
+
+@pytest.fixture(scope="module")
+def states():
+    """State after some steps: in the usual room, and in one of exactly the number of grains."""
+    out = []
+    for room in (store.room_for, lambda grains: grains):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(store, "room_for", room)
+            probe = rows_of_grains(23, ("rolling", "sliding", "twisting"))
+            probe.advance(300)
+            found = probe.sim.arrays(), probe.sim.measure(), probe.sim.searches
+        out.append(found)
+    return out
+
+
+def test_the_room_does_not_show_in_the_results(states):
+    (wide, m, searches), (tight, n, same) = states
+    assert searches == same > 1
+    assert wide.keys() == tight.keys()
+    for name in wide:
+        if name != "sync":  # what the workers leave behind of the last call
+            assert wide[name].tobytes() == tight[name].tobytes(), name
+    for name in m:
+        assert np.array_equal(m[name], n[name]), name
+
+
+def test_a_checkpoint_is_as_large_as_its_scene(states):
+    arrays = states[0][0]
+    assert len(arrays["x"]) == 23 + 2
+    assert sum(a.nbytes for a in arrays.values()) < 23 * 10_000
+
+
+def test_memory_is_where_taichi_has_it():
+    sim = rows_of_grains(12).sim
+    rng = np.random.default_rng(1)
+    for name, table in sim.fields.items():
+        assert np.array_equal(table.to_numpy(), table.field.to_numpy()[: table.rows]), name
+    for name in ("x", "state", "wall_slot", "loss", "entry"):
+        table = sim.fields[name]
+        values = (100 * rng.random(table.to_numpy().shape)).astype(table.memory.dtype)
+        table.from_numpy(values)
+        assert np.array_equal(table.field.to_numpy()[: table.rows], values), name
+
+
+def test_without_shared_memory_the_used_rows_are_written_alone():
+    field = ti.field(ti.f64, shape=(6, 2))
+    table = memory.Table(field, rows=4)
+    field.fill(7.0)
+    table.from_numpy(np.zeros((3, 2)))
+    assert table.to_numpy().shape == (4, 2)
+    assert np.array_equal(field.to_numpy()[:, 0], [0, 0, 0, 7, 7, 7])
+    with pytest.raises(ValueError, match="5 rows"):
+        table.from_numpy(np.zeros((5, 2)))
+
+
+def test_memory_that_is_gone_is_not_looked_at():
+    sim = rows_of_grains(3).sim
+    rows_of_grains(4)
+    with pytest.raises(RuntimeError, match="another one was built"):
+        sim.fields["x"].to_numpy()
