@@ -8,7 +8,7 @@ _INTEGERS = {
     "material": "i4", "grain_i": "i4", "grain_j": "i4", "grain": "i4", "wall": "i4",
 }  # fmt: skip
 _COUNTS = {"contact_count": "contact", "wall_contact_count": "wall_contact"}
-_S12, _PHYS = "S12 section 3.2", "README, physics"
+_S12, _PHYS = "S12 section 3.2", "docs, Physics"
 
 # Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (a finite
 # one), "filling" (a filling factor), "plates", "stress", "stages", "push" (forces, carried grains),

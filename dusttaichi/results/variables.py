@@ -107,7 +107,7 @@ COMMON = {
          "a number along an open axis", "T19 eq 11", "cell"),
         ("energy_residual", "time", "J", "total energy less that at the start, less work, plus "
          "losses (0 if the ledger closes), with the kinetic energy m v(n-1/2).v(n+1/2)/2 of "
-         "successive half steps", "README, physics", ""),
+         "successive half steps", "docs, Physics", ""),
         ("energy_residual_relative", "time", "1", "energy_residual over the energy that has gone "
          "through the system, |work| + initial kinetic + |initial potential| + |losses|, but no "
          "less than what the contacts of now bind at rest", "dusttaichi.run.ledger.turnover", ""),

@@ -34,6 +34,12 @@ def test_name_is_there(name):
     assert found(name) is not None
 
 
+def test_the_walks_name_the_code():
+    for page in ("walk_force.md",):
+        names = set(re.findall(r"`(dusttaichi(?:\.\w+)+)`", (ROOT / "docs" / page).read_text()))
+        assert len(names) >= 8
+
+
 def test_every_room_is_in_the_tour():
     tour = (ROOT / "docs/developing.md").read_text(encoding="utf-8")
     rooms = {p.parent.name for p in (ROOT / "dusttaichi").glob("*/__init__.py")}
