@@ -4,8 +4,8 @@ import re
 
 from pydantic import BaseModel
 
-# Names of other libraries and of private classes, which no page here describes.
-ELSEWHERE = [(r"py:.*", r".*")]
+# Pieces of default values in signatures, which Sphinx takes for names of classes.
+ELSEWHERE = [(r"py:class", r".*[\[\]{}'].*")]
 
 
 def setup(app):
