@@ -100,7 +100,7 @@ def sweep_plan(scene: Scene, settings: list[str], directory: Path) -> Plan:
 def _replicas(scene: Scene, directory: Path, label: str, name: str) -> list[Member]:
     if scene.replicas is None:
         return [_member(scene, 0, directory, label, name)]
-    if not list(_keys(_plain(scene)["sample"], "seed")):
+    if not list(_keys(_plain(scene).get("sample", {}), "seed")):
         raise DustError(
             f"replicas = {scene.replicas}: the sample has no seed, so that all runs would be the "
             "same; use a sample with a seed, such as kind: rbd, or remove replicas"
@@ -124,10 +124,10 @@ def _member(scene: Scene, number: int, directory: Path, label: str, name: str) -
     data["name"] = name
     data["output"]["directory"] = str(directory)
     seeds = {}
-    for path, block in _keys(data["sample"], "seed"):
+    for path, block in _keys(data.get("sample", {}), "seed"):
         block["seed"] += number
         seeds["_".join(path)] = block["seed"]
-    for _, block in _keys(data["sample"], "file"):
+    for _, block in _keys(data.get("sample", {}), "file"):
         # the same text here and where a cluster lays the file out
         block["file"] = os.path.relpath(block["file"])
     return Member(Scene.from_dict(data, title=f"the scene of {label}"), directory, label, seeds)
@@ -149,7 +149,7 @@ def _keys(block: dict, key: str, path: tuple = ()) -> Iterator[tuple[tuple[str, 
 
 def input_files(scene: Scene) -> list[str]:
     """Paths of the files that the sample of a member is read from."""
-    found = [block["file"] for _, block in _keys(_plain(scene)["sample"], "file")]
+    found = [block["file"] for _, block in _keys(_plain(scene).get("sample", {}), "file")]
     return [os.path.join(path, "result.nc") if os.path.isdir(path) else path for path in found]
 
 

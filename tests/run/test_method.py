@@ -1,0 +1,149 @@
+"""A method of fifty lines (spring.py) goes through everything that a run of grains goes through:
+nothing of the program knows of it."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+import spring
+import xarray as xr
+import yaml
+from bits import assert_same_bits
+
+from dusttaichi import method
+from dusttaichi.errors import DustError, GuardStop, Interrupted
+from dusttaichi.run import execute, loop
+from dusttaichi.scene import from_yaml
+
+HERE = Path(__file__).parent
+PLAIN = """
+name: spring
+method: spring
+stiffness: 4.0
+boundary: {kind: open}
+stop: {steps: 2000}
+numerics: {time_step: 10 ns}
+output: {series: {steps: 100}, snapshots: {steps: 250}, checkpoint: 1000 s}
+"""
+STAGED = """
+name: spring
+method: spring
+boundary: {kind: open}
+stages:
+  - {name: swing, stop: {time: 7 us}}
+  - {name: on, stop: {steps: 1000}, output: {series: {time: 1 us}}}
+numerics: {time_step: 10 ns}
+output: {series: {steps: 90}, snapshots: {steps: 100}}
+"""
+
+
+@pytest.fixture(autouse=True)
+def known(monkeypatch):
+    """The method is there, as if a package had brought it along."""
+    monkeypatch.setattr(method, "METHODS", dict(method.METHODS))
+    method.register(spring.METHOD)
+
+
+def test_from_the_yaml_to_the_result(tmp_path):
+    with xr.open_datatree(execute(from_yaml(PLAIN), tmp_path / "run") / "result.nc") as tree:
+        series = tree.to_dataset()
+        t, dt = series.time.values * 1e6, 0.01
+        # the leapfrog's own frequency, sin(w dt/2) = w0 dt/2: exact
+        w = 2 / dt * np.arcsin(0.5 * dt * 2.0)
+        np.testing.assert_allclose(series.place, 1e-6 * np.cos(w * t), atol=1e-17)
+        assert float(abs(series.energy_residual_relative).max()) < 1e-12  # rounding of 2000 steps
+        np.testing.assert_array_equal(series.step, np.arange(0, 2001, 100))
+        np.testing.assert_array_equal(tree["snapshots"].step, np.arange(0, 2001, 250))
+        assert series.attrs["stiffness"] == 4.0 and series.attrs["status"] == "finished: 2000 steps"
+        assert set(series.variables) == {v.name for v in spring.VARIABLES if v.group == "series"}
+        assert series.mean_speed[0] == 0.0 and series.mean_speed[1] > 0.0
+
+
+def test_the_yaml_of_another_method_is_checked_as_any(tmp_path):
+    with pytest.raises(DustError, match=r"stiffness = -1.*above 0.*line 4"):
+        from_yaml(PLAIN.replace("4.0", "-1"))
+    with pytest.raises(DustError, match=r"sample.*unknown key"):
+        from_yaml(PLAIN + "sample: {kind: chain, grains: 3}\n")
+    with pytest.raises(DustError, match=r'method = "string".*grains.*line 3'):
+        from_yaml(PLAIN.replace("method: spring", "method: string"))
+    scene = from_yaml(PLAIN)
+    assert from_yaml(scene.to_yaml()) == scene and scene.with_value("drag", 0.1).drag == 0.1
+
+
+def test_a_killed_run_goes_on_with_the_same_bits(tmp_path, monkeypatch):
+    monkeypatch.setattr(loop, "BURST_SECONDS", 0.0)
+    for text, name in ((PLAIN, "plain"), (STAGED, "staged")):
+        scene, told = from_yaml(text), []
+        whole = execute(scene, tmp_path / name / "whole", fresh=True)
+
+        def interrupt(report, told=told):
+            told.append(report.step)
+            if len(told) in (5, 11):
+                os.kill(os.getpid(), signal.SIGINT)
+
+        parts = tmp_path / name / "parts"
+        with pytest.raises(Interrupted):
+            execute(scene, parts, fresh=True, report=interrupt)
+        with pytest.raises(Interrupted):
+            execute(scene, parts, resume=True, report=interrupt)
+        execute(scene, parts, resume=True, report=interrupt)
+        assert 0 < told[4] < told[10] < 2000
+        assert_same_bits(whole / "result.nc", parts / "result.nc")
+
+
+def test_stages_are_kept_for_other_runs(tmp_path):
+    whole = execute(from_yaml(STAGED), tmp_path / "one" / "run")
+    log = []
+    other = from_yaml(STAGED.replace("name: spring", "name: other"))
+    again = execute(other, tmp_path / "one" / "again", log=log.append)
+    assert len(log) == 1 and "taken over" in log[0]
+    assert_same_bits(whole / "result.nc", again / "result.nc")
+
+
+def test_guards(tmp_path):
+    with pytest.raises(GuardStop, match="has snapped"):
+        execute(from_yaml(PLAIN + "start: 11.0\n"), tmp_path / "own")
+    # a drag that acts on the speed of half a step back makes energy where the step is long
+    stiff = PLAIN.replace("4.0", "1.0").replace("10 ns", "1.9 us") + "drag: 0.9\n"
+    with pytest.raises(GuardStop, match="ledger is open|snapped|not a number"):
+        execute(from_yaml(stiff), tmp_path / "common")
+
+
+def test_error_bar(tmp_path):
+    execute(from_yaml(PLAIN), tmp_path / "run", error_bar=True)
+    with netCDF4.Dataset(tmp_path / "run/result.nc") as file:
+        found = yaml.safe_load(file.error_bar)
+    (whole,) = found["stretches"]
+    assert whole["steps"] == 2000
+    # the frequency is wrong by (w0 dt)^2/24: places part by four times as much at twice the step
+    first, second = whole["apart"]
+    assert first / second == pytest.approx(4.0, rel=0.01)
+
+
+def test_a_sweep_in_processes_of_their_own(tmp_path):
+    """The method is found by its entry point, as that of an installed package."""
+    installed = tmp_path / "site" / "spring-1.0.dist-info"
+    installed.mkdir(parents=True)
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: spring\nVersion: 1.0\n")
+    (installed / "entry_points.txt").write_text("[dusttaichi.methods]\nspring = spring:METHOD\n")
+    (tmp_path / "spring.yaml").write_text(PLAIN)
+    path = os.pathsep.join([str(tmp_path / "site"), str(HERE), str(HERE.parents[1])])
+    command = [sys.executable, "-m", "dusttaichi", "sweep", "spring.yaml", "--set"]
+    done = subprocess.run(
+        [*command, "stiffness=1,4", "-q", "-o", "out"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    runs = sorted((tmp_path / "out").glob("*/result.nc"))
+    assert len(runs) == 2
+    for file, stiffness in zip(runs, (1.0, 4.0), strict=True):
+        with xr.open_dataset(file) as series:
+            assert series.attrs["stiffness"] == stiffness
