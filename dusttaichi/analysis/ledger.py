@@ -6,6 +6,7 @@ import numpy as np
 
 from dusttaichi.results.variables import reference_energy
 
+KINETIC = ("kinetic_translation", "kinetic_rotation")
 WORKS = ("wall_work", "face_work", "push_work")  # of what acts on the grains from outside
 
 
@@ -37,6 +38,8 @@ class Ledger:
 
 def losses_by_channel(series):
     """Channel -> energy lost since the start [J], (times,), in contacts of grains and walls."""
+    if "loss" not in series:
+        return {}
     loss = series.loss + (series.loss_wall if "loss_wall" in series else 0.0)
     return {str(c): loss.sel(channel=c).values for c in series.channel.values}
 
@@ -51,7 +54,7 @@ def ledger(run):
 
     losses = losses_by_channel(series)
     lost = sum(losses.values(), zero)
-    kinetic = (series.kinetic_translation + series.kinetic_rotation).values
+    kinetic = sum((series[n].values for n in KINETIC if n in series), zero)
     potential = total("potential", "spring") + total("potential_wall", "spring")
     work = sum((series[n].values for n in WORKS if n in series), zero)
     energy, residual = kinetic + potential, series.energy_residual.values

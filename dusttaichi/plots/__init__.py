@@ -66,7 +66,9 @@ def save_all(run, directory, suffix=".png"):
     suffix: what matplotlib knows, .png, .pdf, .svg. Raises DustError where the directory cannot
     be written.
     """
-    figures = {"ledger": ledger(run)} if len(run.series.time) > 1 else {}
+    several, figures = len(run.series.time) > 1, {}
+    if several and "loss" in run.series:
+        figures["ledger"] = ledger(run)
     if run.collides:
         figures |= {"collision": collision(run), "fragments": collision_spectrum(run)}
     if run.compresses:
@@ -80,7 +82,7 @@ def save_all(run, directory, suffix=".png"):
         frames = run.part_that("stretches").snapshots
         if frames is not None and frames.sizes["snapshot"] > 1:
             figures["fractal"] = fractal(run)
-    if "stress" in run.series and len(run.series.time) > 1:
+    if several and "stress" in run.series:
         figures["stress"] = stress(run)
     if run.pushes:
         figures |= _sound(run)

@@ -8,6 +8,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import S12_STATIC, UNIDIRECTIONAL
 from dusttaichi.plots import style
 from dusttaichi.plots.compression import laboratory
+from dusttaichi.results.variables import COMMON
 
 MOST = 12  # bands in one figure
 
@@ -18,8 +19,8 @@ def ensemble(data):
 
     The compression curve where the filling factor grows under a top wall. Else the stress (its
     normal component of largest mean), the pressure on the top wall or the coordination number,
-    whichever there is first, against the filling factor or the time. Of more than 12 points of a
-    sweep, 12 evenly spaced ones are drawn.
+    whichever there is first, else what the method has recorded first, against the filling factor
+    or the time. Of more than 12 points of a sweep, 12 evenly spaced ones are drawn.
     """
     x = data.attrs["coordinate"]
     figure, (axes,) = style.new_figure()
@@ -101,7 +102,11 @@ def _subject(data):
         return options[axis], f"stress along {axis}, positive in tension", PRESSURES
     if "pressure" in data:
         return bands(data, "pressure", wall="top"), "pressure on the top wall", PRESSURES
-    return bands(data, "coordination_number"), "coordination number", ((1.0, ""),)
+    if "coordination_number" in data:
+        return bands(data, "coordination_number"), "coordination number", ((1.0, ""),)
+    along = [n for n in data.data_vars if data.attrs["coordinate"] in data[n].dims]
+    name = next((n for n in along if n not in COMMON), along[0])
+    return bands(data, name), data[name].long_name, ((1.0, data[name].attrs.get("units", "")),)
 
 
 def _line_styles(found):

@@ -25,6 +25,7 @@ class Opening:
     def __init__(self, scene, directory, lock, *, keep_states=False, **others):
         self.scene, self.directory, self.lock, self.others = scene, directory, lock, others
         self.method = method.of(scene)
+        code_hash(scene.method)  # of what is imported now, whatever becomes of the files
         self.states = States(directory) if keep_states else None
 
     def new(self, sample=None, force=False):

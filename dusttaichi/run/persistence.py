@@ -79,6 +79,7 @@ def write_scene(scene, directory):
     """The resolved scene beside the result; it can be run again. Raises DustError."""
     path = Path(directory) / SCENE
     try:
-        path.write_text(scene.to_yaml(), encoding="utf-8")
+        # its files are found from anywhere
+        path.write_text(scene.to_yaml(absolute=True), encoding="utf-8")
     except OSError as error:
         raise DustError(f"Cannot write {path}: {files.explain(error, path)}.") from error

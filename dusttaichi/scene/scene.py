@@ -192,11 +192,20 @@ class Scene(Block):
     def _plain(self) -> dict[str, Any]:
         return _without_none(self.model_dump(mode="json"))
 
-    def to_yaml(self) -> str:
-        """The resolved scene, every default written out; loads again to an equal scene."""
-        return yaml.dump(
-            self._plain(), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=1000
-        )
+    def to_yaml(self, absolute: bool = False) -> str:
+        """The resolved scene, every default written out; loads again to an equal scene.
+
+        absolute: with the whole paths of its files, so that they are found from any folder.
+        """
+        data = _absolute(self._plain()) if absolute else self._plain()
+        return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=1000)
+
+
+def _absolute(data: Any) -> Any:
+    if isinstance(data, dict):
+        whole = {"file": str(Path(data["file"]).absolute())} if data.get("file") else {}
+        return {key: _absolute(value) for key, value in data.items()} | whole
+    return [_absolute(value) for value in data] if isinstance(data, list) else data
 
 
 def _scene_class(data: dict[str, Any], lines: dict, title: str) -> type[Scene]:

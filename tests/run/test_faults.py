@@ -1,0 +1,231 @@
+"""What a run leaves on disk fits or is refused: frames, steps, code, files, damaged stages.
+
+The method of spring.py stands for any: nothing is compiled but for the files of a sample.
+"""
+
+import os
+import shutil
+import signal
+from dataclasses import replace
+
+import netCDF4
+import pytest
+import spring
+import xarray as xr
+from bits import assert_same_bits
+from test_method import PLAIN, STAGED
+
+from dusttaichi import method
+from dusttaichi.errors import DustError, Interrupted
+from dusttaichi.files import CHECKPOINT, RESULT
+from dusttaichi.run import code, execute, loop, opening, stages
+from dusttaichi.scene import from_yaml, load
+
+
+@pytest.fixture(autouse=True)
+def known(monkeypatch):
+    monkeypatch.setattr(method, "METHODS", dict(method.METHODS))
+    method.register(spring.METHOD)
+
+
+def frames(directory):
+    with xr.open_datatree(directory / RESULT) as tree:
+        return tree["snapshots"].step.values.tolist()
+
+
+# -- the last frame ------------------------------------------------------------------------------
+
+
+def test_a_last_frame_that_was_due_anyway_is_written_once(tmp_path):
+    """However often the run is finished again, and where a later stop makes it longer."""
+    scene = from_yaml(PLAIN)
+    whole = execute(scene, tmp_path / "whole")
+    parts = execute(from_yaml(PLAIN.replace("2000", "1000")), tmp_path / "parts")
+    for _ in range(2):
+        execute(from_yaml(PLAIN.replace("2000", "1000")), parts, resume=True)
+        assert frames(parts) == [0, 250, 500, 750, 1000]
+    execute(scene, parts, resume=True)
+    assert_same_bits(whole / RESULT, parts / RESULT)
+
+
+def test_a_last_frame_that_was_not_due_is_no_frame_of_a_longer_run(tmp_path):
+    whole = execute(from_yaml(PLAIN), tmp_path / "whole")
+    parts = execute(from_yaml(PLAIN.replace("2000", "600")), tmp_path / "parts")
+    assert frames(parts) == [0, 250, 500, 600]
+    execute(from_yaml(PLAIN), parts, resume=True)
+    assert_same_bits(whole / RESULT, parts / RESULT)
+
+
+def test_a_stage_that_is_taken_over_has_its_last_frame_once(tmp_path):
+    whole = execute(from_yaml(STAGED), tmp_path / "run", fresh=True)
+    again = execute(from_yaml(STAGED), tmp_path / "again")
+    assert frames(again) == frames(whole) == list(range(0, 1701, 100))
+
+
+# -- step and code -------------------------------------------------------------------------------
+
+
+def test_a_checkpoint_of_other_code_is_refused_with_what_to_do(tmp_path, monkeypatch):
+    scene = from_yaml(PLAIN)
+    directory = execute(scene, tmp_path / "run")
+    monkeypatch.setattr(opening, "code_hash", lambda name: "another")
+    with pytest.raises(DustError, match=r"another version of dusttaichi.*--force"):
+        execute(scene, directory, resume=True)
+
+
+def test_the_hash_of_the_code_is_that_of_all_files(monkeypatch, tmp_path):
+    own = tmp_path / "law.py"
+    own.write_text("k = 1")
+    method.register(replace(spring.METHOD, name="first", code=(own,)))
+    method.register(replace(spring.METHOD, name="second", code=()))
+    assert code.code_hash("first") != code.code_hash("second") == code.code_hash("grains")
+
+
+def test_a_checkpoint_of_another_step_is_refused(tmp_path):
+    """As where another version chooses another step for `auto`."""
+    scene = from_yaml(PLAIN)
+    directory = execute(scene, tmp_path / "run")
+
+    def reopen(scene, state):
+        other = spring.Spring(scene, scene.start)
+        step = other.dt / 2
+        other.restore(state)
+        other.dt = step
+        return other
+
+    method.register(replace(spring.METHOD, reopen=reopen))
+    with pytest.raises(DustError, match=r"time step of 10 ns.* takes 5 ns.*--force"):
+        execute(scene, directory, resume=True)
+
+
+def test_a_stage_of_other_code_is_not_taken_over(tmp_path, monkeypatch):
+    execute(from_yaml(STAGED), tmp_path / "run")
+    monkeypatch.setattr(stages, "code_hash", lambda name: "another")
+    assert not list(stages.kept(from_yaml(STAGED), tmp_path / "again"))
+
+
+# -- nothing to go on from -----------------------------------------------------------------------
+
+
+def test_resume_with_nothing_there_begins_and_says_so(tmp_path):
+    scene, log = from_yaml(PLAIN), []
+    directory = execute(scene, tmp_path / "run", resume=True, log=log.append)
+    assert len(log) == 1 and "starting from the beginning" in log[0]
+    whole = execute(scene, tmp_path / "whole")
+    assert_same_bits(whole / RESULT, directory / RESULT)
+
+
+def test_resume_of_a_run_that_was_killed_before_its_first_checkpoint(tmp_path):
+    scene = from_yaml(PLAIN)
+    whole = execute(scene, tmp_path / "run")
+    killed = tmp_path / "killed"
+    killed.mkdir()
+    shutil.copy(whole / RESULT, killed / RESULT)
+    with netCDF4.Dataset(killed / RESULT, "a") as file:
+        file.status = "running"
+    execute(scene, killed, resume=True)
+    assert_same_bits(whole / RESULT, killed / RESULT)
+
+
+def test_a_finished_result_whose_checkpoint_is_gone_is_not_overwritten(tmp_path):
+    directory = execute(from_yaml(PLAIN), tmp_path / "run")
+    for file in directory.glob(f"{CHECKPOINT}*"):
+        file.unlink()
+    with pytest.raises(DustError, match="is finished, and its checkpoint is gone"):
+        execute(from_yaml(PLAIN), directory, resume=True)
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_an_interrupt_during_the_build_says_that_nothing_was_computed(tmp_path, name):
+    before = signal.getsignal(getattr(signal, name))
+
+    def build(scene, sample):
+        os.kill(os.getpid(), getattr(signal, name))
+        return spring.Spring(scene, sample)
+
+    method.register(replace(spring.METHOD, build=build))
+    with pytest.raises(Interrupted, match="nothing was computed") as stop:
+        execute(from_yaml(PLAIN), tmp_path / "run")
+    assert not stop.value.kept and stop.value.exit_code == 130
+    assert signal.getsignal(getattr(signal, name)) is before
+    method.register(spring.METHOD)
+    execute(from_yaml(PLAIN), tmp_path / "run", resume=True)
+    assert frames(tmp_path / "run")[-1] == 2000
+
+
+# -- damaged stages ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", [CHECKPOINT, RESULT])
+def test_a_damaged_stage_is_computed_again_with_a_warning(tmp_path, name):
+    scene = from_yaml(STAGED)
+    whole = execute(scene, tmp_path / "run")
+    ((_, folder),) = stages.kept(scene, tmp_path / "again")
+    (folder / name).write_bytes((folder / name).read_bytes()[:200])
+    log = []
+    again = execute(scene, tmp_path / "again", log=log.append)
+    assert "Warning" in log[0] and "computed again" in log[0]
+    assert_same_bits(whole / RESULT, again / RESULT)
+    log.clear()
+    execute(scene, tmp_path / "third", log=log.append)
+    assert "taken over" in log[0]  # it is whole again
+
+
+# -- files that a scene names --------------------------------------------------------------------
+
+FILE = """
+name: of_a_file
+material: silicate_s12
+interaction: {rolling: off, sliding: off, twisting: off, damping: none}
+sample: {kind: explicit, file: grains.csv, units: um}
+boundary: {kind: open}
+stop: {steps: STEPS}
+numerics: {time_step: 0.3 ns, threads: 1}
+output: {series: {steps: 10}, directory: run}
+"""
+
+
+def test_scenes_with_a_file_run_again_and_go_on_from_anywhere(tmp_path, monkeypatch):
+    place = tmp_path / "place"
+    place.mkdir()
+    (place / "grains.csv").write_text("x,y,z\n0,0,0\n1.1999,0,0\n")
+    for steps in (20, 40):
+        (place / f"{steps}.yaml").write_text(FILE.replace("STEPS", str(steps)))
+    monkeypatch.chdir(place)
+    execute(load("20.yaml"), "run")
+    monkeypatch.chdir(tmp_path)
+    # the resolved scene beside the result, from another directory
+    again = execute(load("place/run/scene.yaml"), tmp_path / "again")
+    assert_same_bits(place / "run" / RESULT, again / RESULT)
+    execute(load("place/40.yaml"), "place/run", resume=True)
+    whole = execute(load(place / "40.yaml"), tmp_path / "whole")
+    assert_same_bits(whole / RESULT, place / "run" / RESULT)
+    # another file in its place is another sample
+    (place / "grains.csv").write_text("x,y,z\n0,0,0\n1.1998,0,0\n")
+    with pytest.raises(DustError, match="contents of its files"):
+        execute(load("place/40.yaml"), "place/run", resume=True)
+
+
+def test_what_is_interrupted_between_two_records_goes_on_with_the_same_bits(tmp_path, monkeypatch):
+    """Many times, at whatever step the machine has come to."""
+    monkeypatch.setattr(loop, "BURST_SECONDS", 0.0)
+    scene = from_yaml(STAGED)
+    whole, parts = execute(scene, tmp_path / "whole", fresh=True), tmp_path / "parts"
+    count = 0
+    how = {"fresh": True}
+    while True:
+        told = []
+
+        def interrupt(report, told=told, after=3 + count % 5):
+            told.append(report.step)
+            if len(told) == after:
+                os.kill(os.getpid(), signal.SIGINT)
+
+        try:
+            execute(scene, parts, report=interrupt, **how)
+            break
+        except Interrupted as stop:
+            assert stop.kept
+            count, how = count + 1, {"resume": True}
+    assert count > 10
+    assert_same_bits(whole / RESULT, parts / RESULT)
