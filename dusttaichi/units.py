@@ -18,3 +18,28 @@ SURFACE_ENERGY = STIFFNESS
 DENSITY = 1e3  # kg/m^3
 INERTIA = 1e-27  # kg m^2
 DAMPING = 1e-9  # kg/s
+
+SYMBOLS = {
+    "m": LENGTH,
+    "s": TIME,
+    "kg": MASS,
+    "N": FORCE,
+    "J": ENERGY,
+    "Pa": PRESSURE,
+    "rad": 1.0,
+    "1": 1.0,
+}
+"""SI value of the internal unit in the place of an SI unit."""
+
+
+def internal(unit):
+    """SI value of the internal unit with the dimension of the SI unit `unit`, such as "N/m" or "kg/m^3".
+
+    Raises KeyError for a symbol that is not in SYMBOLS.
+    """
+    value = 1.0
+    for n, part in enumerate(unit.split("/")):
+        for factor in part.split():
+            symbol, _, power = factor.partition("^")
+            value *= SYMBOLS[symbol] ** ((-1.0 if n else 1.0) * float(power or 1.0))
+    return value

@@ -46,7 +46,7 @@ def wall_strengths(boundary):
 def glued(wall, boundary):
     """Constants of a wall contact [SI] with the normal force of glued plates."""
     glue = boundary.glue if boundary.kind == "plates" else 1.0
-    return replace(wall, F_c=glue * wall.F_c, k_n=glue * wall.k_n)
+    return replace(wall, glue=glue)
 
 
 def make_box(boundary, low, high, size):

@@ -20,7 +20,11 @@ from dusttaichi.grains.kernels.cell import make_wrap
 from dusttaichi.grains.kernels.measure import make_measure, place_measure
 from dusttaichi.grains.kernels.memory import Table, arrays_of
 from dusttaichi.grains.kernels.params import contact_params
-from dusttaichi.grains.kernels.poly import interface_table, make_write_constants
+from dusttaichi.grains.kernels.polydisperse import (
+    interface_table,
+    make_write_constants,
+    stored,
+)
 from dusttaichi.grains.kernels.reading import read_quickly
 from dusttaichi.grains.kernels.wall_search import make_wall_relist
 from dusttaichi.grains.motion import fastest
@@ -28,41 +32,14 @@ from dusttaichi.grains.simulation import Bodies, Kernels, Simulation
 from dusttaichi.grains.step import make_advance
 from dusttaichi.names import AXES
 from dusttaichi.physics import encounter, stability
-from dusttaichi.physics.contact import constants, damping
+from dusttaichi.physics.contact import constants
+from dusttaichi.physics.contact.registry import chosen_laws
 
 THREAD_CLASSES = (32, 1024)  # that compiled kernels are made for
 SMALL = 400  # grains below which a second thread costs more than it gains
 BALANCED = 0.2  # step_fraction that physics.encounter is made for
 RESOLVED = 0.005  # of the overlap at rest by which positions may be uncertain
 SAFE = 1.4  # a step that strong damping limits may be this much nearer to its limit
-
-
-@dataclass(frozen=True)
-class Effects:
-    """What the contact passes are made of."""
-
-    rolling: bool
-    sliding: bool
-    twisting: bool
-    damping: object  # function of physics.damping, or None
-    asperities: bool
-    newton_steps: int = 2  # of the contact radius
-
-    @property
-    def damped(self):
-        return self.damping is not None
-
-
-def chosen_effects(interaction, newton_steps=2):
-    """The effects that a scene asks for."""
-    return Effects(
-        rolling=interaction.rolling is not None,
-        sliding=interaction.sliding is not None,
-        twisting=interaction.twisting is not None,
-        damping=damping.COEFFICIENT.get(interaction.damping.model),
-        asperities=interaction.asperities is not None,
-        newton_steps=newton_steps,
-    )
 
 
 @dataclass(frozen=True)
@@ -219,10 +196,9 @@ def meetings(scene, bodies):
 def step_of_motion(scene, bodies, motion):
     """Longest step [s] that resolves how fast bodies meet and turn; see physics.encounter."""
     pairs, walls = meetings(scene, bodies)
-    hardening = scene.interaction.damping.model == "viscoelastic"
-    found = [encounter.step(c, motion.grains, hardening, motion.alone) for c in pairs]
+    found = [encounter.step(c, motion.grains, motion.alone) for c in pairs]
     if scene.boundary.walls:
-        found += [encounter.step(c, motion.walls, hardening, motion.alone) for c in walls]
+        found += [encounter.step(c, motion.walls, motion.alone) for c in walls]
     return min(*found, encounter.TURN / motion.spin if motion.spin > 0.0 else inf)
 
 
@@ -352,22 +328,22 @@ def build(scene, sample, drive=None, scenes=None, ledger=True, step=None, like=N
         order = batch_order(positions, 4.0 * typical, scenes)
     push = make_push(scene.push, sample.info, order, step.dt / units.TIME)
     threads = threads_of(scene, grains)
-    effects = chosen_effects(scene.interaction, scene.numerics.newton_steps)
+    laws = chosen_laws(scene.interaction, scene.numerics.newton_steps)
     walls = bool(scene.boundary.walls)
     drive = drive or DRIVES[scene.numerics.backend]
     periodic = tuple(AXES.index(axis) for axis in scene.boundary.periodic_axes)
     layout = store.Layout(
         drive.width,
         drive.tile,
-        effects.twisting,
-        effects.damped,
+        laws.twisting is not None,
+        laws.damping is not None,
         periodic,
         scene.output.stress,
-        effects.asperities,
+        laws.asperities is not None,
         push.forced,
         push.carried,
         scenes is not None,
-        bodies is not None,
+        stored(laws) if bodies is not None else (),
         scene.numerics.precision,
         ledger,
     )
@@ -376,10 +352,9 @@ def build(scene, sample, drive=None, scenes=None, ledger=True, step=None, like=N
         threads,
         store.room_for(grains),
         layout,
-        effects,
+        laws,
         walls,
         drive.kind,
-        scene.interaction.damping.model,
         len(scene.all_materials),
     )
     if like is not None and like.form == form:
@@ -388,11 +363,11 @@ def build(scene, sample, drive=None, scenes=None, ledger=True, step=None, like=N
             place.fill(0)
     else:
         start_taichi(scene, threads)
-        parts, kernels = compiled(scene, layout, effects, grains, walls, drive)
+        parts, kernels = compiled(scene, layout, laws, grains, walls, drive)
     fields, scratch, sums = used(parts, grains, layout, walls)
     fields["counts"].from_numpy(np.array(store.sizes(grains, layout, walls)))
     if bodies is not None:
-        scratch["interfaces"].from_numpy(interfaces(scene))
+        scratch["interfaces"].from_numpy(interfaces(scene, laws))
     if bodies is None:
         pair, wall = contact_constants(scene)
         radius, overlap = typical, wall.delta0 / units.LENGTH
@@ -423,8 +398,8 @@ def build(scene, sample, drive=None, scenes=None, ledger=True, step=None, like=N
         push=push,
         material=material,
         drive=scene.stage_plans[0].drive,
-        pair=contact_params(pair, False, layout.geometry, layout.law),
-        wall=contact_params(wall, True, layout.geometry, layout.law),
+        pair=contact_params(pair, laws, layout),
+        wall=contact_params(wall, laws, layout),
         mass=constants.grain_mass(scene.material) / units.MASS,
         inertia=constants.moment_of_inertia(scene.material) / units.INERTIA,
         radius=typical,
@@ -461,25 +436,25 @@ def used(parts, grains, layout, walls):
     ]
 
 
-def compiled(scene, layout, effects, grains, walls, drive):
+def compiled(scene, layout, laws, grains, walls, drive):
     """Parts and Kernels of a scene: all that does not hang on its numbers, nor on that of grains
     but for the room they need."""
     room = store.room_for(grains)
     fields = store.place(store.declare(room, layout, walls))
     scratch = search.place_search(room, layout, walls)
     sums = place_measure(room, layout, walls)
-    write = place_interfaces(scene, fields, scratch) if layout.poly else None
+    write = place_interfaces(scene, laws, fields, scratch) if layout.polydisperse else None
     relist, list_entries = search.make_relist(fields, scratch, layout, write)
     periodic = bool(layout.periodic)
     kernels = Kernels(
-        advance=make_advance(fields, layout, effects, walls, drive.kind),
+        advance=make_advance(fields, layout, laws, walls, drive.kind),
         bounds=search.make_bounds(fields, scratch),
         find=search.make_find(fields, scratch, layout),
         relist=relist,
         list_entries=list_entries,
         relist_walls=make_wall_relist(fields, scratch, layout, write) if walls else None,
         wrap=make_wrap(fields, layout, walls) if periodic else None,
-        measure=make_measure(fields, sums, layout, effects, walls),
+        measure=make_measure(fields, sums, layout, laws, walls),
     )
     together = {**fields, **scratch, **sums}
     shared = scene.numerics.backend == "cpu"
@@ -501,14 +476,13 @@ def wall_overlaps(scene, bodies):
     )
 
 
-def place_interfaces(scene, fields, scratch):
+def place_interfaces(scene, laws, fields, scratch):
     """The table of interfaces in a field; returns what writes the numbers of contacts."""
-    table = scratch["interfaces"] = ti.field(ti.f64, shape=interfaces(scene).shape)
-    model = scene.interaction.damping.model
-    return make_write_constants(fields, table, len(scene.all_materials), model)
+    table = scratch["interfaces"] = ti.field(ti.f64, shape=interfaces(scene, laws).shape)
+    return make_write_constants(fields, table, scene, laws)
 
 
-def interfaces(scene):
-    """Rows of the table of interfaces (kernels.poly)."""
+def interfaces(scene, laws):
+    """Rows of the table of interfaces (kernels.polydisperse)."""
     glue = scene.boundary.glue if scene.boundary.kind == "plates" else 1.0
-    return interface_table(scene.all_materials, scene.interaction, glue)
+    return interface_table(scene, laws, glue)

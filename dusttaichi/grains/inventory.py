@@ -1,7 +1,7 @@
 """What a built scene consists of: parts of the model, fields, kernels, and what its preset sets."""
 
-from dusttaichi.grains.build import chosen_effects
 from dusttaichi.names import AXES, WALLS
+from dusttaichi.physics.contact.registry import EFFECTS, law_name
 
 
 def tables(sim):
@@ -11,12 +11,10 @@ def tables(sim):
 
 def compiled_rows(scene, sim):
     """Rows (what, value): effects, boundary, measurements, kernels, state."""
-    effects, layout = chosen_effects(scene.interaction), sim.layout
-    names = ("rolling", "sliding", "twisting", "asperities")
-    on = [name for name in names if getattr(effects, name)]
-    off = [name for name in names if not getattr(effects, name)]
-    damping = scene.interaction.damping.model
-    (on if effects.damping else off).append("damping" + (f" ({damping})" * (damping != "none")))
+    layout = sim.layout
+    named = {effect: law_name(scene.interaction, effect) for effect in EFFECTS[1:]}
+    on = [f"{effect} ({name})" for effect, name in named.items() if name is not None]
+    off = [effect for effect, name in named.items() if name is None]
     walls, faces = "none", "none"
     if sim.box is not None:
         walls = ", ".join(w for w, there in zip(WALLS, sim.box.present, strict=True) if there)
@@ -27,11 +25,11 @@ def compiled_rows(scene, sim):
         for name, there in (("force", layout.forced), ("carried grains", layout.carried))
         if there
     ]
-    unlike = "their own radius and material" if layout.poly else "all alike"
+    polydisperse = "their own radius and material" if layout.polydisperse else "equal"
     return [
         ("forces", ", ".join(["adhesion (JKR)", *on])),
         ("left out", ", ".join(off) or "nothing"),
-        ("grains", unlike),
+        ("grains", polydisperse),
         ("walls", walls),
         ("periodic faces", faces),
         ("pushes", ", ".join(pushes) or "none"),

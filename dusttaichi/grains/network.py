@@ -103,7 +103,6 @@ def _rows(scene, i, j, normal, strength, overlap, kinds):
         return np.array([getattr(c, name) for c, _ in kinds], float)
 
     s = contact_radius(np.array(overlap, float) * units.LENGTH / column("delta0"))
-    hardening = scene.interaction.damping.model == "viscoelastic"
     return {
         "grain_i": np.array(i, int),
         "grain_j": np.array(j, int),
@@ -116,7 +115,7 @@ def _rows(scene, i, j, normal, strength, overlap, kinds):
         "k_s": column("k_s"),
         "k_r": column("k_r"),
         "k_t": column("k_t"),
-        "kappa": column("kappa") * (s * s if hardening else 1.0),
+        "kappa": np.array([c.kappa_at(own) for (c, _), own in zip(kinds, s, strict=True)], float),
     }
 
 

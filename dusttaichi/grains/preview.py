@@ -6,10 +6,11 @@ import numpy as np
 
 from dusttaichi import samples, units
 from dusttaichi.grains import network
-from dusttaichi.grains.build import bodies_of, build, chosen_effects, chosen_step, contact_constants
+from dusttaichi.grains.build import bodies_of, build, chosen_step, contact_constants
 from dusttaichi.grains.inventory import compiled_rows, field_rows, preset_rows, tables
 from dusttaichi.names import NEVER
 from dusttaichi.physics.contact import constants
+from dusttaichi.physics.contact.registry import chosen_laws
 from dusttaichi.run.schedule import last_step
 from dusttaichi.scene import filling_direction, quantities
 from dusttaichi.scene.material import DEFAULT
@@ -53,30 +54,19 @@ def _contact(c, scene):
         ("pull-off force F_c", quantity(c.F_c, "force", digits=5)),
         ("normal stiffness k_n", f"{c.k_n:.5g} N/m"),
     ]
-    effects = chosen_effects(scene.interaction)
-    if effects.rolling:
-        rows.append(
-            (
-                "rolling stiffness k_r, limit xi_crit",
-                f"{c.k_r:.5g} N/m, {quantity(c.xi_crit, 'length', digits=4)}",
-            )
-        )
-    if effects.sliding:
-        rows.append(
-            (
-                "sliding stiffness k_s, limit zeta_crit",
-                f"{c.k_s:.5g} N/m, {quantity(c.zeta_crit, 'length', digits=4)}",
-            )
-        )
-    if effects.twisting:
-        rows.append(
-            ("twisting stiffness k_t, limit phi_crit", f"{c.k_t:.5g} N m, {c.phi_crit:.4g} rad")
-        )
-    if effects.asperities:
-        rows.append(("asperities: Y v pi a0^2", quantity(c.crush_energy, "energy", digits=4)))
-    if effects.damping:
-        rows.append(("damping constant kappa at a0", f"{c.kappa:.4g} kg/s"))
+    laws = chosen_laws(scene.interaction)
+    for effect, law in laws.on[1:]:
+        rows += [(f"{effect}: {n.meaning} {name}", _number(c.numbers[name], n.unit))
+                 for name, n in law.NUMBERS.items()]  # fmt: skip
     return rows
+
+
+def _number(value, unit):
+    """A number of a law as people write it."""
+    for name, dimension in quantities.DIMENSIONS.items():
+        if dimension.unit == unit:
+            return quantities.format(value, name, digits=5)
+    return f"{value:.5g} {unit}".removesuffix(" 1")
 
 
 def _sample(scene, sample):

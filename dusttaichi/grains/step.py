@@ -11,12 +11,12 @@ from types import SimpleNamespace
 import taichi as ti
 
 from dusttaichi.grains.kernels.cell import make_cell
-from dusttaichi.grains.kernels.contacts import make_pair_pass
 from dusttaichi.grains.kernels.grains import make_flux, make_grain_pass
+from dusttaichi.grains.kernels.pairs import PairPass
 from dusttaichi.grains.kernels.params import params_type
-from dusttaichi.grains.kernels.poly import make_lane_params
+from dusttaichi.grains.kernels.polydisperse import make_numbers
 from dusttaichi.grains.kernels.store import CHUNK, FIRST_WALL, GRAINS, PAIRS, WALL_BLOCKS
-from dusttaichi.grains.kernels.walls import Walls, make_wall_pass
+from dusttaichi.grains.kernels.walls import WallPass, Walls
 from dusttaichi.grains.kernels.workers import STRIDE, barrier, muster
 
 Motion = ti.types.struct(
@@ -31,7 +31,7 @@ Motion = ti.types.struct(
 DONE, DUE = 6, 7  # places in the `sync` field
 
 
-def make_advance(fields, layout, effects, walls, drive):
+def make_advance(fields, layout, laws, walls, drive):
     """Compile-time choice of the step; returns `advance`.
 
     `advance(steps, first, pending, workers, motion, pair, wall, box)` makes up to `steps` steps
@@ -39,7 +39,7 @@ def make_advance(fields, layout, effects, walls, drive):
     contacts (a search came between). It ends early when a search is due. sync[DONE] tells.
     drive: "workers" (CPU: many steps in one kernel call) or "launches" (GPU: a kernel a phase).
     """
-    phases = make_phases(fields, layout, effects, walls)
+    phases = make_phases(fields, layout, laws, walls)
     make = {"workers": make_workers, "launches": make_launches}[drive]
     return make(fields, layout, phases, walls)
 
@@ -47,7 +47,7 @@ def make_advance(fields, layout, effects, walls, drive):
 def make_workers(fields, layout, phases, walls):
     """`advance` as one kernel: workers that pass their share of every phase (kernels.workers)."""
     sync = fields["sync"]
-    ContactParams = params_type(layout.geometry, layout.law)
+    ContactParams = phases.ContactParams
 
     @ti.kernel
     def advance(
@@ -89,7 +89,7 @@ def make_workers(fields, layout, phases, walls):
 def make_launches(fields, layout, phases, walls):
     """`advance` as a loop in Python over kernels with one parallel loop a phase."""
     sync, counts = fields["sync"], fields["counts"]
-    ContactParams = params_type(layout.geometry, layout.law)
+    ContactParams = phases.ContactParams
 
     @ti.kernel
     def drift(motion: Motion):
@@ -121,15 +121,15 @@ def make_launches(fields, layout, phases, walls):
     return advance
 
 
-def make_phases(fields, layout, effects, walls):
+def make_phases(fields, layout, laws, walls):
     """The phases of a step: for one grain or tile, and for one worker of a crew."""
     move = make_grain_pass(fields, layout)
-    pair_block = make_pair_pass(fields, layout, effects)
+    pairs = PairPass(fields, layout, laws)
     counts, sync = fields["counts"], fields["sync"]
     W, T = layout.width, layout.tile
     frame = make_cell(fields, layout)[0]
     add_flux = make_flux(fields, layout) if layout.stress else None
-    of_pairs, of_wall = make_lane_params(fields, layout) if layout.poly else (None, None)
+    of_pairs, of_walls = make_numbers(fields, layout, laws)
     # a stress is summed by chunks of grains, so that its bits do not depend on the workers
     size_of_part = CHUNK if layout.stress else 1
 
@@ -144,10 +144,7 @@ def make_phases(fields, layout, effects, walls):
     @ti.func
     def pair_tile(tile, dt, pair, frame):
         for b in range(tile * T, ti.min((tile + 1) * T, tiles(counts[PAIRS], W))):
-            if ti.static(layout.poly):
-                pair_block(b, tile, of_pairs(b), dt, frame)
-            else:
-                pair_block(b, tile, pair, dt, frame)
+            pairs.block(b, tile, of_pairs(b, pair), dt, frame)
 
     @ti.func
     def move_part(part, motion):
@@ -174,6 +171,7 @@ def make_phases(fields, layout, effects, walls):
             pair_tile(tile, dt, pair, here)
 
     phases = SimpleNamespace(
+        ContactParams=params_type(laws, layout.geometry, layout.law),
         parts=parts,
         move_part=move_part,
         tiles=tiles,
@@ -185,40 +183,13 @@ def make_phases(fields, layout, effects, walls):
     if not walls:
         return phases
 
-    wall_block = make_wall_pass(fields, layout, effects)
-    wall_of = fields["wall_of"]
+    touching = WallPass(fields, layout, laws)
 
     @ti.func
     def wall_tile(tile, step, dt, wall, box):
-        first_wall_block = counts[FIRST_WALL]
         for c in range(tile * T, ti.min((tile + 1) * T, counts[WALL_BLOCKS])):
-            k = wall_of[c]
-            unit_normal = ti.Vector([box.normal[k, 0], box.normal[k, 1], box.normal[k, 2]])
-            offset = box.offset[k] + box.speed[k] * (dt * step)
-            if ti.static(layout.poly):
-                wall_block(
-                    c,
-                    tile,
-                    first_wall_block,
-                    unit_normal,
-                    offset,
-                    box.speed[k],
-                    box.strength[k],
-                    of_wall(first_wall_block + c),
-                    dt,
-                )
-            else:
-                wall_block(
-                    c,
-                    tile,
-                    first_wall_block,
-                    unit_normal,
-                    offset,
-                    box.speed[k],
-                    box.strength[k],
-                    wall,
-                    dt,
-                )
+            plane = touching.plane(c, box, dt * step)
+            touching.block(c, tile, plane, of_walls(counts[FIRST_WALL] + c, wall), dt)
 
     @ti.func
     def pass_walls(me, crew, step, dt, wall, box):

@@ -40,16 +40,16 @@ def overlap(contact, speed):
     return contact.delta0 * (3.0 * s**4 - 2.0 * s)
 
 
-def step(contact, speed, hardening, alone):
+def step(contact, speed, alone):
     """Longest step [s] that resolves a collision at that speed.
 
-    hardening: True where damping grows with the contact radius. alone: True for scenes of few
+    alone: True for scenes of few
     grains, in which the energy of one collision is all there is; in others a collision near the
     sticking speed is small beside what is bound already, and the limit fades away below it.
     """
     s = deepest(contact, speed)
     period = 2.0 * pi * sqrt(contact.mass / (contact.k_n * slope(s)))
-    rate = contact.kappa / contact.mass * (s * s if hardening else 1.0)
+    rate = contact.kappa_at(s) / contact.mass
     least = min(RESOLVED * period, DAMPED / rate if rate > 0.0 else inf)
     if alone:
         return least

@@ -2,15 +2,17 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, SerializeAsAny, field_validator
 
-from dusttaichi.scene.fields import Block, Number, Switch, needed
+from dusttaichi.physics.contact import registry
+from dusttaichi.scene.fields import Block, Number, Switch, needed, problems
 from dusttaichi.scene.quantities import Quantity
 
 
 class Effect(Block):
     """An inelastic effect that is switched on."""
 
+    law: str = Field("linear", description="name of the law; others than linear are registered")
     modifier: Annotated[float, Number(gt=0)] = Field(
         1.0, description="factor on the spring constant (S12: 8 for rolling, 2.5 for sliding)"
     )
@@ -27,13 +29,19 @@ class Asperities(Block):
     )
 
 
-class NoDamping(Block):
+class Damping(Block):
+    """Damping along the normal, by the name of its law."""
+
+    model: str
+
+
+class NoDamping(Damping):
     """No damping along the normal."""
 
     model: Literal["none"]
 
 
-class Viscous(Block):
+class Viscous(Damping):
     """Constant damping along the normal, as S12."""
 
     model: Literal["viscous"]
@@ -42,7 +50,7 @@ class Viscous(Block):
     )
 
 
-class Scaled(Block):
+class Scaled(Damping):
     """Damping constant from mass and characteristic time of the grains, as T19 eq 5."""
 
     model: Literal["scaled"]
@@ -51,7 +59,7 @@ class Scaled(Block):
     )
 
 
-class Viscoelastic(Block):
+class Viscoelastic(Damping):
     """Damping that grows with the contact radius, as Brilliantov 2007 and Krijt 2013."""
 
     model: Literal["viscoelastic"]
@@ -60,7 +68,7 @@ class Viscoelastic(Block):
     )
 
 
-Damping = NoDamping | Viscous | Scaled | Viscoelastic
+BuiltInDamping = NoDamping | Viscous | Scaled | Viscoelastic
 _MODELS = ("none", "viscous", "scaled", "viscoelastic")
 _SWITCH = Switch(
     "on, off or a block with a modifier is needed, for example {modifier: 2.5}", on=True
@@ -85,6 +93,20 @@ class _DampingWord:
         return {"anyOf": [{"enum": [*_MODELS, None]}, handler(schema)]}
 
 
+def _block(effect: str, key: str, value: Any) -> Block | None:
+    """The block of a registered law; None where a built-in one is meant, or none named."""
+    name = value.get(key) if isinstance(value, dict) else getattr(value, key, None)
+    if not isinstance(name, str) or name == "none":
+        return None
+    if name not in registry.names(effect):
+        if effect == "damping":
+            return None  # pydantic names those that there are
+        there = ", ".join(registry.names(effect))
+        raise problems([(key, f"{there} is needed, or the name of a law that is registered")])
+    block = registry.block_of(effect, name)
+    return None if block is None else block.model_validate(value)
+
+
 class Interaction(Block):
     """The contact model. Normal adhesion (JKR) is always on."""
 
@@ -97,19 +119,30 @@ class Interaction(Block):
         description="surface energy of a contact between unlike materials: root of the product, "
         "mean, or gamma1 + gamma2 - 2/(1/gamma1 + 1/gamma2)",
     )
-    rolling: Annotated[Effect | None, _SWITCH] = Field({}, description="resistance to rolling")
-    sliding: Annotated[Effect | None, _SWITCH] = Field({}, description="resistance to sliding")
-    twisting: Annotated[Effect | None, _SWITCH] = Field({}, description="resistance to twisting")
+    rolling: Annotated[SerializeAsAny[Effect] | None, _SWITCH] = Field({}, description="resistance to rolling")
+    sliding: Annotated[SerializeAsAny[Effect] | None, _SWITCH] = Field({}, description="resistance to sliding")
+    twisting: Annotated[SerializeAsAny[Effect] | None, _SWITCH] = Field({}, description="resistance to twisting")
     asperities: Annotated[Asperities | None, _ASPERITIES] = Field(
         None, description="energy lost on flattening asperities at first touch"
     )
-    damping: Annotated[Damping, Field(discriminator="model"), _DampingWord()] = Field(
+    damping: SerializeAsAny[
+        Annotated[BuiltInDamping, Field(discriminator="model"), _DampingWord()]
+    ] = Field(
         {"model": "viscous"}, description="damping of the normal motion of a contact"
     )
 
-    @field_validator("damping", mode="before")
+    @field_validator("rolling", "sliding", "twisting", mode="wrap")
     @classmethod
-    def _word(cls, value: Any) -> Any:
+    def _registered(cls, value: Any, handler: Any, info: Any) -> Any:
+        return _block(info.field_name, "law", value) or handler(value)
+
+    @field_validator("damping", mode="wrap")
+    @classmethod
+    def _word(cls, value: Any, handler: Any) -> Any:
+        return _block("damping", "model", value) or handler(cls._damping(value))
+
+    @staticmethod
+    def _damping(value: Any) -> Any:
         if value is None or value is False or value == "off":
             return {"model": "none"}
         if isinstance(value, str) and value in _MODELS:

@@ -193,6 +193,11 @@ class Quantity:
     example: str | None = None
 
     @property
+    def unit(self) -> str:
+        """SI unit of the value that is held."""
+        return DIMENSIONS[self.dimension].unit
+
+    @property
     def words(self) -> tuple[str, ...]:
         """The words allowed in place of the number."""
         return (self.word,) if isinstance(self.word, str) else self.word or ()

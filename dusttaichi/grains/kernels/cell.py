@@ -107,7 +107,7 @@ def make_wrap(fields, layout, walls):
         change = 0.0 * before
         if crossed > 0.0:  # the two squares may be rounded differently
             change = velocity.dot(velocity) - before
-        if ti.static(layout.poly):
+        if ti.static(layout.polydisperse):
             change *= masses[g]
         return change
 

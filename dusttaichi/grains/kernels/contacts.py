@@ -1,10 +1,16 @@
-"""One pass over the contacts between grains: pointers, loads, losses, a block at a time."""
+"""What the pass over pairs and the pass over walls have in common, a block of lanes at a time.
+
+The laws (physics.contact) say what a displacement costs; here their displacements are formed, their
+limits kept, their forces added up and their losses put into the ledger sums.
+"""
+
+from types import SimpleNamespace
 
 import taichi as ti
 
-from dusttaichi.grains.kernels.cell import make_cell
 from dusttaichi.grains.kernels.lanes import vec3
-from dusttaichi.physics.contact import asperities, normal, rolling, sliding, twisting
+from dusttaichi.physics.contact.constants import PULL_OFF
+from dusttaichi.physics.contact.limit import restoring
 
 FORMING, BREAKING, DAMPING, ROLLING, SLIDING, TWISTING, ASPERITIES = range(7)
 
@@ -21,40 +27,39 @@ def add_to(field: ti.template(), row, column: ti.template(), value):
     field[row, column] = field[row, column] + value
 
 
-def make_book(layout):
-    """Returns `book(loss, tile, channel, value)`: adds to a loss of the ledger."""
+def make_precision(layout):
+    """Functions that make lanes (`one`), and 3-vectors of lanes (`three`), numbers of the laws.
 
-    @ti.func
-    def book(loss: ti.template(), tile, channel: ti.template(), value):
-        if ti.static(layout.ledger):
-            add_to(loss, tile, channel, value)
-
-    return book
-
-
-def make_law(layout):
-    """Functions that make lanes, and 3-vectors of lanes, numbers of the force law: `law`, `law3`.
-
-    Where law and geometry have one precision they do nothing.
+    Where laws and geometry have one precision they do nothing.
     """
-    V3, real, same = vec3(layout.width, layout.law), layout.law, layout.law == layout.geometry
+    if layout.law == layout.geometry:
+
+        @ti.func
+        def one(a):
+            return a
+
+        return SimpleNamespace(one=one, three=one)
+    V3, real = vec3(layout.width, layout.law), layout.law
 
     @ti.func
-    def law(a):
-        return a if ti.static(same) else ti.cast(a, real)
+    def cast(a):
+        return ti.cast(a, real)
 
     @ti.func
-    def law3(a):
-        return a if ti.static(same) else V3(law(a.x), law(a.y), law(a.z))
+    def cast3(a):
+        return V3(ti.cast(a.x, real), ti.cast(a.y, real), ti.cast(a.z, real))
 
-    return law, law3
+    return SimpleNamespace(one=cast, three=cast3)
 
 
 def make_access(fields, layout):
-    """Functions that read and write 3-vectors of lanes."""
-    W = layout.width
+    """Functions that read and write 3-vectors of lanes, of the type V3.
+
+    gather(field, index): of the grains of a block; get(b, first), put(field, b, first, a): columns
+    of the state, and of the state or the loads.
+    """
+    W, state = layout.width, fields["state"]
     V3 = vec3(W, layout.geometry)
-    state, load = fields["state"], fields["load"]
 
     @ti.func
     def gather(field: ti.template(), index):
@@ -65,7 +70,7 @@ def make_access(fields, layout):
         )
 
     @ti.func
-    def get_state(b, first: ti.template()):
+    def get(b, first: ti.template()):
         return V3(state[b, first], state[b, first + 1], state[b, first + 2])
 
     @ti.func
@@ -74,228 +79,183 @@ def make_access(fields, layout):
         field[b, first + 1] = a.y
         field[b, first + 2] = a.z
 
-    return V3, gather, get_state, put, state, load
+    return SimpleNamespace(V3=V3, gather=gather, get=get, put=put)
 
 
-def make_touch(effects):
-    """The part that pairs and walls share: the normal direction."""
-    contact_radius = normal.contact_radius(effects.newton_steps)
+@ti.data_oriented
+class ContactPass:
+    """What pairs and walls share: touch, normal force, limits, springs, twist.
+
+    loss, virial: the tables of the ledger and of the stress that the pass adds to. at: of a block,
+    the struct that the passes make: b and tile (numbers of the block and of its tile), dt, overlap,
+    u (speed along the normal half a step ago), u_now, u_then (along the normal of now and of the
+    last step), was (1 where the lanes touched a step ago), weight (of the springs but the normal
+    one). on: the struct that `touch` returns. w1, w2: spins.
+    """
+
+    def __init__(self, fields, layout, laws, *, loss, virial):
+        self.laws, self.loss, self.virial = laws, loss, virial
+        self.state, self.load = fields["state"], fields["load"]
+        self.x, self.v, self.w = fields["x"], fields["v"], fields["w"]
+        access, precision = make_access(fields, layout), make_precision(layout)
+        self.V3, self.gather, self.get, self.put = access.V3, access.gather, access.get, access.put
+        self.law, self.law3, self.geometry = precision.one, precision.three, layout.geometry
+        self.contact_radius = laws.normal.contact_radius(laws.newton_steps)
+        self.N1, self.N2, self.TWIST = layout.pointer, layout.second, layout.twist
+        self.APPROACH, self.GRAZE = layout.approach, layout.graze
+        self.ledger, self.stress = layout.ledger, layout.stress
+        for effect in ("rolling", "sliding", "twisting", "asperities"):
+            setattr(self, f"has_{effect}", getattr(laws, effect) is not None)
+        self.damped = laws.damping is not None
 
     @ti.func
-    def touch(overlap, u, was, dt, p):
+    def lose(self, tile, channel: ti.template(), value):
+        """Add to a loss of the ledger."""
+        if ti.static(self.ledger):
+            add_to(self.loss, tile, channel, value)
+
+    @ti.func
+    def touch(self, at: ti.template(), p):
         """Lanes that touch now, that just formed, broke, were kept; s = sqrt(a/a0).
 
         A lane that breaks in this step has its s evaluated where it was a step ago: that is the
         potential that is lost.
         """
-        d = overlap * p.inv_delta0
-        now = step01(d + was * normal.PULL_OFF)
-        kept = now * was
-        formed, broken = now - kept, was - kept
-        s = contact_radius(d + broken * u * (dt * p.inv_delta0))
-        return now, formed, broken, kept, s
+        d = at.overlap * p.inv_delta0
+        now = step01(d + at.was * PULL_OFF)
+        kept = now * at.was
+        formed, broken = now - kept, at.was - kept
+        s = self.contact_radius(d + broken * at.u * (at.dt * p.inv_delta0))
+        return ti.Struct(now=now, formed=formed, broken=broken, kept=kept, s=s)
 
     @ti.func
-    def jump(s, u, formed, broken, dt, p):
-        """Force of the spring, and the energy lost on forming and on breaking: the potential, less
-        what the half kick of the step has done with it."""
-        force = p.F4 * normal.force_lanes(s)
-        potential = p.U4 * normal.energy_lanes(s)
-        half_kick = 0.5 * dt * u * force
-        return force, -formed * (potential + half_kick), broken * (potential - half_kick)
+    def push(self, at: ti.template(), on: ti.template(), p):
+        """Force along the normal: spring, damping, first touches. Books what they cost.
+
+        What forming and breaking cost is the potential, less what the half kick of the step has
+        done with it.
+        """
+        spring = p.F4 * self.laws.normal.force(on.s)
+        potential = p.U4 * self.laws.normal.energy(on.s)
+        half_kick = 0.5 * at.dt * at.u * spring
+        self.lose(at.tile, FORMING, -on.formed * (potential + half_kick))
+        self.lose(at.tile, BREAKING, on.broken * (potential - half_kick))
+        force = on.now * spring
+        if ti.static(self.damped):
+            force -= self.damp(at, on, p)
+        if ti.static(self.has_asperities):
+            force += self.flatten(at, on, force, p)
+        return force
 
     @ti.func
-    def damp(s, u, was, before, struck, f_before, now, dt, p):
-        """Damping force of now (the speed carried on by half a step), and the work of the last.
+    def damp(self, at: ti.template(), on: ti.template(), p):
+        """Damping force of now: the speed carried on by half a step; books the work of the last.
 
         struck: the speed before, with what the impulse of a first touch has made of it.
         """
-        ahead = u + 0.5 * was * (u - struck)
-        f = now * ti.static(effects.damping)(s, p) * ahead
-        return f, 0.5 * dt * f_before * (before + u)
-
-    return touch, jump, damp
-
-
-def make_flatten(state, loss, layout):
-    """Returns `flatten` and `last_impulse(b)`, of first touches (physics.asperities)."""
-    SPEED, IMPULSE = layout.graze, layout.graze + 1
-    book, (law, _) = make_book(layout), make_law(layout)
-
-    @ti.func
-    def last_impulse(b):
-        return law(state[b, IMPULSE])
+        before = self.law(self.state[at.b, self.APPROACH])
+        struck = before
+        if ti.static(self.has_asperities):
+            struck += self.law(self.state[at.b, self.GRAZE + 1]) * (1.0 / p.mass)
+        force_before = self.law(self.state[at.b, self.APPROACH + 1])
+        ahead = at.u + 0.5 * at.was * (at.u - struck)
+        force = on.now * self.laws.damping.coefficient(on.s, p) * ahead
+        self.state[at.b, self.APPROACH] = on.now * at.u
+        self.state[at.b, self.APPROACH + 1] = force
+        self.lose(at.tile, DAMPING, 0.5 * at.dt * force_before * (before + at.u))
+        return force
 
     @ti.func
-    def flatten(tile, b, after, u, push, formed, dt, p):
-        """Force along n_c that lanes which have just formed feel in this step: impulse over dt.
+    def flatten(self, at: ti.template(), on: ti.template(), push, p):
+        """Force that lanes which have just formed feel in this step (physics.contact.asperities):
+        impulse over dt.
 
-        u: speed along n_c half a step back. after: speed now along the n_c of the last step, whose
-        impulse is booked with it: the work it really did, whatever else pulled at the grains.
-        Contacts that exist at the start (dt = 0) have touched before.
+        The impulse of the last step is booked with the speed of now along the n_c of that step: the
+        work it really did, whatever else pulled at the grains. Contacts that exist at the start
+        (dt = 0) have touched before.
         """
-        book(loss, tile, ASPERITIES, -0.5 * state[b, IMPULSE] * (state[b, SPEED] + after))
-        impulse = 0.0 * u
-        first = formed * step01(dt)
+        done = self.state[at.b, self.GRAZE] + at.u_then
+        self.lose(at.tile, ASPERITIES, -0.5 * self.state[at.b, self.GRAZE + 1] * done)
+        impulse = 0.0 * at.u_now
+        first = on.formed * step01(at.dt)
         if first.max() > 0.0:  # powers are dear, and first touches rare
-            impulse = first * asperities.impulse(u, push * (dt / p.mass), p)
-        state[b, SPEED], state[b, IMPULSE] = first * u, impulse
-        return impulse * (1.0 / ti.max(dt, 1e-30))
-
-    return flatten, last_impulse
-
-
-def make_pointers(loss, effects, layout):
-    """The part of a pair that the contact pointers carry: rolling and sliding.
-
-    Displacements are geometry, what they cause is law.
-    """
-    book, (law, law3), poly = make_book(layout), make_law(layout), layout.poly
-    displacement = sliding.displacement_unequal if poly else sliding.displacement
-    correct_sliding = sliding.correct_unequal if poly else sliding.correct
-    correct_rolling = rolling.correct_unequal if poly else rolling.correct
+            change = push * (at.dt / p.mass)
+            impulse = first * self.laws.asperities.impulse(at.u_now, change, p)
+        self.state[at.b, self.GRAZE] = first * at.u_now
+        self.state[at.b, self.GRAZE + 1] = impulse
+        return impulse * (1.0 / ti.max(at.dt, 1e-30))
 
     @ti.func
-    def slip(tile, n1, n2, nc, p):
-        """Pointers put back to the limits, of unit length; the losses of the tile."""
-        m1, m2 = n1, n2
-        if ti.static(effects.rolling):
-            xi = rolling.displacement(n1, n2, p)
-            c1, c2, lost = correct_rolling(xi, n1, n2, p)
-            m1, m2 = m1.plus(xi.times(c1)), m2.plus(xi.times(c2))
-            book(loss, tile, ROLLING, lost)
-        if ti.static(effects.sliding):
-            zeta, _ = displacement(n1, n2, nc, p)
-            c1, c2, lost = correct_sliding(zeta, n1, n2, p)
-            m1, m2 = m1.plus(zeta.times(c1)), m2.plus(zeta.times(c2))
-            book(loss, tile, SLIDING, lost)
-        return m1.unit(), m2.unit()
+    def roll(self, at: ti.template(), turn: ti.template(), p):
+        """The pointers put back to the limit of rolling; books what that costs. turn: n1, n2
+        (turned already), w1, w2.
+
+        n_i <- n_i - alpha_i (xi - xi_c)/r_i moves xi by R/r1 + R/r2 = 1 times the excess, and
+        r1 dn1 - r2 dn2 = 0: sliding sees nothing of it.
+        """
+        n1, n2 = turn.n1, turn.n2
+        if ti.static(self.has_rolling):
+            xi = self.laws.rolling.displacement(n1, n2, p)
+            rate = turn.w1.cross(n1).plus(turn.w2.cross(n2)).times(p.R)
+            past = self.laws.rolling.correct(xi, rate, p)
+            self.lose(at.tile, ROLLING, at.weight * past.lost)
+            a1, a2 = restoring(n1, xi, past.inverse), restoring(n2, xi, past.inverse)
+            n1 = n1.plus(xi.times(-past.over * p.inv_r1 * a1))
+            n2 = n2.plus(xi.times(-past.over * p.inv_r2 * a2))
+        return n1, n2
 
     @ti.func
-    def springs(n1, n2, nc, inv, p):
-        """Force on the first grain, torques on both, energy stored."""
-        stored = law(0.0 * inv)
-        shear = law3(nc).times(stored)
-        a1, a2 = shear, shear
-        if ti.static(effects.rolling):
-            xi = law3(rolling.displacement(n1, n2, p))
-            stored += rolling.energy(xi, p)
-            a1 = xi.times(law(rolling.pull(p)))
+    def slip(self, at: ti.template(), zeta, rate, p):
+        """How far sliding is past its limit; books what that costs."""
+        past = self.laws.sliding.correct(zeta, rate, p)
+        self.lose(at.tile, SLIDING, at.weight * past.lost)
+        return past
+
+    @ti.func
+    def springs(self, turn: ti.template(), zeta, lean, p):
+        """Struct of the force on the first grain, the torques on both, the energy stored.
+
+        turn: n1, n2. zeta: sliding displacement. lean: (r1 n1 - r2 n2).n_c over the distance of the
+        centres (S12 eq 13); -1 on a wall.
+        """
+        stored = self.law(0.0 * turn.n1.x)
+        force = self.law3(turn.n1).times(stored)
+        a1, a2 = force, force
+        if ti.static(self.has_rolling):
+            xi = self.law3(self.laws.rolling.displacement(turn.n1, turn.n2, p))
+            stored += self.laws.rolling.energy(xi, p)
+            a1 = xi.times(self.law(p.R * self.laws.rolling.stiffness(xi, p)))
             a2 = a1
-        if ti.static(effects.sliding):
-            across, lever = displacement(n1, n2, nc, p)
-            zeta = law3(across)
-            stored += sliding.energy(zeta, p)
-            shear = zeta.times(sliding.push(law(lever), law(inv), p))
-            if ti.static(poly):
-                pull1, pull2 = sliding.pull_unequal(p)
-                a1, a2 = a1.plus(zeta.times(law(pull1))), a2.minus(zeta.times(law(pull2)))
-            else:
-                pull = zeta.times(law(sliding.pull(p)))
-                a1, a2 = a1.plus(pull), a2.minus(pull)
-        return shear, a1.cross(law3(n1)), a2.cross(law3(n2)), stored
-
-    return slip, springs
-
-
-def make_virial(table):
-    """Returns `add_virial(tile, branch, force, dt)`: sums branch x force over time (T19 eq 23)."""
+        if ti.static(self.has_sliding):
+            shear = self.law3(zeta)
+            k = self.laws.sliding.stiffness(shear, p)
+            stored += self.laws.sliding.energy(shear, p)
+            force = shear.times(k * lean)
+            a1 = a1.plus(shear.times(self.law(p.r1 * k)))
+            a2 = a2.minus(shear.times(self.law(p.r2 * k)))
+        torque1 = a1.cross(self.law3(turn.n1))
+        torque2 = a2.cross(self.law3(turn.n2))
+        return ti.Struct(force=force, torque1=torque1, torque2=torque2, stored=stored)
 
     @ti.func
-    def add_row(tile, first: ti.template(), way, force):
-        add_to(table, tile, first, way * force.x)
-        add_to(table, tile, first + 1, way * force.y)
-        add_to(table, tile, first + 2, way * force.z)
+    def twist(self, at: ti.template(), on: ti.template(), way, rate, p):
+        """(torque along the normal, energy stored), the twist carried on by `way` and put back to
+        its limit; books what that costs."""
+        past = self.laws.twisting.correct(at.was * (self.state[at.b, self.TWIST] + way), rate, p)
+        phi = self.law(past.phi)
+        self.state[at.b, self.TWIST] = on.kept * past.phi
+        self.lose(at.tile, TWISTING, at.weight * past.lost)
+        return -self.laws.twisting.stiffness(phi, p) * phi, self.laws.twisting.energy(phi, p)
 
     @ti.func
-    def add_virial(tile, branch, force, dt):
-        add_row(tile, 0, branch.x * dt, force)
-        add_row(tile, 3, branch.y * dt, force)
-        add_row(tile, 6, branch.z * dt, force)
-
-    return add_virial
-
-
-def make_pair_pass(fields, layout, effects):
-    """Returns `pair_block(b, tile, params, step, frame)`: updates block b and the sums of its tile.
-
-    step: the time step.
-    frame: of a periodic cell (kernels.cell); anything in a scene without.
-    """
-    V3, gather, get_state, put, state, load = make_access(fields, layout)
-    touch, jump, damp = make_touch(effects)
-    x, v, w, loss = fields["x"], fields["v"], fields["w"], fields["loss"]
-    slip, springs = make_pointers(loss, effects, layout)
-    book, (law, law3) = make_book(layout), make_law(layout)
-    pair_i, pair_j = fields["pair_i"], fields["pair_j"]
-    N1, N2, TWIST, APPROACH = layout.pointer, layout.second, layout.twist, layout.approach
-    flatten, last_impulse = make_flatten(state, loss, layout)
-    _, across, power = make_cell(fields, layout)
-    face_work = fields.get("face_work")
-    add_virial = make_virial(fields.get("virial"))
+    def add_virial(self, tile, branch, force, dt):
+        """Sum branch x force over time (T19 eq 23)."""
+        self.add_row(tile, 0, branch.x * dt, force)
+        self.add_row(tile, 3, branch.y * dt, force)
+        self.add_row(tile, 6, branch.z * dt, force)
 
     @ti.func
-    def pair_block(b, tile, p, step, frame):
-        i, j = pair_i[b], pair_j[b]
-        dt = law(step)
-        d = gather(x, i).minus(gather(x, j))
-        dv = gather(v, i).minus(gather(v, j))
-        if ti.static(layout.periodic):
-            d, dv = across(b, d, 0, frame), across(b, dv, 1, frame)
-        long = ti.cast(step, layout.geometry)
-        turn_i, turn_j = gather(w, i).times(long), gather(w, j).times(long)
-        square = d.dot(d)
-        inv = 1.0 / ti.sqrt(square)
-        nc = d.times(inv)
-        # speed and n_c of half a step ago, where v and w are: second order in dt
-        back = d.minus(dv.times(0.5 * long)).times(inv + 0.5 * long * dv.dot(nc) * inv * inv)
-        u = law(dv.dot(back))
-        n1, n2 = get_state(b, N1), get_state(b, N2)
-        was = law(step01(n1.dot(n1) - 0.5))
-        now, formed, broken, kept, s = touch(law(p.touch - square * inv), u, was, dt, p)
-        push, lost_forming, lost_breaking = jump(s, u, formed, broken, dt, p)
-        push = now * push
-        if ti.static(effects.damped):
-            before = law(state[b, APPROACH])
-            struck = before
-            if ti.static(effects.asperities):
-                struck += last_impulse(b) * (1.0 / p.mass)
-            f, lost = damp(s, u, was, before, struck, law(state[b, APPROACH + 1]), now, dt, p)
-            push -= f
-            state[b, APPROACH], state[b, APPROACH + 1] = now * u, f
-            book(loss, tile, DAMPING, lost)
-        if ti.static(effects.asperities):
-            then = d.minus(dv.times(long))  # where n_c of the last step pointed
-            after = law(dv.dot(then) / ti.sqrt(then.dot(then)))
-            push += flatten(tile, b, after, law(dv.dot(nc)), push, formed, dt, p)
-
-        # pointers and twist of lanes that did not touch a step ago are zero, and so are their loads
-        n1, n2 = n1.turned(turn_i), n2.turned(turn_j)
-        n1, n2 = slip(tile, n1, n2, nc, p)
-        put(state, b, N1, n1.times(kept).minus(nc.times(formed)))
-        put(state, b, N2, n2.times(kept).plus(nc.times(formed)))
-
-        shear, t1, t2, stored = springs(n1, n2, nc, inv, p)
-        if ti.static(effects.twisting):
-            way = turn_i.minus(turn_j).dot(back)
-            twist, lost = twisting.correct(was * (state[b, TWIST] + way), p)
-            phi = law(twist)
-            stored += twisting.energy(phi, p)
-            state[b, TWIST] = kept * twist
-            book(loss, tile, TWISTING, lost)
-            torque = law3(nc).times(twisting.torque(phi, p))
-            t1, t2 = t1.plus(torque), t2.minus(torque)
-        # a spring that breaks has worked for half a step less than its displacement says
-        work = law(dt * shear.dot(dv) + t1.dot(turn_i) + t2.dot(turn_j))
-        force = law3(nc).times(push).plus(shear.times(kept))
-        put(load, b, 0, force)
-        put(load, b, 3, t1.times(kept))
-        put(load, b, 6, t2.times(kept))
-        if ti.static(layout.periodic):
-            face_work[tile] = face_work[tile] + step * power(b, force, frame)
-        if ti.static(layout.stress):
-            add_virial(tile, d, force, step)
-        book(loss, tile, FORMING, lost_forming)
-        book(loss, tile, BREAKING, lost_breaking + broken * (stored + 0.5 * work))
-
-    return pair_block
+    def add_row(self, tile, first: ti.template(), way, force):
+        add_to(self.virial, tile, first, way * force.x)
+        add_to(self.virial, tile, first + 1, way * force.y)
+        add_to(self.virial, tile, first + 2, way * force.z)

@@ -46,7 +46,7 @@ def make_push(fields, layout):
 def make_grain_pass(fields, layout):
     """Returns `move(g, dt/m, dt/I, dt, reach2)`: kick and drift; 1 if a new search is due.
 
-    Where grains have masses of their own (layout.poly) m and I stand for units of them.
+    Where grains have masses of their own (layout.polydisperse) m and I stand for units of them.
 
     A search is due once a grain has gone further than half the skin from where it was at the last
     one (reach2 its square), or is no longer a number.
@@ -63,7 +63,7 @@ def make_grain_pass(fields, layout):
         if ti.static(layout.carried):
             held[g] = held[g] + (dt * (1.0 - free[g])) * force
         force, torque = pushed(g, force, torque)
-        if ti.static(layout.poly):
+        if ti.static(layout.polydisperse):
             force, torque = force / mass[g], torque / inertia[g]
         # no += on fields: it is atomic in Taichi, and slow
         velocity = v[g] + ti.cast(kick, real) * force
@@ -81,7 +81,7 @@ def make_flux(fields, layout):
     """Returns `add_flux(chunk, move, motion)`: moves the grains of a chunk and sums v v dt.
 
     The kinetic part of the stress, with the velocities of the half step; 1 if a search is due.
-    Where grains have masses of their own (layout.poly) it is m v v dt.
+    Where grains have masses of their own (layout.polydisperse) it is m v v dt.
     """
     v, flux, mass = fields["v"], fields["flux"], fields.get("mass")
     counts = fields["counts"]
@@ -93,7 +93,7 @@ def make_flux(fields, layout):
         for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, counts[GRAINS])):
             due = ti.max(due, move(g, motion.kick, motion.turn, motion.dt, motion.reach2))
             u = v[g]
-            if ti.static(layout.poly):
+            if ti.static(layout.polydisperse):
                 u *= ti.sqrt(mass[g])
             sums += ti.Vector([u.x * u.x, u.x * u.y, u.x * u.z, u.y * u.y, u.y * u.z, u.z * u.z])
         for k in ti.static(range(6)):

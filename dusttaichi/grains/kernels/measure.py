@@ -7,10 +7,9 @@ from dusttaichi.grains.kernels.cell import make_cell
 from dusttaichi.grains.kernels.contacts import make_access, step01
 from dusttaichi.grains.kernels.grains import make_gather, make_push
 from dusttaichi.grains.kernels.params import params_type
-from dusttaichi.grains.kernels.poly import make_lane_params
+from dusttaichi.grains.kernels.polydisperse import make_numbers
 from dusttaichi.grains.kernels.store import CHUNK, FIRST_WALL, GRAINS, PAIRS, WALL_BLOCKS, capacity
 from dusttaichi.grains.kernels.walls import Walls
-from dusttaichi.physics.contact import normal, rolling, sliding, twisting
 
 # columns of a contact sum
 NORMAL, ROLLING, SLIDING, TWISTING, CONTACTS, PENDING, DEEPEST, FACES = range(8)
@@ -23,7 +22,7 @@ LINEAR, ANGULAR, FASTEST, FASTEST_SPIN, KICK = range(5)
 
 def columns_of(layout):
     """Columns of a contact sum that a scene has."""
-    return 10 if layout.poly else 8 + layout.asperities
+    return 10 if layout.polydisperse else 8 + layout.asperities
 
 
 def place_measure(grains, layout, walls):
@@ -39,57 +38,103 @@ def place_measure(grains, layout, walls):
     return sums
 
 
-def make_measure(fields, sums, layout, effects, walls):
-    """Kernels that fill `sums`: grains(mass, inertia, kick, turn), pairs(p, dt), walls(...).
+@ti.data_oriented
+class ContactSums:
+    """Energies, counts and extremes of a block of contacts, added to its tile of a table."""
 
-    Where grains have masses of their own (layout.poly) mass and inertia are units of them.
-    """
-    W, T = layout.width, layout.tile
-    V3, gather, get_state, _, state, load = make_access(fields, layout)
-    ContactParams = params_type(layout.geometry, layout.law)
-    x, v, w, counts = fields["x"], fields["v"], fields["w"], fields["counts"]
-    total, pushed = make_gather(fields, layout), make_push(fields, layout)
-    pair_i, pair_j = fields["pair_i"], fields["pair_j"]
-    pair_sum, grain_sum = sums["pair_sum"], sums["grain_sum"]
-    N1, N2, TWIST, APPROACH = layout.pointer, layout.second, layout.twist, layout.approach
-
-    frame, across, power = make_cell(fields, layout)
-    displacement = sliding.displacement_unequal if layout.poly else sliding.displacement
-    of_pairs, of_wall = make_lane_params(fields, layout) if layout.poly else (None, None)
-    masses, inertias = fields.get("mass"), fields.get("inertia")
-    columns = columns_of(layout)
-    contact_radius = normal.contact_radius(effects.newton_steps)
+    def __init__(self, fields, layout, laws):
+        access = make_access(fields, layout)
+        self.V3, self.gather, self.get = access.V3, access.gather, access.get
+        self.laws, self.layout, self.width = laws, layout, layout.width
+        self.x, self.state, self.load = fields["x"], fields["state"], fields["load"]
+        self.contact_radius = laws.normal.contact_radius(laws.newton_steps)
+        self.N1, self.N2, self.TWIST = layout.pointer, layout.second, layout.twist
+        self.APPROACH, self.GRAZE = layout.approach, layout.graze
+        self.columns, self.polydisperse = columns_of(layout), layout.polydisperse
+        for effect in ("rolling", "sliding", "twisting", "damping", "asperities"):
+            setattr(self, f"has_{effect}", getattr(laws, effect) is not None)
 
     @ti.func
-    def add(table: ti.template(), tile, column, lanes):
-        for k in ti.static(range(W)):
+    def clear(self, table: ti.template(), tile):
+        for k in ti.static(range(self.columns)):
+            table[tile, k] = 0.0
+
+    @ti.func
+    def add(self, table: ti.template(), tile, column, lanes):
+        for k in ti.static(range(self.width)):
             table[tile, column] = table[tile, column] + lanes[k]
 
     @ti.func
-    def common(table: ti.template(), tile, b, overlap, along, now, p, dt):
-        s = contact_radius(overlap * p.inv_delta0)
-        add(table, tile, NORMAL, now * p.U4 * normal.energy_lanes(s))
-        add(table, tile, CONTACTS, now)
-        if ti.static(effects.damped):
+    def force(self, b):
+        """Force on the first grain of each lane."""
+        return self.V3(self.load[b, 0], self.load[b, 1], self.load[b, 2])
+
+    @ti.func
+    def normal(self, table: ti.template(), at: ti.template(), p):
+        """Of the normal direction. at: tile, b, overlap, nc, now (1 where lanes touch), dt."""
+        tile, b = at.tile, at.b
+        s = self.contact_radius(at.overlap * p.inv_delta0)
+        self.add(table, tile, NORMAL, at.now * p.U4 * self.laws.normal.energy(s))
+        self.add(table, tile, CONTACTS, at.now)
+        if ti.static(self.has_damping):
             # half of the damping work of this step belongs to the time before it
-            add(table, tile, PENDING, 0.5 * dt * state[b, APPROACH] * state[b, APPROACH + 1])
-        if ti.static(effects.asperities):
+            work = self.state[b, self.APPROACH] * self.state[b, self.APPROACH + 1]
+            self.add(table, tile, PENDING, 0.5 * at.dt * work)
+        if ti.static(self.has_asperities):
             # half of the impulse of this step has acted, in half of the change of speed
-            impulse = state[b, layout.graze + 1]
-            change = (0.25 * dt / p.mass) * along
-            add(table, tile, STRIKING, -0.5 * impulse * (state[b, layout.graze] + change))
-        for k in ti.static(range(W)):
-            table[tile, DEEPEST] = ti.max(table[tile, DEEPEST], now[k] * overlap[k])
+            impulse = self.state[b, self.GRAZE + 1]
+            change = (0.25 * at.dt / p.mass) * self.force(b).dot(at.nc)
+            self.add(table, tile, STRIKING, -0.5 * impulse * (self.state[b, self.GRAZE] + change))
+        for k in ti.static(range(self.width)):
+            table[tile, DEEPEST] = ti.max(table[tile, DEEPEST], at.now[k] * at.overlap[k])
+        if ti.static(self.polydisperse):
+            for k in ti.static(range(self.width)):
+                # the smaller radius; on a wall inv_r2 is 0
+                strain = at.now[k] * at.overlap[k] * ti.max(p.inv_r1[k], p.inv_r2[k])
+                table[tile, STRAIN] = ti.max(table[tile, STRAIN], strain)
 
     @ti.func
-    def strain(table: ti.template(), tile, overlap, now, smaller):
-        for k in ti.static(range(W)):
-            table[tile, STRAIN] = ti.max(table[tile, STRAIN], now[k] * overlap[k] / smaller[k])
+    def springs(self, table: ti.template(), at: ti.template(), arm, p):
+        """Of the other springs. at: also n1, n2, weight (of these springs); arm: of sliding."""
+        if ti.static(self.has_rolling):
+            xi = self.laws.rolling.displacement(at.n1, at.n2, p)
+            self.add(table, at.tile, ROLLING, at.weight * self.laws.rolling.energy(xi, p))
+        if ti.static(self.has_sliding):
+            zeta = self.laws.sliding.displacement(arm, at.nc, p)
+            self.add(table, at.tile, SLIDING, at.weight * self.laws.sliding.energy(zeta, p))
+        if ti.static(self.has_twisting):
+            energy = self.laws.twisting.energy(self.state[at.b, self.TWIST], p)
+            self.add(table, at.tile, TWISTING, at.weight * energy)
+
+
+def make_measure(fields, sums, layout, laws, walls):
+    """Kernels that fill `sums`: grains(mass, inertia, kick, turn), pairs(p, step, dt), walls(box,
+    time, p, dt) or None.
+
+    Where grains have masses of their own (layout.polydisperse) mass and inertia are units of them.
+    """
+    contacts = ContactSums(fields, layout, laws)
+    measure_walls = make_measure_walls(fields, sums, layout, contacts) if walls else None
+    return (
+        make_measure_grains(fields, sums, layout),
+        make_measure_pairs(fields, sums, layout, contacts),
+        measure_walls,
+    )
+
+
+def make_measure_grains(fields, sums, layout):
+    """Kernel of the sums over grains."""
+    v, w, counts, grain_sum = fields["v"], fields["w"], fields["counts"], sums["grain_sum"]
+    total, pushed = make_gather(fields, layout), make_push(fields, layout)
+    masses, inertias = fields.get("mass"), fields.get("inertia")
 
     @ti.func
-    def clear(table: ti.template(), tile):
-        for k in ti.static(range(columns)):
-            table[tile, k] = 0.0
+    def own(table: ti.template(), g):
+        """Mass or moment of inertia of a grain in units of the kernel's."""
+        out = ti.cast(1.0, ti.f64)
+        if ti.static(layout.polydisperse):
+            out = table[g]
+        return out
 
     @ti.kernel
     def measure_grains(mass: ti.f64, inertia: ti.f64, half_kick: ti.f64, half_turn: ti.f64):
@@ -99,23 +144,15 @@ def make_measure(fields, sums, layout, effects, walls):
             linear, angular, fastest, spin = zero, zero, zero, zero
             kicked, turned = zero, zero
             for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
+                m, i = own(masses, g), own(inertias, g)
                 force, torque = total(g)
                 force, torque = pushed(g, force, torque)
-                if ti.static(layout.poly):
-                    force, torque = force / masses[g], torque / inertias[g]
-                kick, turn = half_kick * force, half_turn * torque
-                now = v[g] + kick
-                turning = w[g] + turn
-                if ti.static(layout.poly):
-                    linear += masses[g] * now.dot(now)
-                    angular += inertias[g] * turning.dot(turning)
-                    kicked += masses[g] * kick.dot(kick)
-                    turned += inertias[g] * turn.dot(turn)
-                else:
-                    linear += now.dot(now)
-                    angular += turning.dot(turning)
-                    kicked += kick.dot(kick)
-                    turned += turn.dot(turn)
+                kick, turn = half_kick * (force / m), half_turn * (torque / i)
+                now, turning = v[g] + kick, w[g] + turn
+                linear += m * now.dot(now)
+                angular += i * turning.dot(turning)
+                kicked += m * kick.dot(kick)
+                turned += i * turn.dot(turn)
                 fastest = ti.max(fastest, now.dot(now))
                 spin = ti.max(spin, turning.dot(turning))
             grain_sum[chunk, LINEAR] = 0.5 * mass * linear
@@ -124,81 +161,75 @@ def make_measure(fields, sums, layout, effects, walls):
             grain_sum[chunk, FASTEST_SPIN] = ti.sqrt(spin)
             grain_sum[chunk, KICK] = 0.5 * (mass * kicked + inertia * turned)
 
+    return measure_grains
+
+
+def make_measure_pairs(fields, sums, layout, contacts):
+    """Kernel of the sums over contacts between grains."""
+    W, T = layout.width, layout.tile
+    ContactParams = params_type(contacts.laws, layout.geometry, layout.law)
+    counts, table = fields["counts"], sums["pair_sum"]
+    pair_i, pair_j = fields["pair_i"], fields["pair_j"]
+    frame, across, power = make_cell(fields, layout)
+    numbers, _ = make_numbers(fields, layout, contacts.laws)
+
     @ti.func
-    def measure_pair_block(tile, b, p, dt, frame):
-        d = gather(x, pair_i[b]).minus(gather(x, pair_j[b]))
+    def measure_block(tile, b, p, dt, frame):
+        d = contacts.gather(contacts.x, pair_i[b]).minus(contacts.gather(contacts.x, pair_j[b]))
         if ti.static(layout.periodic):
             d = across(b, d, 0, frame)
-            add(pair_sum, tile, FACES, power(b, V3(load[b, 0], load[b, 1], load[b, 2]), frame))
+            contacts.add(table, tile, FACES, power(b, contacts.force(b), frame))
         distance = ti.sqrt(d.dot(d))
-        nc = d.times(1.0 / distance)
-        n1, n2 = get_state(b, N1), get_state(b, N2)
-        now = step01(n1.dot(n1) - 0.5)
-        along = V3(load[b, 0], load[b, 1], load[b, 2]).dot(nc)
-        common(pair_sum, tile, b, p.touch - distance, along, now, p, dt)
-        if ti.static(layout.poly):
-            strain(pair_sum, tile, p.touch - distance, now, ti.min(p.r1, p.r2))
-        if ti.static(effects.rolling):
-            add(pair_sum, tile, ROLLING, rolling.energy(rolling.displacement(n1, n2, p), p))
-        if ti.static(effects.sliding):
-            zeta, _ = displacement(n1, n2, nc, p)
-            add(pair_sum, tile, SLIDING, sliding.energy(zeta, p))
-        if ti.static(effects.twisting):
-            add(pair_sum, tile, TWISTING, twisting.energy(state[b, TWIST], p))
+        n1, n2 = contacts.get(b, contacts.N1), contacts.get(b, contacts.N2)
+        at = ti.Struct(
+            tile=tile, b=b, overlap=p.touch - distance, nc=d.times(1.0 / distance),
+            now=step01(n1.dot(n1) - 0.5), dt=dt, n1=n1, n2=n2, weight=1.0,
+        )  # fmt: skip
+        contacts.normal(table, at, p)
+        contacts.springs(table, at, n1.times(p.r1).minus(n2.times(p.r2)), p)
 
     @ti.kernel
     def measure_pairs(p: ContactParams, step: ti.i64, dt: ti.f64):
         for tile in range((counts[PAIRS] + W * T - 1) // (W * T)):
-            clear(pair_sum, tile)
+            contacts.clear(table, tile)
             here = frame(step, dt)
             for b in range(tile * T, (tile + 1) * T):
-                if ti.static(layout.poly):
-                    measure_pair_block(tile, b, of_pairs(b), dt, here)
-                else:
-                    measure_pair_block(tile, b, p, dt, here)
+                measure_block(tile, b, numbers(b, p), dt, here)
 
-    if not walls:
-        return measure_grains, measure_pairs, None
+    return measure_pairs
 
-    wall_sum, wall_force = sums["wall_sum"], sums["wall_force"]
+
+def make_measure_walls(fields, sums, layout, contacts):
+    """Kernel of the sums over contacts with walls, and of the force of each wall."""
+    W, T = layout.width, layout.tile
+    ContactParams = params_type(contacts.laws, layout.geometry, layout.law)
+    counts, table, wall_force = fields["counts"], sums["wall_sum"], sums["wall_force"]
     wall_grain, wall_gap, wall_of = fields["wall_grain"], fields["wall_gap"], fields["wall_of"]
+    load = fields["load"]
+    _, numbers = make_numbers(fields, layout, contacts.laws)
 
     @ti.func
-    def measure_wall_block(tile, c, box, time, p, dt):
+    def measure_block(tile, c, box: ti.template(), time, p, dt):
         b, k = counts[FIRST_WALL] + c, wall_of[c]
-        xi = gather(x, wall_grain[c])
-        one = 1.0 + 0.0 * xi.x
-        nw = V3(one * box.normal[k, 0], one * box.normal[k, 1], one * box.normal[k, 2])
-        distance = xi.dot(nw) - box.offset[k] - box.speed[k] * time + wall_gap[c]
-        n1, foot = get_state(b, N1), get_state(b, N2)
+        place = contacts.gather(contacts.x, wall_grain[c])
+        one = 1.0 + 0.0 * place.x
+        nw = contacts.V3(one * box.normal[k, 0], one * box.normal[k, 1], one * box.normal[k, 2])
+        distance = place.dot(nw) - box.offset[k] - box.speed[k] * time + wall_gap[c]
+        n1, foot = contacts.get(b, contacts.N1), contacts.get(b, contacts.N2)
         now = step01(n1.dot(n1) - 0.5)
-        strength = box.strength[k] * now
-        along = V3(load[b, 0], load[b, 1], load[b, 2]).dot(nw)
-        common(wall_sum, tile, b, p.touch - distance, along, now, p, dt)
-        if ti.static(layout.poly):
-            strain(wall_sum, tile, p.touch - distance, now, p.r)
-        if ti.static(effects.rolling):
-            add(
-                wall_sum,
-                tile,
-                ROLLING,
-                strength * rolling.energy(rolling.displacement(n1, nw, p), p),
-            )
-        if ti.static(effects.sliding):
-            zeta = sliding.displacement_wall(xi, n1, foot, nw, p)
-            add(wall_sum, tile, SLIDING, strength * sliding.energy(zeta, p))
-        if ti.static(effects.twisting):
-            add(wall_sum, tile, TWISTING, strength * twisting.energy(state[b, TWIST], p))
+        at = ti.Struct(
+            tile=tile, b=b, overlap=p.touch - distance, nc=nw,
+            now=now, dt=dt, n1=n1, n2=nw, weight=box.strength[k] * now,
+        )  # fmt: skip
+        contacts.normal(table, at, p)
+        contacts.springs(table, at, place.plus(n1.times(p.r1)).minus(foot), p)
 
     @ti.kernel
     def measure_walls(box: Walls, time: ti.f64, p: ContactParams, dt: ti.f64):
         for tile in range((counts[WALL_BLOCKS] + T - 1) // T):
-            clear(wall_sum, tile)
+            contacts.clear(table, tile)
             for c in range(tile * T, ti.min((tile + 1) * T, counts[WALL_BLOCKS])):
-                if ti.static(layout.poly):
-                    measure_wall_block(tile, c, box, time, of_wall(counts[FIRST_WALL] + c), dt)
-                else:
-                    measure_wall_block(tile, c, box, time, p, dt)
+                measure_block(tile, c, box, time, numbers(counts[FIRST_WALL] + c, p), dt)
         for n in range(6):
             for a in ti.static(range(3)):
                 force = ti.cast(0.0, ti.f64)
@@ -208,4 +239,4 @@ def make_measure(fields, sums, layout, effects, walls):
                             force += load[counts[FIRST_WALL] + c, a][k]
                 wall_force[n, a] = force
 
-    return measure_grains, measure_pairs, measure_walls
+    return measure_walls

@@ -1,65 +1,72 @@
-"""Numbers of a contact as a kernel argument: a change of number does not recompile a kernel."""
+"""The numbers of a contact as kernels have them: a struct made from what the laws declare.
+
+Where all grains are equal they are a kernel argument, so that a change of number does not recompile
+a kernel; where grains differ they are lanes (kernels.polydisperse). Both have the same names.
+"""
 
 from functools import cache
 
 import taichi as ti
 
 from dusttaichi import units
+from dusttaichi.physics.contact.numbers import Number
 
-FIELDS = (
-    "r",
-    "inv_r",
-    "R",
-    "touch",
-    "inv_delta0",
-    "F4",
-    "U4",
-    "k_r",
-    "k_s",
-    "k_t",
-    "xi_crit",
-    "zeta_crit",
-    "phi_crit",
-    "kappa",
-    "mass",
-    "crush_force",
-    "crush_energy",
-)
+RADII = {
+    "r1": Number("m", "radius of the first grain", geometry=True),
+    "r2": Number("m", "radius of the second grain, 0 for a wall", geometry=True),
+    "inv_r1": Number("m^-1", "one over r1", geometry=True),
+    "inv_r2": Number("m^-1", "one over r2, 0 for a wall", geometry=True),
+    "R": Number("m", "reduced radius, r1 on a wall", geometry=True),
+    "touch": Number("m", "distance of centres (centre and wall) at first touch", geometry=True),
+    "inv_touch": Number("m^-1", "one over touch", geometry=True),
+    "mass": Number("kg", "reduced mass"),
+}
+"""What every contact has, whatever its laws."""
 
-GEOMETRY = ("r", "inv_r", "R", "touch", "xi_crit", "zeta_crit", "phi_crit")
-"""Of these, what overlaps and displacements are formed with."""
+
+def declared(laws):
+    """Name -> Number of all numbers of a contact."""
+    return {**RADII, **laws.numbers}
 
 
 @cache
-def params_type(geometry=ti.f64, law=ti.f64):
-    """The struct ContactParams with these float types."""
-    return ti.types.struct(**{name: geometry if name in GEOMETRY else law for name in FIELDS})
-
-
-def contact_params(constants, walls=False, geometry=ti.f64, law=ti.f64):
-    """ContactParams in internal units (um, us, pg) from SI ContactConstants.
-
-    `touch` is the distance of centres (of centre and wall) at first touch.
-    """
-    length, force = units.LENGTH, units.FORCE
-    stiffness = force / length
-    r = constants.r / length
-    return params_type(geometry, law)(
-        r=r,
-        inv_r=1.0 / r,
-        R=constants.R / length,
-        touch=r if walls else 2.0 * r,
-        inv_delta0=length / constants.delta0,
-        F4=4.0 * constants.F_c / force,
-        U4=4.0 * constants.F_c * constants.delta0 / units.ENERGY,
-        k_r=constants.k_r / stiffness,
-        k_s=constants.k_s / stiffness,
-        k_t=constants.k_t / (force * length),
-        xi_crit=constants.xi_crit / length,
-        zeta_crit=constants.zeta_crit / length,
-        phi_crit=constants.phi_crit,
-        kappa=constants.kappa / units.DAMPING,
-        mass=constants.mass / units.MASS,
-        crush_force=constants.crush_force * units.ENERGY**0.6,
-        crush_energy=constants.crush_energy / units.ENERGY,
+def params_type(laws, geometry=ti.f64, law=ti.f64):
+    """The struct ContactParams of these laws with these float types."""
+    return ti.types.struct(
+        **{name: geometry if n.geometry else law for name, n in declared(laws).items()}
     )
+
+
+@cache
+def lanes_type(laws, width, geometry=ti.f64, law=ti.f64):
+    """The same with a vector of `width` lanes for each number."""
+    return ti.types.struct(
+        **{
+            name: ti.types.vector(width, geometry if n.geometry else law)
+            for name, n in declared(laws).items()
+        }
+    )
+
+
+def internal_numbers(contact, laws):
+    """All numbers of a contact by name, internal units; contact: ContactConstants."""
+    r1, wall = contact.r1 / units.LENGTH, contact.r2 == float("inf")
+    r2 = 0.0 if wall else contact.r2 / units.LENGTH
+    own = {
+        "r1": r1,
+        "r2": r2,
+        "inv_r1": 1.0 / r1,
+        "inv_r2": 0.0 if wall else 1.0 / r2,
+        "R": contact.R / units.LENGTH,
+        "touch": r1 + r2,
+        "inv_touch": 1.0 / (r1 + r2),
+        "mass": contact.mass / units.MASS,
+    }
+    for name, number in laws.numbers.items():
+        own[name] = contact.numbers[name] / units.internal(number.unit)
+    return own
+
+
+def contact_params(contact, laws, layout):
+    """ContactParams in internal units (um, us, pg) from SI ContactConstants."""
+    return params_type(laws, layout.geometry, layout.law)(**internal_numbers(contact, laws))

@@ -34,8 +34,8 @@ def place_search(grains, layout, walls):
     chunks = -(-max(cells + 1, grains + 1) // CHUNK)
     pair_blocks = capacity(grains, layout, walls)[0]
     # a large grain has as many small neighbours as there is room for in all: one list after another
-    near = 2 * pair_blocks * layout.width if layout.poly else (grains, NEIGHBOURS)
-    own = {"near_start": ti.field(ti.i32, shape=grains + 1)} if layout.poly else {}
+    near = 2 * pair_blocks * layout.width if layout.polydisperse else (grains, NEIGHBOURS)
+    own = {"near_start": ti.field(ti.i32, shape=grains + 1)} if layout.polydisperse else {}
     if walls:
         own |= {
             "wall_chunk": ti.field(ti.i32, shape=(6, -(-grains // CHUNK) + 1)),
@@ -47,7 +47,7 @@ def place_search(grains, layout, walls):
         "cell_fill": ti.field(ti.i32, shape=cells + 1),
         "cell_grain": ti.field(ti.i32, shape=grains),
         "near": ti.field(ti.i32, shape=near),
-        "near_count": ti.field(ti.i32, shape=grains + layout.poly),
+        "near_count": ti.field(ti.i32, shape=grains + layout.polydisperse),
         "own_count": ti.field(ti.i32, shape=grains + 1),
         "old_start": ti.field(ti.i32, shape=grains + 1),
         "chunk_sum": ti.field(ti.i32, shape=chunks),
@@ -234,7 +234,7 @@ def make_find(fields, scratch, layout):
             cell_grain[ti.atomic_add(cell_fill[home(g, grid)], 1)] = g
         for g in range(grains + 1):
             old_start[g] = pair_start[g]
-        if ti.static(layout.poly):
+        if ti.static(layout.polydisperse):
             for g in range(grains):
                 visit_neighbours(g, grid, reach2, count_cells)
             for chunk in range((grains + CHUNK) // CHUNK):
@@ -268,7 +268,7 @@ def make_find(fields, scratch, layout):
 def make_relist(fields, scratch, layout, write_constants=None):
     """Kernel `relist(edges)`: pairs, their history, and the list of contacts of every grain.
 
-    edges: of the periodic cell. write_constants: `make_write_constants` of kernels.poly, where
+    edges: of the periodic cell. write_constants: `make_write_constants` of kernels.polydisperse, where
     grains have radii and materials of their own.
     """
     W = layout.width
@@ -290,7 +290,7 @@ def make_relist(fields, scratch, layout, write_constants=None):
     def neighbour(g, k):
         """Number k of the neighbours of g."""
         out = 0
-        if ti.static(layout.poly):
+        if ti.static(layout.polydisperse):
             out = near[near_start[g] + k]
         else:
             out = near[g, k]
@@ -307,7 +307,7 @@ def make_relist(fields, scratch, layout, write_constants=None):
     def write_pair(g, j, c, edges):
         b, k = c // W, c % W
         pair_i[b][k], pair_j[b][k] = g, j
-        if ti.static(layout.poly):
+        if ti.static(layout.polydisperse):
             write_pair_constants(b, k, g, j)
         for n in ti.static(range(len(axes))):
             a = ti.static(axes[n])
@@ -334,7 +334,7 @@ def make_relist(fields, scratch, layout, write_constants=None):
     def clear_lane(c):
         b, k = c // W, c % W
         pair_i[b][k], pair_j[b][k] = counts[GRAINS], counts[GRAINS] + 1
-        if ti.static(layout.poly):
+        if ti.static(layout.polydisperse):
             write_empty(b, k)
         for n in ti.static(range(size)):
             state[b, n][k] = 0.0

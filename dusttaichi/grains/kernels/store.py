@@ -21,22 +21,6 @@ COARSE = 16384  # grains up to which rooms grow fourfold
 # places in the `counts` field: what a search has found, and the size of the scene, which kernels
 # do not know when they are compiled
 PAIRS, WALL_BLOCKS, OVERFLOW, GRAINS, PAIR_ROOM, FIRST_WALL, WALL_ROOM = range(7)
-# numbers of a contact that differ where grains do (kernels.poly)
-STORED = (
-    "r1",
-    "r2",
-    "inv_delta0",
-    "F4",
-    "k_r",
-    "k_s",
-    "k_t",
-    "xi_crit",
-    "zeta_crit",
-    "kappa",
-    "mass",
-    "crush_force",
-    "crush_energy",
-)
 
 
 @dataclass(frozen=True)
@@ -53,9 +37,14 @@ class Layout:
     forced: bool = False  # a force from outside acts on some grains
     carried: bool = False  # some grains move at a speed of their own
     batch: bool = False  # many scenes at once, whose grains do not see each other
-    poly: bool = False  # grains of their own radius and material (kernels.poly)
+    stored: tuple = ()  # numbers of each contact, where grains have their own radius and material
     precision: str = "f64"
     ledger: bool = True  # only a benchmark does without
+
+    @property
+    def polydisperse(self):
+        """Whether grains have their own radius and material (kernels.polydisperse)."""
+        return bool(self.stored)
 
     @property
     def geometry(self):
@@ -223,7 +212,7 @@ def declare(grains, layout, walls):
                 (grains,),
             ),
         ]
-    if layout.poly:
+    if layout.polydisperse:
         # of the ghosts nothing but the motion is asked
         one = ("f64", 0)
         variables += [
@@ -233,10 +222,10 @@ def declare(grains, layout, walls):
             Variable("material", "number of its material", "1", ("i32", 0), (grains,)),
             Variable(
                 "constants",
-                "numbers of a contact: kernels.poly.STORED",
+                "numbers of a contact: the layout's `stored`",
                 "um, nN, fJ",
                 lane,
-                (pair_blocks + wall_blocks, len(STORED)),
+                (pair_blocks + wall_blocks, len(layout.stored)),
             ),
         ]
     if layout.stress:

@@ -19,7 +19,7 @@ def make_wall_relist(fields, scratch, layout, write_constants=None):
     """Kernel `relist_walls(box, time, reach, present)`; reach is the distance of centre and wall
     within which a grain is listed.
 
-    write_constants: `make_write_constants` of kernels.poly, where grains have radii and materials
+    write_constants: `make_write_constants` of kernels.polydisperse, where grains have radii and materials
     of their own; reach then is that of their surfaces.
     """
     W = layout.width
@@ -37,7 +37,7 @@ def make_wall_relist(fields, scratch, layout, write_constants=None):
     def is_near(g, n, box: ti.template(), time, reach, present):
         unit_normal = ti.Vector([box.normal[n, 0], box.normal[n, 1], box.normal[n, 2]])
         distance = x[g].dot(unit_normal) - box.offset[n] - box.speed[n] * time
-        if ti.static(layout.poly):
+        if ti.static(layout.polydisperse):
             distance -= radius[g]
         return present[n] == 1 and distance < reach
 
@@ -79,7 +79,7 @@ def make_wall_relist(fields, scratch, layout, write_constants=None):
         b, k = c // W, c % W
         wall_grain[b][k] = counts[GRAINS]
         wall_gap[b][k] = FAR
-        if ti.static(layout.poly):
+        if ti.static(layout.polydisperse):
             write_empty(counts[FIRST_WALL] + b, k)
         for n in ti.static(range(size)):
             state[counts[FIRST_WALL] + b, n][k] = 0.0
@@ -90,7 +90,7 @@ def make_wall_relist(fields, scratch, layout, write_constants=None):
         b, k = c // W, c % W
         wall_grain[b][k] = g
         wall_gap[b][k] = 0.0
-        if ti.static(layout.poly):
+        if ti.static(layout.polydisperse):
             write_wall_constants(first + b, k, g)
         old = wall_slot[g][n]
         for m in ti.static(range(size)):

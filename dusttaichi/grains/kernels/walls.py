@@ -2,23 +2,8 @@
 
 import taichi as ti
 
-from dusttaichi.grains.kernels.contacts import (
-    BREAKING,
-    DAMPING,
-    FORMING,
-    ROLLING,
-    SLIDING,
-    TWISTING,
-    add_to,
-    make_access,
-    make_book,
-    make_flatten,
-    make_law,
-    make_touch,
-    make_virial,
-    step01,
-)
-from dusttaichi.physics.contact import rolling, sliding, twisting
+from dusttaichi.grains.kernels.contacts import BREAKING, ContactPass, add_to, step01
+from dusttaichi.grains.kernels.store import FIRST_WALL
 
 Walls = ti.types.struct(
     normal=ti.types.matrix(6, 3, ti.f64),  # unit normals, into the sample
@@ -28,103 +13,97 @@ Walls = ti.types.struct(
 )
 
 
-def make_wall_pass(fields, layout, effects):
-    """Returns `wall_block(c, tile, first, plane, strength, params, step)`.
+@ti.data_oriented
+class WallPass(ContactPass):
+    """`block(c, tile, plane, p, step)` updates block c of wall contacts and the sums of its tile.
 
-    c counts wall blocks; their state and loads stand behind those of the pairs, from block `first`.
+    c counts wall blocks; their state and loads stand behind those of the pairs.
+    plane: the struct that `plane` returns. p: the numbers of the contacts. step: the time step.
     """
-    V3, gather, get_state, put, state, load = make_access(fields, layout)
-    touch, jump, damp = make_touch(effects)
-    x, v, w, loss = fields["x"], fields["v"], fields["w"], fields["wall_loss"]
-    wall_grain, wall_gap, impulse = fields["wall_grain"], fields["wall_gap"], fields["impulse"]
-    N1, FOOT, TWIST, APPROACH = layout.pointer, layout.second, layout.twist, layout.approach
-    flatten, last_impulse = make_flatten(state, loss, layout)
-    add_virial = make_virial(fields.get("wall_virial"))
-    book, (law, law3) = make_book(layout), make_law(layout)
+
+    def __init__(self, fields, layout, laws):
+        loss, virial = fields["wall_loss"], fields.get("wall_virial")
+        super().__init__(fields, layout, laws, loss=loss, virial=virial)
+        self.counts = fields["counts"]
+        self.grain, self.gap, self.of = fields["wall_grain"], fields["wall_gap"], fields["wall_of"]
+        self.impulse = fields["impulse"]
 
     @ti.func
-    def wall_block(c, tile, first, unit_normal, offset, speed, strength, p, step):
-        b = first + c
-        i = wall_grain[c]
-        place = gather(x, i)
-        dt, long = law(step), ti.cast(step, layout.geometry)
-        turn = gather(w, i).times(long)
-        one = ti.cast(1.0 + 0.0 * wall_gap[c], layout.geometry)
-        nw = V3(one * unit_normal[0], one * unit_normal[1], one * unit_normal[2])
-        distance = place.dot(nw) - offset + wall_gap[c]
-        dv = gather(v, i).minus(nw.times(speed))
-        u = law(dv.dot(nw))
-        n1, foot = get_state(b, N1), get_state(b, FOOT)
-        was = law(step01(n1.dot(n1) - 0.5))
-        now, formed, broken, kept, s = touch(law(p.touch - distance), u, was, dt, p)
-        push, lost_forming, lost_breaking = jump(s, u, formed, broken, dt, p)
-        push = now * push
-        if ti.static(effects.damped):
-            before = law(state[b, APPROACH])
-            struck = before
-            if ti.static(effects.asperities):
-                struck += last_impulse(b) * (1.0 / p.mass)
-            f, lost = damp(s, u, was, before, struck, law(state[b, APPROACH + 1]), now, dt, p)
-            push -= f
-            state[b, APPROACH], state[b, APPROACH + 1] = now * u, f
-            book(loss, tile, DAMPING, lost)
-        if ti.static(effects.asperities):
-            push += flatten(tile, b, u, u, push, formed, dt, p)
+    def plane(self, c, box, time):
+        """Of the wall of block c: unit normal (a lane each), offset at `time`, speed, strength."""
+        k = self.of[c]
+        one = ti.cast(1.0 + 0.0 * self.gap[c], self.geometry)
+        normal = self.V3(one * box.normal[k, 0], one * box.normal[k, 1], one * box.normal[k, 2])
+        offset = box.offset[k] + box.speed[k] * time
+        return ti.Struct(nw=normal, offset=offset, speed=box.speed[k], strength=box.strength[k])
 
-        # the pointer of a lane that did not touch a step ago is zero: `strong` masks its springs
-        strong = law(was * strength)
-        turned = n1.turned(turn)
-        n1 = turned
-        if ti.static(effects.sliding):
-            zeta = sliding.displacement_wall(place, turned, foot, nw, p)
-            over, lost = sliding.correct_wall(zeta, p)
-            foot = foot.plus(zeta.times(over))
-            book(loss, tile, SLIDING, strong * lost)
-        if ti.static(effects.rolling):
-            xi = rolling.displacement(turned, nw, p)
-            c1, lost = rolling.correct_wall(xi, turned, p)
-            n1 = turned.plus(xi.times(c1))
-            book(loss, tile, ROLLING, strong * lost)
-        # the foot goes with the pointer: rolling must not load the sliding spring
+    @ti.func
+    def slide(self, n1, foot, place, nw, p):
+        """zeta on a wall (S12 eq 24)."""
+        zeta = place.plus(n1.times(p.r1)).minus(foot)
+        if ti.static(self.has_sliding):
+            zeta = self.laws.sliding.displacement(zeta, nw, p)
+        return zeta
+
+    @ti.func
+    def limit(self, at: ti.template(), turn: ti.template(), way: ti.template(), p):
+        """Pointer and foot put back to the limits: the foot takes all of what slides (S12 eq 25).
+
+        The foot goes with the pointer: rolling must not load the sliding spring.
+        """
+        foot = way.foot
+        if ti.static(self.has_sliding):
+            zeta = self.slide(turn.n1, foot, way.place, turn.n2, p)
+            arm_rate = way.dv.plus(turn.w1.cross(turn.n1).times(p.r1))
+            rate = self.laws.sliding.displacement(arm_rate, turn.n2, p)
+            past = self.slip(at, zeta, rate, p)
+            foot = foot.plus(zeta.times(past.over))
+        n1, _ = self.roll(at, turn, p)
         n1 = n1.unit()
-        foot = foot.plus(n1.minus(turned).times(p.r))
-        start = place.minus(nw.times(p.r))
-        put(state, b, N1, n1.times(kept).minus(nw.times(formed)))
-        put(state, b, FOOT, foot.times(kept).plus(start.times(formed)))
+        return n1, foot.plus(n1.minus(turn.n1).times(p.r1))
 
-        stored = 0.0 * was
-        shear = law3(nw).times(stored)
-        a = shear
-        if ti.static(effects.rolling):
-            xi = law3(rolling.displacement(n1, nw, p))
-            stored += rolling.energy(xi, p)
-            a = xi.times(law(rolling.pull(p)))
-        if ti.static(effects.sliding):
-            zeta = law3(sliding.displacement_wall(place, n1, foot, nw, p))
-            stored += sliding.energy(zeta, p)
-            # force -k_s zeta: the lever of eq 13 is the distance itself on a wall
-            shear = zeta.times(sliding.push(1.0, 1.0, p))
-            a = a.plus(zeta.times(law(sliding.pull(p))))
-        torque = a.cross(law3(n1))
-        if ti.static(effects.twisting):
-            twist, lost = twisting.correct(was * (state[b, TWIST] + turn.dot(nw)), p)
-            phi = law(twist)
-            stored += twisting.energy(phi, p)
-            state[b, TWIST] = kept * twist
-            book(loss, tile, TWISTING, strength * lost)
-            torque = torque.plus(law3(nw).times(twisting.torque(phi, p)))
+    @ti.func
+    def block(self, c, tile, plane: ti.template(), p, step):
+        b, i, nw = self.counts[FIRST_WALL] + c, self.grain[c], plane.nw
+        place, w1 = self.gather(self.x, i), self.gather(self.w, i)
+        dt, long = self.law(step), ti.cast(step, self.geometry)
+        distance = place.dot(nw) - plane.offset + self.gap[c]
+        dv = self.gather(self.v, i).minus(nw.times(plane.speed))
+        u = self.law(dv.dot(nw))
+        n1, foot = self.get(b, self.N1), self.get(b, self.N2)
+        was = self.law(step01(n1.dot(n1) - 0.5))
+        # the pointer of a lane that did not touch a step ago is zero: weight masks its springs
+        at = ti.Struct(
+            b=b, tile=tile, dt=dt, overlap=self.law(p.touch - distance), u=u, u_now=u, u_then=u,
+            was=was, weight=self.law(was * plane.strength),
+        )  # fmt: skip
+        on = self.touch(at, p)
+        push = self.push(at, on, p)
+
+        turn1 = w1.times(long)
+        turn = ti.Struct(n1=n1.turned(turn1), n2=nw, w1=w1, w2=w1.times(0.0))
+        way = ti.Struct(foot=foot, place=place, dv=dv)
+        turn.n1, foot = self.limit(at, turn, way, p)
+        start = place.minus(nw.times(p.r1))
+        self.put(self.state, b, self.N1, turn.n1.times(on.kept).minus(nw.times(on.formed)))
+        self.put(self.state, b, self.N2, foot.times(on.kept).plus(start.times(on.formed)))
+
+        zeta = self.slide(turn.n1, foot, place, nw, p)
+        found = self.springs(turn, zeta, -1.0, p)
+        if ti.static(self.has_twisting):
+            axial, stored = self.twist(at, on, turn1.dot(nw), w1.dot(nw), p)
+            found.torque1 = found.torque1.plus(self.law3(nw).times(axial))
+            found.stored += stored
         # a spring that breaks has worked for half a step less than its displacement says
-        work = law(dt * shear.dot(dv) + torque.dot(turn))
-        weight = law(kept * strength)
-        force = law3(nw).times(push).plus(shear.times(weight))
-        put(load, b, 0, force)
-        put(load, b, 3, torque.times(weight))
-        add_to(impulse, c, 0, step * force.x)
-        add_to(impulse, c, 1, step * force.y)
-        add_to(impulse, c, 2, step * force.z)
-        if ti.static(layout.stress):
-            add_virial(tile, nw.times(distance), force, step)
-        book(loss, tile, FORMING, lost_forming)
-        book(loss, tile, BREAKING, lost_breaking + broken * strength * (stored + 0.5 * work))
-
-    return wall_block
+        work = self.law(dt * found.force.dot(dv) + found.torque1.dot(turn1))
+        lost = on.broken * plane.strength * (found.stored + 0.5 * work)
+        self.lose(tile, BREAKING, lost)
+        weight = self.law(on.kept * plane.strength)
+        force = self.law3(nw).times(push).plus(found.force.times(weight))
+        self.put(self.load, b, 0, force)
+        self.put(self.load, b, 3, found.torque1.times(weight))
+        add_to(self.impulse, c, 0, step * force.x)
+        add_to(self.impulse, c, 1, step * force.y)
+        add_to(self.impulse, c, 2, step * force.z)
+        if ti.static(self.stress):
+            self.add_virial(tile, nw.times(distance), force, step)

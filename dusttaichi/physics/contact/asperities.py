@@ -10,26 +10,42 @@ Eq 8 is JKR: with s = sqrt(a/a0) it reads s_max^3 = (1 + sqrt(1 + F_eq/F_c))/2, 
 
     E_asp = crush_energy s_max^4 (`area`), F_eq/F_c = crush_force E_kin^(3/5),
 
-with crush_energy = Y v pi a0^2, both of `constants`. An impulse J along n_c takes the energy within
+with crush_energy = Y v pi a0^2. An impulse J along n_c takes the energy within
 the step that finds the touch.
 """
 
+from math import pi
+
 import taichi as ti
 
+from dusttaichi.physics.contact.numbers import Number
 
+NUMBERS = {
+    "crush_force": Number("J^-0.6", "F_eq/F_c of asperities for a unit of kinetic energy"),
+    "crush_energy": Number("J", "energy that flattening asperities costs over the area pi a0^2"),
+}
+
+
+@ti.pyfunc
+def numbers(c, own):
+    """crush_force (PD08 eq 9), crush_energy = Y v pi a0^2 (PD08 eqs 7, 10)."""
+    return {
+        "crush_force": 2.5**0.6 * c.R**0.2 * c.E_star**0.4 / c.F_jkr,
+        "crush_energy": own.yield_strength * c.asperity_volume * pi * c.a0**2,
+    }
+
+
+@ti.pyfunc
 def area(energy, crush_force):
     """(a_max/a0)^2 after a touch with that kinetic energy."""
     return (0.5 + 0.5 * (1.0 + crush_force * energy**0.6) ** 0.5) ** (4.0 / 3.0)
-
-
-area_lanes = ti.func(area)
 
 
 @ti.func
 def loss(u, p):
     """E_asp of a touch with the relative speed u along n_c: never more than there is."""
     energy = 0.5 * p.mass * u * u
-    return ti.min(p.crush_energy * area_lanes(energy, p.crush_force), energy)
+    return ti.min(p.crush_energy * area(energy, p.crush_force), energy)
 
 
 @ti.func

@@ -4,11 +4,16 @@ import taichi as ti
 
 
 @ti.func
-def limit(x, critical):
-    """|x|, its inverse, and the part of x past the limit: 1 - x_crit/|x| where positive, else 0."""
+def limited(x, critical, k):
+    """The displacement x of a linear spring k, put back to |x| = critical where it is past that.
+
+    over: the part of x past the limit, 1 - critical/|x| where positive, else 0; inverse: 1/|x|;
+    lost: k x (displacement after) x (before - after), the energy that this costs.
+    """
     square = x.dot(x) + 1e-36
     inverse = 1.0 / ti.sqrt(square)
-    return square * inverse, inverse, ti.max(1.0 - critical * inverse, 0.0)
+    length, over = square * inverse, ti.max(1.0 - critical * inverse, 0.0)
+    return ti.Struct(over=over, inverse=inverse, lost=k * (1.0 - over) * over * length * length)
 
 
 @ti.func

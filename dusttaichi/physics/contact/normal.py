@@ -13,6 +13,13 @@ from functools import cache
 import taichi as ti
 
 from dusttaichi.physics.contact.constants import PULL_OFF, S_PULL_OFF
+from dusttaichi.physics.contact.numbers import Number
+
+NUMBERS = {
+    "inv_delta0": Number("m^-1", "one over the overlap at equilibrium"),
+    "F4": Number("N", "four times the pull-off force"),
+    "U4": Number("J", "four times pull-off force times overlap at equilibrium"),
+}
 
 # s^2 = W0 + WI t - (WI - W1) t (1 + C t)/(1 + A t + B t^2): value and slope exact at t = 0,
 # leading order exact for t -> infinity; A, B, C by least squares on the relative error.
@@ -22,13 +29,20 @@ WI = 3.0**-0.5
 A, B, C = 0.71808842, 0.0593261, 0.1507543
 
 
+@ti.pyfunc
+def numbers(c, own):
+    """From delta0 and F_c (S12 after eqs 2 and 3)."""
+    return {"inv_delta0": 1.0 / c.delta0, "F4": 4.0 * c.F_c, "U4": 4.0 * c.F_c * c.delta0}
+
+
+@ti.pyfunc
 def start(t):
     """s^2 from t; its root, taken by the caller, is s to 8e-5."""
     return W0 + WI * t - (WI - W1) * t * (1.0 + C * t) / (1.0 + A * t + B * t * t)
 
 
 @ti.func
-def newton_lanes(s, d):
+def newton(s, d):
     """One Newton step for 3 s^4 - 2 s = d.
 
     The slope vanishes at pull-off, where the start is exact: its floor keeps rounding small there.
@@ -37,22 +51,19 @@ def newton_lanes(s, d):
     return s - (3.0 * s2 * s2 - 2.0 * s - d) / ti.max(12.0 * s2 * s - 2.0, 1e-3)
 
 
+@ti.pyfunc
 def force(s):
     """F / (4 F_c), positive when repulsive."""
     s3 = s * s * s
     return s3 * s3 - s3
 
 
+@ti.pyfunc
 def energy(s):
     """U / (4 F_c delta0), zero when apart (s = 0)."""
     s2 = s * s
     s4 = s2 * s2
     return s4 * (1.2 * s4 * s2 - 2.0 * s2 * s + 0.5)
-
-
-start_lanes = ti.func(start)
-force_lanes = ti.func(force)
-energy_lanes = ti.func(energy)
 
 
 @cache
@@ -64,9 +75,9 @@ def contact_radius(newton_steps=2):
     def radius(d):
         depth = ti.max(d + PULL_OFF, 0.0)
         t = ti.sqrt(depth)
-        s = ti.sqrt(start_lanes(t))
+        s = ti.sqrt(start(t))
         for _ in ti.static(range(newton_steps)):
-            s = newton_lanes(s, depth - PULL_OFF)
+            s = newton(s, depth - PULL_OFF)
         return s
 
     return radius

@@ -171,12 +171,12 @@ def contact_style(material, modifiers: Mapping[str, float], kappa: float, wall=F
     R = r if wall else R_pair
     m_r, m_s = (modifiers.get(effect, 1.0) for effect in _EFFECTS)
     # Rolling spring k_r = 4 F_c/R, of a pair also at a wall (S12 sect. 2.2).
-    k_r = m_r * constants.rolling_stiffness(constants.pull_off_force(gamma, R_pair), R_pair)
+    k_r = m_r * 4.0 * constants.pull_off_force(gamma, R_pair) / R_pair
     # LAMMPS limits the rolling force to mu (F + 2 F_c): without load that is k_r xi_crit.
     mu_r = k_r * material.critical_rolling / (2 * constants.pull_off_force(gamma, R))
     # Sliding spring per contact radius, 8 G*; NULL would be the same but for the modifier.
     G_star = constants.reduced_shear_modulus(material, "mindlin")
-    k_s = m_s * constants.sliding_stiffness(1.0, G_star)
+    k_s = m_s * 8.0 * G_star
     return (
         f"jkr {material.young_modulus / PRESSURE:.12g} {kappa / DAMPING:.12g} "
         f"{material.poisson_ratio:.12g} {gamma / STIFFNESS:.12g} damping velocity "

@@ -1,78 +1,19 @@
-"""Grains of different radius and material: constants, motion, conservation, search, files."""
+"""Grains of different radius and material: constants, motion, conservation."""
 
 import numpy as np
 import pytest
 import reference as ref
 from conftest import Probe, box, make_scene
+from polydisperse import Grains, grain, masses_of, polydisperse, scene_of
 from test_pair import compare
 
-from dusttaichi import analysis, geometry, samples, units
-from dusttaichi.errors import DustError
-from dusttaichi.grains import record
-from dusttaichi.grains.build import bodies_of, time_step
-from dusttaichi.grains.kernels.params import contact_params
-from dusttaichi.grains.kernels.store import STORED
+from dusttaichi.grains.kernels.params import internal_numbers
+from dusttaichi.grains.kernels.polydisperse import stored
 from dusttaichi.grains.measured import measurement
 from dusttaichi.physics.contact import constants
-from dusttaichi.run import execute
+from dusttaichi.physics.contact.registry import chosen_laws
 from dusttaichi.run.ledger import ledger
 from dusttaichi.samples import Sample
-from dusttaichi.scene import Scene
-
-ICE = dict(r=0.1e-6, rho=1000.0, gamma=0.1, E=7e9, nu=0.25, xi_crit=0.8e-9)  # T19 Table 1
-KINDS = (ref.SILICATE, ICE)
-ALL = ("rolling", "sliding", "twisting")
-
-
-def scene_of(**keys):
-    return make_scene(materials={"ice": "ice_t19"}, **keys)
-
-
-def grain(radius, kind):
-    return {**KINDS[kind], "r": radius}
-
-
-def masses_of(radii, kinds):
-    return 4 / 3 * np.pi * np.array(radii) ** 3 * np.array([KINDS[k]["rho"] for k in kinds])
-
-
-def unlike(x, radii, kinds=None, v=0.0, w=0.0):
-    x = np.array(x, float)
-    kinds = np.zeros(len(x), np.int32) if kinds is None else np.array(kinds, np.int32)
-    v, w = (np.array(a, float) + np.zeros_like(x) for a in (v, w))
-    return Sample(x, v, w, radii=np.array(radii, float), materials=kinds)
-
-
-class Grains(Probe):
-    """A Probe of grains that are not alike."""
-
-    def __init__(self, scene, sample):
-        super().__init__(scene, sample)
-        self.radii, self.kinds = sample.radii, sample.materials
-        self.masses = masses_of(self.radii, self.kinds)
-        self.inertias = 0.4 * self.masses * self.radii**2
-
-    @property
-    def v(self):
-        return self._grains("v") + 0.5 * self.dt * self.loads()[0] / self.masses[:, None]
-
-    @property
-    def w(self):
-        spins = self._grains("w") * units.SPIN
-        return spins + 0.5 * self.dt * self.loads()[1] / self.inertias[:, None]
-
-    def momenta(self):
-        """Momentum, angular momentum about the origin, and the scale of each."""
-        x, m = self.x, self.masses[:, None]
-        linear, turning = m * self.v, np.cross(x, m * self.v) + self.inertias[:, None] * self.w
-        return linear.sum(0), turning.sum(0), np.abs(linear).sum(), np.abs(turning).sum()
-
-    def pair(self, i, j, **keys):
-        return ref.mixed(*(grain(self.radii[n], self.kinds[n]) for n in (i, j)), **keys)
-
-    def wall(self, i, **keys):
-        return ref.mixed(grain(self.radii[i], self.kinds[i]), KINDS[0], wall=True, **keys)
-
 
 # Constants.
 
@@ -126,18 +67,20 @@ def test_lanes_hold_the_constants(damping):
         [0, np.sqrt(1 - 0.2**2) * 1e-6, 0.4e-6],
     ]
     scene = scene_of(damping=damping, boundary=box("bottom"), dt="1 ps")
-    probe = Grains(scene, unlike(x, radii, kinds))
-    table = probe.sim._lanes("constants")
+    probe = Grains(scene, polydisperse(x, radii, kinds))
+    table, laws = probe.sim._lanes("constants"), chosen_laws(scene.interaction)
+    names = stored(laws)
     i, j = probe.sim._pair_arrays()
-    stored = STORED[2:]
     seen = set()
+
+    def holds(row, contact):
+        expected = internal_numbers(contact, laws)
+        np.testing.assert_allclose(row, [expected[name] for name in names], rtol=1e-13)
+
     for row, a, b in zip(table, probe.sim.order[i], probe.sim.order[j], strict=False):
         one, other = (scene.all_materials[kinds[n]] for n in (a, b))
-        p = contact_params(
-            constants.mixed_constants(one, radii[a], other, radii[b], scene.interaction)
-        )
-        np.testing.assert_allclose(row[:2] * 1e-6, [radii[a], radii[b]], rtol=1e-15)
-        np.testing.assert_allclose(row[2:], [getattr(p, name) for name in stored], rtol=1e-13)
+        pair = constants.mixed_constants(one, radii[a], other, radii[b], scene.interaction)
+        holds(row, pair)
         seen.add(frozenset((a, b)))
     assert {frozenset((0, 1)), frozenset((0, 2))} <= seen
     blocks = probe.sim.fields["counts"].to_numpy()[1]
@@ -147,11 +90,8 @@ def test_lanes_hold_the_constants(damping):
     for row, g in zip(table[first:], on_floor, strict=False):
         if g < 3:
             n = probe.sim.order[g]
-            own = constants.wall_constants(
-                scene.all_materials[kinds[n]], scene.interaction, radii[n], scene.material
-            )
-            p = contact_params(own, walls=True)
-            np.testing.assert_allclose(row[2:], [getattr(p, name) for name in stored], rtol=1e-13)
+            kind = scene.all_materials[kinds[n]]
+            holds(row, constants.wall_constants(kind, scene.interaction, radii[n], scene.material))
 
 
 # Motion.
@@ -185,7 +125,7 @@ def test_against_reference(slipping):
     """Tolerances as for equal pairs (test_pair): rounding of positions without slip, and 3e-4 with
     it, where pointers of the small grains turn three times as far."""
     x, v, w, radii, kinds = oblique(slipping)
-    probe = Grains(scene_of(dt="0.02 ns", damping="viscoelastic"), unlike(x, radii, kinds, v, w))
+    probe = Grains(scene_of(dt="0.02 ns", damping="viscoelastic"), polydisperse(x, radii, kinds, v, w))
     reference = ref.Reference(
         x,
         v,
@@ -226,7 +166,7 @@ def test_restitution_of_unlike_pairs():
     x = scattered(None, radii, -1e-6 * delta0, n, 70e-6)
     v = np.zeros((2 * n, 3))
     v[0::2, 0], v[1::2, 0] = -speed * reduced / m[0::2], speed * reduced / m[1::2]
-    probe = Grains(scene_of(effects=(), dt="0.2 ps"), unlike(x, radii, materials, v))
+    probe = Grains(scene_of(effects=(), dt="0.2 ps"), polydisperse(x, radii, materials, v))
     probe.advance(100_000)
     assert not probe.contacts()
     e = (probe.v[0::2, 0] - probe.v[1::2, 0]) / speed
@@ -266,7 +206,7 @@ def bumped(speed, spin, seed=5):
     second = x + shift[np.argmin(near) - 1]
     w = spin * rng.normal(size=(28, 3))
     v = v + 0.1 * speed * rng.normal(size=(28, 3))
-    return unlike(np.concatenate([x, second]), np.tile(radii, 2), np.tile(kinds, 2), v, w)
+    return polydisperse(np.concatenate([x, second]), np.tile(radii, 2), np.tile(kinds, 2), v, w)
 
 
 @pytest.mark.parametrize("speed, spin", [(0.01, 1e3), (1.0, 1e7)], ids=["gentle", "slipping"])
@@ -300,7 +240,7 @@ def test_loads_are_minus_the_gradient():
     )
     v = np.array([[0.02, -0.01, 0.004], [-0.01, 0.015, -0.003], [0.003, -0.012, 0.005]])
     w = np.array([[2.0, -4.0, 7.0], [-5.0, 3.0, -6.0], [4.0, 6.0, -3.0]]) * 2e4
-    probe = Grains(scene_of(boundary=box("bottom"), dt="0.02 ns"), unlike(x, radii, kinds, v, w))
+    probe = Grains(scene_of(boundary=box("bottom"), dt="0.02 ns"), polydisperse(x, radii, kinds, v, w))
     probe.advance(20)
     measured = probe.sim.measure()
     assert np.all(measured["loss"][1:] == 0) and np.all(measured["loss_wall"][1:] == 0)
@@ -373,7 +313,7 @@ def test_equal_grains_by_the_long_way():
     alike = Probe(scene, Sample(x, v, w))
     alike.advance(300)
     expected, m = (alike.x, alike.v, alike.w), alike.sim.measure()
-    probe = Grains(scene, unlike(x, np.full(12, 0.6e-6), None, v, w))
+    probe = Grains(scene, polydisperse(x, np.full(12, 0.6e-6), None, v, w))
     probe.advance(300)
     for own, other in zip((probe.x, probe.v, probe.w), expected, strict=True):
         assert np.abs(own - other).max() < 1e-8 * np.abs(other).max()
@@ -383,222 +323,3 @@ def test_equal_grains_by_the_long_way():
         np.testing.assert_allclose(ours[name], m[name], rtol=1e-6, atol=1e-9)
     assert ours["kinetic_rotation"] == pytest.approx(m["kinetic_rotation"], rel=1e-7)
     assert ours["largest_strain"] == pytest.approx(m["largest_strain"], rel=1e-7)
-
-
-# Search.
-
-
-def stirred(seed=31):
-    """A dense gas of sizes 1 to 5."""
-    rng = np.random.default_rng(seed)
-    n = 260
-    radii = np.where(rng.random(n) < 0.06, 0.6e-6, 0.12e-6) * rng.uniform(0.9, 1.0, n)
-    radii = np.sort(radii)[::-1]
-    x = []
-    while len(x) < n:
-        place = rng.uniform(-1.6e-6, 1.6e-6, 3)
-        near = np.array(x).reshape(-1, 3) - place
-        if np.all(np.linalg.norm(near, axis=1) > radii[: len(x)] + radii[len(x)]):
-            x.append(place)
-    return unlike(x, radii, rng.integers(0, 2, n), 20.0 * rng.normal(size=(n, 3)), 0.0)
-
-
-def test_search_against_brute_force():
-    """Every pair of a mixture that overlaps is a contact, and none that is past pull-off; and no
-    bit depends on the threads."""
-    sample = stirred()
-    upper = np.triu_indices(len(sample), 1)
-    touch = sample.radii[upper[0]] + sample.radii[upper[1]]
-    kept = []
-    for skin, threads in ((0.3, 1), (0.3, 2)):
-        scene = scene_of(dt="0.01 ns", numerics={"skin": skin, "threads": threads})
-        probe = Grains(scene, sample)
-        formed = 0
-        for _ in range(20):
-            probe.advance(40)
-            gap = touch - np.linalg.norm(probe.x[upper[0]] - probe.x[upper[1]], axis=1)
-            active = set(probe.contacts())
-            touching = {(i, j) for i, j, g in zip(*upper, gap, strict=True) if g > 1e-17}
-            # the weakest hold of all these materials lets go at 1 nm at the latest
-            apart = {(i, j) for i, j, g in zip(*upper, gap, strict=True) if g < -1e-9}
-            assert touching <= active and not active & apart
-            assert probe.sim.measure()["contacts"] == len(active)
-            formed = max(formed, len(active))
-        assert formed > 20 and probe.sim.searches > 3
-        kept.append([probe._grains(name) for name in ("x", "v", "w")])
-    assert all(np.array_equal(a, b) for a, b in zip(*kept, strict=True))
-
-
-# Geometry.
-
-
-def test_shadow_and_cylinder_of_unequal_grains():
-    """Two discs by the lens of two circles; many by a grid; a disc inside another adds nothing."""
-    r = np.array([1.0, 0.4])
-    area = geometry.union_area([[0, 0], [1.1, 0]], r)
-    both = np.pi * np.sum(r**2) - geometry.lens_area(1.0, 0.4, 1.1)
-    assert area == pytest.approx(float(both), rel=1e-13)
-    assert geometry.union_area([[0, 0], [0.5, 0]], r) == pytest.approx(np.pi, rel=1e-13)
-    assert geometry.union_area([[0, 0], [0, 0]], np.ones(2)) == pytest.approx(np.pi, rel=1e-13)
-    rng = np.random.default_rng(3)
-    x, r = rng.uniform(0, 6, (60, 3)), rng.uniform(0.1, 1.0, 60)
-    ticks = np.arange(-1.0, 7.0, 0.01) + 0.005
-    grid = np.stack(np.meshgrid(ticks, ticks), -1).reshape(-1, 2)
-    inside = np.zeros(len(grid), bool)
-    for centre, radius in zip(x[:, :2], r, strict=True):
-        inside |= np.sum((grid - centre) ** 2, axis=1) < radius**2
-    # a boundary of some 40 passes 4000 cells of 1e-4, each wrong by half at random
-    assert geometry.union_area(x[:, :2], r) == pytest.approx(inside.sum() * 1e-4, abs=0.02)
-    assert geometry.union_area(x[:, :2], np.full(60, 0.7)) == pytest.approx(
-        geometry.union_area(x[:, :2], 0.7), rel=1e-12
-    )
-    one_by_one = [
-        geometry.cylinder_volume(a[None], b, (3, 3), 2.0, low=1.0, high=5.0)
-        for a, b in zip(x, r, strict=True)
-    ]
-    assert geometry.cylinder_volume(x, r, (3, 3), 2.0, low=1.0, high=5.0) == pytest.approx(
-        sum(one_by_one), rel=1e-12
-    )
-    slabs = record.slab_volumes(x[:, 2], r, np.array([-1.0, 2.0, 7.0]))
-    assert slabs.sum() == pytest.approx(np.sum(4 / 3 * np.pi * r**3), rel=1e-13)
-
-
-def test_time_step_is_that_of_the_small_grains():
-    """A small grain among large ones rings faster than among its like, by less than (4/3)^(1/2)
-    of its period (R doubles at most: springs grow by 2^(2/3))."""
-    scene = scene_of(dt="0.1 ps")
-    mixture = unlike(np.arange(39).reshape(13, 3) * 1e-4, [0.1e-6] * 9 + [10e-6] * 4)
-    period = time_step(scene, 13, bodies_of(scene, mixture)).period
-    like = Scene.from_dict(
-        {**scene._given, "material": {"base": "silicate_s12", "radius": "0.1 um"}}
-    )
-    alone = time_step(like, 13).period
-    assert 0.75 * alone < period < alone
-
-
-# Scenes and samples.
-
-MIXED = {"materials": {"ice": "ice_t19"}}
-
-
-def sample_block(**sample):
-    return make_scene(sample=sample, **MIXED)
-
-
-def test_pair_of_unlike_grains():
-    made = samples.make(
-        sample_block(
-            kind="pair", radii=["0.6 um", "0.2 um"], materials=["default", "ice"], speed="1 m/s"
-        )
-    )
-    m = masses_of([0.6e-6, 0.2e-6], [0, 1])
-    assert np.abs(m @ made.positions).max() < 1e-15 * m.sum() * 1e-6
-    assert np.abs(m @ made.velocities).max() < 1e-15 * m.sum()
-    assert made.velocities[0, 0] - made.velocities[1, 0] == pytest.approx(1.0, rel=1e-14)
-    delta0 = ref.mixed(grain(0.6e-6, 0), grain(0.2e-6, 1)).delta0
-    distance = np.linalg.norm(made.positions[0] - made.positions[1])
-    assert 0.8e-6 - distance == pytest.approx(delta0, rel=1e-6)
-    # the radius of a material is that of its grains
-    made = samples.make(sample_block(kind="pair", materials=["ice", "ice"], gap="1 nm"))
-    np.testing.assert_array_equal(made.radii, 0.1e-6)
-
-
-def test_equal_grains_are_told_so():
-    """Radii that are all the material's make no grains of their own."""
-    for own in ({"radii": ["0.6 um", "0.6 um"]}, {"materials": ["default", 0]}):
-        made = samples.make(sample_block(kind="pair", **own))
-        assert made.radii is None and made.materials is None
-
-
-def test_explicit_and_csv(tmp_path):
-    positions = [["0 m", "0 m", "0 m"], ["0.79 um", "0 m", "0 m"]]
-    made = samples.make(
-        sample_block(
-            kind="explicit", positions=positions, radii=["0.6 um", "0.2 um"], materials=[0, "ice"]
-        )
-    )
-    path = tmp_path / "grains.csv"
-    path.write_text("x,y,z,radius,material\n0,0,0,0.6,default\n0.79,0,0,0.2,ice\n")
-    read = samples.make(sample_block(kind="explicit", file=str(path), units="um"))
-    for sample in (made, read):
-        np.testing.assert_allclose(sample.radii, [0.6e-6, 0.2e-6], rtol=1e-15)
-        np.testing.assert_array_equal(sample.materials, [0, 1])
-        assert sample.info["coordination"] == 1.0
-    volume = 4 / 3 * np.pi * (0.6e-6**3 + 0.2e-6**3)
-    room = (0.6 + 0.79 + 0.2) * 1.2 * 1.2 * 1e-18
-    assert made.info["filling_factor"] == pytest.approx(volume / room, rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    "sample, parts",
-    [
-        ({"materials": ["ice", "lead"]}, ["sample.materials", "lead", "default, ice"]),
-        ({"radii": ["0.6 um"]}, ["sample.radii", "2 are needed"]),
-        ({"radii": ["0.6 um", "1 nm"]}, ["sample.radii", "critical_rolling"]),
-        ({"radii": ["0.6 um", "0.2 um"], "distance": "0.5 um"}, ["sample.distance", "radii"]),
-    ],
-)
-def test_refused(sample, parts):
-    with pytest.raises(DustError) as caught:
-        samples.make(sample_block(kind="pair", **sample))
-    assert all(part in str(caught.value) for part in parts), caught.value
-
-
-def test_collision_of_unlike_bodies():
-    """The centre of mass rests, and the first touch is that of two surfaces."""
-    pair = {"kind": "pair", "radii": ["0.6 um", "0.3 um"], "materials": ["default", "ice"]}
-    single = {"kind": "explicit", "positions": [["0 m", "0 m", "0 m"]], "radii": ["0.15 um"]}
-    made = samples.make(
-        sample_block(
-            kind="collision", target=pair, projectile=single, speed="2 m/s", gap="1 um", seed=4
-        )
-    )
-    np.testing.assert_allclose(made.radii, [0.6e-6, 0.3e-6, 0.15e-6])
-    m = masses_of(made.radii, made.materials)
-    assert np.abs(m @ made.velocities).max() < 1e-14 * m.sum()
-    assert np.abs(m @ made.positions).max() < 1e-14 * m.sum() * 1e-6
-    x = made.positions.copy()
-    x[2, 0] -= 1e-6
-    gap = np.linalg.norm(x[:2] - x[2], axis=1) - made.radii[:2] - made.radii[2]
-    assert gap.min() == pytest.approx(0.0, abs=1e-14)
-
-
-def test_run_and_go_on(tmp_path):
-    """A run of unlike grains: what it writes of them, the same bits after an interruption, and its
-    last frame as a sample."""
-    scene = make_scene(
-        sample={
-            "kind": "explicit",
-            "positions": [["0 m", "0 m", "0 m"], ["0.799 um", "0 m", "0 m"]],
-            "radii": ["0.6 um", "0.2 um"],
-            "materials": [0, "ice"],
-            "velocities": [["0 m/s", "0 m/s", "0 m/s"], ["0 m/s", "0.3 m/s", "0 m/s"]],
-        },
-        boundary=box(),
-        damping="viscoelastic",
-        dt="0.02 ns",
-        stop={"steps": 80},
-        output={"snapshots": {"steps": 20}, "series": {"steps": 10}},
-        **MIXED,
-    )
-    whole, parts = tmp_path / "whole", tmp_path / "parts"
-    execute(scene, whole)
-    execute(scene.with_value("stop.steps", 40), parts)
-    execute(scene, parts, resume=True)
-    frames = []
-    for directory in (whole, parts):
-        run = analysis.open_run(directory)
-        frames.append(analysis.read_frame(run))
-        np.testing.assert_allclose(
-            analysis.grain_masses(run), masses_of([0.6e-6, 0.2e-6], [0, 1]), rtol=1e-13
-        )
-        assert np.abs(run.series.energy_residual_relative.values).max() < 1e-3
-        volume = 4 / 3 * np.pi * (0.6e-6**3 + 0.2e-6**3)
-        room = (run.series.height.values * 1.2e-6 * 1.4e-6)[0]
-        assert run.series.filling_factor.values[0] == pytest.approx(volume / room, rel=0.2)
-    for name in ("position", "velocity", "spin", "radius"):
-        assert np.array_equal(getattr(frames[0], name), getattr(frames[1], name))
-    taken = samples.make(sample_block(kind="explicit", file=str(whole)))
-    np.testing.assert_allclose(taken.radii, [0.6e-6, 0.2e-6], rtol=1e-15)
-    np.testing.assert_array_equal(taken.materials, [0, 1])
-    assert taken.contacts is not None and len(taken.contacts["i"]) == 1

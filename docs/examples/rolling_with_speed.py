@@ -1,0 +1,57 @@
+"""A law of your own: rolling friction that grows with speed.
+
+A contact rolls elastically up to xi_crit, past which it gives way and rolling costs energy. Here
+the limit grows with the rolling speed, xi_crit (1 + |dxi/dt|/speed), so that fast rolling is
+resisted more, as viscoelastic contacts do; slow rolling is that of the built-in law. The energy
+lost is booked with the limit of the moment, so that the ledger closes.
+
+Import this file, and the YAML may say
+
+    interaction: {rolling: {law: speed_dependent, modifier: 8, speed: 1 cm/s}}
+"""
+
+from typing import Annotated
+
+import taichi as ti
+from pydantic import Field
+
+from dusttaichi.physics.contact import register, rolling
+from dusttaichi.physics.contact.limit import limited
+from dusttaichi.physics.contact.numbers import Number
+from dusttaichi.scene.interaction import Effect
+from dusttaichi.scene.quantities import Quantity
+
+
+class SpeedDependent(Effect):
+    """The keys of the law: those of every effect (law, modifier), and one of its own."""
+
+    speed: Annotated[float, Quantity("speed", gt=0)] = Field(
+        "1 cm/s", description="rolling speed at which the limit has doubled"
+    )
+
+
+class RollingWithSpeed:
+    """What a contact stores for the law, and the functions that say what rolling costs."""
+
+    NUMBERS = {
+        **rolling.NUMBERS,
+        "slowness": Number("s/m", "one over the speed at which xi_crit doubles", geometry=True),
+    }
+
+    @staticmethod
+    @ti.pyfunc
+    def numbers(c, own):
+        return {**rolling.numbers(c, own), "slowness": 1.0 / own.speed + 0.0 * c.R}
+
+    displacement = rolling.displacement
+    energy = rolling.energy
+    stiffness = rolling.stiffness
+
+    @staticmethod
+    @ti.func
+    def correct(xi, rate, p):
+        growth = 1.0 + ti.sqrt(rate.dot(rate)) * p.slowness
+        return limited(xi, p.xi_crit * growth, p.k_r)
+
+
+register("rolling", "speed_dependent", RollingWithSpeed, SpeedDependent)

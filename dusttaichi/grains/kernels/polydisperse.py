@@ -1,0 +1,224 @@
+"""Grains of their own radius and material: the numbers of each contact, in lanes.
+
+Those of a pair of grains never change, so they are computed once, when a search lists the pair,
+from the two radii and from a table of interfaces (`Interface` of physics.contact.constants, one row
+for each two materials, and the keys of the laws' blocks, in internal units: the formulas hold in
+any consistent ones). The passes read them as lanes in the place of the scalars of equal grains.
+"""
+
+from dataclasses import fields as fields_of
+from itertools import product
+from typing import get_args
+
+import numpy as np
+import taichi as ti
+
+from dusttaichi import units
+from dusttaichi.grains.kernels.params import lanes_type
+from dusttaichi.physics.contact import constants
+
+contact_radius = ti.func(constants.equilibrium_contact_radius)
+equilibrium_overlap = ti.func(constants.equilibrium_overlap)
+pull_off_force = ti.func(constants.pull_off_force)
+reduced_radius = ti.func(constants.reduced_radius)
+
+INTERFACE = {f.name: f.metadata["unit"] for f in fields_of(constants.Interface)}
+FACE = [(name, column) for column, name in enumerate([*INTERFACE, "glue"])]
+"""(name, column) of what the rows of the table say of two materials."""
+
+
+def stored(laws):
+    """Names of the numbers that the field `constants` holds for each contact: its columns."""
+    return ("r1", "r2", "mass", *laws.numbers)
+
+
+def own_keys(block):
+    """Name -> number, internal units, of the keys of a law's block that are numbers."""
+    out = {}
+    for name, key in type(block).model_fields.items():
+        value = getattr(block, name)
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            out[name] = value / units.internal(_unit(key.metadata, key.annotation))
+        elif value is None:
+            out[name] = 0.0  # the columns of the table do not hang on what is given
+    return out
+
+
+def _unit(marks, annotation):
+    """SI unit of a key that is marked as a quantity, "1" where none is."""
+    for mark in (*marks, *getattr(annotation, "__metadata__", ())):
+        if hasattr(mark, "unit"):
+            return mark.unit
+    parts = (_unit((), part) for part in get_args(annotation) if part is not annotation)
+    return next((unit for unit in parts if unit != "1"), "1")
+
+
+def _own(laws, interaction):
+    """Effect -> own_keys of its block."""
+    return {
+        effect: {} if effect == "normal" else own_keys(getattr(interaction, effect))
+        for effect, _ in laws.on
+    }
+
+
+def own_columns(laws, interaction):
+    """Effect -> ((name, column), ...) of the keys of its block in the table."""
+    out, column = {}, len(FACE)
+    for effect, keys in _own(laws, interaction).items():
+        out[effect] = tuple((name, column + n) for n, name in enumerate(keys))
+        column += len(keys)
+    return out
+
+
+def interface_table(scene, laws, glue=1.0):
+    """Rows of the table, internal units: materials i, j at i M + j, then each with the walls.
+
+    The first of the scene's materials, M of them, is that of the walls. glue: factor on the normal
+    force of the walls.
+    """
+    materials, interaction = scene.all_materials, scene.interaction
+    kinds = [(a, b, 1.0) for a, b in product(materials, repeat=2)]
+    kinds += [(a, materials[0], glue) for a in materials]
+    own = [value for keys in _own(laws, interaction).values() for value in keys.values()]
+    rows = []
+    for a, b, factor in kinds:
+        face = constants.interface(a, b, interaction)
+        values = [getattr(face, name) / units.internal(unit) for name, unit in INTERFACE.items()]
+        rows.append([*values, factor, *own])
+    return np.array(rows)
+
+
+def make_numbers(fields, layout, laws):
+    """Returns `of_pairs(b, p)`, `of_walls(b, p)`: the numbers of block b of the state.
+
+    p: ContactParams, which are those of all contacts where grains are equal.
+    """
+    if not layout.polydisperse:
+
+        @ti.func
+        def equal(b, p):
+            return p
+
+        return equal, equal
+    return make_lane_numbers(fields, layout, laws)
+
+
+def make_lane_numbers(fields, layout, laws):
+    """The same where each contact has its own."""
+    table = fields["constants"]
+    Lanes = lanes_type(laws, layout.width, layout.geometry, layout.law)
+    column = {name: n for n, name in enumerate(stored(laws))}
+    of_laws = [
+        (name, column[name], layout.geometry if number.geometry else layout.law)
+        for name, number in laws.numbers.items()
+    ]
+    R1, R2, MASS = (column[name] for name in ("r1", "r2", "mass"))
+    geometry = layout.geometry
+
+    @ti.func
+    def long(a):
+        return ti.cast(a, geometry)
+
+    @ti.func
+    def own(b):
+        """Numbers of the laws, by name."""
+        return {name: ti.cast(table[b, n], real) for name, n, real in of_laws}
+
+    @ti.func
+    def of_pairs(b, p):
+        r1, r2 = table[b, R1], table[b, R2]
+        touch = r1 + r2
+        inv_touch = 1.0 / touch
+        return Lanes(
+            r1=long(r1),
+            r2=long(r2),
+            inv_r1=long(1.0 / r1),
+            inv_r2=long(1.0 / r2),
+            R=long(r1 * r2 * inv_touch),
+            touch=long(touch),
+            inv_touch=long(inv_touch),
+            mass=ti.cast(table[b, MASS], layout.law),
+            **own(b),
+        )
+
+    @ti.func
+    def of_walls(b, p):
+        r, zero = table[b, R1], 0.0 * table[b, R1]
+        return Lanes(
+            r1=long(r),
+            r2=long(zero),
+            inv_r1=long(1.0 / r),
+            inv_r2=long(zero),
+            R=long(r),
+            touch=long(r),
+            inv_touch=long(1.0 / r),
+            mass=ti.cast(table[b, MASS], layout.law),
+            **own(b),
+        )
+
+    return of_pairs, of_walls
+
+
+def make_write_constants(fields, interfaces, scene, laws):
+    """Returns `write_pair(b, k, g, j)`, `write_wall(b, k, g)`, `write_empty(b, k)`: the numbers of
+    lane k of block b, of grains g and j, of grain g and a wall, of nothing.
+
+    interfaces: field of `interface_table` of the scene.
+    """
+    materials = len(scene.all_materials)
+    table = fields["constants"]
+    radius, mass, material = fields["radius"], fields["mass"], fields["material"]
+    columns = own_columns(laws, scene.interaction)
+    steps = [(law, columns[effect]) for effect, law in laws.on]
+    column = {name: n for n, name in enumerate(stored(laws))}
+    ZERO, SIZE = 0.0, len(column)
+
+    @ti.func
+    def contact(row, two: ti.template()):
+        """ContactConstants of these two, internal units."""
+        face = {name: interfaces[row, n] for name, n in FACE}
+        a0 = contact_radius(face["gamma"], two["R"], face["E_star"])
+        F_jkr = pull_off_force(face["gamma"], two["R"])
+        return ti.Struct(
+            **face,
+            **two,
+            a0=a0,
+            a0_pair=contact_radius(face["gamma"], two["R_pair"], face["E_star"]),
+            delta0=equilibrium_overlap(a0, two["R"]),
+            F_jkr=F_jkr,
+            F_c=face["glue"] * F_jkr,
+        )
+
+    @ti.func
+    def write(b, k, row, two: ti.template()):
+        c = contact(row, two)
+        table[b, column["r1"]][k] = c.r1
+        table[b, column["r2"]][k] = c.r2
+        table[b, column["mass"]][k] = c.mass
+        for law, keys in ti.static(steps):
+            own = ti.Struct(none=ZERO, **{name: interfaces[row, n] for name, n in keys})
+            found = law.numbers(c, own)
+            for name in ti.static(tuple(law.NUMBERS)):
+                table[b, column[name]][k] = found[name]
+
+    @ti.func
+    def write_pair(b, k, g, j):
+        r1, r2, m1, m2 = radius[g], radius[j], mass[g], mass[j]
+        R, reduced = reduced_radius(r1, r2), m1 * m2 / (m1 + m2)
+        two = {"r1": r1, "r2": r2, "R": R, "R_pair": R}
+        masses = {"mass": reduced, "m0": 2.0 * reduced, "size": 2.0 * R}
+        write(b, k, material[g] * materials + material[j], {**two, **masses})
+
+    @ti.func
+    def write_wall(b, k, g):
+        r, m = radius[g], mass[g]
+        two = {"r1": r, "r2": ZERO * r, "R": r, "R_pair": reduced_radius(r, r)}
+        masses = {"mass": m, "m0": m, "size": r}
+        write(b, k, materials * materials + material[g], {**two, **masses})
+
+    @ti.func
+    def write_empty(b, k):
+        for n in ti.static(range(SIZE)):
+            table[b, n][k] = 1.0
+
+    return write_pair, write_wall, write_empty

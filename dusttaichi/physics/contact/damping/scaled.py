@@ -1,0 +1,17 @@
+"""Scaled damping: kappa = k_n' m0/t_c from mass and characteristic time of equal grains (T19 eq 5)."""
+
+import taichi as ti
+
+from dusttaichi.physics.contact import constants
+from dusttaichi.physics.contact.damping.viscous import NUMBERS, coefficient
+
+__all__ = ["NUMBERS", "coefficient", "numbers"]
+
+collision_time = ti.pyfunc(constants.collision_time)
+
+
+@ti.pyfunc
+def numbers(c, own):
+    """kappa of m0 and t_c of the contact's equal grains."""
+    t_c = collision_time(c.size, c.density, c.gamma, c.E_star)
+    return {"kappa": own.coefficient * c.m0 / t_c}

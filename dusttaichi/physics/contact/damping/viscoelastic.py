@@ -1,0 +1,19 @@
+"""Viscoelastic damping: kappa in proportion to the contact radius (Brilliantov et al. 2007)."""
+
+import taichi as ti
+
+from dusttaichi.physics.contact.numbers import Number
+
+NUMBERS = {"kappa": Number("kg/s", "damping constant of the normal motion where a = a0")}
+
+
+@ti.pyfunc
+def numbers(c, own):
+    """kappa(a0) = (2 T/nu^2) E* a0."""
+    return {"kappa": 2.0 * own.time / c.nu**2 * c.E_star * c.a0}
+
+
+@ti.pyfunc
+def coefficient(s, p):
+    """kappa(a) = kappa(a0) a/a0."""
+    return p.kappa * s * s

@@ -1,0 +1,19 @@
+"""Viscous damping: one kappa for all contacts, at any overlap (S12 eq 7)."""
+
+import taichi as ti
+
+from dusttaichi.physics.contact.numbers import Number
+
+NUMBERS = {"kappa": Number("kg/s", "damping constant of the normal motion")}
+
+
+@ti.pyfunc
+def numbers(c, own):
+    """kappa as the scene says."""
+    return {"kappa": own.kappa + 0.0 * c.R}
+
+
+@ti.pyfunc
+def coefficient(s, p):
+    """kappa, the same at any overlap."""
+    return p.kappa + 0.0 * s

@@ -1,0 +1,105 @@
+"""A law of one's own, the example of the docs: pairs, walls, equal and unequal grains."""
+
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import RADIUS, Probe, box, make_scene, sample_of
+from polydisperse import Grains, polydisperse
+
+from dusttaichi.errors import DustError
+from dusttaichi.grains import record
+from dusttaichi.grains.preview import _contact
+from dusttaichi.physics.contact import constants, register, registry
+
+EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "rolling_with_speed.py"
+D = 2 * RADIUS - 0.1e-9
+
+
+@pytest.fixture(scope="module", autouse=True)
+def example():
+    return runpy.run_path(str(EXAMPLE))
+
+
+def scene(speed=None, dt="0.1 ns", **keys):
+    """Of the built-in law without a speed."""
+    made = make_scene(damping="none", dt=dt, boundary=box("bottom"), **keys)
+    if speed is None:
+        return made
+    return made.with_value("interaction.rolling", {"law": "speed_dependent", "speed": speed})
+
+
+def spinning(made, unequal=False):
+    """Three grains on the floor in a row, of which one rolls fast over floor and neighbours."""
+    radii = np.array([0.6e-6, 0.6e-6, 0.5e-6 if unequal else 0.6e-6])
+    x = np.array([[0, 0, RADIUS], [D, 0, RADIUS], [0, 0, 0]])
+    reach, rise = radii[0] + radii[2] - 0.1e-9, radii[0] - radii[2]
+    x[2] = [0, np.sqrt(reach**2 - rise**2), radii[2]]
+    x[:, 2] -= 0.1e-9
+    w = np.array([[0, 0, 0], [1e5, 8e5, 0], [6e5, 0, 1e5]])
+    if unequal:
+        return Grains(made, polydisperse(x, radii, None, 0.0, w))
+    return Probe(made, sample_of(x, np.zeros((3, 3)), w))
+
+
+def after(probe, steps):
+    """(ledger residual, rolling losses of pairs and walls, positions, spins)."""
+    start = probe.sim.measure()
+    probe.advance(steps)
+    m = probe.sim.measure()
+    return record.ledger(m, start)[1], (m["loss"][3], m["loss_wall"][3]), probe.x, probe.w
+
+
+def test_limit_case_is_the_built_in_law():
+    """Where the speed is beyond all measure the limit is xi_crit: the same to rounding, which the
+    compiler may take in another order (1e-9: 400 steps, as in test_effects)."""
+    _, lost, x, w = after(spinning(scene()), 400)
+    _, same, x2, w2 = after(spinning(scene("1e30 m/s")), 400)
+    assert min(lost) > 0
+    np.testing.assert_allclose(same, lost, rtol=1e-8)
+    assert np.abs(x2 - x).max() < 1e-9 * D and np.abs(w2 - w).max() < 1e-8 * np.abs(w).max()
+
+
+@pytest.mark.parametrize("unequal", [False, True], ids=["equal", "unequal"])
+def test_ledger_closes(unequal):
+    """At a speed that makes the limit half as large again; a step four times as short leaves less
+    than half of the residual (first order: the limit changes within a step)."""
+    residuals = []
+    for dt, steps in (("0.2 ns", 250), ("0.05 ns", 1000)):
+        residual, lost, _, _ = after(spinning(scene("1 m/s", dt=dt), unequal), steps)
+        residuals.append(abs(residual))
+        assert min(lost) > 0
+    assert residuals[0] < 2e-3 and residuals[1] < max(0.5 * residuals[0], 1e-6)
+
+
+def test_its_numbers_are_told():
+    """`dust check` and the table of the docs have the number of the law."""
+    made = scene("2 cm/s")
+    pair = constants.pair_constants(made.material, made.interaction)
+    assert pair.slowness == pytest.approx(50.0) and pair.k_r > 0
+    told = dict(_contact(pair, made))
+    assert any("slowness" in what and value == "50 s/m" for what, value in told.items())
+    assert ("rolling", "speed_dependent", "slowness") in {
+        row[:3] for row in registry.table_of_numbers()
+    }
+
+
+def test_its_keys_are_checked():
+    with pytest.raises(DustError, match=r"rolling\.speed = 2: it has no unit"):
+        scene(2)
+    with pytest.raises(DustError, match=r"rolling\.law = .*linear, speed_dependent is needed"):
+        make_scene().with_value("interaction.rolling", {"law": "none_such"})
+    made = scene("2 cm/s")
+    assert type(made).from_dict(made._plain()) == made
+
+
+def test_what_cannot_be_registered(example):
+    law = example["RollingWithSpeed"]
+    for effect, name, own, text in (
+        ("roling", "mine", law, "rolling, sliding"),
+        ("rolling", "linear", law, "built-in"),
+        ("twisting", "mine", object(), "lacks NUMBERS, numbers, energy"),
+    ):
+        with pytest.raises(ValueError, match=text):
+            register(effect, name, own)
