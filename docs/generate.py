@@ -1,7 +1,8 @@
 """Parts of these pages that the program itself knows: written at each build to `generated/`.
 
 The keys of a scene come from its blocks, the variables of a result from their declaration, the
-commands from the command line itself, the named materials from the scene, and the pages of the
+commands from the command line itself, the named materials from the scene, the numbers of a contact
+from the laws, and the pages of the
 interface from the packages. So none of these tables can be out of date.
 """
 
@@ -14,6 +15,7 @@ from markdown import cell as _cell
 from markdown import text as _text
 
 from dusttaichi.grains.variables import VARIABLES
+from dusttaichi.physics.contact.registry import table_of_numbers
 from dusttaichi.scene import NAMED
 from dusttaichi.scene.keys import rows
 
@@ -41,6 +43,7 @@ def main():
     pages = {
         **{f"keys_{block}.md": keys(block) for block in blocks()},
         "materials.md": materials(),
+        "contact_numbers.md": contact_numbers(),
         **{f"variables_{group}.md": variables(group) for group in GROUPS},
         "commands.md": reference.commands(),
         **{f"{csv_file.stem}.md": csv_table(csv_file) for csv_file in _tables()},
@@ -101,6 +104,14 @@ def _numbers(material):
     """The numbers of a named material as they stand in YAML."""
     given = material if isinstance(material, dict) else material.model_dump(mode="json")
     return {key: value for key, value in given.items() if value is not None and key != "name"}
+
+
+def contact_numbers():
+    """The table of the numbers that a contact stores for each law."""
+    lines = ["| effect | law | number | unit | meaning |", "| --- | --- | --- | --- | --- |"]
+    for effect, law, name, unit, meaning in table_of_numbers():
+        lines.append(f"| {effect} | `{law}` | `{name}` | {unit} | {_cell(meaning)} |")
+    return _text(lines)
 
 
 def variables(group):

@@ -33,7 +33,7 @@ SYMBOLS = {
 
 
 def internal(unit):
-    """SI value of the internal unit with the dimension of the SI unit `unit`, such as "N/m" or "kg/m^3".
+    """SI value of the internal unit in the place of the SI unit `unit`, such as "kg/m^3".
 
     Raises KeyError for a symbol that is not in SYMBOLS.
     """

@@ -28,36 +28,45 @@ def contacts_of(sim, scene):
     """physics.network.Contacts of a simulation, grains by the sample's numbers."""
     pairs = sim.contact_state()
     i, j, overlap = pairs["grain_i"], pairs["grain_j"], pairs["overlap"]
-    distance = sim._touch(i, j) - overlap
-    normal = _normals(sim, i, j, distance)
     kind = _kinds(sim, scene)
-    parts = [
-        _rows(
-            scene,
-            i,
-            j,
-            normal,
-            np.ones(len(i)),
-            overlap,
-            [kind(a, b) for a, b in zip(i.tolist(), j.tolist(), strict=True)],
-        )
-    ]
+    kinds = [kind(a, b) for a, b in zip(i.tolist(), j.tolist(), strict=True)]
+    normal = _normals(sim, i, j, sim._touch(i, j) - overlap)
+    strength = np.ones(len(i))
     if sim.box is not None:
         walls = sim.wall_contact_state()
         g, wall = walls["grain"], walls["wall"]
-        parts.append(
-            _rows(
-                scene,
-                g,
-                np.full(len(g), -1),
-                sim.box.normal[wall],
-                sim.box.strength[wall],
-                walls["overlap"],
-                [kind(a, None) for a in g.tolist()],
-            )
-        )
-    names = parts[0].keys()
-    return Contacts(**{name: np.concatenate([part[name] for part in parts]) for name in names})
+        kinds += [kind(a, None) for a in g.tolist()]
+        i, j = np.concatenate([i, g]), np.concatenate([j, np.full(len(g), -1)])
+        normal = np.concatenate([normal, sim.box.normal[wall]])
+        strength = np.concatenate([strength, sim.box.strength[wall]])
+        overlap = np.concatenate([overlap, walls["overlap"]])
+    s = contact_radius(np.array(overlap, float) * units.LENGTH / _column(kinds, "delta0"))
+    same = {name: _column(kinds, name) for name in ("r", "R", "k_s", "k_r", "k_t")}
+    return Contacts(
+        grain_i=np.array(i, int),
+        grain_j=np.array(j, int),
+        normal=np.reshape(normal, (-1, 3)),
+        strength=np.array(strength, float),
+        ratio=np.array([ratio for _, ratio in kinds], float),
+        k_n=_column(kinds, "k_n") * slope(s),
+        kappa=_damping(kinds, s),
+        **same,
+    )
+
+
+def _column(kinds, name):
+    """A number of each contact; kinds: (ContactConstants, r1/r2) of each."""
+    return np.array([getattr(c, name) for c, _ in kinds], float)
+
+
+def _damping(kinds, s):
+    """Damping constant of each contact where its contact radius is a0 s^2."""
+    places, out = {}, np.zeros(len(kinds))
+    for n, (contact, _) in enumerate(kinds):
+        places.setdefault(id(contact), (contact, []))[1].append(n)
+    for contact, own in places.values():
+        out[own] = contact.kappa_at(s[own])
+    return out
 
 
 def _normals(sim, i, j, distance):
@@ -94,29 +103,6 @@ def _kinds(sim, scene):
         return contact(*one, int(number[j]), float(radius[j]) * units.LENGTH)
 
     return of
-
-
-def _rows(scene, i, j, normal, strength, overlap, kinds):
-    """Columns of Contacts; kinds: (ContactConstants, r1/r2) of each."""
-
-    def column(name):
-        return np.array([getattr(c, name) for c, _ in kinds], float)
-
-    s = contact_radius(np.array(overlap, float) * units.LENGTH / column("delta0"))
-    return {
-        "grain_i": np.array(i, int),
-        "grain_j": np.array(j, int),
-        "normal": np.reshape(normal, (-1, 3)),
-        "strength": np.array(strength, float),
-        "ratio": np.array([ratio for _, ratio in kinds], float),
-        "r": column("r"),
-        "R": column("R"),
-        "k_n": column("k_n") * slope(s),
-        "k_s": column("k_s"),
-        "k_r": column("k_r"),
-        "k_t": column("k_t"),
-        "kappa": np.array([c.kappa_at(own) for (c, _), own in zip(kinds, s, strict=True)], float),
-    }
 
 
 def rows(scene, sim, step):

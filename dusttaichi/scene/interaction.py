@@ -119,17 +119,21 @@ class Interaction(Block):
         description="surface energy of a contact between unlike materials: root of the product, "
         "mean, or gamma1 + gamma2 - 2/(1/gamma1 + 1/gamma2)",
     )
-    rolling: Annotated[SerializeAsAny[Effect] | None, _SWITCH] = Field({}, description="resistance to rolling")
-    sliding: Annotated[SerializeAsAny[Effect] | None, _SWITCH] = Field({}, description="resistance to sliding")
-    twisting: Annotated[SerializeAsAny[Effect] | None, _SWITCH] = Field({}, description="resistance to twisting")
+    rolling: Annotated[SerializeAsAny[Effect] | None, _SWITCH] = Field(
+        {}, description="resistance to rolling"
+    )
+    sliding: Annotated[SerializeAsAny[Effect] | None, _SWITCH] = Field(
+        {}, description="resistance to sliding"
+    )
+    twisting: Annotated[SerializeAsAny[Effect] | None, _SWITCH] = Field(
+        {}, description="resistance to twisting"
+    )
     asperities: Annotated[Asperities | None, _ASPERITIES] = Field(
         None, description="energy lost on flattening asperities at first touch"
     )
     damping: SerializeAsAny[
         Annotated[BuiltInDamping, Field(discriminator="model"), _DampingWord()]
-    ] = Field(
-        {"model": "viscous"}, description="damping of the normal motion of a contact"
-    )
+    ] = Field({"model": "viscous"}, description="damping of the normal motion of a contact")
 
     @field_validator("rolling", "sliding", "twisting", mode="wrap")
     @classmethod

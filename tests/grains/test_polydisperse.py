@@ -125,7 +125,9 @@ def test_against_reference(slipping):
     """Tolerances as for equal pairs (test_pair): rounding of positions without slip, and 3e-4 with
     it, where pointers of the small grains turn three times as far."""
     x, v, w, radii, kinds = oblique(slipping)
-    probe = Grains(scene_of(dt="0.02 ns", damping="viscoelastic"), polydisperse(x, radii, kinds, v, w))
+    probe = Grains(
+        scene_of(dt="0.02 ns", damping="viscoelastic"), polydisperse(x, radii, kinds, v, w)
+    )
     reference = ref.Reference(
         x,
         v,
@@ -240,7 +242,9 @@ def test_loads_are_minus_the_gradient():
     )
     v = np.array([[0.02, -0.01, 0.004], [-0.01, 0.015, -0.003], [0.003, -0.012, 0.005]])
     w = np.array([[2.0, -4.0, 7.0], [-5.0, 3.0, -6.0], [4.0, 6.0, -3.0]]) * 2e4
-    probe = Grains(scene_of(boundary=box("bottom"), dt="0.02 ns"), polydisperse(x, radii, kinds, v, w))
+    probe = Grains(
+        scene_of(boundary=box("bottom"), dt="0.02 ns"), polydisperse(x, radii, kinds, v, w)
+    )
     probe.advance(20)
     measured = probe.sim.measure()
     assert np.all(measured["loss"][1:] == 0) and np.all(measured["loss_wall"][1:] == 0)

@@ -268,8 +268,8 @@ def make_find(fields, scratch, layout):
 def make_relist(fields, scratch, layout, write_constants=None):
     """Kernel `relist(edges)`: pairs, their history, and the list of contacts of every grain.
 
-    edges: of the periodic cell. write_constants: `make_write_constants` of kernels.polydisperse, where
-    grains have radii and materials of their own.
+    edges: of the periodic cell. write_constants: `make_write_constants` of
+    kernels.polydisperse, where grains have radii and materials of their own.
     """
     W = layout.width
     pair_i, pair_j, pair_start = fields["pair_i"], fields["pair_j"], fields["pair_start"]

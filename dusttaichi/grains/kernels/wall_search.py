@@ -19,8 +19,8 @@ def make_wall_relist(fields, scratch, layout, write_constants=None):
     """Kernel `relist_walls(box, time, reach, present)`; reach is the distance of centre and wall
     within which a grain is listed.
 
-    write_constants: `make_write_constants` of kernels.polydisperse, where grains have radii and materials
-    of their own; reach then is that of their surfaces.
+    write_constants: `make_write_constants` of kernels.polydisperse, where grains have radii and
+    materials of their own; reach then is that of their surfaces.
     """
     W = layout.width
     x, counts = fields["x"], fields["counts"]

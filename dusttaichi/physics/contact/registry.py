@@ -4,8 +4,8 @@ A law is a module (or any object) with
 
 - ``NUMBERS``: name -> Number, what a contact stores for the law;
 - ``numbers(c, own)``: a `ti.pyfunc` that returns their values as a dict. c: the contact
-  (`constants.ContactConstants` by name), own: the keys of the law's block in the YAML; both in SI on
-  the host, in internal units in a kernel;
+  (`constants.ContactConstants` by name), own: the keys of the law's block in the YAML; both in SI
+  on the host, in internal units in a kernel;
 - the functions of its effect, see NEEDED. What they are given is told in the file of the built-in
   law; p holds all numbers of the contact.
 

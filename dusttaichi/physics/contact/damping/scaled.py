@@ -1,4 +1,4 @@
-"""Scaled damping: kappa = k_n' m0/t_c from mass and characteristic time of equal grains (T19 eq 5)."""
+"""Scaled damping: kappa = k_n' m0/t_c, from mass and time scale of equal grains (T19 eq 5)."""
 
 import taichi as ti
 
