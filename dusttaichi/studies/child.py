@@ -18,6 +18,7 @@ from dusttaichi.errors import DustError
 
 REPORT_EVERY = 0.5  # s between two reports of progress
 GRACE = 100.0  # s that an interrupted task may take to write its checkpoint
+AGAIN = 10.0  # s after which it is interrupted again: an interruption inside Taichi may get lost
 
 
 class Parent:
@@ -92,13 +93,15 @@ class Child:
             *lines, rest = (rest + chunk).split(b"\n")
             for line in lines:
                 self._lines.put(json.loads(line))
-        with self._lock:
-            self._ended = True
-            if not self._busy:
-                self._lines.put(None)
-                return
-            os.kill(os.getpid(), signal.SIGINT)
-        time.sleep(GRACE)
+        end = time.monotonic() + GRACE
+        while time.monotonic() < end:
+            with self._lock:
+                self._ended = True
+                if not self._busy:
+                    self._lines.put(None)
+                    return
+                os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(AGAIN)
         os._exit(130)
 
 
