@@ -32,6 +32,7 @@ def execute(
     report=lambda report: None,
     log=lambda text: None,
     ready=lambda simulation: None,
+    advancing=None,
 ):
     """Run a scene into `directory`; returns the directory.
 
@@ -39,6 +40,7 @@ def execute(
     estimate the error of the time step at the end (error_bar.py). report: called with a Report now
     and then; log: with sentences for the user. ready: called with the Simulation
     (dusttaichi.method), everything compiled, before its first step.
+    advancing: a context manager that is entered around every stretch of steps, to time them.
     Raises DustError (bad input, an existing result, a full disk), GuardStop (with the result up to
     there kept), Interrupted (after flushing and a checkpoint).
     """
@@ -46,7 +48,7 @@ def execute(
     with Interrupts() as interrupts, files.RunLock(directory) as lock:
         if not force and not resume:
             refuse_existing(directory)
-        others = {"interrupts": interrupts, "report": report, "log": log}
+        others = {"interrupts": interrupts, "report": report, "log": log, "advancing": advancing}
         opening = Opening(scene, directory, lock, keep_states=error_bar, **others)
         try:
             run = _open(opening, force=force, resume=resume, fresh=fresh)

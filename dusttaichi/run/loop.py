@@ -6,6 +6,7 @@ number of it.
 """
 
 import time as real_time
+from contextlib import nullcontext
 from dataclasses import dataclass
 
 from dusttaichi.errors import GuardStop, Interrupted
@@ -36,12 +37,16 @@ class Run:
     """One run in progress: a simulation, its state of progress, its files, its activities.
 
     sim: a Simulation (dusttaichi.method). state: RunState. files: RunFiles. interrupts: Interrupts.
-    report: called with a Report now and then; log: called with sentences for the user.
+    report: called with a Report now and then; log: called with sentences for the user. advancing: a
+    context manager that is entered around every stretch of steps.
     """
 
-    def __init__(self, scene, sim, state, files, *, interrupts, report, log, states=None):
+    def __init__(
+        self, scene, sim, state, files, *, interrupts, report, log, advancing=None, states=None
+    ):
         self.scene, self.sim, self.state, self.files = scene, sim, state, files
         self.writer, self.interrupts, self.report, self.log = files.writer, interrupts, report, log
+        self.advancing = advancing or nullcontext()
         self.rate, self.checked = 0.0, 0.0
         self.began = real_time.perf_counter() - state.wall_clock
         self.opened_at = sim.step
@@ -106,7 +111,8 @@ class Run:
             burst = max(20, int(self.rate * BURST_SECONDS))
             began, first = real_time.perf_counter(), sim.step
             check = ledger.next_check(first, self.state.first, sim.size)
-            sim.advance(min(due - first, burst, check - first))
+            with self.advancing:
+                sim.advance(min(due - first, burst, check - first))
             if sim.step - first == burst or self.rate == 0.0:
                 self.rate = (sim.step - first) / (real_time.perf_counter() - began)
             self._check(sim.step == check)

@@ -9,42 +9,51 @@ EVERY = 0.02  # core-seconds, and share of the cost so far, between two entries 
 class Meter:
     """Core-seconds of the steps of a simulation: of all threads of this process, while it advances.
 
-    Start, compilation, measuring and writing do not count. On a GPU it is real time.
+    Start, compilation, measuring and writing do not count. On a GPU it is real time. A context
+    manager that the run enters around every stretch of steps.
     cost: so far. steps, costs: lists that grow on the way, what had been made for what cost.
     """
 
-    def __init__(self, sim, backend):
-        self.sim, self.clock = sim, time.process_time if backend == "cpu" else time.perf_counter
+    def __init__(self, backend):
+        self.clock = time.process_time if backend == "cpu" else time.perf_counter
         self.cost, self.steps, self.costs = 0.0, [0], [0.0]
-        self.first = sim.step
-        self.start = sim.state()
-        self.plain, sim.advance = sim.advance, self.advance
+        self.sim = None
 
-    def advance(self, steps):
-        """Advance the simulation and count."""
-        began = self.clock()
-        self.plain(steps)
-        self.cost += self.clock() - began
+    def begin(self, sim):
+        """From here on the steps of this simulation count."""
+        self.sim, self.first, self.start = sim, sim.step, sim.state()
+
+    def __enter__(self):
+        self.began = self.clock()
+
+    def __exit__(self, *_):
+        self.cost += self.clock() - self.began
         if self.cost - self.costs[-1] > EVERY * max(1.0, self.cost):
-            self.steps.append(self.sim.step - self.first)
+            self.steps.append(self.made)
             self.costs.append(self.cost)
 
-    def repeated(self, steps):
-        """Core-seconds of the steps of a run that was too short to tell: the mean over several."""
-        cost, times = 0.0, 0
+    @property
+    def made(self):
+        """Steps since the start."""
+        return self.sim.step - self.first
+
+    def repeat(self):
+        """Take the mean over several goes, for a run that was too short to tell."""
+        steps, cost, times = self.made, 0.0, 0
         try:
             while cost < LEAST:
                 self.sim.restore(self.start)
                 began = self.clock()
-                self.plain(steps)
+                self.sim.advance(steps)
                 cost, times = cost + self.clock() - began, times + 1
         except KeyboardInterrupt:  # what was done tells enough
             pass
-        return cost / times if times else self.cost
+        if times:
+            self.cost, self.steps, self.costs = cost / times, [0], [0.0]
 
     def found(self):
         """What to report of the costs, however the run ended."""
-        costs = [*self.steps, self.sim.step - self.first], [*self.costs, self.cost]
+        costs = [*self.steps, self.made], [*self.costs, self.cost]
         return {"cost": self.cost, "costs": costs}
 
 
@@ -55,14 +64,15 @@ def run(parent, *, scene, directory, measure):
     `share` and `cost` are reported on the way, and `cost` and `costs` at the end, however it ends.
     measure: open the result and take its numbers, too. Raises what `execute` raises.
     """
+    from dusttaichi import units
     from dusttaichi.run import execute
     from dusttaichi.scene import from_yaml
 
-    scene, meter = from_yaml(scene), None
+    scene = from_yaml(scene)
+    meter = Meter(scene.numerics.backend)
 
     def ready(sim):
-        nonlocal meter
-        meter = Meter(sim, scene.numerics.backend)
+        meter.begin(sim)
         parent.wait_for_go()
 
     def report(progress):
@@ -71,17 +81,16 @@ def run(parent, *, scene, directory, measure):
 
     try:
         # stages that other points have kept would cost nothing
-        execute(scene, directory, force=True, fresh=True, report=report, ready=ready)
-        sim = meter.sim
-        found = {"steps": sim.step, "time_step": sim.dt * 1e-6}
+        hooks = {"report": report, "ready": ready, "advancing": meter}
+        execute(scene, directory, force=True, fresh=True, **hooks)
+        found = {"steps": meter.sim.step, "time_step": meter.sim.dt * units.TIME}
         if measure:
             found |= _measured(directory)
         if meter.cost < LEAST and not scene.stages:
-            meter.cost = meter.repeated(sim.step - meter.first)
-            meter.steps, meter.costs = [0], [0.0]
+            meter.repeat()
         return found
     finally:
-        if meter is not None:
+        if meter.sim is not None:
             parent.report(**meter.found())
 
 
