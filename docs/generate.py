@@ -10,9 +10,9 @@ import csv
 import re
 from pathlib import Path
 
-import reference
-from markdown import cell as _cell
-from markdown import text as _text
+import interface
+from markup import cell as _cell
+from markup import text as _text
 
 from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.physics.contact.registry import table_of_numbers
@@ -45,10 +45,10 @@ def main():
         "materials.md": materials(),
         "contact_numbers.md": contact_numbers(),
         **{f"variables_{group}.md": variables(group) for group in GROUPS},
-        "commands.md": reference.commands(),
+        "commands.md": interface.commands(),
         **{f"{csv_file.stem}.md": csv_table(csv_file) for csv_file in _tables()},
-        "api/index.md": reference.api_index(),
-        **{f"api/{room}.md": reference.api_page(room, line) for room, line in reference.ROOMS},
+        "api/index.md": interface.api_index(),
+        **{f"api/{room}.md": interface.api_page(room, line) for room, line in interface.ROOMS},
     }
     wanted = {OUTPUT / name for name in pages}
     for path in set(OUTPUT.rglob("*.md")) - wanted:

@@ -61,7 +61,7 @@ def test_named_materials_are_in_the_table(generate):
 
 
 def test_every_command_and_option_is_listed(generate):
-    text = generate.reference.commands()
+    text = generate.interface.commands()
     for name, command in typer.main.get_command(app).commands.items():
         assert f"### dust {name}" in text
         for option in command.params:

@@ -6,7 +6,7 @@ import textwrap
 from pathlib import Path
 
 import typer
-from markdown import cell, prose, text
+from markup import cell, prose, text
 
 from dusttaichi.commands.app import app
 
