@@ -13,11 +13,9 @@ import xarray as xr
 from dusttaichi.analysis.summary import summary
 from dusttaichi.errors import DustError
 from dusttaichi.files import explain, replace_atomically
-from dusttaichi.grains.variables import VARIABLES
 
 MOST = 10_000  # points of the common coordinate
 CHANGE = 1.001  # factor by which a filling factor changes that counts as driven
-RECORDED = {v.name: v for v in VARIABLES.values() if v.group == "series"}
 UNITS = {
     "p_m": "Pa",
     "p_m_sigma": "Pa",
@@ -210,20 +208,22 @@ def _add_numbers(data, runs, dims, shape):
     """The numbers of the summaries as variables over the runs; returns their names, joined."""
     rows = [{} if run is None else _numbers(run) for run in runs]
     names = list(dict.fromkeys(name for row in rows for name in row))
+    recorded = next((run.series.variables for run in runs if run is not None), {})
     for name in names:
         values = np.array([row.get(name, np.nan) for row in rows], float).reshape(shape)
         attrs = {"long_name": f"{name} of the summary of a run"}
         unit = UNITS.get(name)
-        if name in RECORDED:
-            attrs = {"long_name": f"{RECORDED[name].long_name}, at the end of a run"}
-            unit = RECORDED[name].units
-        data[_number(name)] = (dims, values, attrs | ({"units": unit} if unit else {}))
-    return " ".join(_number(name) for name in names)
+        if name in recorded:
+            own = recorded[name].attrs
+            attrs = {"long_name": f"{own['long_name']}, at the end of a run"}
+            unit = own["units"]
+        data[_number(name, recorded)] = (dims, values, attrs | ({"units": unit} if unit else {}))
+    return " ".join(_number(name, recorded) for name in names)
 
 
-def _number(name):
+def _number(name, recorded):
     """Name in the dataset: the series has variables of some of the names."""
-    return f"final_{name}" if name in RECORDED else name
+    return f"final_{name}" if name in recorded else name
 
 
 def _numbers(run):

@@ -9,7 +9,7 @@ from dusttaichi import units
 from dusttaichi.errors import DustError
 from dusttaichi.geometry import pairs_within
 from dusttaichi.names import AXES
-from dusttaichi.samples.explicit import CLOSEST
+from dusttaichi.physics.contact.constants import CLOSEST
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from math import exp, floor, inf, nan
 
+from dusttaichi import units
 from dusttaichi.names import NEVER
 
 FARTHEST = 2**52  # steps beyond this are never reached
@@ -102,3 +103,26 @@ class Clock:
     def steps_in(self, time):
         """Whole steps in a time [us], at least one."""
         return max(1, floor(time / self.dt + 0.5))
+
+    def last_step(self, stop):
+        """Step at which the stage ends at the latest by a Stop, and why; NEVER if only what is
+        measured can end it.
+
+        Times and steps count from the start of the stage.
+        """
+        first, ends = self.first, [(NEVER, "")]
+        if stop.steps is not None:
+            ends.append((first + stop.steps, f"{stop.steps} steps"))
+        if stop.time is not None:
+            steps = self.steps_in(stop.time / units.TIME)
+            ends.append((first + steps, f"time {stop.time * 1e6:.6g} us"))
+        if stop.strain is not None:
+            ends.append((self.step_of_strain(stop.strain), f"strain {stop.strain:.4g}"))
+        if stop.filling_factor is not None and self.bounded:
+            step = self.step_of_filling_factor(stop.filling_factor)
+            ends.append((step, f"filling factor {stop.filling_factor:.4g}"))
+        for axis, way in enumerate(("wide", "deep", "high")):
+            if self.start[axis] == self.start[axis] and self.moves:
+                step = self.step_of_length(self.least[axis], axis)
+                ends.append((step, f"the room is two grains {way}"))
+        return min(ends)

@@ -9,13 +9,13 @@ from dusttaichi.errors import DustError
 from dusttaichi.names import AXES, WALLS
 
 
-def make_surroundings(boundary, positions, radius, contact, overlap, period=None):
+def make_surroundings(boundary, positions, radius, *, contact, overlap, period=None):
     """(Box or None, Cell or None) around a sample at rest.
 
-    positions (N, 3), radius, distance of two grains in equilibrium contact, overlap in equilibrium
-    with a wall: um; each but the first one number, or (N,) of grains that are not all alike. With
-    `size: fit` the outermost grains are in equilibrium contact with their wall, or with each other
-    across the faces; a sample that repeats says by what `period`.
+    positions (N, 3), radius, contact (distance of two grains in equilibrium contact), overlap (in
+    equilibrium with a wall): um; each but the first one number, or (N,) of grains that are not all
+    equal. With `size: fit` the outermost grains are in equilibrium contact with their wall, or with
+    each other across the faces; a sample that repeats says by what `period`.
     Raises DustError when the sample does not fit.
     """
     low, high = positions.min(axis=0), positions.max(axis=0)

@@ -379,9 +379,9 @@ def build(scene, sample, drive=None, scenes=None, ledger=True, step=None, like=N
         scene.boundary,
         positions[alone],
         radius,
-        2.0 * radius - pair.delta0 / units.LENGTH,
-        overlap,
-        None if period is None else np.array(period) / units.LENGTH,
+        contact=2.0 * radius - pair.delta0 / units.LENGTH,
+        overlap=overlap,
+        period=None if period is None else np.array(period) / units.LENGTH,
     )
     if scenes is not None:
         fields["scene"].from_numpy(scenes[order].astype(np.int32))

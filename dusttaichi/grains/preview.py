@@ -11,7 +11,6 @@ from dusttaichi.grains.inventory import compiled_rows, field_rows, preset_rows, 
 from dusttaichi.names import NEVER
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import chosen_laws
-from dusttaichi.run.schedule import last_step
 from dusttaichi.scene import filling_direction, quantities
 from dusttaichi.scene.material import DEFAULT
 
@@ -151,7 +150,7 @@ def _plan(scene, sim):
     domain, first, out = sim.domain, 0, []
     for plan in scene.stage_plans:
         domain = domain.driven(plan.drive, first)
-        end, reason = last_step(plan.stop, domain.clock(first))
+        end, reason = domain.clock(first).last_step(plan.stop)
         out.append((plan.name, end - first if end < NEVER else NEVER, reason))
         if end == NEVER:
             break

@@ -31,31 +31,3 @@ def next_step(interval, clock, step):
     ):
         k += 1
     return due if k != 0 else NEVER
-
-
-def last_step(stop, clock):
-    """Step at which a stage ends at the latest, and why; NEVER if only a pressure can end it.
-
-    Times and steps count from the start of the stage.
-    """
-    first, ends = clock.first, [(NEVER, "")]
-    if stop.steps is not None:
-        ends.append((first + stop.steps, f"{stop.steps} steps"))
-    if stop.time is not None:
-        steps = clock.steps_in(stop.time / units.TIME)
-        ends.append((first + steps, f"time {stop.time * 1e6:.6g} us"))
-    if stop.strain is not None:
-        ends.append((clock.step_of_strain(stop.strain), f"strain {stop.strain:.4g}"))
-    if stop.filling_factor is not None and clock.bounded:
-        ends.append(
-            (
-                clock.step_of_filling_factor(stop.filling_factor),
-                f"filling factor {stop.filling_factor:.4g}",
-            )
-        )
-    for axis, way in enumerate(("wide", "deep", "high")):
-        if clock.start[axis] == clock.start[axis] and clock.moves:
-            ends.append(
-                (clock.step_of_length(clock.least[axis], axis), f"the room is two grains {way}")
-            )
-    return min(ends)

@@ -4,7 +4,6 @@ import numpy as np
 
 from dusttaichi import units
 from dusttaichi.names import WALLS
-from dusttaichi.run.schedule import last_step
 from dusttaichi.run.state import Tension
 
 TENSIONS = 10  # points of the series that stop.past_maximum averages over
@@ -20,7 +19,7 @@ class End:
 
     def __init__(self, plan, clock, state, step):
         self.plan, self.clock, self.state, self.pressure = plan, clock, state, None
-        self.step, self.reason = last_step(plan.stop, clock)
+        self.step, self.reason = clock.last_step(plan.stop)
         if state.ended:
             self.step, self.reason = step, state.ended
 

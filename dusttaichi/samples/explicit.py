@@ -11,6 +11,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from dusttaichi.errors import DustError
 from dusttaichi.geometry import pairs_within
+from dusttaichi.physics.contact.constants import CLOSEST
 from dusttaichi.samples import files
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock, register
@@ -25,8 +26,6 @@ from dusttaichi.samples.values import (
 )
 from dusttaichi.scene.fields import needed, problems
 from dusttaichi.scene.quantities import Quantity
-
-CLOSEST = 0.9  # diameters: at 10 % overlap JKR is far outside what it was derived for
 
 
 class ExplicitSample(SampleBlock):

@@ -10,6 +10,7 @@ from functools import cached_property
 from math import inf, pi, sqrt
 
 PULL_OFF = (9.0 / 16.0) ** (1.0 / 3.0)  # delta_c / delta0
+CLOSEST = 0.9  # diameters: at 10 % overlap JKR is far outside what it was derived for
 S_PULL_OFF = 6.0 ** (-1.0 / 3.0)  # sqrt(a/a0) at pull-off
 
 
