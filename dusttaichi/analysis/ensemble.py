@@ -215,8 +215,8 @@ def _add_numbers(data, runs, dims, shape):
         unit = UNITS.get(name)
         if name in recorded:
             own = recorded[name].attrs
-            attrs = {"long_name": f"{own['long_name']}, at the end of a run"}
-            unit = own["units"]
+            attrs = {"long_name": f"{own.get('long_name', name)}, at the end of a run"}
+            unit = own.get("units", unit)
         data[_number(name, recorded)] = (dims, values, attrs | ({"units": unit} if unit else {}))
     return " ".join(_number(name, recorded) for name in names)
 

@@ -19,6 +19,7 @@ from dusttaichi.analysis.ensemble_tables import (
 )
 from dusttaichi.commands.ensembles import failure
 from dusttaichi.errors import DustError, GuardStop
+from dusttaichi.results import COMMON
 from dusttaichi.scene import Scene, from_yaml
 from dusttaichi.studies.ensemble import ensemble_plan, sweep_plan
 from dusttaichi.studies.ensemble.jobs import Job, JobResult, perform
@@ -189,6 +190,8 @@ class Made(analysis.Run):
             {"time": series["time"], "channel": ["forming"], "spring": ["normal"]},
             {"title": "made", "status": "finished", "grains": 10, **attrs},
         )
+        for name in made.variables.keys() & COMMON.keys():
+            made[name].attrs = {"units": COMMON[name].units, "long_name": COMMON[name].long_name}
         super().__init__("made", made)
 
 
