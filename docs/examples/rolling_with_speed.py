@@ -3,7 +3,7 @@
 A contact rolls elastically up to xi_crit, past which it gives way and rolling costs energy. Here
 the limit grows with the rolling speed, xi_crit (1 + |dxi/dt|/speed), so that fast rolling is
 resisted more, as viscoelastic contacts do; slow rolling is that of the built-in law. The energy
-lost is booked with the limit of the moment, so that the ledger closes.
+lost enters the ledger with the limit of the moment, so that the ledger closes.
 
 Import this file, and the YAML may say
 

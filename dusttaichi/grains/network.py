@@ -15,7 +15,7 @@ def stable_step(sim, scene):
     """(shortest period [s], largest stable step [s]) of the contacts that there are now.
 
     Every contact with the slope of its force and the damping where it is; walls with their
-    strengths; unlike grains; across periodic faces. Infinite without contacts. Contacts to come
+    strengths; polydisperse grains; across the faces. Infinite without contacts. Contacts to come
     may be stiffer or more: see build.time_step for those.
     """
     mass = np.broadcast_to(np.ravel(sim.mass), sim.grains) * units.MASS

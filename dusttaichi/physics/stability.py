@@ -56,16 +56,16 @@ def stiffness_matrix(centres, pair, walls=()):
     for i, j in combinations(range(n), 2):
         d = centres[i] - centres[j]
         if np.linalg.norm(d) < 1.01:
-            _add_springs(K, C, pair, d / np.linalg.norm(d), i, j)
+            _add_springs((K, C), pair, d / np.linalg.norm(d), (i, j))
     for wall, normal, strength, grains in walls:
         for i in grains:
-            _add_springs(K, C, wall, np.array(normal, float), i, None, strength)
+            _add_springs((K, C), wall, np.array(normal, float), (i, None), strength)
     return K, C
 
 
-def _add_springs(K, C, contact, n, i, j, strength=1.0):
-    """The springs of a contact of grains i and j (None: a wall), normal n."""
-    rows = []
+def _add_springs(matrices, contact, n, grains, strength=1.0):
+    """Add the springs of a contact to (K, C). n: its normal; grains: (i, j), j None for a wall."""
+    (K, C), (i, j), rows = matrices, grains, []
     for k, dx, turn1, turn2 in springs(contact, n, strength):
         row = np.zeros((len(dx), K.shape[0]))
         row[:, 6 * i : 6 * i + 3] = dx

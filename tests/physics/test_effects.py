@@ -118,14 +118,15 @@ def energies(probe, effects, x=None, turn=None):
             n2 = n2 + np.cross(turn[j], n2)
             nc = ref.unit(x[i] - x[j])
             phi = phi + ref.dot(turn[i] - turn[j], nc)
-            own = ref.pair_energies(x[i], x[j], n1, n2, phi, ref.numbers(effects=effects))
+            p = ref.numbers(effects=effects)
+            own = ref.pair_energies(x[i], x[j], n1, n2, phi, p).astype(complex)
             if probe.own:
                 own[1:] = own_energies(probe, (RADIUS * (n1 - n2), nc), n1, n2, phi)[1:]
             total[0] += own
         else:
             phi = phi + ref.dot(turn[i], FLOOR)
             p = ref.numbers(wall=True, effects=effects)
-            own = ref.wall_energies(x[i], n1, n2, phi, FLOOR, floor, p)
+            own = ref.wall_energies(x[i], n1, n2, phi, FLOOR, floor, p).astype(complex)
             if probe.own:
                 arm = x[i] + RADIUS * n1 - n2
                 own[1:] = own_energies(probe, (arm, FLOOR, True), n1, n2, phi)[1:]

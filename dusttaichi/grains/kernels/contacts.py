@@ -130,7 +130,7 @@ class ContactPass:
 
     @ti.func
     def push(self, at: ti.template(), on: ti.template(), p):
-        """Force along the normal: spring, damping, first touches. Books what they cost.
+        """Force along the normal: spring, damping, first touches; their losses go into the ledger.
 
         What forming and breaking cost is the potential, less what the half kick of the step has
         done with it.
@@ -149,7 +149,8 @@ class ContactPass:
 
     @ti.func
     def damp(self, at: ti.template(), on: ti.template(), p):
-        """Damping force of now: the speed carried on by half a step; books the work of the last.
+        """Damping force of now: the speed carried on by half a step; the work of the last goes
+        into the ledger.
 
         struck: the speed before, with what the impulse of a first touch has made of it.
         """
@@ -170,8 +171,8 @@ class ContactPass:
         """Force that lanes which have just formed feel in this step (physics.contact.asperities):
         impulse over dt.
 
-        The impulse of the last step is booked with the speed of now along the n_c of that step: the
-        work it really did, whatever else pulled at the grains. Contacts that exist at the start
+        The impulse of the last step is entered with the speed of now along the n_c of that step:
+        the work it really did, whatever else pulled at the grains. Contacts that exist at the start
         (dt = 0) have touched before.
         """
         done = self.state[at.b, self.GRAZE] + at.u_then
@@ -187,8 +188,8 @@ class ContactPass:
 
     @ti.func
     def roll(self, at: ti.template(), turn: ti.template(), p):
-        """The pointers put back to the limit of rolling; books what that costs. turn: n1, n2
-        (turned already), w1, w2.
+        """The pointers put back to the limit of rolling; what that costs goes into the ledger.
+        turn: n1, n2 (turned already), w1, w2.
 
         n_i <- n_i - alpha_i (xi - xi_c)/r_i moves xi by R/r1 + R/r2 = 1 times the excess, and
         r1 dn1 - r2 dn2 = 0: sliding sees nothing of it.
@@ -206,7 +207,7 @@ class ContactPass:
 
     @ti.func
     def slip(self, at: ti.template(), zeta, rate, p):
-        """How far sliding is past its limit; books what that costs."""
+        """How far sliding is past its limit; what that costs goes into the ledger."""
         past = self.laws.sliding.correct(zeta, rate, p)
         self.lose(at.tile, SLIDING, at.weight * past.lost)
         return past
@@ -240,7 +241,7 @@ class ContactPass:
     @ti.func
     def twist(self, at: ti.template(), on: ti.template(), way, rate, p):
         """(torque along the normal, energy stored), the twist carried on by `way` and put back to
-        its limit; books what that costs."""
+        its limit; what that costs goes into the ledger."""
         past = self.laws.twisting.correct(at.was * (self.state[at.b, self.TWIST] + way), rate, p)
         phi = self.law(past.phi)
         self.state[at.b, self.TWIST] = on.kept * past.phi

@@ -165,13 +165,43 @@ def make_write_constants(fields, interfaces, scene, laws):
 
     interfaces: field of `interface_table` of the scene.
     """
-    materials = len(scene.all_materials)
-    table = fields["constants"]
+    materials, table = len(scene.all_materials), fields["constants"]
     radius, mass, material = fields["radius"], fields["mass"], fields["material"]
+    write = make_write(table, interfaces, scene, laws)
+    columns = len(stored(laws))
+
+    @ti.func
+    def write_pair(b, k, g, j):
+        r1, r2, m1, m2 = radius[g], radius[j], mass[g], mass[j]
+        R, reduced = reduced_radius(r1, r2), m1 * m2 / (m1 + m2)
+        radii = {"r1": r1, "r2": r2, "R": R, "R_pair": R}
+        masses = {"mass": reduced, "m0": 2.0 * reduced, "size": 2.0 * R}
+        write(b, k, material[g] * materials + material[j], {**radii, **masses})
+
+    @ti.func
+    def write_wall(b, k, g):
+        r, m = radius[g], mass[g]
+        radii = {"r1": r, "r2": 0.0 * r, "R": r, "R_pair": reduced_radius(r, r)}
+        masses = {"mass": m, "m0": m, "size": r}
+        write(b, k, materials * materials + material[g], {**radii, **masses})
+
+    @ti.func
+    def write_empty(b, k):
+        for n in ti.static(range(columns)):
+            table[b, n][k] = 1.0
+
+    return write_pair, write_wall, write_empty
+
+
+def make_write(table, interfaces, scene, laws):
+    """Returns `write(b, k, row, two)`: the numbers of one contact, made by the laws.
+
+    row: of the table of interfaces. two: radii and masses of the two by the names that
+    ContactConstants has for them.
+    """
     columns = own_columns(laws, scene.interaction)
-    steps = [(law, columns[effect]) for effect, law in laws.on]
+    of_laws = [(law, columns[effect]) for effect, law in laws.on]
     column = {name: n for n, name in enumerate(stored(laws))}
-    ZERO, SIZE = 0.0, len(column)
 
     @ti.func
     def contact(row, two: ti.template()):
@@ -195,30 +225,11 @@ def make_write_constants(fields, interfaces, scene, laws):
         table[b, column["r1"]][k] = c.r1
         table[b, column["r2"]][k] = c.r2
         table[b, column["mass"]][k] = c.mass
-        for law, keys in ti.static(steps):
-            own = ti.Struct(none=ZERO, **{name: interfaces[row, n] for name, n in keys})
+        for law, keys in ti.static(of_laws):
+            # a struct needs a member: the row, for a law without keys
+            own = ti.Struct(row=row, **{name: interfaces[row, n] for name, n in keys})
             found = law.numbers(c, own)
             for name in ti.static(tuple(law.NUMBERS)):
                 table[b, column[name]][k] = found[name]
 
-    @ti.func
-    def write_pair(b, k, g, j):
-        r1, r2, m1, m2 = radius[g], radius[j], mass[g], mass[j]
-        R, reduced = reduced_radius(r1, r2), m1 * m2 / (m1 + m2)
-        two = {"r1": r1, "r2": r2, "R": R, "R_pair": R}
-        masses = {"mass": reduced, "m0": 2.0 * reduced, "size": 2.0 * R}
-        write(b, k, material[g] * materials + material[j], {**two, **masses})
-
-    @ti.func
-    def write_wall(b, k, g):
-        r, m = radius[g], mass[g]
-        two = {"r1": r, "r2": ZERO * r, "R": r, "R_pair": reduced_radius(r, r)}
-        masses = {"mass": m, "m0": m, "size": r}
-        write(b, k, materials * materials + material[g], {**two, **masses})
-
-    @ti.func
-    def write_empty(b, k):
-        for n in ti.static(range(SIZE)):
-            table[b, n][k] = 1.0
-
-    return write_pair, write_wall, write_empty
+    return write
