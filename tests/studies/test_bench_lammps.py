@@ -43,10 +43,9 @@ def cluster(grains: int, seed: int = 1) -> np.ndarray:
     return positions
 
 
-def run(positions, steps, **options):
-    return lammps.run_lammps(
-        positions, SILICATE, {}, None, steps=steps, time_step_s=TIME_STEP, **options
-    )
+def run(positions, steps, box=None, time_step_s=TIME_STEP, **options):
+    how = {"steps": steps, "time_step_s": time_step_s, **options}
+    return lammps.run_lammps(positions, SILICATE, {}, box, **how)
 
 
 def test_numbers_given_to_lammps():
@@ -80,9 +79,7 @@ def test_pair_oscillates_as_ours():
     push = 1e-3 * DELTA0
     pair = np.array([[0.0, 0.0, 0.0], [AT_REST + push, 0.0, 0.0]])
     # 1000 + 100 of warm-up; second order in dt and in the push, hence 1e-3 to be generous
-    final = lammps.run_lammps(
-        pair, SILICATE, {}, None, steps=1000, time_step_s=half / 1100, kappa=0.0
-    ).positions
+    final = run(pair, 1000, time_step_s=half / 1100, kappa=0.0).positions
     assert np.linalg.norm(final[1] - final[0]) - AT_REST == pytest.approx(-push, rel=1e-3)
 
 
@@ -131,16 +128,12 @@ def test_bad_arguments():
     with pytest.raises(ValueError, match="at least 1"):
         run(cluster(3), 0)
     with pytest.raises(ValueError, match="box_m"):
-        lammps.run_lammps(
-            cluster(3), SILICATE, {}, [1e-6, 1e-6, 1e-6], steps=10, time_step_s=TIME_STEP
-        )
+        run(cluster(3), 10, [1e-6, 1e-6, 1e-6])
 
 
 def test_error_of_lammps_is_passed_on():
     with pytest.raises(DustError, match="LAMMPS stopped: ERROR"):
-        lammps.run_lammps(
-            cluster(3), SILICATE, {}, None, steps=10, time_step_s=TIME_STEP, kappa=-1.0
-        )
+        run(cluster(3), 10, kappa=-1.0)
 
 
 def test_without_lammps(monkeypatch):
