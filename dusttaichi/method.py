@@ -162,7 +162,8 @@ class Method:
 
     make_sample(scene): what it starts from. build(scene, sample): the Simulation at step 0.
     reopen(scene, state): a Simulation in a State of a simulation of that scene. variables: all that
-    its results may hold. code: source files outside of this package that decide its numbers.
+    its results may hold. code(scene): source files outside of this package that decide the numbers
+    of a scene.
     """
 
     name: str
@@ -171,7 +172,7 @@ class Method:
     build: Callable
     reopen: Callable
     variables: tuple[Variable, ...]
-    code: tuple[Path, ...] = ()
+    code: Callable[[Scene], list[Path]] = lambda scene: []
 
 
 # name -> "module:attribute" of a Method, imported when a scene asks for it
@@ -210,6 +211,11 @@ def named(name: str) -> Method:
 def of(scene: Scene) -> Method:
     """The Method of a scene."""
     return named(scene.method)
+
+
+def make_sample(scene: Scene) -> Any:
+    """What a scene starts from; of grains a Sample, all in SI. Raises DustError."""
+    return of(scene).make_sample(scene)
 
 
 def _brought_along():

@@ -1,8 +1,13 @@
 """The method `grains` as a scene names it; Taichi is imported where something is built."""
 
+import inspect
+from pathlib import Path
+
 from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.method import Method
 from dusttaichi.scene.grains import GrainsScene
+
+PACKAGE = Path(__file__).parents[1]
 
 
 def _make_sample(scene):
@@ -23,6 +28,28 @@ def _reopen(scene, state):
     return reopen(scene, state)
 
 
+def _code(scene):
+    """Files of laws and of a kind of sample that are not of this package."""
+    from dusttaichi.physics.contact.registry import EFFECTS, law_name, law_of
+    from dusttaichi.samples.registry import KINDS
+
+    chosen = ((effect, law_name(scene.interaction, effect)) for effect in EFFECTS[1:])
+    used = [law_of(*one) for one in chosen if one[1] is not None]
+    bodies = (getattr(scene.sample, name, None) for name in ("target", "projectile"))
+    made = [KINDS[block.kind].make for block in (scene.sample, *bodies) if block is not None]
+    files = [_file_of(one) for one in (*used, *made)]
+    return sorted({path for path in files if path is not None and PACKAGE not in path.parents})
+
+
+def _file_of(thing):
+    """Path of the source of a module, class or function; None of one that was typed in."""
+    try:
+        path = Path(inspect.getsourcefile(thing))
+    except TypeError:
+        return None
+    return path if path.is_file() else None
+
+
 METHOD = Method(
     name="grains",
     scene=GrainsScene,
@@ -30,4 +57,5 @@ METHOD = Method(
     build=_build,
     reopen=_reopen,
     variables=tuple(VARIABLES.values()),
+    code=_code,
 )

@@ -122,9 +122,10 @@ def copy_records(old, new, layout, records):
     for file in (old, new):
         file.set_auto_maskandscale(False)
     for variable in (v for v in layout.values() if v.grows):
+        if (count := records[variable.group]) == 0:
+            continue  # the old file may not even have the group
         source = folder_of(old, variable.group)[variable.name]
         target = folder_of(new, variable.group)[variable.name]
-        count = records[variable.group]
         block = max(1, 64_000_000 // (8 * max(math.prod(source.shape[1:]), 1)))
         for start in range(0, count, block):
             target[start : min(start + block, count)] = source[start : min(start + block, count)]

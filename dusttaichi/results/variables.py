@@ -22,8 +22,8 @@ _RECORDS = {  # group -> the dimension that grows
 
 
 def record_dimension(group):
-    """The dimension of a group that grows; that of a group of the user has the group's name."""
-    return _RECORDS.get(group, group)
+    """The dimension of a group that grows; that of a group of the user's own is `record`."""
+    return _RECORDS.get(group, "record")
 
 
 @dataclass(frozen=True)

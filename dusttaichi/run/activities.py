@@ -6,8 +6,12 @@ that are due at the same step act in the order in which the run lists them.
 
 from typing import Protocol
 
+import numpy as np
+
 from dusttaichi import units
+from dusttaichi.errors import DustError
 from dusttaichi.names import NEVER
+from dusttaichi.results.variables import declare
 from dusttaichi.run.averages import close_window, open_window
 from dusttaichi.run.ledger import turnover
 from dusttaichi.run.schedule import next_step
@@ -134,6 +138,56 @@ class Snapshots:
         if run.state.last_snapshot != run.sim.step and "snapshots" in run.writer.groups:
             run.record("snapshots")
             run.state.last_snapshot = run.sim.step
+
+
+class OwnRecords:
+    """Numbers of the user's own at times of his own, in a group of the result of their own.
+
+    interval: an Interval (scene.output). function(simulation): returns a number, an array, or a
+    dict of such by name, the same ones each time. units: name -> unit, for the result.
+    """
+
+    def __init__(self, run, interval, group, function, units=()):
+        self.run, self.interval, self.group = run, interval, group
+        self.function, self.units = function, dict(units)
+
+    def next(self, step):
+        return next_step(self.interval, self.run.clock, step)
+
+    def begin(self):
+        self.act()
+
+    def act(self):
+        found = self.function()
+        if found is None:
+            return
+        values = found if isinstance(found, dict) else {self.group: found}
+        values = {name: np.asarray(value) for name, value in values.items()}
+        if self.group not in self.run.writer.groups:
+            self._declare(values)
+        sim = self.run.sim
+        own = {"record_time": sim.time * units.TIME, "step": sim.step}
+        self.run.writer.append(self.group, own | values)
+
+    def _declare(self, values):
+        rows = [
+            ("record_time", "record", "s", "simulated time", "", ""),
+            ("step", "record", "1", "time steps done", "", ""),
+        ]
+        sizes, kinds = {}, {"step": "i8"}
+        for name, value in values.items():
+            if value.dtype.kind not in "fiub":
+                raise DustError(
+                    f"{self.group}: {name} is {value!r}; allowed: numbers and arrays of numbers"
+                )
+            dims = {f"{self.group}_{name}_{n}": size for n, size in enumerate(value.shape)}
+            sizes |= dims
+            text = f"{name}, recorded by {getattr(self.function, '__name__', self.group)}"
+            rows.append(
+                (name, " ".join(["record", *dims]), self.units.get(name, "1"), text, "", "")
+            )
+            kinds[name] = "f8" if value.dtype.kind == "f" else "i8"
+        self.run.writer.add(declare(self.group, rows, kinds), sizes)
 
 
 class KeptStates:

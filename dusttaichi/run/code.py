@@ -8,13 +8,20 @@ from pathlib import Path
 from dusttaichi import method
 
 
-@lru_cache
-def code_hash(name=method.DEFAULT):
-    """Hash of the source of this package, of Taichi's version, and of a method's own files."""
+@lru_cache(maxsize=1)
+def package_hash():
+    """Hash of the source of this package and of Taichi's version."""
     root, digest = Path(__file__).parents[1], hashlib.sha256()
     for path in sorted(root.rglob("*.py")):
         digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
     digest.update(metadata.version("taichi").encode())
-    for path in method.named(name).code:
+    return digest.hexdigest()
+
+
+def code_hash(scene):
+    """Hash of all code that decides the numbers of a scene: the package, and what its method says
+    that comes from outside, such as a law of the user's own."""
+    digest = hashlib.sha256(package_hash().encode())
+    for path in method.of(scene).code(scene):
         digest.update(Path(path).read_bytes())
     return digest.hexdigest()

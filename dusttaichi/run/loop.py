@@ -6,7 +6,7 @@ number of it.
 """
 
 import time as real_time
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 
 from dusttaichi.errors import GuardStop, Interrupted
@@ -38,15 +38,27 @@ class Run:
 
     sim: a Simulation (dusttaichi.method). state: RunState. files: RunFiles. interrupts: Interrupts.
     report: called with a Report now and then; log: called with sentences for the user. advancing: a
-    context manager that is entered around every stretch of steps.
+    context manager that is entered around every stretch of steps. share_stages: keep the ends of
+    stages for other runs.
     """
 
     def __init__(
-        self, scene, sim, state, files, *, interrupts, report, log, advancing=None, states=None
+        self,
+        scene,
+        sim,
+        state,
+        files,
+        *,
+        interrupts,
+        report,
+        log,
+        advancing=None,
+        states=None,
+        share_stages=True,
     ):
         self.scene, self.sim, self.state, self.files = scene, sim, state, files
         self.writer, self.interrupts, self.report, self.log = files.writer, interrupts, report, log
-        self.advancing = advancing or nullcontext()
+        self.advancing, self.share_stages = advancing or nullcontext(), share_stages
         self.rate, self.checked = 0.0, 0.0
         self.began = real_time.perf_counter() - state.wall_clock
         self.opened_at = sim.step
@@ -80,11 +92,17 @@ class Run:
 
     def go(self):
         """Run to the end of the last stage; whatever ends it, what was computed is on disk."""
-        try:
+        with self.guarded():
             self.advance_to(None)
             while self.next_stage():
                 self.advance_to(None)
             self.finish()
+
+    @contextmanager
+    def guarded(self):
+        """What is done inside leaves a result on disk where a guard stops it."""
+        try:
+            yield
         except GuardStop as stop:
             self.writer.set_status(f"stopped by guard: {stop}")
             self.files.flush()
@@ -153,10 +171,8 @@ class Run:
         if following >= len(self.scene.stage_plans):
             return False
         self.files.save(self)
-        try:
-            stages.keep(self.scene, self.state.stage, self.files.directory)
-        except OSError as error:  # only a convenience: a full disk does not end the run
-            self.log(f"stage {self.plan.name} is not kept for other runs: {error}")
+        if self.share_stages:
+            self._keep_stage()
         if self.sim.step > self.opened_at:
             self.log(f"stage {self.plan.name} finished: {self.end.reason}")
         self.snapshots.act()
@@ -169,11 +185,18 @@ class Run:
                 activity.begin()
         return True
 
+    def _keep_stage(self):
+        try:
+            stages.keep(self.scene, self.state.stage, self.files.directory)
+        except OSError as error:  # only a convenience: a full disk does not end the run
+            self.log(f"stage {self.plan.name} is not kept for other runs: {error}")
+
     def finish(self):
         """Checkpoint, last frame, status. The checkpoint comes before the last frame that is only
         there because the run ends: a continuation with a later stop is free of it."""
         self.files.forget_error_bar(self.sim.step)
         self.files.save(self)
+        self.before_end = self.writer.counts(), self.state.last_snapshot
         self.snapshots.act()
         self.writer.set_status(f"finished: {self.end.reason}")
         self.files.flush()

@@ -25,7 +25,7 @@ class Opening:
     def __init__(self, scene, directory, lock, *, keep_states=False, **others):
         self.scene, self.directory, self.lock, self.others = scene, directory, lock, others
         self.method = method.of(scene)
-        code_hash(scene.method)  # of what is imported now, whatever becomes of the files
+        self.code = code_hash(scene)  # of what is imported now, whatever becomes of the files
         self.states = States(directory) if keep_states else None
 
     def new(self, sample=None, force=False):
@@ -83,7 +83,7 @@ class Opening:
         saved = checkpoint.load(path)
         if saved.note:
             log(saved.note)
-        _check_code(saved, self.scene.method)
+        self._check_code(saved)
         stage = saved.meta["run"]["stage"]
         check_same(saved.meta["scene"], saved.meta["inputs"], self.scene, stage)
         if stage_stop(saved.meta["scene"], stage) != stage_stop(self.scene.to_yaml(), stage):
@@ -94,7 +94,7 @@ class Opening:
 
     def _saved(self, saved):
         """A Run from a Checkpoint."""
-        _check_code(saved, self.scene.method)
+        self._check_code(saved)
         state = State(saved.arrays, saved.meta["numbers"])
         sim = self.method.reopen(self.scene, state)
         if sim.dt != state.numbers["dt"]:
@@ -106,6 +106,14 @@ class Opening:
         States(self.directory).begin(sim.step)
         writer = Writer.resume(self.directory / RESULT, saved.meta["counts"], lock=self.lock)
         return self._run(sim, RunState.from_meta(saved.meta["run"]), writer)
+
+    def _check_code(self, saved):
+        if saved.meta.get("code") != self.code:
+            raise DustError(
+                f"{saved.source} was made by another version of dusttaichi, or of a law of your "
+                "own, whose numbers may differ. Go on with that version, or start anew with "
+                "--force."
+            )
 
     def _run(self, sim, state, writer):
         run_files = RunFiles(self.directory, writer, self.scene.output.checkpoint)
@@ -119,14 +127,6 @@ class Opening:
             "stages": " ".join(stage.name for stage in scene.stages) or None,
         }
         return provenance(scene.source or "", scene.to_yaml(), **(common | sim.attributes()))
-
-
-def _check_code(saved, name):
-    if saved.meta.get("code") != code_hash(name):
-        raise DustError(
-            f"{saved.source} was made by another version of dusttaichi, whose numbers may differ. "
-            "Go on with that version, or start anew with --force."
-        )
 
 
 def _refuse_finished(path):

@@ -40,7 +40,7 @@ class RunFiles:
         meta = {
             "scene": run.scene.to_yaml(),
             "inputs": input_hashes(run.scene),
-            "code": code_hash(run.scene.method),
+            "code": code_hash(run.scene),
             "numbers": state.numbers,
             "run": run.state.to_meta(),
             "counts": self.writer.counts(),

@@ -39,7 +39,7 @@ def folder_of(scene, stage, directory):
         for key in path[:-1]:
             block = block.get(key, {})
         block.pop(path[-1], None)
-    known = [data, stages, input_hashes(scene), code_hash(scene.method)]
+    known = [data, stages, input_hashes(scene), code_hash(scene)]
     digest = hashlib.sha256(json.dumps(known, sort_keys=True).encode())
     return Path(directory).absolute().parent / FOLDER / digest.hexdigest()[:20]
 

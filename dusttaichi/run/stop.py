@@ -3,7 +3,7 @@
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.names import WALLS
+from dusttaichi.names import NEVER, WALLS
 from dusttaichi.run.state import Tension
 
 TENSIONS = 10  # points of the series that stop.past_maximum averages over
@@ -29,6 +29,10 @@ class End:
         reason = self._reached(record, domain, step)
         if reason:
             self.step, self.reason, self.state.ended = step, reason, reason
+
+    def put_off(self):
+        """The stage goes on, whatever its conditions say."""
+        self.step, self.reason, self.state.ended = NEVER, "", ""
 
     def _reached(self, record, domain, step):
         stop, reason = self.plan.stop, ""

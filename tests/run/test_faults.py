@@ -68,17 +68,20 @@ def test_a_stage_that_is_taken_over_has_its_last_frame_once(tmp_path):
 def test_a_checkpoint_of_other_code_is_refused_with_what_to_do(tmp_path, monkeypatch):
     scene = from_yaml(PLAIN)
     directory = execute(scene, tmp_path / "run")
-    monkeypatch.setattr(opening, "code_hash", lambda name: "another")
+    monkeypatch.setattr(opening, "code_hash", lambda scene: "another")
     with pytest.raises(DustError, match=r"another version of dusttaichi.*--force"):
         execute(scene, directory, resume=True)
 
 
-def test_the_hash_of_the_code_is_that_of_all_files(monkeypatch, tmp_path):
+def test_the_hash_of_the_code_is_that_of_all_files(tmp_path):
     own = tmp_path / "law.py"
     own.write_text("k = 1")
-    method.register(replace(spring.METHOD, name="first", code=(own,)))
-    method.register(replace(spring.METHOD, name="second", code=()))
-    assert code.code_hash("first") != code.code_hash("second") == code.code_hash("grains")
+    scene = from_yaml(PLAIN)
+    plain = code.code_hash(scene)
+    method.register(replace(spring.METHOD, code=lambda scene: [own]))
+    first = code.code_hash(scene)
+    own.write_text("k = 2")
+    assert len({plain, first, code.code_hash(scene)}) == 3
 
 
 def test_a_checkpoint_of_another_step_is_refused(tmp_path):
@@ -100,7 +103,7 @@ def test_a_checkpoint_of_another_step_is_refused(tmp_path):
 
 def test_a_stage_of_other_code_is_not_taken_over(tmp_path, monkeypatch):
     execute(from_yaml(STAGED), tmp_path / "run")
-    monkeypatch.setattr(stages, "code_hash", lambda name: "another")
+    monkeypatch.setattr(stages, "code_hash", lambda scene: "another")
     assert not list(stages.kept(from_yaml(STAGED), tmp_path / "again"))
 
 

@@ -15,7 +15,7 @@ from dusttaichi import files
 from dusttaichi.analysis.observables import Measured
 from dusttaichi.errors import DustError
 from dusttaichi.run import stages
-from dusttaichi.run.code import code_hash
+from dusttaichi.run.code import package_hash
 from dusttaichi.studies.ensemble.runs import core_of
 from dusttaichi.studies.interrupts import noted_signals
 from dusttaichi.studies.trade.point import PointResult
@@ -105,7 +105,7 @@ class Runner:
         core = core_of(scene.to_yaml())
         core.pop("name", None)
         paired = point.paired and self.pairs
-        return json.dumps([core, paired, code_hash()], sort_keys=True, default=str)
+        return json.dumps([core, paired, package_hash()], sort_keys=True, default=str)
 
     def folder(self, point):
         """Where the run of a point and what is kept of it lie."""

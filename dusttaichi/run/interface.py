@@ -1,0 +1,274 @@
+"""A run from Python: made, advanced, measured, recorded, ended; everything in SI.
+
+It is the run of `dust run`, with the same activities, the same result.nc and the same bits.
+"""
+
+import re
+import tempfile
+from pathlib import Path
+from types import SimpleNamespace
+
+import netCDF4
+
+from dusttaichi import files, units
+from dusttaichi.errors import DustError, Interrupted
+from dusttaichi.method import Window
+from dusttaichi.results import Writer
+from dusttaichi.results.layout import folder_of
+from dusttaichi.run.activities import OwnRecords, common_record
+from dusttaichi.run.interrupts import Interrupts
+from dusttaichi.run.opening import Opening, refuse_existing
+from dusttaichi.scene.output import Interval
+from dusttaichi.scene.quantities import parse
+
+
+def simulate(scene, sample=None, directory=None, *, force=False, resume=False, log=print):
+    """Build a scene; returns a Simulation at its start, or where an earlier run has stopped.
+
+    sample: a Sample instead of that of the scene, positions in metres. directory: where the result
+    goes; without one it goes to a temporary folder that ends with the Simulation. force: overwrite
+    a result that is there; resume: go on with it, from the start where nothing is there. log:
+    called with sentences for the user.
+    Raises DustError (bad input, an existing result), Interrupted.
+    """
+    return Simulation(scene, sample, directory, force=force, resume=resume, log=log)
+
+
+class Simulation:
+    """A scene in motion, at whole steps. A context manager; `close` lets another go on with it.
+
+    scene: its Scene. directory: the folder of its result. step: whole steps done.
+    """
+
+    def __init__(self, scene, sample, directory, *, force, resume, log):
+        self._temporary = tempfile.TemporaryDirectory() if directory is None else None
+        self.scene = scene
+        self.directory = Path(self._temporary.name if directory is None else directory)
+        self._lock = files.RunLock(self.directory)
+        # what the result had before its last frame, once the end is there; whether it was passed
+        self._before_end, self._past_end = None, False
+        try:
+            with Interrupts() as interrupts:
+                self._run = self._open(
+                    sample, force, resume, {"interrupts": interrupts, "log": log}
+                )
+        except KeyboardInterrupt:
+            self._lock.release()
+            text = "interrupted before the first step: nothing was computed"
+            raise Interrupted(text, kept=False) from None
+        except BaseException:
+            self._lock.release()
+            raise
+
+    def _open(self, sample, force, resume, others):
+        if not force and not resume:
+            refuse_existing(self.directory)
+        shared = sample is None and self._temporary is None
+        opening = Opening(
+            self.scene,
+            self.directory,
+            self._lock,
+            report=lambda report: None,
+            share_stages=shared,
+            **others,
+        )
+        run = opening.resumed() if resume else None
+        return opening.new(sample, force=force or resume) if run is None else run
+
+    # -- what there is ---------------------------------------------------------------------------
+
+    @property
+    def step(self):
+        """Whole steps done."""
+        return self._run.sim.step
+
+    @property
+    def time(self):
+        """Simulated time [s]."""
+        return self._run.sim.time * units.TIME
+
+    @property
+    def time_step(self):
+        """The step [s]."""
+        return self._run.sim.dt * units.TIME
+
+    def measure(self):
+        """What the time series of result.nc records, now and in SI, by the same names.
+
+        Averages (pressure, wall_force, stress) are those since the last record of the series. It
+        changes nothing.
+        """
+        run, sim = self._run, self._run.sim
+        m = sim.measure()
+        span = (sim.step - run.state.opened) * sim.dt
+        window = Window(run.state.sums, sim.sums(), span) if span > 0.0 else None
+        known = common_record(sim, run.clock, run.state, m) | sim.series(m, window)
+        names = [v.name for v in sim.variables if v.group == "series"]
+        return SimpleNamespace(**{name: known[name] for name in names})
+
+    def snapshot(self):
+        """A frame of now: group of result.nc (snapshots, contacts, ...) -> name -> array [SI]."""
+        return dict(self._run.sim.records("snapshots"))
+
+    @property
+    def positions(self):
+        """Positions of the grains [m], (grains, 3)."""
+        return self.snapshot()["snapshots"]["position"]
+
+    @property
+    def velocities(self):
+        """Velocities [m/s], (grains, 3), of the same moment."""
+        return self.snapshot()["snapshots"]["velocity"]
+
+    @property
+    def spins(self):
+        """Angular velocities [rad/s], (grains, 3)."""
+        return self.snapshot()["snapshots"]["spin"]
+
+    @property
+    def contacts(self):
+        """Contacts between grains: name -> array, one row a contact; as /contacts of result.nc has
+        them (grain_i, grain_j, overlap [m], ...). Needs `output.contacts: true`, as it is."""
+        found = self.snapshot()
+        if "contacts" not in found:
+            raise DustError("output.contacts = false: contacts are not recorded; allowed: true")
+        return found["contacts"]
+
+    # -- going -----------------------------------------------------------------------------------
+
+    def every(self, interval, function, name=None, *, units=()):
+        """Call function(simulation) at every so many steps, and write what it returns.
+
+        interval: a number of steps, a time such as "1 us", or a dict as the YAML has them, such as
+        {"strain": 0.01}. What is returned, a number, an array, or a dict of such (each time of the
+        same names and shapes), goes into a group of result.nc, with its times and steps; None is
+        not written. name: of the group; without one that of the function. units: name -> unit.
+        It is called now, too, unless the run was resumed and has its records already.
+        Raises DustError for an interval or a name that cannot be used.
+        """
+        group = name or getattr(function, "__name__", "records")
+        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", group) or group == "series":
+            raise DustError(f"{group!r} cannot name a group; give a name of letters and digits")
+        # NetCDF has one name for a group and a variable beside it
+        taken = {v.group for v in self._run.sim.variables}
+        taken |= {v.name for v in self._run.sim.variables if v.group == "series"}
+        taken |= {own.group for own in self._run.activities if isinstance(own, OwnRecords)}
+        if group in taken:
+            raise DustError(f"the result has {group} already; give another name")
+        own = OwnRecords(self._run, _interval(interval), group, lambda: function(self), units=units)
+        own.function.__name__ = group
+        self._run.activities.append(own)
+        if group not in self._run.writer.groups:
+            own.act()
+        return function
+
+    def advance(self, duration):
+        """Go on by a number of steps or by a time such as "1 us", rounded to whole steps, at least
+        one; past the end of the scene, too. Records are written on the way as the scene says.
+
+        Raises GuardStop where the numbers can no longer be trusted, and Interrupted, with all up to
+        there on disk.
+        """
+        run = self._run
+        if isinstance(duration, str):
+            duration = run.clock.steps_in(parse(duration, "time", "duration") / units.TIME)
+        last = run.sim.step + int(duration)
+        self._go_on()
+        with self._interrupts(), run.guarded():
+            run.advance_to(last)
+            while run.sim.step < last:
+                if not run.next_stage():
+                    self._put_off()
+                run.advance_to(last)
+        return self
+
+    def run(self):
+        """Go on to the end of the scene, as `dust run` does; returns the Simulation.
+
+        Where it is past that end already, it ends here.
+        """
+        run = self._run
+        if self._before_end is None:
+            if self._past_end:
+                run.end.step, run.end.reason = run.sim.step, f"{run.sim.step} steps"
+            with self._interrupts():
+                run.go()
+            self._before_end = run.before_end
+        return self
+
+    def _go_on(self):
+        """After the end: without the last frame that was only there because of it."""
+        if self._before_end is None:
+            return
+        counts, last = self._before_end
+        run = self._run
+        run.writer = run.files.writer = Writer.resume(
+            self.directory / files.RESULT, counts, lock=self._lock
+        )
+        run.state.last_snapshot, self._before_end = last, None
+        self._put_off()
+
+    def _put_off(self):
+        self._past_end = True
+        self._run.end.put_off()
+
+    def _interrupts(self):
+        interrupts = self._run.interrupts = Interrupts()
+        interrupts.collect()
+        return interrupts
+
+    def save(self):
+        """Put result and checkpoint on disk: another run may go on from here."""
+        if self._before_end is None:
+            self._run.files.save(self._run)
+
+    def records(self, group):
+        """What a group of result.nc ("series", "snapshots", one of `every`) holds so far: name ->
+        array [SI]. Raises KeyError for a group that is not there."""
+        self._run.files.flush()
+        with netCDF4.Dataset(self.directory / files.RESULT) as file:
+            file.set_auto_mask(False)
+            folder = folder_of(file, group)
+            return {name: values[:] for name, values in folder.variables.items()}
+
+    def result(self):
+        """The result so far, opened: a Run of dusttaichi.analysis, to be closed."""
+        from dusttaichi.analysis import open_run
+
+        self._run.files.flush()
+        return open_run(self.directory)
+
+    def close(self):
+        """Save, and let the folder go; a temporary one ends."""
+        if self._lock is None:
+            return
+        try:
+            if self._temporary is None and self._before_end is None:
+                self._run.writer.set_status("interrupted")
+                self.save()
+        finally:
+            self._lock.release()
+            self._lock = None
+            if self._temporary is not None:
+                self._temporary.cleanup()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+
+def _interval(given):
+    """An Interval from steps, a time, or a dict as in the YAML. Raises DustError."""
+    if isinstance(given, str):
+        given = {"time": given}
+    elif not isinstance(given, dict):
+        given = {"steps": given}
+    try:
+        return Interval(**given)
+    except ValueError as error:
+        raise DustError(
+            f'interval = {given!r}: a number of steps, a time such as "1 us" or a dict such as '
+            f"{{'strain': 0.01}} is needed"
+        ) from error

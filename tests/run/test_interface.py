@@ -1,0 +1,167 @@
+"""The Python interface: the examples of the docs, and that it is the run of `dust run`."""
+
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import spring
+import xarray as xr
+from bits import assert_same_bits, tree
+from test_method import PLAIN, STAGED
+
+import dusttaichi as dt
+from dusttaichi import method
+from dusttaichi.errors import GuardStop
+from dusttaichi.files import RESULT
+from dusttaichi.run import execute
+
+EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
+
+
+@pytest.fixture(autouse=True)
+def known(monkeypatch):
+    monkeypatch.setattr(method, "METHODS", dict(method.METHODS))
+    method.register(spring.METHOD)
+
+
+def place(simulation):
+    return simulation.measure().place
+
+
+# -- the examples --------------------------------------------------------------------------------
+
+
+def test_a_measurement_of_ones_own(tmp_path):
+    names = runpy.run_path(str(EXAMPLES / "measurement.py"))
+    own, scene = names["own"], names["scene"]
+    np.testing.assert_allclose(own["record_time"], np.arange(11) * 2e-9, atol=1e-10)  # half a step
+    # before they meet the clusters draw near each other: the root of the mean square shrinks
+    assert own["gyration"].shape == (11,) and own["gyration"][1] < own["gyration"][0]
+    # pushed towards each other at 2 m/s, half of it each
+    assert own["fastest"][0] == pytest.approx(1.0, rel=1e-6)
+    plain = execute(scene, tmp_path / "plain")
+    with names["simulation"] as simulation:
+        a, b = tree(simulation.directory / RESULT), tree(plain / RESULT)
+    assert {f"/spread/{name}" for name in own} <= a.keys() - b.keys()
+    assert all(name.startswith("/spread/") for name in a.keys() - b.keys())
+    for name, values in b.items():
+        np.testing.assert_array_equal(a[name], values, err_msg=name)
+
+
+def test_a_sample_of_ones_own():
+    names = runpy.run_path(str(EXAMPLES / "grains.py"))
+    assert names["simulation"].measure is not None
+    assert names["positions"].shape == (12, 3)
+
+
+def test_a_law_of_ones_own():
+    runpy.run_path(str(EXAMPLES / "rolling_with_speed.py"))
+    scene = dt.from_yaml("""
+name: law
+material: silicate_s12
+interaction: {rolling: {law: speed_dependent, speed: 1 mm/s}, damping: none}
+sample: {kind: chain, grains: 3}
+push: [{grains: [0], velocity: [0 m/s, 3 m/s, 0 m/s]}]
+boundary: {kind: open}
+stop: {time: 20 ns}
+numerics: {threads: 1}
+""")
+    slow = scene.with_value("interaction.rolling", "on")
+    losses = []
+    for one in (scene, slow):
+        with dt.simulate(one) as simulation:
+            losses.append(simulation.run().measure().loss[3])
+    assert losses[0] != losses[1]
+
+
+# -- the same run --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("text", [PLAIN, STAGED])
+def test_advanced_in_pieces_it_is_the_run_of_the_command(tmp_path, text):
+    scene = dt.from_yaml(text)
+    whole = execute(scene, tmp_path / "whole", fresh=True)
+    with dt.simulate(scene, directory=tmp_path / "run", log=lambda text: None) as simulation:
+        simulation.advance(137)
+        assert simulation.step == 137
+        simulation.advance("2.5 us")
+        assert simulation.time == pytest.approx(137e-8 + 2.5e-6)
+        simulation.advance(600).run()
+    assert_same_bits(whole / RESULT, tmp_path / "run" / RESULT)
+    assert simulation.scene is scene
+
+
+def test_it_goes_on_after_the_end_and_after_it_was_closed(tmp_path):
+    """The last frame of the shorter run is no frame of the longer one."""
+    short = dt.from_yaml(PLAIN.replace("2000", "600"))
+    whole = execute(dt.from_yaml(PLAIN), tmp_path / "whole")
+    with dt.simulate(short, directory=tmp_path / "run") as simulation:
+        simulation.run()
+        assert simulation.records("snapshots")["step"].tolist() == [0, 250, 500, 600]
+        simulation.advance(900)
+        assert simulation.records("snapshots")["step"].tolist() == list(range(0, 1501, 250))
+    log = []
+    scene = dt.from_yaml(PLAIN)
+    with dt.simulate(scene, directory=tmp_path / "run", resume=True, log=log.append) as again:
+        assert again.step == 1500 and "going on" in log[0]
+        again.run()
+    assert_same_bits(whole / RESULT, tmp_path / "run" / RESULT)
+
+
+def test_own_records_go_on_with_a_resumed_run(tmp_path):
+    scene = dt.from_yaml(PLAIN)
+    for resume in (False, True):
+        with dt.simulate(scene, directory=tmp_path / "run", resume=resume, log=list) as simulation:
+            simulation.every(300, place, "spot")
+            simulation.every({"time": "5 us"}, lambda s: {"pair": [s.step, 1.0]}, "pairs")
+            simulation.advance(950) if not resume else simulation.run()
+    with xr.open_datatree(tmp_path / "run" / RESULT) as found:
+        assert found["spot"].step.values.tolist() == [0, 300, 600, 900, 1200, 1500, 1800]
+        # a cosine of frequency 2/us, at 10 ns: the leapfrog's is greater by (w dt)^2/24
+        t = found["spot"].record_time.values * 1e6
+        np.testing.assert_allclose(found["spot"].spot, 1e-6 * np.cos(2 * t), atol=1e-9)
+        assert found["pairs"].pair.values.tolist() == [[0, 1.0], [500, 1.0], [1000, 1.0],
+                                                       [1500, 1.0], [2000, 1.0]]  # fmt: skip
+
+
+def test_a_guard_stops_it_with_the_result_kept(tmp_path):
+    scene = dt.from_yaml(PLAIN + "start: 9.0\n").with_value("numerics.time_step", "0.99 us")
+    with dt.simulate(scene, directory=tmp_path / "run", log=list) as simulation:
+        with pytest.raises(GuardStop):
+            simulation.every(1, lambda s: None, "nothing")
+            spring_in_motion = simulation._run.sim
+            spring_in_motion.x = 20.0
+            simulation.advance(10)
+        with simulation.result() as result:
+            assert result.status.startswith("stopped by guard")
+
+
+def test_what_cannot_be_is_refused(tmp_path):
+    with dt.simulate(dt.from_yaml(PLAIN), directory=tmp_path / "run") as simulation:
+        for given in ("1 m", 0, {"steps": 1, "time": "1 us"}):
+            with pytest.raises(dt.DustError, match="interval"):
+                simulation.every(given, place, "spot")
+        with pytest.raises(dt.DustError, match="cannot name"):
+            simulation.every(1, place, "a/b")
+        with pytest.raises(dt.DustError, match="has snapshots already"):
+            simulation.every(1, place, "snapshots")
+        with pytest.raises(dt.DustError, match="has place already"):
+            simulation.every(1, place)
+        with pytest.raises(dt.DustError, match="allowed: numbers"):
+            simulation.every(1, lambda s: "text", "text")
+        with pytest.raises(dt.DustError, match="exists already|Another run"):
+            dt.simulate(dt.from_yaml(PLAIN), directory=tmp_path / "run")
+
+
+def test_names_wait_for_nothing():
+    code = (
+        "import sys, dusttaichi as dt; dt.load; dt.Scene; assert 'make_sample' in dir(dt);"
+        "print([m for m in ('taichi', 'xarray', 'netCDF4') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        dt.nothing  # noqa: B018
