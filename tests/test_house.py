@@ -23,7 +23,7 @@ MAY_KNOW = {
     "run": {"scene", "domain", "results", "method", "samples"},
     "analysis": {"scene", "physics", "results"},
     "plots": {"analysis", "physics", "results"},
-    "export": {"analysis", "results", "plots"},
+    "export": {"analysis", "results", "physics"},
     "studies": {"scene", "samples", "physics", "domain", "grains", "run", "results", "analysis",
                 "plots", "method"},
 }  # fmt: skip

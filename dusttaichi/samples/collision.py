@@ -82,7 +82,7 @@ def make(spec: CollisionSample, materials: Materials) -> Sample:
     ]
     impact = spec.impact_parameter.metres(sum(outer))
     gap = materials.radius if spec.gap is None else spec.gap
-    place, hit = _start(one.positions, other.positions, impact, gap, *radii)
+    place, hit = _start((one.positions, other.positions), radii, impact, gap)
     share = len(other) / (len(one) + len(other))
     if polydisperse:
         share = float(masses[1].sum() / (masses[0].sum() + masses[1].sum()))
@@ -114,11 +114,13 @@ def make(spec: CollisionSample, materials: Materials) -> Sample:
     return together
 
 
-def _start(target, projectile, impact: float, gap: float, r1, r2):
+def _start(positions, radii, impact: float, gap: float):
     """Where the projectile's centre of mass is as seen from the target's (3,), and if it hits.
 
-    r1, r2: radii of the grains of the target and of the projectile, one number each or (N,).
+    positions, radii: of the grains of the target and of the projectile, (N, 3) each, and one number
+    or (N,).
     """
+    (target, projectile), (r1, r2) = positions, radii
     place = np.array([0.0, impact, 0.0])
     flight = first_touch(
         target[None, :, FLIGHT],
