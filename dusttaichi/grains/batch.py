@@ -114,9 +114,10 @@ class Batch:
         self.sim, self.samples = sim, list(samples)
         self.first = _first(samples)
         self.target_grains = [_target_grains(sample) for sample in samples]
-        alike, one = sim.bodies is None, np.ones(sim.grains)
-        self.mass = sim.mass * one if alike else sim.bodies.mass  # [pg], in the samples' order
-        self.inertia = sim.inertia * one if alike else sim.bodies.inertia
+        own, one = sim.polydisperse, np.ones(sim.grains)
+        # [pg], [pg um^2], in the samples' order
+        self.mass = sim.mass * one if own is None else own.mass
+        self.inertia = sim.inertia * one if own is None else own.inertia
         self._nearest = np.full(len(samples), np.inf)
         self._normal = np.zeros((len(samples), 3))
         self._start = None

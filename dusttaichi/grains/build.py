@@ -15,10 +15,11 @@ from dusttaichi.domain.layout import make_surroundings
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.domain.walls import glued, wall_strengths
 from dusttaichi.errors import DustError
+from dusttaichi.grains.compiled import Compiled, Kernels
 from dusttaichi.grains.kernels import search, store
 from dusttaichi.grains.kernels.cell import make_wrap
 from dusttaichi.grains.kernels.measure import make_measure, place_measure
-from dusttaichi.grains.kernels.memory import Table, arrays_of
+from dusttaichi.grains.kernels.memory import arrays_of
 from dusttaichi.grains.kernels.params import contact_params
 from dusttaichi.grains.kernels.polydisperse import (
     interface_table,
@@ -28,7 +29,8 @@ from dusttaichi.grains.kernels.polydisperse import (
 from dusttaichi.grains.kernels.reading import read_quickly
 from dusttaichi.grains.kernels.wall_search import make_wall_relist
 from dusttaichi.grains.motion import fastest
-from dusttaichi.grains.simulation import Bodies, Kernels, Simulation
+from dusttaichi.grains.simulation import Simulation, Typical
+from dusttaichi.grains.state import GrainProperties
 from dusttaichi.grains.step import make_advance
 from dusttaichi.names import AXES
 from dusttaichi.physics import encounter, stability
@@ -108,7 +110,7 @@ def contact_constants(scene):
 
 
 def bodies_of(scene, sample):
-    """Bodies of a sample whose grains are not all alike; None where they are."""
+    """GrainProperties of a sample whose grains are not all alike; None where they are."""
     if sample.radii is None and sample.materials is None:
         return None
     scene = moving(scene)
@@ -116,7 +118,7 @@ def bodies_of(scene, sample):
     number = np.zeros(len(sample), np.int32) if sample.materials is None else sample.materials
     radius = np.array([m.radius for m in kinds])[number] if sample.radii is None else sample.radii
     mass = constants.sphere_mass(radius, np.array([m.density for m in kinds])[number])
-    return Bodies(
+    return GrainProperties(
         radius / units.LENGTH,
         mass / units.MASS,
         0.4 * mass * radius**2 / units.INERTIA,
@@ -214,7 +216,7 @@ class TimeStep:
 
 
 def time_step(scene, grains, bodies=None, motion=None):
-    """The step of a scene of `grains` grains; bodies: Bodies where they are not all alike.
+    """The step of a scene of `grains` grains; bodies: GrainProperties where they are not all alike.
 
     motion: Motion of the sample; without it nothing moves fast. `auto` is step_fraction of the
     stiffest period, or less where fast bodies need it.
@@ -347,7 +349,7 @@ def build(scene, sample, drive=None, scenes=None, ledger=True, step=None, like=N
         scene.numerics.precision,
         ledger,
     )
-    form = (
+    compile_key = (
         scene.numerics.backend,
         threads,
         store.room_for(grains),
@@ -357,15 +359,12 @@ def build(scene, sample, drive=None, scenes=None, ledger=True, step=None, like=N
         drive.kind,
         len(scene.all_materials),
     )
-    if like is not None and like.form == form:
-        parts, kernels = like.parts, like.kernels
-        for place in like.fields.values():
-            place.fill(0)
+    if like is not None and like.compiled.compile_key == compile_key:
+        compiled = like.compiled
     else:
         start_taichi(scene, threads)
-        parts, kernels = compiled(scene, layout, laws, grains, walls, drive)
-    fields, scratch, sums = used(parts, grains, layout, walls)
-    fields["counts"].from_numpy(np.array(store.sizes(grains, layout, walls)))
+        compiled = compile_parts(scene, layout, laws, grains, walls, drive, compile_key)
+    fields, scratch, sums = tables = compiled.tables(grains)
     if bodies is not None:
         scratch["interfaces"].from_numpy(interfaces(scene, laws))
     if bodies is None:
@@ -385,59 +384,33 @@ def build(scene, sample, drive=None, scenes=None, ledger=True, step=None, like=N
     )
     if scenes is not None:
         fields["scene"].from_numpy(scenes[order].astype(np.int32))
-    sim = Simulation(
-        fields=fields,
-        scratch=scratch,
-        sums=sums,
-        kernels=kernels,
-        layout=layout,
-        sample=sample,
+    return Simulation(
+        compiled,
+        tables,
+        sample,
         order=order,
         box=box,
         cell=cell,
+        t_c=constants.characteristic_time(material) / units.TIME,
         push=push,
-        material=material,
         drive=scene.stage_plans[0].drive,
         pair=contact_params(pair, laws, layout),
         wall=contact_params(wall, laws, layout),
-        mass=constants.grain_mass(scene.material) / units.MASS,
-        inertia=constants.moment_of_inertia(scene.material) / units.INERTIA,
-        radius=typical,
+        typical=Typical(
+            typical,
+            constants.grain_mass(scene.material) / units.MASS,
+            constants.moment_of_inertia(scene.material) / units.INERTIA,
+        ),
         skin=None if scene.numerics.skin == "auto" else scene.numerics.skin * np.min(radius),
         dt=step.dt / units.TIME,
         threads=threads,
         scenes=1 if scenes is None else int(scenes[-1]) + 1,
-        bodies=bodies,
+        polydisperse=bodies,
     )
-    sim.form, sim.parts = form, parts
-    return sim
 
 
-@dataclass(frozen=True)
-class Parts:
-    """Taichi fields by name: state, scratch of the search, sums of measurements; and the arrays
-    that share their memory, where that can be."""
-
-    fields: dict
-    scratch: dict
-    sums: dict
-    memory: dict
-
-
-def used(parts, grains, layout, walls):
-    """Tables of the fields, scratch and sums that a scene of this many grains uses."""
-    rows = {var.name: var.shape[0] for var in store.declare(grains, layout, walls)}
-    return [
-        {
-            name: Table(field, rows.get(name, field.shape[0]), parts.memory.get(name))
-            for name, field in some.items()
-        }
-        for some in (parts.fields, parts.scratch, parts.sums)
-    ]
-
-
-def compiled(scene, layout, laws, grains, walls, drive):
-    """Parts and Kernels of a scene: all that does not hang on its numbers, nor on that of grains
+def compile_parts(scene, layout, laws, grains, walls, drive, compile_key):
+    """The Compiled of a scene: all that does not hang on its numbers, nor on that of grains
     but for the room they need."""
     room = store.room_for(grains)
     fields = store.place(store.declare(room, layout, walls))
@@ -458,7 +431,8 @@ def compiled(scene, layout, laws, grains, walls, drive):
     )
     together = {**fields, **scratch, **sums}
     shared = scene.numerics.backend == "cpu"
-    return Parts(fields, scratch, sums, arrays_of(together) if shared else {}), kernels
+    memory = arrays_of(together) if shared else {}
+    return Compiled(compile_key, layout, walls, kernels, fields, scratch, sums, memory)
 
 
 def wall_overlaps(scene, bodies):

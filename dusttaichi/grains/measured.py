@@ -25,6 +25,6 @@ def measurement(sim):
 def _bound(sim, m):
     """Energy that the contacts of now bind [fJ]: where they are at rest, 1.2 F_c delta0 each; of
     grains that are not all alike, now."""
-    if sim.bodies is None:
+    if sim.polydisperse is None:
         return 0.3 * (sim.pair.U4 * m["contacts"] + sim.wall.U4 * m["wall_contacts"])
     return -(m["potential"][0] + m["potential_wall"][0])

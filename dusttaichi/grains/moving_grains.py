@@ -120,7 +120,7 @@ class MovingGrains:
         return out if self.bins is None else out | {"bin": len(self.bins) - 1}
 
     def constants(self):
-        bodies = self.sim.bodies
+        bodies = self.sim.polydisperse
         out = {"snapshots/radius": np.full(self.sim.grains, self.scene.material.radius)}
         if bodies is not None:
             out = {
@@ -139,7 +139,7 @@ class MovingGrains:
 
     def attributes(self):
         scene, sim = self.scene, self.sim
-        polydisperse = sim.bodies is not None
+        polydisperse = sim.polydisperse is not None
         return {
             "seed": getattr(scene.sample, "seed", None),
             "backend": scene.numerics.backend,
@@ -171,7 +171,7 @@ def features_of(scene, sim):
     domain, bounded = sim.domain, sim.domain.bounded
     asked = {
         "snapshots": True,
-        "unlike": sim.bodies is not None,
+        "unlike": sim.polydisperse is not None,
         "contacts": scene.output.contacts,
         "walls": sim.box is not None,
         "cell": sim.cell is not None,

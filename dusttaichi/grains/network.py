@@ -19,8 +19,8 @@ def stable_step(sim, scene):
     may be stiffer or more: see build.time_step for those.
     """
     mass = np.broadcast_to(np.ravel(sim.mass), sim.grains) * units.MASS
-    if sim.bodies is not None:
-        mass = sim.bodies.mass * units.MASS  # in the sample's order
+    if sim.polydisperse is not None:
+        mass = sim.polydisperse.mass * units.MASS  # in the sample's order
     return limit(contacts_of(sim, scene), mass)
 
 
@@ -30,7 +30,7 @@ def contacts_of(sim, scene):
     i, j, overlap = pairs["grain_i"], pairs["grain_j"], pairs["overlap"]
     kind = _kinds(sim, scene)
     kinds = [kind(a, b) for a, b in zip(i.tolist(), j.tolist(), strict=True)]
-    normal = _normals(sim, i, j, sim._touch(i, j) - overlap)
+    normal = _normals(sim, i, j, sim.touch(i, j) - overlap)
     strength = np.ones(len(i))
     if sim.box is not None:
         walls = sim.wall_contact_state()
@@ -72,7 +72,7 @@ def _damping(kinds, s):
 def _normals(sim, i, j, distance):
     """Unit vectors from grain j to grain i, through periodic faces where these are nearer."""
     x = np.empty((sim.grains, 3))
-    x[sim.order] = sim.fields["x"].to_numpy()[: sim.grains]
+    x[sim.order] = sim.state.of_grains("x")
     d = x[i] - x[j]
     if sim.cell is not None:
         axes, edges = list(sim.cell.axes), sim.cell.edges(sim.time)
@@ -82,10 +82,10 @@ def _normals(sim, i, j, distance):
 
 def _kinds(sim, scene):
     """Function (grain, other grain or None: a wall) -> (ContactConstants, r1/r2)."""
-    if sim.bodies is None:
+    if sim.polydisperse is None:
         pair, wall = contact_constants(scene)
         return lambda i, j: (wall, 1.0) if j is None else (pair, 1.0)
-    heavy, bodies = moving(scene), sim.bodies
+    heavy, bodies = moving(scene), sim.polydisperse
     kinds, interaction = heavy.all_materials, heavy.interaction
 
     @cache

@@ -24,7 +24,7 @@ def report(scene, costs=False, say=lambda text: None):
     """
     sample = samples.make(scene)
     sim = build(scene, sample)
-    step = chosen_step(scene, samples.pushed(scene, sample), sim.bodies)
+    step = chosen_step(scene, samples.pushed(scene, sample), sim.polydisperse)
     pair, wall = contact_constants(scene)
     return [
         ("Contact of two grains", _contact(pair, scene)),

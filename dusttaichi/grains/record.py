@@ -78,7 +78,7 @@ def series(sim, m, window, plates=None):
         mean = np.zeros((3, 3)) if window is None else stress(sim, *window)
         record["stress"] = mean * units.PRESSURE
     if sim.box is not None:
-        force = sim.books.wall_force if window is None else _mean_force(window)
+        force = sim.ledger_sums.wall_force if window is None else _mean_force(window)
         record |= _walls(sim, m, force)
         if plates is not None:
             record |= _between_plates(sim, plates, force, sim.lengths()[2])

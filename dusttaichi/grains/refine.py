@@ -20,22 +20,22 @@ def halve_time_step(sim):
     Its time, its measurements and what its surroundings do stay as they are.
     """
     old, new, n = sim.dt, 0.5 * sim.dt, sim.grains
-    v, w = (sim.fields[name].to_numpy() for name in ("v", "w"))
+    v, w = sim.state["v"], sim.state["w"]
     force, torque = sim.loads()
     v[:n] += 0.5 * old / sim.mass * force
     w[:n] += 0.5 * old / sim.inertia * torque
-    pairs, walls = _pairs(sim), _walls(sim)
+    pairs, walls = _pairs(sim), sim.state.wall_lanes()
     if sim.layout.asperities:
         _strike_in(sim, (pairs, walls), old, new)
         force, torque = sim.loads()
     v[:n] -= 0.5 * new / sim.mass * force
     w[:n] -= 0.5 * new / sim.inertia * torque
-    sim.fields["v"].from_numpy(v)
-    sim.fields["w"].from_numpy(w)
+    sim.state["v"], sim.state["w"] = v, w
     _set_speeds(sim, pairs, walls, v, new)
-    sim.dt, sim.step, sim.searched_at = new, 2 * sim.step, 2 * sim.searched_at
+    sim.dt, sim.step = new, 2 * sim.step
+    sim.search.searched_at *= 2
     sim.push = _later(sim.push)
-    sim.search()  # when a face has gone its part of the skin is counted in steps
+    sim.search.ask()  # when a face has gone its part of the skin is counted in steps
 
 
 def _later(push):
@@ -49,36 +49,25 @@ def _later(push):
 
 def _pairs(sim):
     """(rows of the state, first and second grain, distance vector [um]) of all listed pairs."""
-    i, j = sim._pair_arrays()
-    x = sim.fields["x"].to_numpy()
+    i, j = sim.state.pairs()
+    x = sim.state["x"]
     d = x[i] - x[j]
     if sim.cell is not None:
         axes = list(sim.cell.axes)
-        d[:, axes] -= sim._lanes("shift")[: len(i)] * sim.cell.edges(sim.time)[axes]
+        d[:, axes] -= sim.state.lanes("shift")[: len(i)] * sim.cell.edges(sim.time)[axes]
     return slice(0, len(i)), i, j, d
-
-
-def _walls(sim):
-    """(rows of the state, grain, wall) of all listed wall contacts; None without walls."""
-    if sim.box is None:
-        return None
-    W = sim.layout.width
-    first, blocks = len(sim.fields["pair_i"].to_numpy()), int(sim.fields["counts"].to_numpy()[1])
-    grain = sim.fields["wall_grain"].to_numpy().reshape(-1)[: blocks * W]
-    wall = np.repeat(sim.fields["wall_of"].to_numpy()[:blocks], W)
-    return slice(first * W, (first + blocks) * W), grain, wall
 
 
 def _strike_in(sim, contacts, old, new):
     """Forces of first touches act over a step of the new length, with the same impulse."""
     (rows, _, _, d), walls = contacts
-    state, load = sim._lanes("state"), sim._lanes("load")
+    state, load = sim.state.lanes("state"), sim.state.lanes("load")
     change = state[:, sim.layout.graze + 1, None] * (1.0 / new - 1.0 / old)
     load[rows, :3] += change[rows] * _unit(d)
     if walls is not None:
         rows, _, wall = walls
         load[rows, :3] += change[rows] * sim.box.normal[wall]
-    sim._put_lanes("load", load)
+    sim.state.put_lanes("load", load)
 
 
 def _set_speeds(sim, pairs, walls, v, new):
@@ -86,14 +75,14 @@ def _set_speeds(sim, pairs, walls, v, new):
     layout = sim.layout
     if not (layout.damping or layout.asperities):
         return
-    state = sim._lanes("state")
+    state = sim.state.lanes("state")
     touches = np.sum(state[:, :3] ** 2, axis=1) > 0.5
     rows, i, j, d = pairs
     dv = v[i] - v[j]
     if sim.cell is not None:
         axes = list(sim.cell.axes)
         speeds = sim.cell.speeds(sim.time - 0.5 * new)[axes]
-        dv[:, axes] -= sim._lanes("shift")[: len(i)] * speeds
+        dv[:, axes] -= sim.state.lanes("shift")[: len(i)] * speeds
     back = _unit(d - 0.5 * new * dv)
     _put_speeds(
         layout, state, touches, rows, np.sum(dv * back, axis=1), np.sum(dv * _unit(d), axis=1)
@@ -102,7 +91,7 @@ def _set_speeds(sim, pairs, walls, v, new):
         rows, grain, wall = walls
         u = np.sum(v[grain] * sim.box.normal[wall], axis=1) - sim.box.speed[wall]
         _put_speeds(layout, state, touches, rows, u, u)
-    sim._put_lanes("state", state)
+    sim.state.put_lanes("state", state)
 
 
 def _put_speeds(layout, state, touches, rows, back, now):

@@ -13,7 +13,7 @@ def ends(sim, plates):
     """What averages over a stretch are taken from, at one end of it, beside the sums."""
     out = {}
     if sim.box is not None:
-        out = {"force": sim._wall_force(), "areas": sim.domain.wall_areas(sim.step)}
+        out = {"force": sim.wall_forces(), "areas": sim.domain.wall_areas(sim.step)}
     if plates is not None:
         out["shadow"] = geometry.union_area(sim.grain_state()[0][:, :2], sim.radii)
     return out

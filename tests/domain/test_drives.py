@@ -22,7 +22,7 @@ def course(drive):
     scene = from_yaml(SCENE)
     sim = build(scene, samples.make(scene), drive)
     sim.advance(600)
-    assert sim.searches > 5  # lists were remade on the way
+    assert sim.search.count > 5  # lists were remade on the way
     return np.array(sim.grain_state()), sim.measure()
 
 

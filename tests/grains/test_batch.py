@@ -69,7 +69,7 @@ def check(scenes, steps):
         # in pieces, with searches at other moments than those of the scenes alone
         for part in (1, 7, steps - 8):
             batch.advance(part)
-            batch.sim.search()
+            batch.sim.search.ask()
         for number, expected in enumerate(alone):
             same_bits(batch, number, expected)
     return batch, alone
@@ -80,7 +80,7 @@ def test_five_pairs_are_the_single_runs():
     bound = [outcome.bound for outcome in batch.outcomes()]
     assert bound == [len(contacts["grain_i"]) == 1 for _, contacts in alone]
     assert True in bound and False in bound
-    assert batch.sim.searches > 3
+    assert batch.sim.search.count > 3
 
 
 def test_two_collisions_are_the_single_runs():

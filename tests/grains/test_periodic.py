@@ -235,10 +235,12 @@ def test_neighbours_across_faces_against_brute_force():
         if len(x) == 0 or np.linalg.norm(d, axis=1).min() > 1.9 * RADIUS:
             x = np.concatenate([x, [new]])
     sim = build(scene, sample_of(x))
-    sim.skin = 0.0
-    i, j = sim._pair_arrays()
+    sim.search.skin = 0.0
+    i, j = sim.state.pairs()
     found = {tuple(sorted(pair)) for pair in zip(sim.order[i], sim.order[j], strict=True)}
-    reach = (2 * sim.radius + sim.skin + normal.PULL_OFF / sim.pair.inv_delta0) * units.LENGTH
+    reach = (
+        2 * sim.radius + sim.search.skin + normal.PULL_OFF / sim.pair.inv_delta0
+    ) * units.LENGTH
     close = set()
     for a in range(60):
         for b in range(a):
@@ -347,6 +349,6 @@ def test_refused_cells():
 
 def test_a_cell_that_shrinks_too_far_is_stopped():
     sim = cake("face_speed: [-50 m/s, 0 m/s, 0 m/s]")
-    sim.fixed_skin = 0.1
+    sim.search.fixed_skin = 0.1
     with pytest.raises(GuardStop):
         sim.advance(5000)

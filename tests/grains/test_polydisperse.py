@@ -68,9 +68,9 @@ def test_lanes_hold_the_constants(damping):
     ]
     scene = scene_of(damping=damping, boundary=box("bottom"), dt="1 ps")
     probe = Grains(scene, polydisperse(x, radii, kinds))
-    table, laws = probe.sim._lanes("constants"), chosen_laws(scene.interaction)
+    table, laws = probe.sim.state.lanes("constants"), chosen_laws(scene.interaction)
     names = stored(laws)
-    i, j = probe.sim._pair_arrays()
+    i, j = probe.sim.state.pairs()
     seen = set()
 
     def holds(row, contact):

@@ -52,7 +52,7 @@ def test_search_against_brute_force():
             assert touching <= active and not active & apart
             assert probe.sim.measure()["contacts"] == len(active)
             formed = max(formed, len(active))
-        assert formed > 20 and probe.sim.searches > 3
+        assert formed > 20 and probe.sim.search.count > 3
         kept.append([probe._grains(name) for name in ("x", "v", "w")])
     assert all(np.array_equal(a, b) for a, b in zip(*kept, strict=True))
 

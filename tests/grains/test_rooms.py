@@ -62,7 +62,7 @@ def states():
             patch.setattr(store, "room_for", room)
             probe = rows_of_grains(23, ("rolling", "sliding", "twisting"))
             probe.advance(300)
-            found = probe.sim.arrays(), probe.sim.measure(), probe.sim.searches
+            found = probe.sim.arrays(), probe.sim.measure(), probe.sim.search.count
         out.append(found)
     return out
 

@@ -39,7 +39,7 @@ def test_contacts_against_brute_force():
         assert not active & apart
         assert probe.sim.measure()["contacts"] == len(active)
         formed = max(formed, len(active))
-    assert formed > 10 and probe.sim.searches > 10
+    assert formed > 10 and probe.sim.search.count > 10
 
 
 def test_fast_grain_is_not_missed():
@@ -57,7 +57,7 @@ def test_fast_grain_is_not_missed():
         assert not probe.contacts()
         probe.advance(1)
     assert set(probe.contacts()) == {(0, 1)}
-    assert probe.sim.searches > 10
+    assert probe.sim.search.count > 10
 
 
 def state(probe):
@@ -77,7 +77,7 @@ def test_history_survives_a_search():
     probe.advance(600)
     before = state(probe)
     assert len(before[1]) > 1
-    probe.sim._search()
+    probe.sim.search.now(probe.sim.step)
     same_bits(before, state(probe))
 
 
@@ -88,7 +88,7 @@ def test_other_searches_change_no_bit(skin):
     for numerics in ({}, {"skin": skin}):
         probe = Probe(make_scene(**FREE, numerics=numerics), sample_of(*stirred()))
         probe.advance(600)
-        found, searches = state(probe), probe.sim.searches
+        found, searches = state(probe), probe.sim.search.count
         if expected is None:
             expected, usual = found, searches
     same_bits(expected, found)
@@ -103,7 +103,7 @@ def test_search_between_steps_changes_no_bit():
     often = Probe(make_scene(**FREE), sample_of(*stirred()))
     for _ in range(12):
         often.advance(50)
-        often.sim.search()
+        often.sim.search.ask()
     same_bits(expected, state(often))
 
 
@@ -131,7 +131,7 @@ def test_a_stretched_contact_survives_any_skin(skin):
         probe.advance(1)
         assert probe.sim.step < 1000
     assert set(probe.contacts()) == {(0, 1)}
-    probe.sim._search()
+    probe.sim.search.now(probe.sim.step)
     assert set(probe.contacts()) == {(0, 1)}
 
 

@@ -28,12 +28,13 @@ class Table:
         if impl.get_runtime().prog is not self._program:
             raise RuntimeError("The memory of this simulation is gone: another one was built.")
 
-    def to_numpy(self):
-        """A copy of the used rows."""
+    def to_numpy(self, rows=None):
+        """A copy of the used rows, or of the first `rows` of them."""
         self._check_alive()
+        rows = self.rows if rows is None else min(rows, self.rows)
         if self.memory is None:
-            return self.field.to_numpy()[: self.rows]
-        return self.memory[: self.rows].copy()
+            return self.field.to_numpy()[:rows]
+        return self.memory[:rows].copy()
 
     def from_numpy(self, values):
         """Write the first rows; `values` may be shorter than the used part, which then keeps its

@@ -18,6 +18,18 @@ NEIGHBOURS = 24  # neighbours of a grain within the skin that the search can hol
 PAIRS_PER_GRAIN = 6  # twelve touching neighbours at most
 SMALLEST_ROOM = 1024  # grains
 COARSE = 16384  # grains up to which rooms grow fourfold
+# sums over all steps since the start: what begins at zero with the ledger
+SUMS = (
+    "loss",
+    "wall_loss",
+    "impulse",
+    "impulse_total",
+    "face_work",
+    "wrap_work",
+    "virial",
+    "wall_virial",
+    "flux",
+)
 # places in the `counts` field: what a search has found, and the size of the scene, which kernels
 # do not know when they are compiled
 PAIRS, WALL_BLOCKS, OVERFLOW, GRAINS, PAIR_ROOM, FIRST_WALL, WALL_ROOM = range(7)

@@ -84,7 +84,7 @@ class Benchmark:
         """Hold this simulation, with its first step made."""
         self.sim = sim
         sim.advance(1)
-        self.searching = sim.searching = Stopwatch()
+        self.searching = sim.search.around = Stopwatch()
 
     def time(self, steps):
         """Seconds a step: of steps alone, of search and ledger at the rates of a run.
@@ -93,16 +93,16 @@ class Benchmark:
         as often as the fastest grain or wall goes half the skin.
         """
         sim = self.sim
-        sim.search()
-        searches, self.searching.seconds = sim.searches, 0.0
+        sim.search.ask()
+        searches, self.searching.seconds = sim.search.count, 0.0
         begin = time.perf_counter()
         sim.advance(steps)
         middle = time.perf_counter()
         found = sim.measure()
         ledger = time.perf_counter() - middle
         fastest = max(found["largest_speed"], _wall_speed(sim))
-        search_every = 0.5 * sim.skin / (fastest * sim.dt) if fastest > 0.0 else math.inf
-        search = self.searching.seconds / (sim.searches - searches)
+        search_every = 0.5 * sim.search.skin / (fastest * sim.dt) if fastest > 0.0 else math.inf
+        search = self.searching.seconds / (sim.search.count - searches)
         return {
             "step": (middle - begin - self.searching.seconds) / steps,
             "search": search / max(1.0, search_every),

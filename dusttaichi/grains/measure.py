@@ -1,4 +1,4 @@
-"""What can be read out of a simulation: energies, loads, stresses, grains, contacts.
+"""What can be measured of a simulation: energies, loads, stresses, grains, contacts.
 
 Internal units; (N, ...) arrays of grains stand in the sample's order unless said otherwise.
 """
@@ -23,19 +23,19 @@ from dusttaichi.grains.kernels.measure import (
 
 
 class Readout:
-    """The reading part of a Simulation, whose state it uses."""
+    """The measuring part of a Simulation: it reads the state and changes nothing."""
 
     # -- measuring -------------------------------------------------------------------------------
 
     def loads(self):
         """Force [nN] and torque [nN um] that move every grain, (N, 3) each, in internal order."""
-        return self.push.on(self._contact_loads(), self.step)
+        return self.push.on(self.contact_loads(), self.step)
 
-    def _contact_loads(self):
-        """The same of the contacts alone."""
-        start = self.fields["entry_start"].to_numpy()
-        entry = self.fields["entry"].to_numpy()[: start[-1]]
-        load = self._lanes("load")[entry >> 1]
+    def contact_loads(self):
+        """The same of the contacts alone, (2, N, 3)."""
+        start = self.state["entry_start"]
+        entry = self.fields["entry"].to_numpy(start[-1])
+        load = self.state.lanes("load")[entry >> 1]
         side = (entry & 1)[:, None]
         force = load[:, :3] * (1 - 2 * side)
         torque = np.where(side == 0, load[:, 3:6], load[:, 6:9])
@@ -45,22 +45,21 @@ class Readout:
         np.add.at(out[1], owner, torque)
         return out
 
-    def _wall_force(self):
+    def wall_forces(self):
         """Force of each wall on the grains now [nN], (6, 3)."""
         if self.box is None:
             return np.zeros((6, 3))
-        self.kernels.measure[2](self._walls(), self.time, self.wall, self.dt)
+        self.kernels.measure[2](self.walls_argument, self.time, self.wall, self.dt)
         return self.sums["wall_force"].to_numpy()
 
     def impulses(self):
         """Time integral of the wall forces since the start [nN us], (6, 3)."""
         if self.box is None:
             return np.zeros((6, 3))
-        total = self.fields["impulse_total"].to_numpy()
-        blocks = int(self.fields["counts"].to_numpy()[1])
+        total, blocks = self.state["impulse_total"], self.state.wall_blocks
         # (not -1: there may be no block at all)
-        lanes = self.fields["impulse"].to_numpy()[:blocks].reshape(blocks, 3, self.layout.width)
-        of = self.fields["wall_of"].to_numpy()[:blocks]
+        lanes = self.fields["impulse"].to_numpy(blocks).reshape(blocks, 3, self.layout.width)
+        of = self.fields["wall_of"].to_numpy(blocks)
         np.add.at(total, of, lanes.sum(axis=2))
         return total
 
@@ -68,13 +67,11 @@ class Readout:
         """Energies [fJ], counts and extremes of the present moment, as a dict of numbers."""
         half = 0.5 * self.dt
         measure_grains, measure_pairs, measure_walls = self.kernels.measure
-        mass, inertia = self._unit_mass, self._unit_inertia
+        mass, inertia = self.unit_mass, self.unit_inertia
         measure_grains(mass, inertia, half / mass, half / inertia)
         measure_pairs(self.pair, self.step, self.dt)
         grains = self.sums["grain_sum"].to_numpy()
-        counts = self.fields["counts"].to_numpy()
-        per_tile = self.layout.width * self.layout.tile
-        pairs = self.sums["pair_sum"].to_numpy()[: -(-counts[0] // per_tile)]
+        pairs = self._pair_sums()
         out = {
             "kinetic_translation": grains[:, LINEAR].sum(),
             "kinetic_rotation": grains[:, ANGULAR].sum(),
@@ -92,77 +89,73 @@ class Readout:
             "face_work": 0.0,
             "push_work": self._push_work(),
         }
-        out["loss"][2] += pairs[:, PENDING].sum() - self.books.damping[0]
+        out["loss"][2] += pairs[:, PENDING].sum() - self.ledger_sums.damping[0]
         if self.layout.asperities:
             out["loss"][6] += pairs[:, STRIKING].sum()
         if self.cell is not None:
-            ends = self.books.face_power - pairs[:, FACES].sum()
-            work = self.fields["face_work"].to_numpy().sum() + half * ends + self.books.face_jumps
-            out["face_work"] = float(work + self.fields["wrap_work"].to_numpy().sum())
+            ends = self.ledger_sums.face_power - pairs[:, FACES].sum()
+            work = self.state["face_work"].sum() + half * ends + self.ledger_sums.face_jumps
+            out["face_work"] = float(work + self.state["wrap_work"].sum())
+        walls = None
         if self.box is not None:
-            force = self._wall_force()
-            walls = self.sums["wall_sum"].to_numpy()[: -(-counts[1] // self.layout.tile)]
+            force = self.wall_forces()
+            tiles = -(-self.state.wall_blocks // self.layout.tile)
+            walls = self.sums["wall_sum"].to_numpy(tiles)
             out["wall_contacts"] = int(round(walls[:, CONTACTS].sum()))
             out["potential_wall"] = walls[:, NORMAL : TWISTING + 1].sum(axis=0)
             out["loss_wall"] = self._losses("wall_loss")
-            out["loss_wall"][2] += walls[:, PENDING].sum() - self.books.damping[1]
+            out["loss_wall"][2] += walls[:, PENDING].sum() - self.ledger_sums.damping[1]
             if self.layout.asperities:
                 out["loss_wall"][6] += walls[:, STRIKING].sum()
             out["largest_overlap"] = max(out["largest_overlap"], walls[:, DEEPEST].max(initial=0.0))
-            out["wall_work"] = self._wall_work(force, self.impulses())
+            out["wall_work"] = self.wall_work(force, self.impulses())
         out["largest_strain"] = out["largest_overlap"] / self.radius
-        if self.bodies is not None:
-            strains = [pairs[:, STRAIN]] + ([] if self.box is None else [walls[:, STRAIN]])
+        if self.polydisperse is not None:
+            strains = [pairs[:, STRAIN]] + ([] if walls is None else [walls[:, STRAIN]])
             out["largest_strain"] = np.concatenate(strains).max(initial=0.0)
         return out
 
-    def _wall_work(self, force, impulse):
+    def _pair_sums(self):
+        """Sums over the pairs that the last measurement has filled, (tiles, columns)."""
+        tiles = -(-self.state.pair_count // (self.layout.width * self.layout.tile))
+        return self.sums["pair_sum"].to_numpy(tiles)
+
+    def wall_work(self, force, impulse):
         """Work of the walls since the start, with their force of now and impulse up to now."""
         if self.box is None:
             return 0.0
         velocity = self.box.speed[:, None] * self.box.normal
         # the force of a step acts half before and half after it
-        own = impulse - self.books.impulse + 0.5 * self.dt * (self.books.wall_force - force)
-        return self.books.wall_work + float(np.sum(velocity * own))
+        own = (
+            impulse
+            - self.ledger_sums.impulse
+            + 0.5 * self.dt * (self.ledger_sums.wall_force - force)
+        )
+        return self.ledger_sums.wall_work + float(np.sum(velocity * own))
 
     def _push_work(self):
         """Work of the pushes since the start."""
         if not self.push.works:
             return 0.0
-        x, held = self.fields["x"].to_numpy(), self.fields.get("held")
-        held = None if held is None else held.to_numpy()
-        own = self.push.work(x, held, self._contact_loads()[0], self.step, self.dt)
-        return self.books.push_work + own
+        held = self.state["held"] if "held" in self.state else None
+        own = self.push.work(self.state["x"], held, self.contact_loads()[0], self.step, self.dt)
+        return self.ledger_sums.push_work + own
 
-    def _end_pushes(self):
-        """Forces that last until this step, half of which they act on, end."""
-        x = self.fields["x"].to_numpy()
-        work, kick = self.push.ending(x, self.step)
-        if kick is None:
-            return
-        self.books.push_work += work
-        v = self.fields["v"].to_numpy()
-        v[: self.grains] += 0.5 * self.dt / self.mass * kick
-        self.fields["v"].from_numpy(v)
-        self.fields["push_force"].from_numpy(self.push.force(self.step))
-
-    def _face_power(self):
+    def face_power(self):
         """Power of the moving faces now [fJ/us]."""
         if self.cell is None:
             return 0.0
         self.kernels.measure[1](self.pair, self.step, self.dt)
-        per_tile = self.layout.width * self.layout.tile
-        pairs = -(-self.fields["counts"].to_numpy()[0] // per_tile)
-        return float(self.sums["pair_sum"].to_numpy()[:pairs, FACES].sum())
+        return float(self._pair_sums()[:, FACES].sum())
 
     def momentum_flux(self):
         """Time integral since the start of sum m v_a v_b + sum of branch_a force_b over all
         contacts [fJ us], (3, 3): minus volume times stress (T19 eq 23)."""
-        xx, xy, xz, yy, yz, zz = self.fields["flux"].to_numpy().sum(axis=0)
-        total = self._unit_mass * np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        xx, xy, xz, yy, yz, zz = self.state["flux"].sum(axis=0)
+        total = self.unit_mass * np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         for name in ("virial", "wall_virial"):
-            if name in self.fields:
-                table = self.fields[name].to_numpy()
+            if name in self.state:
+                table = self.state[name]
                 total += table.reshape(len(table), 9, -1).sum(axis=(0, 2)).reshape(3, 3)
         return total
 
@@ -171,37 +164,19 @@ class Readout:
         return self.domain.lengths(self.step)
 
     def _losses(self, name):
-        table = self.fields[name].to_numpy()
+        table = self.state[name]
         return table.reshape(len(table), len(self.layout.channels), -1).sum(axis=(0, 2))
 
     # -- arrays ----------------------------------------------------------------------------------
-
-    def _pair_arrays(self):
-        pairs = int(self.fields["counts"].to_numpy()[0])
-        return (
-            self.fields["pair_i"].to_numpy().reshape(-1)[:pairs],
-            self.fields["pair_j"].to_numpy().reshape(-1)[:pairs],
-        )
-
-    def _lanes(self, name):
-        """A lane field (blocks, components) as an array (contacts, components)."""
-        a = self.fields[name].to_numpy()
-        a = a.reshape(a.shape[0], a.shape[1], -1)
-        return np.ascontiguousarray(a.transpose(0, 2, 1)).reshape(-1, a.shape[1])
-
-    def _put_lanes(self, name, contacts):
-        W = self.layout.width
-        a = contacts.reshape(-1, W, contacts.shape[1]).transpose(0, 2, 1)
-        self.fields[name].from_numpy(np.ascontiguousarray(a))
 
     def grain_state(self):
         """Positions [um], velocities [um/us], spins [rad/us] now, (N, 3), in the sample's order."""
         n = self.grains
         force, torque = self.loads()
         half = 0.5 * self.dt
-        x = self.fields["x"].to_numpy()[:n]
-        v = self.fields["v"].to_numpy()[:n] + half / self.mass * force
-        w = self.fields["w"].to_numpy()[:n] + half / self.inertia * torque
+        x = self.state.of_grains("x")
+        v = self.state.of_grains("v") + half / self.mass * force
+        w = self.state.of_grains("w") + half / self.inertia * torque
         if self.cell is not None:
             edges, speeds = self.cell.edges(self.time), self.cell.speeds(self.time)
             out_of = np.floor((x - self.cell.low(self.time)) / np.where(edges > 0.0, edges, np.inf))
@@ -213,29 +188,31 @@ class Readout:
 
     def contact_state(self):
         """Contacts between grains now, a dict of arrays; grains by the sample's numbers."""
-        i, j = self._pair_arrays()
-        state = self._lanes("state")[: len(i)]
+        i, j = self.state.pairs()
+        state = self.state.lanes("state")[: len(i)]
         layout = self.layout
         first, second = layout.pointer, layout.second
         on = np.sum(state[:, first : first + 3] ** 2, axis=1) > 0.5
         i, j, state = i[on], j[on], state[on]
-        x = self.fields["x"].to_numpy()
+        x = self.state["x"]
         d = x[i] - x[j]
         if self.cell is not None:
             axes = list(self.cell.axes)
-            d[:, axes] -= self._lanes("shift")[: len(on)][on] * self.cell.edges(self.time)[axes]
+            d[:, axes] -= (
+                self.state.lanes("shift")[: len(on)][on] * self.cell.edges(self.time)[axes]
+            )
         distance = np.linalg.norm(d, axis=1)
         return {
             "grain_i": self.order[i],
             "grain_j": self.order[j],
             "pointer_i": state[:, first : first + 3],
             "pointer_j": state[:, second : second + 3],
-            "overlap": self._touch(self.order[i], self.order[j]) - distance,
+            "overlap": self.touch(self.order[i], self.order[j]) - distance,
         } | self._twist_and_approach(state)
 
-    def _touch(self, i, j):
+    def touch(self, i, j):
         """Distance of the centres of these grains (the sample's numbers) at first touch [um]."""
-        if self.bodies is None:
+        if self.polydisperse is None:
             return 2.0 * self.radius
         return self.radii[i] + self.radii[j]
 
@@ -250,16 +227,12 @@ class Readout:
 
     def wall_contact_state(self):
         """Contacts with walls now, a dict of arrays; feet and overlaps in um."""
-        blocks = int(self.fields["counts"].to_numpy()[1])
-        W = self.layout.width
-        first = len(self.fields["pair_i"].to_numpy())
-        state = self._lanes("state")[first * W : (first + blocks) * W]
-        grain = self.fields["wall_grain"].to_numpy().reshape(-1)[: blocks * W]
-        wall = np.repeat(self.fields["wall_of"].to_numpy()[:blocks], W)
+        rows, grain, wall = self.state.wall_lanes()
+        state = self.state.lanes("state")[rows]
         p, f = self.layout.pointer, self.layout.second
         on = np.sum(state[:, p : p + 3] ** 2, axis=1) > 0.5
         grain, wall, state = grain[on], wall[on], state[on]
-        x = self.fields["x"].to_numpy()[grain]
+        x = self.state["x"][grain]
         offset = self.box.offset + self.box.speed * self.time
         distance = np.sum(x * self.box.normal[wall], axis=1) - offset[wall]
         return {
@@ -272,7 +245,7 @@ class Readout:
 
     def wall_distances(self):
         """Distance of every centre from every wall [um], (N, 6), in the sample's order."""
-        x = self.fields["x"].to_numpy()[: self.grains]
+        x = self.state.of_grains("x")
         offset = self.box.offset + self.box.speed * self.time
         out = np.empty((self.grains, 6))
         out[self.order] = x @ self.box.normal.T - offset

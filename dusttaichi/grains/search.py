@@ -1,0 +1,207 @@
+"""The search for neighbours: when it is due, how far it reaches, and what its kernels are told."""
+
+from contextlib import nullcontext
+
+import numpy as np
+
+from dusttaichi.errors import GuardStop
+from dusttaichi.grains.kernels.search import CELLS_PER_GRAIN, Grid
+from dusttaichi.names import NEVER
+from dusttaichi.physics.contact.constants import PULL_OFF
+
+SKIN = (0.01, 0.4)  # least and most, of the radius
+# parts of the skin that each grain of a pair may go, and that faces between them may move
+STILL, DRIVEN = (0.5, 0.0), (0.3, 0.4)
+
+
+class Search:
+    """The neighbour lists of a Simulation: every pair closer than touch + skin.
+
+    skin [um], chosen anew at every search unless `fixed_skin` is given. searched_at, wall_due:
+    steps of the last search, and at which walls or faces ask for the next. count: searches so far.
+    around: entered around every search on the way, so that a benchmark can time it.
+    """
+
+    def __init__(self, sim, fixed_skin):
+        self.sim = sim
+        self.fixed_skin, self.skin = fixed_skin, fixed_skin or 0.0
+        self.searched_at, self.wall_due, self.count = 0, NEVER, 0
+        self.asked, self.around = False, nullcontext()
+
+    def ask(self):
+        """Have the next step search for neighbours, whether it is due or not."""
+        self.asked = True
+
+    @property
+    def reach2(self):
+        """Square of the way that a grain may go before the next search is due [um^2]."""
+        # every grain has gone further than the root of -1: a search asked for is due at once
+        return -1.0 if self.asked else (self._shares()[0] * self.skin) ** 2
+
+    def numbers(self):
+        """What a checkpoint keeps beside the lists."""
+        return {
+            "searched_at": self.searched_at,
+            "wall_due": self.wall_due,
+            "searches": self.count,
+            "skin": self.skin,
+            "search_asked": self.asked,
+        }
+
+    def restore(self, numbers):
+        """Go back to these numbers."""
+        self.searched_at, self.wall_due = numbers["searched_at"], numbers["wall_due"]
+        self.count, self.skin = numbers["searches"], numbers["skin"]
+        self.asked = numbers["search_asked"]
+
+    # -- searching -------------------------------------------------------------------------------
+
+    def now(self, step):
+        """New neighbour lists for the present positions; the history of contacts is kept exactly.
+
+        The loads are void until the next pass over the contacts.
+        Raises GuardStop when positions are no longer numbers or grains overlap without limit.
+        """
+        sim = self.sim
+        sim.kernels.bounds()
+        bounds = sim.scratch["bounds"].to_numpy()
+        if bounds[6] > 0 or not np.isfinite(bounds[7]):
+            self._stop_not_a_number()
+        if self.fixed_skin is None:
+            self.skin = self._best_skin(bounds[7])
+        # bonds hold beyond first touch, down to pull-off
+        touch = 2.0 * sim.radius + PULL_OFF / sim.pair.inv_delta0
+        low, extent, edges = bounds[:3], bounds[3:6] - bounds[:3], np.zeros(3)
+        if sim.cell is not None:
+            edges = self._wrap(step, touch)
+            low = np.where(edges > 0.0, sim.cell.low(step * sim.dt), low)
+            extent = np.where(edges > 0.0, edges, extent)
+        self._list(step, low, extent, edges, touch + self.skin)
+        self.searched_at = step
+        self.wall_due = self._next_wall_due()
+        self.count += 1
+        self.asked = False
+
+    def _list(self, step, low, extent, edges, reach):
+        """Pairs within `reach` of their centres (of the largest grains), and grains near walls."""
+        sim = self.sim
+        cells, width = self._cells(extent, edges, reach)
+        grid = Grid(
+            origin=low.tolist(),
+            inv_edge=(1.0 / width).tolist(),
+            cells=cells.tolist(),
+            edges=edges.tolist(),
+        )
+        equal = sim.polydisperse is None
+        # grains of their own radius are listed by the distance of their surfaces
+        sim.kernels.find(
+            grid,
+            sim.scenes * int(np.prod(cells)),
+            reach**2 if equal else reach - 2.0 * sim.radius,
+        )
+        self._check_room()
+        sim.kernels.relist(edges.tolist())
+        if sim.box is not None:
+            wall_reach = sim.radius + self.skin + PULL_OFF / sim.wall.inv_delta0
+            wall_reach -= 0.0 if equal else sim.radius
+            sim.kernels.relist_walls(
+                sim.walls_argument, step * sim.dt, wall_reach, sim.box.present.tolist()
+            )
+            self._check_room()
+        sim.kernels.list_entries()
+
+    def _cells(self, extent, edges, reach):
+        """Numbers and widths of the cells of the grid: no cell is narrower than `reach`, and whole
+        numbers of them fill a periodic edge."""
+        width = reach * 1.000001
+        while True:
+            cells = np.floor(extent / width) + np.where(edges > 0.0, 0.0, 1.0)
+            if self.sim.scenes * np.prod(cells) <= CELLS_PER_GRAIN * self.sim.grains + 60:
+                break
+            width *= 1.1
+        cells = np.maximum(cells, 1.0)
+        return cells.astype(int), np.where(edges > 0.0, edges / cells, width)
+
+    def _wrap(self, step, touch):
+        """Grains back into the cell; returns its edges. No pair may meet across two faces."""
+        sim = self.sim
+        time = step * sim.dt
+        edges = sim.cell.edges(time)
+        shortest = edges[list(sim.cell.axes)].min()
+        most = 0.5 * shortest - touch
+        if most < SKIN[0] * sim.smallest:
+            raise GuardStop(
+                f"At {sim.time:.6g} us the periodic cell has shrunk to {shortest:.4g} um, four "
+                "radii: a grain would touch another twice, across both faces. Stop earlier, or "
+                "take a larger sample."
+            )
+        self.skin = min(self.skin, most)
+        # v stands half a step back
+        speeds = sim.cell.speeds(time - 0.5 * sim.dt)
+        sim.kernels.wrap(
+            sim.cell.low(time).tolist(),
+            np.where(edges > 0, edges, 1.0).tolist(),
+            speeds.tolist(),
+            sim.unit_mass,
+        )
+        return edges
+
+    # -- when it is due --------------------------------------------------------------------------
+
+    def _shares(self):
+        return DRIVEN if self._closing_speed() > 0.0 else STILL
+
+    def _closing_speed(self):
+        return self.sim.domain.closing_speed(self.sim.step)
+
+    def _next_wall_due(self):
+        """Step at which a wall or face has moved its part of the skin since the search of now.
+
+        Found at the search, not later: faces may change speed, and when a grain is wrapped must
+        not depend on how a run is cut into calls.
+        """
+        grains, faces = self._shares()
+        due, walls = NEVER, self.sim.domain.fastest_wall
+        for speed, share in ((walls, 1.0 - grains), (self._closing_speed(), faces)):
+            if speed > 0.0:
+                steps = max(1, int(share * self.skin / (speed * self.sim.dt)))
+                due = min(due, self.searched_at + steps)
+        return due
+
+    def _best_skin(self, speed):
+        """Skin [um] that costs least at the speed of the fastest grain [um/us].
+
+        A search costs some eight steps, of small samples more (its launches cost as much as 5000
+        grains), and is due every skin/(2 speed dt) steps; the pairs that are listed but do not
+        touch make a step dearer by about five times skin/radius.
+        """
+        sim = self.sim
+        way = max(speed, 2.0 * sim.domain.fastest_wall, 2.0 * self._closing_speed()) * sim.dt
+        search = 8.0 * (1.0 + 5000.0 / sim.grains)
+        best = np.sqrt(0.4 * search * way * sim.smallest)
+        return float(np.clip(best, SKIN[0] * sim.smallest, SKIN[1] * sim.smallest))
+
+    # -- what can go wrong -----------------------------------------------------------------------
+
+    def _check_room(self):
+        problem, time = self.sim.state.overflow, self.sim.time
+        if problem == 1:
+            raise GuardStop(
+                f"At {time:.6g} us some grain has more neighbours than can stand around it: "
+                "grains overlap without limit. Try a smaller numerics.time_step, a lower speed, "
+                "or a smaller numerics.skin."
+            )
+        if problem == 2:
+            raise GuardStop(
+                f"At {time:.6g} us more grains touch walls than there is room for; the sample "
+                "is too flat. Try a sample that is higher than two grains."
+            )
+
+    def _stop_not_a_number(self):
+        x = self.sim.state.of_grains("x")
+        bad = int(np.flatnonzero(~np.all(np.abs(x) < 1e12, axis=1))[0])
+        raise GuardStop(
+            f"At {self.sim.time:.6g} us the position of grain {self.sim.order[bad]} is not a "
+            "number any more: the step is too long for what happens. Try a smaller "
+            "numerics.time_step or a lower speed."
+        )

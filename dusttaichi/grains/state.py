@@ -1,0 +1,177 @@
+"""What a simulation holds: the used part of its fields, and the ends of its sums over steps."""
+
+from dataclasses import asdict, dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from dusttaichi.grains.kernels.store import FIRST_WALL, OVERFLOW, PAIRS, SUMS, WALL_BLOCKS
+
+FAR = 1e6  # of the grains that fill empty lanes [um]
+
+
+@dataclass(frozen=True)
+class GrainProperties:
+    """Radius [um], mass [pg], moment of inertia [pg um^2] and number of the material of every
+    grain, each (N,), in the sample's order."""
+
+    radius: np.ndarray
+    mass: np.ndarray
+    inertia: np.ndarray
+    material: np.ndarray
+
+
+@dataclass
+class LedgerSums:
+    """Ends of the sums over steps: the force of a step acts half before and half after it.
+
+    wall_force (6, 3), face_power: at the start of the present drive and of the run. wall_work,
+    impulse (6, 3): of earlier drives. face_jumps: what changes of the drive leave over. damping:
+    half of the work of step 0, which would belong to a time before it (pairs, walls). push_work: of
+    pushes that have ended.
+    """
+
+    wall_force: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
+    impulse: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
+    push_work: float = 0.0
+    wall_work: float = 0.0
+    face_power: float = 0.0
+    face_jumps: float = 0.0
+    damping: list = field(default_factory=lambda: [0.0, 0.0])
+
+    def to_numbers(self):
+        """What JSON can hold."""
+        return asdict(self) | {
+            "wall_force": self.wall_force.tolist(),
+            "impulse": self.impulse.tolist(),
+        }
+
+    @classmethod
+    def from_numbers(cls, numbers):
+        arrays = {key: np.array(numbers[key]) for key in ("wall_force", "impulse")}
+        return cls(**(numbers | arrays))
+
+
+class WallLanes(NamedTuple):
+    """Lanes of the wall contacts: their rows in `GrainState.lanes`, grain and wall of each."""
+
+    rows: slice
+    grain: np.ndarray
+    wall: np.ndarray
+
+
+class GrainState:
+    """The state of a scene of `grains` grains, in internal units and order.
+
+    fields: memory.Table by name, see kernels.store.declare. order: the sample's number of each
+    grain.
+    """
+
+    def __init__(self, fields, layout, order):
+        self.fields, self.layout, self.order = fields, layout, order
+        self.grains = len(order)
+
+    def __contains__(self, name):
+        return name in self.fields
+
+    def __getitem__(self, name):
+        """A copy of the used rows of a field."""
+        return self.fields[name].to_numpy()
+
+    def __setitem__(self, name, values):
+        self.fields[name].from_numpy(values)
+
+    def of_grains(self, name):
+        """A copy of a field without the two grains that fill empty lanes, (N, ...)."""
+        return self.fields[name].to_numpy(self.grains)
+
+    def put_grains(self, name, values, far=False):
+        """Fill a field of all grains; the two beyond them rest, far away if these are places."""
+        ghosts = np.array([[FAR, 0, 0], [-FAR, 0, 0]]) if far else np.zeros((2, 3))
+        self[name] = np.concatenate([values, ghosts])
+
+    def clear_sums(self):
+        """Begin all sums over steps at zero."""
+        for name in SUMS:
+            if name in self.fields:
+                self.fields[name].fill(0.0)
+
+    # -- contacts --------------------------------------------------------------------------------
+
+    @property
+    def pair_count(self):
+        """Pairs that are listed, those that do not touch included."""
+        return int(self["counts"][PAIRS])
+
+    @property
+    def wall_blocks(self):
+        """Blocks of lanes that wall contacts take."""
+        return int(self["counts"][WALL_BLOCKS])
+
+    @property
+    def overflow(self):
+        """What a search has had no room for: 0 nothing, 1 pairs, 2 wall contacts."""
+        return int(self["counts"][OVERFLOW])
+
+    def pairs(self):
+        """First and second grain of every listed pair: rows of `lanes` from 0 on."""
+        pairs = self.pair_count
+        return self["pair_i"].reshape(-1)[:pairs], self["pair_j"].reshape(-1)[:pairs]
+
+    def wall_lanes(self):
+        """WallLanes of the listed wall contacts, empty lanes included; None without walls."""
+        if "wall_grain" not in self:
+            return None
+        counts, width = self["counts"], self.layout.width
+        first, blocks = int(counts[FIRST_WALL]), int(counts[WALL_BLOCKS])
+        grain = self.fields["wall_grain"].to_numpy(blocks).reshape(-1)
+        wall = np.repeat(self.fields["wall_of"].to_numpy(blocks), width)
+        return WallLanes(slice(first * width, (first + blocks) * width), grain, wall)
+
+    def lanes(self, name):
+        """A field of lanes (blocks, components) as an array (contacts, components)."""
+        a = self[name]
+        a = a.reshape(a.shape[0], a.shape[1], -1)
+        return np.ascontiguousarray(a.transpose(0, 2, 1)).reshape(-1, a.shape[1])
+
+    def put_lanes(self, name, contacts):
+        """The reverse of `lanes`."""
+        a = contacts.reshape(-1, self.layout.width, contacts.shape[1]).transpose(0, 2, 1)
+        self[name] = a
+
+    def take_contacts(self, contacts):
+        """Pointers and twist of contacts that a sample brings along."""
+        rank = np.empty(self.grains, np.int64)
+        rank[self.order] = np.arange(self.grains)
+        i, j = rank[contacts["i"]], rank[contacts["j"]]
+        swap = i > j
+        low, high = np.minimum(i, j), np.maximum(i, j)
+        first = np.where(swap[:, None], contacts["pointer_j"], contacts["pointer_i"])
+        second = np.where(swap[:, None], contacts["pointer_i"], contacts["pointer_j"])
+        own_i, own_j = self.pairs()
+        key = own_i.astype(np.int64) * self.grains + own_j
+        if len(key) == 0:
+            return
+        wanted = low.astype(np.int64) * self.grains + high
+        place = np.minimum(np.searchsorted(key, wanted), len(key) - 1)
+        known = key[place] == wanted
+        state, layout = self.lanes("state"), self.layout
+        p = place[known]
+        state[p, layout.pointer : layout.pointer + 3] = first[known]
+        state[p, layout.second : layout.second + 3] = second[known]
+        if layout.twist >= 0:
+            state[p, layout.twist] = contacts["twist"][known]
+        if layout.approach >= 0:
+            state[p, layout.approach] = -contacts["approach"][known]
+        self.put_lanes("state", state)
+
+    # -- checkpoint ------------------------------------------------------------------------------
+
+    def arrays(self):
+        """All state, for a checkpoint: the used part of what `kernels.store.declare` lists."""
+        return {name: table.to_numpy() for name, table in self.fields.items()}
+
+    def restore(self, arrays):
+        """Go back to the arrays of a checkpoint of the same scene and sample."""
+        for name, table in self.fields.items():
+            table.from_numpy(arrays[name])
