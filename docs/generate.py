@@ -34,7 +34,7 @@ FEATURES = {
     "stress": "with `output.stress`",
     "stages": "with stages",
     "push": "with pushes",
-    "unlike": "with grains that are not all alike",
+    "polydisperse": "with grains that are not all alike",
 }
 
 

@@ -102,6 +102,8 @@ class RunLock:
 
     `RunLock(directory)` takes it at once, makes the directory if it is missing, and raises
     DustError where another run holds it or the directory cannot be written. A context manager.
+    Not filelock's: that one cannot say who holds a lock (in releases for Python 3.10 a second
+    process empties the file), and gives up on network file systems without locks.
     """
 
     def __init__(self, directory):

@@ -15,7 +15,7 @@ BOX = {"walls", "room", "height", "filling", "profiles", "snapshots", "contacts"
 PLATES = {"walls", "room", "height", "filling", "plates"}
 CELL = {"cell", "room", "stress", "filling", "stages", "snapshots"}
 FEATURES = BOX | PLATES | CELL | {"push"}  # no scene has them all
-UNLIKE = {"unlike"}  # grains of different radius or material
+POLYDISPERSE = {"polydisperse"}  # grains of different radius or material
 ICE = Material(**NAMED["ice_t19"])
 
 
@@ -37,7 +37,7 @@ def writer(
         "profiles/bin_height": lower + RADIUS,
         "profiles/bin_upper": lower + 2 * RADIUS,
     }
-    if features >= UNLIKE:
+    if features >= POLYDISPERSE:
         coords |= {"snapshots/mass": np.ones(grains), "snapshots/material": np.zeros(grains)}
     known = provenance(scene, scene, title="test", seed=1, backend="cpu", precision="f64")
     return Writer.create(

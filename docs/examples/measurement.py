@@ -39,7 +39,7 @@ print(
     simulation.time, simulation.measure().coordination_number, len(simulation.contacts["overlap"])
 )
 simulation.run()
-with simulation.result() as result:
+with dt.open_run(simulation.flush()) as result:
     print(result.series.time.size, "records")
 own = simulation.records("spread")
 print(own["record_time"], own["gyration"])

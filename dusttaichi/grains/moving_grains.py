@@ -171,7 +171,7 @@ def features_of(scene, sim):
     domain, bounded = sim.domain, sim.domain.bounded
     asked = {
         "snapshots": True,
-        "unlike": sim.polydisperse is not None,
+        "polydisperse": sim.polydisperse is not None,
         "contacts": scene.output.contacts,
         "walls": sim.box is not None,
         "cell": sim.cell is not None,

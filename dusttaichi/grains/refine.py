@@ -84,18 +84,18 @@ def _set_speeds(sim, pairs, walls, v, new):
         speeds = sim.cell.speeds(sim.time - 0.5 * new)[axes]
         dv[:, axes] -= sim.state.lanes("shift")[: len(i)] * speeds
     back = _unit(d - 0.5 * new * dv)
-    _put_speeds(
-        layout, state, touches, rows, np.sum(dv * back, axis=1), np.sum(dv * _unit(d), axis=1)
-    )
+    u = np.sum(dv * back, axis=1), np.sum(dv * _unit(d), axis=1)
+    _put_speeds(layout, state, touches, rows, u)
     if walls is not None:
         rows, grain, wall = walls
         u = np.sum(v[grain] * sim.box.normal[wall], axis=1) - sim.box.speed[wall]
-        _put_speeds(layout, state, touches, rows, u, u)
+        _put_speeds(layout, state, touches, rows, (u, u))
     sim.state.put_lanes("state", state)
 
 
-def _put_speeds(layout, state, touches, rows, back, now):
-    """back, now: speeds along n_c of half a step back and of now."""
+def _put_speeds(layout, state, touches, rows, speeds):
+    """speeds: along n_c, half a step back and now."""
+    back, now = speeds
     if layout.damping:
         state[rows, layout.approach] = touches[rows] * back
     if layout.asperities:

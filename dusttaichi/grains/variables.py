@@ -12,7 +12,7 @@ _S12, _PHYS = "S12 section 3.2", "docs, Physics"
 
 # Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (a finite
 # one), "filling" (a filling factor), "plates", "stress", "stages", "push" (forces, carried grains),
-# "unlike" (grains of different radius or material), "profiles", "snapshots", "contacts" (kept with
+# "polydisperse" (grains of different radius or material), "profiles", "snapshots", "contacts" (kept with
 # the snapshots). The times of /profiles and /snapshots are not called `time`: a DataTree hands the
 # root's coordinate of that name down.
 _TABLE = {
@@ -89,9 +89,9 @@ _TABLE = {
         ("wall_contact_count", "snapshot", "1", "rows of /wall_contacts that belong to the "
          "snapshot", "", "walls snapshots contacts"),
         ("radius", "grain", "m", "radius of the grain", "", "snapshots"),
-        ("mass", "grain", "kg", "mass of the grain", "", "unlike snapshots"),
+        ("mass", "grain", "kg", "mass of the grain", "", "polydisperse snapshots"),
         ("material", "grain", "1", "number of the grain's material, in the order of the global "
-         "attribute materials", "", "unlike snapshots"),
+         "attribute materials", "", "polydisperse snapshots"),
     ],
     "contacts": [
         ("grain_i", "contact", "1", "first grain", "", "snapshots contacts"),

@@ -34,7 +34,7 @@ class Writer:
     Use `Writer.create` or `Writer.resume`. A context manager.
     """
 
-    def __init__(self, path, lock, layout, sizes, static, attributes, records):
+    def __init__(self, path, lock, *, layout, sizes, static, attributes, records):
         self.path = Path(path)
         self._lock, self._layout, self._dimensions, self._static = lock, layout, sizes, static
         self._sizes = {d: n if isinstance(n, int) else len(n) for d, n in sizes.items()}
@@ -68,7 +68,9 @@ class Writer:
             static = {k: np.asarray(coords[k]) for k, v in layout.items() if not v.grows}
             records = dict.fromkeys((v.group for v in layout.values()), 0)
             sizes = {**LABELS, **sizes}
-            writer = cls(path, lock if own else None, layout, sizes, static, attributes, records)
+            known = {"layout": layout, "sizes": sizes, "static": static}
+            known |= {"attributes": attributes, "records": records}
+            writer = cls(path, lock if own else None, **known)
             writer._base = "new"
             writer.flush()
         except BaseException:
@@ -99,7 +101,9 @@ class Writer:
                 )
             attributes["history"] = f"{attributes.get('history', '')}\n{_now()} resumed"
             kept = {group: int(counts.get(group, 0)) for group in records}
-            writer = cls(path, lock if own else None, layout, sizes, static, attributes, kept)
+            known = {"layout": layout, "sizes": sizes, "static": static}
+            known |= {"attributes": attributes, "records": kept}
+            writer = cls(path, lock if own else None, **known)
             writer._base = "copy" if kept == records else "cut"
             writer.set_status("running")
         except BaseException:

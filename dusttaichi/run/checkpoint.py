@@ -1,7 +1,8 @@
 """Checkpoints: what a run goes on from.
 
 A checkpoint is one file: a magic line, the length of a JSON header, the header (names, types and
-shapes of the arrays, and `meta`), the raw bytes of the arrays, and the SHA-256 of all that.
+shapes of the arrays, and `meta`), the raw bytes of the arrays, and the SHA-256 of all that. (Of
+this, safetensors has neither the sum nor meta data other than texts.)
 """
 
 import hashlib

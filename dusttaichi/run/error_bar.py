@@ -52,7 +52,7 @@ class States:
         self.folder = Path(directory) / FOLDER
 
     def begin(self, step):
-        """Forget states after `step`, those of another course of the run; -1: all of them."""
+        """Forget states after `step`, those of another way that the run took; -1: all of them."""
         for state in self.kept():
             if state.step > step:
                 (self.folder / state.name).unlink()
@@ -228,7 +228,7 @@ class ErrorBar:
 
 def estimate(run, states):
     """The error bar of a Run that is finished and on disk; into its result, or a word why not."""
-    began, told = real_time.perf_counter(), 0.0
+    began, reported = real_time.perf_counter(), 0.0
 
     def pause():
         if run.interrupts.asked:
@@ -236,10 +236,10 @@ def estimate(run, states):
             raise Interrupted(text)
 
     def report(done, total):
-        nonlocal told
+        nonlocal reported
         now = real_time.perf_counter()
-        if now - told > REPORT_SECONDS:
-            told, rate = now, done / max(now - began, 1e-9)
+        if now - reported > REPORT_SECONDS:
+            reported, rate = now, done / max(now - began, 1e-9)
             run.report(Report(done, total, None, None, rate, "error bar, "))
 
     end, found = run.sim.step, None

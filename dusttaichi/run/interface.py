@@ -231,12 +231,10 @@ class Simulation:
             folder = folder_of(file, group)
             return {name: values[:] for name, values in folder.variables.items()}
 
-    def result(self):
-        """The result so far, opened: a Run of dusttaichi.analysis, to be closed."""
-        from dusttaichi.analysis import open_run
-
+    def flush(self):
+        """Put all records on disk, so that the result can be opened; returns its directory."""
         self._run.files.flush()
-        return open_run(self.directory)
+        return self.directory
 
     def close(self):
         """Save, and let the folder go; a temporary one ends."""

@@ -135,7 +135,7 @@ def test_a_guard_stops_it_with_the_result_kept(tmp_path):
             spring_in_motion = simulation._run.sim
             spring_in_motion.x = 20.0
             simulation.advance(10)
-        with simulation.result() as result:
+        with dt.open_run(simulation.flush()) as result:
             assert result.status.startswith("stopped by guard")
 
 
