@@ -12,9 +12,9 @@ _S12, _PHYS = "S12 section 3.2", "docs, Physics"
 
 # Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (a finite
 # one), "filling" (a filling factor), "plates", "stress", "stages", "push" (forces, carried grains),
-# "polydisperse" (grains of different radius or material), "profiles", "snapshots", "contacts" (kept with
-# the snapshots). The times of /profiles and /snapshots are not called `time`: a DataTree hands the
-# root's coordinate of that name down.
+# "polydisperse" (grains of different radius or material), "profiles", "snapshots", "contacts" (kept
+# with the snapshots). The times of /profiles and /snapshots are not called `time`: a DataTree hands
+# the root's coordinate of that name down.
 _TABLE = {
     "series": [
         "time",
