@@ -6,7 +6,7 @@ import numpy as np
 
 from dusttaichi import units
 from dusttaichi.domain.walls import glued
-from dusttaichi.grains.build import contact_constants, moving
+from dusttaichi.grains.grain_contacts import contact_constants, moving
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.network import Contacts, contact_radius, limit, slope
 
@@ -16,7 +16,7 @@ def stable_step(sim, scene):
 
     Every contact with the slope of its force and the damping where it is; walls with their
     strengths; polydisperse grains; across the faces. Infinite without contacts. Contacts to come
-    may be stiffer or more: see build.time_step for those.
+    may be stiffer or more: see time_step.time_step for those.
     """
     mass = np.broadcast_to(np.ravel(sim.mass), sim.grains) * units.MASS
     if sim.polydisperse is not None:
@@ -106,7 +106,7 @@ def _kinds(sim, scene):
 
 
 def rows(scene, sim, step):
-    """Rows (what, value) of `dust check` about the time step; step: build.TimeStep.
+    """Rows (what, value) of `dust check` about the time step; step: time_step.TimeStep.
 
     The stiffest period of what may come, that of the contacts as they stand, what fast bodies ask
     for, and the step taken, which is sim.dt.

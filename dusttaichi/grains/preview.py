@@ -6,8 +6,10 @@ import numpy as np
 
 from dusttaichi import samples, units
 from dusttaichi.grains import network
-from dusttaichi.grains.build import bodies_of, build, chosen_step, contact_constants
+from dusttaichi.grains.build import build
+from dusttaichi.grains.grain_contacts import contact_constants, grain_properties
 from dusttaichi.grains.inventory import compiled_rows, field_rows, preset_rows, tables
+from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.names import NEVER
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import chosen_laws
@@ -71,7 +73,7 @@ def _number(value, unit):
 def _sample(scene, sample):
     mass = quantities.format(constants.grain_mass(scene.material), "mass", digits=5)
     rows = [("grains", f"{len(sample.positions):,}")]
-    bodies, radii = bodies_of(scene, sample), scene.material.radius
+    bodies, radii = grain_properties(scene, sample), scene.material.radius
     if bodies is not None:
         names = [DEFAULT, *scene.materials]
         made_of = [names[number] for number in np.unique(bodies.material)]

@@ -11,11 +11,11 @@ import numpy as np
 
 from dusttaichi import units
 from dusttaichi.domain.domain import Domain
+from dusttaichi.grains.kernels.phases import DONE, StepNumbers
 from dusttaichi.grains.kernels.walls import Walls
 from dusttaichi.grains.measure import Readout
 from dusttaichi.grains.search import Search
 from dusttaichi.grains.state import GrainState, LedgerSums
-from dusttaichi.grains.step import DONE, Motion
 from dusttaichi.names import NEVER
 
 NO_WALLS = Walls()
@@ -188,13 +188,13 @@ class Simulation(Readout):
                 pending = 1
 
     def _call(self, steps, pending, dt):
-        motion = self._motion(dt, self.search.wall_due, self.search.reach2)
+        numbers = self._numbers(dt, self.search.wall_due, self.search.reach2)
         self.kernels.advance(
             steps,
             self.step,
             pending,
             self.threads,
-            motion,
+            numbers,
             self.pair,
             self.wall,
             self.walls_argument,
@@ -203,8 +203,8 @@ class Simulation(Readout):
         return done, done < steps
 
     @lru_cache(maxsize=1)  # noqa: B019 (a simulation lives as long as its process)
-    def _motion(self, dt, wall_due, reach2):
-        return Motion(
+    def _numbers(self, dt, wall_due, reach2):
+        return StepNumbers(
             dt=dt,
             kick=dt / self.unit_mass,
             turn=dt / self.unit_inertia,

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from dusttaichi import samples
-from dusttaichi.grains.build import Drive, build
+from dusttaichi.grains.backend import Loops
+from dusttaichi.grains.build import build
 from dusttaichi.scene import from_yaml
 
 SCENE = """
@@ -18,9 +19,9 @@ numerics: {time_step: 0.3 ns, threads: 1, skin: 0.05}
 """
 
 
-def course(drive):
+def moved(loops):
     scene = from_yaml(SCENE)
-    sim = build(scene, samples.make(scene), drive)
+    sim = build(scene, samples.make(scene), loops=loops)
     sim.advance(600)
     assert sim.search.count > 5  # lists were remade on the way
     return np.array(sim.grain_state()), sim.measure()
@@ -28,12 +29,12 @@ def course(drive):
 
 @pytest.fixture(scope="module")
 def usual():
-    return course(None)
+    return moved(None)
 
 
-@pytest.mark.parametrize("drive", [Drive(1, 1, "launches"), Drive(4, 2, "workers")])
-def test_another_layout_gives_the_same_motion(drive, usual):
-    state, m = course(drive)
+@pytest.mark.parametrize("loops", [Loops(1, 1, "launches"), Loops(4, 2, "workers")])
+def test_another_layout_gives_the_same_motion(loops, usual):
+    state, m = moved(loops)
     # compilers may fuse a multiply and an add here and not there: rounding, grown over 600 steps
     np.testing.assert_allclose(state[0], usual[0][0], rtol=0, atol=1e-12)
     np.testing.assert_allclose(state[1:], usual[0][1:], rtol=0, atol=1e-9)

@@ -9,7 +9,8 @@ from polydisperse import Grains, grain, masses_of, polydisperse, scene_of
 from dusttaichi import analysis, geometry, samples
 from dusttaichi.errors import DustError
 from dusttaichi.grains import record
-from dusttaichi.grains.build import bodies_of, time_step
+from dusttaichi.grains.grain_contacts import grain_properties
+from dusttaichi.grains.time_step import time_step
 from dusttaichi.run import execute
 from dusttaichi.scene import Scene
 
@@ -96,7 +97,7 @@ def test_time_step_is_that_of_the_small_grains():
     of its period (R doubles at most: springs grow by 2^(2/3))."""
     scene = scene_of(dt="0.1 ps")
     mixture = polydisperse(np.arange(39).reshape(13, 3) * 1e-4, [0.1e-6] * 9 + [10e-6] * 4)
-    period = time_step(scene, 13, bodies_of(scene, mixture)).period
+    period = time_step(scene, 13, grain_properties(scene, mixture)).period
     like = Scene.from_dict(
         {**scene._given, "material": {"base": "silicate_s12", "radius": "0.1 um"}}
     )

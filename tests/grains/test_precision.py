@@ -8,8 +8,9 @@ import pytest
 from conftest import Probe, box, make_scene, sample_of
 
 from dusttaichi.errors import DustError
-from dusttaichi.grains.build import build, time_step
+from dusttaichi.grains.build import build
 from dusttaichi.grains.measured import measurement
+from dusttaichi.grains.time_step import time_step
 from dusttaichi.run.ledger import ledger
 
 R = 0.6e-6

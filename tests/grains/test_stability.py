@@ -6,8 +6,9 @@ from conftest import RADIUS, Probe, box, make_scene, sample_of
 
 from dusttaichi.errors import DustError
 from dusttaichi.grains import network
-from dusttaichi.grains.build import bodies_of, build, step_of_motion, time_step
-from dusttaichi.grains.motion import fastest
+from dusttaichi.grains.build import build
+from dusttaichi.grains.grain_contacts import grain_properties
+from dusttaichi.grains.time_step import fastest, step_of_motion, time_step
 from dusttaichi.physics import encounter, stability
 from dusttaichi.physics import network as springs
 from dusttaichi.physics.contact import constants
@@ -203,7 +204,7 @@ def test_spins_and_unlike_grains_are_resolved():
     mixture = Sample(
         sample.positions, sample.velocities, sample.spins * 0, radii=np.array([0.1, 1.0]) * RADIUS
     )
-    bodies = bodies_of(scene, mixture)
+    bodies = grain_properties(scene, mixture)
     motion = fastest(scene, mixture, mixture.radii)
     own = step_of_motion(scene, None, motion)
     assert step_of_motion(scene, bodies, motion) < 0.2 * own  # the small grain's contacts ring so

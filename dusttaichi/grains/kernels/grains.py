@@ -78,7 +78,7 @@ def make_grain_pass(fields, layout):
 
 
 def make_flux(fields, layout):
-    """Returns `add_flux(chunk, move, motion)`: moves the grains of a chunk and sums v v dt.
+    """Returns `add_flux(chunk, move, numbers)`: moves the grains of a chunk and sums v v dt.
 
     The kinetic part of the stress, with the velocities of the half step; 1 if a search is due.
     Where grains have masses of their own (layout.polydisperse) it is m v v dt.
@@ -87,17 +87,17 @@ def make_flux(fields, layout):
     counts = fields["counts"]
 
     @ti.func
-    def add_flux(chunk, move: ti.template(), motion):
+    def add_flux(chunk, move: ti.template(), numbers):
         due = 0
         sums = ti.Vector.zero(ti.f64, 6)
         for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, counts[GRAINS])):
-            due = ti.max(due, move(g, motion.kick, motion.turn, motion.dt, motion.reach2))
+            due = ti.max(due, move(g, numbers.kick, numbers.turn, numbers.dt, numbers.reach2))
             u = v[g]
             if ti.static(layout.polydisperse):
                 u *= ti.sqrt(mass[g])
             sums += ti.Vector([u.x * u.x, u.x * u.y, u.x * u.z, u.y * u.y, u.y * u.z, u.z * u.z])
         for k in ti.static(range(6)):
-            flux[chunk, k] = flux[chunk, k] + motion.dt * sums[k]
+            flux[chunk, k] = flux[chunk, k] + numbers.dt * sums[k]
         return due
 
     return add_flux

@@ -2,8 +2,8 @@
 
 Taichi wakes and joins its threads for every parallel loop (50-70 us). Here a kernel is one parallel
 loop over workers, each of which passes its share of every phase; they meet at a barrier that costs
-under a microsecond. A worker that the system does not give a thread to is not waited for: `muster`
-lets the first one go on alone, and the result is the same bits.
+under a microsecond. A worker that the system does not give a thread to is not waited for:
+`assemble` lets the first one go on alone, and the result is the same bits.
 """
 
 import taichi as ti
@@ -13,31 +13,31 @@ STRIDE = 512
 PATIENCE = 20_000_000  # tries (some 0.1-0.4 s) before the first worker goes on alone
 CLOSED = 1_000_000
 
-MEET, MET, CREW = 0, 1, 2  # places in the `sync` field
+MEET, MET, PRESENT = 0, 1, 2  # places in the `sync` field
 
 
 @ti.func
-def muster(sync: ti.template(), workers):
-    """(own number, size of the crew) of this worker; a crew of 0 means: leave.
+def assemble(sync: ti.template(), workers):
+    """(own number, how many workers there are) of this worker; 0 of them: it must leave.
 
     The first to arrive decides: all, if all arrive in time, else itself alone.
     """
     me = ti.atomic_add(sync[MEET], 1)
-    crew = 0
+    present = 0
     if me == 0:
         tries = 0
         while ti.atomic_add(sync[MEET], 0) < workers and tries < PATIENCE:
             tries += 1
-        crew = 1
+        present = 1
         if ti.atomic_add(sync[MEET], CLOSED) == workers:
-            crew = workers
-        ti.atomic_add(sync[CREW], crew)
+            present = workers
+        ti.atomic_add(sync[PRESENT], present)
     else:
-        while ti.atomic_add(sync[CREW], 0) == 0:
+        while ti.atomic_add(sync[PRESENT], 0) == 0:
             pass
-        if ti.atomic_add(sync[CREW], 0) == workers and me < workers:
-            crew = workers
-    return me, crew
+        if ti.atomic_add(sync[PRESENT], 0) == workers and me < workers:
+            present = workers
+    return me, present
 
 
 @ti.func

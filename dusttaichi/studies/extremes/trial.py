@@ -11,8 +11,9 @@ from dusttaichi import samples as generators
 from dusttaichi import units
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.grains import network
-from dusttaichi.grains.build import TimeStep, build
+from dusttaichi.grains.build import build
 from dusttaichi.grains.moving_grains import MovingGrains
+from dusttaichi.grains.time_step import TimeStep
 from dusttaichi.method import Start
 from dusttaichi.run import ledger
 from dusttaichi.scene import Scene

@@ -9,7 +9,8 @@ from dusttaichi import samples, units
 from dusttaichi.domain.walls import glued
 from dusttaichi.errors import DustError
 from dusttaichi.grains.batch import build_batch
-from dusttaichi.grains.build import bodies_of, chosen_step
+from dusttaichi.grains.grain_contacts import grain_properties
+from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.physics.contact import constants
 from dusttaichi.samples.ballistic import first_touch
 from dusttaichi.samples.collision import FLIGHT
@@ -55,7 +56,7 @@ class Collision:
             raise DustError(f"--tolerance {tolerance:g}; allowed: a number between 0 and 1.")
         self.sample, self._rest, self._way = _motion(scene)
         self.closed = closed_form(scene, self.sample)
-        own = chosen_step(scene, self.sample, bodies_of(scene, self.sample)).dt
+        own = chosen_step(scene, self.sample, grain_properties(scene, self.sample)).dt
         self.time = _stop_time(scene, own)
         if len(self.sample) <= 2:
             overlap = meeting(scene, self.sample).delta0

@@ -49,12 +49,13 @@ def base(scene):
 
 
 def own_step(scene):
-    """build.TimeStep of a scene."""
+    """time_step.TimeStep of a scene."""
     from dusttaichi import samples
-    from dusttaichi.grains.build import bodies_of, chosen_step
+    from dusttaichi.grains.grain_contacts import grain_properties
+    from dusttaichi.grains.time_step import chosen_step
 
     sample = samples.pushed(scene, samples.make(scene))
-    return chosen_step(scene, sample, bodies_of(scene, sample))
+    return chosen_step(scene, sample, grain_properties(scene, sample))
 
 
 def own_fraction(scene):

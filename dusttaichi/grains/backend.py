@@ -1,0 +1,71 @@
+"""Taichi as a scene asks for it: backend, threads, and how the loops are laid out there."""
+
+import os
+from contextlib import redirect_stdout
+from dataclasses import dataclass
+from io import StringIO
+
+import taichi as ti
+from taichi.lang.impl import current_cfg
+
+from dusttaichi.errors import DustError
+from dusttaichi.grains.kernels.reading import read_quickly
+
+THREAD_CLASSES = (32, 1024)  # that compiled kernels are made for
+SMALL = 400  # grains below which a second thread costs more than it gains
+
+
+@dataclass(frozen=True)
+class Loops:
+    """How loops are laid out: lanes of a block, blocks of a tile, and what runs the steps.
+
+    Eight doubles fill a wide vector register; a GPU thread takes one contact, and there a kernel
+    a phase takes the place of workers that wait for each other.
+    """
+
+    width: int
+    tile: int
+    kind: str
+
+
+LOOPS = {"cpu": Loops(8, 16, "workers"), "cuda": Loops(1, 1, "launches")}
+
+
+def threads_of(scene, grains):
+    """Worker threads: all cores that this process may use, one for a small sample.
+
+    Never more than there are cores: workers wait for each other.
+    """
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    if scene.numerics.threads != "auto":
+        return min(scene.numerics.threads, cores)
+    return 1 if grains < SMALL else max(1, min(cores, grains // (SMALL // 2)))
+
+
+def start_taichi(scene, threads):
+    """Initialise Taichi for this scene, quietly, with the kernels cached on disk."""
+    read_quickly()
+    arch = {"cpu": ti.cpu, "cuda": ti.cuda}[scene.numerics.backend]
+    os.environ.setdefault("TI_OFFLINE_CACHE_CLEANING_POLICY", "lru")
+    try:
+        # Taichi prints where it starts; the output of a run belongs to the user
+        with redirect_stdout(StringIO()):
+            ti.init(
+                arch=arch,
+                cpu_max_num_threads=threads,
+                # what a number written in a kernel is: it must not make doubles of single lanes
+                default_fp=ti.f64 if scene.numerics.precision == "f64" else ti.f32,
+                fast_math=True,
+                offline_cache=True,
+                log_level=ti.ERROR,
+                enable_fallback=False,
+            )
+        # `threads` of them are started; that kernels may ask for more makes them the same for all
+        current_cfg().cpu_max_num_threads = next(
+            (n for n in THREAD_CLASSES if n >= threads), threads
+        )
+    except Exception as error:
+        raise DustError(
+            f"numerics.backend = {scene.numerics.backend}: Taichi cannot start it here "
+            f"({str(error).splitlines()[0]}); try backend: cpu"
+        ) from error

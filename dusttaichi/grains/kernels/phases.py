@@ -1,0 +1,118 @@
+"""The phases of a step: of one grain or tile, and the share that one worker has of all of them."""
+
+import taichi as ti
+
+from dusttaichi.grains.kernels.cell import make_cell
+from dusttaichi.grains.kernels.grains import make_flux, make_grain_pass
+from dusttaichi.grains.kernels.pairs import PairPass
+from dusttaichi.grains.kernels.params import params_type
+from dusttaichi.grains.kernels.polydisperse import make_numbers
+from dusttaichi.grains.kernels.store import CHUNK, FIRST_WALL, GRAINS, PAIRS, WALL_BLOCKS
+from dusttaichi.grains.kernels.walls import WallPass
+
+StepNumbers = ti.types.struct(
+    dt=ti.f64,
+    kick=ti.f64,  # dt / m
+    turn=ti.f64,  # dt / I
+    reach2=ti.f64,  # square of the way a grain may go before a new search
+    wall_due=ti.i64,  # step at which a wall has gone that way
+)
+
+DONE, DUE = 6, 7  # places in the `sync` field
+
+
+@ti.func
+def first_of(share, workers, n):
+    """Where a share of n things begins; the next one begins where it ends."""
+    return n * share // workers
+
+
+@ti.func
+def whole(contacts, size):
+    """Blocks or tiles of this size that so many contacts take."""
+    return (contacts + size - 1) // size
+
+
+@ti.data_oriented
+class Phases:
+    """What a step does with a part of the grains, and with a tile of pairs or of wall contacts.
+
+    ContactParams: type of the numbers of a contact; has_walls: there are wall contacts.
+    """
+
+    def __init__(self, fields, layout, laws, walls):
+        self.counts, self.sync = fields["counts"], fields["sync"]
+        self.width, self.tile, self.stress = layout.width, layout.tile, layout.stress
+        self.ContactParams = params_type(laws, layout.geometry, layout.law)
+        self.move, self.frame = make_grain_pass(fields, layout), make_cell(fields, layout)[0]
+        self.add_flux = make_flux(fields, layout) if layout.stress else None
+        # a stress is summed by chunks of grains, so that its bits do not depend on the workers
+        self.part_size = CHUNK if layout.stress else 1
+        self.pairs, self.has_walls = PairPass(fields, layout, laws), walls
+        self.walls = WallPass(fields, layout, laws) if walls else None
+        self.of_pairs, self.of_walls = make_numbers(fields, layout, laws)
+
+    # -- how much there is -----------------------------------------------------------------------
+
+    @ti.func
+    def parts(self):
+        return whole(self.counts[GRAINS], self.part_size)
+
+    @ti.func
+    def pair_tiles(self):
+        return whole(self.counts[PAIRS], self.width * self.tile)
+
+    @ti.func
+    def wall_tiles(self):
+        return whole(self.counts[WALL_BLOCKS], self.tile)
+
+    # -- parts and tiles -------------------------------------------------------------------------
+
+    @ti.func
+    def move_part(self, part, numbers):
+        """Kicks and drifts the grains of a part; 1 if one has gone so far that a search is due."""
+        due = 0
+        if ti.static(self.stress):
+            due = self.add_flux(part, self.move, numbers)
+        else:
+            due = self.move(part, numbers.kick, numbers.turn, numbers.dt, numbers.reach2)
+        return due
+
+    @ti.func
+    def touch_pairs(self, tile, dt, pair, frame):
+        """Turns the pointers of a tile of pairs and computes their loads."""
+        last = ti.min((tile + 1) * self.tile, whole(self.counts[PAIRS], self.width))
+        for b in range(tile * self.tile, last):
+            self.pairs.block(b, tile, self.of_pairs(b, pair), dt, frame)
+
+    @ti.func
+    def touch_walls(self, tile, step, dt, wall, box):
+        """The same of wall contacts."""
+        for c in range(tile * self.tile, ti.min((tile + 1) * self.tile, self.counts[WALL_BLOCKS])):
+            plane = self.walls.plane(c, box, dt * step)
+            self.walls.block(c, tile, plane, self.of_walls(self.counts[FIRST_WALL] + c, wall), dt)
+
+    # -- the share of one worker -----------------------------------------------------------------
+
+    @ti.func
+    def kick_and_drift(self, me, workers, numbers):
+        due, n = 0, self.parts()
+        for part in range(first_of(me, workers, n), first_of(me + 1, workers, n)):
+            due = ti.max(due, self.move_part(part, numbers))
+        if due == 1:
+            self.sync[DUE] = 1
+
+    @ti.func
+    def search_is_due(self, step, numbers):
+        """Whether a grain, or a wall at that step, has gone as far as the lists allow."""
+        return self.sync[DUE] == 1 or step >= numbers.wall_due
+
+    @ti.func
+    def turn_and_touch(self, me, workers, step, dt, pair, wall, box):
+        n, here = self.pair_tiles(), self.frame(step, dt)
+        for tile in range(first_of(me, workers, n), first_of(me + 1, workers, n)):
+            self.touch_pairs(tile, dt, pair, here)
+        if ti.static(self.has_walls):
+            m = self.wall_tiles()
+            for tile in range(first_of(me, workers, m), first_of(me + 1, workers, m)):
+                self.touch_walls(tile, step, dt, wall, box)

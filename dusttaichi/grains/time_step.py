@@ -1,0 +1,180 @@
+"""The choice of the time step: what is stable, and what resolves how fast grains meet at first."""
+
+from dataclasses import dataclass
+from math import inf, pi
+
+import numpy as np
+
+from dusttaichi import units
+from dusttaichi.domain.walls import glued, wall_strengths
+from dusttaichi.errors import DustError
+from dusttaichi.grains.grain_contacts import contact_constants, moving, size_ranges
+from dusttaichi.physics import encounter, stability
+from dusttaichi.physics.contact import constants
+
+BALANCED = 0.2  # step_fraction that physics.encounter is made for
+SAFE = 1.4  # a step that strong damping limits may be this much nearer to its limit
+LOOSE = 1.0  # contacts a grain, below which hardly any energy is bound at the start
+FEW = 13  # grains below which one collision is most of what happens
+
+
+@dataclass(frozen=True)
+class TimeStep:
+    """The step [s], the stiffest period it is measured by, the largest stable one, and the longest
+    that resolves how fast bodies meet and turn."""
+
+    dt: float
+    period: float
+    limit: float
+    resolved: float = inf
+
+
+def chosen_step(scene, sample, polydisperse=None, scenes=None):
+    """The TimeStep that a scene takes with a sample (pushed); scenes: of a batch, see `build`."""
+    most = len(sample.positions) if scenes is None else int(np.bincount(scenes).max())
+    radii = scene.material.radius if polydisperse is None else polydisperse.radius * units.LENGTH
+    return time_step(scene, most, polydisperse, fastest(scene, sample, radii, scenes))
+
+
+def time_step(scene, grains, polydisperse=None, motion=None):
+    """The step of a scene of `grains` grains; polydisperse: GrainProperties, None of equal grains.
+
+    motion: Motion of the sample; without it nothing moves fast. `auto` is step_fraction of the
+    stiffest period, or less where fast grains need it.
+    Raises DustError when the step asked for cannot be stable.
+    """
+    period, rate = stiffest_of(scene, grains, polydisperse)
+    limit = stability.largest_stable_step(period, rate)
+    resolved = inf if motion is None else step_of_motion(scene, polydisperse, motion)
+    if scene.numerics.time_step == "auto":
+        if not np.isfinite(period):
+            raise DustError(
+                "numerics.time_step = auto: one free grain has no period to take the step from; "
+                'give a step, for example "0.3 ns"'
+            )
+        fraction = scene.numerics.step_fraction
+        resolved *= min(1.0, fraction / BALANCED)
+        dt = min(fraction * period, fraction * pi * limit * SAFE, resolved)
+        return TimeStep(dt, period, limit, resolved)
+    dt = scene.numerics.time_step
+    if rate > 0.0 and dt >= limit:
+        limit = min(
+            stability.damped_limit(mass, pair, wall, grains, wall_strengths(scene.boundary))
+            for mass, pair, wall in arrangements(scene, polydisperse)
+        )
+    if dt >= limit:
+        raise DustError(
+            f'numerics.time_step = "{dt * 1e9:.4g} ns": not stable. The stiffest period of this '
+            f"scene is {period * 1e9:.4g} ns and the leapfrog needs less than "
+            f'{limit * 1e9:.4g} ns with this damping; try "auto", or {0.6 * limit * 1e9:.3g} ns'
+        )
+    return TimeStep(dt, period, limit, resolved)
+
+
+def stiffest_of(scene, grains, polydisperse):
+    """(shortest period [s], highest damping rate [1/s]), see physics.stability.
+
+    Of polydisperse grains each cluster is one of grains of the smallest radius of a
+    material, all with the springs of such a grain's contact with the largest grain of each
+    material. That is on the safe side (by a quarter for small grains among very large ones), as
+    springs grow with the size of the partner and frequencies fall with the mass.
+    """
+    found = [
+        stability.stiffest(mass, pair, wall, grains, wall_strengths(scene.boundary))
+        for mass, pair, wall in arrangements(scene, polydisperse)
+    ]
+    return min(period for period, _ in found), max(rate for _, rate in found)
+
+
+def arrangements(scene, polydisperse):
+    """(mass [kg], ContactConstants of a pair, of a wall) of the clusters of `stiffest_of`."""
+    scene = moving(scene)
+    if polydisperse is None:
+        return [(constants.grain_mass(scene.material), *contact_constants(scene))]
+    found, kinds = [], size_ranges(scene, polydisperse)
+    for a, small, _ in kinds:
+        wall = constants.wall_constants(a, scene.interaction, small, scene.material)
+        mass = constants.sphere_mass(small, a.density)
+        for b, _, large in kinds:
+            pair = constants.mixed_constants(a, small, b, large, scene.interaction)
+            found.append((mass, pair, glued(wall, scene.boundary)))
+    return found
+
+
+def contact_extremes(scene, polydisperse):
+    """ContactConstants of two grains and of a grain and a wall, (list, list): the ends of the radii
+    of every two materials."""
+    if polydisperse is None:
+        pair, wall = contact_constants(scene)
+        return [pair], [wall]
+    scene = moving(scene)
+    ends = [(m, r) for m, *radii in size_ranges(scene, polydisperse) for r in sorted(set(radii))]
+    pairs = [
+        constants.mixed_constants(a, r1, b, r2, scene.interaction)
+        for a, r1 in ends
+        for b, r2 in ends
+    ]
+    walls = [constants.wall_constants(a, scene.interaction, r, scene.material) for a, r in ends]
+    return pairs, [glued(wall, scene.boundary) for wall in walls]
+
+
+def step_of_motion(scene, polydisperse, motion):
+    """Longest step [s] that resolves how fast bodies meet and turn; see physics.encounter."""
+    pairs, walls = contact_extremes(scene, polydisperse)
+    found = [encounter.step(c, motion.grains, motion.alone) for c in pairs]
+    if scene.boundary.walls:
+        found += [encounter.step(c, motion.walls, motion.alone) for c in walls]
+    return min(*found, encounter.TURN / motion.spin if motion.spin > 0.0 else inf)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Largest relative speed of two grains and of a grain and a wall [m/s], and spin [rad/s].
+
+    alone: one collision is most of what happens: few grains, or hardly any that touch.
+    """
+
+    grains: float
+    walls: float
+    spin: float
+    alone: bool
+
+
+def fastest(scene, sample, radii, scenes=None):
+    """Motion of a scene with a sample (already pushed). radii [m]: one number, or (N,).
+
+    scenes: of a batch, the number of the scene of each grain. Bounds, not estimates: velocities by
+    their range along each axis; a wall throws grains at twice its speed, a face moves their images
+    by that of the cell's edge; a spinning surface may turn all of its speed into flight. What
+    forces from outside will do is not known beforehand.
+    """
+    v, number = sample.velocities, np.zeros(len(sample), int) if scenes is None else scenes
+    apart = max(
+        (float(np.linalg.norm(np.ptp(v[number == k], axis=0))) for k in np.unique(number)),
+        default=0.0,
+    )
+    surface = float(np.max(np.linalg.norm(sample.spins, axis=1) * radii, initial=0.0))
+    spin = float(np.max(np.linalg.norm(sample.spins, axis=1), initial=0.0))
+    wall = max(abs(plan.drive.wall_speed or 0.0) for plan in scene.stage_plans)
+    face = max(_face_speed(scene, plan.drive, sample, radii) for plan in scene.stage_plans)
+    own = float(np.max(np.linalg.norm(v, axis=1), initial=0.0))
+    grains = len(sample) if scenes is None else int(np.bincount(scenes).max())
+    loose = sample.info.get("coordination", 2.0 * LOOSE) < LOOSE
+    meet = apart + surface + face + (2.0 * wall if scene.boundary.walls else 0.0)
+    return Motion(meet, own + surface + wall, spin, grains < FEW or loose)
+
+
+def _face_speed(scene, drive, sample, radii):
+    """Largest speed of an image against the cell [m/s]."""
+    axes = ["xyz".index(axis) for axis in scene.boundary.periodic_axes]
+    if not axes or not drive.moving_faces:
+        return 0.0
+    if drive.face_speed is not None:
+        return float(np.linalg.norm(2.0 * np.array(drive.face_speed)[axes]))
+    size = getattr(scene.boundary, "size", "fit")
+    edges = np.ptp(sample.positions, axis=0) + 2.0 * np.max(radii)
+    edges = edges if isinstance(size, str) else np.array(size)
+    if drive.strain_rate is not None:
+        return float(np.linalg.norm((np.array(drive.strain_rate) * edges)[axes]))
+    rate = 2.0 * drive.compression_rate / constants.characteristic_time(scene.material)
+    return float(np.linalg.norm(rate * edges[axes]))
