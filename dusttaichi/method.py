@@ -183,8 +183,12 @@ METHODS: dict[str, str | Method] = dict(BUILT_IN)
 def register(method: Method) -> None:
     """Make a method known by its name to this process.
 
-    A package makes one known to all processes by an entry point of the group "dusttaichi.methods".
+    A file that does so becomes known to every process that reads a scene with the file among its
+    `extensions`; a package, to all processes, by an entry point of the group "dusttaichi.methods".
+    Raises ValueError for the name of a method of this package.
     """
+    if method.name in BUILT_IN:
+        raise ValueError(f"{method.name} is a method of this package; another name is needed")
     METHODS[method.name] = method
 
 

@@ -41,12 +41,13 @@ def make(spec, materials):
     return samples.Sample.at_rest(positions[inside], {"shape": "aggregate"})
 
 
-scene = from_yaml("""
-name: hollow
-material: silicate_s12
-sample: {kind: hollow_sphere, outer: 8 um, inner: 4 um}
-boundary: {kind: open}
-stop: {time: 1 us}
-""")
-sample = samples.make(scene)
-print(len(sample), "grains, filling factor", round(sample.info["filling_factor"], 3))
+if __name__ == "__main__":  # as an extension of a scene the file only registers
+    scene = from_yaml("""
+    name: hollow
+    material: silicate_s12
+    sample: {kind: hollow_sphere, outer: 8 um, inner: 4 um}
+    boundary: {kind: open}
+    stop: {time: 1 us}
+    """)
+    sample = samples.make(scene)
+    print(len(sample), "grains, filling factor", round(sample.info["filling_factor"], 3))

@@ -5,8 +5,9 @@ the limit grows with the rolling speed, xi_crit (1 + |dxi/dt|/speed), so that fa
 resisted more, as viscoelastic contacts do; slow rolling is that of the built-in law. The energy
 lost enters the ledger with the limit of the moment, so that the ledger closes.
 
-Import this file, and the YAML may say
+Where this file is imported, the YAML may say
 
+    extensions: [rolling_with_speed.py]
     interaction: {rolling: {law: speed_dependent, modifier: 8, speed: 1 cm/s}}
 """
 

@@ -44,6 +44,7 @@ UNITS = {
 KEPT = (
     "dusttaichi_version",
     "git_commit",
+    "extensions",
     "taichi_version",
     "numpy_version",
     "netcdf4_version",

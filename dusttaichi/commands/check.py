@@ -1,6 +1,7 @@
 """`dust check` and `dust schema`: what a scene says, before it is run."""
 
 import sys
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -26,8 +27,14 @@ def check(
             say(f"  {what:<42} {value}")
 
 
-def schema():
+def schema(
+    file: Annotated[
+        Path | None, typer.Argument(help="YAML file whose extensions count", metavar="[FILE]")
+    ] = None,
+):
     """Print the JSON Schema of the YAML, for editors that complete and check it."""
-    from dusttaichi.scene import schema_text
+    from dusttaichi.scene import load_extensions, schema_text
 
+    if file is not None:
+        load_extensions(file)
     sys.stdout.write(schema_text())

@@ -6,6 +6,7 @@ from importlib import metadata
 from pathlib import Path
 
 from dusttaichi import method
+from dusttaichi.scene import extensions
 
 
 @lru_cache(maxsize=1)
@@ -20,8 +21,13 @@ def package_hash():
 
 def code_hash(scene):
     """Hash of all code that decides the numbers of a scene: the package, and what its method says
-    that comes from outside, such as a law of the user's own."""
+    that comes from outside, such as a law of the user's own, and the scene's extensions."""
     digest = hashlib.sha256(package_hash().encode())
-    for path in method.of(scene).code(scene):
+    own = [(extensions.imported(path), path) for path in method.of(scene).code(scene)]
+    # as they were imported, whatever has become of the files
+    known = {*scene.imported, *(extension for extension, _ in own if extension is not None)}
+    for content in sorted({extension.digest for extension in known}):
+        digest.update(content.encode())
+    for path in (path for extension, path in own if extension is None):
         digest.update(Path(path).read_bytes())
     return digest.hexdigest()

@@ -187,7 +187,7 @@ class Run:
 
     def _keep_stage(self):
         try:
-            stages.keep(self.scene, self.state.stage, self.files.directory)
+            stages.keep(self.scene, self.state.stage, self.files.directory, self.files.code)
         except OSError as error:  # only a convenience: a full disk does not end the run
             self.log(f"stage {self.plan.name} is not kept for other runs: {error}")
 

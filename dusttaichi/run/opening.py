@@ -12,7 +12,7 @@ from dusttaichi.run.code import code_hash
 from dusttaichi.run.error_bar import States
 from dusttaichi.run.loop import Run
 from dusttaichi.run.persistence import RunFiles, write_scene
-from dusttaichi.run.same_scene import check_same, stage_stop
+from dusttaichi.run.same_scene import check_extensions, check_same, stage_stop
 from dusttaichi.run.state import RunState
 
 
@@ -83,6 +83,7 @@ class Opening:
         saved = checkpoint.load(path)
         if saved.note:
             log(saved.note)
+        check_extensions(saved.meta.get("extensions", []), self.scene)
         self._check_code(saved)
         stage = saved.meta["run"]["stage"]
         check_same(saved.meta["scene"], saved.meta["inputs"], self.scene, stage)
@@ -116,7 +117,7 @@ class Opening:
             )
 
     def _run(self, sim, state, writer):
-        run_files = RunFiles(self.directory, writer, self.scene.output.checkpoint)
+        run_files = RunFiles(self.directory, writer, self.scene.output.checkpoint, self.code)
         return Run(self.scene, sim, state, run_files, states=self.states, **self.others)
 
     def _attributes(self, sim):
@@ -125,6 +126,7 @@ class Opening:
             "title": scene.name,
             "time_step": sim.dt * units.TIME,
             "stages": " ".join(stage.name for stage in scene.stages) or None,
+            "extensions": "\n".join(map(str, scene.imported)) or None,
         }
         return provenance(scene.source or "", scene.to_yaml(), **(common | sim.attributes()))
 

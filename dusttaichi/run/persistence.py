@@ -9,7 +9,6 @@ from dusttaichi import files
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT
 from dusttaichi.run import checkpoint
-from dusttaichi.run.code import code_hash
 from dusttaichi.run.same_scene import input_hashes
 
 FLUSH_SHARE = 0.02  # of the real time that may go into writing
@@ -20,11 +19,12 @@ SCENE = "scene.yaml"
 class RunFiles:
     """The files of a run directory, written by a Writer and by checkpoint.save.
 
-    every [s]: real time between two checkpoints.
+    every [s]: real time between two checkpoints. code: hash of the code that the run is made by.
     """
 
-    def __init__(self, directory, writer, every):
-        self.directory, self.writer, self.every = Path(directory), writer, every
+    def __init__(self, directory, writer, every, code):
+        self.directory, self.writer = Path(directory), writer
+        self.every, self.code = every, code
         self.cost = 0.0
         self.saved = self.flushed = real_time.perf_counter()
 
@@ -40,7 +40,8 @@ class RunFiles:
         meta = {
             "scene": run.scene.to_yaml(),
             "inputs": input_hashes(run.scene),
-            "code": code_hash(run.scene),
+            "extensions": [str(extension) for extension in run.scene.imported],
+            "code": self.code,
             "numbers": state.numbers,
             "run": run.state.to_meta(),
             "counts": self.writer.counts(),

@@ -7,6 +7,7 @@ import yaml
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import RESULT
+from dusttaichi.scene.extensions import KEY
 
 # what may differ between a run and its continuation
 FREE_TO_CHANGE = (
@@ -27,7 +28,8 @@ def input_hashes(scene):
 def without_paths(data):
     """Plain data of a scene without the places of its files: what counts is what they hold."""
     if isinstance(data, dict):
-        return {k: without_paths(v) for k, v in data.items() if not (k == "file" and v is not None)}
+        kept = {k: v for k, v in data.items() if k != KEY and not (k == "file" and v is not None)}
+        return {k: without_paths(v) for k, v in kept.items()}
     return [without_paths(v) for v in data] if isinstance(data, list) else data
 
 
@@ -46,6 +48,22 @@ def _files(data):
 def _hash(path):
     path = path / RESULT if path.is_dir() else path
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
+
+
+def check_extensions(saved, scene):
+    """Refuse to go on with other extensions than those of the checkpoint. Raises DustError.
+
+    saved: what it has of them, texts "name sha256:digest".
+    """
+    now = [str(extension) for extension in scene.imported]
+    old, new = (sorted(text.rsplit(" ", 1)[1] for text in texts) for texts in (saved, now))
+    if old == new:
+        return
+    changed = sorted({text.rsplit(" ", 1)[0] for text in set(saved) ^ set(now)})
+    raise DustError(
+        "--resume: the extensions of the scene are not those that this run was started with; "
+        f"{', '.join(changed)} differs. Put that back, or start anew with --force."
+    )
 
 
 def stage_stop(text, stage):

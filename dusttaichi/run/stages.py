@@ -30,8 +30,11 @@ FREE = (
 )
 
 
-def folder_of(scene, stage, directory):
-    """Where the state at the end of the stage with that number is kept, for runs in `directory`."""
+def folder_of(scene, stage, directory, code=None):
+    """Where the state at the end of the stage with that number is kept, for runs in `directory`.
+
+    code: hash of the code that the run is made by, that of now by default.
+    """
     data = without_paths(yaml.safe_load(scene.to_yaml()))
     stages = data["stages"][: stage + 1]
     for path in FREE:
@@ -39,14 +42,14 @@ def folder_of(scene, stage, directory):
         for key in path[:-1]:
             block = block.get(key, {})
         block.pop(path[-1], None)
-    known = [data, stages, input_hashes(scene), code_hash(scene)]
+    known = [data, stages, input_hashes(scene), code or code_hash(scene)]
     digest = hashlib.sha256(json.dumps(known, sort_keys=True).encode())
     return Path(directory).absolute().parent / FOLDER / digest.hexdigest()[:20]
 
 
-def keep(scene, stage, directory):
+def keep(scene, stage, directory, code=None):
     """Keep result and checkpoint of `directory`, at the end of that stage. OSError is let out."""
-    folder = folder_of(scene, stage, directory)
+    folder = folder_of(scene, stage, directory, code)
     if folder.exists():
         return
     temporary = folder.with_name(f"{folder.name}.{os.getpid()}.tmp")

@@ -81,12 +81,17 @@ def register(block: type[SampleBlock]) -> Callable[[Make], Make]:
 
     def known(make: Make) -> Make:
         KINDS[name] = Kind(block, make)
-        for reader in _readers:
-            if reader.__pydantic_complete__:
-                reader.model_rebuild(force=True)
+        follow()
         return make
 
     return known
+
+
+def follow() -> None:
+    """Let the blocks with a field AnySample or AnyBody know the kinds of now."""
+    for reader in _readers:
+        if reader.__pydantic_complete__:
+            reader.model_rebuild(force=True)
 
 
 def reads_samples(model: type[BaseModel]) -> type[BaseModel]:

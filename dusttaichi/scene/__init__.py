@@ -27,7 +27,7 @@ _HOMES = {
         "Viscoelastic",
         "Viscous",
     ),
-    "loading": ("from_yaml", "json_schema", "load", "schema_text"),
+    "loading": ("from_yaml", "json_schema", "load", "load_extensions", "schema_text"),
     "material": ("NAMED", "Material"),
     "numerics": ("Numerics",),
     "output": ("Interval", "Output"),

@@ -21,6 +21,7 @@ class GrainsScene(Scene):
 
     order: ClassVar[tuple[str, ...]] = (
         "name",
+        "extensions",
         "method",
         "material",
         "materials",

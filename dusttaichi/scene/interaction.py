@@ -107,6 +107,28 @@ def _block(effect: str, key: str, value: Any) -> Block | None:
     return None if block is None else block.model_validate(value)
 
 
+class _Registered:
+    """Lets the JSON Schema of an effect have the blocks of the laws that are registered for it."""
+
+    def __init__(self, effect: str, key: str):
+        self.effect, self.key = effect, key
+
+    def __get_pydantic_json_schema__(self, schema, handler):
+        own = handler(schema)
+        names = [n for n in registry.names(self.effect) if registry.block_of(self.effect, n)]
+        blocks = [self._block(name) for name in names]
+        return {"anyOf": [*own.get("anyOf", [own]), *blocks]} if blocks else own
+
+    def _block(self, name: str) -> dict:
+        schema = registry.block_of(self.effect, name).model_json_schema()
+        if "$defs" in schema:  # a resource of its own, within which its references count
+            schema["$id"] = f"urn:dusttaichi:{self.effect}:{name}"
+        named = {"const": name, "type": "string", "description": "name of the law"}
+        schema["properties"] = {**schema["properties"], self.key: named}
+        schema["required"] = sorted({*schema.get("required", []), self.key})
+        return schema
+
+
 class Interaction(Block):
     """The contact model. Normal adhesion (JKR) is always on."""
 
@@ -119,20 +141,25 @@ class Interaction(Block):
         description="surface energy of a contact between unlike materials: root of the product, "
         "mean, or gamma1 + gamma2 - 2/(1/gamma1 + 1/gamma2)",
     )
-    rolling: Annotated[SerializeAsAny[Effect] | None, _SWITCH] = Field(
-        {}, description="resistance to rolling"
+    rolling: Annotated[SerializeAsAny[Effect] | None, _SWITCH, _Registered("rolling", "law")] = (
+        Field({}, description="resistance to rolling")
     )
-    sliding: Annotated[SerializeAsAny[Effect] | None, _SWITCH] = Field(
-        {}, description="resistance to sliding"
+    sliding: Annotated[SerializeAsAny[Effect] | None, _SWITCH, _Registered("sliding", "law")] = (
+        Field({}, description="resistance to sliding")
     )
-    twisting: Annotated[SerializeAsAny[Effect] | None, _SWITCH] = Field(
-        {}, description="resistance to twisting"
+    twisting: Annotated[SerializeAsAny[Effect] | None, _SWITCH, _Registered("twisting", "law")] = (
+        Field({}, description="resistance to twisting")
     )
     asperities: Annotated[Asperities | None, _ASPERITIES] = Field(
         None, description="energy lost on flattening asperities at first touch"
     )
     damping: SerializeAsAny[
-        Annotated[BuiltInDamping, Field(discriminator="model"), _DampingWord()]
+        Annotated[
+            BuiltInDamping,
+            Field(discriminator="model"),
+            _DampingWord(),
+            _Registered("damping", "model"),
+        ]
     ] = Field({"model": "viscous"}, description="damping of the normal motion of a contact")
 
     @field_validator("rolling", "sliding", "twisting", mode="wrap")

@@ -8,7 +8,7 @@ import yaml
 
 from dusttaichi import method
 from dusttaichi.errors import DustError
-from dusttaichi.scene import problems, yaml_text
+from dusttaichi.scene import extensions, problems, yaml_text
 from dusttaichi.scene.scene import Scene
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
@@ -35,14 +35,29 @@ def from_yaml(
 ) -> Scene:
     """The scene of a YAML text; folder: what `sample.file` is relative to. Raises DustError."""
     document = _document(text, title)
-    if document.problems:
-        found = [problems.line(p, t, None, document.lines) for p, t in document.problems]
-        raise DustError("\n  ".join([f"{title} cannot be used:", *found]))
+    _refuse_problems(document, title)
     scene = Scene.from_dict(
         document.data, folder, lines=document.lines, title=title, check_files=check_files
     )
     scene._source = text
     return scene
+
+
+def load_extensions(path: str | Path) -> None:
+    """Import the extensions of a YAML file, whose other keys need not be right. Raises DustError.
+
+    From there on the JSON Schema has what they register.
+    """
+    path, title = Path(path), str(path)
+    document = _document(_text(path), title)
+    _refuse_problems(document, title)
+    extensions.load(document.data, path.parent, lines=document.lines, title=title, unchanged=True)
+
+
+def _refuse_problems(document: yaml_text.Document, title: str) -> None:
+    if document.problems:
+        found = [problems.line(p, t, None, document.lines) for p, t in document.problems]
+        raise DustError("\n  ".join([f"{title} cannot be used:", *found]))
 
 
 def _text(path: Path) -> str:
@@ -80,9 +95,12 @@ _BLOCKS = "the keys name, material, sample, boundary and stop (or stages) are ne
 
 
 def json_schema() -> dict[str, Any]:
-    """JSON Schema (draft 2020-12) of the YAML file, shorthands allowed, for editors."""
+    """JSON Schema (draft 2020-12) of the YAML file, shorthands allowed, for editors.
+
+    With all that is registered in this process.
+    """
     schemas = [
-        _without_titles(method.named(name).scene.model_json_schema()) for name in method.BUILT_IN
+        _without_titles(method.named(name).scene.model_json_schema()) for name in method.METHODS
     ]
     title = {"$schema": DRAFT, "title": "dusttaichi scene"}
     if len(schemas) == 1:

@@ -18,8 +18,9 @@ from pydantic import (
 from dusttaichi import method
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES
-from dusttaichi.scene import checks, problems
+from dusttaichi.scene import checks, extensions, problems
 from dusttaichi.scene.boundary import Boundary, bounded_axes, own_drive
+from dusttaichi.scene.extensions import Extension
 from dusttaichi.scene.fields import Block, Count, needed
 from dusttaichi.scene.fields import problems as several
 from dusttaichi.scene.numerics import CommonNumerics
@@ -42,6 +43,11 @@ class Scene(Block):
         description="name of the run and of its directory: letters, digits, `.`, `_`, `-`",
         json_schema_extra={"pattern": NAME},
     )
+    extensions: tuple[Path, ...] = Field(
+        (),
+        description="Python files that register laws of the contact, kinds of samples or methods, "
+        "imported before the rest is read; relative to the YAML file",
+    )
     method: str = Field(description="what computes the run")
     boundary: Boundary = Field(description="what surrounds the grains")
     stop: Stop | None = Field(None, description="when the run ends; either this or stages")
@@ -63,6 +69,7 @@ class Scene(Block):
     _path: Path | None = PrivateAttr(None)
     _folder: Path | None = PrivateAttr(None)
     _given: dict[str, Any] | None = PrivateAttr(None)
+    _imported: tuple[Extension, ...] = PrivateAttr(())
 
     @field_validator("name", mode="before")
     @classmethod
@@ -73,6 +80,11 @@ class Scene(Block):
                 'for example "omni_static"'
             )
         return value
+
+    @field_validator("extensions", mode="after")
+    @classmethod
+    def _in_folder(cls, value: tuple[Path, ...], info: ValidationInfo) -> tuple[Path, ...]:
+        return tuple(Path((info.context or {}).get("folder") or "") / path for path in value)
 
     @field_validator("output", mode="before")
     @classmethod
@@ -140,6 +152,11 @@ class Scene(Block):
     def path(self) -> Path | None:
         return self._path
 
+    @property
+    def imported(self) -> tuple[Extension, ...]:
+        """The files of `extensions` as they were imported."""
+        return self._imported
+
     @classmethod
     def from_dict(
         cls,
@@ -152,10 +169,14 @@ class Scene(Block):
     ) -> "Scene":
         """Scene, of the class that its method has, from plain data as a YAML file has it.
 
-        folder: what `sample.file` is relative to (default: the current directory).
-        lines: path -> line number, for errors. check_files: refuse a `sample.file` that is not
-        there. Raises DustError with one line for each problem.
+        folder: what `sample.file` and `extensions` are relative to (default: the current
+        directory). lines: path -> line number, for errors. check_files: refuse a `sample.file` that
+        is not there, and an extension that has changed since this process imported it. Raises
+        DustError with one line for each problem.
         """
+        imported = extensions.load(
+            data, folder, lines=lines or {}, title=title, unchanged=check_files
+        )
         context = {"folder": folder, "check_files": check_files}
         kind = _scene_class(data, lines or {}, title)
         try:
@@ -163,6 +184,7 @@ class Scene(Block):
         except ValidationError as error:
             found = problems.describe(kind, error, data, lines or {})
             raise DustError("\n  ".join([f"{title} cannot be used:", *found])) from None
+        scene._imported = imported
         scene._given = copy.deepcopy(data)
         scene._folder = Path(folder) if folder is not None else None
         return scene
@@ -204,6 +226,8 @@ class Scene(Block):
 def _absolute(data: Any) -> Any:
     if isinstance(data, dict):
         whole = {"file": str(Path(data["file"]).absolute())} if data.get("file") else {}
+        if extensions.KEY in data:
+            whole[extensions.KEY] = [str(Path(p).absolute()) for p in data[extensions.KEY]]
         return {key: _absolute(value) for key, value in data.items()} | whole
     return [_absolute(value) for value in data] if isinstance(data, list) else data
 

@@ -44,7 +44,7 @@ def ring(spec, materials):
 
 
 def test_the_example_of_the_docs():
-    said = runpy.run_path(str(EXAMPLE))
+    said = runpy.run_path(str(EXAMPLE), run_name="__main__")
     sample, spec = said["sample"], said["scene"].sample
     distance = np.linalg.norm(sample.positions, axis=1)
     assert (distance + R <= spec.outer).all() and (distance - R >= spec.inner).all()

@@ -28,7 +28,7 @@ NEEDED = {
 EFFECTS = tuple(NEEDED)
 DEFAULT = {"rolling": "linear", "sliding": "linear", "twisting": "linear", "asperities": "pd08"}
 _HERE = "dusttaichi.physics.contact"
-_LAWS = {
+LAWS = {
     ("normal", "jkr"): f"{_HERE}.normal",
     ("rolling", "linear"): f"{_HERE}.rolling",
     ("sliding", "linear"): f"{_HERE}.sliding",
@@ -38,7 +38,7 @@ _LAWS = {
     ("damping", "viscoelastic"): f"{_HERE}.damping.viscoelastic",
     ("asperities", "pd08"): f"{_HERE}.asperities",
 }
-_BLOCKS = {}
+BLOCKS = {}
 
 
 def register(effect, name, law, block=None):
@@ -52,29 +52,29 @@ def register(effect, name, law, block=None):
     """
     if effect not in NEEDED or effect == "normal":
         raise ValueError(f"effect = {effect!r}: one of {', '.join(EFFECTS[1:])} is needed")
-    if isinstance(_LAWS.get((effect, name)), str):
+    if isinstance(LAWS.get((effect, name)), str):
         raise ValueError(f"name = {name!r}: {effect} has a built-in law of that name")
     parts = ("NUMBERS", "numbers", *NEEDED[effect])
     missing = [part for part in parts if not hasattr(law, part)]
     if missing:
         raise ValueError(f"the law {name!r} of {effect} lacks {', '.join(missing)}")
-    _LAWS[effect, name] = law
-    _BLOCKS[effect, name] = block
+    LAWS[effect, name] = law
+    BLOCKS[effect, name] = block
 
 
 def names(effect):
     """Names of the laws of an effect."""
-    return tuple(name for own, name in _LAWS if own == effect)
+    return tuple(name for own, name in LAWS if own == effect)
 
 
 def block_of(effect, name):
     """Class of the YAML block of a registered law; None for a built-in one."""
-    return _BLOCKS.get((effect, name))
+    return BLOCKS.get((effect, name))
 
 
 def law_of(effect, name):
     """The law; KeyError where there is none of that name."""
-    law = _LAWS[effect, name]
+    law = LAWS[effect, name]
     return import_module(law) if isinstance(law, str) else law
 
 
@@ -131,6 +131,6 @@ def table_of_numbers():
     """Rows (effect, law, name, SI unit, meaning) of the numbers of all laws that there are."""
     return [
         (effect, name, number, declared.unit, declared.meaning)
-        for effect, name in _LAWS
+        for effect, name in LAWS
         for number, declared in law_of(effect, name).NUMBERS.items()
     ]

@@ -91,7 +91,10 @@ def _finished(member):
     try:
         with netCDF4.Dataset(member.directory / RESULT) as file:
             status, scene = file.getncattr("status"), file.getncattr("scene_resolved")
+            extensions = str(getattr(file, "extensions", ""))
     except (OSError, RuntimeError, AttributeError):
+        return False
+    if extensions != "\n".join(map(str, member.scene.imported)):
         return False
     return status.startswith("finished") and core_of(scene) == core_of(member.scene.to_yaml())
 

@@ -130,6 +130,7 @@ def _member(scene: Scene, number: int, directory: Path, label: str, name: str) -
     for _, block in _keys(data.get("sample", {}), "file"):
         # the same text here and where a cluster lays the file out
         block["file"] = os.path.relpath(block["file"])
+    data["extensions"] = [os.path.relpath(path) for path in data["extensions"]]
     return Member(Scene.from_dict(data, title=f"the scene of {label}"), directory, label, seeds)
 
 
@@ -148,8 +149,10 @@ def _keys(block: dict, key: str, path: tuple = ()) -> Iterator[tuple[tuple[str, 
 
 
 def input_files(scene: Scene) -> list[str]:
-    """Paths of the files that the sample of a member is read from."""
-    found = [block["file"] for _, block in _keys(_plain(scene).get("sample", {}), "file")]
+    """Paths of the files that the sample of a member is read from, and of its extensions."""
+    data = _plain(scene)
+    found = [block["file"] for _, block in _keys(data.get("sample", {}), "file")]
+    found += data["extensions"]
     return [os.path.join(path, "result.nc") if os.path.isdir(path) else path for path in found]
 
 

@@ -105,7 +105,8 @@ class Runner:
         core = core_of(scene.to_yaml())
         core.pop("name", None)
         paired = point.paired and self.pairs
-        return json.dumps([core, paired, package_hash()], sort_keys=True, default=str)
+        code = [package_hash(), *map(str, scene.imported)]
+        return json.dumps([core, paired, code], sort_keys=True, default=str)
 
     def folder(self, point):
         """Where the run of a point and what is kept of it lie."""

@@ -1,0 +1,192 @@
+"""Python files that a scene names under `extensions`, imported before the rest of it is read.
+
+What such a file registers, a law of the contact, a kind of sample or a method, is then known to
+this process, and to every other one that reads the scene. A file is imported once a process; what
+counts is its content, so that a copy of it is the same file.
+"""
+
+import hashlib
+import linecache
+import re
+import sys
+import traceback
+import types
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dusttaichi import method
+from dusttaichi.errors import DustError
+from dusttaichi.physics.contact import registry as laws
+from dusttaichi.scene import problems
+
+KEY = "extensions"
+_EXAMPLE = "for example rolling_with_speed.py"
+
+
+@dataclass(frozen=True)
+class Extension:
+    """A file that has been imported: its whole path, and the SHA-256 of what was imported."""
+
+    path: Path
+    digest: str
+
+    def __str__(self) -> str:
+        return f"{self.path.name} sha256:{self.digest}"
+
+
+_imported: dict[Path, Extension] = {}
+_owners: dict[tuple[str, Any], tuple[Extension, Any]] = {}  # of what is registered, and what it is
+
+
+class _Refused(Exception):
+    """Why a file cannot be used, as the end of a line about it."""
+
+
+def load(
+    data: Mapping[str, Any],
+    folder: str | Path | None,
+    *,
+    lines: Mapping[problems.Path, int],
+    title: str,
+    unchanged: bool = False,
+) -> tuple[Extension, ...]:
+    """Import the files that the plain data of a scene names, each once a process.
+
+    folder: what they are relative to (default: the current directory). unchanged: refuse a file
+    that has changed since it was imported. Raises DustError with one line for each problem.
+    """
+    entries = data.get(KEY, [])
+    found, wrong = [], []
+    if not isinstance(entries, (list, tuple)):
+        text = f"a list of Python files is needed, {_EXAMPLE.replace('rolling', '[rolling')}]"
+        wrong.append(problems.line((KEY,), text, data, lines))
+        entries = []
+    for number, entry in enumerate(entries):
+        try:
+            found.append(_extension(entry, Path(folder or "."), unchanged))
+        except _Refused as error:
+            wrong.append(problems.line((KEY, number), str(error), data, lines))
+    if wrong:
+        raise DustError("\n  ".join([f"{title} cannot be used:", *wrong]))
+    return tuple(found)
+
+
+def imported(path: str | Path) -> Extension | None:
+    """The extension that a file has been imported as in this process; None where it has not."""
+    return _imported.get(Path(path).resolve())
+
+
+def _extension(entry: Any, folder: Path, unchanged: bool) -> Extension:
+    if not isinstance(entry, (str, Path)) or Path(entry).suffix != ".py":
+        raise _Refused(f"a Python file is needed, whose name ends in .py, {_EXAMPLE}")
+    path = (folder / entry).resolve()
+    known = _imported.get(path)
+    if known is not None and not unchanged:
+        return known  # whatever has become of the file
+    try:
+        source = path.read_bytes()
+    except OSError as error:
+        why = "there is no such file" if not path.exists() else f"{error.strerror or error}"
+        raise _Refused(
+            f"{why} ({path}); a Python file is needed, relative to the folder of the YAML file"
+        ) from None
+    extension = Extension(path, hashlib.sha256(source).hexdigest())
+    if known is not None and known.digest != extension.digest:
+        raise _Refused(
+            f"{path} has changed since this process imported it; start Python anew to use it as "
+            "it is now, or put it back"
+        )
+    if extension.digest not in {other.digest for other in _imported.values()}:
+        _import(extension, source)
+    return _imported.setdefault(path, extension)
+
+
+def _import(extension: Extension, source: bytes) -> None:
+    """Run a file as a module; what it has registered is taken back where it cannot be used."""
+    before = [dict(table) for table in _tables().values()]
+    _imported[extension.path] = extension
+    try:
+        _run(extension, source)
+        _own(extension, before)
+    except BaseException:
+        del _imported[extension.path]
+        _restore(before)
+        raise
+
+
+def _run(extension: Extension, source: bytes) -> None:
+    path = str(extension.path)
+    stem = re.sub(r"\W", "_", extension.path.stem)
+    module = types.ModuleType(f"dusttaichi_extension_{stem}_{extension.digest[:12]}")
+    module.__file__ = path
+    try:
+        code = compile(source, path, "exec", dont_inherit=True)
+    except SyntaxError as error:
+        raise _Refused(
+            f"it is not valid Python: {error.msg} ({path}, line {error.lineno})"
+        ) from None
+    except ValueError as error:
+        raise _Refused(f"it is not valid Python: {error} ({path})") from None
+    # Taichi compiles from the text, when a kernel is first needed: from that which was imported
+    text = source.decode("utf-8", "replace")
+    linecache.cache[path] = (len(source), None, text.splitlines(keepends=True), path)
+    sys.modules[module.__name__] = module
+    try:
+        exec(code, module.__dict__)
+    except (Exception, SystemExit) as error:
+        del sys.modules[module.__name__]
+        raise _Refused(_said(error, path)) from None
+
+
+def _said(error: BaseException, path: str) -> str:
+    """What was raised, and where in the file, in one line."""
+    frames = traceback.extract_tb(error.__traceback__)
+    line = next((frame.lineno for frame in reversed(frames) if frame.filename == path), None)
+    where = path if line is None else f"{path}, line {line}"
+    what = " ".join([f"{type(error).__name__}:", *str(error).split()]).removesuffix(":")
+    return f"it cannot be imported, its code raises {what} ({where})"
+
+
+# -- what is registered --------------------------------------------------------------------------
+
+
+def _tables() -> dict[str, dict]:
+    """The dicts of all that may be registered, by a word for it."""
+    from dusttaichi.samples import registry as samples
+
+    return {
+        "law": laws.LAWS,
+        "block of the law": laws.BLOCKS,
+        "kind of sample": samples.KINDS,
+        "method": method.METHODS,
+    }
+
+
+def _own(extension: Extension, before: list[dict]) -> None:
+    """Note what this file has registered. Refuses what another file has registered before."""
+    new = {}
+    for (word, table), old in zip(_tables().items(), before, strict=True):
+        for name, value in table.items():
+            owner, known = _owners.get((word, name), (None, None))
+            # what was there, was known by where to import it from, or came with a file in this one
+            if value is old.get(name) or isinstance(old.get(name), str) or value is known:
+                continue
+            if owner is not None:
+                text = ".".join(name) if isinstance(name, tuple) else name
+                raise _Refused(
+                    f"it registers the {word} {text}, as {owner.path} does, which differs; a name "
+                    "of its own is needed"
+                )
+            new[word, name] = (extension, value)
+    _owners.update(new)
+
+
+def _restore(before: list[dict]) -> None:
+    from dusttaichi.samples import registry as samples
+
+    for table, content in zip(_tables().values(), before, strict=True):
+        table.clear()
+        table.update(content)
+    samples.follow()

@@ -1,0 +1,274 @@
+"""Files of the user's own that a scene names: errors, what they register, runs, resume."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import jsonschema
+import pytest
+import xarray as xr
+import yaml
+from scene_text import BASE
+
+from dusttaichi import method
+from dusttaichi.errors import DustError
+from dusttaichi.physics.contact import registry as laws
+from dusttaichi.run.code import code_hash
+from dusttaichi.run.stages import folder_of
+from dusttaichi.samples import registry as kinds
+from dusttaichi.scene import extensions, from_yaml, json_schema, load, load_extensions
+from dusttaichi.scene.yaml_text import read
+from dusttaichi.studies.ensemble import ensemble_plan, run_all, sweep_plan
+from dusttaichi.studies.ensemble.runs import _mode
+from dusttaichi.studies.ensemble.scenes import input_files
+from dusttaichi.studies.workers import environment
+
+HERE = Path(__file__).parent
+EXAMPLES = HERE.parents[1] / "docs/examples"
+ROLLING = "{rolling: {law: speed_dependent, modifier: 8, speed: 1 cm/s}}"
+LAW = BASE.replace("{rolling: on}", ROLLING) + "extensions: [rolling_with_speed.py]\n"
+CHAIN = """
+name: chain
+extensions: [rolling_with_speed.py]
+material: silicate_s12
+interaction: {rolling: {law: speed_dependent}, sliding: off, twisting: off, damping: none}
+sample: {kind: chain, grains: 3}
+boundary: {kind: open}
+stop: {steps: 40}
+numerics: {time_step: 0.1 ns}
+output: {profiles: off, snapshots: off}
+"""
+SPRING = """
+name: spring
+extensions: [spring.py]
+method: spring
+boundary: {kind: open}
+stages:
+  - {name: swing, stop: {steps: 100}}
+  - {name: on, stop: {steps: 100}}
+numerics: {time_step: 10 ns}
+output: {series: {steps: 50}}
+"""
+RING = """
+from typing import Literal
+from dusttaichi import samples
+
+class Ring(samples.SampleBlock):
+    kind: Literal["ring"]
+    grains: int = 3
+
+@samples.register(Ring)
+def make(spec, materials):
+    return samples.Sample.at_rest([[2 * materials.radius * n, 0, 0] for n in range(spec.grains)])
+"""
+
+
+@pytest.fixture(autouse=True)
+def leave_nothing_behind(monkeypatch):
+    """What is registered here, and which files have been imported, is forgotten afterwards."""
+    before = [dict(table) for table in extensions._tables().values()]
+    for name in ("_imported", "_owners"):
+        monkeypatch.setattr(extensions, name, {})
+    yield
+    extensions._restore(before)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """The example of the docs, and the method of the tests as a file of the user's own."""
+    shutil.copy(EXAMPLES / "rolling_with_speed.py", tmp_path)
+    text = (HERE.parent / "run/spring.py").read_text() + "\n\nmethod.register(METHOD)\n"
+    (tmp_path / "spring.py").write_text(text.replace("import units", "import method, units"))
+    return tmp_path
+
+
+def dust(folder, *words):
+    """Run `dust` in a process of its own; returns (exit code, what it printed)."""
+    command = [sys.executable, "-m", "dusttaichi", *map(str, words)]
+    done = subprocess.run(
+        command, cwd=folder, env=environment(), capture_output=True, text=True, timeout=240
+    )
+    return done.returncode, done.stdout + done.stderr
+
+
+# -- errors --------------------------------------------------------------------------------------
+
+WRONG = {
+    "[none.py]": r'extensions\[0\] = "none.py": there is no such file \(.*none.py\); a Python file',
+    "[sub.py]": r"extensions\[0\] = .*Is a directory.*; a Python file is needed, relative",
+    "[law.txt]": r'extensions\[0\] = "law.txt": a Python file is needed, whose name ends in .py',
+    "[3]": r"extensions\[0\] = 3: a Python file is needed",
+    "law.py": r'extensions = "law.py": a list of Python files is needed, for example \[rolling_w',
+    "[spring.py, raises.py]": r"extensions\[1\] = .*its code raises ValueError: no such"
+    r" thing \(.*raises.py, line 4\)  \(line 9\)",
+    "[leaves.py]": r"its code raises SystemExit: 3 \(.*leaves.py, line 1\)",
+    "[syntax.py]": r"not valid Python: .*\(.*syntax.py, line 2\)",
+    "[effect.py]": r"raises ValueError: effect = 'roling': one of .* \(.*effect.py, line 2\)",
+    "[grains.py]": r"raises ValueError: grains is a method of this package",
+}
+
+
+@pytest.mark.parametrize("written", WRONG)
+def test_what_cannot_be_imported(folder, written):
+    (folder / "sub.py").mkdir()
+    files = {
+        "raises": "def f():\n    # the place\n    # that is told\n    raise ValueError('no such"
+        "\\nthing')\n\nf()\n",
+        "leaves": "raise SystemExit(3)\n",
+        "syntax": "a = 1\nb = = 2\n",
+        "effect": "from dusttaichi.physics.contact import register\nregister('roling', 'a', 1)\n",
+        "grains": "from dusttaichi import method\nmethod.register(method.named('grains'))\n",
+    }
+    for name, text in files.items():
+        (folder / f"{name}.py").write_text(text)
+    path = folder / "my.yaml"
+    path.write_text(f"{BASE}extensions: {written}\n")
+    with pytest.raises(DustError, match=WRONG[written]) as error:
+        load(path)
+    assert len(str(error.value).splitlines()) == 2 and "Traceback" not in str(error.value)
+
+
+def test_every_file_that_is_wrong_is_told(folder):
+    with pytest.raises(DustError) as error:
+        from_yaml(BASE + "extensions: [a.py, rolling_with_speed.py, b.py]\n", folder)
+    assert len(str(error.value).splitlines()) == 3
+
+
+def test_what_a_file_has_registered_is_taken_back_where_it_fails(folder):
+    (folder / "late.py").write_text(RING + "\n1 / 0\n")
+    with pytest.raises(DustError, match="ZeroDivisionError"):
+        from_yaml(BASE + "extensions: [late.py]\n", folder)
+    assert "ring" not in kinds.KINDS
+    with pytest.raises(DustError, match=r"sample.*ring"):
+        from_yaml(BASE.replace("kind: rbd", "kind: ring"))
+
+
+def test_two_files_for_one_name_are_refused(folder):
+    text = (folder / "rolling_with_speed.py").read_text()
+    (folder / "other.py").write_text(text.replace("1.0 +", "2.0 +"))
+    scene = from_yaml(LAW, folder)
+    law = laws.law_of("rolling", "speed_dependent")
+    refused = r"registers the law rolling.speed_dependent, as .*rolling_with_speed.py does, which"
+    with pytest.raises(DustError, match=r"extensions\[1\] = .*" + refused):
+        from_yaml(LAW.replace("speed.py]", "speed.py, other.py]"), folder)
+    assert laws.law_of("rolling", "speed_dependent") is law
+    assert scene.with_value("interaction.rolling.speed", "2 cm/s").interaction.rolling.speed == 0.02
+
+
+# -- registration --------------------------------------------------------------------------------
+
+
+def test_law_kind_and_method_are_known(folder):
+    (folder / "ring.py").write_text(RING)
+    scene = from_yaml(LAW, folder)
+    assert scene.interaction.rolling.law == "speed_dependent"
+    assert from_yaml(SPRING, folder).method == "spring" and "spring" in method.names()
+    ring = BASE.replace("{kind: rbd, grains: 100}", "{kind: ring}") + "extensions: [ring.py]\n"
+    assert len(method.make_sample(from_yaml(ring, folder))) == 3
+
+
+def test_twice_is_harmless(folder):
+    """The same file again, a link to it, a copy of it."""
+    first = from_yaml(LAW, folder)
+    law = laws.law_of("rolling", "speed_dependent")
+    (folder / "link.py").symlink_to(folder / "rolling_with_speed.py")
+    shutil.copy(folder / "rolling_with_speed.py", folder / "copy.py")
+    for names in ("rolling_with_speed.py", "link.py", "copy.py", "copy.py, link.py"):
+        again = from_yaml(LAW.replace("rolling_with_speed.py", names), folder)
+        assert laws.law_of("rolling", "speed_dependent") is law
+        assert type(again.interaction.rolling) is type(first.interaction.rolling)
+        assert code_hash(again) == code_hash(first)
+
+
+def test_a_changed_file_needs_another_process(folder):
+    """A scene goes on with what was imported; reading the YAML anew says that it has changed."""
+    path = folder / "my.yaml"
+    path.write_text(LAW)
+    scene = load(path)
+    code = code_hash(scene)
+    with (folder / "rolling_with_speed.py").open("a") as file:
+        file.write("# changed\n")
+    assert code_hash(scene.with_value("stop.filling_factor", 0.5)) == code
+    with pytest.raises(DustError, match=r"has changed since this process imported it; start Pyth"):
+        load(path)
+
+
+def test_paths_are_found_from_anywhere(folder, monkeypatch):
+    (folder / "runs").mkdir()
+    monkeypatch.chdir(folder / "runs")
+    scene = from_yaml(LAW, "..")
+    whole = scene.to_yaml(absolute=True)
+    (path,) = yaml.safe_load(whole)["extensions"]
+    assert Path(path) == folder / "runs/../rolling_with_speed.py"
+    monkeypatch.chdir("/")
+    assert from_yaml(whole).interaction == scene.interaction
+
+
+def test_a_cluster_is_sent_the_file(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    plan = ensemble_plan(from_yaml(LAW + "replicas: 1\n", folder), folder / "runs")
+    assert input_files(plan.members[0].scene) == ["rolling_with_speed.py"]
+
+
+def test_the_schema_has_what_a_file_registers(folder):
+    path = folder / "my.yaml"
+    path.write_text("# not finished yet\nextensions: [rolling_with_speed.py, spring.py]\n")
+    before, data = json_schema(), read(LAW).data
+    assert not jsonschema.Draft202012Validator(before).is_valid(data)
+    load_extensions(path)
+    schema = jsonschema.Draft202012Validator(json_schema())
+    schema.validate(data)
+    schema.validate(read(SPRING).data)
+    data["interaction"]["rolling"]["speed"] = 3
+    assert not schema.is_valid(data)
+
+
+# -- runs ----------------------------------------------------------------------------------------
+
+
+def test_a_law_runs_from_the_shell_with_workers(folder):
+    """Two points, each a process that knows the law only from its YAML."""
+    (folder / "my.yaml").write_text(CHAIN)
+    away = folder.parent
+    values = "interaction.rolling.speed=1cm/s,1m/s"
+    code, said = dust(away, "sweep", folder / "my.yaml", "--set", values, "-q", "-o", folder / "s")
+    assert code == 0, said
+    with xr.open_dataset(folder / "s/sweep.nc") as data:
+        assert data["interaction.rolling.speed"].values.tolist() == [0.01, 1.0]
+        assert data.attrs["extensions"].startswith("rolling_with_speed.py sha256:")
+    code, said = dust(away, "check", folder / "my.yaml")
+    assert code == 0 and "slowness" in said
+
+
+def test_resume_is_refused_after_the_file_has_changed(folder):
+    (folder / "my.yaml").write_text(SPRING)
+    words = ("run", "my.yaml", "-q", "-o", "runs/one")
+    code, said = dust(folder, *words)
+    assert code == 0, said
+    with xr.open_dataset(folder / "runs/one/result.nc") as result:
+        assert result.attrs["extensions"].startswith("spring.py sha256:")
+    with (folder / "spring.py").open("a") as file:
+        file.write("# changed\n")
+    code, said = dust(folder, *words, "--resume")
+    assert code == 2 and "Traceback" not in said
+    assert "spring.py differs. Put that back, or start anew with --force" in " ".join(said.split())
+
+
+def test_stages_and_members_of_another_file_do_not_count(folder, monkeypatch):
+    """Kept stages and finished members are those of the content of the file."""
+    monkeypatch.chdir(folder)
+    scene = from_yaml(SPRING, folder)
+    plan = sweep_plan(scene, ["stiffness=1,2"], folder / "sweep")
+    assert [result.code for result in run_all(plan)] == [0, 0]
+    place = folder_of(scene, 0, folder / "run")
+    with (folder / "spring.py").open("a") as file:
+        file.write("# changed\n")
+    assert folder_of(scene, 0, folder / "run") == place
+    assert [_mode(member, False, True) for member in plan.members] == [None, None]
+    extensions._imported.clear()
+    extensions._owners.clear()
+    assert folder_of(from_yaml(SPRING, folder), 0, folder / "run") != place
+    anew = sweep_plan(from_yaml(SPRING, folder), ["stiffness=1,2"], folder / "sweep")
+    assert [_mode(member, False, True) for member in anew.members] == ["resume", "resume"]
+    assert all("spring.py differs" in result.text for result in run_all(anew, resume=True))
