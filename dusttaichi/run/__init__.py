@@ -10,8 +10,8 @@ from dusttaichi import files
 from dusttaichi.errors import GuardStop, Interrupted
 from dusttaichi.run.error_bar import States, estimate
 from dusttaichi.run.interrupts import Interrupts
-from dusttaichi.run.loop import Report
 from dusttaichi.run.opening import Opening, refuse_existing
+from dusttaichi.run.report import Report
 
 __all__ = ["Report", "execute", "run_directory"]
 

@@ -7,30 +7,14 @@ number of it.
 
 import time as real_time
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
 
 from dusttaichi.errors import GuardStop, Interrupted
 from dusttaichi.run import activities, ledger, stages
 from dusttaichi.run.averages import open_window
+from dusttaichi.run.report import Report
 from dusttaichi.run.stop import End
 
 BURST_SECONDS = 0.25  # of real time between two checks of the clock, the guards and Ctrl-C
-
-
-@dataclass
-class Report:
-    """How far a run is, for whoever shows it.
-
-    filling_factor, pressure [Pa]: None where there is none. task: what goes on, where it is not the
-    run itself.
-    """
-
-    step: int
-    end: int
-    filling_factor: float | None
-    pressure: float | None
-    steps_per_second: float
-    task: str = ""
 
 
 class Run:
