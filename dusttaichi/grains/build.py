@@ -20,11 +20,13 @@ from dusttaichi.grains.grain_contacts import (
 )
 from dusttaichi.grains.kernels import search, store
 from dusttaichi.grains.kernels.cell import make_wrap
+from dusttaichi.grains.kernels.declare import declare, place
 from dusttaichi.grains.kernels.measure import make_measure, place_measure
 from dusttaichi.grains.kernels.memory import arrays_of
 from dusttaichi.grains.kernels.params import contact_params
 from dusttaichi.grains.kernels.phases import Phases
 from dusttaichi.grains.kernels.polydisperse import interface_table, make_write_constants, stored
+from dusttaichi.grains.kernels.relist import make_relist
 from dusttaichi.grains.kernels.wall_search import make_wall_relist
 from dusttaichi.grains.simulation import Simulation, Typical
 from dusttaichi.grains.step import make_advance
@@ -124,7 +126,7 @@ def chosen_kernels(scene, layout, laws, running, like=None):
     if like is not None and like.compiled.compile_key == key:
         return like.compiled
     start_taichi(scene, threads)
-    fields = store.place(store.declare(room, layout, walls))
+    fields = place(declare(room, layout, walls))
     scratch = search.place_search(room, layout, walls)
     sums = place_measure(room, layout, walls)
     write = None
@@ -132,7 +134,7 @@ def chosen_kernels(scene, layout, laws, running, like=None):
         shape = interfaces(scene, laws).shape
         table = scratch["interfaces"] = ti.field(ti.f64, shape=shape)
         write = make_write_constants(fields, table, scene, laws)
-    relist, list_entries = search.make_relist(fields, scratch, layout, write)
+    relist, list_entries = make_relist(fields, scratch, layout, write)
     kernels = Kernels(
         advance=make_advance(Phases(fields, layout, laws, walls), kind),
         bounds=search.make_bounds(fields, scratch),

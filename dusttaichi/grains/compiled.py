@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from dusttaichi.grains.kernels import store
+from dusttaichi.grains.kernels.declare import declare
 from dusttaichi.grains.kernels.memory import Table
 
 MEASURES = ("measure_grains", "measure_pairs", "measure_walls")
@@ -53,7 +54,7 @@ class Compiled:
     def tables(self, grains):
         """Tables of fields, scratch and sums for a scene of this many grains, which begins with
         all numbers zero."""
-        rows = {var.name: var.shape[0] for var in store.declare(grains, self.layout, self.walls)}
+        rows = {var.name: var.shape[0] for var in declare(grains, self.layout, self.walls)}
         out = [
             {name: Table(f, rows.get(name, f.shape[0]), self.memory.get(name)) for name, f in some}
             for some in (self.fields.items(), self.scratch.items(), self.sums.items())

@@ -230,7 +230,7 @@ class Simulation(Readout):
     # -- checkpoint ------------------------------------------------------------------------------
 
     def arrays(self):
-        """All state, for a checkpoint: the used part of what `kernels.store.declare` lists."""
+        """All state, for a checkpoint: the used part of what `kernels.declare` lists."""
         return self.state.arrays()
 
     def numbers(self):

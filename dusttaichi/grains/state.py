@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dusttaichi.grains.kernels.store import FIRST_WALL, OVERFLOW, PAIRS, SUMS, WALL_BLOCKS
+from dusttaichi.grains.kernels.declare import SUMS
+from dusttaichi.grains.kernels.store import FIRST_WALL, OVERFLOW, PAIRS, WALL_BLOCKS
 
 FAR = 1e6  # of the grains that fill empty lanes [um]
 
@@ -63,7 +64,7 @@ class WallLanes(NamedTuple):
 class GrainState:
     """The state of a scene of `grains` grains, in internal units and order.
 
-    fields: memory.Table by name, see kernels.store.declare. order: the sample's number of each
+    fields: memory.Table by name, see kernels.declare. order: the sample's number of each
     grain.
     """
 
@@ -168,7 +169,7 @@ class GrainState:
     # -- checkpoint ------------------------------------------------------------------------------
 
     def arrays(self):
-        """All state, for a checkpoint: the used part of what `kernels.store.declare` lists."""
+        """All state, for a checkpoint: the used part of what `kernels.declare` lists."""
         return {name: table.to_numpy() for name, table in self.fields.items()}
 
     def restore(self, arrays):

@@ -1,0 +1,172 @@
+"""What a simulation holds, declared once: fields, checkpoint and documentation derive from it."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import taichi as ti
+
+from dusttaichi.grains.kernels.store import CHUNK, capacity
+
+GATHERED = ("x", "v", "w")  # gathered together by contacts: they stand side by side in memory
+# sums over all steps since the start: what begins at zero with the ledger
+SUMS = (
+    "loss",
+    "wall_loss",
+    "impulse",
+    "impulse_total",
+    "face_work",
+    "wrap_work",
+    "virial",
+    "wall_virial",
+    "flux",
+)
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One piece of state: name, what it is, unit (internal), element type, shape."""
+
+    name: str
+    meaning: str
+    unit: str
+    element: tuple  # ("f64"|"f32"|"i32"|"i64", vector length or 0)
+    shape: tuple
+
+
+class Sizes(NamedTuple):
+    """Lengths that fields have: of grains, their chunks, blocks of pairs and of wall contacts; and
+    element types: lanes of numbers and of indices, of what is of type `geometry`."""
+
+    grains: int
+    chunks: int
+    pairs: int
+    walls: int
+    lane: tuple
+    lane_i: tuple
+    own: str
+
+
+def declare(grains, layout, walls):
+    """All state of a scene of `grains` grains: a list of Variable."""
+    pairs, wall_blocks = capacity(grains, layout, walls)
+    # sums over many steps are in double precision always
+    lane, lane_i = ("f64", layout.width), ("i32", layout.width)
+    n = Sizes(grains, -(-grains // CHUNK), pairs, wall_blocks, lane, lane_i, layout.element)
+    rows = [*_grains(n), *_contacts(n, layout)]
+    rows += _walls(n, layout) if walls else []
+    rows += [("scene", "number of the scene", "1", ("i32", 0), (grains,))] * layout.batch
+    rows += _cell(n, layout) if layout.periodic else []
+    rows += _pushes(n, layout)
+    rows += _polydisperse(n, layout) if layout.polydisperse else []
+    rows += _stress(n, layout, walls) if layout.stress else []
+    return [Variable(*row) for row in rows]
+
+
+# fmt: off
+def _grains(n):
+    ghosts = (n.grains + 2,)  # two far-away grains that fill the empty lanes
+    return [
+        ("x", "positions", "um", (n.own, 3), ghosts),
+        ("v", "velocities half a step back", "um/us", (n.own, 3), ghosts),
+        ("w", "spins half a step back", "rad/us", (n.own, 3), ghosts),
+        ("x_search", "positions at the last search", "um", (n.own, 3), ghosts),
+    ]
+
+
+def _contacts(n, layout):
+    lanes, blocks, tiles = (n.own, layout.width), n.pairs + n.walls, n.pairs // layout.tile
+    entries = (2 * n.pairs + n.walls) * layout.width
+    size = layout.state_size
+    return [
+        ("pair_i", "first grain of a pair", "1", n.lane_i, (n.pairs,)),
+        ("pair_j", "second grain of a pair", "1", n.lane_i, (n.pairs,)),
+        ("pair_start", "first pair of a grain", "1", ("i32", 0), (n.grains + 1,)),
+        ("state", "pointers, twist, approach", "1, rad, um/us", lanes, (blocks, size)),
+        # with room for a state
+        ("load", "force and two torques of a contact", "nN, nN um", lanes, (blocks, max(9, size))),
+        ("entry_start", "first contact of a grain's list", "1", ("i32", 0), (n.grains + 1,)),
+        ("entry", "2 contact + side", "1", ("i32", 0), (entries,)),
+        ("loss", "losses by tile", "fJ", n.lane, (tiles, len(layout.channels))),
+        ("sync", "meeting places of the workers", "1", ("i32", 0), (8,)),
+        ("counts", "numbers of contacts and their room", "1", ("i32", 0), (7,)),
+    ]
+
+
+def _walls(n, layout):
+    tiles = n.walls // layout.tile
+    return [
+        ("wall_grain", "grain of a wall contact", "1", n.lane_i, (n.walls,)),
+        ("wall_gap", "0, or far away in an empty lane", "um", n.lane, (n.walls,)),
+        ("wall_of", "wall of a block", "1", ("i32", 0), (n.walls,)),
+        ("wall_slot", "lane of a grain on a wall, or -1", "1", ("i32", 6), (n.grains,)),
+        ("wall_loss", "wall losses by tile", "fJ", n.lane, (tiles, len(layout.channels))),
+        ("impulse", "time integral of the wall force by block", "nN us", n.lane, (n.walls, 3)),
+        ("impulse_total", "the same before the last search", "nN us", ("f64", 3), (6,)),
+    ]
+
+
+def _cell(n, layout):
+    tiles, axes = n.pairs // layout.tile, len(layout.periodic)
+    return [
+        ("shift", "edges between a pair, along each periodic axis", "1", n.lane, (n.pairs, axes)),
+        ("wraps", "how often a grain has crossed a face", "1", ("i32", 3), (n.grains,)),
+        ("cell", "how the edges go: rows of kernels.cell", "um, um/us, 1/us", ("f64", 0), (4, 3)),
+        ("face_work", "work of the faces by tile", "fJ", n.lane, (tiles,)),
+        ("wrap_work", "energy given to grains that crossed, by chunk", "fJ", ("f64", 0),
+         (n.chunks,)),
+    ]
+
+
+def _pushes(n, layout):
+    held = "time integral of the force on a carried grain"
+    forced = [("push_force", "force from outside on a grain", "nN", ("f64", 3), (n.grains,))]
+    carried = [
+        ("free", "1, or 0 for a grain that is carried", "1", ("f64", 0), (n.grains,)),
+        ("held", held, "nN us", ("f64", 3), (n.grains,)),
+    ]
+    return forced * layout.forced + carried * layout.carried
+
+
+def _polydisperse(n, layout):
+    # of the ghosts nothing but the motion is asked
+    numbers = (n.pairs + n.walls, len(layout.stored))
+    return [
+        ("radius", "radius of a grain", "um", ("f64", 0), (n.grains,)),
+        ("mass", "mass of a grain", "pg", ("f64", 0), (n.grains,)),
+        ("inertia", "moment of inertia of a grain", "pg um^2", ("f64", 0), (n.grains,)),
+        ("material", "number of its material", "1", ("i32", 0), (n.grains,)),
+        ("constants", "numbers of a contact: the layout's `stored`", "um, nN, fJ", n.lane, numbers),
+    ]
+
+
+def _stress(n, layout, walls):
+    branches, unit = "time integral of branch x force by tile", "nN um us"
+    tiles, wall_tiles = n.pairs // layout.tile, n.walls // layout.tile
+    on_walls = [("wall_virial", branches, unit, n.lane, (wall_tiles, 9))]
+    return [
+        ("virial", branches, unit, n.lane, (tiles, 9)),
+        ("flux", "time integral of v v by chunk: xx xy xz yy yz zz", "um^2/us", ("f64", 0),
+         (n.chunks, 6)),
+        *(on_walls if walls else []),
+    ]
+# fmt: on
+
+
+def place(variables):
+    """Taichi fields for the declared variables, as a dict by name."""
+    types = {"f64": ti.f64, "f32": ti.f32, "i32": ti.i32, "i64": ti.i64}
+    together = [var for var in variables if var.name in GATHERED]
+    # lanes first: their blocks then begin where lines of the cache do
+    others = sorted((v for v in variables if v not in together), key=lambda v: -v.element[1])
+    fields = {}
+    for var in others:
+        dtype, length = types[var.element[0]], var.element[1]
+        make = ti.field if length == 0 else _vector_field(length)
+        fields[var.name] = make(dtype, shape=var.shape)
+    gathered = {var.name: ti.Vector.field(3, types[var.element[0]]) for var in together}
+    ti.root.dense(ti.i, together[0].shape[0]).place(*gathered.values())
+    return gathered | fields
+
+
+def _vector_field(length):
+    return lambda dtype, shape: ti.Vector.field(length, dtype, shape=shape)

@@ -1,0 +1,160 @@
+"""The lists that the steps go by, from the neighbours that a search has found: pairs with their
+history, carried over exactly, and the contacts of every grain."""
+
+import taichi as ti
+
+from dusttaichi.grains.kernels.scan import Scan
+from dusttaichi.grains.kernels.store import FIRST_WALL, GRAINS, PAIRS
+
+
+@ti.data_oriented
+class PairLists:
+    """Functions that write pairs, their history, and the entries of grains.
+
+    write_constants: `make_write_constants` of kernels.polydisperse, or None of equal grains.
+    """
+
+    def __init__(self, fields, scratch, layout, write_constants):
+        self.width, self.size, self.axes = layout.width, layout.state_size, layout.periodic
+        self.polydisperse, self.real = layout.polydisperse, layout.geometry
+        self.x, self.counts = fields["x"], fields["counts"]
+        self.pair_i, self.pair_j = fields["pair_i"], fields["pair_j"]
+        self.pair_start, self.shift = fields["pair_start"], fields.get("shift")
+        self.state, self.load = fields["state"], fields["load"]
+        self.entry, self.entry_start = fields["entry"], fields["entry_start"]
+        self.near, self.near_start = scratch["near"], scratch.get("near_start")
+        self.near_count, self.old_start = scratch["near_count"], scratch["old_start"]
+        self.old_j = scratch["old_j"]
+        self.wall_slot, self.walls = fields.get("wall_slot"), "wall_slot" in fields
+        self.write_constants, _, self.write_empty = write_constants or (None, None, None)
+
+    @ti.func
+    def neighbour(self, g, k):
+        """Number k of the neighbours of g."""
+        out = 0
+        if ti.static(self.polydisperse):
+            out = self.near[self.near_start[g] + k]
+        else:
+            out = self.near[g, k]
+        return out
+
+    @ti.func
+    def keep_old(self, b):
+        """The loads are recomputed after a search: their place holds the old lists meanwhile."""
+        for k in ti.static(range(self.size)):
+            self.load[b, k] = self.state[b, k]
+        self.old_j[b] = self.pair_j[b]
+
+    @ti.func
+    def write_pair(self, g, j, c, edges):
+        b, k = c // self.width, c % self.width
+        self.pair_i[b][k], self.pair_j[b][k] = g, j
+        if ti.static(self.polydisperse):
+            self.write_constants(b, k, g, j)
+        for n in ti.static(range(len(self.axes))):
+            a = ti.static(self.axes[n])
+            self.shift[b, n][k] = ti.floor((self.x[g][a] - self.x[j][a]) / edges[a] + 0.5)
+        old = -1
+        for o in range(self.old_start[g], self.old_start[g + 1]):
+            if self.old_j[o // self.width][o % self.width] == j:
+                old = o
+        for n in ti.static(range(self.size)):
+            value = ti.cast(0.0, self.real)
+            if old >= 0:
+                value = self.load[old // self.width, n][old % self.width]
+            self.state[b, n][k] = value
+
+    @ti.func
+    def write_pairs(self, g, edges):
+        c = self.pair_start[g]
+        for k in range(self.near_count[g]):
+            if self.neighbour(g, k) > g:
+                self.write_pair(g, self.neighbour(g, k), c, edges)
+                c += 1
+
+    @ti.func
+    def clear_lane(self, c):
+        b, k = c // self.width, c % self.width
+        self.pair_i[b][k], self.pair_j[b][k] = self.counts[GRAINS], self.counts[GRAINS] + 1
+        if ti.static(self.polydisperse):
+            self.write_empty(b, k)
+        for n in ti.static(range(self.size)):
+            self.state[b, n][k] = 0.0
+        for n in ti.static(range(len(self.axes))):
+            self.shift[b, n][k] = 0.0
+
+    @ti.func
+    def contact_of(self, g, j):
+        """Number of the pair g < j."""
+        c, found = self.pair_start[g], -1
+        for k in range(self.near_count[g]):
+            if self.neighbour(g, k) == j:
+                found = c
+            c += ti.cast(self.neighbour(g, k) > g, ti.i32)
+        return found
+
+    @ti.func
+    def entries_of(self, g):
+        """How many contacts a grain has on its list."""
+        n = self.near_count[g]
+        if ti.static(self.walls):
+            for k in range(6):
+                n += ti.cast(self.wall_slot[g][k] >= 0, ti.i32)
+        return n
+
+    @ti.func
+    def write_entries(self, g):
+        e = self.entry_start[g]
+        for k in range(self.near_count[g]):
+            j = self.neighbour(g, k)
+            contact = self.contact_of(ti.min(g, j), ti.max(g, j))
+            self.entry[e] = 2 * contact + ti.cast(j < g, ti.i32)
+            e += 1
+        if ti.static(self.walls):
+            for n in range(6):
+                if self.wall_slot[g][n] >= 0:
+                    first = self.counts[FIRST_WALL] * self.width
+                    self.entry[e] = 2 * (first + self.wall_slot[g][n])
+                    e += 1
+
+
+def make_relist(fields, scratch, layout, write_constants=None):
+    """Kernels `relist(edges)`: pairs and their history, and `list_entries()`: the contacts of every
+    grain. edges: of the periodic cell. write_constants: see PairLists."""
+    W, counts, entry_start = layout.width, fields["counts"], fields["entry_start"]
+    own_count, old_start = scratch["own_count"], scratch["old_start"]
+    pair_start, scan = fields["pair_start"], Scan(scratch["chunk_sum"])
+    lists = PairLists(fields, scratch, layout, write_constants)
+
+    @ti.kernel
+    def relist(edges: ti.types.vector(3, ti.f64)):
+        grains = counts[GRAINS]
+        old_blocks = (old_start[grains] + W - 1) // W
+        for b in range(old_blocks):
+            lists.keep_old(b)
+        for g in range(grains):
+            lists.write_pairs(g, edges)
+        for _ in range(1):
+            pairs = pair_start[grains]
+            counts[PAIRS] = pairs
+            full = W * layout.tile
+            for c in range(pairs, (pairs + full - 1) // full * full):
+                lists.clear_lane(c)
+
+    @ti.kernel
+    def list_entries():
+        grains = counts[GRAINS]
+        for g in range(grains):
+            own_count[g] = lists.entries_of(g)
+        for _ in range(1):
+            own_count[grains] = 0
+        for chunk in range(scan.chunks(grains + 1)):
+            scan.add(own_count, chunk, grains + 1)
+        for _ in range(1):
+            scan.starts(scan.chunks(grains + 1))
+        for chunk in range(scan.chunks(grains + 1)):
+            scan.fill(own_count, entry_start, chunk, grains + 1)
+        for g in range(grains):
+            lists.write_entries(g)
+
+    return relist, list_entries
