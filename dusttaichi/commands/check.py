@@ -21,10 +21,19 @@ def check(
 
     scene = load_scene(file)
     console.print(scene.to_yaml().rstrip())
-    for title, rows in report(scene, costs, remark):
+    sections, grains = report(scene)
+    for title, rows in [*sections, ("Cost of the parts", _part_costs(scene, grains, costs))]:
         console.print(f"\n{title}", style="bold")
         for what, value in rows:
             say(f"  {what:<42} {value}")
+
+
+def _part_costs(scene, grains, costs):
+    if not costs:
+        return [("not measured", "with --costs, for this scene; in general by dust bench --parts")]
+    from dusttaichi.studies.bench.costs import cost_rows
+
+    return cost_rows(scene, grains, remark)
 
 
 def schema(

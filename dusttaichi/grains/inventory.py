@@ -1,5 +1,6 @@
 """What a built scene consists of: parts of the model, fields, kernels, and what its preset sets."""
 
+from dusttaichi.grains.kernels.store import room_for
 from dusttaichi.names import AXES, WALLS
 from dusttaichi.physics.contact.registry import EFFECTS, law_name
 
@@ -72,7 +73,11 @@ def _state(layout):
 
 
 def field_rows(sim):
-    """Rows (name, what it takes) of the fields from the largest on, those under 1 % in one."""
+    """Rows (name, what it takes) of the fields from the largest on, those under 1 % in one.
+
+    Bytes are counted by the grains that there is room for (kernels.store.room_for).
+    """
+    room = room_for(sim.grains)
     sizes = {name: field.nbytes for name, field in tables(sim).items()}
     whole = sum(sizes.values())
     rows, small = [], []
@@ -81,7 +86,7 @@ def field_rows(sim):
             small.append(name)
             continue
         shape = " x ".join(str(n) for n in tables(sim)[name].field.shape)
-        rows.append((name, f"{_amount(size)}, {size / sim.grains:.0f} bytes a grain ({shape})"))
+        rows.append((name, f"{_amount(size)}, {size / room:.0f} bytes a grain ({shape})"))
     if small:
         rows.append(
             (
@@ -89,7 +94,8 @@ def field_rows(sim):
                 f"{_amount(sum(sizes[n] for n in small))}: {', '.join(sorted(small))}",
             )
         )
-    return [*rows, ("all", f"{_amount(whole)}, {whole / sim.grains:.0f} bytes a grain")]
+    each = f"{whole / room:.0f} bytes a grain, room for {room:,}"
+    return [*rows, ("all", f"{_amount(whole)}, {each}")]
 
 
 def _amount(size):

@@ -9,6 +9,7 @@ from dusttaichi.grains import network
 from dusttaichi.grains.build import build
 from dusttaichi.grains.grain_contacts import contact_constants, grain_properties
 from dusttaichi.grains.inventory import compiled_rows, field_rows, preset_rows, tables
+from dusttaichi.grains.kernels.store import room_for
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.names import NEVER
 from dusttaichi.physics.contact import constants
@@ -19,16 +20,14 @@ from dusttaichi.scene.material import DEFAULT
 TRIAL_SECONDS = 1.0
 
 
-def report(scene, costs=False, say=lambda text: None):
-    """Sections (title, rows of (what, value)) for a scene. Builds it and tries it for a second.
-
-    costs: also what each of its parts costs (bench.costs), half a minute each; say: told of them.
-    """
+def report(scene):
+    """Sections (title, rows of (what, value)) for a scene, and its number of grains. Builds it and
+    tries it for a second."""
     sample = samples.make(scene)
     sim = build(scene, sample)
     step = chosen_step(scene, samples.pushed(scene, sample), sim.polydisperse)
     pair, wall = contact_constants(scene)
-    return [
+    sections = [
         ("Contact of two grains", _contact(pair, scene)),
         *(
             [("Contact of a grain and a wall", _contact(wall, scene))]
@@ -41,8 +40,8 @@ def report(scene, costs=False, say=lambda text: None):
         ("Compiled in", compiled_rows(scene, sim)),
         ("Fields", field_rows(sim)),
         ("Cost", _cost(scene, sim)),
-        ("Cost of the parts", _part_costs(scene, sim, costs, say)),
     ]
+    return sections, sim.grains
 
 
 def _contact(c, scene):
@@ -118,8 +117,8 @@ def _cost(scene, sim):
     rows = [
         (
             "memory of the state",
-            f"{state_bytes(sim) / 2**20:.4g} MiB "
-            f"({state_bytes(sim) / sim.grains:.0f} bytes a grain)",
+            f"{state_bytes(sim) / 2**20:.4g} MiB, room for {room_for(sim.grains):,} grains "
+            f"({state_bytes(sim) / room_for(sim.grains):.0f} bytes each)",
         ),
         ("speed in a trial now", f"{rate:,.0f} steps/s, {rate * sim.grains:.3g} grain-steps/s"),
     ]
@@ -137,14 +136,6 @@ def _cost(scene, sim):
         *rows,
         ("estimated run time at most", f"{_duration(total / rate)} at this speed{remark}"),
     ]
-
-
-def _part_costs(scene, sim, costs, say):
-    if not costs:
-        return [("not measured", "with --costs, for this scene; in general by dust bench --parts")]
-    from dusttaichi.studies.bench.costs import cost_rows
-
-    return cost_rows(scene, sim.grains, say)
 
 
 def _plan(scene, sim):

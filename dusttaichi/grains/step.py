@@ -81,7 +81,8 @@ def by_launches(phases):
             for tile in range(phases.wall_tiles()):
                 phases.touch_walls(tile, step, dt, wall, box)
 
-    def advance(steps, first, pending, workers, numbers, pair, wall, box):
+    def advance(steps, first, pending, _workers, *arguments):
+        numbers, *contacts = arguments
         done = 0
         while done < steps:
             step = first + done + 1
@@ -90,7 +91,7 @@ def by_launches(phases):
                 if sync[DUE] == 1 or step >= numbers.wall_due:
                     break
             pending = 0
-            touch(step, numbers.dt, pair, wall, box)
+            touch(step, numbers.dt, *contacts)
             done += 1
         sync[DONE] = done
 

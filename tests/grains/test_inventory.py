@@ -126,7 +126,7 @@ def test_check_says_what_is_compiled_in_and_what_it_takes(unstarted):
     assert set(told["kernels"].split(", ")) == KERNELS | WALL_KERNELS
     whole = sum(table.nbytes for table in inventory.tables(sim).values())
     rows = inventory.field_rows(sim)
-    assert f"{whole / 2:.0f} bytes a grain" in rows[-1][1]
+    assert f"{whole / 1024:.0f} bytes a grain, room for 1,024" in rows[-1][1]
     assert preview.state_bytes(sim) == whole
     named = {rows[k][0] for k in range(len(rows) - 2)}
     named |= set(rows[-2][1].split(": ")[1].split(", "))
