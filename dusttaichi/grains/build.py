@@ -10,7 +10,7 @@ from dusttaichi.domain.layout import make_surroundings
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.errors import DustError
 from dusttaichi.grains.backend import LOOPS, start_taichi, threads_of
-from dusttaichi.grains.compiled import Compiled, Kernels
+from dusttaichi.grains.compiled import Compiled, Kernels, LastCompiled
 from dusttaichi.grains.grain_contacts import (
     contact_constants,
     farthest_contacts,
@@ -35,6 +35,7 @@ from dusttaichi.names import AXES
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import chosen_laws
 
+_LAST = LastCompiled()
 RESOLVED = 0.005  # of the overlap at rest by which positions may be uncertain
 
 
@@ -72,7 +73,7 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None, lik
     skin = scene.numerics.skin
     smallest = radius if own is None else own.radius[around(scenes)].min()
     box, cell = surroundings(scene, sample, own, scenes, (pair, wall))
-    return Simulation(
+    sim = Simulation(
         compiled,
         tables,
         sample,
@@ -95,6 +96,8 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None, lik
         threads=threads,
         scenes=1 if scenes is None else int(scenes[-1]) + 1,
     )
+    _LAST.remember(sim)
+    return sim
 
 
 def chosen_layout(scene, laws, loops, push, polydisperse):
@@ -125,6 +128,8 @@ def chosen_kernels(scene, layout, laws, running, like=None):
     key = (scene.numerics.backend, threads, room, layout, laws, walls, kind, materials)
     if like is not None and like.compiled.compile_key == key:
         return like.compiled
+    if (last := _LAST.of_no_more_use(key)) is not None:
+        return last
     start_taichi(scene, threads)
     fields = place(declare(room, layout, walls))
     scratch = search.place_search(room, layout, walls)

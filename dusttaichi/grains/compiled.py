@@ -1,9 +1,12 @@
 """What is compiled for a scene: its fields and kernels, which scenes of one compile key share."""
 
+import gc
+import weakref
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
+from taichi.lang import impl
 
 from dusttaichi.grains.kernels import store
 from dusttaichi.grains.kernels.declare import declare
@@ -63,3 +66,29 @@ class Compiled:
             table.fill(0)
         out[0]["counts"].from_numpy(np.array(store.sizes(grains, self.layout, self.walls)))
         return out
+
+
+class LastCompiled:
+    """What was compiled last in this process: it serves again once nobody has its simulation.
+
+    Taichi holds one program at a time, so a start of it would undo the fields of the simulation
+    before anyway.
+    """
+
+    def __init__(self):
+        self._compiled, self._simulation, self._program = None, lambda: None, None
+
+    def remember(self, simulation):
+        """That of a Simulation just built."""
+        self._compiled, self._simulation = simulation.compiled, weakref.ref(simulation)
+        self._program = impl.get_runtime().prog
+
+    def of_no_more_use(self, compile_key):
+        """The Compiled of that key, None where it is another or its simulation is still held."""
+        if self._compiled is None or self._compiled.compile_key != compile_key:
+            return None
+        if impl.get_runtime().prog is not self._program:
+            return None  # somebody has started Taichi anew
+        if self._simulation() is not None:
+            gc.collect()  # it may only be held in a circle
+        return self._compiled if self._simulation() is None else None

@@ -32,6 +32,13 @@ def walls_argument(box):
     )
 
 
+@lru_cache(maxsize=1)
+def step_numbers(dt, masses, wall_due, reach2):
+    """The numbers of a step as kernels take them; masses: units of mass and moment of inertia."""
+    mass, inertia = masses
+    return StepNumbers(dt=dt, kick=dt / mass, turn=dt / inertia, reach2=reach2, wall_due=wall_due)
+
+
 @dataclass(frozen=True)
 class Typical:
     """Radius [um], mass [pg] and moment of inertia [pg um^2] of equal grains, of others a typical
@@ -188,7 +195,8 @@ class Simulation(Readout):
                 pending = 1
 
     def _call(self, steps, pending, dt):
-        numbers = self._numbers(dt, self.search.wall_due, self.search.reach2)
+        masses = self.unit_mass, self.unit_inertia
+        numbers = step_numbers(dt, masses, self.search.wall_due, self.search.reach2)
         self.kernels.advance(
             steps,
             self.step,
@@ -201,16 +209,6 @@ class Simulation(Readout):
         )
         done = int(self.state["sync"][DONE])
         return done, done < steps
-
-    @lru_cache(maxsize=1)  # noqa: B019 (a simulation lives as long as its process)
-    def _numbers(self, dt, wall_due, reach2):
-        return StepNumbers(
-            dt=dt,
-            kick=dt / self.unit_mass,
-            turn=dt / self.unit_inertia,
-            reach2=reach2,
-            wall_due=wall_due,
-        )
 
     def _load_once(self):
         """Contacts and loads at the present positions, without moving anything."""
