@@ -1,12 +1,18 @@
 """Small scenes for the tests of the physics: real Scene and Sample objects, no YAML files."""
 
+import runpy
+from contextlib import contextmanager
+from pathlib import Path
+
 import numpy as np
 
 from dusttaichi import units
 from dusttaichi.grains.build import build
+from dusttaichi.physics.contact import registry
 from dusttaichi.samples import Sample
 from dusttaichi.scene import Scene
 
+EXAMPLES = Path(__file__).parents[1] / "docs" / "examples"
 RADIUS = 0.6e-6  # silicate S12 [m]
 
 
@@ -140,3 +146,16 @@ def lanes(field):
     """A field of lane vectors (blocks, components) as (contacts, components)."""
     a = field.to_numpy()
     return a.transpose(0, 2, 1).reshape(-1, a.shape[1])
+
+
+@contextmanager
+def law_of_the_docs():
+    """The law of docs/examples/rolling_with_speed.py is registered; other tests do not know it.
+    Yields the names of that file."""
+    known = [(laws, dict(laws)) for laws in (registry.LAWS, registry.BLOCKS)]
+    try:
+        yield runpy.run_path(str(EXAMPLES / "rolling_with_speed.py"))
+    finally:
+        for laws, before in known:
+            laws.clear()
+            laws.update(before)

@@ -12,6 +12,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.grains.kernels.reading import read_quickly
 
 THREAD_CLASSES = (32, 1024)  # that compiled kernels are made for
+CACHE_BYTES = 2**30  # of kernels on disk; Taichi keeps 100 MB, some hundred makes of a scene
 SMALL = 400  # grains below which a second thread costs more than it gains
 
 
@@ -57,6 +58,7 @@ def start_taichi(scene, threads):
                 default_fp=ti.f64 if scene.numerics.precision == "f64" else ti.f32,
                 fast_math=True,
                 offline_cache=True,
+                offline_cache_max_size_of_files=CACHE_BYTES,
                 log_level=ti.ERROR,
                 enable_fallback=False,
             )

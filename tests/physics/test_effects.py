@@ -5,18 +5,14 @@ The built-in laws are held against reference.py; a law that is registered (as th
 docs is) is tested with its own energy: that the loads are its gradient.
 """
 
-import runpy
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import reference as ref
-from conftest import RADIUS, Probe, box, make_scene, sample_of
+from conftest import RADIUS, Probe, box, law_of_the_docs, make_scene, sample_of
 
 from dusttaichi.physics.contact import constants, registry
-
-runpy.run_path(str(Path(__file__).parents[2] / "docs" / "examples" / "rolling_with_speed.py"))
 
 EFFECTS = {
     "normal": (),
@@ -26,13 +22,17 @@ EFFECTS = {
     "all": ("rolling", "sliding", "twisting"),
 }
 SPRINGS = ("rolling", "sliding", "twisting")
-LAWS = {
-    f"{effect}, {law}": (effect, law)
-    for effect in SPRINGS
-    for law in registry.names(effect)
-    if law != registry.DEFAULT[effect]
-}
-DAMPING = ["none", *(law for law in registry.names("damping") if law not in ("viscous", "scaled"))]
+with law_of_the_docs():
+    LAWS = {
+        f"{effect}, {law}": (effect, law)
+        for effect in SPRINGS
+        for law in registry.names(effect)
+        if law != registry.DEFAULT[effect]
+    }
+    DAMPING = [
+        "none",
+        *(law for law in registry.names("damping") if law not in ("viscous", "scaled")),
+    ]
 NUMBER = {"normal": 0, "rolling": 1, "sliding": 2, "twisting": 3}
 FLOOR = np.array([0.0, 0.0, 1.0])
 
@@ -50,6 +50,12 @@ def triangle():
 
 V = np.array([[0.02, -0.01, 0.004], [-0.01, 0.015, -0.003], [0.003, -0.012, 0.005]])
 W = np.array([[2.0, -4.0, 7.0], [-5.0, 3.0, -6.0], [4.0, 6.0, -3.0]]) * 1e4
+
+
+@pytest.fixture(scope="module", autouse=True)
+def law():
+    with law_of_the_docs():
+        yield
 
 
 @pytest.fixture(scope="module", params=[*EFFECTS, *LAWS])

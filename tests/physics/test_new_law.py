@@ -1,11 +1,8 @@
 """A law of one's own, the example of the docs: pairs, walls, equal and unequal grains."""
 
-import runpy
-from pathlib import Path
-
 import numpy as np
 import pytest
-from conftest import RADIUS, Probe, box, make_scene, sample_of
+from conftest import RADIUS, Probe, box, law_of_the_docs, make_scene, sample_of
 from polydisperse import Grains, polydisperse
 
 from dusttaichi.errors import DustError
@@ -14,12 +11,11 @@ from dusttaichi.grains.preview import _contact
 from dusttaichi.physics.contact import constants, register, registry
 from dusttaichi.run.ledger import ledger
 
-EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "rolling_with_speed.py"
-
 
 @pytest.fixture(scope="module", autouse=True)
 def example():
-    return runpy.run_path(str(EXAMPLE))
+    with law_of_the_docs() as names:
+        yield names
 
 
 def scene(speed=None, dt="0.1 ns", **keys):

@@ -10,13 +10,13 @@ import pytest
 import spring
 import xarray as xr
 from bits import assert_same_bits, tree
+from conftest import law_of_the_docs
 from test_method import PLAIN, STAGED
 
 import dusttaichi as dt
 from dusttaichi import method
 from dusttaichi.errors import GuardStop
 from dusttaichi.files import RESULT
-from dusttaichi.physics.contact import registry
 from dusttaichi.run import execute
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
@@ -58,10 +58,13 @@ def test_a_sample_of_ones_own():
     assert names["positions"].shape == (12, 3)
 
 
-def test_a_law_of_ones_own(monkeypatch):
-    for known in ("LAWS", "BLOCKS"):  # other tests do not know the law
-        monkeypatch.setattr(registry, known, dict(getattr(registry, known)))
-    runpy.run_path(str(EXAMPLES / "rolling_with_speed.py"))
+@pytest.fixture
+def law():
+    with law_of_the_docs():
+        yield
+
+
+def test_a_law_of_ones_own(law):
     scene = dt.from_yaml("""
 name: law
 material: silicate_s12
