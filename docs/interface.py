@@ -16,6 +16,7 @@ ROOMS = (
     ("samples", "Where the grains are before the first step."),
     ("physics", "The laws on plain numbers, no fields: each effect in a file of its own."),
     ("domain", "What surrounds the grains, and how it moves."),
+    ("compute", "Taichi for every method: start, memory, workers, scans."),
     ("grains", "The method of this program: build, step, search, measure."),
     ("run", "The loop over the steps, and what is written on the way."),
     ("results", "The result file."),

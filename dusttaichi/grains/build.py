@@ -6,10 +6,11 @@ import numpy as np
 import taichi as ti
 
 from dusttaichi import samples, units
+from dusttaichi.compute.backend import LOOPS, start_taichi, threads_of
+from dusttaichi.compute.memory import arrays_of
 from dusttaichi.domain.layout import make_surroundings
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.errors import DustError
-from dusttaichi.grains.backend import LOOPS, start_taichi, threads_of
 from dusttaichi.grains.compiled import Compiled, Kernels, LastCompiled
 from dusttaichi.grains.grain_contacts import (
     contact_constants,
@@ -22,7 +23,6 @@ from dusttaichi.grains.kernels import search, store
 from dusttaichi.grains.kernels.cell import make_wrap
 from dusttaichi.grains.kernels.declare import declare, place
 from dusttaichi.grains.kernels.measure import make_measure, place_measure
-from dusttaichi.grains.kernels.memory import arrays_of
 from dusttaichi.grains.kernels.params import contact_params
 from dusttaichi.grains.kernels.phases import Phases
 from dusttaichi.grains.kernels.polydisperse import interface_table, make_write_constants, stored

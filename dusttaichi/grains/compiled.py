@@ -8,9 +8,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 from taichi.lang import impl
 
+from dusttaichi.compute.memory import Table
 from dusttaichi.grains.kernels import store
 from dusttaichi.grains.kernels.declare import declare
-from dusttaichi.grains.kernels.memory import Table
 
 MEASURES = ("measure_grains", "measure_pairs", "measure_walls")
 

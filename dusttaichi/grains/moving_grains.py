@@ -6,12 +6,12 @@ import numpy as np
 import yaml
 
 from dusttaichi import samples, units
+from dusttaichi.compute.worker_choice import WorkerChoice
 from dusttaichi.grains import record, stretch, trust
 from dusttaichi.grains.build import build
 from dusttaichi.grains.measured import measurement
 from dusttaichi.grains.refine import halve_time_step
 from dusttaichi.grains.variables import VARIABLES
-from dusttaichi.grains.worker_choice import WorkerChoice
 from dusttaichi.method import State
 from dusttaichi.results.variables import select
 from dusttaichi.samples.sample import Sample

@@ -12,9 +12,9 @@ search came between). It ends early when a search is due. sync[DONE] tells.
 
 import taichi as ti
 
+from dusttaichi.compute.workers import STRIDE, assemble, barrier
 from dusttaichi.grains.kernels.phases import DONE, DUE, StepNumbers
 from dusttaichi.grains.kernels.walls import Walls
-from dusttaichi.grains.kernels.workers import STRIDE, assemble, barrier
 
 
 def make_advance(phases, kind):
@@ -23,7 +23,7 @@ def make_advance(phases, kind):
 
 
 def by_workers(phases):
-    """Many steps in one kernel: workers that pass their share of every phase (kernels.workers)."""
+    """Many steps in one kernel: workers that pass their share of every phase (compute.workers)."""
     sync, ContactParams = phases.sync, phases.ContactParams
 
     @ti.kernel

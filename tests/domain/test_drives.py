@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dusttaichi import samples
-from dusttaichi.grains.backend import Loops
+from dusttaichi.compute.backend import Loops
 from dusttaichi.grains.build import build
 from dusttaichi.scene import from_yaml
 

@@ -5,8 +5,9 @@ import pytest
 import taichi as ti
 from conftest import RADIUS, Probe, box, make_scene, sample_of
 
+from dusttaichi.compute import memory
 from dusttaichi.grains import build
-from dusttaichi.grains.kernels import memory, store
+from dusttaichi.grains.kernels import store
 
 SPACING = 2.0 * RADIUS - 1e-10
 

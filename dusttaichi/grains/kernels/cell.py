@@ -2,7 +2,8 @@
 
 import taichi as ti
 
-from dusttaichi.grains.kernels.store import CHUNK, FIRST_WALL, GRAINS
+from dusttaichi.compute.scan import CHUNK, whole
+from dusttaichi.grains.kernels.store import FIRST_WALL, GRAINS
 
 START, RATE, GROWTH, CENTRE = range(4)  # rows of the `cell` field; RATE and GROWTH by time
 
@@ -113,7 +114,7 @@ def make_wrap(fields, layout, walls):
     @ti.kernel
     def wrap(low: vector, edges: vector, speeds: vector, mass: ti.f64):
         grains = counts[GRAINS]
-        for chunk in range((grains + CHUNK - 1) // CHUNK):
+        for chunk in range(whole(grains, CHUNK)):
             total = ti.cast(0.0, ti.f64)
             for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
                 total += wrap_grain(g, low, edges, speeds)

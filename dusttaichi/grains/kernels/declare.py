@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import taichi as ti
 
-from dusttaichi.grains.kernels.store import CHUNK, capacity
+from dusttaichi.compute.scan import CHUNK
+from dusttaichi.grains.kernels.store import capacity
 
 GATHERED = ("x", "v", "w")  # gathered together by contacts: they stand side by side in memory
 # sums over all steps since the start: what begins at zero with the ledger

@@ -2,7 +2,8 @@
 
 import taichi as ti
 
-from dusttaichi.grains.kernels.store import CHUNK, GRAINS
+from dusttaichi.compute.scan import CHUNK
+from dusttaichi.grains.kernels.store import GRAINS
 
 
 def make_gather(fields, layout):

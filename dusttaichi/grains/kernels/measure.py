@@ -3,12 +3,13 @@ added up by NumPy in their order, so that the result does not depend on the thre
 
 import taichi as ti
 
+from dusttaichi.compute.scan import CHUNK, whole
 from dusttaichi.grains.kernels.cell import make_cell
 from dusttaichi.grains.kernels.contacts import make_access, step01
 from dusttaichi.grains.kernels.grains import make_gather, make_push
 from dusttaichi.grains.kernels.params import params_type
 from dusttaichi.grains.kernels.polydisperse import make_numbers
-from dusttaichi.grains.kernels.store import CHUNK, FIRST_WALL, GRAINS, PAIRS, WALL_BLOCKS, capacity
+from dusttaichi.grains.kernels.store import FIRST_WALL, GRAINS, PAIRS, WALL_BLOCKS, capacity
 from dusttaichi.grains.kernels.walls import Walls
 
 # columns of a contact sum
@@ -139,7 +140,7 @@ def make_measure_grains(fields, sums, layout):
     @ti.kernel
     def measure_grains(mass: ti.f64, inertia: ti.f64, half_kick: ti.f64, half_turn: ti.f64):
         grains = counts[GRAINS]
-        for chunk in range((grains + CHUNK - 1) // CHUNK):
+        for chunk in range(whole(grains, CHUNK)):
             zero = ti.cast(0.0, ti.f64)
             linear, angular, fastest, spin = zero, zero, zero, zero
             kicked, turned = zero, zero

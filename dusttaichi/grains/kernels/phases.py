@@ -2,12 +2,13 @@
 
 import taichi as ti
 
+from dusttaichi.compute.scan import CHUNK, first_of, whole
 from dusttaichi.grains.kernels.cell import make_cell
 from dusttaichi.grains.kernels.grains import make_flux, make_grain_pass
 from dusttaichi.grains.kernels.pairs import PairPass
 from dusttaichi.grains.kernels.params import params_type
 from dusttaichi.grains.kernels.polydisperse import make_numbers
-from dusttaichi.grains.kernels.store import CHUNK, FIRST_WALL, GRAINS, PAIRS, WALL_BLOCKS
+from dusttaichi.grains.kernels.store import FIRST_WALL, GRAINS, PAIRS, WALL_BLOCKS
 from dusttaichi.grains.kernels.walls import WallPass
 
 StepNumbers = ti.types.struct(
@@ -19,18 +20,6 @@ StepNumbers = ti.types.struct(
 )
 
 DONE, DUE = 6, 7  # places in the `sync` field
-
-
-@ti.func
-def first_of(share, workers, n):
-    """Where a share of n things begins; the next one begins where it ends."""
-    return n * share // workers
-
-
-@ti.func
-def whole(contacts, size):
-    """Blocks or tiles of this size that so many contacts take."""
-    return (contacts + size - 1) // size
 
 
 @ti.data_oriented

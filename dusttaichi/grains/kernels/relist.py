@@ -3,7 +3,7 @@ history, carried over exactly, and the contacts of every grain."""
 
 import taichi as ti
 
-from dusttaichi.grains.kernels.scan import Scan
+from dusttaichi.compute.scan import Scan, whole
 from dusttaichi.grains.kernels.store import FIRST_WALL, GRAINS, PAIRS
 
 
@@ -129,8 +129,7 @@ def make_relist(fields, scratch, layout, write_constants=None):
     @ti.kernel
     def relist(edges: ti.types.vector(3, ti.f64)):
         grains = counts[GRAINS]
-        old_blocks = (old_start[grains] + W - 1) // W
-        for b in range(old_blocks):
+        for b in range(whole(old_start[grains], W)):
             lists.keep_old(b)
         for g in range(grains):
             lists.write_pairs(g, edges)
@@ -138,7 +137,7 @@ def make_relist(fields, scratch, layout, write_constants=None):
             pairs = pair_start[grains]
             counts[PAIRS] = pairs
             full = W * layout.tile
-            for c in range(pairs, (pairs + full - 1) // full * full):
+            for c in range(pairs, whole(pairs, full) * full):
                 lists.clear_lane(c)
 
     @ti.kernel
@@ -148,12 +147,7 @@ def make_relist(fields, scratch, layout, write_constants=None):
             own_count[g] = lists.entries_of(g)
         for _ in range(1):
             own_count[grains] = 0
-        for chunk in range(scan.chunks(grains + 1)):
-            scan.add(own_count, chunk, grains + 1)
-        for _ in range(1):
-            scan.starts(scan.chunks(grains + 1))
-        for chunk in range(scan.chunks(grains + 1)):
-            scan.fill(own_count, entry_start, chunk, grains + 1)
+        scan.exclusive(own_count, entry_start, grains + 1)
         for g in range(grains):
             lists.write_entries(g)
 

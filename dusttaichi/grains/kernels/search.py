@@ -7,9 +7,8 @@ outside it. Lists are sorted by grain number, whatever order the threads worked 
 
 import taichi as ti
 
-from dusttaichi.grains.kernels.scan import Scan
+from dusttaichi.compute.scan import CHUNK, Scan
 from dusttaichi.grains.kernels.store import (
-    CHUNK,
     GRAINS,
     NEIGHBOURS,
     OVERFLOW,
@@ -205,7 +204,6 @@ class Neighbours:
                     self.take(g, first + low, first + high, none, reach2, counting)
 
 
-# one function: loops that each wait for the one before are one launch only within one kernel
 def make_find(fields, scratch, layout):
     """Kernel `find(grid, cells, reach2)`: the neighbours of every grain, sorted, and how many are
     its own (of higher number); starts of the pair list. cells: of all scenes of a batch."""
@@ -217,7 +215,6 @@ def make_find(fields, scratch, layout):
     scan, grid_cells = Scan(scratch["chunk_sum"]), Cells(fields, scratch, layout)
     neighbours = Neighbours(fields, scratch, layout, grid_cells)
 
-    # one function: see make_find
     @ti.kernel
     def find(grid: Grid, cells: ti.i32, reach2: ti.f64):
         # reach2: where grains have radii of their own the margin between their surfaces
@@ -227,12 +224,7 @@ def make_find(fields, scratch, layout):
         for g in range(grains):
             x_search[g] = x[g]
             ti.atomic_add(cell_fill[grid_cells.home(g, grid)], 1)
-        for chunk in range(scan.chunks(cells + 1)):
-            scan.add(cell_fill, chunk, cells + 1)
-        for _ in range(1):
-            scan.starts(scan.chunks(cells + 1))
-        for chunk in range(scan.chunks(cells + 1)):
-            scan.fill(cell_fill, cell_start, chunk, cells + 1)
+        scan.exclusive(cell_fill, cell_start, cells + 1)
         for c in range(cells + 1):
             cell_fill[c] = cell_start[c]
         for g in range(grains):
@@ -242,12 +234,7 @@ def make_find(fields, scratch, layout):
         if ti.static(layout.polydisperse):
             for g in range(grains):
                 neighbours.visit(g, grid, reach2, True)
-            for chunk in range(scan.chunks(grains + 1)):
-                scan.add(near_count, chunk, grains + 1)
-            for _ in range(1):
-                scan.starts(scan.chunks(grains + 1))
-            for chunk in range(scan.chunks(grains + 1)):
-                scan.fill(near_count, near_start, chunk, grains + 1)
+            scan.exclusive(near_count, near_start, grains + 1)
             for _ in range(1):
                 if near_start[grains] > 2 * room:
                     counts[OVERFLOW] = 1
@@ -257,12 +244,7 @@ def make_find(fields, scratch, layout):
         else:
             for g in range(grains):
                 neighbours.visit(g, grid, reach2, False)
-        for chunk in range(scan.chunks(grains + 1)):
-            scan.add(own_count, chunk, grains + 1)
-        for _ in range(1):
-            scan.starts(scan.chunks(grains + 1))
-        for chunk in range(scan.chunks(grains + 1)):
-            scan.fill(own_count, pair_start, chunk, grains + 1)
+        scan.exclusive(own_count, pair_start, grains + 1)
         for _ in range(1):
             if pair_start[grains] > room:
                 counts[OVERFLOW] = 1

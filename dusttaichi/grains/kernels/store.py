@@ -12,7 +12,6 @@ import taichi as ti
 
 from dusttaichi.names import CHANNELS, EXTRA_CHANNELS
 
-CHUNK = 256  # grains of a chunk: the unit of the parallel scans and of the grain sums
 NEIGHBOURS = 24  # neighbours of a grain within the skin that the search can hold
 PAIRS_PER_GRAIN = 6  # twelve touching neighbours at most
 SMALLEST_ROOM = 1024  # grains

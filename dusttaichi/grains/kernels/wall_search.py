@@ -2,8 +2,8 @@
 
 import taichi as ti
 
+from dusttaichi.compute.scan import CHUNK, whole
 from dusttaichi.grains.kernels.store import (
-    CHUNK,
     FIRST_WALL,
     GRAINS,
     OVERFLOW,
@@ -64,7 +64,7 @@ class WallLists:
                 here = self.wall_chunk[n, chunk]
                 self.wall_chunk[n, chunk] = lanes
                 lanes += here
-            blocks = (lanes + self.width - 1) // self.width
+            blocks = whole(lanes, self.width)
             if block + blocks > self.counts[WALL_ROOM]:
                 self.counts[OVERFLOW] = 2
                 blocks, lanes = 0, 0
@@ -116,7 +116,7 @@ def make_wall_relist(fields, scratch, layout, write_constants=None):
     @ti.kernel
     def relist_walls(box: Walls, time: ti.f64, reach: ti.f64, present: ti.types.vector(6, ti.i32)):
         grains, first = counts[GRAINS], counts[FIRST_WALL]
-        chunks = (grains + CHUNK - 1) // CHUNK
+        chunks = whole(grains, CHUNK)
         for _ in range(1):
             lists.fold_impulses(counts[WALL_BLOCKS])
         for b in range(first, first + counts[WALL_BLOCKS]):

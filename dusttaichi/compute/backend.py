@@ -8,8 +8,8 @@ from io import StringIO
 import taichi as ti
 from taichi.lang.impl import current_cfg
 
+from dusttaichi.compute.reading import read_quickly
 from dusttaichi.errors import DustError
-from dusttaichi.grains.kernels.reading import read_quickly
 
 THREAD_CLASSES = (32, 1024)  # that compiled kernels are made for
 CACHE_BYTES = 2**30  # of kernels on disk; Taichi keeps 100 MB, some hundred makes of a scene

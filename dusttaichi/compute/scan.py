@@ -1,0 +1,53 @@
+"""How loops are shared out: pieces of a fixed size, and exclusive prefix sums over them.
+
+No sum depends on the number of threads, since the size of a piece does not.
+"""
+
+import taichi as ti
+
+CHUNK = 256  # numbers of a chunk: the unit of the parallel scans and of sums over particles
+
+
+@ti.func
+def first_of(share, shares, n):
+    """Where a share of n things begins; the next one begins where it ends."""
+    return n * share // shares
+
+
+@ti.func
+def whole(n, size):
+    """Pieces of this size that n things take."""
+    return (n + size - 1) // size
+
+
+@ti.data_oriented
+class Scan:
+    """Exclusive prefix sums; chunk_sum: a field with room for a number a chunk."""
+
+    def __init__(self, chunk_sum):
+        self.chunk_sum = chunk_sum
+
+    @ti.func
+    def exclusive(self, values: ti.template(), starts: ti.template(), n):
+        """starts[k]: the sum of the values before k, for the first n of them.
+
+        Three loops, which are parallel where a kernel calls this outside of its own loops: over
+        chunks, over their sums, over the chunks again.
+        """
+        for chunk in range(whole(n, CHUNK)):
+            total = 0
+            for k in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, n)):
+                total += values[k]
+            self.chunk_sum[chunk] = total
+        for _ in range(1):
+            before = 0
+            for chunk in range(whole(n, CHUNK)):
+                here = self.chunk_sum[chunk]
+                self.chunk_sum[chunk] = before
+                before += here
+        for chunk in range(whole(n, CHUNK)):
+            start = self.chunk_sum[chunk]
+            for k in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, n)):
+                here = values[k]
+                starts[k] = start
+                start += here
