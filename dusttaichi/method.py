@@ -15,9 +15,11 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-if TYPE_CHECKING:
-    import numpy as np
+import numpy as np
 
+from dusttaichi import units
+
+if TYPE_CHECKING:
     from dusttaichi.domain.domain import Domain
     from dusttaichi.results.variables import Variable
     from dusttaichi.scene.boundary import Drive
@@ -49,6 +51,12 @@ class Measurement:
     bound: float = 0.0
     parts: dict[str, Any] = field(default_factory=dict)
 
+    @classmethod
+    def of(cls, kinetic, potential, losses, **others) -> Measurement:
+        """The Measurement whose energy and lost are the sums of these; others: the other fields."""
+        losses = np.asarray(losses, float)
+        return cls(kinetic, potential, kinetic + potential, losses, losses.sum(), **others)
+
 
 @dataclass(frozen=True)
 class Start:
@@ -73,6 +81,10 @@ class Window(NamedTuple):
     before: dict
     after: dict
     span: float
+
+    def mean(self, name: str) -> Any:
+        """The average of what the sum of that name adds up, over the span."""
+        return (self.after[name] - self.before[name]) / self.span
 
 
 class State(NamedTuple):
@@ -156,22 +168,105 @@ class Refinable(Simulation, Protocol):
         """
 
 
-@dataclass(frozen=True)
+class SimpleSimulation:
+    """What most simulations do alike: a method inherits it and says only what is its own.
+
+    A method has to say `dt`, `variables`, `advance` and `measure`, and `kept`: the names of its
+    attributes that it goes on from beside `step` and `dt`, arrays or numbers. Nothing surrounds it,
+    it has one particle, and loses, averages and refuses nothing, where it says nothing else. With
+    `halve_step` and `positions` it is Refinable.
+    """
+
+    step: int = 0
+    dt: float
+    size: int = 1
+    variables: tuple[Variable, ...]
+    channels: tuple[str, ...] = ()
+    kept: tuple[str, ...] = ()
+
+    @property
+    def time(self) -> float:
+        return self.step * self.dt
+
+    @property
+    def domain(self) -> Domain:
+        from dusttaichi.domain.domain import Domain  # which knows the scene, as this module may not
+
+        return Domain(self.dt)
+
+    def drive(self, drive: Drive) -> None:
+        """There are no walls and faces that could move."""
+
+    def sums(self) -> dict[str, np.ndarray]:
+        return {}
+
+    def series(self, measurement: Measurement, window: Window | None) -> dict:
+        return {}
+
+    def snapshot(self) -> dict:
+        """The variables of "snapshots" now [SI], beside its time and step."""
+        return {}
+
+    def records(self, group: str) -> list[tuple[str, dict]]:
+        if group != "snapshots":
+            return []
+        now = {"snapshot_time": self.time * units.TIME, "step": self.step}
+        return [(group, now | self.snapshot())]
+
+    def trust(self, measurement: Measurement) -> None:
+        """The guard of the ledger, which is the run's, is enough."""
+
+    def state(self) -> State:
+        values = {name: getattr(self, name) for name in ("step", "dt", *self.kept)}
+        arrays = {n: v.copy() for n, v in values.items() if isinstance(v, np.ndarray)}
+        return State(arrays, {n: v for n, v in values.items() if n not in arrays})
+
+    def restore(self, state: State) -> None:
+        for name, value in (state.numbers | state.arrays).items():
+            setattr(self, name, value.copy() if name in state.arrays else value)
+
+    def sizes(self) -> dict[str, int | tuple[str, ...]]:
+        return {"channel": self.channels}
+
+    def constants(self) -> dict[str, np.ndarray]:
+        return {}
+
+    def attributes(self) -> dict:
+        return {}
+
+    def ends(self) -> dict[str, np.ndarray]:
+        return self.sums()
+
+    def compared(self, window: Window, moments: list[Measurement]) -> dict[str, float]:
+        return {}
+
+
+def built_anew(scene: Scene, state: State) -> Simulation:
+    """A Simulation in a State of a simulation of that scene: built from the scene's own sample.
+
+    How a Method reopens whose samples take no time to make.
+    """
+    simulation = of(scene).build(scene, make_sample(scene))
+    simulation.restore(state)
+    return simulation
+
+
+@dataclass(frozen=True, kw_only=True)
 class Method:
     """A method: `scene`, the pydantic class of its scene, and how a Simulation is made of one.
 
     make_sample(scene): what it starts from. build(scene, sample): the Simulation at step 0.
-    reopen(scene, state): a Simulation in a State of a simulation of that scene. variables: all that
-    its results may hold. code(scene): source files outside of this package that decide the numbers
-    of a scene.
+    variables: all that its results may hold. reopen(scene, state): a Simulation in a State of a
+    simulation of that scene. code(scene): source files outside of this package that decide the
+    numbers of a scene.
     """
 
     name: str
     scene: type[Scene]
     make_sample: Callable
     build: Callable
-    reopen: Callable
     variables: tuple[Variable, ...]
+    reopen: Callable = built_anew
     code: Callable[[Scene], list[Path]] = lambda scene: []
 
 

@@ -12,7 +12,7 @@ from dusttaichi.grains.build import build
 from dusttaichi.grains.measured import measurement
 from dusttaichi.grains.refine import halve_time_step
 from dusttaichi.grains.variables import VARIABLES
-from dusttaichi.method import State
+from dusttaichi.method import SimpleSimulation, State
 from dusttaichi.results.variables import select
 from dusttaichi.samples.sample import Sample
 from dusttaichi.scene.material import DEFAULT
@@ -22,7 +22,7 @@ OWN = ("radii", "materials")  # None where all grains are equal
 BEFORE = "sample_"  # of the names of these arrays in a State
 
 
-class MovingGrains:
+class MovingGrains(SimpleSimulation):
     """What dusttaichi.method.Refinable asks for, of the Simulation `sim` of a scene."""
 
     def __init__(self, scene, sample, sim):
@@ -44,10 +44,6 @@ class MovingGrains:
     @property
     def dt(self):
         return self.sim.dt
-
-    @property
-    def time(self):
-        return self.sim.time
 
     @property
     def domain(self):

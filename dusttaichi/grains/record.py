@@ -87,7 +87,7 @@ def series(sim, m, window, plates=None):
 
 def _mean_force(window):
     """Mean force of the walls on the grains [nN], (6, 3)."""
-    return (window.after["impulse"] - window.before["impulse"]) / window.span
+    return window.mean("impulse")
 
 
 def _walls(sim, m, mean_force):

@@ -13,8 +13,7 @@ _S12, _PHYS = "S12 section 3.2", "docs, Physics"
 # Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (a finite
 # one), "filling" (a filling factor), "plates", "stress", "stages", "push" (forces, carried grains),
 # "polydisperse" (grains of different radius or material), "profiles", "snapshots", "contacts" (kept
-# with the snapshots). The times of /profiles and /snapshots are not called `time`: a DataTree hands
-# the root's coordinate of that name down.
+# with the snapshots).
 _TABLE = {
     "series": [
         "time",
@@ -77,8 +76,8 @@ _TABLE = {
          "height profiles"),
     ],
     "snapshots": [
-        ("snapshot_time", "snapshot", "s", "simulated time", "", "snapshots"),
-        ("step", "snapshot", "1", "time steps done", "", "snapshots"),
+        "snapshot_time",
+        "step",
         ("position", "snapshot grain xyz", "m", "centre of the grain", "", "snapshots"),
         ("velocity", "snapshot grain xyz", "m/s", "velocity of the grain", "", "snapshots"),
         ("spin", "snapshot grain xyz", "rad/s", "angular velocity of the grain", "", "snapshots"),
@@ -128,7 +127,7 @@ def _declared(group, rows):
     counts = _COUNTS if group == "snapshots" else {}
     for row in rows:
         if isinstance(row, str):
-            yield COMMON[row]
+            yield COMMON[row if group == "series" else f"{group}/{row}"]
         else:
             yield from declare(group, [row], _INTEGERS, counts)
 

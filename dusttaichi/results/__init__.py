@@ -7,13 +7,21 @@ for each snapshot. All values are SI.
 """
 
 from dusttaichi.results.provenance import provenance
-from dusttaichi.results.variables import COMMON, Variable, declare, reference_energy, select
+from dusttaichi.results.variables import (
+    COMMON,
+    Variable,
+    common,
+    declare,
+    reference_energy,
+    select,
+)
 from dusttaichi.results.writer import Writer
 
 __all__ = [
     "COMMON",
     "Variable",
     "Writer",
+    "common",
     "declare",
     "provenance",
     "reference_energy",

@@ -89,13 +89,14 @@ def reference_energy(work, kinetic_start, potential_start, losses):
     return np.abs(work) + kinetic_start + np.abs(potential_start) + losses
 
 
-# What the run itself writes into the series where a method declares it. Features: "height" (a
-# finite one), "stages", "filling" (a filling factor), "cell" (periodic axes).
+# What the run itself writes into the series where a method declares it, and what every snapshot
+# has. Features: "height" (a finite one), "stages", "filling" (a filling factor), "cell" (periodic
+# axes), "snapshots". The time of /snapshots is not called `time`: a DataTree hands the root's
+# coordinate of that name down.
 # fmt: off
 _S12 = "S12 section 3.2"
-COMMON = {
-    variable.name: variable
-    for variable in declare("series", [
+_SERIES = declare(
+    "series", [
         ("time", "time", "s", "simulated time", "", ""),
         ("step", "time", "1", "time steps done", "", ""),
         ("height", "time", "m", "top wall above bottom wall", _S12, "height"),
@@ -112,6 +113,18 @@ COMMON = {
          "through the system, |work| + initial kinetic + |initial potential| + |losses|, but no "
          "less than what the contacts of now bind at rest", "dusttaichi.run.ledger.turnover", ""),
         ("wall_clock", "time", "s", "real time spent in the run, interruptions left out", "", ""),
-    ], {"step": "i8", "stage": "i4"})
-}
+    ], {"step": "i8", "stage": "i4"},
+)
+_SNAPSHOTS = declare(
+    "snapshots", [
+        ("snapshot_time", "snapshot", "s", "simulated time", "", "snapshots"),
+        ("step", "snapshot", "1", "time steps done", "", "snapshots"),
+    ], {"step": "i8"},
+)
 # fmt: on
+COMMON = {variable.key: variable for variable in (*_SERIES, *_SNAPSHOTS)}
+
+
+def common(*features):
+    """Variables that all methods share, of a scene with these features (see above)."""
+    return select(COMMON.values(), features)

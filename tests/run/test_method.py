@@ -1,4 +1,4 @@
-"""A method of fifty lines (spring.py) goes through everything that a run of grains goes through:
+"""A method of sixty lines (spring.py) goes through everything that a run of grains goes through:
 nothing of the program knows of it."""
 
 import os
