@@ -13,6 +13,7 @@ try:
     from dusttaichi.commands.console import err, say
     from dusttaichi.commands.extremes import extremes
     from dusttaichi.commands.fit import fit
+    from dusttaichi.commands.new import new
     from dusttaichi.commands.results import compare, export, plot, render
     from dusttaichi.commands.run import run
     from dusttaichi.commands.sticking import sticking
@@ -28,7 +29,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Grain-by-grain simulation of porous dust.",
 )
-COMMANDS = (run, sweep, trade, sticking, extremes, check, schema)
+COMMANDS = (new, run, sweep, trade, sticking, extremes, check, schema)
 COMMANDS += (plot, compare, fit, bench, export, render)
 for command in COMMANDS:
     app.command()(command)

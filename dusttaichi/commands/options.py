@@ -8,7 +8,9 @@ import typer
 
 from dusttaichi.errors import DustError
 
-SceneFile = Annotated[Path, typer.Argument(help="YAML file of the scene", metavar="FILE")]
+SceneFile = Annotated[
+    Path, typer.Argument(help="YAML file of the scene, or a name of dust new", metavar="FILE")
+]
 RunPath = Annotated[Path, typer.Argument(help="run directory or result file", metavar="RUN")]
 RunPaths = Annotated[list[Path], typer.Argument(help="run directories or result files")]
 Output = Annotated[Path | None, typer.Option("--output", "-o", help="directory of the results")]

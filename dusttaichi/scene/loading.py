@@ -8,7 +8,7 @@ import yaml
 
 from dusttaichi import method
 from dusttaichi.errors import DustError
-from dusttaichi.scene import extensions, problems, yaml_text
+from dusttaichi.scene import extensions, problems, shipped, yaml_text
 from dusttaichi.scene.scene import Scene
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
@@ -17,10 +17,12 @@ DRAFT = "https://json-schema.org/draft/2020-12/schema"
 def load(path: str | Path) -> Scene:
     """The scene of a YAML file, with `source` and `path` set.
 
+    path: a file, or the name of a scene that comes with the program (`shipped`), as "omni_static".
+
     Raises DustError: file missing, not readable, not YAML, or not a scene; for the last one line
     a problem, with its path in the YAML, its value, what is allowed, and the line.
     """
-    path = Path(path)
+    path = _found(path)
     scene = from_yaml(_text(path), path.parent, title=str(path), check_files=True)
     scene._path = path
     return scene
@@ -48,7 +50,7 @@ def load_extensions(path: str | Path) -> None:
 
     From there on the JSON Schema has what they register.
     """
-    path, title = Path(path), str(path)
+    path, title = _found(path), str(path)
     document = _document(_text(path), title)
     _refuse_problems(document, title)
     extensions.load(document.data, path.parent, lines=document.lines, title=title, unchanged=True)
@@ -60,11 +62,19 @@ def _refuse_problems(document: yaml_text.Document, title: str) -> None:
         raise DustError("\n  ".join([f"{title} cannot be used:", *found]))
 
 
+def _found(path: str | Path) -> Path:
+    """The file itself; where there is none, the scene of that name that comes along."""
+    path = Path(path)
+    return path if path.is_file() else shipped.find(path) or path
+
+
 def _text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise DustError(f"{path}: there is no such file.") from None
+        near = shipped.resembling(path)
+        hint = f" Do you mean {near[0]}, which comes along?" if near else ""
+        raise DustError(f"{path}: there is no such file.{hint}") from None
     except IsADirectoryError:
         raise DustError(f"{path} is a directory; a YAML file is needed.") from None
     except PermissionError:

@@ -1,0 +1,58 @@
+"""`dust new`: a scene that comes with the program as a file to edit; or all of them, listed."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from dusttaichi.commands.console import console, plain_table, say, say_written
+from dusttaichi.errors import DustError
+
+
+def new(
+    name: Annotated[
+        str | None, typer.Argument(help="one of the scenes that come along", metavar="[NAME]")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="the file, by default NAME.yaml here")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="overwrite an existing file")] = False,
+):
+    """Write a scene that comes with the program as a file to edit; without a name, list them."""
+    from dusttaichi.scene import shipped
+
+    if name is None:
+        _show_names()
+        return
+    source = shipped.find(name)
+    if source is None:
+        near = shipped.resembling(name)
+        hint = f"do you mean {near[0]}? " if near else ""
+        raise DustError(f"There is no scene {name}: {hint}`dust new` lists all.")
+    path = Path(source.name) if output is None else output
+    path = path / source.name if path.is_dir() else path
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("w" if force else "x", encoding="utf-8") as file:
+            file.write(shipped.copy_of(source))
+    except FileExistsError:
+        raise DustError(f"{path} exists; --force overwrites it, --output names another.") from None
+    except OSError as error:
+        raise DustError(f"{path} cannot be written: {error.strerror or error}.") from None
+    say_written([path])
+    say(f"next: dust check {path}")
+    say(f"      dust run {path}")
+
+
+def _show_names():
+    from dusttaichi.scene import shipped
+
+    names = shipped.names()
+    table = plain_table(
+        {"header": "scene", "no_wrap": True, "min_width": max(map(len, names))},
+        {"header": "what it is", "no_wrap": True, "overflow": "ellipsis"},
+    )
+    for name in names:
+        table.add_row(name, shipped.about(shipped.folder() / f"{name}.yaml"))
+    console.print(table)
+    say("\ndust run NAME runs one; dust new NAME writes its file, to be edited.")
