@@ -7,6 +7,7 @@ from dusttaichi import units
 from dusttaichi.names import NEVER
 
 FARTHEST = 2**52  # steps beyond this are never reached
+LARGEST = 600.0  # exponent beyond which a length is as good as infinite; its powers stay finite
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Clock:
         """Lengths of the room [um], a list of three."""
         t = self.dt * step
         return [
-            a * exp(g * t) + c * t
+            a * exp(min(g * t, LARGEST)) + c * t
             for a, c, g in zip(self.start, self.rate, self.growth, strict=True)
         ]
 
@@ -74,7 +75,7 @@ class Clock:
 
     def fills(self, sign):
         """True where the filling factor grows (sign 1) or falls (-1) from the first step on."""
-        ways = [c + a * g for a, c, g in zip(self.start, self.rate, self.growth, strict=True)]
+        ways = [self._speed(axis) for axis in range(3)]
         return any(sign * way < 0.0 for way in ways) and not any(sign * way > 0.0 for way in ways)
 
     def step_of_strain(self, strain):
@@ -82,8 +83,15 @@ class Clock:
         return self._first(lambda step: self.strain_at(step) >= strain)
 
     def step_of_length(self, length, axis):
-        """First step of the stage at which that length is no more than `length`."""
+        """First step of the stage at which that length is no more than `length`, or NEVER."""
+        if self.lengths(self.first)[axis] > length and not self._speed(axis) < 0.0:
+            return NEVER
         return self._first(lambda step: self.lengths(step)[axis] <= length)
+
+    def _speed(self, axis):
+        """Speed at which a length grows at the start of the stage: it keeps its sign."""
+        a, c, g = self.start[axis], self.rate[axis], self.growth[axis]
+        return c + g * a * exp(min(g * self.dt * self.first, LARGEST))
 
     def _first(self, reached):
         """First step of the stage at which a condition holds that, once met, goes on to hold."""

@@ -1,0 +1,41 @@
+"""Edges that grow or shrink at a rate: where they are, and when a stage ends."""
+
+import numpy as np
+import pytest
+from conftest import RADIUS, Probe, make_scene, sample_of
+
+from dusttaichi.domain.clock import Clock
+from dusttaichi.names import NEVER
+from dusttaichi.scene.stop import Stop
+
+
+@pytest.mark.parametrize("rate", ["1e5 s^-1", ["2e5 s^-1", "-1e5 s^-1", "0 s^-1"]])
+def test_edges_go_as_the_rate_says(rate):
+    """L = L_0 exp(rate t) along each axis; a growing edge ends nothing (it ended the program)."""
+    d = 2 * RADIUS * 0.9999
+    edges = [f"{4 * d:.17g} m"] * 3
+    boundary = {"kind": "periodic", "size": edges, "strain_rate": rate}
+    scene = make_scene(boundary=boundary, damping="viscoelastic", stop={"strain": 0.001})
+    lattice = d * np.array(np.meshgrid(*[np.arange(4)] * 3)).reshape(3, -1).T
+    sim = Probe(scene, sample_of(lattice)).sim
+    end, why = sim.domain.clock().last_step(scene.stop)
+    rates = np.array(scene.boundary.strain_rate)
+    assert why == "strain 0.001"
+    assert end == np.ceil(np.log1p(0.001) / (max(rates) * 1e-6 * sim.dt))
+    before, start = sim.measure(), sim.lengths()
+    sim.advance(end)
+    np.testing.assert_allclose(sim.lengths(), start * np.exp(rates * 1e-6 * sim.time), rtol=1e-12)
+    m = sim.measure()
+
+    def energy(m):
+        return m["kinetic_translation"] + m["kinetic_rotation"] + m["potential"].sum()
+
+    change = energy(m) - energy(before) + m["loss"].sum()
+    # the leapfrog's own error of the faces' work, second order in the step
+    assert m["face_work"] == pytest.approx(change, rel=5e-3)
+
+
+def test_a_room_that_only_grows_never_gets_narrow():
+    clock = Clock(1e-4, 1.0, (5.0, 5.0, 5.0), growth=(1.0, 0.0, 0.0), least=(2.0, 2.0, 2.0))
+    assert clock.step_of_length(2.0, 0) == clock.step_of_length(2.0, 1) == NEVER
+    assert clock.last_step(Stop(filling_factor=0.004))[0] == np.ceil(np.log(2.0) / 1e-4)
