@@ -43,17 +43,19 @@ def area(energy, crush_force):
 
 @ti.func
 def loss(u, p):
-    """E_asp of a touch with the relative speed u along n_c: never more than there is."""
+    """E_asp of a touch with the relative speed u along n_c, whether or not there is as much."""
     energy = 0.5 * p.mass * u * u
-    return ti.min(p.crush_energy * area(energy, p.crush_force), energy)
+    return p.crush_energy * area(energy, p.crush_force)
 
 
 @ti.func
 def impulse(u, change, p):
-    """J >= 0 that takes `loss` from a contact that is approaching, u < 0.
+    """J >= 0 that takes `loss` from a contact that is approaching, u < 0; at most all there is.
 
-    u: half a step back. change: what the other forces of the contact make of it in the whole step.
-    The work of J is J times the mean of the speeds before and after, -u - change/2 - J/(2 mu).
+    u: half a step back, before the grains touched: what E_asp is a function of. change: what the
+    other forces of the contact make of it in the whole step. The work of J is J times the mean of
+    the speeds before and after, -u - change/2 - J/(2 mu), so that there is mu/2 times the square
+    of `speed` to take, and a touch that loses all ends at rest.
     """
     speed = ti.max(-u - 0.5 * change, 0.0)
     left = ti.max(speed * speed - 2.0 * loss(u, p) / p.mass, 0.0)
