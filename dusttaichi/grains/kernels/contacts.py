@@ -192,18 +192,20 @@ class ContactPass:
         turn: n1, n2 (turned already), w1, w2.
 
         n_i <- n_i - alpha_i (xi - xi_c)/r_i moves xi by R/r1 + R/r2 = 1 times the excess, and
-        r1 dn1 - r2 dn2 = 0: sliding sees nothing of it.
+        r1 dn1 - r2 dn2 = 0: sliding sees nothing of it but what keeping the pointers at unit length
+        does, tilt (n1 - n2). Returns n1, n2 and that factor.
         """
-        n1, n2 = turn.n1, turn.n2
+        n1, n2, tilt = turn.n1, turn.n2, 0.0 * turn.n1.x
         if ti.static(self.has_rolling):
             xi = self.laws.rolling.displacement(n1, n2, p)
             rate = turn.w1.cross(n1).plus(turn.w2.cross(n2)).times(p.R)
             past = self.laws.rolling.correct(xi, rate, p)
             self.lose(at.tile, ROLLING, at.weight * past.lost)
             a1, a2 = restoring(n1, xi, past.inverse), restoring(n2, xi, past.inverse)
+            tilt = past.over * a1 * n1.dot(xi)
             n1 = n1.plus(xi.times(-past.over * p.inv_r1 * a1))
             n2 = n2.plus(xi.times(-past.over * p.inv_r2 * a2))
-        return n1, n2
+        return n1, n2, tilt
 
     @ti.func
     def slip(self, at: ti.template(), zeta, rate, p):

@@ -3,7 +3,7 @@
 import taichi as ti
 
 from dusttaichi.grains.kernels.cell import make_cell
-from dusttaichi.grains.kernels.contacts import BREAKING, ContactPass, step01
+from dusttaichi.grains.kernels.contacts import BREAKING, ROLLING, ContactPass, step01
 from dusttaichi.physics.contact.limit import restoring
 
 
@@ -56,15 +56,19 @@ class PairPass(ContactPass):
         """Pointers put back to the limits, of unit length.
 
         Sliding moves n_i by alpha_i (zeta - zeta_c)/(r1 + r2), so that r1 dn1 - r2 dn2 is the
-        excess while rolling, R (dn1 + dn2), sees nothing of it.
+        excess while rolling, R (dn1 + dn2), sees nothing of it. Rolling changes zeta at second
+        order of the displacements, by `tilt` (n1 - n2): that goes into the loss of rolling.
         """
-        m1, m2 = self.roll(at, turn, p)
+        m1, m2, tilt = self.roll(at, turn, p)
         if ti.static(self.has_sliding):
             n1, n2 = turn.n1, turn.n2
             zeta, _ = self.slide(n1, n2, way.nc, p)
             arm_rate = turn.w1.cross(n1).times(p.r1).minus(turn.w2.cross(n2).times(p.r2))
             rate = self.laws.sliding.displacement(arm_rate.plus(way.dv), way.nc, p)
             past = self.slip(at, zeta, rate, p)
+            change = tilt * zeta.dot(n1.minus(n2)) * (1.0 - past.over)
+            gone = self.laws.sliding.stiffness(zeta, p) * change
+            self.lose(at.tile, ROLLING, -at.weight * gone)
             share = past.over * p.inv_touch
             m1 = m1.plus(zeta.times(-share * restoring(n1, zeta, past.inverse)))
             m2 = m2.plus(zeta.times(share * restoring(n2, zeta, past.inverse)))
