@@ -312,6 +312,11 @@ def of(scene: Scene) -> Method:
     return named(scene.method)
 
 
+def moment(simulation: Simulation) -> str:
+    """Where a run stands, as the guards say it."""
+    return f"At {simulation.time:.6g} us (step {simulation.step})"
+
+
 def make_sample(scene: Scene) -> Any:
     """What a scene starts from; of grains a Sample, all in SI. Raises DustError."""
     return of(scene).make_sample(scene)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from dusttaichi.errors import GuardStop
+from dusttaichi.method import moment
 from dusttaichi.names import WALLS
 
 LARGEST_OVERLAP = 0.1  # of the radius: JKR is a law for small strains
@@ -11,7 +12,7 @@ LARGEST_OVERLAP = 0.1  # of the radius: JKR is a law for small strains
 def check(sim, measurement):
     """Raise GuardStop if the Measurement of a grain Simulation cannot be trusted."""
     m = measurement.parts
-    when = f"At {sim.time:.6g} us (step {sim.step})"
+    when = moment(sim)
     if not np.isfinite(measurement.energy) or not np.isfinite(m["loss"]).all():
         raise GuardStop(
             f"{when} the energy is not a number{_culprit(sim)}: the step is too long for what "

@@ -7,10 +7,10 @@ are what it does on the way; persistence.py is what is on disk; error_bar.py run
 from pathlib import Path
 
 from dusttaichi import files
-from dusttaichi.errors import GuardStop, Interrupted
+from dusttaichi.errors import GuardStop
 from dusttaichi.run.error_bar import States, estimate
-from dusttaichi.run.interrupts import Interrupts
-from dusttaichi.run.opening import Opening, refuse_existing
+from dusttaichi.run.interrupts import Interrupts, before_the_first_step
+from dusttaichi.run.opening import Opening
 from dusttaichi.run.report import Report
 
 __all__ = ["Report", "execute", "run_directory"]
@@ -46,16 +46,11 @@ def execute(
     """
     directory = Path(directory)
     with Interrupts() as interrupts, files.RunLock(directory) as lock:
-        if not force and not resume:
-            refuse_existing(directory)
         others = {"interrupts": interrupts, "report": report, "log": log, "advancing": advancing}
         opening = Opening(scene, directory, lock, keep_states=error_bar, **others)
-        try:
-            run = _open(opening, force=force, resume=resume, fresh=fresh)
+        with before_the_first_step():
+            run = opening.open(force=force, resume=resume, fresh=fresh)
             ready(run.sim)
-        except KeyboardInterrupt:
-            text = "interrupted before the first step: nothing was computed"
-            raise Interrupted(text, kept=False) from None
         interrupts.collect()
         try:
             run.go()
@@ -65,10 +60,3 @@ def execute(
         if error_bar:
             estimate(run, opening.states)
     return directory
-
-
-def _open(opening, *, force, resume, fresh):
-    run = opening.resumed() if resume else None
-    if run is None and opening.scene.stages and not fresh:
-        run = opening.kept()
-    return opening.new(force=force or resume) if run is None else run

@@ -4,7 +4,7 @@ An activity says at which step it is due next, a pure function of the step, and 
 that are due at the same step act in the order in which the run lists them.
 """
 
-from typing import Protocol
+from abc import ABC, abstractmethod
 
 import numpy as np
 
@@ -17,17 +17,25 @@ from dusttaichi.run.ledger import turnover
 from dusttaichi.run.schedule import next_step
 
 
-class Activity(Protocol):
+class Activity(ABC):
     """One of them."""
 
+    @abstractmethod
     def next(self, step: int) -> int:
         """The first step after `step` at which it is due, or NEVER."""
 
+    @abstractmethod
     def act(self) -> None:
         """Do it, at the present step."""
 
+    def begin(self) -> None:  # noqa: B027, most have nothing to do there
+        """What it does at step 0, before any motion."""
 
-class Series:
+    def begin_stage(self) -> None:  # noqa: B027
+        """What it does at the first step of a further stage."""
+
+
+class Series(Activity):
     """Records of the time series: at their interval, and at the end of every stage."""
 
     def __init__(self, run):
@@ -48,12 +56,20 @@ class Series:
         run, sim = self.run, self.run.sim
         m = sim.measure()
         run.guard(m)
-        known = common_record(sim, run.clock, run.state, m) | sim.series(m, window)
-        self.record = {v.name: known[v.name] for v in sim.variables if v.group == "series"}
+        self.record = series_record(sim, run.clock, run.state, m, window)
         run.writer.append("series", self.record)
 
 
-def common_record(sim, clock, state, m):
+def series_record(sim, clock, state, m, window):
+    """A record of the time series [SI]: name -> number or array.
+
+    m: the Measurement of now; window: the Window of its averages, None where there is none yet.
+    """
+    known = _common_record(sim, clock, state, m) | sim.series(m, window)
+    return {v.name: known[v.name] for v in sim.variables if v.group == "series"}
+
+
+def _common_record(sim, clock, state, m):
     """What the series has of any method (results.variables.COMMON), SI, as far as it applies."""
     residual, through = turnover(m, state.start)
     lengths = sim.domain.lengths(sim.step)
@@ -72,7 +88,7 @@ def common_record(sim, clock, state, m):
     return record
 
 
-class Averages:
+class Averages(Activity):
     """Begins the average of the next record, where output.window makes it shorter than the
     interval."""
 
@@ -89,7 +105,7 @@ class Averages:
         open_window(self.run.state, self.run.sim)
 
 
-class EndCheck:
+class EndCheck(Activity):
     """Sees whether the last record ends the stage."""
 
     def __init__(self, run, series):
@@ -103,7 +119,7 @@ class EndCheck:
         self.run.end.check(self.series.record, sim.domain, sim.step)
 
 
-class Profiles:
+class Profiles(Activity):
     """Profiles at their interval, where the result has them."""
 
     def __init__(self, run):
@@ -120,7 +136,7 @@ class Profiles:
             self.run.record("profiles")
 
 
-class Snapshots:
+class Snapshots(Activity):
     """Frames at their interval; the run adds those at the ends of stages."""
 
     def __init__(self, run):
@@ -140,7 +156,7 @@ class Snapshots:
             run.state.last_snapshot = run.sim.step
 
 
-class OwnRecords:
+class OwnRecords(Activity):
     """Numbers of the user's own at times of his own, in a group of the result of their own.
 
     interval: an Interval (scene.output). function(simulation): returns a number, an array, or a
@@ -190,7 +206,7 @@ class OwnRecords:
         self.run.writer.add(declare(self.group, rows, kinds), sizes)
 
 
-class KeptStates:
+class KeptStates(Activity):
     """States on the way that the error bar may begin a stretch from (error_bar.States)."""
 
     def __init__(self, run, states):
@@ -200,6 +216,9 @@ class KeptStates:
         return self.states.next(step)
 
     def begin(self):
+        self.act()
+
+    def begin_stage(self):
         """The first state of a stage."""
         self.act()
 

@@ -4,8 +4,10 @@ import hashlib
 from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
+from typing import NamedTuple
 
 from dusttaichi import method
+from dusttaichi.run.same_scene import input_hashes
 from dusttaichi.scene import extensions
 
 
@@ -31,3 +33,17 @@ def code_hash(scene):
     for path in (path for extension, path in own if extension is None):
         digest.update(Path(path).read_bytes())
     return digest.hexdigest()
+
+
+class Origin(NamedTuple):
+    """What a run is made by and from: the hash of its code, those of the files that it reads.
+
+    Taken once, where a run is opened, whatever becomes of the files afterwards.
+    """
+
+    code: str
+    inputs: list[str]
+
+    @classmethod
+    def of(cls, scene):
+        return cls(code_hash(scene), input_hashes(scene))

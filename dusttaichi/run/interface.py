@@ -11,13 +11,13 @@ from types import SimpleNamespace
 import netCDF4
 
 from dusttaichi import files, units
-from dusttaichi.errors import DustError, Interrupted
+from dusttaichi.errors import DustError
 from dusttaichi.method import Window
 from dusttaichi.results import Writer
 from dusttaichi.results.layout import folder_of
-from dusttaichi.run.activities import OwnRecords, common_record
-from dusttaichi.run.interrupts import Interrupts
-from dusttaichi.run.opening import Opening, refuse_existing
+from dusttaichi.run.activities import OwnRecords, series_record
+from dusttaichi.run.interrupts import Interrupts, before_the_first_step
+from dusttaichi.run.opening import Opening
 from dusttaichi.scene.output import Interval
 from dusttaichi.scene.quantities import parse
 
@@ -48,32 +48,21 @@ class Simulation:
         # what the result had before its last frame, once the end is there; whether it was passed
         self._before_end, self._past_end = None, False
         try:
-            with Interrupts() as interrupts:
-                self._run = self._open(
-                    sample, force, resume, {"interrupts": interrupts, "log": log}
+            with Interrupts() as interrupts, before_the_first_step():
+                opening = Opening(
+                    scene,
+                    self.directory,
+                    self._lock,
+                    share_stages=sample is None and directory is not None,
+                    report=lambda report: None,
+                    interrupts=interrupts,
+                    log=log,
                 )
-        except KeyboardInterrupt:
-            self._lock.release()
-            text = "interrupted before the first step: nothing was computed"
-            raise Interrupted(text, kept=False) from None
+                # every stage is computed: whoever asks for it wants to see it
+                self._run = opening.open(sample, force=force, resume=resume, fresh=True)
         except BaseException:
             self._lock.release()
             raise
-
-    def _open(self, sample, force, resume, others):
-        if not force and not resume:
-            refuse_existing(self.directory)
-        shared = sample is None and self._temporary is None
-        opening = Opening(
-            self.scene,
-            self.directory,
-            self._lock,
-            report=lambda report: None,
-            share_stages=shared,
-            **others,
-        )
-        run = opening.resumed() if resume else None
-        return opening.new(sample, force=force or resume) if run is None else run
 
     # -- what there is ---------------------------------------------------------------------------
 
@@ -102,9 +91,7 @@ class Simulation:
         m = sim.measure()
         span = (sim.step - run.state.opened) * sim.dt
         window = Window(run.state.sums, sim.sums(), span) if span > 0.0 else None
-        known = common_record(sim, run.clock, run.state, m) | sim.series(m, window)
-        names = [v.name for v in sim.variables if v.group == "series"]
-        return SimpleNamespace(**{name: known[name] for name in names})
+        return SimpleNamespace(**series_record(sim, run.clock, run.state, m, window))
 
     def snapshot(self):
         """A frame of now: group of result.nc (snapshots, contacts, ...) -> name -> array [SI]."""

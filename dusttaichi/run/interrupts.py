@@ -1,31 +1,46 @@
-"""Ctrl-C, SIGTERM, a closed terminal: an exception while a run opens, a request once it goes."""
+"""Signals that end a process in order: Ctrl-C, a kill, a closed terminal."""
 
 import signal
 import threading
+from contextlib import contextmanager
+
+from dusttaichi.errors import Interrupted
 
 NAMES = ("SIGINT", "SIGTERM", "SIGHUP")  # as far as the system has them and does not ignore them
 
 
+@contextmanager
+def handled_by(handler):
+    """The signals go to `handler` meanwhile; nothing changes in threads beside the main one."""
+    before = {}
+    if threading.current_thread() is threading.main_thread():
+        known = [getattr(signal, name) for name in NAMES if hasattr(signal, name)]
+        taken = [n for n in known if signal.getsignal(n) is not signal.SIG_IGN]
+        before = {number: signal.signal(number, handler) for number in taken}
+    try:
+        yield
+    finally:
+        for number, old in before.items():
+            signal.signal(number, old)
+
+
 class Interrupts:
-    """Takes the signals while it is entered; in a thread other than the main one it does nothing.
+    """Takes the signals while it is entered.
 
     Until `collect` is called a signal raises KeyboardInterrupt; from then on it sets `asked`, which
     the run sees at its next pause.
     """
 
     def __init__(self):
-        self.asked, self._collects, self._before = False, False, {}
+        self.asked, self._collects = False, False
+        self._handled = handled_by(self._take)
 
     def __enter__(self):
-        if threading.current_thread() is threading.main_thread():
-            known = [getattr(signal, name) for name in NAMES if hasattr(signal, name)]
-            taken = [n for n in known if signal.getsignal(n) is not signal.SIG_IGN]
-            self._before = {number: signal.signal(number, self._take) for number in taken}
+        self._handled.__enter__()
         return self
 
-    def __exit__(self, *_):
-        for number, handler in self._before.items():
-            signal.signal(number, handler)
+    def __exit__(self, *error):
+        self._handled.__exit__(*error)
 
     def collect(self):
         """From here on signals only ask."""
@@ -35,3 +50,13 @@ class Interrupts:
         if not self._collects:
             raise KeyboardInterrupt
         self.asked = True
+
+
+@contextmanager
+def before_the_first_step():
+    """An interruption of what is done inside says that nothing was computed. Raises Interrupted."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        text = "interrupted before the first step: nothing was computed"
+        raise Interrupted(text, kept=False) from None

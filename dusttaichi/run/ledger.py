@@ -3,6 +3,7 @@
 import numpy as np
 
 from dusttaichi.errors import GuardStop
+from dusttaichi.method import moment
 from dusttaichi.results.variables import reference_energy
 
 BETWEEN = 3000, 1_000_000  # steps between two checks: this many, of small samples this many a grain
@@ -43,11 +44,6 @@ def next_check(step, first, size):
     every = max(BETWEEN[0], BETWEEN[1] // size)
     early = [first + n for n in FIRST if first + n > step]
     return min([*early[:1], first + ((step - first) // every + 1) * every])
-
-
-def moment(sim):
-    """Where a run stands, as the guards say it."""
-    return f"At {sim.time:.6g} us (step {sim.step})"
 
 
 def check(sim, m, start, tolerance=0.01):

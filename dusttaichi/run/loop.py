@@ -65,12 +65,8 @@ class Run:
     def begin(self):
         """Step 0: the first records and the first state."""
         open_window(self.state, self.sim)
-        self._begin_activities()
-
-    def _begin_activities(self):
         for activity in self.activities:
-            if hasattr(activity, "begin"):
-                activity.begin()
+            activity.begin()
 
     # -- going -----------------------------------------------------------------------------------
 
@@ -96,11 +92,11 @@ class Run:
         """The present stage up to that step, or to its end (None)."""
         sim = self.sim
         while sim.step < self.end.step and (step is None or sim.step < step):
-            due = min(activity.next(sim.step) for activity in self.activities)
-            due = due if step is None else min(due, step)
-            self._advance_in_bursts(due)
-            for activity in self.activities:
-                if activity.next(sim.step - 1) == sim.step:
+            due = [(activity.next(sim.step), activity) for activity in self.activities]
+            first = min(at for at, _ in due)
+            self._advance_in_bursts(first if step is None else min(first, step))
+            for at, activity in due:
+                if at == sim.step:
                     activity.act()
             self.files.keep_in_time(self)
 
@@ -165,13 +161,12 @@ class Run:
         open_window(self.state, self.sim)
         self.plan_stage()
         for activity in self.activities:
-            if isinstance(activity, activities.KeptStates):
-                activity.begin()
+            activity.begin_stage()
         return True
 
     def _keep_stage(self):
         try:
-            stages.keep(self.scene, self.state.stage, self.files.directory, self.files.code)
+            stages.keep(self.scene, self.state.stage, self.files.directory, self.files.origin)
         except OSError as error:  # only a convenience: a full disk does not end the run
             self.log(f"stage {self.plan.name} is not kept for other runs: {error}")
 

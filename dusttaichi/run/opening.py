@@ -8,7 +8,7 @@ from dusttaichi.files import CHECKPOINT, RESULT
 from dusttaichi.method import Start, State
 from dusttaichi.results import Writer, provenance
 from dusttaichi.run import checkpoint, stages
-from dusttaichi.run.code import code_hash
+from dusttaichi.run.code import Origin
 from dusttaichi.run.error_bar import States
 from dusttaichi.run.loop import Run
 from dusttaichi.run.persistence import RunFiles, write_scene
@@ -25,8 +25,21 @@ class Opening:
     def __init__(self, scene, directory, lock, *, keep_states=False, **others):
         self.scene, self.directory, self.lock, self.others = scene, directory, lock, others
         self.method = method.of(scene)
-        self.code = code_hash(scene)  # of what is imported now, whatever becomes of the files
+        self.origin = Origin.of(scene)
         self.states = States(directory) if keep_states else None
+
+    def open(self, sample=None, *, force=False, resume=False, fresh=False):
+        """A Run: resumed where that is asked for and something is there, else from a stage that is
+        kept, unless `fresh`, else new.
+
+        sample: instead of the scene's. Raises DustError, as for a result that is there already.
+        """
+        if not force and not resume:
+            refuse_existing(self.directory)
+        run = self.resumed() if resume else None
+        if run is None and self.scene.stages and not fresh:
+            run = self.kept()
+        return self.new(sample, force=force or resume) if run is None else run
 
     def new(self, sample=None, force=False):
         """A Run at step 0, its first records written; sample: instead of the scene's."""
@@ -51,10 +64,12 @@ class Opening:
 
     def kept(self):
         """A Run at the end of the latest stage that an earlier run has finished, or None."""
-        for stage, folder in stages.kept(self.scene, self.directory):
+        for stage, folder in stages.kept(self.scene, self.directory, self.origin):
             try:
                 stages.take(folder, self.directory)
-                run = self._saved(checkpoint.load(self.directory / CHECKPOINT))
+                saved = checkpoint.load(self.directory / CHECKPOINT)
+                self._check_code(saved)
+                run = self._saved(saved)
             except DustError as error:
                 self.others["log"](f"{error} Warning: it is computed again.")
                 stages.discard(folder)
@@ -86,7 +101,7 @@ class Opening:
         check_extensions(saved.meta.get("extensions", []), self.scene)
         self._check_code(saved)
         stage = saved.meta["run"]["stage"]
-        check_same(saved.meta["scene"], saved.meta["inputs"], self.scene, stage)
+        check_same(saved.meta, self.scene, self.origin.inputs, stage)
         if stage_stop(saved.meta["scene"], stage) != stage_stop(self.scene.to_yaml(), stage):
             saved.meta["run"]["ended"] = ""
         run = self._saved(saved)
@@ -95,7 +110,6 @@ class Opening:
 
     def _saved(self, saved):
         """A Run from a Checkpoint."""
-        self._check_code(saved)
         state = State(saved.arrays, saved.meta["numbers"])
         sim = self.method.reopen(self.scene, state)
         if sim.dt != state.numbers["dt"]:
@@ -109,7 +123,7 @@ class Opening:
         return self._run(sim, RunState.from_meta(saved.meta["run"]), writer)
 
     def _check_code(self, saved):
-        if saved.meta.get("code") != self.code:
+        if saved.meta.get("code") != self.origin.code:
             raise DustError(
                 f"{saved.source} was made by another version of dusttaichi, or of a law of your "
                 "own, whose numbers may differ. Go on with that version, or start anew with "
@@ -117,7 +131,7 @@ class Opening:
             )
 
     def _run(self, sim, state, writer):
-        run_files = RunFiles(self.directory, writer, self.scene.output.checkpoint, self.code)
+        run_files = RunFiles(self.directory, writer, self.scene.output.checkpoint, self.origin)
         return Run(self.scene, sim, state, run_files, states=self.states, **self.others)
 
     def _attributes(self, sim):
@@ -126,7 +140,7 @@ class Opening:
             "title": scene.name,
             "time_step": sim.dt * units.TIME,
             "stages": " ".join(stage.name for stage in scene.stages) or None,
-            "extensions": "\n".join(map(str, scene.imported)) or None,
+            "extensions": "\n".join(scene.imported_texts) or None,
         }
         return provenance(scene.source or "", scene.to_yaml(), **(common | sim.attributes()))
 

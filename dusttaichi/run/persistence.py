@@ -9,7 +9,6 @@ from dusttaichi import files
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT
 from dusttaichi.run import checkpoint
-from dusttaichi.run.same_scene import input_hashes
 
 FLUSH_SHARE = 0.02  # of the real time that may go into writing
 LEAST = 5.0  # s between two flushes
@@ -19,12 +18,12 @@ SCENE = "scene.yaml"
 class RunFiles:
     """The files of a run directory, written by a Writer and by checkpoint.save.
 
-    every [s]: real time between two checkpoints. code: hash of the code that the run is made by.
+    every [s]: real time between two checkpoints. origin: the Origin of the run.
     """
 
-    def __init__(self, directory, writer, every, code):
+    def __init__(self, directory, writer, every, origin):
         self.directory, self.writer = Path(directory), writer
-        self.every, self.code = every, code
+        self.every, self.origin = every, origin
         self.cost = 0.0
         self.saved = self.flushed = real_time.perf_counter()
 
@@ -39,9 +38,9 @@ class RunFiles:
         state = run.sim.state()
         meta = {
             "scene": run.scene.to_yaml(),
-            "inputs": input_hashes(run.scene),
-            "extensions": [str(extension) for extension in run.scene.imported],
-            "code": self.code,
+            "inputs": self.origin.inputs,
+            "extensions": run.scene.imported_texts,
+            "code": self.origin.code,
             "numbers": state.numbers,
             "run": run.state.to_meta(),
             "counts": self.writer.counts(),

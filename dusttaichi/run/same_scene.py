@@ -1,5 +1,6 @@
 """Whether a run may go on with a scene: the one of its checkpoint, but for what may change."""
 
+import copy
 import hashlib
 from pathlib import Path
 
@@ -23,6 +24,17 @@ FREE_TO_CHANGE = (
 def input_hashes(scene):
     """Hashes of the files that a scene reads, in order; "" for one that is not there (any more)."""
     return [_hash(path) for path in _files(yaml.safe_load(scene.to_yaml()))]
+
+
+def without(data, keys):
+    """Plain data of a scene without the keys at these paths, such as ("output", "directory")."""
+    data = copy.deepcopy(data)
+    for *blocks, key in keys:
+        block = data
+        for name in blocks:
+            block = block.get(name, {})
+        block.pop(key, None)
+    return data
 
 
 def without_paths(data):
@@ -55,7 +67,7 @@ def check_extensions(saved, scene):
 
     saved: what it has of them, texts "name sha256:digest".
     """
-    now = [str(extension) for extension in scene.imported]
+    now = scene.imported_texts
     old, new = (sorted(text.rsplit(" ", 1)[1] for text in texts) for texts in (saved, now))
     if old == new:
         return
@@ -72,25 +84,23 @@ def stage_stop(text, stage):
     return data["stages"][stage]["stop"] if data.get("stages") else data["stop"]
 
 
-def check_same(saved, inputs, scene, stage):
+def check_same(saved, scene, inputs, stage):
     """Refuse to go on with another scene than the one the checkpoint is of. Raises DustError.
 
-    saved: its YAML; inputs: hashes of its files; stage: number of the one that it stands in, whose
-    end may change, as may later stages.
+    saved: the meta data of the checkpoint; inputs: hashes of the files of the scene; stage: number
+    of the one that the checkpoint stands in, whose end may change, as may later stages.
     """
-    old, new = (without_paths(yaml.safe_load(text)) for text in (saved, scene.to_yaml()))
-    for path in FREE_TO_CHANGE:
-        for tree in (old, new):
-            for key in path[:-1]:
-                tree = tree.get(key, {})
-            tree.pop(path[-1], None)
+    old, new = (
+        without(without_paths(yaml.safe_load(text)), FREE_TO_CHANGE)
+        for text in (saved["scene"], scene.to_yaml())
+    )
     for tree in (old, new):
         done = tree.get("stages", [])[: stage + 1]
         tree["stages"] = {str(n): s for n, s in enumerate(done)}
         tree["stages"].get(str(stage), {}).pop("stop", None)
     changed = sorted(_differences(old, new))
-    now = input_hashes(scene)
-    if len(now) != len(inputs) or any(b and a != b for a, b in zip(inputs, now, strict=True)):
+    old = saved["inputs"]
+    if len(old) != len(inputs) or any(b and a != b for a, b in zip(old, inputs, strict=True)):
         changed.append("the contents of its files")
     if changed:
         raise DustError(

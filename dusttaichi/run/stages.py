@@ -15,8 +15,8 @@ import yaml
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT, RESULT, clone
-from dusttaichi.run.code import code_hash
-from dusttaichi.run.same_scene import input_hashes, without_paths
+from dusttaichi.run.code import Origin
+from dusttaichi.run.same_scene import without, without_paths
 
 FOLDER = ".stages"
 # keys of a scene that do not change what is computed or kept
@@ -30,26 +30,21 @@ FREE = (
 )
 
 
-def folder_of(scene, stage, directory, code=None):
+def folder_of(scene, stage, directory, origin):
     """Where the state at the end of the stage with that number is kept, for runs in `directory`.
 
-    code: hash of the code that the run is made by, that of now by default.
+    origin: the Origin of the run.
     """
     data = without_paths(yaml.safe_load(scene.to_yaml()))
     stages = data["stages"][: stage + 1]
-    for path in FREE:
-        block = data
-        for key in path[:-1]:
-            block = block.get(key, {})
-        block.pop(path[-1], None)
-    known = [data, stages, input_hashes(scene), code or code_hash(scene)]
+    known = [without(data, FREE), stages, origin.inputs, origin.code]
     digest = hashlib.sha256(json.dumps(known, sort_keys=True).encode())
     return Path(directory).absolute().parent / FOLDER / digest.hexdigest()[:20]
 
 
-def keep(scene, stage, directory, code=None):
+def keep(scene, stage, directory, origin):
     """Keep result and checkpoint of `directory`, at the end of that stage. OSError is let out."""
-    folder = folder_of(scene, stage, directory, code)
+    folder = folder_of(scene, stage, directory, origin)
     if folder.exists():
         return
     temporary = folder.with_name(f"{folder.name}.{os.getpid()}.tmp")
@@ -62,10 +57,14 @@ def keep(scene, stage, directory, code=None):
         shutil.rmtree(temporary, ignore_errors=True)
 
 
-def kept(scene, directory):
-    """(number of the stage, folder) of the states that this scene goes through, latest first."""
+def kept(scene, directory, origin=None):
+    """(number of the stage, folder) of the states that this scene goes through, latest first.
+
+    origin: the Origin of the run, that of now by default.
+    """
+    origin = Origin.of(scene) if origin is None else origin
     for stage in range(len(scene.stages) - 1, -1, -1):
-        folder = folder_of(scene, stage, directory)
+        folder = folder_of(scene, stage, directory, origin)
         if all((folder / name).exists() for name in (RESULT, CHECKPOINT)):
             yield stage, folder
 

@@ -157,6 +157,11 @@ class Scene(Block):
         """The files of `extensions` as they were imported."""
         return self._imported
 
+    @property
+    def imported_texts(self) -> list[str]:
+        """What results and checkpoints say of them: a line for each, its name and its digest."""
+        return [str(extension) for extension in self._imported]
+
     @classmethod
     def from_dict(
         cls,

@@ -1,10 +1,8 @@
 """Signals that end a study in order: what runs is stopped first, and writes its checkpoints."""
 
-import signal
-import threading
 from contextlib import contextmanager
 
-STOPPING = ("SIGINT", "SIGTERM", "SIGHUP")  # Ctrl-C, kill, and a terminal that is closed
+from dusttaichi.run.interrupts import handled_by
 
 
 @contextmanager
@@ -21,14 +19,5 @@ def noted_signals():
         if len(seen) > 1:
             raise KeyboardInterrupt
 
-    old = {}
-    if threading.current_thread() is threading.main_thread():
-        for name in STOPPING:
-            number = getattr(signal, name, None)
-            if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
-                old[number] = signal.signal(number, note)
-    try:
+    with handled_by(note):
         yield seen
-    finally:
-        for number, handler in old.items():
-            signal.signal(number, handler)

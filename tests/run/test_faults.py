@@ -18,7 +18,7 @@ from test_method import PLAIN, STAGED
 from dusttaichi import method
 from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.files import CHECKPOINT, RESULT
-from dusttaichi.run import code, execute, loop, opening, stages
+from dusttaichi.run import code, execute, loop, stages
 from dusttaichi.scene import from_yaml, load
 
 
@@ -68,7 +68,7 @@ def test_a_stage_that_is_taken_over_has_its_last_frame_once(tmp_path):
 def test_a_checkpoint_of_other_code_is_refused_with_what_to_do(tmp_path, monkeypatch):
     scene = from_yaml(PLAIN)
     directory = execute(scene, tmp_path / "run")
-    monkeypatch.setattr(opening, "code_hash", lambda scene: "another")
+    monkeypatch.setattr(code, "code_hash", lambda scene: "another")
     with pytest.raises(DustError, match=r"another version of dusttaichi.*--force"):
         execute(scene, directory, resume=True)
 
@@ -103,7 +103,7 @@ def test_a_checkpoint_of_another_step_is_refused(tmp_path):
 
 def test_a_stage_of_other_code_is_not_taken_over(tmp_path, monkeypatch):
     execute(from_yaml(STAGED), tmp_path / "run")
-    monkeypatch.setattr(stages, "code_hash", lambda scene: "another")
+    monkeypatch.setattr(code, "code_hash", lambda scene: "another")
     assert not list(stages.kept(from_yaml(STAGED), tmp_path / "again"))
 
 

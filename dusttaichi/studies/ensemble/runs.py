@@ -13,6 +13,7 @@ from dusttaichi import files
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT, RESULT
 from dusttaichi.run import checkpoint
+from dusttaichi.run.same_scene import without
 from dusttaichi.studies.ensemble.jobs import Job, JobResult
 from dusttaichi.studies.ensemble.pool import open_pool
 from dusttaichi.studies.ensemble.scenes import input_files
@@ -94,17 +95,14 @@ def _finished(member):
             extensions = str(getattr(file, "extensions", ""))
     except (OSError, RuntimeError, AttributeError):
         return False
-    if extensions != "\n".join(map(str, member.scene.imported)):
+    if extensions != "\n".join(member.scene.imported_texts):
         return False
     return status.startswith("finished") and core_of(scene) == core_of(member.scene.to_yaml())
 
 
 def core_of(text):
     """The scene of a YAML text as plain data, without the keys that do not change the result."""
-    scene = yaml.safe_load(text)
-    for block, key in BESIDES:
-        scene.get(block, {}).pop(key, None)
-    return scene
+    return without(yaml.safe_load(text), BESIDES)
 
 
 # -- doing it ------------------------------------------------------------------------------------

@@ -105,7 +105,7 @@ class Runner:
         core = core_of(scene.to_yaml())
         core.pop("name", None)
         paired = point.paired and self.pairs
-        code = [package_hash(), *map(str, scene.imported)]
+        code = [package_hash(), *scene.imported_texts]
         return json.dumps([core, paired, code], sort_keys=True, default=str)
 
     def folder(self, point):
