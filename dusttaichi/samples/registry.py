@@ -16,13 +16,10 @@ this package that makes a kind of sample registers it in this way.
 
 from __future__ import annotations
 
-import typing
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Annotated, ClassVar, Union
+from typing import Annotated, ClassVar
 
-from pydantic import BaseModel, Field
-
+from dusttaichi.samples.kinds import AnyOf, Kinds
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.sample import Sample, describe
 from dusttaichi.scene.fields import Block
@@ -50,16 +47,10 @@ class SampleBlock(Block):
         return (0.0, 0.0, 0.0), getattr(self, "grains", None) or 0
 
 
-@dataclass(frozen=True)
-class Kind:
-    """A kind of sample: its YAML block, and what makes a Sample of one."""
-
-    block: type[SampleBlock]
-    make: Make
-
-
-KINDS: dict[str, Kind] = {}
-_readers: list[type[BaseModel]] = []
+GRAINS = Kinds(__package__)
+KINDS = GRAINS.kinds
+follow = GRAINS.follow
+reads_samples = GRAINS.reads
 
 
 def register(block: type[SampleBlock]) -> Callable[[Make], Make]:
@@ -67,58 +58,13 @@ def register(block: type[SampleBlock]) -> Callable[[Make], Make]:
 
     The function is called with the block, its quantities in SI, and the scene's Materials
     (radius and equilibrium distance of its grains, and what else they may be made of); it returns
-    a Sample, or raises DustError. A kind that is registered again replaces the one before,
-    as it happens in a notebook. Raises TypeError for a block without a name of its kind, and
-    ValueError for the name of a kind of this package.
+    a Sample, or raises DustError. Otherwise as Kinds.register.
     """
-    item = block.model_fields.get("kind")
-    (name,) = (typing.get_args(item.annotation) if item else ()) or (None,)
-    if not isinstance(name, str):
-        raise TypeError(f'{block.__name__}: a field kind: Literal["name of the kind"] is needed')
-    own = name in KINDS and KINDS[name].block.__module__ == f"{__package__}.{name}"
-    if own and block.__module__ != f"{__package__}.{name}":
-        raise ValueError(f"{name} is a kind of this package; another name is needed")
-
-    def known(make: Make) -> Make:
-        KINDS[name] = Kind(block, make)
-        follow()
-        return make
-
-    return known
+    return GRAINS.register(block)
 
 
-def follow() -> None:
-    """Let the blocks with a field AnySample or AnyBody know the kinds of now."""
-    for reader in _readers:
-        if reader.__pydantic_complete__:
-            reader.model_rebuild(force=True)
-
-
-def reads_samples(model: type[BaseModel]) -> type[BaseModel]:
-    """Decorator of a block with a field AnySample or AnyBody: it follows what is registered."""
-    _readers.append(model)
-    return model
-
-
-@dataclass(frozen=True)
-class _Registered:
-    """Marks a field that may be any block that is registered, told apart by `kind`."""
-
-    bodies: bool = False
-
-    @property
-    def blocks(self) -> list[type[SampleBlock]]:
-        """The blocks in the order of their kinds."""
-        found = [KINDS[name].block for name in sorted(KINDS)]
-        return [block for block in found if block.is_body or not self.bodies]
-
-    def __get_pydantic_core_schema__(self, source, handler):
-        union = Union[tuple(self.blocks)]  # noqa: UP007
-        return handler.generate_schema(Annotated[union, Field(discriminator="kind")])
-
-
-AnySample = Annotated[SampleBlock, _Registered()]
-AnyBody = Annotated[SampleBlock, _Registered(bodies=True)]
+AnySample = Annotated[SampleBlock, AnyOf(GRAINS)]
+AnyBody = Annotated[SampleBlock, AnyOf(GRAINS, bodies=True)]
 
 
 def made(spec: SampleBlock, materials: Materials) -> Sample:

@@ -1,0 +1,82 @@
+"""Bodies of the continuum: where its particles are before the first step. One kind a file."""
+
+from dusttaichi.samples.continuum import (  # noqa: F401, each registers its kind
+    block,
+    explicit,
+    impact,
+    rigid,
+    several,
+    sphere,
+)
+from dusttaichi.samples.continuum.faces import with_faces
+from dusttaichi.samples.continuum.gravity import at_rest_under_gravity
+from dusttaichi.samples.continuum.particles import (
+    COMPONENTS,
+    DUST,
+    HELD,
+    RIGID,
+    ROLES,
+    WALL,
+    Body,
+    Particles,
+)
+from dusttaichi.samples.continuum.registry import (
+    AnyParticles,
+    BodyBlock,
+    Matter,
+    made,
+    reads_particles,
+    register,
+)
+
+__all__ = [
+    "COMPONENTS",
+    "DUST",
+    "HELD",
+    "RIGID",
+    "ROLES",
+    "WALL",
+    "AnyParticles",
+    "Body",
+    "BodyBlock",
+    "Matter",
+    "Particles",
+    "at_rest_under_gravity",
+    "made",
+    "make",
+    "matter_of",
+    "reads_particles",
+    "register",
+    "with_faces",
+]
+
+
+def matter_of(scene) -> Matter:
+    """What the bodies of a scene are made of."""
+    material = scene.material
+    return Matter(
+        dimension=scene.dimension,
+        spacing=scene.numerics.spacing,
+        solid=material.solid_density,
+        filling_factor=material.filling_factor,
+        least=material.least_filling_factor,
+        most=material.most_filling_factor,
+    )
+
+
+def make(scene) -> Particles:
+    """The bodies of a scene with what stands at its faces, under gravity where it has any; SI.
+
+    A block of dust on something starts with the stress that its weight makes. Raises DustError for
+    what does not fit, bodies that overlap, or more particles than memory should hold.
+    """
+    particles = made(scene.sample, matter_of(scene))
+    if scene.gravity > 0 and rests(scene):
+        particles = at_rest_under_gravity(particles, scene.gravity, scene.material.laws)
+    return with_faces(particles, scene.boundary, scene.numerics.support)
+
+
+def rests(scene) -> bool:
+    """True where a bed lies on something: a block, or one as a target, with a face below it."""
+    bed = getattr(scene.sample, "target", scene.sample)
+    return "bottom" in getattr(scene.boundary, "walls", ()) and bed.kind == "block"

@@ -1,0 +1,66 @@
+"""A block of dust: a rectangle in two dimensions, a cuboid in three, its surface at z = 0."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from dusttaichi.samples.continuum import lattice
+from dusttaichi.samples.continuum.dust import dust
+from dusttaichi.samples.continuum.particles import Particles
+from dusttaichi.samples.continuum.registry import (
+    Edges,
+    Filling,
+    FreeBody,
+    Lattice,
+    Matter,
+    register,
+)
+from dusttaichi.samples.values import Seed
+from dusttaichi.scene.fields import Block
+
+
+class BlockSample(FreeBody):
+    """A block of dust; its upper surface is at z = 0 and its middle at x = y = 0."""
+
+    kind: Literal["block"]
+    size: Edges = Field(description="[width, height], in three dimensions [Lx, Ly, Lz]")
+    lattice: Lattice = Field(
+        "auto",
+        description="where particles stand: triangular (2D), hexagonal (3D), glass; auto: the "
+        "lattice of the dimension",
+    )
+    seed: Seed = Field(1, description="seed of the glass")
+    filling_factor: Filling | None = Field(
+        None, description="filling factor, or a block with layers and scatter; default: material's"
+    )
+
+
+def lattice_of(spec: Block, matter: Matter) -> str:
+    """The lattice that a block asks for."""
+    own = "triangular" if matter.dimension == 2 else "hexagonal"
+    return own if spec.lattice == "auto" else spec.lattice
+
+
+@register(BlockSample)
+def make(spec: BlockSample, matter: Matter) -> Particles:
+    """The block that spec asks for; `room` is what it fills.
+
+    Its mass is exact: every particle has the same volume. Raises DustError for more particles than
+    the memory should hold, or a block smaller than one.
+    """
+    size = np.array(spec.size)
+    volume = float(np.prod(size))
+    lattice.check_count(volume, matter.spacing, matter.dimension, "sample.size")
+    points = lattice.fill(size, matter.spacing, lattice_of(spec, matter), spec.seed)
+    points[:, -1] -= size[-1] / 2
+    particles = dust(points, volume, matter, spec.filling_factor, "block")
+    half = size[:-1] / 2
+    axes = particles.axes
+    for axis, reach in zip(axes, half, strict=False):
+        particles.room[axis] = (-reach, reach)
+    particles.room[2] = (-size[-1], 0.0)
+    particles.info["size"] = size.tolist()
+    return spec.placed(particles)

@@ -1,0 +1,142 @@
+"""Particles from a file: CSV, or the last snapshot of another run of the continuum."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import netCDF4
+import numpy as np
+from pydantic import Field, ValidationInfo, field_validator
+
+from dusttaichi.errors import DustError
+from dusttaichi.samples.continuum.dust import whole
+from dusttaichi.samples.continuum.particles import COMPONENTS, Particles
+from dusttaichi.samples.continuum.registry import FreeBody, Matter, register
+from dusttaichi.scene.fields import needed
+from dusttaichi.scene.quantities import Quantity
+
+COLUMNS = {"x", "y", "z", "vx", "vy", "vz", "mass", "density", "reference"} | set(COMPONENTS)
+
+
+class ExplicitParticles(FreeBody):
+    """Particles one by one, from a file; `position`, `velocity`, `spin` come on top."""
+
+    kind: Literal["explicit"]
+    file: Path = Field(
+        description="CSV with the header x,z,mass[,y,density,vx,vy,vz,reference,xx,yy,zz,xy,xz,yz] "
+        "in SI, or the directory or result.nc of another run (the dust of its last snapshot); "
+        "relative to the YAML file"
+    )
+    units: Annotated[float, Quantity("length", gt=0, bare_unit=True, example="um")] = Field(
+        "m", description="unit of x, y, z in a CSV file"
+    )
+
+    @field_validator("file", mode="after")
+    @classmethod
+    def _find(cls, value: Path, info: ValidationInfo) -> Path:
+        context = info.context or {}
+        if context.get("folder"):
+            value = Path(context["folder"]) / value
+        if context.get("check_files") and not value.exists():
+            raise needed(f"there is no such file ({value})")
+        return value
+
+
+@register(ExplicitParticles)
+def make(spec: ExplicitParticles, matter: Matter) -> Particles:
+    """The particles of the file, with density, path and stress where it has them.
+
+    Raises DustError for a file that cannot be read, columns that are missing, numbers that are not
+    finite, masses or densities that are not positive, two particles at the same place, or another
+    number of dimensions than the scene's.
+    """
+    where = f"sample.file = '{spec.file}'"
+    path = spec.file / "result.nc" if spec.file.is_dir() else spec.file
+    table = _csv(path, spec.units, where) if path.suffix == ".csv" else _snapshot(path, where)
+    _check(table, matter, where)
+    density = table.get("density")
+    if density is None:
+        density = np.full(len(table["mass"]), matter.solid * matter.filling_factor)
+    particles = Particles(
+        position=table["position"],
+        velocity=table.get("velocity"),
+        mass=table["mass"],
+        density=density,
+        reference=table.get("reference"),
+        deviator=table.get("deviator"),
+        spacing=matter.spacing,
+        dimension=matter.dimension,
+        bodies=(whole("particles", table["position"], table["mass"], rigid=False),),
+        info={"source": str(spec.file), "mass": float(table["mass"].sum())},
+    )
+    half = matter.spacing / 2
+    for axis in particles.axes:
+        x = particles.position[:, axis]
+        particles.room[axis] = (x.min() - half, x.max() + half)
+    return spec.placed(particles)
+
+
+def _csv(path: Path, units: float, where: str) -> dict:
+    try:
+        with path.open(encoding="utf-8") as file:
+            names = [name.strip() for name in file.readline().split(",")]
+            rows = np.loadtxt(file, delimiter=",", ndmin=2)
+    except (OSError, ValueError) as error:
+        raise DustError(f"{where}: it cannot be read as CSV: {error}.") from None
+    unknown = [name for name in names if name not in COLUMNS]
+    missing = [name for name in ("x", "z", "mass") if name not in names]
+    if unknown or missing or rows.shape[1] != len(names):
+        what = f"unknown: {', '.join(unknown)}" if unknown else f"missing: {', '.join(missing)}"
+        if not unknown and not missing:
+            what = f"{len(names)} names over {rows.shape[1]} columns"
+        raise DustError(f"{where}: {what}; allowed columns: {', '.join(sorted(COLUMNS))}.")
+    column = dict(zip(names, rows.T, strict=True))
+    zero = np.zeros(len(rows))
+
+    def stacked(*keys):
+        return np.stack([column.get(key, zero) for key in keys], axis=1)
+
+    table = {"position": stacked("x", "y", "z") * units, "velocity": stacked("vx", "vy", "vz")}
+    table["deviator"] = stacked(*COMPONENTS)
+    return table | {k: column[k] for k in ("mass", "density", "reference") if k in column}
+
+
+def _snapshot(path: Path, where: str) -> dict:
+    """The dust of the last snapshot of another run."""
+    try:
+        with netCDF4.Dataset(path) as file:
+            file.set_auto_mask(False)
+            group = file["snapshots"]
+            last = len(group.dimensions["snapshot"]) - 1
+            # rigid bodies and walls are made anew by the scene that asks for them
+            dust = np.isin(group["role"][:], (0, 2))
+            names = {"position": "position", "velocity": "velocity", "density": "density"}
+            names |= {"reference": "reference_density", "deviator": "deviator"}
+            table = {name: group[key][last][dust] for name, key in names.items()}
+            table["mass"] = group["mass"][:][dust]
+    except (OSError, IndexError, KeyError) as error:
+        raise DustError(
+            f"{where}: it is not the result of a run of the continuum with snapshots: {error}."
+        ) from None
+    return table
+
+
+def _check(table: dict, matter: Matter, where: str) -> None:
+    if not len(table["mass"]):
+        raise DustError(f"{where}: it has no particles; allowed: one or more.")
+    for name, values in table.items():
+        bad = ~np.isfinite(values)
+        if name in ("mass", "density", "reference"):
+            bad |= ~(values > 0)
+        if bad.any():
+            row = int(np.argwhere(bad)[0][0])
+            wanted = "positive" if name in ("mass", "density", "reference") else "finite"
+            text = f"{where}: {name} of particle {row} (from 0) is {values[row]}"
+            raise DustError(f"{text}; allowed: {wanted} numbers.")
+    if matter.dimension == 2 and np.ptp(table["position"][:, 1]) > 0:
+        raise DustError(f"{where}: its y differ; with dimension: 2 the plane is x-z.")
+    if matter.dimension == 2:
+        table["position"][:, 1] = 0.0
+    if len(np.unique(table["position"], axis=0)) < len(table["mass"]):
+        raise DustError(f"{where}: two particles are at the same place; move them apart.")

@@ -1,0 +1,68 @@
+"""A bed that carries its own weight from the start, so that it does not ring."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from dusttaichi.samples.continuum.particles import Particles
+
+STEPS = 50  # of the fixed point for the reference density; a few are enough
+
+
+def weight_above(particles: Particles, gravity: float) -> np.ndarray:
+    """Weight of the bed above each particle over the area [Pa], (N,).
+
+    The bed is the first body; it fills the room from bottom to top. From the mean density of
+    horizontal slices one spacing thick: exact where the density is the same everywhere.
+    """
+    bed = particles.body == 0
+    z, (low, high) = particles.position[:, 2], particles.room[2]
+    count = max(1, round((high - low) / particles.spacing))
+    edges = np.linspace(low, high, count + 1)
+    slice_ = np.clip(np.searchsorted(edges, z[bed], "right") - 1, 0, count - 1)
+    volume = np.bincount(slice_, particles.volume[bed], minlength=count)
+    mass = np.bincount(slice_, particles.mass[bed], minlength=count)
+    density = mass / np.where(volume > 0, volume, 1.0)
+    above = np.append(np.cumsum((density * np.diff(edges))[::-1])[::-1], 0.0)
+    return gravity * np.interp(z, edges, above)
+
+
+def at_rest_under_gravity(particles: Particles, gravity: float, laws) -> Particles:
+    """The bed with the pressure and the deviator that carry the dust above, laterally confined.
+
+    In uniaxial strain an elastic medium under the vertical stress q has the pressure
+    p = q / (1 + 4 mu / 3 K) and the deviator S_zz = -(q - p), S_xx = S_yy = (q - p) / 2. Where
+    3/2 |S_zz| is more than the shear strength Y, S_zz is -2 Y / 3 and p = q - 2 Y / 3; p is no more
+    than the compressive strength, where the bed gives way under its own weight. The densities stay,
+    and the reference density follows from p = K(rho0') (rho / rho0' - 1).
+
+    laws: with bulk_modulus(reference) [Pa], mu_over_K, compressive(filling factor), shear(filling
+    factor) [Pa], solid_density. The sample has its extent as its room still (before faces).
+    info["gravity_carried"]: the least share of the weight that the strengths can carry.
+    """
+    weight = weight_above(particles, gravity)
+    phi = particles.density / laws.solid_density
+    strength, shear = laws.compressive(phi), laws.shear(phi)
+    pressure = weight / (1.0 + 4.0 / 3.0 * laws.mu_over_K)
+    pressure = np.maximum(pressure, weight - 2.0 / 3.0 * shear)
+    pressure = np.minimum(pressure, strength)
+    vertical = np.minimum(weight - pressure, 2.0 / 3.0 * shear)
+    reference = particles.density.copy()
+    for _ in range(STEPS):
+        reference = particles.density / (1.0 + pressure / laws.bulk_modulus(reference))
+    deviator = np.zeros((len(particles), 6))
+    deviator[:, 2] = -vertical
+    deviator[:, 0] = deviator[:, 1] = vertical / 2.0
+    loaded = particles.body == 0
+    deviator[~loaded] = 0.0
+    carried = np.min(
+        (pressure + vertical)[loaded] / np.maximum(weight[loaded], 1e-300), initial=1.0
+    )
+    return replace(
+        particles,
+        reference=np.where(loaded, reference, particles.reference),
+        deviator=deviator,
+        info=particles.info | {"gravity_carried": float(min(carried, 1.0))},
+    )

@@ -1,0 +1,145 @@
+"""What a body of the continuum is before the first step: particles, each a piece of material."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+DUST, RIGID, HELD, WALL = range(4)
+ROLES = ("dust", "rigid", "held", "wall")
+"""Names of the roles: dust that moves; part of a rigid body; dust of a layer that moves as its face
+does; a row of a rigid wall."""
+COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")  # of a symmetric tensor, in this order
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body as a whole at the start [SI]; in two dimensions per metre of depth.
+
+    mass [kg, or kg/m]; centre [m], velocity [m/s], spin [rad/s]: (3,). inertia (3, 3) about the
+    centre [kg m^2, or kg m]. size: its largest diameter [m]. shape: "sphere" ..., for what is known
+    of it in closed form.
+    """
+
+    name: str
+    rigid: bool
+    mass: float
+    centre: np.ndarray
+    velocity: np.ndarray
+    spin: np.ndarray
+    inertia: np.ndarray
+    size: float
+    shape: str = ""
+
+    def at(self, shift, velocity, spin) -> Body:
+        """The body elsewhere, with other motions added to its own (each (3,))."""
+        return replace(
+            self,
+            centre=self.centre + shift,
+            velocity=self.velocity + velocity,
+            spin=self.spin + spin,
+        )
+
+
+@dataclass
+class Particles:
+    """N particles of one spacing, all in SI; in two dimensions the plane is x-z and y = 0.
+
+    position [m], velocity [m/s]: (N, 3). mass (N,) [kg, in two dimensions kg per metre of depth].
+    density (N,) [kg/m^3]; reference (N,): the density without pressure on its elastic path
+    [kg/m^3]. deviator (N, 6) [Pa], in the order of COMPONENTS. role (N,) int8: DUST ...; body (N,)
+    int32: number in `bodies`, -1 of a wall; face (N,) int8: number in names.WALLS of the face that
+    moves the particle, or -1. room (3, 2) [m]: where its faces stand, not a number where there is
+    none. info: plain numbers and texts that say what it is.
+    """
+
+    position: np.ndarray
+    mass: np.ndarray
+    density: np.ndarray
+    spacing: float
+    dimension: int
+    velocity: np.ndarray = None
+    reference: np.ndarray = None
+    deviator: np.ndarray = None
+    role: np.ndarray = None
+    body: np.ndarray = None
+    face: np.ndarray = None
+    room: np.ndarray = None
+    bodies: tuple[Body, ...] = ()
+    info: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        n = len(self.position)
+        defaults = {
+            "velocity": lambda: np.zeros((n, 3)),
+            "reference": lambda: np.array(self.density, dtype=np.float64),
+            "deviator": lambda: np.zeros((n, 6)),
+            "role": lambda: np.full(n, DUST, np.int8),
+            "body": lambda: np.zeros(n, np.int32),
+            "face": lambda: np.full(n, -1, np.int8),
+            "room": lambda: np.full((3, 2), np.nan),
+        }
+        for name, make in defaults.items():
+            if getattr(self, name) is None:
+                setattr(self, name, make())
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+    @property
+    def volume(self) -> np.ndarray:
+        """Volumes (N,) [m^3, in two dimensions m^2]."""
+        return self.mass / self.density
+
+    @property
+    def up(self) -> int:
+        """Number of the vertical axis."""
+        return 2
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """Numbers of the axes along which particles can move."""
+        return (0, 2) if self.dimension == 2 else (0, 1, 2)
+
+
+ARRAYS = ("position", "velocity", "mass", "density", "reference", "deviator", "role", "face")
+
+
+def joined(parts: list[Particles]) -> Particles:
+    """Several bodies as one sample, their numbers one after another."""
+    first = parts[0]
+    together = {name: np.concatenate([getattr(p, name) for p in parts]) for name in ARRAYS}
+    numbers, count = [], 0
+    for part in parts:
+        numbers.append(np.where(part.body < 0, -1, part.body + count))
+        count += len(part.bodies)
+    return Particles(
+        **together,
+        body=np.concatenate(numbers).astype(np.int32),
+        spacing=first.spacing,
+        dimension=first.dimension,
+        bodies=tuple(body for part in parts for body in part.bodies),
+        info={"bodies": [part.info for part in parts]},
+    )
+
+
+def moved(particles: Particles, shift=0.0, velocity=0.0, spin=0.0) -> Particles:
+    """The same sample elsewhere, in motion, turning about its centre of mass.
+
+    shift [m], velocity [m/s], spin [rad/s]: (3,) each, velocities on top of what it has.
+    """
+    shift, velocity, spin = (np.zeros(3) + v for v in (shift, velocity, spin))
+    centre = np.average(particles.position, axis=0, weights=particles.mass)
+    turning = np.cross(spin, particles.position - centre)
+    own = [
+        body.at(shift, velocity + np.cross(spin, body.centre - centre), spin)
+        for body in particles.bodies
+    ]
+    return replace(
+        particles,
+        position=particles.position + shift,
+        velocity=particles.velocity + velocity + turning,
+        room=particles.room + shift[:, None],
+        bodies=tuple(own),
+    )

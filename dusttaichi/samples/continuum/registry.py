@@ -1,0 +1,191 @@
+"""The kinds of bodies that a scene of the continuum may ask for with `sample.kind`.
+
+A kind is a YAML block and a function that makes Particles of it, as for samples of grains; each
+file of this folder that makes a kind registers it. A package may add its own:
+
+    class Ring(BodyBlock):
+        kind: Literal["ring"]
+        ...
+
+    @register(Ring)
+    def make(spec, matter):
+        return Particles(...)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Discriminator, Field, Tag
+
+from dusttaichi.samples.continuum.particles import Particles, moved
+from dusttaichi.samples.kinds import AnyOf, Kinds
+from dusttaichi.samples.values import Position, Seed, Spin, Velocity
+from dusttaichi.scene.fields import Block, Number
+from dusttaichi.scene.quantities import Quantity
+
+CONTINUUM = Kinds(__package__)
+KINDS = CONTINUUM.kinds
+reads_particles = CONTINUUM.reads
+register = CONTINUUM.register
+
+Found = list[tuple[str, str]]
+
+
+def _entries(value: Any) -> str:
+    return "flat" if isinstance(value, (list, tuple)) and len(value) == 2 else "solid"
+
+
+def in_plane_or_space(flat, solid):
+    """A type of vectors that has two numbers (x, z) in two dimensions and three otherwise."""
+    return Annotated[
+        Annotated[flat, Tag("flat")] | Annotated[solid, Tag("solid")], Discriminator(_entries)
+    ]
+
+
+Pair = tuple[float, float]
+Place = in_plane_or_space(Annotated[Pair, Quantity("length", count=2)], Position)
+Motion = in_plane_or_space(Annotated[Pair, Quantity("speed", count=2)], Velocity)
+Edges = in_plane_or_space(
+    Annotated[Pair, Quantity("length", gt=0, count=2, example="5 mm")],
+    Annotated[tuple[float, float, float], Quantity("length", gt=0, count=3, example="5 mm")],
+)
+Turning = Annotated[
+    Annotated[float, Quantity("angular velocity"), Tag("one")] | Annotated[Spin, Tag("three")],
+    Discriminator(lambda v: "three" if isinstance(v, (list, tuple)) else "one"),
+]
+Lattice = Literal["auto", "triangular", "hexagonal", "glass"]
+
+
+def in_space(vector) -> np.ndarray:
+    """A vector (3,) from two numbers (x, z) or three; zeros for None."""
+    if vector is None:
+        return np.zeros(3)
+    return np.array([vector[0], 0.0, vector[1]] if len(vector) == 2 else vector, dtype=np.float64)
+
+
+def lifted(points: np.ndarray) -> np.ndarray:
+    """Points (N, 2) of the plane x-z, or (N, 3), as (N, 3)."""
+    if points.shape[1] == 3:
+        return points
+    return np.stack([points[:, 0], np.zeros(len(points)), points[:, 1]], axis=1)
+
+
+@dataclass(frozen=True)
+class Matter:
+    """What bodies are made of, and how finely: all that a sample needs of its scene [SI].
+
+    dimension: 2 or 3. spacing [m] of nearest particles. solid [kg/m^3]: density of the solid;
+    filling_factor: of the dust at the start. least, most: filling factors that the material allows.
+    """
+
+    dimension: int
+    spacing: float
+    solid: float
+    filling_factor: float
+    least: float = 0.0
+    most: float = 1.0
+
+    @property
+    def vertical(self) -> np.ndarray:
+        """Unit vector upwards."""
+        return np.array([0.0, 0.0, 1.0])
+
+
+class BodyBlock(Block):
+    """The YAML block of a kind; its field `kind` is a Literal with the kind's name."""
+
+    is_body: ClassVar[bool] = True
+    """False where it is made of several bodies, and so cannot be one of them."""
+
+    def conflicts(self, scene) -> Found:
+        """What does not go with the scene's other blocks, as (dotted path below this, text)."""
+        found = []
+        for name in ("size", "position", "velocity", "offset"):
+            value = getattr(self, name, None)
+            if isinstance(value, tuple) and len(value) != scene.dimension:
+                axes = "[x, z]" if scene.dimension == 2 else "[x, y, z]"
+                text = f"{scene.dimension} entries {axes} are needed with dimension: "
+                found.append((name, f"{text}{scene.dimension}"))
+        spin = getattr(self, "spin", None)
+        if spin is not None and isinstance(spin, tuple) != (scene.dimension == 3):
+            needed = "one angular velocity, about the axis out of the plane,"
+            if scene.dimension == 3:
+                needed = "a list of 3 angular velocities"
+            found.append(("spin", f"{needed} is needed with dimension: {scene.dimension}"))
+        lattice = getattr(self, "lattice", "auto")
+        wrong = {2: "hexagonal", 3: "triangular"}[scene.dimension]
+        if lattice == wrong:
+            found.append(("lattice", f"{wrong} is not for dimension: {scene.dimension}"))
+        return found
+
+
+class FreeBody(BodyBlock):
+    """What every single body may say: where it is and how it moves."""
+
+    position: Place | None = Field(
+        None, description="[x, z], in three dimensions [x, y, z]: where its own origin comes to lie"
+    )
+    velocity: Motion | None = Field(None, description="velocity, default at rest")
+    spin: Turning | None = Field(
+        None,
+        description="angular velocity about its centre of mass, in two dimensions one number, "
+        "positive from x to z",
+    )
+
+    def placed(self, particles: Particles) -> Particles:
+        """The body where this block wants it, and in motion."""
+        spin = self.spin
+        if spin is None or isinstance(spin, tuple):
+            spin = in_space(spin)
+        else:
+            spin = np.array([0.0, -spin, 0.0])  # right-handed about -y: x turns towards z
+        return moved(particles, in_space(self.position), in_space(self.velocity), spin)
+
+
+class Layer(Block):
+    """A layer of another filling factor."""
+
+    thickness: Annotated[float, Quantity("length", gt=0, example="1 mm")] = Field(
+        description="thickness of the layer"
+    )
+    filling_factor: Annotated[float, Number(gt=0, lt=1)] = Field(
+        description="filling factor in the layer"
+    )
+
+
+class Variation(Block):
+    """A filling factor that is not the same everywhere."""
+
+    mean: Annotated[float, Number(gt=0, lt=1)] | None = Field(
+        None, description="filling factor, default that of the material"
+    )
+    layers: tuple[Layer, ...] = Field(
+        (), description="layers from the top down; below the last one it is `mean`"
+    )
+    sigma: Annotated[float, Number(ge=0, lt=0.5)] = Field(
+        0.0, description="standard deviation of a Gaussian scatter on top (G09 Fig 10)"
+    )
+    length: Annotated[float, Quantity("length", ge=0, example="0.2 mm")] = Field(
+        "0 m", description="length over which the scatter is alike; 0 m: each particle its own"
+    )
+    seed: Seed = Field(1, description="seed of the scatter")
+
+
+Filling = Annotated[
+    Annotated[float, Number(gt=0, lt=1), Tag("number")] | Annotated[Variation, Tag("block")],
+    Discriminator(lambda v: "block" if isinstance(v, (dict, Variation)) else "number"),
+]
+
+AnyParticles = Annotated[BodyBlock, AnyOf(CONTINUUM)]
+AnySingleBody = Annotated[BodyBlock, AnyOf(CONTINUUM, bodies=True)]
+
+
+def made(spec: BodyBlock, matter: Matter) -> Particles:
+    """The particles of a block; their info says what they are."""
+    particles = KINDS[spec.kind].make(spec, matter)
+    particles.info.setdefault("kind", spec.kind)
+    particles.info["particles"] = len(particles)
+    return particles

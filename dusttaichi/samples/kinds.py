@@ -1,0 +1,86 @@
+"""Kinds of something that a scene asks for with `kind`: a YAML block each, and what makes it."""
+
+from __future__ import annotations
+
+import typing
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Any, Union
+
+from pydantic import BaseModel, Field
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind: its YAML block, and what makes a sample of one."""
+
+    block: type
+    make: Callable
+
+
+class Kinds:
+    """Kinds by name, and the blocks that have a field for any of them.
+
+    package: where the kinds of this program stand, one a file that bears its name.
+    """
+
+    def __init__(self, package: str):
+        self.package = package
+        self.kinds: dict[str, Kind] = {}
+        self._readers: list[type[BaseModel]] = []
+
+    def register(self, block: type) -> Callable:
+        """Decorator: the function below makes the samples of this block, under its `kind`.
+
+        A kind that is registered again replaces the one before, as it happens in a notebook. Raises
+        TypeError for a block without a name of its kind, and ValueError for the name of a kind of
+        this program.
+        """
+        item = block.model_fields.get("kind")
+        (name,) = (typing.get_args(item.annotation) if item else ()) or (None,)
+        if not isinstance(name, str):
+            raise TypeError(
+                f'{block.__name__}: a field kind: Literal["name of the kind"] is needed'
+            )
+        own = name in self.kinds and self.kinds[name].block.__module__ == f"{self.package}.{name}"
+        if own and block.__module__ != f"{self.package}.{name}":
+            raise ValueError(f"{name} is a kind of this package; another name is needed")
+
+        def known(make: Callable) -> Callable:
+            self.kinds[name] = Kind(block, make)
+            self.follow()
+            return make
+
+        return known
+
+    def follow(self) -> None:
+        """Let the blocks with a field for any kind know the kinds of now."""
+        for reader in self._readers:
+            if reader.__pydantic_complete__:
+                reader.model_rebuild(force=True)
+
+    def reads(self, model: type[BaseModel]) -> type[BaseModel]:
+        """Decorator of a block with a field for any kind: it follows what is registered."""
+        self._readers.append(model)
+        return model
+
+
+@dataclass(frozen=True)
+class AnyOf:
+    """Marks a field that may be any block that is registered, told apart by `kind`.
+
+    bodies: only those whose `is_body` is true.
+    """
+
+    kinds: Kinds
+    bodies: bool = False
+
+    @property
+    def blocks(self) -> list[type]:
+        """The blocks in the order of their kinds."""
+        found = [self.kinds.kinds[name].block for name in sorted(self.kinds.kinds)]
+        return [block for block in found if block.is_body or not self.bodies]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any):
+        union = Union[tuple(self.blocks)]  # noqa: UP007
+        return handler.generate_schema(Annotated[union, Field(discriminator="kind")])

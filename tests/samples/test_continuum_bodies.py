@@ -1,0 +1,229 @@
+"""Bodies of the continuum against closed forms: masses, lattices, layers, the weight of a bed."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from pydantic import TypeAdapter, ValidationError
+from scipy.spatial import cKDTree
+
+from dusttaichi.errors import DustError
+from dusttaichi.names import WALLS
+from dusttaichi.samples import continuum
+from dusttaichi.samples.continuum import DUST, HELD, RIGID, WALL, AnyParticles, Matter, lattice
+from dusttaichi.scene.continuum_boundary import ContinuumBoundary
+
+SPEC = TypeAdapter(AnyParticles)
+BOUNDARY = TypeAdapter(ContinuumBoundary)
+SPACING = 1e-4
+MATTER = {
+    d: Matter(dimension=d, spacing=SPACING, solid=2000.0, filling_factor=0.15, least=0.1, most=0.58)
+    for d in (2, 3)
+}
+SIZE = {2: ["4 mm", "2.5 mm"], 3: ["1 mm", "1.1 mm", "0.9 mm"]}
+BEAD = {"kind": "rigid", "diameter": "1.1 mm", "density": "2540 kg/m^3"}
+
+
+def made(dimension, **block):
+    return continuum.made(SPEC.validate_python(block), MATTER[dimension])
+
+
+def walled(particles, **faces):
+    boundary = BOUNDARY.validate_python({"kind": "faces", **faces})
+    return continuum.with_faces(particles, boundary, 2.6 * SPACING)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("kind", ["auto", "glass"])
+def test_the_mass_of_a_block_is_exact_and_its_particles_are_alike(dimension, kind):
+    block = made(dimension, kind="block", size=SIZE[dimension], lattice=kind)
+    size = np.array(block.info["size"])
+    assert block.mass.sum() == pytest.approx(300.0 * size.prod(), rel=1e-12)
+    assert np.ptp(block.volume) < 1e-9 * block.volume[0]
+    inside = block.position[:, list(block.axes)]
+    low = np.append(-size[:-1] / 2, -size[-1])
+    assert (inside >= low).all() and (inside <= low + size).all()
+    assert block.info["filling_factor"] == pytest.approx(0.15)
+
+
+@pytest.mark.parametrize(("dimension", "neighbours"), [(2, 6), (3, 12)])
+def test_lattices_have_their_neighbours_at_the_spacing(dimension, neighbours):
+    size = np.full(dimension, 20 * SPACING)
+    points = lattice.fill(size, SPACING, "triangular" if dimension == 2 else "hexagonal")
+    tree = cKDTree(points + size / 2, boxsize=size)  # it goes on across its faces
+    distance, _ = tree.query(points + size / 2, k=neighbours + 1)
+    # the lattice is stretched by up to half a pitch over twenty
+    assert distance[:, 1:] == pytest.approx(SPACING, rel=0.06)
+    count = size.prod() / lattice.volume_of(SPACING, dimension)
+    assert len(points) == pytest.approx(count, rel=0.08)
+
+
+def test_a_glass_has_no_lattice_and_no_pairs():
+    size = np.full(2, 30 * SPACING)
+    points = lattice.fill(size, SPACING, "glass", seed=3)
+    distance, _ = cKDTree(np.mod(points, size), boxsize=size).query(np.mod(points, size), k=2)
+    assert distance[:, 1].min() > 0.55 * SPACING and distance[:, 1].std() > 0.01 * SPACING
+    assert np.array_equal(points, lattice.fill(size, SPACING, "glass", seed=3))
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_spheres_have_the_mass_of_their_shape(dimension):
+    exact = np.pi / 4 * 1.1e-3**2 if dimension == 2 else np.pi / 6 * 1.1e-3**3
+    dust = made(dimension, kind="sphere", diameter="1.1 mm")
+    bead = made(dimension, **BEAD)
+    assert dust.mass.sum() == pytest.approx(300.0 * exact, rel=1e-12)
+    assert bead.mass.sum() == pytest.approx(2540.0 * exact, rel=1e-12)
+    assert bead.volume.sum() == pytest.approx(exact, rel=1e-12)
+    # before they are scaled the lattice's volumes are right within a few per cent
+    assert bead.volume[0] == pytest.approx(lattice.volume_of(SPACING, dimension), rel=0.05)
+    body = bead.bodies[0]
+    assert body.rigid and body.mass == pytest.approx(bead.mass.sum())
+    about_y = {2: 0.5, 3: 0.4}[dimension] * body.mass * 0.55e-3**2
+    assert body.inertia[1, 1] == pytest.approx(about_y)
+    x = bead.position
+    of_points = (bead.mass * (x[:, 0] ** 2 + x[:, 2] ** 2)).sum()
+    assert of_points == pytest.approx(about_y, rel=0.05)
+
+
+def test_the_bead_of_the_paper():
+    """G09 section 4.1: 2.4e-3 kg/m, 64421 particles in 8 x 5 mm^2 at 26.8 um (section 5)."""
+    matter = Matter(2, 26.8e-6, 2000.0, 0.15)
+    bed = {"kind": "block", "size": ["8 mm", "5 mm"]}
+    impact = {"kind": "impact", "target": bed, "projectile": BEAD, "speed": "0.65 m/s"}
+    sample = continuum.made(SPEC.validate_python(impact), matter)
+    bead = sample.role == RIGID
+    assert sample.mass[bead].sum() == pytest.approx(2.414e-3, rel=1e-3)
+    assert (~bead).sum() == pytest.approx(64421, rel=0.01)
+    assert bead.sum() == pytest.approx(1519, rel=0.01)
+    assert sample.bodies[1].velocity[2] == -0.65
+    assert sample.bodies[1].centre[2] == pytest.approx(0.55e-3 + 26.8e-6)
+    assert sample.velocity[bead, 2] == pytest.approx(-0.65)
+
+
+def test_layers_hold_dust_and_rigid_faces_add_rows():
+    block = made(2, kind="block", size=SIZE[2])
+    bed = walled(block, bottom={"layer": "0.3 mm"}, x_min={"layer": "0.6 mm"}, x_max="mirror")
+    assert set(bed.role) == {DUST, HELD} and len(bed) == len(block)
+    held = bed.role == HELD
+    assert (bed.position[held & (bed.face == WALLS.index("bottom")), 2] < -2.2e-3).all()
+    area = 4e-3 * 0.3e-3 + (2.5e-3 - 0.3e-3) * 0.6e-3
+    assert bed.volume[held].sum() == pytest.approx(area, rel=0.08)
+    assert bed.room[0] == pytest.approx([-1.4e-3, 2e-3])
+    assert np.isnan(bed.room[2, 1]) and bed.room[2, 0] == pytest.approx(-2.2e-3)
+    pressed = walled(block, bottom="rigid", top="rigid", periodic=["x"], wall_speed="0.1 m/s")
+    rows = pressed.role == WALL
+    assert pressed.room[0] == pytest.approx([-2e-3, 2e-3]) and pressed.room[2] == pytest.approx(
+        [-2.5e-3, 0.0]
+    )
+    assert [body.name for body in pressed.bodies] == ["block", "bottom", "top"]
+    assert (np.abs(pressed.position[rows, 2] + 1.25e-3) > 1.25e-3).all()
+    assert pressed.volume[rows].sum() == pytest.approx(2 * 2.6 * SPACING * 4e-3, rel=1e-9)
+    nearest, _ = cKDTree(pressed.position).query(pressed.position, k=2)
+    assert nearest[:, 1].min() > 0.7 * SPACING
+
+
+def test_several_bodies_fly_and_turn():
+    flying = {
+        "position": ["2 mm", "0 mm"],
+        "velocity": ["-1 m/s", "0 m/s"],
+        "spin": "100 rad/s",
+    }
+    one, other = {"kind": "sphere", "diameter": "1 mm"}, {"kind": "sphere", "diameter": "1 mm"}
+    both = made(2, kind="several", bodies=[one, other | flying])
+    second = both.body == 1
+    assert both.mass[second] @ both.velocity[second] == pytest.approx(
+        np.array([-1.0, 0, 0]) * both.mass[second].sum(), abs=1e-9
+    )
+    right = second & (both.position[:, 0] > 2.3e-3)
+    assert (both.velocity[right, 2] > 0).all()  # x turns towards z
+    apart = both.position[second] - both.bodies[1].centre
+    turning = np.linalg.norm(both.velocity[second] - [-1.0, 0, 0], axis=1)
+    assert turning == pytest.approx(100 * np.linalg.norm(apart, axis=1))
+    with pytest.raises(DustError, match="overlap"):
+        made(2, kind="several", bodies=[one, other])
+
+
+def test_layers_and_scatter_of_the_filling_factor():
+    layers = [{"thickness": "0.5 mm", "filling_factor": 0.25}]
+    layered = made(2, kind="block", size=SIZE[2], filling_factor={"layers": layers})
+    phi = layered.density / 2000.0
+    upper = layered.position[:, 2] > -0.5e-3
+    assert np.all(phi[upper] == 0.25) and np.all(phi[~upper] == 0.15)
+    rough = {"sigma": 0.01, "length": "0.2 mm", "seed": 2}
+    noisy = made(2, kind="block", size=SIZE[2], filling_factor=rough)
+    phi = noisy.density / 2000.0
+    assert phi.std() == pytest.approx(0.01, rel=1e-9) and phi.mean() == pytest.approx(0.15)
+    assert np.ptp(noisy.volume) < 1e-9 * noisy.volume[0]
+    near = cKDTree(noisy.position).query(noisy.position, k=2)[1][:, 1]
+    assert np.corrcoef(phi, phi[near])[0, 1] > 0.6  # alike over the length, two spacings
+    with pytest.raises(DustError, match="allowed with this material"):
+        made(2, kind="block", size=SIZE[2], filling_factor={"sigma": 0.1})
+
+
+LAWS = SimpleNamespace(
+    solid_density=2000.0,
+    mu_over_K=0.5,
+    bulk_modulus=lambda rho: 3e5 * (rho / 300.0) ** 4,
+    compressive=lambda phi: np.full_like(phi, 37.0),
+    shear=lambda phi: np.full_like(phi, 198.0),
+)
+
+
+def test_a_bed_carries_its_weight():
+    bed = continuum.at_rest_under_gravity(made(2, kind="block", size=SIZE[2]), 9.81, LAWS)
+    weight = 300.0 * 9.81 * -bed.position[:, 2]
+    pressure = LAWS.bulk_modulus(bed.reference) * (bed.density / bed.reference - 1.0)
+    assert pressure - bed.deviator[:, 2] == pytest.approx(weight, rel=1e-9)
+    assert pressure == pytest.approx(weight / (5 / 3), rel=1e-9)
+    assert np.abs(bed.deviator[:, :3].sum(axis=1)).max() < 1e-12
+    assert bed.info["gravity_carried"] == 1.0
+    weakness = dict.fromkeys(("compressive", "shear"), np.ones_like)
+    weak = SimpleNamespace(**vars(LAWS) | weakness)
+    collapsing = continuum.at_rest_under_gravity(made(2, kind="block", size=SIZE[2]), 9.81, weak)
+    assert collapsing.info["gravity_carried"] < 0.9
+
+
+def test_particles_from_a_file(tmp_path):
+    rows = "x,z,mass,density,vx\n0,0,1e-6,300,1\n100,0,2e-6,310,0\n"
+    (tmp_path / "p.csv").write_text(rows)
+    sample = made(2, kind="explicit", file=str(tmp_path / "p.csv"), units="um")
+    assert sample.position[1] == pytest.approx([1e-4, 0, 0]) and sample.velocity[0, 0] == 1.0
+    assert sample.density.tolist() == [300.0, 310.0]
+    (tmp_path / "p.csv").write_text("x,z,mass\n0,0,1e-6\n0,0,1e-6\n")
+    with pytest.raises(DustError, match="same place"):
+        made(2, kind="explicit", file=str(tmp_path / "p.csv"))
+
+
+@pytest.mark.parametrize(
+    ("block", "said"),
+    [
+        ({"kind": "block", "size": ["8 m", "5 m"]}, "MOST|memory|particles"),
+        ({"kind": "block", "size": ["8 um", "5 um"]}, "smaller than one particle"),
+        ({"kind": "sphere", "diameter": "1 um"}, "smaller than one particle"),
+    ],
+)
+def test_samples_that_cannot_be(block, said):
+    with pytest.raises(DustError, match=said):
+        made(2, **block)
+
+
+@pytest.mark.parametrize(
+    "faces",
+    [
+        {},
+        {"bottom": "mirror", "periodic": ["z"]},
+        {"wall_speed": "1 m/s", "bottom": "rigid"},
+        {"bottom": {"layer": "0 mm"}},
+    ],
+)
+def test_faces_that_cannot_be(faces):
+    with pytest.raises(ValidationError):
+        BOUNDARY.validate_python({"kind": "faces", **faces})
+
+
+def test_what_does_not_go_with_the_dimension():
+    scene = SimpleNamespace(dimension=3)
+    block = SPEC.validate_python({"kind": "block", "size": SIZE[2], "lattice": "triangular"})
+    assert {path for path, _ in block.conflicts(scene)} == {"size", "lattice"}
+    boundary = BOUNDARY.validate_python({"kind": "faces", "y_min": "mirror"})
+    assert [path for path, _ in boundary.conflicts(2)] == ["y_min"]
