@@ -58,7 +58,7 @@ class WallPass(ContactPass):
             rate = self.laws.sliding.displacement(arm_rate, turn.n2, p)
             past = self.slip(at, zeta, rate, p)
             foot = foot.plus(zeta.times(past.over))
-        n1, _, _ = self.roll(at, turn, p)
+        n1, _n2, _tilt = self.roll(at, turn, p)
         n1 = n1.unit()
         return n1, foot.plus(n1.minus(turn.n1).times(p.r1))
 
