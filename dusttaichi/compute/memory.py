@@ -14,23 +14,37 @@ from taichi.lang import impl
 TYPES = {"f64": np.float64, "f32": np.float32, "i32": np.int32, "i64": np.int64}
 
 
+class Lease:
+    """The right of one simulation to its fields: it ends with their Taichi program, or when they
+    are given to the next simulation."""
+
+    def __init__(self):
+        self._program, self._ended = impl.get_runtime().prog, False
+
+    def end(self):
+        """The fields are given to another simulation."""
+        self._ended = True
+
+    def check(self):
+        """Raises RuntimeError where it has ended."""
+        if self._ended or impl.get_runtime().prog is not self._program:
+            raise RuntimeError("The memory of this simulation is gone: another one was built.")
+
+
 class Table:
     """The first `rows` rows of a Taichi field; a matrix or vector element adds an axis.
 
-    memory: array of the whole field that shares its memory, None on a device with its own.
+    memory: array of the whole field that shares its memory, None on a device with its own. lease:
+    that of the simulation, None of one that keeps its fields as long as Taichi runs.
     """
 
-    def __init__(self, field, rows, memory=None):
+    def __init__(self, field, rows, memory=None, lease=None):
         self.field, self.rows, self.memory = field, rows, memory
-        self._program = impl.get_runtime().prog
-
-    def _check_alive(self):
-        if impl.get_runtime().prog is not self._program:
-            raise RuntimeError("The memory of this simulation is gone: another one was built.")
+        self.lease = lease or Lease()
 
     def to_numpy(self, rows=None):
         """A copy of the used rows, or of the first `rows` of them."""
-        self._check_alive()
+        self.lease.check()
         rows = self.rows if rows is None else min(rows, self.rows)
         if self.memory is None:
             return self.field.to_numpy()[:rows]
@@ -39,7 +53,7 @@ class Table:
     def from_numpy(self, values):
         """Write the first rows; `values` may be shorter than the used part, which then keeps its
         other rows."""
-        self._check_alive()
+        self.lease.check()
         if len(values) > self.rows:
             raise ValueError(f"{len(values)} rows for a field of {self.rows}")
         if self.memory is not None:
@@ -58,7 +72,7 @@ class Table:
 
     def fill(self, value):
         """Set every number of the whole field."""
-        self._check_alive()
+        self.lease.check()
         if self.memory is not None:
             self.memory[...] = value
         else:

@@ -39,15 +39,15 @@ _LAST = LastCompiled()
 RESOLVED = 0.005  # of the overlap at rest by which positions may be uncertain
 
 
-def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None, like=None):
+def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
     """Simulation of a scene with a sample (dusttaichi.samples.Sample), contacts found, loads set.
 
     loops: backend.Loops other than those of the backend, to compare them.
     scenes: of a batch (dusttaichi.grains.batch), the number of the scene of each grain, rising.
     ledger: False leaves the losses out, to measure what they cost.
     step: a TimeStep to take whatever the scene says, stable or not.
-    like: a Simulation, built last and of no more use, whose fields and kernels serve again where
-    only numbers differ.
+    The simulation built before is of no more use: its fields and kernels serve again where only
+    numbers differ.
     Raises DustError for a sample that does not fit, or a step that cannot be stable.
     """
     sample = samples.pushed(scene, sample)
@@ -63,8 +63,8 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None, lik
     loops = loops or LOOPS[scene.numerics.backend]
     layout = chosen_layout(scene, laws, loops, push, polydisperse=own is not None)
     layout = replace(layout, batch=scenes is not None, ledger=ledger)
-    compiled = chosen_kernels(scene, layout, laws, (loops.kind, len(order), threads), like)
-    tables = compiled.tables(len(order))
+    compiled = chosen_kernels(scene, layout, laws, (loops.kind, len(order), threads))
+    tables = _LAST.tables(compiled, len(order))
     if own is not None:
         tables[1]["interfaces"].from_numpy(interfaces(scene, laws))
     if scenes is not None:
@@ -73,7 +73,7 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None, lik
     skin = scene.numerics.skin
     smallest = radius if own is None else own.radius[around(scenes)].min()
     box, cell = surroundings(scene, sample, own, scenes, (pair, wall))
-    sim = Simulation(
+    return Simulation(
         compiled,
         tables,
         sample,
@@ -96,8 +96,6 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None, lik
         threads=threads,
         scenes=1 if scenes is None else int(scenes[-1]) + 1,
     )
-    _LAST.remember(sim)
-    return sim
 
 
 def chosen_layout(scene, laws, loops, push, polydisperse):
@@ -117,8 +115,8 @@ def chosen_layout(scene, laws, loops, push, polydisperse):
     )
 
 
-def chosen_kernels(scene, layout, laws, running, like=None):
-    """The Compiled of a scene: that of `like` (a Simulation or None) where nothing of it differs.
+def chosen_kernels(scene, layout, laws, running):
+    """The Compiled of a scene: the last one where nothing of it differs.
 
     running: kind of the loops, number of grains and threads.
     """
@@ -126,9 +124,7 @@ def chosen_kernels(scene, layout, laws, running, like=None):
     walls, room = bool(scene.boundary.walls), store.room_for(grains)
     materials = len(scene.all_materials)
     key = (scene.numerics.backend, threads, room, layout, laws, walls, kind, materials)
-    if like is not None and like.compiled.compile_key == key:
-        return like.compiled
-    if (last := _LAST.of_no_more_use(key)) is not None:
+    if (last := _LAST.of(key)) is not None:
         return last
     start_taichi(scene, threads)
     fields = place(declare(room, layout, walls))

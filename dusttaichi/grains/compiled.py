@@ -1,14 +1,12 @@
 """What is compiled for a scene: its fields and kernels, which scenes of one compile key share."""
 
-import gc
-import weakref
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
 from taichi.lang import impl
 
-from dusttaichi.compute.memory import Table
+from dusttaichi.compute.memory import Lease, Table
 from dusttaichi.grains.kernels import store
 from dusttaichi.grains.kernels.declare import declare
 
@@ -54,12 +52,15 @@ class Compiled:
     sums: dict
     memory: dict
 
-    def tables(self, grains):
+    def tables(self, grains, lease):
         """Tables of fields, scratch and sums for a scene of this many grains, which begins with
-        all numbers zero."""
+        all numbers zero and has them until its Lease ends."""
         rows = {var.name: var.shape[0] for var in declare(grains, self.layout, self.walls)}
         out = [
-            {name: Table(f, rows.get(name, f.shape[0]), self.memory.get(name)) for name, f in some}
+            {
+                name: Table(f, rows.get(name, f.shape[0]), self.memory.get(name), lease)
+                for name, f in some
+            }
             for some in (self.fields.items(), self.scratch.items(), self.sums.items())
         ]
         for table in out[0].values():
@@ -69,26 +70,25 @@ class Compiled:
 
 
 class LastCompiled:
-    """What was compiled last in this process: it serves again once nobody has its simulation.
+    """What was compiled last in this process: it serves again where the next scene needs the same.
 
-    Taichi holds one program at a time, so a start of it would undo the fields of the simulation
-    before anyway.
+    Taichi holds one program at a time, so that a simulation is of no more use once another is
+    built, whether that compiles anew or takes its fields over.
     """
 
     def __init__(self):
-        self._compiled, self._simulation, self._program = None, lambda: None, None
+        self._compiled, self._lease, self._program = None, None, None
 
-    def remember(self, simulation):
-        """That of a Simulation just built."""
-        self._compiled, self._simulation = simulation.compiled, weakref.ref(simulation)
-        self._program = impl.get_runtime().prog
-
-    def of_no_more_use(self, compile_key):
-        """The Compiled of that key, None where it is another or its simulation is still held."""
+    def of(self, compile_key):
+        """The Compiled of that key; None where it is another, or Taichi was started anew."""
         if self._compiled is None or self._compiled.compile_key != compile_key:
             return None
-        if impl.get_runtime().prog is not self._program:
-            return None  # somebody has started Taichi anew
-        if self._simulation() is not None:
-            gc.collect()  # it may only be held in a circle
-        return self._compiled if self._simulation() is None else None
+        return self._compiled if impl.get_runtime().prog is self._program else None
+
+    def tables(self, compiled, grains):
+        """Tables of a Compiled for a scene of this many grains; those before are at their end."""
+        if self._lease is not None:
+            self._lease.end()
+        self._compiled, self._lease = compiled, Lease()
+        self._program = impl.get_runtime().prog
+        return compiled.tables(grains, self._lease)

@@ -195,6 +195,7 @@ class Simulation(Readout):
                 pending = 1
 
     def _call(self, steps, pending, dt):
+        self.fields["sync"].lease.check()  # before anything moves
         masses = self.unit_mass, self.unit_inertia
         numbers = step_numbers(dt, masses, self.search.wall_due, self.search.reach2)
         self.kernels.advance(

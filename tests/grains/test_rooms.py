@@ -115,14 +115,16 @@ def test_memory_that_is_gone_is_not_looked_at():
         sim.fields["x"].to_numpy()
 
 
-def test_kernels_serve_again_once_their_simulation_is_gone():
-    """A process that builds scene after scene of one make compiles once; a simulation that is still
-    held keeps its own, whatever is built after it."""
+def test_kernels_serve_again():
+    """A process that builds scene after scene of one make compiles once; a simulation whose fields
+    the next has taken over does not touch them."""
     first = rows_of_grains(7)
-    compiled = first.sim.compiled
+    first.advance(3)
     x = first.x
-    del first
     second = rows_of_grains(7)
-    assert second.sim.compiled is compiled
+    assert second.sim.compiled is first.sim.compiled
+    with pytest.raises(RuntimeError, match="another one was built"):
+        first.advance(1)
+    second.advance(3)
     np.testing.assert_array_equal(second.x, x)
-    assert rows_of_grains(9).sim.compiled is not compiled  # `second` is held
+    assert rows_of_grains(7, ("rolling",)).sim.compiled is not first.sim.compiled

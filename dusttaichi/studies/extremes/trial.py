@@ -48,26 +48,16 @@ def _attempt(cell):
     step = None
     if cell.fraction is not None:
         # built once to see its contacts, with a step that does not matter
-        sim = _built(scene, sample, TimeStep(1e-15, inf, inf))
+        sim = build(scene, sample, step=TimeStep(1e-15, inf, inf))
         period, stable = network.stable_step(sim, scene)
         step = TimeStep(cell.fraction * pi * stable, period, stable)
-    sim = _built(scene, sample, step)
+    sim = build(scene, sample, step=step)
     estimated = measured = nan
     if cell.limit:
         estimated = network.stable_step(sim, scene)[1]
         measured = measured_limit(sim, estimated)
     result = watched(MovingGrains(scene, sample, sim), scene, cell.steps)
     return replace(result, dt=sim.dt * units.TIME, estimated=estimated, measured=measured)
-
-
-_last = [None]
-
-
-def _built(scene, sample, step):
-    """A simulation that takes over the kernels of the one before where it can."""
-    like, _last[0] = _last[0], None
-    _last[0] = build(scene, sample, step=step, like=like)
-    return _last[0]
 
 
 def watched(sim, scene, steps):
