@@ -39,7 +39,7 @@ class Series(Activity):
     """Records of the time series: at their interval, and at the end of every stage."""
 
     def __init__(self, run):
-        self.run, self.record = run, {}
+        self.run, self.record, self.measurement = run, {}, None
 
     def next(self, step):
         run = self.run
@@ -56,6 +56,7 @@ class Series(Activity):
         run, sim = self.run, self.run.sim
         m = sim.measure()
         run.guard(m)
+        self.measurement = m
         self.record = series_record(sim, run.clock, run.state, m, window)
         run.writer.append("series", self.record)
 
@@ -115,8 +116,7 @@ class EndCheck(Activity):
         return self.series.next(step)
 
     def act(self):
-        sim = self.run.sim
-        self.run.end.check(self.series.record, sim.domain, sim.step)
+        self.run.end.check(self.series.record, self.run.sim, self.series.measurement)
 
 
 class Profiles(Activity):

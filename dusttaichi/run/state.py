@@ -23,8 +23,8 @@ class RunState:
 
     start: energies of step 0. stage: its number; first: its first step; ended: why it has ended
     before its last step was known, or "". last_snapshot: step of the last frame written, or -1.
-    opened: step at which the average of the next record begins; sums: of that step. wall_clock:
-    real time spent [s].
+    opened: step at which the average of the next record begins; sums: of that step. pressures
+    [Pa]: of the last points of the stage, for stop.plateau. wall_clock: real time spent [s].
     """
 
     start: Start
@@ -35,11 +35,13 @@ class RunState:
     opened: int = 0
     sums: dict[str, np.ndarray] = field(default_factory=dict)
     tension: Tension = field(default_factory=Tension)
+    pressures: list[float] = field(default_factory=list)
     wall_clock: float = 0.0
 
     def begin_stage(self, stage, step):
         """The next stage begins at this step."""
         self.stage, self.first, self.ended, self.tension = stage, step, "", Tension()
+        self.pressures = []
 
     def to_meta(self):
         """Plain data that JSON can hold."""

@@ -3,10 +3,10 @@
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.names import NEVER, WALLS
+from dusttaichi.names import AXES, NEVER, WALLS
 from dusttaichi.run.state import Tension
 
-TENSIONS = 10  # points of the series that stop.past_maximum averages over
+TENSIONS = 10  # points of the series that stop.past_maximum and stop.plateau average over
 TOP = WALLS.index("top")
 
 
@@ -23,10 +23,14 @@ class End:
         if state.ended:
             self.step, self.reason = step, state.ended
 
-    def check(self, record, domain, step):
-        """End the stage at this step if its record meets a condition that only records tell."""
+    def check(self, record, sim, measurement):
+        """End the stage now if its record meets a condition that only records tell.
+
+        measurement: the Measurement that belongs to the record.
+        """
+        domain, step = sim.domain, sim.step
         self.pressure = pressure(record, domain)
-        reason = self._reached(record, domain, step)
+        reason = self._reached(record, domain, step) or self._settled(measurement)
         if reason:
             self.step, self.reason, self.state.ended = step, reason, reason
 
@@ -36,8 +40,11 @@ class End:
 
     def _reached(self, record, domain, step):
         stop, reason = self.plan.stop, ""
-        if stop.pressure is not None and self.pressure >= stop.pressure:
-            reason = f"pressure {stop.pressure / 1e3:.6g} kPa"
+        if stop.pressure is not None and (level := stop.pressure_bounds.crossed(self.pressure)):
+            reason = f"pressure {level}"
+        for name, bounds in stop.stress.given.items() if stop.stress is not None else ():
+            if level := bounds.crossed(component(record["stress"], name)):
+                reason = f"stress {name} {level}"
         if stop.filling_factor is not None and not self.clock.bounded:
             way = 1.0 if domain.wall_speed > 0.0 else -1.0
             if way * (record["filling_factor"] - stop.filling_factor) >= 0.0:
@@ -48,6 +55,15 @@ class End:
             share = f"{stop.past_maximum:.0%}"
             reason = f"the tension has fallen by {share} below its largest value"
         return reason
+
+    def _settled(self, m):
+        """Why the stage ends because nothing happens any more, or ""."""
+        stop, state = self.plan.stop, self.state
+        if stop.rest is not None and m.kinetic < stop.rest * m.bound:
+            return f"at rest: kinetic energy below {stop.rest:.3g} of what the bonds hold"
+        if stop.plateau is not None and plateau(state.pressures, self.pressure, stop.plateau):
+            return f"plateau: the pressure changes by less than {stop.plateau:.3g}"
+        return ""
 
     def _tension(self, record, step):
         """Tension of a record along the axis that strains most [Pa]."""
@@ -63,6 +79,20 @@ def pressure(record, domain):
     if domain.has_top and "pressure" in record:
         return float(record["pressure"][TOP])
     return -float(np.trace(record["stress"])) / 3.0 if "stress" in record else None
+
+
+def component(stress, name):
+    """Component such as "xy" of a stress [Pa] (3, 3), of shear the mean with its mirror image."""
+    a, b = (AXES.index(axis) for axis in name)
+    return 0.5 * float(stress[a, b] + stress[b, a])
+
+
+def plateau(last, pressure, share):
+    """True once the mean pressure of the last points [Pa] differs by no more than `share` from that
+    of as many before them. last: the pressures so far, which the new one is added to."""
+    last[:] = [*last, pressure][-2 * TENSIONS :]
+    before, after = (np.mean(part) for part in (last[:TENSIONS], last[-TENSIONS:]))
+    return len(last) == 2 * TENSIONS and bool(abs(after - before) <= share * abs(before))
 
 
 def past_maximum(tensions: Tension, tension, share):

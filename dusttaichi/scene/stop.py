@@ -1,11 +1,62 @@
 """When a run ends."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from dusttaichi.scene.fields import Block, Count, Number, problems
 from dusttaichi.scene.quantities import Quantity
+
+Stress = Annotated[float, Quantity("pressure", example="-5 kPa")]
+COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
+
+
+class Bounds(Block):
+    """A pressure or stress that ends the stage where it is crossed: one of the two, or both."""
+
+    above: Stress | None = Field(None, description="it ends once this is reached from below")
+    below: Stress | None = Field(None, description="it ends once this is reached from above")
+
+    @model_validator(mode="after")
+    def _check(self) -> "Bounds":
+        if self.above is self.below is None:
+            raise problems([("", "above, below or both are needed, for example {below: 1 kPa}")])
+        return self
+
+    def crossed(self, value: float) -> str:
+        """What has been crossed, as the end of a sentence; "" where nothing has been."""
+        if self.above is not None and value >= self.above:
+            return f"{self.above / 1e3:.6g} kPa"
+        if self.below is not None and value <= self.below:
+            return f"no more than {self.below / 1e3:.6g} kPa"
+        return ""
+
+
+class StressBounds(Block):
+    """Components of the stress that end the stage; positive in tension, as in the result."""
+
+    xx: Bounds | None = Field(None, description="normal stress along x")
+    yy: Bounds | None = Field(None, description="normal stress along y")
+    zz: Bounds | None = Field(None, description="normal stress along z")
+    xy: Bounds | None = Field(None, description="shear stress, its mean with yx")
+    xz: Bounds | None = Field(None, description="shear stress, its mean with zx")
+    yz: Bounds | None = Field(None, description="shear stress, its mean with zy")
+
+    @property
+    def given(self) -> dict[str, Bounds]:
+        """Those that are given, by name."""
+        return {name: own for name in COMPONENTS if (own := getattr(self, name)) is not None}
+
+
+def _form(value: Any) -> str:
+    return "bounds" if isinstance(value, (dict, Bounds)) else "level"
+
+
+Pressure = Annotated[
+    Annotated[Annotated[float, Quantity("pressure", gt=0, example="120 kPa")], Tag("level")]
+    | Annotated[Bounds, Tag("bounds")],
+    Discriminator(_form),
+]
 
 
 class Stop(Block):
@@ -17,10 +68,25 @@ class Stop(Block):
         ]
         | None
     ) = Field(None, description="filling factor, reached from below or from above")
-    pressure: Annotated[float, Quantity("pressure", gt=0, example="120 kPa")] | None = Field(
+    pressure: Pressure | None = Field(
         None,
         description="pressure on the top wall, or of a periodic cell (-trace of the stress / 3), "
-        "averaged over output.window",
+        "averaged over output.window, reached from below; {below: 1 kPa}: reached from above",
+    )
+    stress: StressBounds | None = Field(
+        None,
+        description="components of the virial stress, positive in tension, averaged over "
+        "output.window, for example {zz: {below: -10 kPa}}",
+    )
+    rest: Annotated[float, Number(gt=0, lt=1)] | None = Field(
+        None,
+        description="kinetic energy over the energy that the bonds hold at rest, below which "
+        "everything has come to rest, for example 1e-6",
+    )
+    plateau: Annotated[float, Number(gt=0, lt=1)] | None = Field(
+        None,
+        description="share by which the pressure, averaged over ten points of the series, differs "
+        "at most from that of the ten before it",
     )
     strain: Annotated[float, Number(gt=0)] | None = Field(
         None,
@@ -50,3 +116,16 @@ class Stop(Block):
                 ]
             )
         return self
+
+    @property
+    def pressure_bounds(self) -> Bounds | None:
+        """Bounds of the pressure; a pressure alone is reached from below."""
+        if self.pressure is None or isinstance(self.pressure, Bounds):
+            return self.pressure
+        return Bounds.model_construct(above=self.pressure, below=None)
+
+    @property
+    def falling(self) -> bool:
+        """True where the pressure may end the stage by falling."""
+        bounds = self.pressure_bounds
+        return bounds is not None and bounds.below is not None

@@ -20,7 +20,10 @@ def stop(scene, path, plan) -> Found:
         found += _filling_factor(scene.boundary, plan.drive, f"{where}.filling_factor")
     ends_anyway = stop.time is not None or stop.steps is not None or stop.strain is not None
     if stop.pressure is not None:
-        found += _pressure(scene, plan.drive, ends_anyway, f"{where}.pressure")
+        found += _pressure(scene, plan, ends_anyway, f"{where}.pressure")
+    if stop.stress is not None and not scene.output.stress:
+        found.append((f"{where}.stress", "no stress is measured; set output.stress: true"))
+    found += _states(scene, stop, ends_anyway or stop.filling_factor is not None, where)
     moving = strains(scene.boundary, plan.drive)
     if stop.strain is not None and not moving:
         found.append(
@@ -77,8 +80,20 @@ def _filling_factor(boundary, drive, where) -> Found:
     ]
 
 
-def _pressure(scene, drive, ends_anyway, where) -> Found:
-    boundary = scene.boundary
+def _states(scene, stop, ends_anyway, where) -> Found:
+    """Rest and plateau, which may never come."""
+    found = []
+    if stop.plateau is not None and "top" not in scene.boundary.walls and not scene.output.stress:
+        found.append((f"{where}.plateau", "no pressure is measured; use a top wall or output.stress"))
+    for name in ("rest", "plateau"):
+        if getattr(stop, name) is not None and not ends_anyway:
+            text = "it may never come; add a time or steps as the latest end"
+            found.append((f"{where}.{name}", text))
+    return found
+
+
+def _pressure(scene, plan, ends_anyway, where) -> Found:
+    boundary, drive, falling = scene.boundary, plan.drive, plan.stop.falling
     if scene.output.stress and bounded_axes(boundary) == AXES and boundary.periodic_axes:
         if drive.moves or ends_anyway:
             return []
@@ -91,7 +106,9 @@ def _pressure(scene, drive, ends_anyway, where) -> Found:
                 "use kind: box or plates, or stop by time or steps",
             )
         ]
-    if not (drive.wall_speed or 0.0) > 0.0 and not ends_anyway:
+    if falling and not drive.wall_speed and not ends_anyway:
+        return [(where, "it may never fall while the top wall rests; add a time or steps")]
+    if not falling and not (drive.wall_speed or 0.0) > 0.0 and not ends_anyway:
         text = (
             "it may never be reached while the top wall rests; "
             'set boundary.wall_speed, for example "1 cm/s", or add a time or steps'

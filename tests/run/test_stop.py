@@ -1,0 +1,86 @@
+"""What ends a stage: pressures and stresses from either side, rest, a plateau."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from dusttaichi.errors import DustError
+from dusttaichi.run import execute
+from dusttaichi.run.stop import TENSIONS, component, plateau
+from dusttaichi.scene import from_yaml
+from dusttaichi.scene.stop import Bounds, Stop
+
+CYCLE = """
+name: cycle
+material: silicate_s12
+interaction: {rolling: {modifier: 8}, sliding: {modifier: 2.5}, damping: viscoelastic}
+sample: {kind: lattice, structure: sc, cells: [4, 4, 4]}
+boundary: {kind: box}
+stages:
+  - {name: press, drive: {wall_speed: 1 cm/s}, stop: {pressure: 20 kPa}}
+  - name: release
+    drive: {wall_speed: -1 cm/s}
+    stop: {pressure: {below: 2 kPa}}
+  - {name: rest, stop: {rest: 1e-5, time: 20 us}, output: {series: {steps: 100}}}
+output: {stress: true, series: {strain: 1e-5}}
+numerics: {time_step: 0.3 ns, threads: 1}
+"""
+
+
+@pytest.fixture(scope="module")
+def cycle(tmp_path_factory):
+    path = execute(from_yaml(CYCLE), tmp_path_factory.mktemp("cycle") / "run", fresh=True)
+    with xr.open_dataset(path / "result.nc") as series:
+        return series.load()
+
+
+def test_a_stage_ends_by_a_pressure_from_either_side(cycle):
+    ends = [cycle.sel(time=cycle.stage == n).pressure.sel(wall="top").values for n in range(3)]
+    assert ends[0][-1] >= 20e3 and np.all(ends[0][:-1] < 20e3)
+    assert ends[1][-1] <= 2e3 and np.all(ends[1][:-1] > 2e3) and len(ends[1]) > 3
+
+
+def test_a_stage_ends_when_all_has_come_to_rest(cycle):
+    """Kinetic energy over 1.2 F_c delta0 a contact; those with walls hold more, by 2^(4/3)."""
+    assert "at rest" in cycle.attrs["status"]
+    kinetic = (cycle.kinetic_translation + cycle.kinetic_rotation).values
+    pair = 1.2 * 56.549e-9 * 0.16627e-9
+    bonds = pair * (cycle.contact_count + 2.0 ** (4.0 / 3.0) * cycle.wall_contact_count).values
+    moving = kinetic / bonds
+    resting = cycle.stage.values == 2
+    assert moving[-1] < 1.001e-5 and np.all(moving[resting][:-1] > 0.999e-5)
+
+
+def test_bounds():
+    assert Bounds(below="-5 kPa").crossed(-5e3) == "no more than -5 kPa"
+    assert Bounds(above="5 kPa", below="1 kPa").crossed(2e3) == ""
+    stop = Stop(pressure="5 kPa")
+    assert stop.pressure_bounds.crossed(5e3) == "5 kPa" and not stop.falling
+    stress = np.array([[1.0, 2.0, 0.0], [4.0, 5.0, 0.0], [0.0, 0.0, 6.0]])
+    assert component(stress, "xy") == 3.0 and component(stress, "zz") == 6.0
+
+
+def test_a_plateau_is_ten_points_like_the_ten_before():
+    last = []
+    rising = [plateau(last, p, 0.02) for p in np.linspace(1.0, 2.0, 3 * TENSIONS)]
+    assert not any(rising) and len(last) == 2 * TENSIONS
+    level = [plateau(last, 2.0, 0.02) for _ in range(2 * TENSIONS)]
+    assert level[-1] and not level[0]
+
+
+@pytest.mark.parametrize(
+    "stop, words",
+    [
+        ("{pressure: {}}", ["stop.pressure", "above, below or both"]),
+        ("{pressure: {under: 1 kPa}}", ["stop.pressure.under", "unknown key", "below"]),
+        ("{pressure: {below: 1}}", ["stop.pressure.below", "it has no unit"]),
+        ("{pressure: -1 kPa}", ["stop.pressure", "a pressure above 0"]),
+        ("{rest: 1e-6}", ["stop.rest", "add a time or steps"]),
+        ("{stress: {zz: {below: -1 kPa}}, time: 1 us}", ["stop.stress", "output.stress: true"]),
+    ],
+)
+def test_what_cannot_be_met_is_refused(stop, words):
+    text = "name: x\nmaterial: silicate_s12\nsample: {kind: rbd, grains: 60}\n"
+    with pytest.raises(DustError) as error:
+        from_yaml(f"{text}boundary: {{kind: box, wall_speed: 1 cm/s}}\nstop: {stop}\n")
+    assert all(word in str(error.value) for word in words), str(error.value)
