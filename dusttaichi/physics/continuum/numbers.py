@@ -1,0 +1,82 @@
+"""The numbers of a material: what the laws are given as `m`, on the host and in kernels alike."""
+
+from dataclasses import dataclass, fields
+from math import log
+
+from dusttaichi.physics.contact.numbers import Number
+
+FLOOR = 0.005
+"""How far above phi_1 the strength stops falling; MC holds it below 0.125 for phi_1 = 0.12."""
+
+CAP = 1e-3
+"""How far below phi_2, where the strength is infinite, it stops growing."""
+
+SHEAR = {"sqrt": (1.0, 0.5), "compressive": (1.0, 1.0), "tensile": (1.0, 0.0)}
+"""C and a of Y = C Sigma^a |T|^(1-a) by the name of the law (G09 sections 4.1 and 5.1.2)."""
+
+NUMBERS = {
+    "rho_s": Number("kg/m^3", "density of the solid"),
+    "rho_i": Number("kg/m^3", "density at zero pressure for which K_0 holds"),
+    "K_0": Number("Pa", "bulk modulus at rho_i"),
+    "gamma": Number("1", "exponent of the bulk modulus, K = K_0 (rho_0/rho_i)^gamma"),
+    "mu_over_K": Number("1", "shear modulus over bulk modulus"),
+    "phi_1": Number("1", "filling factor at which the compressive strength vanishes"),
+    "phi_2": Number("1", "filling factor at which the compressive strength is infinite"),
+    "phi_floor": Number("1", "below this filling factor the compressive strength stays"),
+    "phi_cap": Number("1", "above this filling factor the compressive strength stays"),
+    "p_m": Number("Pa", "compressive strength half way between phi_1 and phi_2"),
+    "power": Number("1", "exponent of the compressive strength, Delta ln 10"),
+    "T_0": Number("Pa", "tensile strength at filling factor 0"),
+    "T_rate": Number("1", "growth of ln |T| with the filling factor"),
+    "C": Number("1", "factor of the shear strength"),
+    "a": Number("1", "exponent of the compressive strength in the shear strength"),
+}
+"""Name -> Number (SI unit and meaning) of what the kernels get at run time, in this order."""
+
+
+@dataclass(frozen=True)
+class MaterialNumbers:
+    """Values of NUMBERS for one material, SI; scalars, or arrays of a shape of many materials."""
+
+    rho_s: float
+    rho_i: float
+    K_0: float
+    gamma: float
+    mu_over_K: float
+    phi_1: float
+    phi_2: float
+    phi_floor: float
+    phi_cap: float
+    p_m: float
+    power: float
+    T_0: float
+    T_rate: float
+    C: float = 1.0
+    a: float = 0.5
+
+    @classmethod
+    def of(cls, material):
+        """Numbers of a material block (scene.continuum_material.ContinuumMaterial)."""
+        squeeze, pull, shear = material.compressive, material.tensile, material.shear
+        C, a = SHEAR[shear] if isinstance(shear, str) else (shear.factor, shear.exponent)
+        return cls(
+            rho_s=material.solid_density,
+            rho_i=material.density,
+            K_0=material.bulk_modulus,
+            gamma=material.exponent,
+            mu_over_K=material.shear_ratio,
+            phi_1=squeeze.phi_1,
+            phi_2=squeeze.phi_2,
+            phi_floor=squeeze.phi_1 + FLOOR,
+            phi_cap=squeeze.phi_2 - CAP,
+            p_m=squeeze.p_m,
+            power=squeeze.delta * log(10.0),
+            T_0=10.0**pull.a,
+            T_rate=pull.b * log(10.0),
+            C=C,
+            a=a,
+        )
+
+    def values(self):
+        """The numbers in the order of NUMBERS, for a struct of a kernel."""
+        return tuple(getattr(self, field.name) for field in fields(self))

@@ -1,0 +1,48 @@
+"""Pressure with compaction and tearing: the reference density follows, nothing has to be flagged.
+
+The pressure of the elastic path is kept between T(phi) and Sigma(phi). Where it was outside, the
+density at zero pressure moves so that the path meets the limit at today's density (G09 Fig 1): it
+grows where the dust is compacted and falls where it is torn. The densities rho_c of G09, where a
+path ends, are those at which it meets the limits, and need not be stored.
+"""
+
+from numpy import maximum, minimum, where
+
+from dusttaichi.physics.continuum.elasticity import bulk_modulus, elastic_pressure
+from dusttaichi.physics.continuum.strength import compressive, tensile
+
+
+def limited_pressure(density, reference, m):
+    """Elastic pressure [Pa] between T and Sigma at this density."""
+    phi = density / m.rho_s
+    trial = elastic_pressure(density, reference, m)
+    return maximum(minimum(trial, compressive(phi, m)), tensile(phi, m))
+
+
+def reference_density(density, pressure, m):
+    """Density at zero pressure [kg/m^3] of the elastic path through (density, pressure).
+
+    With reference = (1 - d) density it is the smallest d that solves d (1 - d)^(gamma - 1) = q,
+    q = pressure/K(density): three terms of its series and two steps of Newton's method, which is
+    round-off for |q| <= 0.04 at gamma = 4. d exists up to `largest_share`.
+    """
+    g = m.gamma
+    q = pressure / bulk_modulus(density, m)
+    d = q * (1.0 + (g - 1.0) * q * (1.0 + (1.5 * g - 1.0) * q))
+    slope = (1.0 - d) ** (g - 2.0)
+    d -= (d * (1.0 - d) * slope - q) / (slope * (1.0 - g * d))
+    slope = (1.0 - d) ** (g - 2.0)
+    d -= (d * (1.0 - d) * slope - q) / (slope * (1.0 - g * d))
+    return (1.0 - d) * density
+
+
+def largest_share(gamma):
+    """Largest p/K(density) that an elastic path can have at a density."""
+    return (1.0 - 1.0 / gamma) ** (gamma - 1.0) / gamma
+
+
+def pressure(density, reference, m):
+    """(p [Pa], reference [kg/m^3]) after the density has changed to `density`."""
+    p = limited_pressure(density, reference, m)
+    elastic = p == elastic_pressure(density, reference, m)
+    return p, where(elastic, reference, reference_density(density, p, m))
