@@ -251,6 +251,21 @@ def built_anew(scene: Scene, state: State) -> Simulation:
     return simulation
 
 
+@dataclass(frozen=True)
+class Preview:
+    """What is known of a scene before it is built; `dust check` prints it.
+
+    sections: (title, rows of (what, value)). size: number of particles. dt: time step [us].
+    plan: (name of the stage, steps at most, what ends it) of every stage, steps NEVER where only
+    what is measured ends it.
+    """
+
+    sections: list[tuple[str, list[tuple[str, str]]]]
+    size: int
+    dt: float
+    plan: list[tuple[str, int, str]]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Method:
     """A method: `scene`, the pydantic class of its scene, and how a Simulation is made of one.
@@ -258,7 +273,9 @@ class Method:
     make_sample(scene): what it starts from. build(scene, sample): the Simulation at step 0.
     variables: all that its results may hold. reopen(scene, state): a Simulation in a State of a
     simulation of that scene. code(scene): source files outside of this package that decide the
-    numbers of a scene.
+    numbers of a scene. preview(scene): a Preview, made quickly and without compiling.
+    internals(scene): more sections, of the scene built. parts(scene): words for what takes time in
+    a step; scenes with the same words run at like speeds.
     """
 
     name: str
@@ -268,6 +285,9 @@ class Method:
     variables: tuple[Variable, ...]
     reopen: Callable = built_anew
     code: Callable[[Scene], list[Path]] = lambda scene: []
+    preview: Callable[[Scene], Preview] | None = None
+    internals: Callable[[Scene], list] = lambda scene: []
+    parts: Callable[[Scene], tuple[str, ...]] = lambda scene: ()
 
 
 # name -> "module:attribute" of a Method, imported when a scene asks for it

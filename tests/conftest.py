@@ -1,6 +1,8 @@
 """Small scenes for the tests of the physics: real Scene and Sample objects, no YAML files."""
 
+import os
 import runpy
+import tempfile
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -11,6 +13,9 @@ from dusttaichi.grains.build import build
 from dusttaichi.physics.contact import registry
 from dusttaichi.samples import Sample
 from dusttaichi.scene import Scene
+
+# what runs of tests were measured to take says nothing of the user's machine
+os.environ["DUST_CACHE"] = tempfile.mkdtemp(prefix="dusttaichi-tests-")
 
 EXAMPLES = Path(__file__).parents[1] / "docs" / "examples"
 RADIUS = 0.6e-6  # silicate S12 [m]

@@ -27,7 +27,7 @@ MAY_KNOW = {
     "plots": {"analysis", "physics", "results"},
     "export": {"analysis", "results", "physics"},
     "studies": {"scene", "samples", "physics", "domain", "grains", "run", "results", "analysis",
-                "plots", "method"},
+                "plots", "method", "compute"},
 }  # fmt: skip
 
 

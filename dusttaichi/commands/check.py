@@ -8,29 +8,96 @@ import typer
 
 from dusttaichi.commands.console import console, remark, say
 from dusttaichi.commands.options import SceneFile, load_scene
+from dusttaichi.names import NEVER
+
+LABEL = 42  # columns that the names of numbers take at least
 
 
 def check(
     file: SceneFile,
+    *,
+    time: Annotated[
+        bool, typer.Option("--time", help="measure the speed anew, some ten seconds")
+    ] = False,
+    resolved: Annotated[
+        bool, typer.Option("--scene", help="the YAML with every default written out")
+    ] = False,
+    internals: Annotated[
+        bool, typer.Option("--internals", help="build it: contacts, what is compiled in, fields")
+    ] = False,
     costs: Annotated[
         bool, typer.Option("--costs", help="time the scene with each of its parts left out")
     ] = False,
 ):
-    """Check a YAML file and print the scene resolved: constants, step, size, cost, parts."""
-    from dusttaichi.grains.preview import report
+    """Check a YAML file and say what it is: sample, contacts, time step, cost."""
+    from dusttaichi import method
 
     scene = load_scene(file)
-    console.print(scene.to_yaml().rstrip())
-    sections, grains = report(scene)
-    for title, rows in [*sections, ("Cost of the parts", _part_costs(scene, grains, costs))]:
+    how = method.of(scene)
+    say(f"{scene.name} is a valid scene of the method {scene.method}.")
+    if how.preview is not None:
+        preview = how.preview(scene)
+        _show([*preview.sections, ("Cost", _cost(scene, preview, measure_it=time))])
+    if resolved:
+        console.print("\nThe scene resolved", style="bold")
+        console.print(scene.to_yaml().rstrip())
+    if internals:
+        _show(how.internals(scene))
+    if costs:
+        _show([("Cost of the parts", _part_costs(scene, preview.size))])
+    rest = {"--time": time, "--scene": resolved, "--internals": internals, "--costs": costs}
+    say(f"\nmore: {', '.join(option for option, there in rest.items() if not there)}")
+
+
+def _show(sections):
+    for title, rows in sections:
         console.print(f"\n{title}", style="bold")
+        width = max([LABEL, *(len(what) for what, _ in rows)])
         for what, value in rows:
-            say(f"  {what:<42} {value}")
+            say(f"  {what:<{width}} {value}")
 
 
-def _part_costs(scene, grains, costs):
-    if not costs:
-        return [("not measured", "with --costs, for this scene; in general by dust bench --parts")]
+def _cost(scene, preview, *, measure_it):
+    """Rows of the steps and of the time that they take on this machine."""
+    from dusttaichi.studies import speeds
+
+    if measure_it:
+        speeds.measure(scene, preview.plan)
+    known = speeds.likely(scene, preview.size)
+    rows, total = [], 0
+    for name, steps, reason in preview.plan:
+        what = f"steps at most, stage {name}" if name else "steps at most"
+        if steps == NEVER:
+            rows.append((what, "not known beforehand: what is measured ends the run"))
+            total = NEVER
+            break
+        total += steps
+        rows.append((what, f"{steps:,} ({steps * preview.dt:.5g} us; {reason})"))
+    if known is None:
+        unknown = "not known: nothing has run on this machine yet; --time measures it"
+        return [*rows, ("run time", unknown)]
+    speed, seconds, factor = known
+    of = "this scene" if speed.name == scene.name else speed.name
+    source = f"{of}, {speed.size:,} particles on {_threads(speed.threads)}"
+    rows.append(("speed", f"{1.0 / seconds:,.0f} steps/s, measured here before: {source}"))
+    if total < NEVER:
+        low, high = (_duration(total * seconds * f) for f in (1.0 / factor, factor))
+        rows.append(("run time at most", low if low == high else f"{low} to {high}"))
+    return rows
+
+
+def _threads(number):
+    return f"{number} threads" if number > 1 else "one thread"
+
+
+def _duration(seconds):
+    """A time as people say it."""
+    for size, unit in ((1.0, "s"), (60.0, "min"), (3600.0, "h"), (86400.0, "days")):
+        if seconds < 100.0 * size or unit == "days":
+            return f"{max(seconds / size, 1.0 if unit == 's' else 0.0):.2g} {unit}"
+
+
+def _part_costs(scene, grains):
     from dusttaichi.studies.bench.costs import cost_rows
 
     return cost_rows(scene, grains, remark)

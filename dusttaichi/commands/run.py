@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from dusttaichi.commands.console import console, plain_table, say_written
+from dusttaichi.commands.console import console, plain_table, say, say_written
 from dusttaichi.commands.ensembles import run_plan
 from dusttaichi.commands.options import (
     Output,
@@ -65,10 +65,14 @@ def run(
 def _run_one(scene, directory, onward, *, quiet, **how):
     """Run a scene. onward: the command that goes on with it. how: as `execute` takes it."""
     from dusttaichi.run import execute
+    from dusttaichi.studies.speeds import Timer
 
+    timer = Timer(scene)
+    hooks = {"ready": timer.ready, "advancing": timer}
     with ProgressBar(quiet, "building") as bar:
         try:
-            execute(scene, directory, report=_shown(bar), log=bar.log, **how)
+            execute(scene, directory, report=_shown(bar), log=bar.log, **hooks, **how)
+            timer.keep()
         except Interrupted as stop:
             if not stop.kept:
                 raise
@@ -99,7 +103,7 @@ def _show_result(directory):
     with analysis.open_run(directory) as result:
         figures = plots.save_all(result, directory)
         summary = analysis.summary(result)
-        rows = analysis.table(summary)
+        rows, frames = analysis.table(summary), result.snapshots
     headings = [
         {"header": heading, "no_wrap": heading == " "}  # no label is cut
         for heading in (" ", "run", "literature")
@@ -109,3 +113,17 @@ def _show_result(directory):
         table.add_row(*row)
     console.print(table)
     say_written([directory / "result.nc", *figures])
+    _say_next(directory, 0 if frames is None else frames.sizes["snapshot"])
+
+
+def _say_next(directory, frames):
+    """The commands that one may want now."""
+    film = " --animate" if frames > 2 else ""
+    told = {
+        f"dust report {directory}": "a page with figures to zoom into and the grains in 3-D",
+        f"dust render {directory}{film}": "a film" if film else "a picture",
+        f"dust compare {directory} OTHER": "beside other runs",
+    }
+    width = max(map(len, told))
+    for number, (command, what) in enumerate(told.items()):
+        say(f"{'next:' if number == 0 else '':<6}{command:<{width}}  # {what}")

@@ -28,6 +28,27 @@ def _reopen(scene, state):
     return reopen(scene, state)
 
 
+def _preview(scene):
+    from dusttaichi.grains.preview import preview
+
+    return preview(scene)
+
+
+def _internals(scene):
+    from dusttaichi.grains.preview import internals
+
+    return internals(scene)
+
+
+def _parts(scene):
+    """Boundary, laws of the contact, several materials, stress."""
+    from dusttaichi.physics.contact.registry import EFFECTS, law_name
+
+    effects = [e for e in EFFECTS[1:] if law_name(scene.interaction, e) is not None]
+    more = ["materials"] * bool(scene.materials) + ["stress"] * scene.output.stress
+    return (scene.boundary.kind, *effects, *more)
+
+
 def _code(scene):
     """Files of laws and of a kind of sample that are not of this package."""
     from dusttaichi.physics.contact.registry import EFFECTS, law_name, law_of
@@ -58,4 +79,7 @@ METHOD = Method(
     reopen=_reopen,
     variables=tuple(VARIABLES.values()),
     code=_code,
+    preview=_preview,
+    internals=_internals,
+    parts=_parts,
 )

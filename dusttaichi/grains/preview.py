@@ -1,47 +1,93 @@
-"""What `dust check` prints: the scene resolved into contact numbers, step, size, cost and parts."""
-
-import time as real_time
+"""What `dust check` prints of grains: sample, contacts, step and memory; what is compiled in."""
 
 import numpy as np
 
 from dusttaichi import samples, units
+from dusttaichi.compute.backend import LOOPS
+from dusttaichi.compute.memory import TYPES
+from dusttaichi.domain.domain import Domain
+from dusttaichi.domain.pushes import make_push
 from dusttaichi.grains import network
-from dusttaichi.grains.build import build
-from dusttaichi.grains.grain_contacts import contact_constants, grain_properties
+from dusttaichi.grains.build import build, chosen_layout, surroundings
+from dusttaichi.grains.grain_contacts import contact_constants, farthest_contacts, grain_properties
 from dusttaichi.grains.inventory import compiled_rows, field_rows, preset_rows, tables
+from dusttaichi.grains.kernels.declare import declare
 from dusttaichi.grains.kernels.store import room_for
 from dusttaichi.grains.time_step import chosen_step
+from dusttaichi.method import Preview
 from dusttaichi.names import NEVER
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import chosen_laws
-from dusttaichi.scene import filling_direction, quantities
+from dusttaichi.scene import quantities
 from dusttaichi.scene.material import DEFAULT
 
-TRIAL_SECONDS = 1.0
 
-
-def report(scene):
-    """Sections (title, rows of (what, value)) for a scene, and its number of grains. Builds it and
-    tries it for a second."""
+def preview(scene):
+    """The Preview of a scene (dusttaichi.method): its sample is made, nothing is compiled."""
     sample = samples.make(scene)
-    sim = build(scene, sample)
-    step = chosen_step(scene, samples.pushed(scene, sample), sim.polydisperse)
-    pair, wall = contact_constants(scene)
+    own = grain_properties(scene, sample)
+    step = chosen_step(scene, samples.pushed(scene, sample), own)
+    contacts = contact_constants(scene)
+    far = contacts if own is None else farthest_contacts(scene, own)
     sections = [
-        ("Contact of two grains", _contact(pair, scene)),
-        *(
-            [("Contact of a grain and a wall", _contact(wall, scene))]
-            if scene.boundary.walls
-            else []
-        ),
         ("Sample", _sample(scene, sample)),
-        ("Time step", network.rows(scene, sim, step)),
+        ("Contact of two grains", _contact(contacts[0], scene)),
+    ]
+    if scene.boundary.walls:
+        sections.append(("Contact of a grain and a wall", _contact(contacts[1], scene)))
+    sections.append(("Time step", _step(step)))
+    sections.append(("Memory", [("state", _state_memory(scene, sample, own, step))]))
+    domain = _domain(scene, sample, own, far, step)
+    return Preview(sections, len(sample), domain.dt, _plan(scene, domain))
+
+
+def internals(scene):
+    """More sections, of the scene built: what is compiled in, fields, contacts as they stand."""
+    sim = build(scene, samples.make(scene))
+    return [
+        ("Contacts as they stand", network.rows(scene, sim)),
         ("Accuracy", preset_rows(scene)),
         ("Compiled in", compiled_rows(scene, sim)),
         ("Fields", field_rows(sim)),
-        ("Cost", _cost(scene, sim)),
     ]
-    return sections, sim.grains
+
+
+def _step(step):
+    """Rows of a TimeStep."""
+    out = []
+    if np.isfinite(step.period):
+        out.append(("stiffest period (densest packing, walls)", f"{step.period * 1e9:.4g} ns"))
+        out.append(("largest stable step there", f"{step.limit * 1e9:.4g} ns"))
+    if np.isfinite(step.resolved) and step.resolved < 10.0 * step.dt:
+        out.append(("step that resolves how fast bodies meet", f"{step.resolved * 1e9:.4g} ns"))
+    chosen = f"{step.dt * 1e9:.4g} ns"
+    if np.isfinite(step.period):
+        chosen += f" = {step.dt / step.period:.3g} of the stiffest period"
+    return [*out, ("time step", chosen)]
+
+
+def _domain(scene, sample, own, contacts, step):
+    """What surrounds the grains, as the simulation has it at its start."""
+    box, cell = surroundings(scene, sample, own, None, contacts)
+    radii = np.full(len(sample), scene.material.radius / units.LENGTH)
+    radii = radii if own is None else own.radius
+    volume, t_c = 4.0 / 3.0 * np.pi * (radii**3).sum(), constants.characteristic_time
+    dt, t_c = step.dt / units.TIME, t_c(scene.material) / units.TIME
+    return Domain(dt, float(volume), float(radii.max()), box, cell, t_c)
+
+
+def _state_memory(scene, sample, own, step):
+    """What the state takes; the scratch of the search comes beside it."""
+    loops = LOOPS[scene.numerics.backend]
+    laws = chosen_laws(scene.interaction, scene.numerics.newton_steps)
+    push = make_push(scene.push, sample.info, np.arange(len(sample)), step.dt / units.TIME)
+    layout = chosen_layout(scene, laws, loops, push, polydisperse=own is not None)
+    room = room_for(len(sample))
+    size = sum(
+        int(np.prod(v.shape)) * max(v.element[1], 1) * np.dtype(TYPES[v.element[0]]).itemsize
+        for v in declare(room, layout, bool(scene.boundary.walls))
+    )
+    return f"{size / 2**20:.3g} MiB with room for {room:,} grains, and a third beside it to search"
 
 
 def _contact(c, scene):
@@ -111,36 +157,9 @@ def _sample(scene, sample):
     return rows
 
 
-def _cost(scene, sim):
-    plan = _plan(scene, sim)
-    rate = _trial(sim, plan[0][1])
-    rows = [
-        (
-            "memory of the state",
-            f"{state_bytes(sim) / 2**20:.4g} MiB, room for {room_for(sim.grains):,} grains "
-            f"({state_bytes(sim) / room_for(sim.grains):.0f} bytes each)",
-        ),
-        ("speed in a trial now", f"{rate:,.0f} steps/s, {rate * sim.grains:.3g} grain-steps/s"),
-    ]
-    total = 0
-    for name, steps, reason in plan:
-        what = f"steps at most, stage {name}" if name else "steps at most"
-        if steps == NEVER:
-            return [*rows, (what, "not known beforehand: what is measured ends the run")]
-        total += steps
-        rows.append((what, f"{steps:,} ({steps * sim.dt:.5g} us; {reason})"))
-    remark = ""
-    if any(filling_direction(scene.boundary, plan.drive) > 0 for plan in scene.stage_plans):
-        remark = "; contacts that form in compression make it up to twice that"
-    return [
-        *rows,
-        ("estimated run time at most", f"{_duration(total / rate)} at this speed{remark}"),
-    ]
-
-
-def _plan(scene, sim):
+def _plan(scene, domain):
     """(name, steps at most, reason) of every stage, from the edges that each leaves behind."""
-    domain, first, out = sim.domain, 0, []
+    first, out = 0, []
     for plan in scene.stage_plans:
         domain = domain.driven(plan.drive, first)
         end, reason = domain.clock(first).last_step(plan.stop)
@@ -151,26 +170,6 @@ def _plan(scene, sim):
     return out
 
 
-def _trial(sim, end):
-    """Steps a second, tried for about TRIAL_SECONDS and not beyond the end of the scene."""
-    sim.advance(1)  # compiles
-    steps, took, rate = 20, 0.0, float("nan")
-    while took < TRIAL_SECONDS and sim.step < end:
-        steps = min(steps, end - sim.step)
-        began = real_time.perf_counter()
-        sim.advance(steps)
-        took = real_time.perf_counter() - began
-        rate = steps / took
-        steps = int(steps * min(10.0, max(2.0, 1.2 * TRIAL_SECONDS / took)))
-    return rate
-
-
 def state_bytes(sim):
     """Bytes of all fields of a simulation, scratch of the search included."""
     return sum(field.nbytes for field in tables(sim).values())
-
-
-def _duration(seconds):
-    if seconds < 120:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"

@@ -1,6 +1,8 @@
 """The command line: exit codes, interruptions, file names with brackets. Nothing is simulated."""
 
+import io
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -8,10 +10,12 @@ import time
 
 import pytest
 import synthetic
+from rich.console import Console
 from scene_text import CONFIGS
 
 from dusttaichi import run as run_package
 from dusttaichi.commands import app as cli
+from dusttaichi.commands import progress
 from dusttaichi.commands.progress import ProgressBar
 from dusttaichi.errors import DustError, GuardStop, Interrupted
 
@@ -131,15 +135,41 @@ def test_brackets_in_file_names_are_no_markup(tmp_path, capsys, monkeypatch):
         dust("plot", tmp_path / "[/missing]")
 
 
-def test_the_bar_shows_brackets_and_is_silent_where_asked(capsys):
-    with ProgressBar() as bar:
+def terminal(width):
+    return Console(
+        file=io.StringIO(), force_terminal=True, width=width, markup=False, highlight=False
+    )
+
+
+def test_the_bar_shows_brackets_and_is_silent_where_asked():
+    screen = terminal(120)
+    with ProgressBar(console=screen) as bar:
         bar.show("[/red] 1 of 2", 1, 2, "[red]size=[1,2] 50%")
         bar.log("kept in [dir]")
-    printed = capsys.readouterr().err
+    printed = screen.file.getvalue()
     assert "[/red] 1 of 2" in printed and "size=[1,2]" in printed and "kept in [dir]" in printed
-    with ProgressBar(quiet=True) as bar:
+    screen = terminal(120)
+    with ProgressBar(quiet=True, console=screen) as bar:
         bar.show("1 of 2", 1, 2)
-    assert "1 of 2" not in capsys.readouterr().err
+    assert "1 of 2" not in screen.file.getvalue()
+
+
+@pytest.mark.parametrize("width", [40, 60, 100])
+def test_the_bar_is_one_line_on_any_terminal(width):
+    screen = terminal(width)
+    with ProgressBar(console=screen) as bar:
+        bar.show("step 1,234,567", 1, 2, "phi 0.312  P 12.3 kPa  12,345 steps/s")
+    lines = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]|\r", "", screen.file.getvalue()).split("\n")
+    assert max(map(len, lines)) <= width and "phi" in lines[-2] and " 50.0 %" in lines[-2]
+
+
+def test_a_log_has_no_bar_but_a_line_now_and_then(capsys, monkeypatch):
+    with ProgressBar() as bar:
+        bar.show("step 1", 1, 2, "phi 0.3")
+        bar.log("stage one finished")
+        monkeypatch.setattr(progress, "LOG_EVERY", 0.0)
+        bar.show("step 2", 2, 4, "phi 0.4")
+    assert capsys.readouterr().err == "stage one finished\nstep 2  50%  phi 0.4\n"
 
 
 def test_long_paths_stay_in_one_line(tmp_path, capsys):

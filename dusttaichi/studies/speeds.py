@@ -1,0 +1,142 @@
+"""How fast this machine has computed before: what `dust check` estimates a run time from.
+
+Every run of `dust run` and every `dust check --time` leaves a line in a small file of the user's
+cache: which kind of scene, how many particles and threads, seconds a particle and step.
+"""
+
+import json
+import os
+import time as real_time
+from dataclasses import asdict, dataclass
+from math import exp, log
+from pathlib import Path
+
+import platformdirs
+
+from dusttaichi import files, method
+from dusttaichi.compute.backend import threads_of
+from dusttaichi.errors import DustError
+
+KEPT = 200  # measurements, the newest
+LEAST_SECONDS = 0.5  # of steps that tell a speed
+TRIAL_SECONDS = 1.0
+FOLDER = "DUST_CACHE"  # environment variable that names another folder
+
+
+@dataclass(frozen=True)
+class Speed:
+    """One measurement. seconds: of one particle and one step. parts: as of a Method."""
+
+    name: str
+    method: str
+    backend: str
+    precision: str
+    parts: tuple[str, ...]
+    size: int
+    threads: int
+    seconds: float
+
+
+def path():
+    """The file of the measurements of this machine."""
+    folder = os.environ.get(FOLDER) or platformdirs.user_cache_dir("dusttaichi")
+    return Path(folder) / "speeds.json"
+
+
+def known():
+    """All measurements, the newest last; none where there is no readable file."""
+    try:
+        rows = json.loads(path().read_text(encoding="utf-8"))
+        return [Speed(**{**row, "parts": tuple(row["parts"])}) for row in rows]
+    except (OSError, ValueError, TypeError, KeyError):
+        return []
+
+
+def remember(speed):
+    """Keep a measurement. It is a convenience: a disk that refuses it is no error."""
+    try:
+        path().parent.mkdir(parents=True, exist_ok=True)
+        rows = [asdict(s) for s in [*known(), speed][-KEPT:]]
+        beside = path().with_suffix(f".{os.getpid()}")
+        beside.write_text(json.dumps(rows), encoding="utf-8")
+        files.replace_atomically(beside, path())
+    except OSError:
+        pass
+
+
+def speed_of(scene, size, seconds):
+    """The Speed of a scene with `size` particles that took so many seconds a particle and step."""
+    n = scene.numerics
+    kind = (getattr(n, "backend", "cpu"), getattr(n, "precision", "f64"))
+    parts = method.of(scene).parts(scene)
+    return Speed(scene.name, scene.method, *kind, parts, size, threads_of(scene, size), seconds)
+
+
+def likely(scene, size):
+    """(Speed, seconds of a step, factor that they may be off by) from the Speed known that is most
+    like the scene: of its method, backend and precision, then like in parts, threads and size, and
+    of equal ones the newest. None where there is none."""
+    wanted = speed_of(scene, size, 0.0)
+    same = ("method", "backend", "precision")
+    fit = [s for s in reversed(known()) if all(getattr(s, a) == getattr(wanted, a) for a in same)]
+    if not fit:
+        return None
+    best = min(fit, key=lambda s: _distance(s, wanted))
+    seconds = best.seconds * size * best.threads / wanted.threads
+    return best, seconds, 1.3 * exp(min(0.2 * _distance(best, wanted), 1.5))
+
+
+def _distance(one, other):
+    """How little two Speeds tell of each other: 0 for the same kind, size and threads."""
+    sizes = abs(log(one.size / other.size)) + abs(log(one.threads / other.threads))
+    return len(set(one.parts) ^ set(other.parts)) + sizes
+
+
+def measure(scene, plan):
+    """Steps of the scene from its start, for about a second: its Speed, which is kept.
+
+    plan: of its Preview. Compiles what is not in the cache. Raises DustError where the scene ends
+    before that tells anything.
+    """
+    how = method.of(scene)
+    sim = how.build(scene, how.make_sample(scene))
+    sim.advance(1)
+    steps, took, made = 20, 0.0, 0
+    while took < TRIAL_SECONDS and sim.step < plan[0][1]:
+        steps = min(steps, plan[0][1] - sim.step)
+        began, first = real_time.perf_counter(), sim.step
+        sim.advance(steps)
+        took, made = real_time.perf_counter() - began, sim.step - first
+        steps = int(steps * min(10.0, max(2.0, 1.2 * TRIAL_SECONDS / took)))
+    if not made:
+        raise DustError("--time: the scene ends after one step, which tells nothing of its speed.")
+    speed = speed_of(scene, sim.size, took / made / sim.size)
+    remember(speed)
+    return speed
+
+
+class Timer:
+    """Times the stretches of a run, and keeps its speed at the end.
+
+    `ready` and the Timer itself are what dusttaichi.run.execute takes as ready and advancing.
+    """
+
+    def __init__(self, scene):
+        self.scene, self.sim, self.seconds, self.steps = scene, None, 0.0, 0
+
+    def ready(self, sim):
+        self.sim = sim
+
+    def __enter__(self):
+        self._from = self.sim.step, real_time.perf_counter()
+
+    def __exit__(self, *_):
+        first, began = self._from
+        self.seconds += real_time.perf_counter() - began
+        self.steps += self.sim.step - first
+
+    def keep(self):
+        """Keep the speed of the run, where it was long enough to tell one."""
+        if self.seconds >= LEAST_SECONDS and self.steps:
+            each = self.seconds / self.steps / self.sim.size
+            remember(speed_of(self.scene, self.sim.size, each))

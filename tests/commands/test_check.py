@@ -1,0 +1,67 @@
+"""`dust check`: quick, in the order of a physicist, with the speed of this machine."""
+
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from dusttaichi.commands.app import app
+from dusttaichi.commands.check import _duration
+from dusttaichi.scene import load
+from dusttaichi.studies import speeds
+
+
+@pytest.fixture
+def fresh(tmp_path, monkeypatch):
+    monkeypatch.setenv(speeds.FOLDER, str(tmp_path / "cache"))
+
+
+def said(*words):
+    result = CliRunner().invoke(app, ["check", *words])
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+def test_it_begins_with_sample_contacts_step_and_cost(fresh):
+    text = said("smoke")
+    titles = ["Sample", "Contact of two grains", "Contact of a grain and a wall", "Time step"]
+    places = [text.index(f"\n{title}\n") for title in [*titles, "Memory", "Cost"]]
+    assert places == sorted(places)
+    assert "steps at most                              4,000" in text
+    assert "nothing has run on this machine yet" in text
+    assert "Compiled in" not in text and "critical_rolling" not in text
+
+
+def test_it_compiles_nothing():
+    code = "import sys; sys.argv = ['dust', 'check', 'smoke']\n"
+    code += "import taichi as ti\nti.init = None\n"  # which whatever compiles has to call
+    code += "from dusttaichi.commands.app import main\nmain()"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0 and "4,000" in done.stdout, done.stderr
+
+
+def test_the_run_time_follows_from_the_speed_measured_before(fresh):
+    scene = load("smoke")
+    speeds.remember(speeds.speed_of(scene, 60, 1e-5 / 60))
+    speeds.remember(speeds.speed_of(load("omni_static"), 3000, 1.0))
+    text = said("smoke")
+    assert "100,000 steps/s, measured here before: this scene, 60 particles on one thread" in text
+    _, seconds, factor = speeds.likely(scene, 60)
+    assert seconds == pytest.approx(1e-5) and factor == pytest.approx(1.3)
+    # of twice the size nothing is known: twice the time, and less sure
+    _, seconds, factor = speeds.likely(scene, 120)
+    assert seconds == pytest.approx(2e-5) and factor > 1.4
+
+
+def test_a_damaged_file_of_speeds_is_no_error(fresh):
+    speeds.path().parent.mkdir(parents=True)
+    speeds.path().write_text("[{")
+    assert speeds.known() == []
+    speeds.remember(speeds.speed_of(load("smoke"), 60, 1.0))
+    assert len(speeds.known()) == 1
+
+
+def test_durations_are_said_as_people_do():
+    times = [0.2, 47, 400, 20000, 1e6]
+    assert [_duration(t) for t in times] == ["1 s", "47 s", "6.7 min", "5.6 h", "12 days"]
