@@ -2,8 +2,8 @@
 
 The keys of a scene come from its blocks, the variables of a result from their declaration, the
 commands from the command line itself, the named materials from the scene, the numbers of a contact
-from the laws, and the pages of the
-interface from the packages. So none of these tables can be out of date.
+from the laws, and the pages of the interface from the packages. So none of these tables can be out
+of date.
 """
 
 import csv

@@ -18,6 +18,7 @@ from dusttaichi.commands.options import (
 )
 from dusttaichi.commands.progress import ProgressBar
 from dusttaichi.errors import DustError, Interrupted
+from dusttaichi.names import NEVER
 
 
 def run(
@@ -89,7 +90,7 @@ def _shown(bar):
         if progress.pressure is not None:
             state.append(f"P {progress.pressure / 1e3:.3g} kPa")
         state.append(f"{progress.steps_per_second:,.0f} steps/s")
-        total = progress.end if progress.end < 2**61 else None
+        total = progress.end if progress.end < NEVER else None
         what = f"{progress.task}step {progress.step:,}"
         bar.show(what, progress.step, total, "  ".join(state))
 

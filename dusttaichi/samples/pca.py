@@ -32,8 +32,8 @@ from dusttaichi.samples.ballistic import (
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import ROUNDING, Sample, extent
-from dusttaichi.samples.values import Seed, Size, shape_of
-from dusttaichi.scene.fields import Count, Number, problems
+from dusttaichi.samples.values import CutGrains, CutSize, Seed, shape_of
+from dusttaichi.scene.fields import Number, problems
 
 BULK = 0.15  # filling factor of the bulk; only to guess how large an aggregate to cut from
 MOST_GRAINS = 2e6  # of the aggregate: minutes
@@ -50,12 +50,8 @@ class PcaSample(SampleBlock):
         description="the aggregate as it grew, or the shape that is cut from a larger one; "
         "with size that of size",
     )
-    grains: Count | None = Field(None, description="number of grains; either this or size")
-    size: Size | None = Field(
-        None,
-        description="[Lx, Ly, Lz] of a box, or diameter and height of a cylinder; "
-        "either this or grains",
-    )
+    grains: CutGrains = None
+    size: CutSize = None
     aspect: Annotated[float, Number(gt=0)] = Field(
         1.0, description="height over width of a cut, with grains"
     )

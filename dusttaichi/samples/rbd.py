@@ -29,8 +29,8 @@ from dusttaichi.samples import cut
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import ROUNDING, Sample, bulk_filling_factor, extent
-from dusttaichi.samples.values import TOO_NARROW, Seed, Size, edges_of
-from dusttaichi.scene.fields import Count, Number, problems
+from dusttaichi.samples.values import TOO_NARROW, CutGrains, CutSize, Seed, edges_of
+from dusttaichi.scene.fields import Number, problems
 
 BULK = 0.15  # filling factor of the bulk, S12 section 3.1; only to guess how wide to deposit
 LEAST_PERIOD = 40.0  # grain radii: a narrower periodic deposit grows as a correlated column
@@ -43,12 +43,8 @@ class RbdSample(SampleBlock):
 
     kind: Literal["rbd"]
     shape: Literal["box", "cylinder"] = Field("box", description="shape that is cut from the cake")
-    grains: Count | None = Field(None, description="number of grains; either this or size")
-    size: Size | None = Field(
-        None,
-        description="[Lx, Ly, Lz] of a box, or diameter and height of a cylinder; "
-        "either this or grains",
-    )
+    grains: CutGrains = None
+    size: CutSize = None
     aspect: Annotated[float, Number(gt=0)] = Field(
         1.0, description="height over width, with grains"
     )

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Discriminator, Field, Tag, TypeAdapter, ValidationError
 from pydantic_core import core_schema
 
-from dusttaichi.scene.fields import Block, Number, needed
+from dusttaichi.scene.fields import Block, Count, Number, needed
 from dusttaichi.scene.material import DEFAULT
 from dusttaichi.scene.quantities import Quantity, Vector, format
 
@@ -47,6 +47,16 @@ def edges_of(size: Vector | CylinderSize) -> tuple[float, float, float]:
 Size = Annotated[
     Annotated[BoxSize, Tag("box")] | Annotated[CylinderSize, Tag("cylinder")],
     Discriminator(shape_of),
+]
+
+# of a shape that holds either so many grains, or what fits into a size
+CutGrains = Annotated[Count | None, Field(description="number of grains; either this or size")]
+CutSize = Annotated[
+    Size | None,
+    Field(
+        description="[Lx, Ly, Lz] of a box, or diameter and height of a cylinder; "
+        "either this or grains"
+    ),
 ]
 
 

@@ -125,36 +125,30 @@ def make_lane_numbers(fields, layout, laws):
         return {name: ti.cast(table[b, n], real) for name, n, real in of_laws}
 
     @ti.func
-    def of_pairs(b, p):
-        r1, r2 = table[b, R1], table[b, R2]
-        touch = r1 + r2
-        inv_touch = 1.0 / touch
+    def lanes(b, r2, inv_r2, R):
+        """All numbers; r2, inv_r2: of the second grain, 0 of a wall. R: the reduced radius."""
+        r1 = table[b, R1]
         return Lanes(
             r1=long(r1),
             r2=long(r2),
             inv_r1=long(1.0 / r1),
-            inv_r2=long(1.0 / r2),
-            R=long(r1 * r2 * inv_touch),
-            touch=long(touch),
-            inv_touch=long(inv_touch),
+            inv_r2=long(inv_r2),
+            R=long(R),
+            touch=long(r1 + r2),
+            inv_touch=long(1.0 / (r1 + r2)),
             mass=ti.cast(table[b, MASS], layout.law),
             **own(b),
         )
 
     @ti.func
+    def of_pairs(b, p):
+        r1, r2 = table[b, R1], table[b, R2]
+        return lanes(b, r2, 1.0 / r2, r1 * r2 * (1.0 / (r1 + r2)))
+
+    @ti.func
     def of_walls(b, p):
-        r, zero = table[b, R1], 0.0 * table[b, R1]
-        return Lanes(
-            r1=long(r),
-            r2=long(zero),
-            inv_r1=long(1.0 / r),
-            inv_r2=long(zero),
-            R=long(r),
-            touch=long(r),
-            inv_touch=long(1.0 / r),
-            mass=ti.cast(table[b, MASS], layout.law),
-            **own(b),
-        )
+        zero = 0.0 * table[b, R1]
+        return lanes(b, zero, zero, table[b, R1])
 
     return of_pairs, of_walls
 
