@@ -6,8 +6,9 @@ import numpy as np
 
 from dusttaichi.results.variables import reference_energy
 
-KINETIC = ("kinetic_translation", "kinetic_rotation")
-WORKS = ("wall_work", "face_work", "push_work")  # of what acts on the grains from outside
+KINETIC = ("kinetic_translation", "kinetic_rotation", "kinetic")
+POTENTIAL = ("gravity_energy", "elastic_energy")  # of a continuum
+WORKS = ("wall_work", "face_work", "push_work", "work")  # of what acts from outside
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,7 @@ def ledger(run):
     lost = sum(losses.values(), zero)
     kinetic = sum((series[n].values for n in KINETIC if n in series), zero)
     potential = total("potential", "spring") + total("potential_wall", "spring")
+    potential = sum((series[n].values for n in POTENTIAL if n in series), potential)
     work = sum((series[n].values for n in WORKS if n in series), zero)
     energy, residual = kinetic + potential, series.energy_residual.values
     if not len(zero):

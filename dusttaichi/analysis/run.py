@@ -163,6 +163,17 @@ class Run:
         frames = self.snapshots
         return frames is not None and frames.sizes["snapshot"] > 1
 
+    @property
+    def is_continuum(self):
+        """True for a run of the continuum: it has particles, and no grains."""
+        return "particles" in self.attrs
+
+    @property
+    def intrudes(self):
+        """True where a rigid body falls on dust (continuum, sample.kind impact)."""
+        info = yaml.safe_load(self.attrs.get("sample", "")) or {}
+        return "body_position" in self.series and "density" in info.get("projectile", {})
+
     def bodies(self):
         """Grains of the two bodies of a run that `collides`: two arrays of numbers."""
         info = yaml.safe_load(self.attrs["sample"])

@@ -9,6 +9,7 @@ from dusttaichi.analysis.compression import (
     onset,
     rms_from_law,
 )
+from dusttaichi.analysis.continuum import numbers as continuum
 from dusttaichi.analysis.error_bar import error_bar, error_bar_rows, filling_factor_error
 from dusttaichi.analysis.fragments import compaction, fragments, growth_efficiency
 from dusttaichi.analysis.isotropic import isotropic
@@ -33,7 +34,8 @@ def summary(run, law=None):
     strength_law of a sample that is stretched, see `tensile`;
     ratio, ratio_scatter, ratio_low, ratio_high of one pressed from all sides, see `isotropic`;
     outcome ("sticking", "bouncing", "fragmentation"), fragments, largest_share (of the mass),
-    growth_efficiency, compaction, restitution of a collision between its first and last snapshot.
+    growth_efficiency, compaction, restitution of a collision between its first and last snapshot;
+    of a run of the continuum those of `analysis.continuum.numbers`.
     law: the CompressionLaw to compare with (default: `compression_law`, by the boundary).
     """
     series = run.series
@@ -68,7 +70,8 @@ def summary(run, law=None):
     if run.compresses and numbers["error_bar"] is not None:
         curve = compression_curve(run)
         numbers["error_bar_phi"] = filling_factor_error(numbers["error_bar"], curve)
-    return numbers | _compression(run, law) | _tension(run) | _isotropic(run) | _collision(run)
+    numbers |= _compression(run, law) | _tension(run) | _isotropic(run) | _collision(run)
+    return numbers | continuum.numbers(run)
 
 
 _COMPRESSION = (
@@ -277,6 +280,7 @@ def table(numbers):
             "1 (T19 eq 9)",
         )
     _collision_rows(n, row)
+    continuum.rows(n, row)
     row("filling factor", n["filling_factor"], "{:.4f}".format)
     row("pressure on the top wall", n["pressure"], lambda v: f"{v / 1e3:.4g} kPa")
     row("worst residual of the energy ledger", n["ledger_worst"], "{:.1e}".format)

@@ -112,8 +112,12 @@ def render(
     *,
     snapshot: Annotated[int, typer.Option(help="number, from the end if negative")] = -1,
     color: Annotated[
-        str, typer.Option(help="coordination, speed, height, fragment, body or uniform")
-    ] = "coordination",
+        str | None,
+        typer.Option(
+            help="coordination, speed, height, fragment, body or uniform; of a continuum "
+            "filling_factor, pressure or speed"
+        ),
+    ] = None,
     view: Annotated[
         str, typer.Option(help="oblique, front, side, top, bottom or x,y,z to look from")
     ] = "oblique",
@@ -122,16 +126,20 @@ def render(
     ] = None,
     animate: Annotated[bool, typer.Option("--animate", help="a film of all snapshots")] = False,
 ):
-    """Picture of the grains of a snapshot, or a film of all snapshots."""
+    """Picture of the grains or the dust of a snapshot, or a film of all snapshots."""
     from dusttaichi import analysis, plots
 
     folder = run if run.is_dir() else run.parent
-    path = output or folder / ("grains.gif" if animate else "grains.png")
     with analysis.open_run(run) as result:
+        name = "dust" if result.is_continuum else "grains"
+        path = output or folder / f"{name}.{'gif' if animate else 'png'}"
         if animate:
             plots.animation(result, path, color, view)
         else:
-            figure = plots.grains(result, snapshot, color, view)
+            if result.is_continuum:
+                figure = plots.dust(result, snapshot, color or "filling_factor")
+            else:
+                figure = plots.grains(result, snapshot, color or "coordination", view)
             try:
                 figure.savefig(path)
             except (OSError, ValueError) as error:

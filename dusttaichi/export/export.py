@@ -3,10 +3,12 @@
 from importlib import import_module
 from pathlib import Path
 
+from dusttaichi.analysis.continuum import read_particles
 from dusttaichi.analysis.frame import frame_count, read_frame
 from dusttaichi.errors import DustError
 
 FORMATS = ("vtk", "extxyz", "lammps")
+CONTINUUM = ("vtk",)  # of particles of a continuum
 _NEEDS = {"vtk": "meshio", "extxyz": "ase"}
 
 
@@ -16,14 +18,16 @@ def export(run, to, output=None, snapshot="all"):
     to: "vtk" (ParaView), "extxyz" (ASE, OVITO) or "lammps" (OVITO, LAMMPS). output: the directory,
     by default one of the format's name beside the result. snapshot: a number, from the end if
     negative, or "all". Existing files of the same names are overwritten.
-    Raises DustError where the format or the snapshot is not there, its library is not installed,
-    or the files cannot be written.
+    Runs of the continuum go to vtk only. Raises DustError where the format or the snapshot is not
+    there, its library is not installed, or the files cannot be written.
     """
     if to not in FORMATS:
         raise DustError(f'There is no format "{to}"; allowed: {", ".join(FORMATS)}.')
-    writer = _writer(to)
+    if run.is_continuum and to not in CONTINUUM:
+        raise DustError(f'A run of the continuum has no format "{to}"; allowed: vtk.')
+    writer, read = _writer(to), read_particles if run.is_continuum else read_frame
     numbers = range(frame_count(run)) if snapshot == "all" else [snapshot]
-    frames = (read_frame(run, number) for number in numbers)
+    frames = (read(run, number) for number in numbers)
     folder = Path(output) if output is not None else run.path.parent / to
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -1,7 +1,8 @@
 """VTK for ParaView: a .vtu file a snapshot, and a .pvd file that gives them their times.
 
-Everything is in SI, as in the result. Points are grains: vertex cells, and point data. Contacts
-are line cells between their grains, with cell data; vertex cells have "not a number" there.
+Everything is in SI, as in the result. Points are grains, or particles of a continuum: vertex cells,
+and point data. Contacts are line cells between their grains, with cell data; vertex cells have "not
+a number" there.
 """
 
 import xml.etree.ElementTree as ET
@@ -19,8 +20,18 @@ CELL_UNITS = {
     "rolling": "m, length of the rolling displacement R (n1 + n2)",
     "across": "1 where the contact passes through a periodic face, so that its line is too long",
 }
+PARTICLE_UNITS = {
+    "density": "kg/m^3",
+    "filling_factor": "1, not a number of what is not dust",
+    "pressure": "Pa",
+    "deviator": "Pa, a tensor xx xy xz yx yy yz zx zy zz",
+    "mass": "kg, kg/m in two dimensions",
+    "size": "m, distance of particles in a close packing of such volumes",
+    "role": "0 dust, 1 rigid, 2 held, 3 wall",
+    "body": "number of the body",
+}
 COLLECTION = "grains.pvd"
-_UNITS = {"points": "m", "time": "s", **POINT_UNITS, **CELL_UNITS}
+_UNITS = {"points": "m", "time": "s", **POINT_UNITS, **CELL_UNITS, **PARTICLE_UNITS}
 _COMMENT = "<!-- Units\n" + "".join(f"{name}: {unit}\n" for name, unit in _UNITS.items()) + "-->"
 
 
@@ -28,10 +39,11 @@ def write(run, frames, folder):
     """Write the frames to `folder`. Returns the paths, that of the collection first."""
     listed = ET.Element("VTKFile", type="Collection", version="0.1")
     collection = ET.SubElement(listed, "Collection")
-    paths = [folder / COLLECTION]
+    paths = [folder / ("dust.pvd" if run.is_continuum else COLLECTION)]
     for frame in frames:
-        paths.append(folder / f"grains_{frame.number:04d}.vtu")
-        mesh(frame).write(paths[-1])
+        name, drawn = ("dust", particles) if run.is_continuum else ("grains", mesh)
+        paths.append(folder / f"{name}_{frame.number:04d}.vtu")
+        drawn(frame).write(paths[-1])
         _state_units(paths[-1])
         ET.SubElement(collection, "DataSet", timestep=repr(frame.time), file=paths[-1].name)
     ET.indent(listed)
@@ -44,6 +56,16 @@ def _state_units(path):
     """A comment below the XML declaration: VTK has no place for units."""
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("?>", f"?>\n{_COMMENT}", 1), encoding="utf-8")
+
+
+def particles(frame):
+    """A ParticleFrame as a meshio.Mesh, SI."""
+    xx, yy, zz, xy, xz, yz = frame.deviator.T
+    tensor = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=1)
+    points = {name: getattr(frame, name) for name in PARTICLE_UNITS} | {"velocity": frame.velocity}
+    points |= {name: points[name].astype(float) for name in ("role", "body")}
+    cells = [("vertex", np.arange(len(frame.position))[:, None])]
+    return meshio.Mesh(frame.position, cells, point_data=points | {"deviator": tensor})
 
 
 def mesh(frame):

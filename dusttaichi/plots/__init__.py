@@ -11,7 +11,16 @@ from dusttaichi.errors import DustError
 from dusttaichi.plots.animation import animation
 from dusttaichi.plots.collision import collision, collision_spectrum
 from dusttaichi.plots.compression import compression
+from dusttaichi.plots.continuum import (
+    bead_profile,
+    compacted_volume,
+    deceleration,
+    filling_factors,
+    impact,
+    wall_forces,
+)
 from dusttaichi.plots.coordination import coordination
+from dusttaichi.plots.dust import dust
 from dusttaichi.plots.ensemble import ensemble
 from dusttaichi.plots.extremes import extremes
 from dusttaichi.plots.fractal import fractal
@@ -28,15 +37,21 @@ from dusttaichi.plots.trade import save_trade, trade
 
 __all__ = [
     "animation",
+    "bead_profile",
     "bands",
     "collision",
     "collision_spectrum",
+    "compacted_volume",
     "compression",
     "coordination",
+    "deceleration",
+    "dust",
     "ensemble",
     "extremes",
+    "filling_factors",
     "fractal",
     "grains",
+    "impact",
     "isotropic",
     "ledger",
     "losses",
@@ -51,6 +66,7 @@ __all__ = [
     "stress",
     "tensile",
     "trade",
+    "wall_forces",
 ]
 
 
@@ -63,6 +79,8 @@ def save_all(run, directory, suffix=".png"):
     stretching fractal; collision and fragments (two bodies that fly at each other); sound_speed
     (after a push that snapshots show to arrive); stress (where it was written); profile (where
     profiles were written).
+    Of a run of the continuum: wall_forces, dust (a map), filling_factors; where a bead falls on
+    dust impact, bead_profile, deceleration and compacted_volume.
     suffix: what matplotlib knows, .png, .pdf, .svg. Raises DustError where the directory cannot
     be written.
     """
@@ -88,7 +106,27 @@ def save_all(run, directory, suffix=".png"):
         figures |= _sound(run)
     if run.profiles is not None:
         figures["profile"] = profile(run)
+    if run.is_continuum:
+        figures |= _continuum(run, several)
     return _save(figures, directory, suffix)
+
+
+def _continuum(run, several):
+    """Figures of a run of the continuum: of an impact of a bead, of faces, of filling factors."""
+    figures = {}
+    if several and "pressure" in run.series and run.boundary != "open":
+        figures["wall_forces"] = wall_forces(run)
+    if run.snapshots is None:
+        return figures
+    figures |= {"dust": dust(run), "filling_factors": filling_factors(run)}
+    if run.intrudes:
+        figures |= {
+            "impact": impact(run),
+            "bead_profile": bead_profile([run]),
+            "deceleration": deceleration([run]),
+            "compacted_volume": compacted_volume([run]),
+        }
+    return figures
 
 
 def _sound(run):
@@ -104,14 +142,23 @@ def _sound(run):
 def save_together(runs, directory, suffix=".png"):
     """Write the figures that show several Runs in one. Returns the paths.
 
-    compression, isotropic, tensile and strength, of those runs that have them. Raises DustError
-    where no two of them have the same, or the directory cannot be written.
+    compression, isotropic, tensile and strength, of those runs that have them; deceleration,
+    bead_profile and compacted_volume of beads that fall on dust.
+    Raises DustError where no two of them have the same, or the directory cannot be written.
     """
     figures = {}
     for does, draw in (
         ("compresses", {"compression": compression}),
         ("shrinks", {"isotropic": isotropic}),
         ("stretches", {"tensile": tensile, "strength": strength}),
+        (
+            "intrudes",
+            {
+                "deceleration": deceleration,
+                "bead_profile": bead_profile,
+                "compacted_volume": compacted_volume,
+            },
+        ),
     ):
         able = [run for run in runs if getattr(run, does)]
         if len(able) > 1:

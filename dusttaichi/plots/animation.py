@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from dusttaichi.analysis.continuum import read_particles
 from dusttaichi.analysis.frame import frame_count, grain_masses, read_frame
 from dusttaichi.errors import DustError
-from dusttaichi.plots import style
+from dusttaichi.plots import dust, style
 from dusttaichi.plots.grains import appearance_of, bodies_of, draw
 
 DPI = 110
@@ -18,10 +19,11 @@ SLOWEST, FASTEST = 4.0, 25.0  # frames a second that it may take
 LAST = 1.2  # seconds that the last frame of a GIF stays
 
 
-def animation(run, path, color="coordination", view="oblique", *, rate=None, cell=True, dpi=DPI):
+def animation(run, path, color=None, view="oblique", *, rate=None, cell=True, dpi=DPI):
     """Write the snapshots of a Run as a film to `path`, .gif or .mp4. Returns the path.
 
-    color, view, cell: as in `grains`; colours and frame of the picture stay the same throughout.
+    color, view, cell: as in `grains`; of a run of the continuum color as in `dust`, and no view.
+    Colours and frame of the picture stay the same throughout. color None: what is usual.
     rate: frames a second, by default such that the film lasts some eight seconds.
     Raises DustError where there are fewer than two snapshots, for another kind of file, where
     ffmpeg is missing, or where the film cannot be written.
@@ -34,18 +36,36 @@ def animation(run, path, color="coordination", view="oblique", *, rate=None, cel
         raise DustError(f"{run.path} holds one snapshot only: set output: snapshots in the scene.")
     if rate is None:
         rate = min(max(count / SECONDS, SLOWEST), FASTEST)
+    if run.is_continuum:
+        figures = _dust(run, count, color or dust.EVERYDAY, dpi)
+    else:
+        figures = _grains(run, count, color or "coordination", view, cell=cell, dpi=dpi)
+    try:
+        writers[path.suffix](path, map(_image, figures), rate)
+    except OSError as error:
+        raise DustError(f"The film cannot be written to {path}: {error}.") from error
+    return path
+
+
+def _dust(run, count, color, dpi):
+    """Figures of the snapshots of a run of the continuum, one after another."""
+    frames = [read_particles(run, number) for number in range(count)]
+    limits, extent = dust.limits_of(frames, color), dust.extent_of(frames)
+    factor, unit = style.scaled(frames[-1].time, style.TIMES)
+    for frame in frames:
+        note = f"{frame.time * factor:.3g} {unit}"
+        yield dust.draw(run, frame, color, limits, extent, note=note, dpi=dpi)
+
+
+def _grains(run, count, color, view, *, cell, dpi):
+    """Figures of the snapshots of a run of grains, one after another."""
     frames = [read_frame(run, number) for number in range(count)]
     masses = grain_masses(run) if color == "fragment" else None
     appearance = appearance_of(
         frames, color, view, cell=cell, dpi=dpi, bodies=bodies_of(run, color)
     )
     factor, unit = style.scaled(frames[-1].time, style.TIMES)
-    images = (_image(draw(f, appearance, masses, f"{f.time * factor:.3g} {unit}")) for f in frames)
-    try:
-        writers[path.suffix](path, images, rate)
-    except OSError as error:
-        raise DustError(f"The film cannot be written to {path}: {error}.") from error
-    return path
+    return (draw(f, appearance, masses, f"{f.time * factor:.3g} {unit}") for f in frames)
 
 
 def _image(figure):

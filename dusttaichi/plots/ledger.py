@@ -26,7 +26,8 @@ def ledger(run):
         colors=[style.CHANNEL_COLOURS.get(name, style.GREY) for name in energies.losses],
         linewidth=0,
     )
-    axes.plot(time, energies.work * per_energy, color=style.BLACK, label="work done on the grains")
+    done = "work of moving faces" if run.is_continuum else "work done on the grains"
+    axes.plot(time, energies.work * per_energy, color=style.BLACK, label=done)
     axes.plot(
         time,
         (energies.work - energies.stored) * per_energy,
@@ -39,7 +40,7 @@ def ledger(run):
     axes.set_xlim(time[0], time[-1])
     axes.margins(y=0.05)
     handles, labels = axes.get_legend_handles_labels()
-    work = labels.index("work done on the grains")
+    work = labels.index(done)
     order = [work, work + 1, *reversed(range(work))]  # as they lie above each other
     axes.legend([handles[i] for i in order], [labels[i] for i in order], loc="best")
     shown = np.where(energies.relative == 0, np.nan, np.abs(energies.relative))

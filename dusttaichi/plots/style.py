@@ -22,6 +22,11 @@ CHANNEL_COLOURS = {
     "sliding": RED,
     "twisting": PURPLE,
     "asperities": YELLOW,
+    "compaction": BLUE,
+    "tension": SKY,
+    "shear": ORANGE,
+    "viscosity": GREEN,
+    "artificial": PURPLE,
 }
 _RC = {
     "font.size": 9,

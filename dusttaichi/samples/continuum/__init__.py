@@ -1,5 +1,6 @@
 """Bodies of the continuum: where its particles are before the first step. One kind a file."""
 
+from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.samples.continuum import (  # noqa: F401, each registers its kind
     block,
     explicit,
@@ -59,8 +60,7 @@ def matter_of(scene) -> Matter:
         spacing=scene.numerics.spacing,
         solid=material.solid_density,
         filling_factor=material.filling_factor,
-        least=material.least_filling_factor,
-        most=material.most_filling_factor,
+        most=material.compressive.phi_2,
     )
 
 
@@ -72,7 +72,9 @@ def make(scene) -> Particles:
     """
     particles = made(scene.sample, matter_of(scene))
     if scene.gravity > 0 and rests(scene):
-        particles = at_rest_under_gravity(particles, scene.gravity, scene.material.laws)
+        particles = at_rest_under_gravity(
+            particles, scene.gravity, MaterialNumbers.of(scene.material)
+        )
     return with_faces(particles, scene.boundary, scene.numerics.support)
 
 

@@ -6,9 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from dusttaichi.physics.continuum import path, strength
 from dusttaichi.samples.continuum.particles import Particles
-
-STEPS = 50  # of the fixed point for the reference density; a few are enough
 
 
 def weight_above(particles: Particles, gravity: float) -> np.ndarray:
@@ -29,7 +28,7 @@ def weight_above(particles: Particles, gravity: float) -> np.ndarray:
     return gravity * np.interp(z, edges, above)
 
 
-def at_rest_under_gravity(particles: Particles, gravity: float, laws) -> Particles:
+def at_rest_under_gravity(particles: Particles, gravity: float, m) -> Particles:
     """The bed with the pressure and the deviator that carry the dust above, laterally confined.
 
     In uniaxial strain an elastic medium under the vertical stress q has the pressure
@@ -38,20 +37,16 @@ def at_rest_under_gravity(particles: Particles, gravity: float, laws) -> Particl
     than the compressive strength, where the bed gives way under its own weight. The densities stay,
     and the reference density follows from p = K(rho0') (rho / rho0' - 1).
 
-    laws: with bulk_modulus(reference) [Pa], mu_over_K, compressive(filling factor), shear(filling
-    factor) [Pa], solid_density. The sample has its extent as its room still (before faces).
+    m: MaterialNumbers. The sample has its extent as its room still, before it gets faces.
     info["gravity_carried"]: the least share of the weight that the strengths can carry.
     """
     weight = weight_above(particles, gravity)
-    phi = particles.density / laws.solid_density
-    strength, shear = laws.compressive(phi), laws.shear(phi)
-    pressure = weight / (1.0 + 4.0 / 3.0 * laws.mu_over_K)
-    pressure = np.maximum(pressure, weight - 2.0 / 3.0 * shear)
-    pressure = np.minimum(pressure, strength)
+    phi = particles.density / m.rho_s
+    limit, shear = strength.compressive(phi, m), strength.shear(phi, m)
+    pressure = weight / (1.0 + 4.0 / 3.0 * m.mu_over_K)
+    pressure = np.minimum(np.maximum(pressure, weight - 2.0 / 3.0 * shear), limit)
     vertical = np.minimum(weight - pressure, 2.0 / 3.0 * shear)
-    reference = particles.density.copy()
-    for _ in range(STEPS):
-        reference = particles.density / (1.0 + pressure / laws.bulk_modulus(reference))
+    reference = path.reference_density(particles.density, pressure, m)
     deviator = np.zeros((len(particles), 6))
     deviator[:, 2] = -vertical
     deviator[:, 0] = deviator[:, 1] = vertical / 2.0

@@ -71,7 +71,14 @@ def make(spec: ImpactSample, matter: Matter) -> Particles:
     check_free([target, projectile], "sample.offset")
     together = joined([target, projectile])
     together.room[:] = target.room
-    together.info.update(kind="impact", speed=spec.speed, gap=gap, projectile=projectile.info)
+    together.info.update(
+        kind="impact",
+        speed=spec.speed,
+        gap=gap,
+        surface=float(top),
+        target=target.info,
+        projectile=projectile.info,
+    )
     return together
 
 

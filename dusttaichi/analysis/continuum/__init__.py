@@ -1,0 +1,39 @@
+"""What a run of the continuum means: intrusion, filling factors, pieces, beside the laboratory."""
+
+from dusttaichi.analysis.continuum import laboratory
+from dusttaichi.analysis.continuum.filling import (
+    AxisProfile,
+    CumulatedVolume,
+    Map,
+    axis_profile,
+    cumulated_volume,
+    filling_map,
+    histogram,
+    section,
+)
+from dusttaichi.analysis.continuum.intrusion import Intrusion, Stop, intrusion, momentum_per_area
+from dusttaichi.analysis.continuum.particles import ParticleFrame, read_particles
+from dusttaichi.analysis.continuum.pieces import Bounce, Pieces, bounce, collide, pieces
+
+__all__ = [
+    "AxisProfile",
+    "Bounce",
+    "CumulatedVolume",
+    "Intrusion",
+    "Map",
+    "ParticleFrame",
+    "Pieces",
+    "Stop",
+    "axis_profile",
+    "bounce",
+    "collide",
+    "cumulated_volume",
+    "filling_map",
+    "histogram",
+    "intrusion",
+    "laboratory",
+    "momentum_per_area",
+    "pieces",
+    "read_particles",
+    "section",
+]

@@ -1,0 +1,122 @@
+"""How a rigid body goes into dust: intrusion, stopping time, depth, deceleration curve (G09)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dusttaichi.analysis.continuum.particles import sample_info
+from dusttaichi.errors import DustError
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Where a body stops for the first time: after `time` [s] in the depth [m].
+
+    rms [m]: of its intrusion from -depth sin(pi t / 2 T) until then (G09 eq 11). normalised: (2, n)
+    t / T and h / D until then.
+    """
+
+    time: float
+    depth: float
+    rms: float
+    normalised: np.ndarray
+
+
+@dataclass(frozen=True)
+class Intrusion:
+    """The way of a rigid body into dust, from the first touch, in SI.
+
+    name: of the body. time (n,); height h (n,), 0 at the first touch; velocity (n,) upwards.
+    speed: downwards at the first touch. mass [kg, or kg/m], diameter [m], dimension. momentum:
+    m v / A [kg/(m s)] as of a sphere, see `momentum_per_area`. stop: the Stop, or None where the
+    run ends before; without_gravity: the same with g t^2 / 2 taken away, as G09 section 3.3.2 does.
+    rebound: largest speed upwards after the stop [m/s], 0 without a stop.
+    """
+
+    name: str
+    time: np.ndarray
+    height: np.ndarray
+    velocity: np.ndarray
+    speed: float
+    mass: float
+    diameter: float
+    dimension: int
+    momentum: float
+    stop: Stop | None
+    without_gravity: Stop | None
+    rebound: float
+
+
+def momentum_per_area(mass, speed, diameter, dimension):
+    """m v / A of a sphere [kg/(m s)], its momentum over its cross-section.
+
+    For a disc the 3D value of the same density and diameter: 8 / (3 pi) of m_2D v / (2 r) (G09
+    eq 16).
+    """
+    if dimension == 2:
+        return 8.0 / (3.0 * np.pi) * mass * speed / diameter
+    return mass * speed / (np.pi / 4.0 * diameter**2)
+
+
+def first_stop(time, height, velocity):
+    """The Stop of a way (n,) each, by linear interpolation of the first v >= 0; None without."""
+    up = np.flatnonzero(velocity >= 0.0)
+    up = up[up > 0]
+    if not len(up) or velocity[0] >= 0.0:
+        return None
+    after = up[0]
+    before = after - 1
+    step = time[after] - time[before]
+    share = velocity[before] / (velocity[before] - velocity[after])
+    end = time[before] + share * step
+    # the velocity is linear in between, so the height is a parabola
+    bottom = height[before] + 0.5 * velocity[before] * share * step
+    depth = -bottom
+    inside = np.append(time[:after], end)
+    way = np.append(height[:after], bottom)
+    normalised = np.stack([inside / end, way / depth])
+    apart = normalised[1] + np.sin(0.5 * np.pi * normalised[0])
+    return Stop(end, depth, float(depth * np.sqrt(np.mean(apart**2))), normalised)
+
+
+def intrusion(run):
+    """The Intrusion of the projectile of a Run with one rigid body that falls on dust.
+
+    Raises DustError where there is none.
+    """
+    info = sample_info(run)
+    bead = info.get("projectile", {})
+    if "body_position" not in run.series or "density" not in bead:
+        raise DustError(f"{run.path} has no rigid projectile: sample kind impact, with kind rigid.")
+    series = run.whole.series
+    way = series.sel(rigid=bead["name"])
+    time = series.time.values
+    height = way.body_position.sel(xyz="z").values
+    velocity = way.body_velocity.sel(xyz="z").values
+    spacing, gravity = float(run.attrs["spacing"]), float(run.attrs.get("gravity", 0.0))
+    # the kernel reaches across one spacing: what is placed so is in touch from the start
+    speed = -float(velocity[0])
+    fall = max(0.0, info.get("gap", spacing) - spacing)
+    touch = fall / speed if speed > 0.0 else 0.0
+    from_touch = time >= touch
+    time = time[from_touch] - touch
+    height = height[from_touch] - height[0] + fall
+    velocity = velocity[from_touch]
+    dimension = int(run.attrs["dimension"])
+    stop = first_stop(time, height, velocity)
+    falling = height + 0.5 * gravity * time**2, velocity + gravity * time
+    after = velocity[time > stop.time] if stop is not None else np.zeros(0)
+    return Intrusion(
+        name=bead["name"],
+        time=time,
+        height=height,
+        velocity=velocity,
+        speed=speed,
+        mass=bead["mass"],
+        diameter=bead["diameter"],
+        dimension=dimension,
+        momentum=momentum_per_area(bead["mass"], speed, bead["diameter"], dimension),
+        stop=stop,
+        without_gravity=first_stop(time, *falling),
+        rebound=float(max(after.max(initial=0.0), 0.0)),
+    )

@@ -1,0 +1,94 @@
+"""One snapshot of a run of the continuum: its particles."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import yaml
+
+from dusttaichi.analysis.frame import frame_count
+from dusttaichi.errors import DustError
+
+DUST, RIGID, HELD, WALL = range(4)  # roles in the file
+TRIANGULAR, HEXAGONAL = 3**0.5 / 2, 2**-0.5  # volume of a particle in (nearest distance)^d
+
+
+@dataclass(frozen=True)
+class ParticleFrame:
+    """One snapshot in SI: N particles; in two dimensions the plane is x-z.
+
+    number: of the snapshot, from 0. time [s], step. position [m], velocity [m/s]: (N, 3). density
+    [kg/m^3], mass [kg, kg/m in two dimensions], pressure [Pa], role, body: (N,). deviator (N, 6)
+    [Pa]: xx, yy, zz, xy, xz, yz. spacing [m], dimension, solid [kg/m^3]: density of the solid.
+    """
+
+    number: int
+    time: float
+    step: int
+    position: np.ndarray
+    velocity: np.ndarray
+    density: np.ndarray
+    mass: np.ndarray
+    pressure: np.ndarray
+    deviator: np.ndarray
+    role: np.ndarray
+    body: np.ndarray
+    spacing: float
+    dimension: int
+    solid: float
+
+    @property
+    def is_dust(self):
+        """Which particles are dust, held or not, (N,) bool."""
+        return np.isin(self.role, (DUST, HELD))
+
+    @property
+    def filling_factor(self):
+        """Filling factors (N,); not a number of what is not dust."""
+        return np.where(self.is_dust, self.density / self.solid, np.nan)
+
+    @property
+    def volume(self):
+        """Volumes of the particles (N,) [m^3, m^2 in two dimensions]."""
+        return self.mass / self.density
+
+    @property
+    def size(self):
+        """Distance (N,) [m] to the nearest particles in a close packing of such volumes."""
+        share = TRIANGULAR if self.dimension == 2 else HEXAGONAL
+        return (self.volume / share) ** (1.0 / self.dimension)
+
+
+def sample_info(run):
+    """What the result says of its sample, a dict; {} where it says nothing."""
+    return yaml.safe_load(run.attrs.get("sample", "")) or {}
+
+
+def read_particles(run, snapshot=-1):
+    """The ParticleFrame number `snapshot` of a Run of the continuum, from the end if negative.
+
+    Raises DustError where there is none of this number, or the run is not one of the continuum.
+    """
+    count = frame_count(run)
+    if not -count <= snapshot < count:
+        raise DustError(
+            f"{run.path} has no snapshot {snapshot}; allowed: 0 to {count - 1}, or -1 for the last."
+        )
+    number = snapshot % count
+    group = run.tree["snapshots"].to_dataset(inherit=False)
+    if "particle" not in group.dims:
+        raise DustError(f"{run.path} is not a run of the continuum: its snapshots have grains.")
+    data = group.isel(snapshot=number).load()
+    return ParticleFrame(
+        number=number,
+        time=float(data.snapshot_time),
+        step=int(data.step),
+        **{
+            name: data[name].values
+            for name in ("position", "velocity", "density", "mass", "pressure", "deviator")
+        },
+        role=data.role.values.astype(int),
+        body=data.body.values.astype(int),
+        spacing=float(run.attrs["spacing"]),
+        dimension=int(run.attrs["dimension"]),
+        solid=float(run.attrs["solid_density"]),
+    )

@@ -1,0 +1,164 @@
+"""Pieces of dust, and how fast they come back: fragments and restitution of the continuum."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from dusttaichi.analysis.continuum.particles import DUST, WALL, read_particles
+from dusttaichi.names import AXES, WALLS
+
+APART = 1.6  # spacings, of the present volumes, from which two particles are of two pieces
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Pieces of one snapshot, the heaviest first; SI.
+
+    number (N,): of the piece of each particle, -1 of what is not dust that moves. mass (pieces,);
+    centre, velocity (pieces, 3). sticks (pieces,) bool: it touches a wall, dust that is held or a
+    mirror.
+    """
+
+    number: np.ndarray
+    mass: np.ndarray
+    centre: np.ndarray
+    velocity: np.ndarray
+    sticks: np.ndarray
+
+    @property
+    def largest_share(self):
+        """Share of the mass that is in the largest piece."""
+        return float(self.mass[0] / self.mass.sum())
+
+    @property
+    def sticking_share(self):
+        """Share of the mass in pieces that touch something that does not give way."""
+        return float(self.mass[self.sticks].sum() / self.mass.sum())
+
+
+def pieces(run, snapshot=-1):
+    """The Pieces of a snapshot of a Run of the continuum.
+
+    Particles are of one piece where they are nearer than 1.6 spacings, the spacing scaled with
+    (rho_0 / rho)^(1/d) of the particles.
+    """
+    frame = read_particles(run, snapshot)
+    planes = _mirrors(run, snapshot)
+    return pieces_of(frame, planes)
+
+
+def _mirrors(run, snapshot):
+    """(axis, coordinate [m]) of each mirror plane of a run."""
+    boundary = run.scene.get("boundary", {})
+    mirrors = [wall for wall in WALLS if boundary.get(wall) == "mirror"]
+    group = run.tree["snapshots"]
+    if not mirrors or "box" not in group:
+        return []
+    box = group.box.isel(snapshot=snapshot)
+    return [(WALLS.index(wall) // 2, float(box.sel(wall=wall))) for wall in mirrors]
+
+
+def pieces_of(frame, planes=()):
+    """The Pieces of a ParticleFrame. planes: (axis, coordinate [m]) of mirrors."""
+    moves = np.flatnonzero(frame.role == DUST)
+    x, size = frame.position[moves], frame.size[moves]
+    pairs = cKDTree(x).query_pairs(APART * size.max(), output_type="ndarray")
+    i, j = pairs.T
+    near = np.linalg.norm(x[i] - x[j], axis=1) < APART * 0.5 * (size[i] + size[j])
+    links = coo_matrix((np.ones(near.sum()), (i[near], j[near])), shape=(len(x), len(x)))
+    count, found = connected_components(links, directed=False)
+    mass = np.bincount(found, frame.mass[moves], minlength=count)
+    order = np.argsort(-mass, kind="stable")
+    rank = np.empty(count, int)
+    rank[order] = np.arange(count)
+    label = rank[found]
+    weight = frame.mass[moves]
+    mass = mass[order]
+
+    def mean(vectors):
+        sums = [np.bincount(label, weight * vectors[:, n], minlength=count) for n in range(3)]
+        return np.stack(sums, axis=1) / mass[:, None]
+
+    touching = _touching(frame, x, size, planes)
+    number = np.full(len(frame.position), -1)
+    number[moves] = label
+    return Pieces(
+        number=number,
+        mass=mass,
+        centre=mean(x),
+        velocity=mean(frame.velocity[moves]),
+        sticks=np.bincount(label[touching], minlength=count) > 0,
+    )
+
+
+def _touching(frame, x, size, planes):
+    """Which moving particles are near something that does not give way, (M,) bool."""
+    touching = np.zeros(len(x), bool)
+    for axis, plane in planes:
+        # a mirror image is twice as far as the plane
+        touching |= 2.0 * np.abs(x[:, axis] - plane) < APART * size
+    held = frame.role >= WALL - 1
+    if held.any():
+        distance, _ = cKDTree(frame.position[held]).query(x)
+        touching |= distance < APART * size
+    return touching
+
+
+def velocities_at_start(run):
+    """Number of each body of dust that moves -> velocity at the start [m/s], (3,)."""
+    frame = read_particles(run, 0)
+    moves = frame.role == DUST
+    return {
+        int(n): np.average(frame.velocity[own], axis=0, weights=frame.mass[own])
+        for n in np.unique(frame.body[moves])
+        for own in [moves & (frame.body == n)]
+    }
+
+
+@dataclass(frozen=True)
+class Bounce:
+    """How a body of dust comes back from a wall along an axis.
+
+    coefficient: of restitution, speed of the largest piece away from the wall at the end over that
+    of the body towards it at the start; 0 where that piece sticks. rebound: the largest speed back
+    of the centre of mass over the start's, at any time. parts: the Pieces of the end. axis: "z" ...
+    """
+
+    coefficient: float
+    rebound: float
+    parts: Pieces
+    axis: str
+
+
+def bounce(run):
+    """The Bounce of the one body of dust of a Run, which flies at a wall.
+
+    The axis is that of the largest component of its velocity at the start.
+    """
+    parts = pieces(run)
+    start = velocities_at_start(run)[0]
+    axis = int(np.argmax(np.abs(start)))
+    momentum = run.whole.series.momentum.isel(xyz=axis).values
+    back = -momentum / momentum[0]
+    coefficient = 0.0 if parts.sticks[0] else -parts.velocity[0, axis] / start[axis]
+    return Bounce(float(coefficient), float(back.max(initial=0.0)), parts, AXES[axis])
+
+
+def collide(run):
+    """Restitution of the two first bodies of a Run that fly at each other: relative speed of the
+    two heaviest pieces along the line of their first approach, over the speed of approach.
+
+    0 where there is one piece.
+    """
+    parts = pieces(run)
+    one, other, *_ = velocities_at_start(run).values()
+    approach = other - one
+    if len(parts.mass) < 2 or not np.any(approach):
+        return 0.0
+    first = parts.velocity[1] - parts.velocity[0]
+    apart = parts.centre[1] - parts.centre[0]
+    opening = float(first @ apart / np.linalg.norm(apart))
+    return opening / float(np.linalg.norm(approach))

@@ -1,0 +1,116 @@
+"""A picture of the continuum: filling factor, pressure or speed in the plane x-z."""
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Rectangle
+
+from dusttaichi.analysis.continuum import read_particles, section
+from dusttaichi.analysis.continuum.particles import RIGID, WALL, sample_info
+from dusttaichi.errors import DustError
+from dusttaichi.plots import style
+
+COLOURS = {
+    "filling_factor": (r"filling factor $\phi$", "viridis"),
+    "pressure": ("pressure (Pa)", "magma"),
+    "speed": ("speed (m/s)", "cividis"),
+}
+EVERYDAY = "filling_factor"
+WIDTH, TALLEST = 6.0, 7.0  # of the figure [inches]
+
+
+def values_of(frame, color):
+    """What a ParticleFrame is coloured by, (N,), in SI; not a number of what is not dust.
+
+    Raises DustError for a colour that there is not.
+    """
+    if color not in COLOURS:
+        raise DustError(f'There is no colour by "{color}"; allowed: {", ".join(COLOURS)}.')
+    if color == "filling_factor":
+        return frame.filling_factor
+    values = frame.pressure if color == "pressure" else np.linalg.norm(frame.velocity, axis=1)
+    return np.where(frame.is_dust, values, np.nan)
+
+
+def limits_of(frames, color):
+    """Ends of the colours that suit all frames: 1 % of the dust may be beyond the upper one."""
+    found = [values_of(frame, color) for frame in frames]
+    low = min(np.nanmin(values) for values in found)
+    high = max(np.nanpercentile(values, 99) for values in found)
+    return (low, high) if high > low else (low - 1e-3, high + 1e-3)
+
+
+def extent_of(frames):
+    """Left, right, bottom, top [m] of the particles of all frames, rows of walls left out."""
+    half = frames[0].spacing
+    seen = [f.position[f.role != WALL] for f in frames]
+    low = np.min([x.min(axis=0) for x in seen], axis=0) - half
+    high = np.max([x.max(axis=0) for x in seen], axis=0) + half
+    return low[0], high[0], low[2], high[2]
+
+
+@style.styled
+def dust(run, snapshot=-1, color=EVERYDAY, *, limits=None, dpi=200):
+    """The plane x-z of a snapshot of a Run of the continuum, in three dimensions its middle.
+
+    color: "filling_factor", "pressure" or "speed". limits: ends of the colours, in SI. Raises
+    DustError for a colour or a snapshot that there is not.
+    """
+    frame = read_particles(run, snapshot)
+    limits = limits_of([frame], color) if limits is None else limits
+    return draw(run, frame, color, limits, extent_of([frame]), dpi=dpi)
+
+
+@style.styled
+def draw(run, frame, color, limits, extent, *, note=None, dpi=200):
+    """One ParticleFrame as a Figure. extent: left, right, bottom, top [m]. note: text above."""
+    left, right, bottom, top = extent
+    height = min((WIDTH - 1.4) * (top - bottom) / (right - left) + 0.7, TALLEST)
+    figure = Figure(figsize=(WIDTH, max(height, 2.4)), dpi=dpi, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots()
+    image = paint(axes, run, frame, color, limits, extent=extent)
+    label = COLOURS[color][0]
+    figure.colorbar(image, ax=axes, label=label, extend="max", shrink=0.9, pad=0.02)
+    if note:
+        axes.set_title(note, fontsize=9, loc="left")
+    return figure
+
+
+def paint(axes, run, frame, color, limits, *, extent):
+    """Draw a frame into axes, in millimetres. Returns the image, for a colour bar."""
+    found = section(frame, values_of(frame, color), extent, pixels=500)
+    extent = np.array(found.extent) * 1e3
+    image = axes.imshow(
+        found.values,
+        origin="lower",
+        extent=extent,
+        cmap=colormaps[COLOURS[color][1]],
+        vmin=limits[0],
+        vmax=limits[1],
+        interpolation="none",
+    )
+    _rigid(axes, run, frame)
+    axes.set_xlim(*extent[:2])
+    axes.set_ylim(*extent[2:])
+    axes.set_xlabel("x (mm)")
+    axes.set_ylabel("z (mm)")
+    return image
+
+
+def _rigid(axes, run, frame):
+    """The outline of the projectile, and particles of other rigid bodies as dots."""
+    bead = sample_info(run).get("projectile", {})
+    rigid = frame.role == RIGID
+    look = {"facecolor": "#C8C8C8", "edgecolor": style.BLACK, "linewidth": 0.8}
+    if rigid.any() and "density" in bead:
+        x, _, z = np.average(frame.position[rigid], axis=0, weights=frame.mass[rigid]) * 1e3
+        wide, tall = bead["diameter"] * 1e3, bead.get("height", bead["diameter"]) * 1e3
+        if bead["shape"] == "sphere":
+            axes.add_patch(Circle((x, z), wide / 2, **look))
+        else:
+            axes.add_patch(Rectangle((x - wide / 2, z - tall / 2), wide, tall, **look))
+        return
+    near = np.abs(frame.position[rigid, 1]) < 1.5 * frame.spacing
+    axes.plot(*frame.position[rigid][near][:, [0, 2]].T * 1e3, ".", color=style.GREY, markersize=2)

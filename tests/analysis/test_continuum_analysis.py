@@ -1,0 +1,189 @@
+"""Measurements of the continuum against what was put into a result file."""
+
+import numpy as np
+import pytest
+from continuum_results import frame, write
+
+from dusttaichi.analysis import continuum as of
+from dusttaichi.analysis import open_run, summary, table
+from dusttaichi.analysis.continuum import laboratory
+from dusttaichi.analysis.continuum.filling import denser_than
+from dusttaichi.analysis.continuum.pieces import pieces_of
+
+A, G, SOLID = 1e-4, 9.81, 2000.0
+T, D = 3.1e-3, 1.2e-3
+BEAD = {
+    "name": "bead",
+    "shape": "sphere",
+    "density": 2540.0,
+    "diameter": 1.1e-3,
+    "mass": 2540 * np.pi * 0.55e-3**2,
+}
+IMPACT = {"kind": "impact", "surface": 0.0, "gap": A, "projectile": BEAD}
+
+
+def bed(width=24, depth=20):
+    """A triangular bed whose surface is at z = 0, middles of the rows half a row below."""
+    i, j = np.meshgrid(np.arange(width), np.arange(depth), indexing="ij")
+    x = (i + 0.5 * (j % 2) - width / 2 + 0.25) * A
+    z = -(j + 0.5) * A * 3**0.5 / 2
+    return np.stack([x.ravel(), 0 * x.ravel(), z.ravel()], axis=1)
+
+
+@pytest.fixture(scope="module")
+def fallen(tmp_path_factory):
+    """A bead on a sine with g t^2 / 2 on top; below it phi = 0.25 in 0.3 mm, 0.15 else."""
+    time = np.linspace(0, 4.5e-3, 901)
+    sine = np.minimum(time, T)
+    height = -D * np.sin(np.pi * sine / 2 / T) - 0.5 * G * time**2
+    velocity = -D * np.pi / 2 / T * np.cos(np.pi * sine / 2 / T) * (time < T) - G * time
+    velocity[time > T] = 0.01
+    place, speed = np.zeros((901, 1, 3)), np.zeros((901, 1, 3))
+    place[:, 0, 2], speed[:, 0, 2] = height + 0.65e-3, velocity
+    dust, bead = bed(), np.array([[0.0, 0.0, -0.5e-3]])
+    x = np.concatenate([dust, bead])
+    low = -0.5e-3 - 0.55e-3
+    phi = np.where((dust[:, 2] < low) & (dust[:, 2] > low - 0.3e-3), 0.25, 0.15)
+    density = np.append(SOLID * phi, 2540.0)
+    mass = np.append(300.0 * np.full(len(dust), A**2 * 3**0.5 / 2), BEAD["mass"])
+    role = np.append(np.zeros(len(dust)), 1)
+    zero = np.zeros(901)
+    path = write(
+        tmp_path_factory.mktemp("fallen") / "result.nc",
+        series={"time": time, "step": np.arange(901), "wall_clock": zero, "energy_residual": zero}
+        | {"energy_residual_relative": zero, "body_position": place, "body_velocity": speed},
+        snapshots=[frame(x, density=np.append(np.full(len(dust), 300.0), 2540.0)),
+                   frame(x, density=density)],
+        static={"mass": mass, "role": role, "body": role},
+        sample=IMPACT,
+    )  # fmt: skip
+    with open_run(path) as run:
+        yield run
+
+
+def test_intrusion_finds_the_sine_again(fallen):
+    way = of.intrusion(fallen)
+    assert way.speed == pytest.approx(D * np.pi / 2 / T, rel=1e-6)
+    stop = way.without_gravity
+    assert stop.time == pytest.approx(T, rel=2e-3) and stop.depth == pytest.approx(D, rel=1e-4)
+    assert stop.rms < 1e-3 * D
+    assert stop.normalised[:, 0] == pytest.approx([0, 0]) and stop.normalised[0, -1] == 1.0
+    assert way.stop.depth == pytest.approx(D + 0.5 * G * T**2, rel=1e-2)
+    assert way.rebound == pytest.approx(0.01)
+
+
+def test_momentum_over_area_is_that_of_a_sphere():
+    """G09 eq 16: the disc of the same density and diameter has the sphere's value."""
+    sphere = laboratory.sphere_mass(1.1e-3, 2540.0)
+    assert of.momentum_per_area(BEAD["mass"], 0.65, 1.1e-3, 2) == pytest.approx(
+        of.momentum_per_area(sphere, 0.65, 1.1e-3, 3), rel=1e-12
+    )
+
+
+def test_the_laws_of_the_laboratory():
+    """CONTINUUM section 5: 3.20 ms and 1.25 mm for 1.1 mm at 0.65 m/s;"""
+    sphere = laboratory.sphere_mass(1.1e-3, 2540.0)
+    assert laboratory.depth(sphere, 0.65) == pytest.approx(1.25e-3, rel=5e-3)
+    assert laboratory.stopping_time(sphere, 0.65) == pytest.approx(3.20e-3, rel=1e-2)
+    drops = laboratory.drops()
+    ratio = drops["depth"] / drops["momentum"] * 1e3
+    assert len(ratio) == 15 and 0.76 < ratio.min() and ratio.max() < 1.4
+
+
+def test_the_profile_below_the_bead(fallen):
+    profile = of.axis_profile(fallen)
+    assert profile.bead == pytest.approx(1.05e-3)
+    inside = profile.below_bead < 0.25e-3
+    assert profile.filling_factor[inside] == pytest.approx(0.25)
+    beyond = (profile.below_bead > 0.45e-3) & np.isfinite(profile.filling_factor)
+    assert beyond.any() and profile.filling_factor[beyond] == pytest.approx(0.15)
+    assert profile.nearest == pytest.approx(0.25)
+
+
+def test_cumulated_volume(fallen):
+    volume = of.cumulated_volume(fallen)
+    last = of.read_particles(fallen)
+    dense = last.filling_factor > 0.2
+    expected = last.volume[dense].sum() / (np.pi * 0.55e-3**2)
+    assert volume.above(0.2) == pytest.approx(expected, rel=1e-6)
+    assert volume.above(0.3) == 0.0
+    grid, share = denser_than(np.full(1000, 0.15), np.full(1000, 1e-3), scatter=0.01)
+    assert np.interp(0.15, grid, share) == pytest.approx(0.5, abs=1e-3)
+    assert np.interp(0.16, grid, share) == pytest.approx(0.1587, abs=1e-3)
+
+
+def test_a_map_shows_dust_where_it_is(fallen):
+    found = of.filling_map(fallen, extent=(-1e-3, 1e-3, -2e-3, 1e-3), pixels=150)
+    rows = found.values.shape[0]
+    assert np.isnan(found.values[-1]).all() and np.isfinite(found.values[rows // 10]).all()
+    band = found.values[int(rows * (2e-3 - 1.2e-3) / 3e-3)]
+    assert np.nanmedian(band) == pytest.approx(0.25)
+
+
+def test_the_final_table_has_the_numbers(fallen):
+    numbers = summary(fallen)
+    assert numbers["depth_weightless"] == pytest.approx(D, rel=1e-3)
+    assert numbers["depth_law"] == pytest.approx(laboratory.depth(
+        laboratory.sphere_mass(1.1e-3, 2540.0), numbers["impact_speed"]), rel=1e-9)  # fmt: skip
+    rows = {what: (value, beside) for what, value, beside in table(numbers)}
+    assert rows["filling factor within 0.3 mm below"][0] == "0.250"
+    assert rows["particles"][0] == "481" and "eq 12" in rows["… with g t^2/2 taken away"][1]
+
+
+def test_pieces_fly_apart_and_stick(tmp_path):
+    """Two discs of dust, one above a mirror that it touches, and one that flies back."""
+    disc = bed(6, 6)
+    low = disc - [0, 0, disc[:, 2].min() - 0.5 * A]
+    up = disc + [0, 0, 3e-3]
+    x = np.concatenate([low, up])
+    n = len(disc)
+    mass = np.full(2 * n, 300.0 * A**2 * 3**0.5 / 2)
+    mass[n:] *= 2
+    velocity = np.zeros((2 * n, 3))
+    start, end = velocity.copy(), velocity.copy()
+    start[:, 2], end[n:, 2] = -0.2, 0.05
+    body = np.zeros(2 * n)
+    momentum = np.zeros((2, 3))
+    momentum[:, 2] = mass.sum() * np.array([-0.2, 0.03])
+    density = np.append(np.full(n, 300.0), np.full(n, 600.0))
+    path = write(
+        tmp_path / "result.nc",
+        series={"time": [0, 1e-3], "step": [0, 1], "momentum": momentum, "wall_clock": [0, 0],
+                "energy_residual": [0, 0], "energy_residual_relative": [0, 0]},
+        snapshots=[frame(x, start, density), frame(x, end, density)],
+        static={"mass": mass, "role": body, "body": body},
+        sample={"kind": "sphere"},
+    )  # fmt: skip
+    with open_run(path) as run:
+        back = of.bounce(run)
+        parts = pieces_of(of.read_particles(run), [(2, 0.0)])
+        numbers = summary(run)
+    assert len(back.parts.mass) == 2 and back.coefficient == pytest.approx(0.25)
+    assert back.rebound == pytest.approx(0.15) and back.axis == "z"
+    assert parts.largest_share == pytest.approx(2 / 3)
+    assert parts.sticks.tolist() == [False, True]
+    assert parts.sticking_share == pytest.approx(1 / 3)
+    assert numbers["pieces"] == 2 and numbers["dust_restitution"] == pytest.approx(0.25)
+
+
+def test_figures_film_and_table_of_a_run(fallen, tmp_path):
+    from dusttaichi.plots import animation, save_all
+
+    names = {path.stem for path in save_all(fallen, tmp_path)}
+    assert names == {"dust", "filling_factors", "impact", "bead_profile", "deceleration",
+                     "compacted_volume"}  # fmt: skip
+    assert animation(fallen, tmp_path / "dust.gif", dpi=40).stat().st_size > 1000
+
+
+def test_export_to_vtk(fallen, tmp_path):
+    import meshio
+
+    from dusttaichi.errors import DustError
+    from dusttaichi.export import export
+
+    paths = export(fallen, "vtk", tmp_path, snapshot=-1)
+    mesh = meshio.read(paths[1])
+    assert mesh.point_data["deviator"].shape == (481, 9)
+    assert np.nanmax(mesh.point_data["filling_factor"]) == pytest.approx(0.25)
+    with pytest.raises(DustError, match="allowed: vtk"):
+        export(fallen, "lammps", tmp_path)
