@@ -11,6 +11,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.scene import load
 from dusttaichi.studies import sticking
 from dusttaichi.studies.ensemble import with_settings
+from dusttaichi.studies.sticking.collision import Collision
 
 WALL = ref.numbers(wall=True)
 FACTORS = np.geomspace(1.01, 20.0, sticking.TOGETHER)
@@ -66,6 +67,15 @@ def test_sticking_speed():
     assert found.low < found.high <= 1.001 * found.low and not len(found.again)
     assert np.array_equal(found.bound, found.speeds <= found.low)
     assert dict(sticking.rows(found))["sticking speed"].startswith("0.110")
+
+
+def test_a_pair_starts_apart_or_it_is_said():
+    """Without a gap the grains of a pair start in contact, where they would have to escape."""
+    bare = make_scene(sample={"kind": "pair"}, stop={"time": "25 ns"})
+    apart = Collision(bare, 0.2)
+    assert np.ptp(apart.sample.positions[:, 0]) == pytest.approx(2.002 * RADIUS, rel=1e-9)
+    assert "1.2 nm apart" in apart.start and not Collision(pair(), 0.2).start
+    assert "escape" in Collision(pair("-0.1 nm"), 0.2).start
 
 
 def test_a_bracket_that_lies_wrong_is_moved():

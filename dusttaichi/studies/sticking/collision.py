@@ -14,11 +14,14 @@ from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.physics.contact import constants
 from dusttaichi.samples.ballistic import first_touch
 from dusttaichi.samples.collision import FLIGHT
+from dusttaichi.samples.materials import Materials
+from dusttaichi.scene import quantities
 
 JUMPS = 0.77224  # energy lost on forming and breaking, of F_c delta0: 0.69886 + 0.07338
 # A contact is found up to v dt too late, which raises the sticking speed by up to
 # 0.58 v dt/delta0: three quarters of the tolerance are left.
 LATEST = 0.4
+GAP = 2e-3  # of the radius: where two grains start that the scene does not set apart
 
 
 def closed_form(scene, sample=None):
@@ -48,12 +51,14 @@ def meeting(scene, sample):
 class Collision:
     """A scene whose bodies fly at each other at any speed, everything else as it says.
 
-    The step of single grains is shortened to what the tolerance asks for.
+    The step of single grains is shortened to what the tolerance asks for. start: what is to be said
+    of where they start, or "".
     """
 
     def __init__(self, scene, tolerance):
         if not 0.0 < tolerance < 1.0:
             raise DustError(f"--tolerance {tolerance:g}; allowed: a number between 0 and 1.")
+        scene, self.start = _apart(scene)
         self.sample, self._rest, self._way = _motion(scene)
         self.closed = closed_form(scene, self.sample)
         own = chosen_step(scene, self.sample, grain_properties(scene, self.sample)).dt
@@ -106,6 +111,22 @@ class Collision:
         if flight == inf:
             raise DustError("The bodies miss each other; try a smaller sample.impact_parameter.")
         return max(flight, 0.0)
+
+
+def _apart(scene):
+    """The scene with a pair that starts apart where it does not say how, and what to say of it."""
+    pair = scene.sample
+    if pair.kind != "pair":
+        return scene, ""
+    if pair.gap is pair.distance is None:
+        gap = quantities.format(GAP * scene.material.radius, "length", digits=3)
+        text = f"{gap} apart (give sample.gap or distance for another start)"
+        return scene.with_value("sample.gap", gap), text
+    sample = samples.make(scene)
+    radii = Materials(scene).radii_of(sample) * np.ones(2)
+    if np.linalg.norm(np.subtract(*sample.positions)) < radii.sum():
+        return scene, "in contact: the speed is that of an escape, not of a collision"
+    return scene, ""
 
 
 def _motion(scene):

@@ -19,7 +19,7 @@ class Sticking:
 
     low, high [m/s]: of all speeds tried two next to each other; the first ends bound, the second
     does not. closed [m/s]: `closed_form`. speeds [m/s], bound: all that were tried, rising.
-    time_step [s].
+    time_step [s]. start: what is to be said of where the bodies start, or "".
     """
 
     low: float
@@ -28,6 +28,7 @@ class Sticking:
     speeds: np.ndarray
     bound: np.ndarray
     time_step: float
+    start: str = ""
 
     @property
     def speed(self):
@@ -80,7 +81,8 @@ def sticking(scene, tolerance=1e-3, low=None, high=None, *, log=lambda text: Non
             low, high = float(all_speeds[first - 1]), float(all_speeds[first])
             inside = slice(1, -1)
             if high - low <= tolerance * low:
-                return Sticking(low, high, collision.closed, all_speeds, bound, collision.time_step)
+                own = collision.closed, all_speeds, bound, collision.time_step, collision.start
+                return Sticking(low, high, *own)
     raise DustError(
         f"No sticking speed was found: between {all_speeds[0]:.3g} and {all_speeds[-1]:.3g} m/s "
         f"{'all' if bound.all() else 'not one' if not bound.any() else 'some'} of the collisions "
@@ -96,6 +98,8 @@ def rows(found):
         ("time step", f"{found.time_step * 1e12:.4g} ps"),
         ("speeds tried", str(len(found.speeds))),
     ]
+    if found.start:
+        lines.append(("the grains start", found.start))
     if len(found.again):
         lines.append(("ended bound above it as well", ", ".join(f"{v:.4g}" for v in found.again)))
     return lines
