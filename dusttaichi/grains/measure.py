@@ -95,7 +95,9 @@ class Readout:
         if self.cell is not None:
             ends = self.ledger_sums.face_power - pairs[:, FACES].sum()
             work = self.state["face_work"].sum() + half * ends + self.ledger_sums.face_jumps
-            out["face_work"] = float(work + self.state["wrap_work"].sum())
+            moved = self._energy_of_images()
+            out["kinetic_translation"] += moved
+            out["face_work"] = float(work + self.state["wrap_work"].sum() + moved)
         walls = None
         if self.box is not None:
             force = self.wall_forces()
@@ -114,6 +116,27 @@ class Readout:
             strains = [pairs[:, STRAIN]] + ([] if walls is None else [walls[:, STRAIN]])
             out["largest_strain"] = np.concatenate(strains).max(initial=0.0)
         return out
+
+    def _energy_of_images(self):
+        """What the kinetic energy changes by where grains that have left a moving cell since the
+        last search are taken at their images inside, as in snapshots [fJ]."""
+        if not self.cell.speeds(self.time).any():
+            return 0.0
+        x, v = self._moving()
+        shift = self._outside(x) * self.cell.speeds(self.time)
+        return float(np.sum(0.5 * self.mass * (shift - 2.0 * v) * shift))
+
+    def _moving(self):
+        """Positions [um] and velocities [um/us] now, (N, 3) each, in internal order, of the images
+        that are followed."""
+        kick = 0.5 * self.dt / self.mass
+        return self.state.of_grains("x"), self.state.of_grains("v") + kick * self.loads()[0]
+
+    def _outside(self, x):
+        """How many edges each of the positions x [um] (N, 3) is out of the cell."""
+        edges = self.cell.edges(self.time)
+        out = np.floor((x - self.cell.low(self.time)) / np.where(edges > 0.0, edges, np.inf))
+        return np.where(edges > 0.0, out, 0.0)
 
     def _pair_sums(self):
         """Sums over the pairs that the last measurement has filled, (tiles, columns)."""
@@ -170,7 +193,10 @@ class Readout:
     # -- arrays ----------------------------------------------------------------------------------
 
     def grain_state(self):
-        """Positions [um], velocities [um/us], spins [rad/us] now, (N, 3), in the sample's order."""
+        """Positions [um], velocities [um/us], spins [rad/us] now, (N, 3), in the sample's order.
+
+        In a cell those of the image inside, which moves with the edges.
+        """
         n = self.grains
         force, torque = self.loads()
         half = 0.5 * self.dt
@@ -178,10 +204,9 @@ class Readout:
         v = self.state.of_grains("v") + half / self.mass * force
         w = self.state.of_grains("w") + half / self.inertia * torque
         if self.cell is not None:
-            edges, speeds = self.cell.edges(self.time), self.cell.speeds(self.time)
-            out_of = np.floor((x - self.cell.low(self.time)) / np.where(edges > 0.0, edges, np.inf))
-            out_of = np.where(edges > 0.0, out_of, 0.0)
-            x, v = x - out_of * edges, v - out_of * speeds
+            out_of = self._outside(x)
+            x = x - out_of * self.cell.edges(self.time)
+            v = v - out_of * self.cell.speeds(self.time)
         out = np.empty((3, n, 3))
         out[:, self.order] = x, v, w
         return out

@@ -46,7 +46,7 @@ def by_workers(phases):
                 while done < steps and present > 0:
                     step = first + done + 1
                     if drifted == 0:
-                        phases.kick_and_drift(me, present, numbers)
+                        phases.kick_and_drift(me, present, step, numbers)
                         met += present
                         barrier(sync, met)
                         if phases.search_is_due(step, numbers):
@@ -67,10 +67,10 @@ def by_launches(phases):
     sync, ContactParams = phases.sync, phases.ContactParams
 
     @ti.kernel
-    def kick_and_drift(numbers: StepNumbers):
+    def kick_and_drift(step: ti.i64, numbers: StepNumbers):
         sync[DUE] = 0
         for part in range(phases.parts()):
-            if phases.move_part(part, numbers) == 1:
+            if phases.move_part(part, step, numbers) == 1:
                 sync[DUE] = 1
 
     @ti.kernel
@@ -87,7 +87,7 @@ def by_launches(phases):
         while done < steps:
             step = first + done + 1
             if not pending:
-                kick_and_drift(numbers)
+                kick_and_drift(step, numbers)
                 if sync[DUE] == 1 or step >= numbers.wall_due:
                     break
             pending = 0

@@ -103,7 +103,10 @@ REFUSED = [
         "boundary: {kind: box, wall_speed: 1 m/s, size: [4 um, 4 um, 4 um]}",
         ["boundary.size", "100 grains would fill 1.41"],
     ),
-    ("stop: {}", ["stop", "at least one of filling_factor, pressure, stress, rest, plateau, strain"]),
+    (
+        "stop: {}",
+        ["stop", "at least one of filling_factor, pressure, stress, rest, plateau, strain"],
+    ),
     ("stop: 5", ["stop = 5", "a block is needed, with keys from filling_factor"]),
     ("stop: {filling_factor: 0.8}", ["stop.filling_factor = 0.8", "at most 0.74"]),
     ("stop: {filling_factor: 0}", ["stop.filling_factor = 0", "above 0"]),

@@ -3,6 +3,7 @@
 import taichi as ti
 
 from dusttaichi.compute.scan import CHUNK
+from dusttaichi.grains.kernels.cell import CENTRE, GROWTH, RATE, START
 from dusttaichi.grains.kernels.store import GRAINS
 
 
@@ -79,21 +80,37 @@ def make_grain_pass(fields, layout):
 
 
 def make_flux(fields, layout):
-    """Returns `add_flux(chunk, move, numbers)`: moves the grains of a chunk and sums v v dt.
+    """Returns `add_flux(chunk, move, step, numbers)`: moves the grains of a chunk and sums v v dt.
 
     The kinetic part of the stress, with the velocities of the half step; 1 if a search is due.
-    Where grains have masses of their own (layout.polydisperse) it is m v v dt.
+    Where grains have masses of their own (layout.polydisperse) it is m v v dt. In a periodic cell v
+    is measured from the even flow of its edges, L'/L (x - centre) along each periodic axis: that is
+    the same for all images of a grain.
     """
-    v, flux, mass = fields["v"], fields["flux"], fields.get("mass")
-    counts = fields["counts"]
+    x, v, flux, mass = fields["x"], fields["v"], fields["flux"], fields.get("mass")
+    counts, cell = fields["counts"], fields.get("cell")
 
     @ti.func
-    def add_flux(chunk, move: ti.template(), numbers):
-        due = 0
+    def flow(step, dt):
+        """L'/L along each axis, in the middle of the step."""
+        out = ti.Vector.zero(ti.f64, 3)
+        time = dt * (ti.cast(step, ti.f64) - 0.5)
+        for a in ti.static(layout.periodic):
+            grown = cell[START, a] * ti.exp(cell[GROWTH, a] * time)
+            change = cell[GROWTH, a] * grown + cell[RATE, a]
+            out[a] = change / (grown + cell[RATE, a] * time)
+        return out
+
+    @ti.func
+    def add_flux(chunk, move: ti.template(), step, numbers):
+        due, rate = 0, flow(step, numbers.dt)
         sums = ti.Vector.zero(ti.f64, 6)
         for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, counts[GRAINS])):
             due = ti.max(due, move(g, numbers.kick, numbers.turn, numbers.dt, numbers.reach2))
             u = v[g]
+            for a in ti.static(layout.periodic):
+                middle = x[g][a] - 0.5 * numbers.dt * v[g][a]
+                u[a] -= ti.cast(rate[a] * (middle - cell[CENTRE, a]), layout.geometry)
             if ti.static(layout.polydisperse):
                 u *= ti.sqrt(mass[g])
             sums += ti.Vector([u.x * u.x, u.x * u.y, u.x * u.z, u.y * u.y, u.y * u.z, u.z * u.z])

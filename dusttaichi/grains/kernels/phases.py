@@ -58,11 +58,14 @@ class Phases:
     # -- parts and tiles -------------------------------------------------------------------------
 
     @ti.func
-    def move_part(self, part, numbers):
-        """Kicks and drifts the grains of a part; 1 if one has gone so far that a search is due."""
+    def move_part(self, part, step, numbers):
+        """Kicks and drifts the grains of a part; 1 if one has gone so far that a search is due.
+
+        step: that at whose end the grains arrive.
+        """
         due = 0
         if ti.static(self.stress):
-            due = self.add_flux(part, self.move, numbers)
+            due = self.add_flux(part, self.move, step, numbers)
         else:
             due = self.move(part, numbers.kick, numbers.turn, numbers.dt, numbers.reach2)
         return due
@@ -84,10 +87,10 @@ class Phases:
     # -- the share of one worker -----------------------------------------------------------------
 
     @ti.func
-    def kick_and_drift(self, me, workers, numbers):
+    def kick_and_drift(self, me, workers, step, numbers):
         due, n = 0, self.parts()
         for part in range(first_of(me, workers, n), first_of(me + 1, workers, n)):
-            due = ti.max(due, self.move_part(part, numbers))
+            due = ti.max(due, self.move_part(part, step, numbers))
         if due == 1:
             self.sync[DUE] = 1
 

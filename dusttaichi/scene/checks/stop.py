@@ -84,7 +84,9 @@ def _states(scene, stop, ends_anyway, where) -> Found:
     """Rest and plateau, which may never come."""
     found = []
     if stop.plateau is not None and "top" not in scene.boundary.walls and not scene.output.stress:
-        found.append((f"{where}.plateau", "no pressure is measured; use a top wall or output.stress"))
+        found.append(
+            (f"{where}.plateau", "no pressure is measured; use a top wall or output.stress")
+        )
     for name in ("rest", "plateau"):
         if getattr(stop, name) is not None and not ends_anyway:
             text = "it may never come; add a time or steps as the latest end"
