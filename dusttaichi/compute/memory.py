@@ -1,17 +1,35 @@
-"""The used part of a field, to NumPy and back.
+"""The room of fields, and their used part, to NumPy and back.
 
-Fields have room for more grains than a scene has (store.room_for), and Taichi's own transfers copy
+Fields have room for more particles than a scene has (room_for), and Taichi's own transfers copy
 whole fields and compile a kernel for each. On a CPU the memory of all fields is looked at directly:
 one kernel tells where it begins, Taichi tells how it is laid out.
 """
 
 import ctypes
+from math import floor, log2
 
 import numpy as np
 import taichi as ti
 from taichi.lang import impl
 
 TYPES = {"f64": np.float64, "f32": np.float32, "i32": np.int32, "i64": np.int64}
+SMALLEST_ROOM = 1024  # particles
+COARSE = 16384  # particles up to which rooms grow fourfold
+
+
+def room_for(particles):
+    """Particles that the fields of a scene of this many particles have room for.
+
+    Kernels are compiled for the shapes of their fields, so scenes of one room share them. Rooms are
+    coarse where memory is nothing, and a quarter too large at most where it counts.
+    """
+    room = SMALLEST_ROOM
+    while room < particles and room < COARSE:
+        room *= 4
+    if room >= particles:
+        return room
+    step = 2 ** (floor(log2(particles)) - 2)
+    return -(-particles // step) * step
 
 
 class Lease:

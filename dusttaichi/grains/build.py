@@ -7,11 +7,12 @@ import taichi as ti
 
 from dusttaichi import samples, units
 from dusttaichi.compute.backend import LOOPS, start_taichi, threads_of
-from dusttaichi.compute.memory import arrays_of
+from dusttaichi.compute.last_compiled import LastCompiled
+from dusttaichi.compute.memory import arrays_of, room_for
 from dusttaichi.domain.layout import make_surroundings
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.errors import DustError
-from dusttaichi.grains.compiled import Compiled, Kernels, LastCompiled
+from dusttaichi.grains.compiled import Compiled, Kernels
 from dusttaichi.grains.grain_contacts import (
     contact_constants,
     farthest_contacts,
@@ -121,7 +122,7 @@ def chosen_kernels(scene, layout, laws, running):
     running: kind of the loops, number of grains and threads.
     """
     kind, grains, threads = running
-    walls, room = bool(scene.boundary.walls), store.room_for(grains)
+    walls, room = bool(scene.boundary.walls), room_for(grains)
     materials = len(scene.all_materials)
     key = (scene.numerics.backend, threads, room, layout, laws, walls, kind, materials)
     if (last := _LAST.of(key)) is not None:

@@ -4,9 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
-from taichi.lang import impl
 
-from dusttaichi.compute.memory import Lease, Table
+from dusttaichi.compute.memory import Table
 from dusttaichi.grains.kernels import store
 from dusttaichi.grains.kernels.declare import declare
 
@@ -67,28 +66,3 @@ class Compiled:
             table.fill(0)
         out[0]["counts"].from_numpy(np.array(store.sizes(grains, self.layout, self.walls)))
         return out
-
-
-class LastCompiled:
-    """What was compiled last in this process: it serves again where the next scene needs the same.
-
-    Taichi holds one program at a time, so that a simulation is of no more use once another is
-    built, whether that compiles anew or takes its fields over.
-    """
-
-    def __init__(self):
-        self._compiled, self._lease, self._program = None, None, None
-
-    def of(self, compile_key):
-        """The Compiled of that key; None where it is another, or Taichi was started anew."""
-        if self._compiled is None or self._compiled.compile_key != compile_key:
-            return None
-        return self._compiled if impl.get_runtime().prog is self._program else None
-
-    def tables(self, compiled, grains):
-        """Tables of a Compiled for a scene of this many grains; those before are at their end."""
-        if self._lease is not None:
-            self._lease.end()
-        self._compiled, self._lease = compiled, Lease()
-        self._program = impl.get_runtime().prog
-        return compiled.tables(grains, self._lease)

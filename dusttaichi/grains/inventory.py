@@ -1,6 +1,6 @@
 """What a built scene consists of: parts of the model, fields, kernels, and what its preset sets."""
 
-from dusttaichi.grains.kernels.store import room_for
+from dusttaichi.compute.memory import room_for
 from dusttaichi.names import AXES, WALLS
 from dusttaichi.physics.contact.registry import EFFECTS, law_name
 
@@ -75,7 +75,7 @@ def _state(layout):
 def field_rows(sim):
     """Rows (name, what it takes) of the fields from the largest on, those under 1 % in one.
 
-    Bytes are counted by the grains that there is room for (kernels.store.room_for).
+    Bytes are counted by the grains that there is room for (compute.memory.room_for).
     """
     room = room_for(sim.grains)
     sizes = {name: field.nbytes for name, field in tables(sim).items()}

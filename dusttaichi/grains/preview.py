@@ -4,7 +4,7 @@ import numpy as np
 
 from dusttaichi import samples, units
 from dusttaichi.compute.backend import LOOPS
-from dusttaichi.compute.memory import TYPES
+from dusttaichi.compute.memory import TYPES, room_for
 from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.grains import network
@@ -12,7 +12,6 @@ from dusttaichi.grains.build import build, chosen_layout, surroundings
 from dusttaichi.grains.grain_contacts import contact_constants, farthest_contacts, grain_properties
 from dusttaichi.grains.inventory import compiled_rows, field_rows, preset_rows, tables
 from dusttaichi.grains.kernels.declare import declare
-from dusttaichi.grains.kernels.store import room_for
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.method import Preview
 from dusttaichi.names import NEVER

@@ -38,6 +38,9 @@ DIMENSIONS = {
     ),
     "mass": Dimension("a mass", "masses", "kg", "2.4 pg", {"kg": 0, "g": -3, "pg": -15}),
     "speed": Dimension("a speed", "speeds", "m/s", "1 cm/s", {"m/s": 0, "cm/s": -2, "um/s": -6}),
+    "acceleration": Dimension(
+        "an acceleration", "accelerations", "m/s^2", "9.81 m/s^2", {"m/s^2": 0}
+    ),
     "angle": Dimension("an angle", "angles", "rad", "30 deg", {"rad": 0}),
     "angular velocity": Dimension(
         "an angular velocity",

@@ -7,7 +7,6 @@ from conftest import RADIUS, Probe, box, make_scene, sample_of
 
 from dusttaichi.compute import memory
 from dusttaichi.grains import build
-from dusttaichi.grains.kernels import store
 
 SPACING = 2.0 * RADIUS - 1e-10
 
@@ -28,11 +27,11 @@ def rows_of_grains(number, effects=()):
 
 def test_a_room_holds_its_grains_and_wastes_little():
     for grains in (1, 2, 1024, 1025, 16384, 16385, 65536, 70000, 1_000_000):
-        room = store.room_for(grains)
+        room = memory.room_for(grains)
         assert room >= grains
-        if grains > store.COARSE:
+        if grains > memory.COARSE:
             assert room <= 1.25 * grains
-    rooms = [store.room_for(n) for n in range(1, 100_000, 37)]
+    rooms = [memory.room_for(n) for n in range(1, 100_000, 37)]
     assert rooms == sorted(rooms)
     assert len(set(rooms)) < 20
 
@@ -58,9 +57,9 @@ def test_scenes_of_one_room_share_their_kernels(tmp_path, monkeypatch):
 def states():
     """State after some steps: in the usual room, and in one of exactly the number of grains."""
     out = []
-    for room in (store.room_for, lambda grains: grains):
+    for room in (memory.room_for, lambda grains: grains):
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(store, "room_for", room)
+            patch.setattr(build, "room_for", room)
             probe = rows_of_grains(23, ("rolling", "sliding", "twisting"))
             probe.advance(300)
             found = probe.sim.arrays(), probe.sim.measure(), probe.sim.search.count

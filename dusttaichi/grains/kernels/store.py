@@ -6,7 +6,6 @@ tile by tile, so that no sum depends on the number of threads.
 """
 
 from dataclasses import dataclass
-from math import floor, log2
 
 import taichi as ti
 
@@ -14,8 +13,6 @@ from dusttaichi.names import CHANNELS, EXTRA_CHANNELS
 
 NEIGHBOURS = 24  # neighbours of a grain within the skin that the search can hold
 PAIRS_PER_GRAIN = 6  # twelve touching neighbours at most
-SMALLEST_ROOM = 1024  # grains
-COARSE = 16384  # grains up to which rooms grow fourfold
 # places in the `counts` field: what a search has found, and the size of the scene, which kernels
 # do not know when they are compiled
 PAIRS, WALL_BLOCKS, OVERFLOW, GRAINS, PAIR_ROOM, FIRST_WALL, WALL_ROOM = range(7)
@@ -90,21 +87,6 @@ class Layout:
     def channels(self):
         """Names of the channels of the ledger."""
         return CHANNELS + EXTRA_CHANNELS[: int(self.asperities)]
-
-
-def room_for(grains):
-    """Grains that the fields of a scene of this many grains have room for.
-
-    Kernels are compiled for the shapes of their fields, so scenes of one room share them. Rooms are
-    coarse where memory is nothing, and a quarter too large at most where it counts.
-    """
-    room = SMALLEST_ROOM
-    while room < grains and room < COARSE:
-        room *= 4
-    if room >= grains:
-        return room
-    step = 2 ** (floor(log2(grains)) - 2)
-    return -(-grains // step) * step
 
 
 def sizes(grains, layout, walls):

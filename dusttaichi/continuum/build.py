@@ -1,0 +1,170 @@
+"""From a scene and its particles to a simulation: the one place that chooses what is compiled."""
+
+import numpy as np
+
+from dusttaichi.compute.backend import start_taichi, threads_of
+from dusttaichi.compute.last_compiled import LastCompiled
+from dusttaichi.compute.memory import room_for
+from dusttaichi.continuum import time_step
+from dusttaichi.continuum.compiled import compiled_for
+from dusttaichi.continuum.kernels import smoothing
+from dusttaichi.continuum.kernels.separation import CLOSED
+from dusttaichi.continuum.kernels.store import (
+    BODIES,
+    CENTRE,
+    DT,
+    DUST,
+    FACES,
+    HELD,
+    LEFT,
+    LONGEST_LIST,
+    RIGID,
+    TURN,
+    WALL,
+    WANT,
+    Layout,
+)
+from dusttaichi.continuum.search import Search
+from dusttaichi.continuum.simulation import Simulation, body_row
+from dusttaichi.errors import DustError
+from dusttaichi.names import AXES, WALLS
+from dusttaichi.physics.continuum.numbers import MaterialNumbers
+
+_LAST = LastCompiled()
+DOUBLE = 2.0  # times the volume of a rigid particle that kernels see: the dust's stress, mirrored
+
+
+def build(scene, particles):
+    """Simulation of a scene with its Particles at step 0, stresses and forces computed.
+
+    Raises DustError for more bodies than there is room for.
+    """
+    moving = [body for body in particles.bodies if body.rigid]
+    if len(moving) > BODIES:
+        raise DustError(f"sample: {len(moving)} rigid bodies; there is room for {BODIES}")
+    threads, n = threads_of(scene, len(particles)), len(particles)
+    compiled = chosen_kernels(scene, n, threads)
+    sim = Simulation(
+        compiled,
+        _LAST.tables(compiled, n),
+        n,
+        numbers=numbers_of(scene, compiled.layout.dimension),
+        material=MaterialNumbers.of(scene.material),
+        beat=1.0,
+        threads=threads,
+        bodies=len(moving),
+    )
+    sim.search = Search(sim, scene.numerics.smoothing_length, *surfaces(scene, particles))
+    put_particles(sim, particles, moving)
+    sim.search.now()
+    sim.load_once()
+    begin(sim, scene)
+    return sim
+
+
+def chosen_kernels(scene, n, threads):
+    """The Compiled of a scene of n particles."""
+    numerics, boundary = scene.numerics, scene.boundary
+    layout = Layout(
+        dimension=scene.dimension,
+        kernel=numerics.kernel,
+        ghosts=bool(boundary.periodic_axes or getattr(boundary, "mirrors", ())),
+        separate=numerics.contact == "separate",
+        artificial_stress=numerics.artificial_stress is not None,
+    )
+    room = room_for(n)
+    crowd = (numerics.h_over_spacing / 1.3) ** scene.dimension
+    entries = int(room * LONGEST_LIST[scene.dimension] * max(1.0, crowd))
+    key = (layout, room, entries, threads)
+    if (last := _LAST.of(key)) is not None:
+        return last
+    start_taichi(scene, threads)
+    return compiled_for(key, layout, room, entries)
+
+
+def numbers_of(scene, dimension):
+    """What kernels are told of the scene, but for what changes on the way."""
+    numerics, h = scene.numerics, scene.numerics.smoothing_length
+    stress, down = numerics.artificial_stress, np.zeros(dimension)
+    down[-1] = -scene.gravity
+    at_spacing = smoothing.value(numerics.kernel, dimension, h, numerics.spacing)
+    printed = numerics.deviator == "printed" and dimension == 2
+    return {
+        "h": h,
+        "inv_h": 1.0 / h,
+        "scale": smoothing.scale(numerics.kernel, dimension, h),
+        "courant": numerics.cfl,
+        "contact": numerics.viscosity.contact,
+        "bulk": numerics.viscosity.bulk,
+        "grid": numerics.viscosity.grid,
+        "share": 1.0 / 2.0 if printed else 1.0 / 3.0,
+        "over_return": float(numerics.plastic_return == "benz"),
+        "tension": 0.0 if stress is None else stress.epsilon,
+        "exponent": 1.0 if stress is None else stress.n,
+        "at_spacing": 1.0 / at_spacing,
+        "gravity": down.tolist(),
+    }
+
+
+def surfaces(scene, particles):
+    """(axis, side, plane) of the mirrors and (axis, low, high) of the periodic faces, in the axes
+    of the kernels [m]."""
+    axes, boundary = list(particles.axes), scene.boundary
+    numbers = [WALLS.index(wall) for wall in getattr(boundary, "mirrors", ())]
+    mirrors = [(axes.index(k // 2), k % 2, float(particles.room[k // 2, k % 2])) for k in numbers]
+    periodic = [AXES.index(axis) for axis in boundary.periodic_axes]
+    return mirrors, [(axes.index(k), *map(float, particles.room[k])) for k in periodic]
+
+
+def put_particles(sim, particles, moving):
+    """The particles and rigid bodies of a sample into the fields of a Simulation."""
+    axes, n = sim.axes, len(particles)
+    role = particles.role.astype(np.int32)
+    rank = np.cumsum([body.rigid for body in particles.bodies]) - 1
+    group = particles.face.astype(np.int32)
+    rigid = role == RIGID
+    group[rigid] = FACES + rank[particles.body[rigid]]
+    group[role == DUST] = -1
+    rows = np.zeros((FACES + len(moving), sim.rigid(0, 36).shape[1]))
+    rows[:FACES, TURN] = 1.0
+    for k, body in enumerate(moving):
+        rows[FACES + k] = body_row(body)
+    sim.tables["rigid"].from_numpy(rows)
+    stiff = rigid | (role == WALL)
+    centre = rows[:, CENTRE : CENTRE + 3][group]
+    S = particles.deviator
+    full = S[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]] if sim.dimension == 3 else S[:, [0, 4, 4, 2]]
+    volume = particles.mass / particles.density
+    values = {
+        "x": particles.position[:, axes],
+        "v": particles.velocity[:, axes],
+        "mass": particles.mass,
+        "density": particles.density,
+        "reference": particles.reference,
+        "volume": np.where(stiff, DOUBLE * volume, volume),
+        "deviator": np.where(stiff[:, None], 0.0, full),
+        "arm": np.where(rigid[:, None], (particles.position - centre)[:, axes], 0.0),
+        # anything above 0 until the first pass: 0 is for what is rigid
+        "sound": np.where(stiff, 0.0, 1.0),
+        "alpha": np.where(stiff, sim.numbers["contact"], 0.0),
+        "group": group,
+        "role": role,
+        "number": np.arange(n, dtype=np.int32),
+    }
+    if sim.layout.separate:
+        values["gap"] = np.full(n, CLOSED)
+    for name, value in values.items():
+        sim.put(name, value)
+    if not (np.isin(role, (DUST, HELD)).any()):
+        raise DustError("sample: there is no dust; a sample with dust is needed")
+
+
+def begin(sim, scene):
+    """The first beat, with the speeds of signals at the start."""
+    fastest = float(sim.lists["most"].to_numpy().max())
+    sim.beat = time_step.beat(scene, fastest)
+    step = scene.numerics.cfl * scene.numerics.smoothing_length / fastest
+    clock = np.zeros(8)
+    clock[LEFT], clock[WANT] = sim.beat, step
+    clock[DT] = sim.beat / np.ceil(sim.beat / step * (1.0 - 1e-12))
+    sim.tables["clock"].from_numpy(clock)

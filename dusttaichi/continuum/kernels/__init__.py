@@ -1,0 +1,1 @@
+"""Taichi kernels of the continuum: smoothing, rates and response, forces, motion, lists."""

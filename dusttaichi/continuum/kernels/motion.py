@@ -1,0 +1,226 @@
+"""Kick and drift of particles, faces and rigid bodies, their ghosts, and the length of a step.
+
+Velocities stand half a step back: a kick by (dt of the last step + dt of this one)/2 is the second
+half of the one and the first half of the other. At the start the last step has length 0.
+"""
+
+import taichi as ti
+
+from dusttaichi.continuum.kernels.store import (
+    CENTRE,
+    DT,
+    DUST,
+    FACES,
+    FORCE,
+    IMPULSE,
+    INERTIA,
+    LEFT,
+    MASS,
+    MOMENTUM,
+    OLD,
+    RIGID,
+    SPEED,
+    SPIN,
+    SUBSTEPS,
+    TORQUE,
+    TURN,
+    WALL,
+    WANT,
+    WORK,
+)
+
+GROWTH = 1.1  # of a step over the one before
+ROUNDING = 1e-9  # of a beat: what is left of it then is nothing
+
+
+@ti.data_oriented
+class Motion:
+    """fields, lists: see store.place; layout: store.Layout."""
+
+    def __init__(self, fields, lists, layout):
+        self.f, self.lists, self.layout = fields, lists, layout
+        self.n = layout.dimension
+
+    # -- particles -------------------------------------------------------------------------------
+
+    @ti.func
+    def kick_and_drift(self, i, numbers: ti.template()):
+        """Particle i and its ghosts go on; returns 1 where it has gone its part of the skin."""
+        dt, half = self.f.clock[DT], 0.5 * (self.f.clock[OLD] + self.f.clock[DT])
+        x, v, group, role = self.f.x[i], self.f.v[i], self.f.group[i], self.f.role[i]
+        new = v
+        if role == DUST:
+            new = v + (half / self.f.mass[i]) * self.f.force[i]
+            x += dt * new
+        elif group < FACES:
+            new = self.flat(self.vector(group, SPEED))
+            x += dt * new
+        else:
+            arm = self.rotated(group, self.raised(self.f.arm[i]))
+            x = self.flat(self.vector(group, CENTRE) + arm)
+            new = self.flat(self.vector(group, SPEED) + self.vector(group, SPIN).cross(arm))
+        mean = (0.5 * half) * (v + new)
+        self.f.loss[i] -= ti.Vector([self.f.viscous[i].dot(mean), self.f.grid_force[i].dot(mean)])
+        self.f.x[i], self.f.v[i] = x, new
+        if role != RIGID and role != WALL:
+            self.f.volume[i] = self.f.mass[i] / self.f.density[i]
+        self.move_ghosts(i, numbers)
+        return ti.cast((x - self.f.x_search[i]).norm_sqr() > numbers.way2, ti.i32)
+
+    @ti.func
+    def move_ghosts(self, i, numbers: ti.template()):
+        """Place, velocity and volume of the images of particle i."""
+        if ti.static(self.layout.ghosts):
+            for g in range(self.lists.ghost_first[i], self.lists.ghost_first[i + 1]):
+                image = numbers.count + g
+                for a in ti.static(range(self.n)):
+                    sign = self.lists.ghost_sign[g, a]
+                    self.f.x[image][a] = sign * self.f.x[i][a] + self.lists.ghost_shift[g, a]
+                    self.f.v[image][a] = sign * self.f.v[i][a]
+                self.f.volume[image] = self.f.volume[i]
+
+    @ti.func
+    def answer_ghosts(self, i, numbers: ti.template()):
+        """What the images of particle i have of the first pass."""
+        if ti.static(self.layout.ghosts):
+            for g in range(self.lists.ghost_first[i], self.lists.ghost_first[i + 1]):
+                image = numbers.count + g
+                for a, b in ti.static(ti.ndrange(self.n, self.n)):
+                    sign = self.lists.ghost_sign[g, a] * self.lists.ghost_sign[g, b]
+                    k = ti.static(self.n * a + b)
+                    self.f.flux[image][k] = sign * self.f.flux[i][k]
+                    self.f.gradient[image][k] = sign * self.f.gradient[i][k]
+                self.f.density[image] = self.f.density[i]
+                self.f.sound[image] = self.f.sound[i]
+                self.f.alpha[image] = self.f.alpha[i]
+                if ti.static(self.layout.separate):
+                    self.f.gap[image] = self.f.gap[i]
+
+    # -- faces and rigid bodies ------------------------------------------------------------------
+
+    @ti.func
+    def move_bodies(self, numbers: ti.template()):
+        """Kick and drift of faces and rigid bodies; impulse and work of what moves as it is told.
+
+        The spin of a body follows from its angular momentum, which is kicked; it turns by a
+        quaternion.
+        """
+        dt, half = self.f.clock[DT], 0.5 * (self.f.clock[OLD] + self.f.clock[DT])
+        for face in range(FACES):
+            force, speed = self.vector(face, FORCE), self.vector(face, SPEED)
+            self.put(face, IMPULSE, self.vector(face, IMPULSE) + half * force)
+            self.f.rigid[face, WORK] -= half * force.dot(speed)
+        for b in range(FACES, FACES + numbers.bodies):
+            force = self.vector(b, FORCE)
+            self.put(b, IMPULSE, self.vector(b, IMPULSE) + half * force)
+            speed = self.vector(b, SPEED) + (half / self.f.rigid[b, MASS]) * force
+            momentum = self.vector(b, MOMENTUM) + half * self.vector(b, TORQUE)
+            self.put(b, SPEED, speed)
+            self.put(b, MOMENTUM, momentum)
+            self.put(b, CENTRE, self.vector(b, CENTRE) + dt * speed)
+            self.turn(b, self.spin(b, momentum) * dt)
+            self.put(b, SPIN, self.spin(b, momentum))
+
+    @ti.func
+    def spin(self, b, momentum):
+        """R I^-1 R^T L of body b, with the inverse of its inertia in its own frame."""
+        own = self.back(b, momentum)
+        out = ti.Vector.zero(ti.f64, 3)
+        for a, c in ti.static(ti.ndrange(3, 3)):
+            out[a] += self.f.rigid[b, INERTIA + 3 * a + c] * own[c]
+        return self.rotated(b, out)
+
+    @ti.func
+    def turn(self, b, angle):
+        """Turn body b by a small vector: q <- (1, angle/2) q, made a unit again."""
+        q = ti.Vector([self.f.rigid[b, TURN + k] for k in ti.static(range(4))])
+        axis = 0.5 * angle
+        w, u = q[0], ti.Vector([q[1], q[2], q[3]])
+        real = w - axis.dot(u)
+        rest = u + w * axis + axis.cross(u)
+        length = ti.sqrt(real * real + rest.norm_sqr())
+        self.f.rigid[b, TURN] = real / length
+        for a in ti.static(range(3)):
+            self.f.rigid[b, TURN + 1 + a] = rest[a] / length
+
+    @ti.func
+    def rotated(self, b, r):
+        """A vector of the frame of body b in that of the scene."""
+        w = self.f.rigid[b, TURN]
+        u = ti.Vector([self.f.rigid[b, TURN + 1 + a] for a in ti.static(range(3))])
+        t = 2.0 * u.cross(r)
+        return r + w * t + u.cross(t)
+
+    @ti.func
+    def back(self, b, r):
+        """The reverse of `rotated`."""
+        w = self.f.rigid[b, TURN]
+        u = ti.Vector([-self.f.rigid[b, TURN + 1 + a] for a in ti.static(range(3))])
+        t = 2.0 * u.cross(r)
+        return r + w * t + u.cross(t)
+
+    @ti.func
+    def vector(self, row, begin: ti.template()):
+        """Three numbers of a row of `rigid`."""
+        return ti.Vector([self.f.rigid[row, begin + a] for a in ti.static(range(3))])
+
+    @ti.func
+    def put(self, row, begin: ti.template(), values):
+        for a in ti.static(range(3)):
+            self.f.rigid[row, begin + a] = values[a]
+
+    @ti.func
+    def raised(self, r):
+        """A vector of the kernels in three dimensions: (x, z) is (x, 0, z)."""
+        out = ti.Vector.zero(ti.f64, 3)
+        if ti.static(self.n == 2):
+            out = ti.Vector([r[0], 0.0, r[1]])
+        else:
+            out = ti.Vector([r[0], r[1], r[2]])
+        return out
+
+    @ti.func
+    def flat(self, r):
+        """The reverse of `raised`."""
+        out = ti.Vector.zero(ti.f64, self.n)
+        for a in ti.static(range(self.n)):
+            out[a] = r[2 if a == self.n - 1 else a]
+        return out
+
+    # -- the end of a step -----------------------------------------------------------------------
+
+    @ti.func
+    def add_up(self, numbers: ti.template()):
+        """Forces and torques on faces and rigid bodies, their particles in a fixed order."""
+        for row in range(FACES + numbers.bodies):
+            self.put(row, FORCE, ti.Vector.zero(ti.f64, 3))
+            self.put(row, TORQUE, ti.Vector.zero(ti.f64, 3))
+        for m in range(numbers.members):
+            i = self.lists.members[m]
+            group, force = self.f.group[i], self.raised(self.f.force[i])
+            arm = self.raised(self.f.x[i]) - self.vector(group, CENTRE)
+            self.put(group, FORCE, self.vector(group, FORCE) + force)
+            self.put(group, TORQUE, self.vector(group, TORQUE) + arm.cross(force))
+
+    @ti.func
+    def next_step(self, present, numbers: ti.template()):
+        """The length of the next step; returns 1 where this one has ended a beat.
+
+        C h over the fastest signal of any particle, C h/2 over its viscosity, at most 10 % longer
+        than before; what is left of a beat is shared out evenly.
+        """
+        fastest = 0.0
+        for w in range(present):
+            fastest = ti.max(fastest, self.lists.most[8 * w])
+        dt = self.f.clock[DT]
+        left = self.f.clock[LEFT] - dt
+        ended = ti.cast(left <= ROUNDING * numbers.beat, ti.i32)
+        if ended == 1:
+            left = numbers.beat
+        want = ti.min(GROWTH * self.f.clock[WANT], numbers.courant * numbers.h / fastest)
+        self.f.clock[WANT] = want
+        self.f.clock[OLD] = dt
+        self.f.clock[LEFT] = left
+        self.f.clock[DT] = left / ti.ceil(left / want)
+        self.f.clock[SUBSTEPS] += 1.0
+        return ended

@@ -1,0 +1,27 @@
+"""What the kernels are told of a scene as run-time numbers, beside those of the material."""
+
+import taichi as ti
+
+
+def numbers_type(dimension):
+    """The struct of the numbers of a step [SI]; a change of them compiles nothing anew."""
+    return ti.types.struct(
+        count=ti.i32,  # particles without ghosts
+        members=ti.i32,  # particles that move with faces or rigid bodies
+        bodies=ti.i32,
+        beat=ti.f64,  # time of a step of the run
+        h=ti.f64,
+        inv_h=ti.f64,
+        scale=ti.f64,  # of the kernel
+        courant=ti.f64,
+        contact=ti.f64,  # coefficients of viscosity: at contacts, in the bulk, on grid noise
+        bulk=ti.f64,
+        grid=ti.f64,
+        share=ti.f64,  # of the trace of the strain rate that leaves the deviator: 1/3, or 1/2
+        over_return=ti.f64,  # 0: radial return, 1: the one of Benz & Asphaug
+        tension=ti.f64,  # artificial stress: its strength, exponent, and 1/kernel at the spacing
+        exponent=ti.f64,
+        at_spacing=ti.f64,
+        way2=ti.f64,  # square of the way after which a search is due
+        gravity=ti.types.vector(dimension, ti.f64),
+    )

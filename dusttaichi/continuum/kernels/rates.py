@@ -1,0 +1,77 @@
+"""First pass: velocity gradient with corrected kernel gradients, and the response of the dust.
+
+A_i = -sum_j V_j x_ij (x) grad W,  G_i = sum_j V_j (v_j - v_i) (x) grad W,  C = A^-1,  L = G C
+(Randles & Libersky 1996): L is exact where the velocity is a linear function of place. Rigid
+particles count with twice their volume, here as in the second pass.
+"""
+
+import taichi as ti
+
+from dusttaichi.continuum.kernels import tensors
+from dusttaichi.continuum.kernels.store import DT, DUST, HELD
+
+FEW = 0.05  # determinant of A below which a particle has too few neighbours to correct its gradient
+DAMPED = 5.0  # viscosity of pairs that allows as long a step as one on grid noise
+STRAIN = 1e-30  # keeps a rate of strain of zero from being divided by
+
+
+@ti.data_oriented
+class Rates:
+    """fields, lists: see store.place; layout: store.Layout; smoothing: a kernel's slope; law: what
+    answers to a velocity gradient (response.Response); contact: contact.Separation or None."""
+
+    def __init__(self, fields, lists, layout, *, smoothing, law, contact):
+        self.f, self.lists, self.layout = fields, lists, layout
+        self.slope, self.law, self.contact = smoothing, law, contact
+        self.n = layout.dimension
+
+    @ti.func
+    def pass_over(self, i, numbers: ti.template(), material: ti.template()):
+        """Particle i answers to what moves around it; returns its speed of signals [m/s]."""
+        speed = 0.0
+        role = self.f.role[i]
+        if role == DUST or role == HELD:
+            speed = self.answer(i, numbers, material)
+        return speed
+
+    @ti.func
+    def answer(self, i, numbers: ti.template(), material: ti.template()):
+        x, v = self.f.x[i], self.f.v[i]
+        A = ti.Matrix.zero(ti.f64, self.n, self.n)
+        G = ti.Matrix.zero(ti.f64, self.n, self.n)
+        near = 0.0
+        closed = self.closed(i)
+        for k in range(self.lists.first[i], self.lists.first[i + 1]):
+            j = self.lists.entry[k]
+            d = x - self.f.x[j]
+            weight = self.f.volume[j] * self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)
+            stiff = self.f.sound[j] == 0.0
+            if ti.static(self.layout.separate):
+                weight = ti.select(stiff and not closed, 0.0, weight)
+            near = ti.select(stiff and weight < 0.0, 1.0, near)
+            u = v - self.f.v[j]
+            for a, b in ti.static(ti.ndrange(self.n, self.n)):
+                A[a, b] -= weight * d[a] * d[b]
+                G[a, b] -= weight * u[a] * d[b]
+        C = ti.Matrix.identity(ti.f64, self.n)
+        if A.determinant() >= FEW:
+            C = A.inverse()
+        L = G @ C
+        stress = self.law.respond(i, L, self.f.clock[DT], numbers, material)
+        self.f.flux[i] = tensors.rows(stress @ C)
+        self.f.gradient[i] = tensors.rows(L)
+        self.f.alpha[i] = ti.select(near > 0.0, numbers.contact, numbers.bulk)
+        if ti.static(self.layout.separate):
+            self.contact.follow(i, stress, numbers)
+        D = 0.5 * (L + L.transpose())
+        damped = ti.max(self.f.alpha[i], DAMPED * numbers.grid)
+        strain = numbers.h * ti.sqrt(tensors.double_dot(D, D) + STRAIN)
+        return self.f.sound[i] * ti.max(1.0, damped) + strain
+
+    @ti.func
+    def closed(self, i):
+        """Whether dust touches what is rigid in its reach."""
+        out = True
+        if ti.static(self.layout.separate):
+            out = self.f.gap[i] < 0.0
+        return out

@@ -1,0 +1,46 @@
+"""How dust answers to a velocity gradient over a step: density, pressure, deviator, and their work.
+
+Density by rho exp(-tr L dt); pressure by the path of the equation of state; deviator by Jaumann's
+rate, dS/dt = 2 mu (D - tr D/3) + W S - S W, pulled back to the strength (von Mises).
+"""
+
+import taichi as ti
+
+from dusttaichi.continuum.kernels import tensors
+from dusttaichi.physics.continuum.kernels import LAWS
+
+
+@ti.data_oriented
+class Response:
+    """fields: see store.place; dimension: 2 or 3."""
+
+    def __init__(self, fields, dimension):
+        self.f, self.n = fields, dimension
+
+    @ti.func
+    def respond(self, i, L: ti.template(), dt, numbers: ti.template(), m: ti.template()):
+        """The stress of particle i after the step; its state goes on."""
+        one = ti.Matrix.identity(ti.f64, self.n)
+        D, W = 0.5 * (L + L.transpose()), 0.5 * (L - L.transpose())
+        growth = L.trace()
+        before, S = self.f.pressure[i], tensors.matrix(self.f.deviator[i], self.n)
+        density = self.f.density[i] * ti.exp(-growth * dt)
+        p, reference = LAWS.pressure(density, self.f.reference[i], m)
+        K = LAWS.bulk_modulus(reference, m)
+        mu = m.mu_over_K * K
+        trial = tensors.turned(S, dt * W) + (2.0 * mu * dt) * (D - numbers.share * growth * one)
+        over = LAWS.radial(LAWS.second_invariant(trial), LAWS.shear(density / m.rho_s, m))
+        after = trial * (over * ti.select(numbers.over_return > 0.5, over, 1.0))
+        power = self.f.volume[i] * dt
+        pressed = -0.5 * (before + p) * growth * power
+        self.f.work[i] += ti.Vector(
+            [
+                ti.select(before + p >= 0.0, pressed, 0.0),
+                ti.select(before + p < 0.0, pressed, 0.0),
+                0.5 * tensors.double_dot(S + after, D) * power,
+            ]
+        )
+        self.f.density[i], self.f.reference[i], self.f.pressure[i] = density, reference, p
+        self.f.deviator[i] = tensors.rows(after)
+        self.f.sound[i] = ti.sqrt((K + 4.0 / 3.0 * mu) / density)
+        return after - p * one

@@ -1,0 +1,54 @@
+"""A contact that opens: dust leaves what is rigid where it would be pulled, and comes back.
+
+One number for each particle decides in both passes, so that no work appears from nothing: `gap` is
+-1 where the contact is closed, and else the gap at which it has opened. It opens where the stress
+of the dust along the normal is tensile and the gap grows, and closes when the gap is again as
+small.
+"""
+
+import taichi as ti
+
+CLOSED = -1.0
+
+
+@ti.data_oriented
+class Separation:
+    """fields, lists: see store.place; n: dimension; slope: that of the smoothing kernel."""
+
+    def __init__(self, fields, lists, n, slope):
+        self.f, self.lists, self.n, self.slope = fields, lists, n, slope
+
+    @ti.func
+    def follow(self, i, stress: ti.template(), numbers: ti.template()):
+        """Open or close the contact of dust particle i; stress: that of now [Pa].
+
+        Normal: the gradient of the rigid volume around it. Gap and its rate: means over the rigid
+        particles around it, weighted as in the normal.
+        """
+        x, v = self.f.x[i], self.f.v[i]
+        normal = ti.Vector.zero(ti.f64, self.n)
+        place, motion = normal, normal
+        total = 0.0
+        for k in range(self.lists.first[i], self.lists.first[i + 1]):
+            j = self.lists.entry[k]
+            if self.f.sound[j] == 0.0:
+                d = x - self.f.x[j]
+                weight = -self.f.volume[j] * self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)
+                total += weight
+                normal += weight * d
+                place += weight * d
+                motion += weight * (v - self.f.v[j])
+        gap = self.f.gap[i]
+        length = normal.norm()
+        if total > 0.0 and length > 0.0:
+            normal /= length
+            now, rate = place.dot(normal) / total, motion.dot(normal) / total
+            pull = normal.dot(stress @ normal)
+            if gap < 0.0 and pull > 0.0 and rate > 0.0:
+                gap = now
+            elif gap >= 0.0 and now < gap:
+                gap = CLOSED
+        else:
+            # out of reach: what comes back touches where it has touched first
+            gap = ti.max(gap, CLOSED)
+        self.f.gap[i] = gap

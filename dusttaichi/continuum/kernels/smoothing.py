@@ -1,0 +1,52 @@
+"""Smoothing kernels of support 2 h, as slope F(r) with grad W = F x; h: smoothing length.
+
+Both are written without branches, so that a loop over neighbours has none.
+"""
+
+from math import pi
+
+import taichi as ti
+
+from dusttaichi.continuum.kernels.store import TINY
+
+
+@ti.func
+def cubic_spline(r2, inv_h, scale):
+    """Cubic spline (Monaghan & Lattanzio 1985): F = scale (4 (1-q)+^2 - (2-q)+^2)/q, q = r/h."""
+    s = r2 * inv_h * inv_h + TINY
+    inv_q = 1.0 / ti.sqrt(s)
+    q = s * inv_q
+    far, near = ti.max(2.0 - q, 0.0), ti.max(1.0 - q, 0.0)
+    return scale * inv_q * (4.0 * near * near - far * far)
+
+
+@ti.func
+def wendland_c2(r2, inv_h, scale):
+    """Wendland (1995) C2: F = -scale (1 - q/2)+^3, q = r/h."""
+    half = ti.max(1.0 - 0.5 * ti.sqrt(r2) * inv_h, 0.0)
+    return -scale * half * half * half
+
+
+KERNELS = {"cubic_spline": cubic_spline, "wendland_c2": wendland_c2}
+# scale h^(dimension + 2)
+_SCALES = {
+    ("cubic_spline", 2): 0.75 * 10.0 / (7.0 * pi),
+    ("cubic_spline", 3): 0.75 / pi,
+    ("wendland_c2", 2): 5.0 * 7.0 / (4.0 * pi),
+    ("wendland_c2", 3): 5.0 * 21.0 / (16.0 * pi),
+}
+
+
+def scale(kernel, dimension, h):
+    """The factor that makes the integral of the kernel 1; h: smoothing length [m]."""
+    return _SCALES[kernel, dimension] / h ** (dimension + 2)
+
+
+def value(kernel, dimension, h, r):
+    """The kernel itself at a distance r [1/m^dimension]."""
+    q = r / h
+    if kernel == "cubic_spline":
+        shape = 0.25 * max(2.0 - q, 0.0) ** 3 - max(1.0 - q, 0.0) ** 3
+        return shape * _SCALES[kernel, dimension] / 0.75 / h**dimension
+    shape = max(1.0 - 0.5 * q, 0.0) ** 4 * (2.0 * q + 1.0)
+    return shape * _SCALES[kernel, dimension] / 5.0 / h**dimension

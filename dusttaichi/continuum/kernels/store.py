@@ -1,0 +1,143 @@
+"""What a continuum simulation holds, declared once: fields, checkpoint and ghosts derive from it.
+
+Kernels compute in SI; in two dimensions the axes are x and z, and masses are per metre of depth.
+Ghosts (periodic and mirror images) stand behind the particles in the fields that neighbours read.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import taichi as ti
+
+DUST, RIGID, HELD, WALL = range(4)  # roles of particles (samples.continuum.particles)
+FACES = 6  # groups 0-5 move as a face does, those from 6 on are rigid bodies
+FREE = -1  # group of dust
+TINY = 1e-12  # (r/h)^2 that keeps coincident particles from dividing by zero
+GHOST_SHARE = 0.5  # ghosts that there is room for, of the particles, and a few
+LEAST_GHOSTS = 4096
+BODIES = 16  # rigid bodies that there is room for
+LONGEST_LIST = {2: 120, 3: 420}  # neighbours on average that there is room for at eta 1.3
+CHANNELS = ("compaction", "tension", "shear", "viscosity", "grid")
+
+# places in the `clock`: length of this step and of the last one, what is left of the beat, the
+# length that growth goes on from, steps so far [s, 1]
+DT, OLD, LEFT, WANT, SUBSTEPS = range(5)
+# places in a row of `rigid`: 3 or 4 numbers each
+CENTRE, SPEED, TURN, MOMENTUM, SPIN, FORCE, TORQUE, IMPULSE, WORK, MASS, INERTIA = (
+    0, 3, 6, 10, 13, 16, 19, 22, 25, 26, 27,
+)  # fmt: skip
+ROW = 36
+# places in `sync` behind those of compute.workers
+DUE, DONE, ENDED = 3, 4, 5
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One piece of state: name, what it is, unit (SI), element type, length, block in memory.
+
+    element: ("f64" | "i32", length or 0); tensors are rows one after another. place: variables of
+    one place stand side by side for each particle. ghosts: ghosts have it too.
+    """
+
+    name: str
+    meaning: str
+    unit: str
+    element: tuple
+    place: str
+    ghosts: bool = False
+
+
+class Layout(NamedTuple):
+    """What is compiled in: dimension, kernel, ghosts or none, contact that opens or sticks, and
+    artificial stress or none."""
+
+    dimension: int
+    kernel: str
+    ghosts: bool
+    separate: bool
+    artificial_stress: bool
+
+
+def declare(layout):
+    """The variables of a particle, a list of Variable."""
+    vector, tensor = ("f64", layout.dimension), ("f64", layout.dimension**2)
+    one, count = ("f64", 0), ("i32", 0)
+    rows = [
+        ("x", "place", "m", vector, "seen", True),
+        ("v", "velocity half a step back", "m/s", vector, "seen", True),
+        ("volume", "volume, of rigid particles doubled", "m^3", one, "seen", True),
+        ("flux", "stress times correction of the gradient", "Pa", tensor, "felt", True),
+        ("gradient", "velocity gradient", "1/s", tensor, "felt", True),
+        ("density", "density", "kg/m^3", one, "felt", True),
+        ("sound", "longitudinal speed of sound, 0 of rigid particles", "m/s", one, "felt", True),
+        ("alpha", "viscosity of its contacts", "1", one, "felt", True),
+        ("force", "force of the neighbours and gravity", "N", vector, "own"),
+        ("viscous", "viscous part of it", "N", vector, "own"),
+        ("grid_force", "part of it that acts on grid noise", "N", vector, "own"),
+        ("mass", "mass", "kg", one, "own"),
+        ("reference", "density at zero pressure on the present path", "kg/m^3", one, "own"),
+        ("pressure", "pressure", "Pa", one, "own"),
+        ("deviator", "deviator of the stress", "Pa", tensor, "own"),
+        (
+            "work",
+            "work of pressure on the way in and out, of the deviator",
+            "J",
+            ("f64", 3),
+            "own",
+        ),
+        ("loss", "work of viscosity and of the force on grid noise so far", "J", ("f64", 2), "own"),
+        ("x_search", "place at the last search", "m", vector, "own"),
+        ("arm", "place in the frame of its rigid body", "m", vector, "own"),
+        ("group", "face or rigid body that it moves with, -1 of dust", "1", count, "own"),
+        ("role", "dust, rigid, held or wall", "1", count, "own"),
+        ("number", "its number in the sample", "1", count, "own"),
+    ]
+    if layout.separate:
+        rows.append(("gap", "gap at which its contact opened, -1 closed", "m", one, "felt", True))
+    if layout.artificial_stress:
+        rows.append(("tension", "artificial stress of tension", "Pa", tensor, "felt", True))
+    return [Variable(*row) for row in rows]
+
+
+# of the whole simulation: name -> (element, shape); checkpoints have them too
+WHOLE = {
+    "clock": ("f64", (8,)),
+    "rigid": ("f64", (FACES + BODIES, ROW)),
+}
+
+
+def place(layout, room, entries):
+    """Taichi fields by name, with room for so many particles and entries of neighbour lists."""
+    types = {"f64": ti.f64, "i32": ti.i32}
+    seen = room + max(LEAST_GHOSTS, int(GHOST_SHARE * room)) if layout.ghosts else room
+    variables, fields = declare(layout), {}
+    for block in dict.fromkeys(v.place for v in variables):
+        together = {}
+        for variable in (v for v in variables if v.place == block):
+            together[variable.name] = _make(types[variable.element[0]], variable.element[1])
+        ti.root.dense(ti.i, room if block == "own" else seen).place(*together.values())
+        fields |= together
+    for name, (kind, shape) in WHOLE.items():
+        fields[name] = ti.field(types[kind], shape=shape)
+    lists = {
+        "first": (ti.i32, (room + 1,)),
+        "counts": (ti.i32, (room,)),
+        "entry": (ti.i32, (entries,)),
+        "members": (ti.i32, (room,)),
+        "cell_first": (ti.i32, (4 * seen + 64,)),
+        "in_cell": (ti.i32, (seen,)),
+        "chunk_sum": (ti.i32, (room // 256 + 2,)),
+        "sync": (ti.i32, (8,)),
+        "most": (ti.f64, (1024 * 8,)),
+    }
+    if layout.ghosts:
+        lists |= {
+            "ghost_first": (ti.i32, (room + 1,)),
+            "ghost_shift": (ti.f64, (seen - room, layout.dimension)),
+            "ghost_sign": (ti.f64, (seen - room, layout.dimension)),
+        }
+    return fields, {name: ti.field(kind, shape=shape) for name, (kind, shape) in lists.items()}
+
+
+def _make(kind, length):
+    return ti.Vector.field(length, kind) if length else ti.field(kind)

@@ -1,0 +1,111 @@
+"""Energies of a continuum of now [SI], from which ledger and records are made."""
+
+import numpy as np
+
+from dusttaichi import units
+from dusttaichi.continuum.kernels.store import (
+    CENTRE,
+    FACES,
+    FORCE,
+    MASS,
+    OLD,
+    RIGID,
+    SPEED,
+    WALL,
+    WORK,
+)
+from dusttaichi.method import Measurement
+
+
+def energies(sim):
+    """Energies [J], losses by channel, extremes: a dict of numbers and arrays.
+
+    Velocities stand half a step back in memory: what the forces of now do in the half step up to
+    now belongs to the losses and to the work of faces as well.
+    """
+    role, mass = sim.of_particles("role"), sim.of_particles("mass")
+    v = sim.velocities()
+    dust = (role != RIGID) & (role != WALL)
+    speed2 = np.sum(v * v, axis=1)
+    free = sim.of_particles("group") < 0
+    kinetic = 0.5 * np.sum(mass[free] * speed2[free])
+    speed, spin = sim.body_speeds()
+    own = sim.rigid(MASS, 1)[FACES:, 0]
+    kinetic += 0.5 * np.sum(own * np.sum(speed[FACES:] ** 2, axis=1))
+    kinetic += 0.5 * np.sum(spin * sim.angular_momenta())
+    g = -sim.numbers["gravity"][-1]
+    height = sim.of_particles("x")[:, -1]
+    gravity = g * (np.sum(mass[free] * height[free]) + np.sum(own * sim.rigid(CENTRE)[FACES:, 2]))
+    elastic = elastic_energies(sim, dust)
+    work, loss = sim.of_particles("work").sum(axis=0), sim.of_particles("loss").sum(axis=0)
+    loss = loss - half_step(sim, v)
+    density = sim.of_particles("density")[dust]
+    return {
+        "kinetic": float(kinetic),
+        "gravity_energy": float(gravity),
+        "elastic_energy": float(elastic.sum()),
+        "loss": np.array([*(work - elastic), *loss]),
+        "work": face_work(sim),
+        "speed": float(np.sqrt(speed2.max())),
+        "density": float(density.max()),
+        "momentum": (mass[free] @ v[free]) + own @ speed[FACES:],
+    }
+
+
+def elastic_energies(sim, dust):
+    """Elastic energy of pressure in compression and in tension, and of the deviator [J], (3,).
+
+    p^2/2K and S:S/4mu per volume; K + 4/3 mu is density times the square of the speed of sound.
+    """
+    ratio = sim.material.mu_over_K
+    density = sim.of_particles("density")[dust]
+    volume = sim.of_particles("mass")[dust] / density
+    K = density * sim.of_particles("sound")[dust] ** 2 / (1.0 + 4.0 / 3.0 * ratio)
+    p, S = sim.of_particles("pressure")[dust], sim.of_particles("deviator")[dust]
+    d = sim.dimension
+    trace = S[:, :: d + 1].sum(axis=1)
+    squares = np.sum(S * S, axis=1) + trace * trace
+    of_pressure = volume * p * p / (2.0 * K)
+    return np.array(
+        [
+            of_pressure[p >= 0.0].sum(),
+            of_pressure[p < 0.0].sum(),
+            (volume * squares / (4.0 * ratio * K)).sum(),
+        ]
+    )
+
+
+def half_step(sim, v):
+    """Work of both viscosities in the half step up to now [J], (2,)."""
+    half = 0.5 * sim.clock[OLD]
+    mean = 0.5 * (sim.raised(sim.of_particles("v")) + v)
+    return np.array(
+        [
+            half * np.sum(sim.raised(sim.of_particles(name)) * mean)
+            for name in ("viscous", "grid_force")
+        ]
+    )
+
+
+def face_work(sim):
+    """Work of moving faces on the dust since the start [J]."""
+    half = 0.5 * sim.clock[OLD]
+    last = half * np.sum(sim.rigid(FORCE)[:FACES] * sim.rigid(SPEED)[:FACES])
+    return float(sim.rigid(WORK, 1)[:FACES].sum() - last)
+
+
+def measurement(sim, start):
+    """The Measurement of now [fJ]; start: the losses of step 0, which begin at 0 [J]."""
+    m = energies(sim)
+    losses = (m["loss"] - start) / units.ENERGY
+    kinetic = m["kinetic"] / units.ENERGY
+    potential = (m["gravity_energy"] + m["elastic_energy"]) / units.ENERGY
+    return Measurement(
+        kinetic=kinetic,
+        potential=potential,
+        energy=kinetic + potential,
+        losses=losses,
+        lost=float(losses.sum()),
+        work=m["work"] / units.ENERGY,
+        parts=m | {"loss": losses * units.ENERGY},
+    )

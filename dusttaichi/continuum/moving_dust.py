@@ -1,0 +1,176 @@
+"""A continuum in motion as the run knows it: the Simulation with its sample, records and guards."""
+
+import time as real_time
+from dataclasses import replace
+
+import numpy as np
+import yaml
+
+from dusttaichi import units
+from dusttaichi.compute.worker_choice import WorkerChoice
+from dusttaichi.continuum import measure, record, trust
+from dusttaichi.continuum.build import build
+from dusttaichi.continuum.kernels.store import CHANNELS
+from dusttaichi.continuum.surroundings import domain_of
+from dusttaichi.continuum.variables import VARIABLES
+from dusttaichi.method import SimpleSimulation, State
+from dusttaichi.names import AXES
+from dusttaichi.results.variables import select
+from dusttaichi.samples.continuum.particles import ARRAYS, COMPONENTS, Body, Particles
+
+BEFORE = "sample_"  # of the names of the arrays of the sample in a State
+BODY = ("centre", "velocity", "spin", "inertia")
+
+
+class MovingDust(SimpleSimulation):
+    """What dusttaichi.method.Simulation asks for, of the Simulation `sim` of a scene."""
+
+    channels = CHANNELS
+
+    def __init__(self, scene, sample, sim):
+        self.scene, self.sample, self.sim = scene, sample, sim
+        self.size, self.dt = sim.n, sim.beat / units.TIME
+        self.workers = WorkerChoice(sim, fixed=scene.numerics.threads != "auto")
+        self.around = domain_of(scene, sample, self.dt)
+        self.variables = select(VARIABLES, self._features())
+        self.started = measure.energies(sim)["loss"]
+        self.drive(scene.stage_plans[0].drive)
+
+    def _features(self):
+        domain = self.around
+        there = {
+            "walls": domain.box is not None,
+            "height": not np.isnan(domain.lengths(0)[2]),
+            "stages": bool(self.scene.stages),
+            "bodies": self.sim.bodies > 0,
+        }
+        return {name for name, has in there.items() if has}
+
+    @property
+    def step(self):
+        return self.sim.step
+
+    @property
+    def domain(self):
+        return self.around
+
+    def advance(self, steps):
+        began = real_time.perf_counter()
+        self.sim.advance(steps)
+        self.workers.after(steps, real_time.perf_counter() - began)
+
+    def drive(self, drive):
+        self.around = self.around.driven(drive, self.step)
+        speeds = np.zeros((6, 3))
+        speeds[5, 2] = -self.around.wall_speed * units.SPEED
+        self.sim.move_faces(speeds)
+
+    # -- measuring -------------------------------------------------------------------------------
+
+    def measure(self):
+        return measure.measurement(self.sim, self.started)
+
+    def trust(self, measurement):
+        trust.check(self.sim, measurement)
+
+    def sums(self):
+        # over time in us, as a window has it, the mean is a force in N
+        return {"impulse": self.sim.impulses() / units.TIME}
+
+    def series(self, measurement, window):
+        areas = np.zeros(6)
+        if self.around.box is not None:
+            areas = self.around.wall_areas(self.step) * units.LENGTH**2
+        return record.series(self.sim, measurement.parts, window, areas)
+
+    def snapshot(self):
+        return record.snapshot(self.sim)
+
+    # -- state -----------------------------------------------------------------------------------
+
+    def state(self):
+        sample, box = self.sample, self.around.box
+        arrays = {BEFORE + name: getattr(sample, name) for name in (*ARRAYS, "body", "room")}
+        bodies = [
+            vars(body) | {name: getattr(body, name).tolist() for name in BODY}
+            for body in sample.bodies
+        ]
+        numbers = {
+            "dt": self.dt,
+            "step": self.step,
+            "started": self.started.tolist(),
+            "box": None if box is None else [box.offset.tolist(), box.speed.tolist()],
+            "sample": {
+                "spacing": sample.spacing,
+                "dimension": sample.dimension,
+                "bodies": bodies,
+                "info": sample.info,
+            },
+        }
+        return State(arrays | self.sim.arrays(), numbers)
+
+    def restore(self, state):
+        self.sim.restore(state.arrays, state.numbers["step"])
+        self.started = np.array(state.numbers["started"])
+        if state.numbers["box"] is not None:
+            offset, speed = (np.array(row) for row in state.numbers["box"])
+            box = replace(self.around.box, offset=offset, speed=speed)
+            self.around = replace(self.around, box=box)
+
+    # -- result ----------------------------------------------------------------------------------
+
+    def sizes(self):
+        rigid = tuple(body.name for body in self.sample.bodies if body.rigid)
+        sizes = {"particle": self.sim.n, "channel": self.channels, "component": COMPONENTS}
+        return sizes | ({"rigid": _distinct(rigid)} if rigid else {})
+
+    def constants(self):
+        names = ("mass", "role", "body")
+        return {f"snapshots/{name}": getattr(self.sample, name) for name in names}
+
+    def attributes(self):
+        scene = self.scene
+        return {
+            "seed": getattr(scene.sample, "seed", None),
+            "threads": self.sim.threads,
+            "dimension": scene.dimension,
+            "spacing": scene.numerics.spacing,
+            "smoothing_length": scene.numerics.smoothing_length,
+            "particles": self.sim.n,
+            "periodic_axes": " ".join(a for a in AXES if a in scene.boundary.periodic_axes),
+            "sample": yaml.safe_dump(_plain(self.sample.info), sort_keys=False),
+        }
+
+
+def make(scene, sample):
+    """MovingDust of a scene and its Particles, at step 0."""
+    return MovingDust(scene, sample, build(scene, sample))
+
+
+def reopen(scene, state):
+    """MovingDust in a State of a continuum of that scene."""
+    kept = state.numbers["sample"]
+    bodies = [
+        Body(**(body | {name: np.array(body[name]) for name in BODY})) for body in kept["bodies"]
+    ]
+    arrays = {name: state.arrays[BEFORE + name] for name in (*ARRAYS, "body", "room")}
+    own = {"spacing": kept["spacing"], "dimension": kept["dimension"], "info": kept["info"]}
+    out = make(scene, Particles(**arrays, **own, bodies=tuple(bodies)))
+    out.restore(state)
+    return out
+
+
+def _distinct(names):
+    """The names, numbered where they are not distinct."""
+    if len(set(names)) == len(names):
+        return names
+    return tuple(f"{name}_{k}" for k, name in enumerate(names))
+
+
+def _plain(value):
+    """Numbers of NumPy as YAML has them."""
+    if isinstance(value, dict):
+        return {k: _plain(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(v) for v in value]
+    return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else value

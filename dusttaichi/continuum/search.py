@@ -1,0 +1,194 @@
+"""The search for neighbours: particles sorted by cell, ghosts made, lists written.
+
+It is a function of the places of the moment alone. A run that goes on from a checkpoint writes the
+lists of the last search anew, from the places of then.
+"""
+
+from itertools import product
+
+import numpy as np
+
+from dusttaichi.continuum.kernels.store import FACES
+from dusttaichi.errors import GuardStop
+
+SUPPORT = 2.0  # reach of the kernels in smoothing lengths
+SKIN = 0.3  # extra reach of the lists in smoothing lengths
+MOST_CELLS = 4.0  # cells for each particle that there is room for
+
+
+class Search:
+    """The neighbour lists of a Simulation.
+
+    mirrors: (axis, side, plane [m]) of each mirror; edges: (axis, low, high) of each periodic axis,
+    all of the kernels' axes. count: searches so far.
+    """
+
+    def __init__(self, sim, h, mirrors, edges):
+        self.sim, self.h, self.mirrors, self.edges = sim, h, mirrors, edges
+        self.reach, self.count = (SUPPORT + SKIN) * h, 0
+        self.total = 0  # entries of all lists
+
+    @property
+    def way2(self):
+        """Square of the way that a particle may go before the next search is due [m^2]."""
+        return (0.5 * SKIN * self.h) ** 2
+
+    def now(self):
+        """New lists for the present places; particles are put in the order of their cells."""
+        x = self.sim.of_particles("x")
+        if not np.isfinite(x).all():
+            raise GuardStop(
+                f"At {self.sim.time:.6g} us the place of {int((~np.isfinite(x)).any(1).sum())} "
+                "particles is not a number any more: the step is too long for what happens. Try a "
+                "smaller numerics.courant or a lower speed."
+            )
+        wrapped = self._wrap(x)
+        if wrapped is not x:
+            self.sim.put("x", wrapped)
+        grid = self._grid(wrapped)
+        cell = self._cells(wrapped, *grid)
+        order = np.argsort(cell, kind="stable")
+        self.sim.reorder(order)
+        self.sim.put("x_search", wrapped[order])
+        self._list(wrapped[order], grid)
+        self.count += 1
+
+    def again(self):
+        """The lists of the last search, of a simulation that goes on from a checkpoint."""
+        now, then = self.sim.of_particles("x"), self.sim.of_particles("x_search")
+        self.sim.put("x", then)
+        self._list(then, self._grid(then))
+        self.sim.put("x", now)
+        self._place_ghosts(now)
+
+    # -- its parts -------------------------------------------------------------------------------
+
+    def _wrap(self, x):
+        """Particles back into the periodic cell."""
+        for axis, low, high in self.edges:
+            out = np.floor((x[:, axis] - low) / (high - low))
+            if out.any():
+                x = x.copy()
+                x[:, axis] -= out * (high - low)
+        return x
+
+    def _grid(self, x):
+        """Origin, width and numbers of the cells around particles and their ghosts."""
+        margin = self.reach if self.mirrors or self.edges else 0.0
+        low, high = x.min(axis=0) - margin, x.max(axis=0) + margin
+        width, room = self.reach, MOST_CELLS * len(x) + 16
+        while np.prod(cells := np.floor((high - low) / width).astype(np.int64) + 1) > room:
+            width *= 1.3
+        return low, width, cells
+
+    @staticmethod
+    def _cells(x, low, width, cells):
+        place = np.floor((x - low) * (1.0 / width)).astype(np.int64)
+        return np.ravel_multi_index(tuple(np.clip(place, 0, cells - 1).T), tuple(cells))
+
+    def _list(self, x, grid):
+        """Ghosts and lists for particles at these places, in the order of their cells."""
+        sim, n = self.sim, len(x)
+        seen = np.concatenate([x, self._ghosts(x)])
+        low, width, cells = grid
+        cell = self._cells(seen, *grid)
+        first = np.searchsorted(np.sort(cell), np.arange(np.prod(cells) + 1)).astype(np.int32)
+        sim.lists["cell_first"].from_numpy(first)
+        sim.lists["in_cell"].from_numpy(np.argsort(cell, kind="stable").astype(np.int32))
+        self._place_ghosts(x)
+        told = sim.kernels.Grid(
+            origin=low.tolist(), inv_width=[1.0 / width] * sim.dimension, cells=cells.tolist()
+        )
+        sim.kernels.count(n, self.reach**2, told)
+        self.total = int(sim.lists["first"].to_numpy(n + 1)[n])
+        if self.total > sim.lists["entry"].field.shape[0]:
+            raise GuardStop(
+                f"At {sim.time:.6g} us the particles have {self.total / n:.0f} neighbours each, "
+                "more than there is room for: they have come together without limit. Try a smaller "
+                "numerics.courant, a larger numerics.viscosity.grid or a lower speed."
+            )
+        sim.kernels.write(n, self.reach**2, told)
+        group = sim.of_particles("group")
+        members = np.flatnonzero(group >= 0)
+        members = members[np.argsort(group[members], kind="stable")].astype(np.int32)
+        sim.lists["members"].from_numpy(members)
+        sim.members = len(members)
+
+    def _ghosts(self, x):
+        """Places of all images within reach of the room; who they are of, their signs and shifts
+        are written down."""
+        sim, n = self.sim, len(x)
+        if not sim.layout.ghosts:
+            return np.zeros((0, sim.dimension))
+        source, sign, shift = [], [], []
+        for chosen in product(*self._images(sim.dimension)):
+            signs = np.array([s for s, _ in chosen])
+            shifts = np.array([t for _, t in chosen])
+            if (signs == 1.0).all() and (shifts == 0.0).all():
+                continue
+            image = x * signs + shifts
+            inside = np.flatnonzero(self._near(image))
+            source.append(inside)
+            sign.append(np.broadcast_to(signs, (len(inside), sim.dimension)))
+            shift.append(np.broadcast_to(shifts, (len(inside), sim.dimension)))
+        source = np.concatenate(source)
+        order = np.argsort(source, kind="stable")
+        source = source[order]
+        sign, shift = np.concatenate(sign)[order], np.concatenate(shift)[order]
+        room = sim.lists["ghost_sign"].field.shape[0]
+        if len(source) > room:
+            raise GuardStop(
+                f"{len(source)} images of particles beyond periodic faces and mirrors are more "
+                f"than there is room for ({room}): the room is narrower than the reach of a "
+                "particle. Try a wider one, or a smaller numerics.spacing."
+            )
+        sim.lists["ghost_sign"].from_numpy(sign)
+        sim.lists["ghost_shift"].from_numpy(shift)
+        first = np.searchsorted(source, np.arange(n + 1)).astype(np.int32)
+        sim.lists["ghost_first"].from_numpy(first)
+        self.source = source, sign, shift
+        return x[source] * sign + shift
+
+    def _images(self, dimension):
+        """For each axis the (sign, shift) of its images, the particle itself first."""
+        out = [[(1.0, 0.0)] for _ in range(dimension)]
+        for axis, low, high in self.edges:
+            out[axis] += [(1.0, high - low), (1.0, low - high)]
+        for axis, _, plane in self.mirrors:
+            out[axis].append((-1.0, 2.0 * plane))
+        return out
+
+    def _near(self, image):
+        """Images within reach of the room that their originals are in."""
+        inside = np.ones(len(image), bool)
+        for axis, low, high in self.edges:
+            inside &= image[:, axis] > low - self.reach
+            inside &= image[:, axis] < high + self.reach
+        for axis, side, plane in self.mirrors:
+            beyond = (image[:, axis] - plane) * (1.0 if side else -1.0)
+            inside &= beyond < self.reach
+        return inside
+
+    def _place_ghosts(self, x):
+        """All that neighbours read of the ghosts, from their originals at the places x."""
+        sim = self.sim
+        if not sim.layout.ghosts:
+            return
+        source, sign, shift = self.source
+        n, d = len(x), sim.dimension
+        sim.put_ghosts("x", n, x[source] * sign + shift)
+        sim.put_ghosts("v", n, sim.of_particles("v")[source] * sign)
+        both = (sign[:, :, None] * sign[:, None, :]).reshape(-1, d * d)
+        for name in ("flux", "gradient", "tension"):
+            if name in sim.tables:
+                sim.put_ghosts(name, n, sim.of_particles(name)[source] * both)
+        for name in ("volume", "density", "sound", "alpha", "gap"):
+            if name in sim.tables:
+                sim.put_ghosts(name, n, sim.of_particles(name)[source])
+
+
+def groups_of(particles):
+    """The face (0-5) or rigid body (from 6) that each particle moves with, -1 of dust (N,)."""
+    from dusttaichi.samples.continuum.particles import RIGID
+
+    return np.where(particles.role == RIGID, FACES + particles.body, particles.face)

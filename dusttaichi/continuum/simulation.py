@@ -1,0 +1,209 @@
+"""A built continuum in motion: advances by beats, searches when due, tells its state. SI inside."""
+
+from dataclasses import asdict
+
+import numpy as np
+
+from dusttaichi import units
+from dusttaichi.continuum.kernels.store import (
+    CENTRE,
+    DONE,
+    DT,
+    FACES,
+    FORCE,
+    FREE,
+    IMPULSE,
+    INERTIA,
+    MASS,
+    MOMENTUM,
+    OLD,
+    ROW,
+    SPEED,
+    SPIN,
+    SUBSTEPS,
+    TORQUE,
+    TURN,
+    WHOLE,
+    declare,
+)
+from dusttaichi.physics.continuum.kernels import MATERIAL
+
+
+class Simulation:
+    """State and kernels of one scene. `step` counts beats of length `beat` [s].
+
+    compiled: Compiled. n: particles; dimension: 2 or 3; axes: those of the kernels among x, y, z.
+    numbers: what kernels are told (kernels.numbers), but for what changes. material:
+    MaterialNumbers. tables, lists: memory.Table by name. bodies: rigid bodies.
+    """
+
+    def __init__(self, compiled, tables, n, *, numbers, material, beat, threads, bodies):
+        self.compiled, self.kernels, self.layout = compiled, compiled.kernels, compiled.layout
+        self.dimension = self.layout.dimension
+        self.axes = [0, 2] if self.dimension == 2 else [0, 1, 2]
+        self.n, self.numbers = n, numbers
+        self.material, self.told_material = material, MATERIAL(**asdict(material))
+        self.beat, self.threads, self.bodies = beat, threads, bodies
+        self.tables, self.lists = tables
+        self.names = [variable.name for variable in declare(self.layout)]
+        self.step, self.members, self.search = 0, 0, None
+
+    @property
+    def time(self):
+        """Simulated time [us]."""
+        return self.step * self.beat / units.TIME
+
+    # -- memory ----------------------------------------------------------------------------------
+
+    def of_particles(self, name):
+        """A copy of a variable of all particles, in internal order."""
+        return self.tables[name].to_numpy(self.n)
+
+    def put(self, name, values):
+        """Write a variable of all particles."""
+        self.tables[name].from_numpy(values)
+
+    def put_ghosts(self, name, first, values):
+        """Write a variable of the ghosts, which begin at row `first`."""
+        self.tables[name].memory[first : first + len(values)] = values
+
+    def reorder(self, order):
+        """Put the particles in another order."""
+        if np.array_equal(order, np.arange(self.n)):
+            return
+        for name in self.names:
+            self.put(name, self.of_particles(name)[order])
+
+    def in_order(self, name):
+        """A copy of a variable in the order of the sample."""
+        out = self.of_particles(name)
+        out[self.of_particles("number")] = out.copy()
+        return out
+
+    def rigid(self, begin, count=3):
+        """Columns of the faces and rigid bodies, (FACES + bodies, count)."""
+        rows = self.tables["rigid"].to_numpy()[: FACES + self.bodies]
+        return rows[:, begin : begin + count]
+
+    @property
+    def clock(self):
+        return self.tables["clock"].to_numpy()
+
+    @property
+    def substeps(self):
+        """Time steps so far."""
+        return int(self.clock[SUBSTEPS])
+
+    # -- steps -----------------------------------------------------------------------------------
+
+    def advance(self, beats):
+        """Make `beats` steps of the run, searching for neighbours whenever it is due."""
+        end, pending = self.step + beats, 0
+        while self.step < end:
+            self.step += self._call(end - self.step, pending)
+            pending = 0
+            if self.step < end:
+                self.search.now()
+                pending = 1
+
+    def _call(self, beats, pending):
+        told = self.kernels.StepNumbers(
+            **self.numbers,
+            count=self.n,
+            members=self.members,
+            bodies=self.bodies,
+            beat=self.beat,
+            way2=self.search.way2,
+        )
+        self.kernels.advance(beats, pending, self.threads, told, self.told_material)
+        return int(self.lists["sync"].to_numpy()[DONE])
+
+    def load_once(self):
+        """Stresses and forces at the present places, without moving anything."""
+        clock = self.clock
+        self.tables["clock"].memory[DT] = 0.0
+        self._call(1, 1)
+        self.tables["clock"].from_numpy(clock)
+
+    def move_faces(self, speeds):
+        """Velocities of the six faces from now on [m/s], (6, 3)."""
+        self.tables["rigid"].memory[:FACES, SPEED : SPEED + 3] = speeds
+
+    # -- the state of now ------------------------------------------------------------------------
+
+    def raised(self, values):
+        """Vectors of the kernels (n, dimension) as (n, 3)."""
+        out = np.zeros((len(values), 3))
+        out[:, self.axes] = values
+        return out
+
+    def velocities(self):
+        """Velocities of now (n, 3) in internal order: half a step after the kept ones."""
+        v, group = self.of_particles("v"), self.of_particles("group")
+        half = 0.5 * self.clock[OLD]
+        kick = half / self.of_particles("mass")[:, None] * self.of_particles("force")
+        out = self.raised(np.where((group == FREE)[:, None], v + kick, v))
+        speed, spin = self.body_speeds()
+        on = group >= FACES
+        if on.any():
+            rows = group[on]
+            arm = self.raised(self.of_particles("x")[on]) - self.rigid(CENTRE)[rows]
+            out[on] = speed[rows] + np.cross(spin[rows], arm)
+        return out
+
+    def body_speeds(self):
+        """Velocities and spins of faces and rigid bodies now, (FACES + bodies, 3) both."""
+        half, mass = 0.5 * self.clock[OLD], self.rigid(MASS, 1)
+        mass = np.where(mass > 0.0, mass, np.inf)
+        speed = self.rigid(SPEED) + half / mass * self.rigid(FORCE)
+        spin = np.zeros_like(speed)
+        for b, momentum in enumerate(self.angular_momenta()):
+            if b >= FACES:
+                inverse = self.rigid(INERTIA, 9)[b].reshape(3, 3)
+                R = _rotation(self.rigid(TURN, 4)[b])
+                spin[b] = R @ inverse @ R.T @ momentum
+        return speed, spin
+
+    def angular_momenta(self):
+        """About their own centres, now, (FACES + bodies, 3)."""
+        return self.rigid(MOMENTUM) + 0.5 * self.clock[OLD] * self.rigid(TORQUE)
+
+    def impulses(self):
+        """Time integrals of the forces on faces and rigid bodies since the start [N s]."""
+        return self.rigid(IMPULSE) + 0.5 * self.clock[OLD] * self.rigid(FORCE)
+
+    # -- checkpoint ------------------------------------------------------------------------------
+
+    def arrays(self):
+        """All state, for a checkpoint."""
+        whole = {name: self.tables[name].to_numpy() for name in WHOLE}
+        return {name: self.of_particles(name) for name in self.names} | whole
+
+    def restore(self, arrays, step):
+        """Go back to a checkpoint of the same scene."""
+        for name in (*self.names, *WHOLE):
+            self.tables[name].from_numpy(arrays[name])
+        self.step = step
+        self.search.again()
+
+
+def body_row(body):
+    """The row of `rigid` of a body at the start (samples.continuum.particles.Body) [SI]."""
+    out = np.zeros(ROW)
+    out[CENTRE : CENTRE + 3], out[SPEED : SPEED + 3] = body.centre, body.velocity
+    out[TURN], out[MASS] = 1.0, body.mass
+    out[SPIN : SPIN + 3] = body.spin
+    out[MOMENTUM : MOMENTUM + 3] = body.inertia @ body.spin
+    out[INERTIA : INERTIA + 9] = np.linalg.pinv(body.inertia).ravel()
+    return out
+
+
+def _rotation(q):
+    w, x, y, z = q
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )

@@ -1,0 +1,78 @@
+"""The time step: kick-drift-kick, one evaluation a step, one screen.
+
+Between two calls the state is places, densities, stresses and forces at time n, velocities at
+n - 1/2. A step kicks and drifts to n + 1, lets the dust answer to the velocities of n + 1/2 there
+(density, path, deviator advance once), and computes the forces of n + 1.
+
+The run's step is a beat of fixed length; the method divides it into steps that fit the speed of
+sound of now. `advance(beats, pending, workers, numbers, material)` makes up to `beats` of them;
+with `pending` the first step has drifted already and lacks the rest (a search came between). It
+ends early when a search is due. sync[DONE] tells.
+"""
+
+import taichi as ti
+
+from dusttaichi.compute.scan import first_of
+from dusttaichi.compute.workers import STRIDE, assemble, barrier
+from dusttaichi.continuum.kernels.store import DONE, DUE, ENDED
+from dusttaichi.physics.continuum.kernels import MATERIAL
+
+
+def make_advance(motion, rates, forces, StepNumbers):
+    """`advance` over the phases, by workers that pass their share of each (compute.workers)."""
+    lists = motion.lists
+    sync = lists.sync
+
+    @ti.kernel
+    def advance(
+        beats: ti.i32,
+        pending: ti.i32,
+        workers: ti.i32,
+        numbers: StepNumbers,
+        material: MATERIAL,
+    ):
+        for k in range(8):
+            sync[k] = 0
+        for q in range(workers * STRIDE):
+            if q % STRIDE == 0:
+                me, present = assemble(sync, workers)
+                begin, end = 0, 0
+                if present > 0:
+                    begin = first_of(me, present, numbers.count)
+                    end = first_of(me + 1, present, numbers.count)
+                done, met, drifted = 0, 0, pending
+                while done < beats and present > 0:
+                    if drifted == 0:
+                        if me == 0:
+                            motion.move_bodies(numbers)
+                        met += present
+                        barrier(sync, met)
+                        for i in range(begin, end):
+                            if motion.kick_and_drift(i, numbers) == 1:
+                                sync[DUE] = 1
+                        met += present
+                        barrier(sync, met)
+                        if sync[DUE] == 1:
+                            break
+                    drifted = 0
+                    fastest = 0.0
+                    for i in range(begin, end):
+                        fastest = ti.max(fastest, rates.pass_over(i, numbers, material))
+                        motion.answer_ghosts(i, numbers)
+                    lists.most[8 * me] = fastest
+                    met += present
+                    barrier(sync, met)
+                    for i in range(begin, end):
+                        forces.pass_over(i, numbers)
+                    met += present
+                    barrier(sync, met)
+                    if me == 0:
+                        motion.add_up(numbers)
+                        sync[ENDED] += motion.next_step(present, numbers)
+                    met += present
+                    barrier(sync, met)
+                    done = sync[ENDED]
+                if me == 0:
+                    sync[DONE] = done
+
+    return advance

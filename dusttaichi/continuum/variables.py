@@ -1,0 +1,68 @@
+"""The variables of the result of a continuum, each declared once."""
+
+from dusttaichi.results.variables import COMMON, declare
+
+_INTEGERS = {"step": "i8", "role": "i4", "body": "i4", "substeps": "i8"}
+_PHYS, _G09 = "docs, Continuum", "G09 section 4"
+
+# Features: "walls" (any face that moves particles), "height" (a finite one), "stages", "bodies"
+# (rigid ones). In two dimensions masses, energies and forces are per metre of depth.
+_TABLE = {
+    "series": [
+        "time",
+        "step",
+        "height",
+        "stage",
+        ("substeps", "time", "1", "time steps of the method since the start", "", ""),
+        ("kinetic", "time", "J", "kinetic energy of dust and rigid bodies", "", ""),
+        ("gravity_energy", "time", "J", "energy in the field of gravity", "", ""),
+        ("elastic_energy", "time", "J", "elastic energy, p^2/2K + S:S/4mu per volume", _PHYS, ""),
+        ("loss", "time channel", "J", "energy lost since the start", _PHYS, ""),
+        ("work", "time", "J", "work of moving faces on the dust since the start", _PHYS, ""),
+        "energy_residual",
+        "energy_residual_relative",
+        ("momentum", "time xyz", "kg m/s", "momentum of dust and free rigid bodies", "", ""),
+        ("body_position", "time rigid xyz", "m", "centre of a rigid body", "", "bodies"),
+        ("body_velocity", "time rigid xyz", "m/s", "its velocity", "", "bodies"),
+        ("body_spin", "time rigid xyz", "rad/s", "its angular velocity", "", "bodies"),
+        ("body_force", "time rigid xyz", "N", "force on it, gravity included, average since the "
+         "last entry", "", "bodies"),
+        ("wall_force", "time wall xyz", "N", "force of the wall on the dust, average since the "
+         "last entry", "", "walls"),
+        ("pressure", "time wall", "Pa", "pressure on the wall, positive in compression, average "
+         "since the last entry", "", "walls"),
+        ("mean_pressure", "time", "Pa", "pressure of the dust, mean over its volume", "", ""),
+        ("mean_stress", "time component", "Pa", "stress of the dust, mean over its volume, "
+         "positive in tension", "", ""),
+        ("filling_factor_mean", "time", "1", "filling factor of the dust, mean over its mass", "",
+         ""),
+        ("largest_filling_factor", "time", "1", "largest filling factor", "", ""),
+        ("largest_speed", "time", "m/s", "speed of the fastest particle", "", ""),
+        "wall_clock",
+    ],
+    "snapshots": [
+        ("snapshot_time", "snapshot", "s", "simulated time", "", ""),
+        ("step", "snapshot", "1", "steps done", "", ""),
+        ("position", "snapshot particle xyz", "m", "place of the particle", "", ""),
+        ("velocity", "snapshot particle xyz", "m/s", "its velocity", "", ""),
+        ("density", "snapshot particle", "kg/m^3", "its density", "", ""),
+        ("reference_density", "snapshot particle", "kg/m^3", "density without pressure on its "
+         "present elastic path", _PHYS, ""),
+        ("pressure", "snapshot particle", "Pa", "its pressure", "", ""),
+        ("deviator", "snapshot particle component", "Pa", "deviator of its stress", "", ""),
+        ("mass", "particle", "kg", "its mass", "", ""),
+        ("role", "particle", "1", "0 dust, 1 rigid, 2 held, 3 wall", "", ""),
+        ("body", "particle", "1", "number of its body", "", ""),
+    ],
+}  # fmt: skip
+
+
+def _declared(group, rows):
+    for row in rows:
+        if isinstance(row, str):
+            yield COMMON[row]
+        else:
+            yield from declare(group, [row], _INTEGERS)
+
+
+VARIABLES = tuple(v for group, rows in _TABLE.items() for v in _declared(group, rows))
