@@ -134,6 +134,8 @@ class MovingDust(SimpleSimulation):
             "seed": getattr(scene.sample, "seed", None),
             "threads": self.sim.threads,
             "dimension": scene.dimension,
+            "gravity": scene.gravity,
+            "solid_density": self.sim.material.rho_s,
             "spacing": scene.numerics.spacing,
             "smoothing_length": scene.numerics.smoothing_length,
             "particles": self.sim.n,
