@@ -17,6 +17,7 @@ _HOMES = {
         "own_drive",
         "strains",
     ),
+    "continuum_material": ("ContinuumMaterial",),
     "grains": ("GrainsScene",),
     "interaction": (
         "Asperities",

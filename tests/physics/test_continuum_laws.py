@@ -9,12 +9,13 @@ import taichi as ti
 
 from dusttaichi.physics import laws
 from dusttaichi.physics.continuum import deviator, elasticity, path, solid, strength
-from dusttaichi.physics.continuum.numbers import MaterialNumbers
+from dusttaichi.physics.continuum.numbers import MaterialNumbers, largest_share
 
 G09 = MaterialNumbers(
     rho_s=2000.0, rho_i=300.0, K_0=300e3, gamma=4.0, mu_over_K=0.5,
     phi_1=0.12, phi_2=0.58, phi_floor=0.125, phi_cap=0.579, p_m=1300.0,
-    power=0.58 * np.log(10), T_0=10**2.8, T_rate=1.48 * np.log(10),
+    power=0.58 * np.log(10), T_0=10**2.8, T_rate=1.48 * np.log(10), C=1.0, a=0.5,
+    q_max=0.9 * largest_share(4.0),
 )  # fmt: skip
 PHI = np.array([0.15, 0.20, 0.23, 0.30, 0.40])
 
@@ -75,9 +76,21 @@ def test_path_ends_on_its_limits():
     assert reference == 300.0 and p == elasticity.elastic_pressure(300.001, 300.0, G09)
 
 
+def test_torn_dust_stays_a_number():
+    """At a filling factor of 0.001 the modulus is 3e-4 Pa and |T| 633 Pa."""
+    density = 2000.0 * np.logspace(-3, np.log10(0.99), 50)
+    p, reference = path.pressure(density, 3.0 * density, G09)
+    bulk = elasticity.bulk_modulus(density, G09)
+    assert np.array_equal(p, -np.minimum(-strength.tensile(density / 2000.0, G09), 0.5 * bulk))
+    met = elasticity.elastic_pressure(density, reference, G09)
+    assert np.allclose(met, p, rtol=1e-4)  # three steps of Newton's method at |q| = 0.5
+    p, reference = path.pressure(density, 0.7 * density, replace(G09, p_m=1e6))
+    assert np.all(p <= G09.q_max * bulk) and np.all(reference >= 0.7 * density)
+
+
 def test_largest_share_of_an_elastic_path():
     x = np.linspace(0.0, 0.9, 100_001)
-    assert np.isclose((x * (1 - x) ** 3).max(), path.largest_share(4.0), rtol=1e-8)
+    assert np.isclose((x * (1 - x) ** 3).max(), largest_share(4.0), rtol=1e-8)
 
 
 def test_stored_energy_is_the_work_of_the_path():

@@ -30,8 +30,17 @@ NUMBERS = {
     "T_rate": Number("1", "growth of ln |T| with the filling factor"),
     "C": Number("1", "factor of the shear strength"),
     "a": Number("1", "exponent of the compressive strength in the shear strength"),
+    "q_max": Number("1", "largest pressure over the bulk modulus at the same density"),
 }
 """Name -> Number (SI unit and meaning) of what the kernels get at run time, in this order."""
+
+
+def largest_share(gamma):
+    """Largest p/K(density) that an elastic path can have at a density, gamma at least 1.
+
+    p/K(density) = d (1 - d)^(gamma - 1) where its density at zero pressure is (1 - d) density.
+    """
+    return (1.0 - 1.0 / gamma) ** (gamma - 1.0) / gamma
 
 
 @dataclass(frozen=True)
@@ -51,14 +60,14 @@ class MaterialNumbers:
     power: float
     T_0: float
     T_rate: float
-    C: float = 1.0
-    a: float = 0.5
+    C: float
+    a: float
+    q_max: float
 
     @classmethod
     def of(cls, material):
         """Numbers of a material block (scene.continuum_material.ContinuumMaterial)."""
         squeeze, pull, shear = material.compressive, material.tensile, material.shear
-        C, a = SHEAR[shear] if isinstance(shear, str) else (shear.factor, shear.exponent)
         return cls(
             rho_s=material.solid_density,
             rho_i=material.density,
@@ -73,8 +82,9 @@ class MaterialNumbers:
             power=squeeze.delta * log(10.0),
             T_0=10.0**pull.a,
             T_rate=pull.b * log(10.0),
-            C=C,
-            a=a,
+            C=shear.factor,
+            a=shear.exponent,
+            q_max=0.9 * largest_share(material.exponent),
         )
 
     def values(self):

@@ -11,34 +11,41 @@ from numpy import maximum, minimum, where
 from dusttaichi.physics.continuum.elasticity import bulk_modulus, elastic_pressure
 from dusttaichi.physics.continuum.strength import compressive, tensile
 
+SOFTEST = 0.5
+"""Largest tension over the bulk modulus at the same density."""
+
 
 def limited_pressure(density, reference, m):
-    """Elastic pressure [Pa] between T and Sigma at this density."""
+    """Elastic pressure [Pa] between T and Sigma at this density.
+
+    An elastic path bears no more than a share of its modulus, `bulk_modulus(density)` times q_max
+    in compression and SOFTEST in tension: what ends the path of dust that was torn to dust of a
+    filling factor of some hundredths, whose modulus has all but vanished.
+    """
     phi = density / m.rho_s
     trial = elastic_pressure(density, reference, m)
-    return maximum(minimum(trial, compressive(phi, m)), tensile(phi, m))
+    K = bulk_modulus(density, m)
+    most = minimum(compressive(phi, m), m.q_max * K)
+    return maximum(minimum(trial, most), maximum(tensile(phi, m), -SOFTEST * K))
 
 
 def reference_density(density, pressure, m):
     """Density at zero pressure [kg/m^3] of the elastic path through (density, pressure).
 
     With reference = (1 - d) density it is the smallest d that solves d (1 - d)^(gamma - 1) = q,
-    q = pressure/K(density): three terms of its series and two steps of Newton's method, which is
-    round-off for |q| <= 0.04 at gamma = 4. d exists up to `largest_share`.
+    q = pressure/K(density): q/(1 - (gamma - 1) q) and three steps of Newton's method, which leave
+    round-off for |q| <= 0.04 at gamma = 4. q lies between -SOFTEST and q_max.
     """
     g = m.gamma
     q = pressure / bulk_modulus(density, m)
-    d = q * (1.0 + (g - 1.0) * q * (1.0 + (1.5 * g - 1.0) * q))
+    d = q / (1.0 - (g - 1.0) * q)
+    slope = (1.0 - d) ** (g - 2.0)
+    d -= (d * (1.0 - d) * slope - q) / (slope * (1.0 - g * d))
     slope = (1.0 - d) ** (g - 2.0)
     d -= (d * (1.0 - d) * slope - q) / (slope * (1.0 - g * d))
     slope = (1.0 - d) ** (g - 2.0)
     d -= (d * (1.0 - d) * slope - q) / (slope * (1.0 - g * d))
     return (1.0 - d) * density
-
-
-def largest_share(gamma):
-    """Largest p/K(density) that an elastic path can have at a density."""
-    return (1.0 - 1.0 / gamma) ** (gamma - 1.0) / gamma
 
 
 def pressure(density, reference, m):

@@ -1,0 +1,227 @@
+"""What a body of the continuum is made of: dust with its strengths (Güttler et al. 2009, G09)."""
+
+from pathlib import Path
+from typing import Annotated, Any, ClassVar
+
+import yaml
+from pydantic import Field, ValidationInfo, model_validator
+
+from dusttaichi.physics.continuum import conditions
+from dusttaichi.physics.continuum.numbers import SHEAR, MaterialNumbers
+from dusttaichi.scene import yaml_text
+from dusttaichi.scene.fields import Block, Number, needed, problems
+from dusttaichi.scene.quantities import Quantity
+
+Share = Annotated[float, Number(gt=0, lt=1)]
+
+
+class CompressiveLaw(Block):
+    """Sigma = p_m ((phi_2 - phi_1)/(phi_2 - phi) - 1)^(delta ln 10) (G09 eq 10)."""
+
+    phi_1: Annotated[float, Number(ge=0, lt=1)] = Field(
+        description="filling factor at which the compressive strength vanishes"
+    )
+    phi_2: Share = Field(description="filling factor at which it is infinite")
+    p_m: Annotated[float, Quantity("pressure", gt=0, le=1e9, example="1.3 kPa")] = Field(
+        description="compressive strength half way between phi_1 and phi_2: a pressure, and not "
+        "the axial stress of confined pressing"
+    )
+    delta: Annotated[float, Number(gt=0, le=5)] = Field(
+        description="width of the law in decades of pressure"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> "CompressiveLaw":
+        if self.phi_2 - self.phi_1 < 0.02:
+            raise problems([("phi_2", f"it must lie 0.02 or more above phi_1 = {self.phi_1:g}")])
+        return self
+
+
+class TensileLaw(Block):
+    """T = -10^(a + b phi) Pa (G09 eq 8)."""
+
+    a: Annotated[float, Number(ge=-3, le=9)] = Field(
+        description="lg of the tensile strength in Pa at filling factor 0"
+    )
+    b: Annotated[float, Number(ge=0, le=30)] = Field(
+        description="growth of that lg with the filling factor"
+    )
+
+
+class ShearLaw(Block):
+    """Y = factor Sigma^exponent |T|^(1 - exponent) (G09 sections 4.1 and 5.1.2)."""
+
+    needed: ClassVar[str] = (
+        f"{', '.join(SHEAR)} or a block is needed, for example {{factor: 1, exponent: 0.5}}"
+    )
+
+    factor: Annotated[float, Number(gt=0, le=100)] = Field(1.0, description="factor C")
+    exponent: Annotated[float, Number(ge=0, le=1)] = Field(
+        0.5, description="exponent a of the compressive strength"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _expand(cls, data: Any) -> Any:
+        if isinstance(data, (dict, ShearLaw)):
+            return data
+        if not isinstance(data, str) or data not in SHEAR:
+            raise needed(cls.needed)
+        return dict(zip(("factor", "exponent"), SHEAR[data], strict=True))
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema, handler):
+        block = handler.resolve_ref_schema(handler(schema))
+        return {"description": cls.__doc__, "anyOf": [{"enum": list(SHEAR)}, block]}
+
+
+class Provenance(Block):
+    """Where fitted numbers come from: `dust fit continuum` writes it."""
+
+    runs: tuple[str, ...] = Field((), description="the runs that were used")
+    numbers: dict[str, str] = Field({}, description="number -> its source, points and spread")
+    names: tuple[str, ...] = Field((), description="fitted numbers, in the order of values")
+    values: tuple[float, ...] = Field((), description="their values as they were fitted, SI")
+    covariance: tuple[tuple[float, ...], ...] = Field(
+        (), description="covariance of the values over the seeds"
+    )
+
+
+_DUST = {
+    "bulk_modulus": "300 kPa",
+    "exponent": 4,
+    "solid_density": "2 g/cm^3",
+    "density": "0.3 g/cm^3",
+    "shear_ratio": 0.5,
+    "compressive": {"phi_1": 0.12, "phi_2": 0.58, "p_m": "13 kPa", "delta": 0.58},
+    "tensile": {"a": 2.8, "b": 1.48},
+    "shear": "sqrt",
+}
+NAMED = {
+    # G09 section 4.1, calibrated with the bead; mu = K/2 is a choice, G09 gives no shear modulus.
+    "dust_g09": {**_DUST, "compressive": {**_DUST["compressive"], "p_m": "1.3 kPa"}},
+    # G09 Table 1: the static omnidirectional curve.
+    "dust_static": _DUST,
+}
+
+
+class ContinuumMaterial(Block):
+    """Written as a name, a file that `dust fit continuum` wrote, either with some numbers changed
+    (`base`), or as numbers."""
+
+    extra_keys: ClassVar[tuple[str, ...]] = ("base", "poisson_ratio")
+    needed: ClassVar[str] = (
+        f"{', '.join(NAMED)}, the path of a file such as dust.yaml or a block is needed, for "
+        "example {base: dust_g09, shear: tensile}"
+    )
+
+    name: str = Field("custom", description="name of the material in results and figures")
+    bulk_modulus: Annotated[float, Quantity("pressure", gt=0, le=1e12, example="300 kPa")] = Field(
+        description="bulk modulus K_0 at `density`"
+    )
+    exponent: Annotated[float, Number(ge=1, le=20)] = Field(
+        description="exponent of the bulk modulus, K = K_0 (rho/density)^exponent"
+    )
+    solid_density: Annotated[float, Quantity("density", gt=0, le=3e4, example="2 g/cm^3")] = Field(
+        description="density of the solid, at which the filling factor is 1"
+    )
+    density: Annotated[float, Quantity("density", gt=0, le=3e4, example="0.3 g/cm^3")] = Field(
+        description="density at zero pressure for which bulk_modulus holds, and with which a "
+        "sample starts unless it says otherwise"
+    )
+    shear_ratio: Annotated[float, Number(gt=0, le=1.5)] = Field(
+        description="shear modulus over bulk modulus; poisson_ratio may stand in its place"
+    )
+    compressive: CompressiveLaw = Field(description="compressive strength Sigma")
+    tensile: TensileLaw = Field(description="tensile strength T")
+    shear: ShearLaw = Field("sqrt", description="shear strength Y")
+    source: Provenance | None = Field(None, description="where the numbers come from")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _expand(cls, data: Any, info: ValidationInfo) -> Any:
+        if isinstance(data, ContinuumMaterial):
+            return data
+        if isinstance(data, str):
+            return cls._poisson({"name": Path(data).stem, **_known(data, info)})
+        if not isinstance(data, dict):
+            raise needed(cls.needed)
+        if "base" not in data:
+            return cls._poisson(data)
+        base = data["base"]
+        changed = {key: value for key, value in data.items() if key != "base"}
+        whole = _known(base, info, "base")
+        stem = Path(base).stem
+        whole["name"] = f"{stem}, changed" if changed else stem
+        for key, value in changed.items():
+            both = isinstance(value, dict) and isinstance(whole.get(key), dict)
+            whole[key] = {**whole[key], **value} if both else value
+        if "poisson_ratio" in changed and "shear_ratio" not in changed:
+            whole.pop("shear_ratio", None)
+        return cls._poisson(whole)
+
+    @classmethod
+    def _poisson(cls, data: dict) -> dict:
+        """mu/K = 3 (1 - 2 nu)/(2 (1 + nu)) of a Poisson ratio."""
+        if "poisson_ratio" not in data:
+            return data
+        if "shear_ratio" in data:
+            raise problems([("poisson_ratio", "it is not allowed together with shear_ratio")])
+        nu = data["poisson_ratio"]
+        if not isinstance(nu, (int, float)) or isinstance(nu, bool) or not 0 <= nu < 0.5:
+            raise problems([("poisson_ratio", "a number of at least 0 and below 0.5 is needed")])
+        rest = {key: value for key, value in data.items() if key != "poisson_ratio"}
+        return {**rest, "shear_ratio": 1.5 * (1.0 - 2.0 * nu) / (1.0 + nu)}
+
+    @model_validator(mode="after")
+    def _check(self) -> "ContinuumMaterial":
+        found = conditions.impossible(MaterialNumbers.of(self))
+        if found:
+            raise problems(found)
+        return self
+
+    @property
+    def filling_factor(self) -> float:
+        """Filling factor of the start."""
+        return self.density / self.solid_density
+
+    @property
+    def poisson_ratio(self) -> float:
+        """Poisson's ratio, (3 - 2 mu/K)/(6 + 2 mu/K)."""
+        return (3.0 - 2.0 * self.shear_ratio) / (6.0 + 2.0 * self.shear_ratio)
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema, handler):
+        block = handler.resolve_ref_schema(handler(schema))
+        base = {"type": "string", "description": "the named material or file to start from"}
+        numbers = {
+            "base": base,
+            **block["properties"],
+            "poisson_ratio": {"type": "number", "description": "Poisson's ratio"},
+        }
+        some = {key: {"type": "object"} for key in ("compressive", "tensile")}
+        partial = {**block, "properties": {**numbers, **some}, "required": ["base"]}
+        return {
+            "description": cls.__doc__,
+            "anyOf": [{"type": "string", "examples": list(NAMED)}, partial, block],
+        }
+
+
+def _known(name: Any, info: ValidationInfo, key: str = "") -> dict[str, Any]:
+    """Plain data of a named material, or of a file relative to the folder of the scene."""
+    if isinstance(name, str) and name in NAMED:
+        return {**NAMED[name]}
+    if not isinstance(name, str) or Path(name).suffix not in (".yaml", ".yml"):
+        words = f"one of {', '.join(NAMED)} or the path of a file such as dust.yaml is needed"
+        raise problems([(key, words if key else ContinuumMaterial.needed)])
+    path = Path((info.context or {}).get("folder") or "") / name
+    try:
+        data = yaml_text.read(path.read_text(encoding="utf-8")).data
+    except OSError as error:
+        why = "there is no such file" if not path.exists() else error.strerror or str(error)
+        raise problems([(key, f"{why} ({path})")]) from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise problems([(key, f"{path} is no YAML: {' '.join(str(error).split())}")]) from None
+    if not isinstance(data, dict) or "base" in data:
+        raise problems([(key, f"{path} does not hold the block of a material")])
+    return {"name": path.stem, **data}
