@@ -8,6 +8,7 @@ from pathlib import Path
 from dusttaichi.analysis import arrival
 from dusttaichi.analysis import sound_speed as fit_speed
 from dusttaichi.errors import DustError
+from dusttaichi.names import WALLS
 from dusttaichi.plots.animation import animation
 from dusttaichi.plots.collision import collision, collision_spectrum
 from dusttaichi.plots.compression import compression
@@ -114,7 +115,7 @@ def save_all(run, directory, suffix=".png"):
 def _continuum(run, several):
     """Figures of a run of the continuum: of an impact of a bead, of faces, of filling factors."""
     figures = {}
-    if several and "pressure" in run.series and run.boundary != "open":
+    if several and "pressure" in run.series and set(WALLS) & set(run.scene["boundary"]):
         figures["wall_forces"] = wall_forces(run)
     if run.snapshots is None:
         return figures

@@ -60,7 +60,7 @@ def _way(axes, runs, labels):
         stop = way.without_gravity or way.stop
         if stop is None:
             continue
-        said = f"{label}: T = {stop.time * 1e3:.2f} ms, D = {stop.depth * 1e3:.2f} mm"
+        said = f"{label}:\nT = {stop.time * 1e3:.2f} ms, D = {stop.depth * 1e3:.2f} mm"
         axes.plot(*stop.normalised, label=said, **style.run_style(number))
     axes.set_xlabel("time over stopping time t / T")
     axes.set_ylabel("height over depth h / D")
@@ -145,18 +145,19 @@ def impact(run, color=EVERYDAY):
 
 @style.styled
 def wall_forces(run):
-    """Pressure on the faces of a Run of the continuum over time."""
+    """Pressure on those faces of a Run of the continuum where something stands, over time."""
     series = run.whole.series
+    boundary = run.scene.get("boundary", {})
     figure, (axes,) = style.new_figure()
     per_time, unit = style.scaled(float(series.time[-1]), style.TIMES)
-    pressure = series.pressure.values
-    seen = [n for n in range(pressure.shape[1]) if np.isfinite(pressure[:, n]).any()]
-    per_pressure, pressure_unit = style.scaled(np.nanmax(np.abs(pressure)), style.PRESSURES)
+    pressure, walls = series.pressure.values, [str(wall) for wall in series.wall.values]
+    seen = [n for n, wall in enumerate(walls) if boundary.get(wall, "open") != "open"]
+    per_pressure, pressure_unit = style.scaled(np.nanmax(np.abs(pressure[:, seen])), style.PRESSURES)
     for number, n in enumerate(seen):
         axes.plot(
             series.time.values * per_time,
             pressure[:, n] * per_pressure,
-            label=str(series.wall.values[n]),
+            label=walls[n],
             **style.run_style(number),
         )
     axes.set_xlabel(f"time ({unit})")

@@ -27,6 +27,7 @@ CHANNEL_COLOURS = {
     "shear": ORANGE,
     "viscosity": GREEN,
     "artificial": PURPLE,
+    "grid": GREY,
 }
 _RC = {
     "font.size": 9,
