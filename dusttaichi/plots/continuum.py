@@ -152,7 +152,8 @@ def wall_forces(run):
     per_time, unit = style.scaled(float(series.time[-1]), style.TIMES)
     pressure, walls = series.pressure.values, [str(wall) for wall in series.wall.values]
     seen = [n for n, wall in enumerate(walls) if boundary.get(wall, "open") != "open"]
-    per_pressure, pressure_unit = style.scaled(np.nanmax(np.abs(pressure[:, seen])), style.PRESSURES)
+    largest = np.nanmax(np.abs(pressure[:, seen]))
+    per_pressure, pressure_unit = style.scaled(largest, style.PRESSURES)
     for number, n in enumerate(seen):
         axes.plot(
             series.time.values * per_time,

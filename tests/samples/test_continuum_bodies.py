@@ -15,6 +15,7 @@ from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.samples import continuum
 from dusttaichi.samples.continuum import DUST, HELD, RIGID, WALL, AnyParticles, Matter, lattice
 from dusttaichi.scene.continuum_boundary import ContinuumBoundary
+from dusttaichi.scene.continuum_material import ContinuumMaterial
 
 SPEC = TypeAdapter(AnyParticles)
 BOUNDARY = TypeAdapter(ContinuumBoundary)
@@ -163,11 +164,7 @@ def test_layers_and_scatter_of_the_filling_factor():
         made(2, kind="block", size=SIZE[2], filling_factor={"sigma": 0.1})
 
 
-G09 = MaterialNumbers(
-    rho_s=2000.0, rho_i=300.0, K_0=3e5, gamma=4.0, mu_over_K=0.5, phi_1=0.12, phi_2=0.58,
-    phi_floor=0.125, phi_cap=0.579, p_m=1300.0, power=0.58 * np.log(10), T_0=10**2.8,
-    T_rate=1.48 * np.log(10),
-)  # fmt: skip
+G09 = MaterialNumbers.of(ContinuumMaterial.model_validate("dust_g09"))
 
 
 def test_a_bed_carries_its_weight():
