@@ -17,6 +17,7 @@ CELL = {"cell", "room", "stress", "filling", "stages", "snapshots"}
 FEATURES = BOX | PLATES | CELL | {"push"}  # no scene has them all
 POLYDISPERSE = {"polydisperse"}  # grains of different radius or material
 ICE = Material(**NAMED["ice_t19"])
+ICE_LAW = (ICE.surface_energy, ICE.radius, ICE.critical_rolling)  # what T19's laws know of it
 
 
 def writer(
@@ -55,6 +56,14 @@ def series_record(step, features=FEATURES):
     chosen = [v for v in select(VARIABLES.values(), features) if v.group == "series"]
     shapes = {v.name: tuple(len(LABELS[d]) for d in v.dims[1:]) for v in chosen}
     return {k: np.full(shape, float(step)) if shape else step for k, shape in shapes.items()}
+
+
+def _nothing(features):
+    """A record of the time series in which nothing happens: every number 0."""
+    return {name: 0.0 * value for name, value in series_record(0, features).items()} | {
+        "largest_overlap": 1e-10,
+        "largest_speed": 0.05,
+    }
 
 
 def snapshot_records(step, grains, rows, wall_rows=2):
@@ -124,7 +133,8 @@ def compression_run(path, law=S12_STATIC, noise=0.1, points=200, seed=1, grains=
             force[5, 2] = -pressure[i] * area
             result.append(
                 "series",
-                {
+                _nothing(BOX)
+                | {
                     "time": i * 1e-6,
                     "step": i * 1000,
                     "height": height[i],
@@ -137,14 +147,11 @@ def compression_run(path, law=S12_STATIC, noise=0.1, points=200, seed=1, grains=
                     "kinetic_translation": 0.6 * kinetic[i],
                     "kinetic_rotation": 0.4 * kinetic[i],
                     "potential": potential[i] * np.eye(4)[0],
-                    "potential_wall": np.zeros(4),
                     "loss": 0.9 * lost[i] * SHARES,
                     "loss_wall": 0.1 * lost[i] * SHARES,
                     "wall_work": work[i],
                     "energy_residual": residual[i],
                     "energy_residual_relative": residual[i] / max(work[i], 1e-30),
-                    "largest_overlap": 1e-10,
-                    "largest_speed": 0.05,
                     "wall_clock": 0.5 * i,
                 },
             )
@@ -211,84 +218,91 @@ def cell_run(
     largest, in each of the two. stages: those written ("stretch" alone is a run without stages).
     """
     rng = np.random.default_rng(seed)
-    law = (ICE.surface_energy, ICE.radius, ICE.critical_rolling)
-    strength = laws.tensile_strength(phi_init, *law[:2]) if strength is None else strength
+    strength = laws.tensile_strength(phi_init, *ICE_LAW[:2]) if strength is None else strength
     volume = grains * 4 / 3 * np.pi * ICE.radius**3
-    edge = (volume / phi_init) ** (1 / 3)
-    phi, sizes, stress, stage = [], [], [], []
+    parts = []
     if "press" in stages:
-        pressed = np.geomspace(0.1 * phi_init, phi_init, points)
-        phi.append(pressed)
-        sizes.append(np.repeat(((volume / pressed) ** (1 / 3))[:, None], 3, axis=1))
-        halfway = 0.5 * (pressed + np.concatenate([pressed[:1], pressed[:-1]]))
-        size = laws.isotropic_pressure(halfway, *law)
-        size = ratio * size * 10 ** (noise * rng.standard_normal(points))
-        stress.append(-size[:, None, None] * np.eye(3))
-        stage.append(np.zeros(points, dtype=int))
+        parts.append(_pressed(phi_init, volume, points, ratio, noise, rng))
     if "stretch" in stages:
-        length = edge * np.linspace(1.0, phi_init / last, points + 1)[1 if phi else 0 :]
-        fallen = phi_init * edge / length
-        halfway = 0.5 * (fallen + np.concatenate([[phi_init], fallen[:-1]]))
-        pull = np.zeros((len(length), 3, 3))
-        pull[:, 0, 0] = stretched_stress(halfway, phi_init, strength)
-        pull += noise * strength * rng.standard_normal(pull.shape)
-        phi.append(fallen)
-        sizes.append(np.stack([length, np.full_like(length, edge), np.full_like(length, edge)], 1))
-        stress.append(pull)
-        stage.append(np.full(len(length), len(phi) - 1))
+        length = np.linspace(1.0, phi_init / last, points + 1)[len(parts) :]
+        parts.append(_stretched(phi_init, volume, length, strength, noise, rng))
+    stage = np.concatenate([np.full(len(part[0]), n) for n, part in enumerate(parts)])
+    phi, sizes, stress = (np.concatenate(column) for column in zip(*parts, strict=True))
     staged = len(stages) > 1
-    phi, sizes, stress, stage = (np.concatenate(a) for a in (phi, sizes, stress, stage))
     features = CELL if staged else CELL - {"stages"}
     attrs = {"periodic_axes": "x y z", "grains": grains}
     attrs |= {"stages": " ".join(stages)} if staged else {}
-    cube = sizes.prod(axis=1)
-    contacts = laws.coordination_number(phi) / 2 * grains
-    work = np.concatenate(
-        [[0], np.cumsum(np.abs(np.diff(np.log(cube))) * cube[1:] * np.abs(stress[1:, 0, 0]))]
-    )
-    lost = 0.9 * np.maximum.accumulate(work)
     with writer(path, grains, 1, features, cell_scene(), attrs, ICE.radius) as result:
-        for i in range(len(phi)):
-            record = {
-                "time": i * 1e-7,
-                "step": i * 1000,
-                "stage": stage[i],
-                "box_length": sizes[i],
-                "filling_factor": phi[i],
-                "stress": stress[i],
-                "coordination_number": 2 * contacts[i] / grains,
-                "contact_count": int(contacts[i]),
-                "kinetic_translation": 1e-20,
-                "kinetic_rotation": 1e-20,
-                "potential": 0.1 * work[i] * np.eye(4)[1],
-                "loss": lost[i] * SHARES,
-                "face_work": work[i],
-                "energy_residual": 0.0,
-                "energy_residual_relative": 0.0,
-                "largest_overlap": 1e-10,
-                "largest_speed": 0.05,
-                "wall_clock": 0.1 * i,
-            }
-            if not staged:
-                del record["stage"]
-            result.append("series", record)
+        for record in _cell_series(phi, sizes, stress, grains):
+            own = {"stage": stage[record["step"] // 1000]} if staged else {}
+            result.append("series", _nothing(features) | record | own)
         shape = rng.random((grains, 3))
         begin = points - 1 if staged else 0
         for i in np.unique([0, *np.linspace(begin, len(phi) - 1, 4).astype(int)]):
-            low, high = -0.5 * sizes[i], 0.5 * sizes[i]
-            result.append(
-                "snapshots",
-                {
-                    "snapshot_time": i * 1e-7,
-                    "step": i * 1000,
-                    "position": low + shape * sizes[i],
-                    "velocity": np.zeros((grains, 3)),
-                    "spin": np.zeros((grains, 3)),
-                    "box": np.stack([low, high], axis=1).ravel(),
-                },
-            )
+            result.append("snapshots", _cell_snapshot(i, sizes[i], shape))
         result.set_status("finished: filling factor reached")
     return path
+
+
+def _pressed(phi_init, volume, points, ratio, noise, rng):
+    """Filling factors (n,), edges (n, 3), stress (n, 3, 3) of a cell pressed to phi_init."""
+    phi = np.geomspace(0.1 * phi_init, phi_init, points)
+    edges = np.repeat(((volume / phi) ** (1 / 3))[:, None], 3, axis=1)
+    halfway = 0.5 * (phi + np.concatenate([phi[:1], phi[:-1]]))
+    size = laws.isotropic_pressure(halfway, *ICE_LAW)
+    size = ratio * size * 10 ** (noise * rng.standard_normal(points))
+    return phi, edges, -size[:, None, None] * np.eye(3)
+
+
+def _stretched(phi_init, volume, length, strength, noise, rng):
+    """The same of a cube of phi_init stretched along x to `length` (n,) times its edge."""
+    edge = (volume / phi_init) ** (1 / 3)
+    length = edge * length
+    phi = phi_init * edge / length
+    halfway = 0.5 * (phi + np.concatenate([[phi_init], phi[:-1]]))
+    pull = np.zeros((len(length), 3, 3))
+    pull[:, 0, 0] = stretched_stress(halfway, phi_init, strength)
+    pull += noise * strength * rng.standard_normal(pull.shape)
+    across = np.full_like(length, edge)
+    return phi, np.stack([length, across, across], 1), pull
+
+
+def _cell_series(phi, sizes, stress, grains):
+    """What the series of a cell says of each point, beside its stage."""
+    cube = sizes.prod(axis=1)
+    contacts = laws.coordination_number(phi) / 2 * grains
+    done = np.abs(np.diff(np.log(cube))) * cube[1:] * np.abs(stress[1:, 0, 0])
+    work = np.concatenate([[0], np.cumsum(done)])
+    lost = 0.9 * np.maximum.accumulate(work)
+    for i in range(len(phi)):
+        yield {
+            "time": i * 1e-7,
+            "step": i * 1000,
+            "box_length": sizes[i],
+            "filling_factor": phi[i],
+            "stress": stress[i],
+            "coordination_number": 2 * contacts[i] / grains,
+            "contact_count": int(contacts[i]),
+            "kinetic_translation": 1e-20,
+            "kinetic_rotation": 1e-20,
+            "potential": 0.1 * work[i] * np.eye(4)[1],
+            "loss": lost[i] * SHARES,
+            "face_work": work[i],
+            "wall_clock": 0.1 * i,
+        }
+
+
+def _cell_snapshot(i, size, shape):
+    low, high = -0.5 * size, 0.5 * size
+    zeros = np.zeros_like(shape)
+    return {
+        "snapshot_time": i * 1e-7,
+        "step": i * 1000,
+        "position": low + shape * size,
+        "velocity": zeros,
+        "spin": zeros,
+        "box": np.stack([low, high], axis=1).ravel(),
+    }
 
 
 def plates_run(path, law=UNIDIRECTIONAL, noise=0.05, points=200, pull=None, grains=291):
@@ -308,13 +322,13 @@ def plates_run(path, law=UNIDIRECTIONAL, noise=0.05, points=200, pull=None, grai
         shadow = np.full(points, area)
     height = grains * 4 / 3 * np.pi * RADIUS**3 / (shadow * phi)
     scene = "name: test\nmaterial: silica_pd08\nboundary: {kind: plates, wall_speed: 5 cm/s}\n"
-    zero = np.zeros(6)
     with writer(path, grains, 1, PLATES, scene, {"grains": grains}) as result:
         for i in range(points):
             walls = np.array([np.nan] * 4 + [0.9 * pressure[i], pressure[i]])
             result.append(
                 "series",
-                {
+                _nothing(PLATES)
+                | {
                     "time": i * 1e-6,
                     "step": i * 1000,
                     "height": height[i],
@@ -323,21 +337,12 @@ def plates_run(path, law=UNIDIRECTIONAL, noise=0.05, points=200, pull=None, grai
                     "inner_filling_factor": 1.05 * phi[i],
                     "outside_count": i // 10,
                     "pressure": walls,
-                    "wall_force": np.zeros((6, 3)),
                     "coordination_number": 2.5,
                     "contact_count": grains,
                     "wall_contact_count": 20,
                     "kinetic_translation": 1e-20,
-                    "kinetic_rotation": 0.0,
-                    "potential": np.zeros(4),
-                    "potential_wall": np.zeros(4),
                     "loss": i * 1e-18 * SHARES,
-                    "loss_wall": zero,
                     "wall_work": i * 1e-18,
-                    "energy_residual": 0.0,
-                    "energy_residual_relative": 0.0,
-                    "largest_overlap": 1e-10,
-                    "largest_speed": 0.05,
                     "wall_clock": 0.1 * i,
                 },
             )

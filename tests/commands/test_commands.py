@@ -11,7 +11,7 @@ import time
 import pytest
 import synthetic
 from rich.console import Console
-from scene_text import CONFIGS
+from scenes import CONFIGS
 
 from dusttaichi import run as run_package
 from dusttaichi.commands import app as cli

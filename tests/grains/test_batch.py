@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import make_scene, sample_of
+from scenes import make_scene, sample_of
 
 from dusttaichi import samples
 from dusttaichi.errors import DustError

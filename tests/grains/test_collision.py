@@ -4,7 +4,7 @@ import matplotlib
 import numpy as np
 import pytest
 import snapshots
-from conftest import make_scene
+from scenes import make_scene
 
 from dusttaichi import analysis, plots, samples
 from dusttaichi.grains.build import build

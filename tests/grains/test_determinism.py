@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import Probe, box, make_scene, sample_of
+from scenes import Probe, box, make_scene, sample_of
 from test_search import FREE, same_bits, state, stirred
 
 from dusttaichi import samples

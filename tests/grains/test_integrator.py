@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import RADIUS, Probe, box, make_scene, sample_of
+from scenes import RADIUS, Probe, box, make_scene, sample_of
 from test_pair import E_C, pairs
 
 from dusttaichi import samples

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import box, make_scene, sample_of
+from scenes import box, make_scene, sample_of
 
 from dusttaichi.grains import inventory, preview
 from dusttaichi.grains.build import build

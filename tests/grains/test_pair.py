@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import reference as ref
-from conftest import RADIUS, Probe, make_scene, sample_of
+from scenes import RADIUS, Probe, make_scene, sample_of
 
 PAIR = ref.numbers()
 MASS, INERTIA = ref.mass_and_inertia()

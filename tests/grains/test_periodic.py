@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import RADIUS, Probe, box, make_scene, sample_of
+from scenes import RADIUS, Probe, box, make_scene, sample_of
 
 from dusttaichi import units
 from dusttaichi.errors import DustError, GuardStop

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 import reference as ref
-from conftest import Probe, box, make_scene
-from polydisperse import Grains, grain, masses_of, polydisperse, scene_of
+from scenes import Grains, Probe, box, grain, make_scene, masses_of, polydisperse, two_materials
 from test_pair import compare
 
 from dusttaichi.grains.kernels.params import internal_numbers
@@ -24,7 +23,7 @@ SAME = ("R", "delta0", "F_c", "k_r", "k_s", "k_t", "xi_crit", "zeta_crit", "phi_
 @pytest.mark.parametrize("damping", ["none", "viscous", "scaled", "viscoelastic"])
 def test_constants_of_a_mixed_contact(mixing, damping):
     """All from sums and roots of a few numbers: 1e-13 is rounding."""
-    scene = scene_of(damping=damping, modifiers={"rolling": 8.0, "sliding": 2.5})
+    scene = two_materials(damping=damping, modifiers={"rolling": 8.0, "sliding": 2.5})
     interaction = scene.interaction.model_copy(update={"mixing": mixing})
     silicate, ice = scene.all_materials
     keys = dict(damping=damping, m_r=8.0, m_s=2.5, mixing=mixing)
@@ -45,7 +44,7 @@ def test_mixing_rules_by_hand():
     by_hand = {"geometric": 44.72136, "arithmetic": 60.0, "work_of_adhesion": 120 - 100 / 3}
     for rule, value in by_hand.items():
         assert constants.MIXING[rule](20.0, 100.0) == pytest.approx(value, rel=1e-7)
-        scene = scene_of()
+        scene = two_materials()
         interaction = scene.interaction.model_copy(update={"mixing": rule})
         for material in scene.all_materials:
             face = constants.interface(material, material, interaction)
@@ -66,7 +65,7 @@ def test_lanes_hold_the_constants(damping):
         [np.sqrt(0.8**2 - 0.4**2) * 1e-6, 0, 0.2e-6],
         [0, np.sqrt(1 - 0.2**2) * 1e-6, 0.4e-6],
     ]
-    scene = scene_of(damping=damping, boundary=box("bottom"), dt="1 ps")
+    scene = two_materials(damping=damping, boundary=box("bottom"), dt="1 ps")
     probe = Grains(scene, polydisperse(x, radii, kinds))
     table, laws = probe.sim.state.lanes("constants"), chosen_laws(scene.interaction)
     names = stored(laws)
@@ -126,7 +125,7 @@ def test_against_reference(slipping):
     it, where pointers of the small grains turn three times as far."""
     x, v, w, radii, kinds = oblique(slipping)
     probe = Grains(
-        scene_of(dt="0.02 ns", damping="viscoelastic"), polydisperse(x, radii, kinds, v, w)
+        two_materials(dt="0.02 ns", damping="viscoelastic"), polydisperse(x, radii, kinds, v, w)
     )
     reference = ref.Reference(
         x,
@@ -168,7 +167,7 @@ def test_restitution_of_unlike_pairs():
     x = scattered(None, radii, -1e-6 * delta0, n, 70e-6)
     v = np.zeros((2 * n, 3))
     v[0::2, 0], v[1::2, 0] = -speed * reduced / m[0::2], speed * reduced / m[1::2]
-    probe = Grains(scene_of(effects=(), dt="0.2 ps"), polydisperse(x, radii, materials, v))
+    probe = Grains(two_materials(effects=(), dt="0.2 ps"), polydisperse(x, radii, materials, v))
     probe.advance(100_000)
     assert not probe.contacts()
     e = (probe.v[0::2, 0] - probe.v[1::2, 0]) / speed
@@ -214,7 +213,7 @@ def bumped(speed, spin, seed=5):
 @pytest.mark.parametrize("speed, spin", [(0.01, 1e3), (1.0, 1e7)], ids=["gentle", "slipping"])
 def test_momenta(speed, spin):
     """To rounding, past the limits of rolling, sliding and twisting or not."""
-    probe = Grains(scene_of(dt="0.02 ns"), bumped(speed, spin))
+    probe = Grains(two_materials(dt="0.02 ns"), bumped(speed, spin))
     linear, turning, linear_scale, turning_scale = probe.momenta()
     for _ in range(5):
         probe.advance(200)
@@ -243,7 +242,7 @@ def test_loads_are_minus_the_gradient():
     v = np.array([[0.02, -0.01, 0.004], [-0.01, 0.015, -0.003], [0.003, -0.012, 0.005]])
     w = np.array([[2.0, -4.0, 7.0], [-5.0, 3.0, -6.0], [4.0, 6.0, -3.0]]) * 2e4
     probe = Grains(
-        scene_of(boundary=box("bottom"), dt="0.02 ns"), polydisperse(x, radii, kinds, v, w)
+        two_materials(boundary=box("bottom"), dt="0.02 ns"), polydisperse(x, radii, kinds, v, w)
     )
     probe.advance(20)
     measured = probe.sim.measure()
@@ -289,7 +288,7 @@ def test_ledger_closes():
     sample.velocities[:, 2] -= 1.0
     residuals = []
     for dt, steps in (("0.03 ns", 700), ("0.01 ns", 2100)):
-        scene = scene_of(dt=dt, damping="viscoelastic", boundary=box("bottom"))
+        scene = two_materials(dt=dt, damping="viscoelastic", boundary=box("bottom"))
         probe = Grains(scene, sample)
         start = measurement(probe.sim)
         probe.advance(steps)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 import reference as ref
-from conftest import box, make_scene
-from polydisperse import Grains, grain, masses_of, polydisperse, scene_of
+from scenes import Grains, box, grain, make_scene, masses_of, polydisperse, two_materials
 
 from dusttaichi import analysis, geometry, samples
 from dusttaichi.errors import DustError
@@ -40,7 +39,7 @@ def test_search_against_brute_force():
     touch = sample.radii[upper[0]] + sample.radii[upper[1]]
     kept = []
     for skin, threads in ((0.3, 1), (0.3, 2)):
-        scene = scene_of(dt="0.01 ns", numerics={"skin": skin, "threads": threads})
+        scene = two_materials(dt="0.01 ns", numerics={"skin": skin, "threads": threads})
         probe = Grains(scene, sample)
         formed = 0
         for _ in range(20):
@@ -95,7 +94,7 @@ def test_shadow_and_cylinder_of_unequal_grains():
 def test_time_step_is_that_of_the_small_grains():
     """A small grain among large ones rings faster than among its like, by less than (4/3)^(1/2)
     of its period (R doubles at most: springs grow by 2^(2/3))."""
-    scene = scene_of(dt="0.1 ps")
+    scene = two_materials(dt="0.1 ps")
     mixture = polydisperse(np.arange(39).reshape(13, 3) * 1e-4, [0.1e-6] * 9 + [10e-6] * 4)
     period = time_step(scene, 13, grain_properties(scene, mixture)).period
     like = Scene.from_dict(

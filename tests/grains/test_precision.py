@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from conftest import Probe, box, make_scene, sample_of
+from scenes import Probe, box, make_scene, sample_of
 
 from dusttaichi.errors import DustError
 from dusttaichi.grains.build import build

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import taichi as ti
-from conftest import RADIUS, Probe, box, make_scene, sample_of
+from scenes import RADIUS, Probe, box, make_scene, sample_of
 
 from dusttaichi.compute import memory
 from dusttaichi.grains import build

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import reference as ref
-from conftest import RADIUS, Probe, box, make_scene, sample_of
+from scenes import RADIUS, Probe, box, make_scene, sample_of
 from test_pair import compare
 
 WALL = ref.numbers(wall=True)

@@ -8,7 +8,7 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 import reference as ref
-from conftest import make_scene
+from scenes import make_scene
 
 from dusttaichi.physics import stability
 from dusttaichi.physics.contact import constants, normal

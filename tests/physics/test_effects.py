@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import reference as ref
-from conftest import RADIUS, Probe, box, law_of_the_docs, make_scene, sample_of
+from scenes import RADIUS, Probe, box, law_of_the_docs, make_scene, sample_of
 
 from dusttaichi.physics.contact import constants, registry
 

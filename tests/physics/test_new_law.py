@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import RADIUS, Probe, box, law_of_the_docs, make_scene, sample_of
-from polydisperse import Grains, polydisperse
+from scenes import RADIUS, Grains, Probe, box, law_of_the_docs, make_scene, polydisperse, sample_of
 
 from dusttaichi.errors import DustError
 from dusttaichi.grains.measured import measurement

@@ -270,10 +270,6 @@ def test_gif(run, tmp_path):
 
 
 def test_mp4(run, tmp_path):
-    try:
-        film._ffmpeg()
-    except DustError:
-        pytest.skip("no ffmpeg")
     path = plots.animation(run, tmp_path / "a.mp4", color="fragment", dpi=50)
     assert path.read_bytes()[4:8] == b"ftyp"
     with pytest.raises(DustError, match=r"allowed: \.gif and \.mp4"):

@@ -7,7 +7,7 @@ import netCDF4
 import numpy as np
 import pytest
 import yaml
-from conftest import box, make_scene, sample_of
+from scenes import box, make_scene, sample_of
 
 from dusttaichi import analysis, units
 from dusttaichi.analysis.error_bar import of_levels, of_stretches

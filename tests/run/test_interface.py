@@ -10,7 +10,7 @@ import pytest
 import spring
 import xarray as xr
 from bits import assert_same_bits, tree
-from conftest import law_of_the_docs
+from scenes import law_of_the_docs
 from test_method import PLAIN, STAGED
 
 import dusttaichi as dt

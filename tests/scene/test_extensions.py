@@ -9,7 +9,7 @@ import jsonschema
 import pytest
 import xarray as xr
 import yaml
-from scene_text import BASE
+from scenes import BASE
 
 from dusttaichi import method
 from dusttaichi.errors import DustError

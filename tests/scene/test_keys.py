@@ -1,7 +1,7 @@
 """The table of keys: every key is there with its meaning, and its default is the program's."""
 
 import pytest
-from scene_text import BASE
+from scenes import BASE
 
 from dusttaichi.scene import Scene, from_yaml, json_schema
 from dusttaichi.scene.keys import rows

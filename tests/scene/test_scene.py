@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import yaml
 from pydantic import ValidationError
-from scene_text import BASE, CONFIGS, FULL, OPEN, POSITIONS, edited, scene
+from scenes import BASE, CONFIGS, FULL, OPEN, POSITIONS, edited, scene
 
 from dusttaichi.errors import DustError
 from dusttaichi.scene import NAMED, NoDamping, Scaled, Scene, Viscoelastic, Viscous, from_yaml, load

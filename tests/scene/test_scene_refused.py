@@ -4,7 +4,7 @@ import time
 from pathlib import Path
 
 import pytest
-from scene_text import BASE, LINE, OPEN, POSITIONS, edited, scene
+from scenes import BASE, LINE, OPEN, POSITIONS, edited, scene
 
 from dusttaichi.errors import DustError
 from dusttaichi.scene import NAMED, from_yaml, load

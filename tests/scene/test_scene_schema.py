@@ -3,7 +3,7 @@
 import jsonschema
 import pytest
 import yaml
-from scene_text import BASE, CONFIGS, FULL, LINE, edited
+from scenes import BASE, CONFIGS, FULL, LINE, edited
 
 from dusttaichi.scene import NAMED, from_yaml, json_schema, schema_text
 from dusttaichi.scene.yaml_text import read

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import synthetic
 import xarray as xr
-from scene_text import scene
+from scenes import scene
 
 from dusttaichi import analysis, plots
 from dusttaichi.analysis.ensemble import common_coordinate, interpolate

@@ -4,7 +4,7 @@ import csv
 import io
 
 import pytest
-from scene_text import CONFIGS
+from scenes import CONFIGS
 
 from dusttaichi.errors import DustError
 from dusttaichi.scene import load

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import reference as ref
 import xarray as xr
-from conftest import RADIUS, box, make_scene
+from scenes import RADIUS, box, make_scene
 
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError

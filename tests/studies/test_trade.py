@@ -7,8 +7,8 @@ import sys
 import numpy as np
 import pytest
 import xarray as xr
-from scene_text import CONFIGS, edited
-from scene_text import scene as scene_of
+from scenes import CONFIGS, edited
+from scenes import scene as scene_of
 
 from dusttaichi import analysis
 from dusttaichi.analysis.observables import CURVE, Measured, differences, scatter

@@ -1,0 +1,261 @@
+"""Scenes and samples for the tests: as text, as objects, and built as a simulation in SI."""
+
+import runpy
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import reference as ref
+
+from dusttaichi import units
+from dusttaichi.grains.build import build
+from dusttaichi.physics.contact import registry
+from dusttaichi.samples import Sample
+from dusttaichi.scene import Scene, from_yaml
+
+ROOT = Path(__file__).parents[1]
+CONFIGS, EXAMPLES = ROOT / "configs", ROOT / "docs/examples"
+RADIUS = 0.6e-6  # silicate S12 [m]
+ICE = dict(r=0.1e-6, rho=1000.0, gamma=0.1, E=7e9, nu=0.25, xi_crit=0.8e-9)  # T19 Table 1
+KINDS = (ref.SILICATE, ICE)
+
+# A scene as text, and ways to change one of its blocks.
+
+BASE = """\
+name: cake
+material: silicate_s12
+interaction: {rolling: on}
+sample: {kind: rbd, grains: 100}
+boundary: {kind: box, wall_speed: 1 cm/s}
+stop: {filling_factor: 0.55}
+numerics: {time_step: auto}
+output: {snapshots: off}
+"""
+LINE = {text.split(":")[0]: number for number, text in enumerate(BASE.splitlines(), start=1)}
+
+
+def edited(block: str, text: str) -> str:
+    """BASE with the line of one block replaced."""
+    return "".join(
+        f"{text}\n" if line.startswith(f"{block}:") else line
+        for line in BASE.splitlines(keepends=True)
+    )
+
+
+def scene(**blocks: str) -> Scene:
+    text = BASE
+    for block, value in blocks.items():
+        text = text.replace(BASE.splitlines()[LINE[block] - 1], f"{block}: {value}")
+    return from_yaml(text)
+
+
+OPEN = {"boundary": "{kind: open}", "stop": "{steps: 10}"}
+POSITIONS = "positions: [[0 m, 0 m, 0 m], [1.2 um, 0 m, 0 m]]"
+
+FULL = {
+    "material": "{base: ice_t19, name: my ice, radius: 0.123456789012345678 um}",
+    "interaction": "{rolling: off, twisting: {modifier: 0.1}, damping: none, "
+    "shear_modulus: printed}",
+    "sample": f"{{kind: explicit, {POSITIONS}, velocities: [[1 m/s, 0 m/s, 0 m/s], [0 m/s, 0 m/s, "
+    "-1e-17 m/s]]}",
+    "boundary": "{kind: box, size: [40 um, 40 um, 3.3333333333333335 um], omit: [bottom]}",
+    "stop": "{pressure: 1 kPa, time: 0.1 ms, steps: 1e6}",
+    "numerics": "{time_step: 0.3 ns, precision: f64, backend: cuda, threads: 2, skin: 0.1}",
+    "output": "{directory: elsewhere, series: {steps: 7}, profiles: {time: 1 us}, snapshots: off, "
+    "contacts: false, window: 100, checkpoint: 5 s}",
+}
+
+# Scenes and samples as objects.
+
+
+def make_scene(
+    *,
+    damping="none",
+    effects=("rolling", "sliding", "twisting"),
+    modifiers=None,
+    boundary=None,
+    dt="0.1 ns",
+    threads=1,
+    **blocks,
+):
+    """A Scene of silicate S12; dt as in the YAML or in seconds; only the given effects are on."""
+    modifiers = modifiers or {}
+    interaction = {
+        name: {"modifier": modifiers.get(name, 1.0)} if name in effects else "off"
+        for name in ("rolling", "sliding", "twisting")
+    }
+    numerics = {"threads": threads, "time_step": f"{dt:.17g} s" if isinstance(dt, float) else dt}
+    data = {
+        "name": "test",
+        "material": "silicate_s12",
+        "interaction": {**interaction, "damping": damping},
+        "sample": {"kind": "explicit", "positions": [["0 m", "0 m", "0 m"]]},
+        "boundary": boundary or {"kind": "open"},
+        "stop": {"steps": 1},
+        "numerics": {**numerics, **blocks.pop("numerics", {})},
+        **blocks,
+    }
+    return Scene.from_dict(data)
+
+
+def box(*walls, size="fit", wall_speed=0.0, side_walls=1.0):
+    """A box boundary with the named walls only; size in m."""
+    names = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
+    return {
+        "kind": "box",
+        "omit": [name for name in names if name not in walls] if walls else [],
+        "size": size if isinstance(size, str) else [f"{edge:.17g} m" for edge in size],
+        "wall_speed": f"{wall_speed:.17g} m/s",
+        "side_walls": side_walls,
+    }
+
+
+def two_materials(**keys):
+    """make_scene with a second material, number 1: the ice of T19."""
+    return make_scene(materials={"ice": "ice_t19"}, **keys)
+
+
+def sample_of(x, v=None, w=None):
+    x = np.array(x, float)
+    zeros = np.zeros_like(x)
+    return Sample(
+        x,
+        zeros if v is None else np.array(v, float) + zeros,
+        zeros.copy() if w is None else np.array(w, float) + zeros,
+    )
+
+
+def grain(radius, kind):
+    return {**KINDS[kind], "r": radius}
+
+
+def masses_of(radii, kinds):
+    return 4 / 3 * np.pi * np.array(radii) ** 3 * np.array([KINDS[k]["rho"] for k in kinds])
+
+
+def polydisperse(x, radii, kinds=None, v=0.0, w=0.0):
+    x = np.array(x, float)
+    kinds = np.zeros(len(x), np.int32) if kinds is None else np.array(kinds, np.int32)
+    v, w = (np.array(a, float) + np.zeros_like(x) for a in (v, w))
+    return Sample(x, v, w, radii=np.array(radii, float), materials=kinds)
+
+
+@contextmanager
+def law_of_the_docs():
+    """The law of docs/examples/rolling_with_speed.py is registered; other tests do not know it.
+    Yields the names of that file."""
+    known = [(laws, dict(laws)) for laws in (registry.LAWS, registry.BLOCKS)]
+    try:
+        yield runpy.run_path(str(EXAMPLES / "rolling_with_speed.py"))
+    finally:
+        for laws, before in known:
+            laws.clear()
+            laws.update(before)
+
+
+# Built.
+
+
+class Probe:
+    """A simulation seen in SI and in the order of the sample."""
+
+    def __init__(self, scene, sample):
+        self.sim = build(scene, sample)
+        self.back = np.argsort(self.sim.order)
+
+    def advance(self, steps):
+        self.sim.advance(steps)
+
+    def _grains(self, name):
+        return self.sim.fields[name].to_numpy()[: self.sim.grains][self.back]
+
+    @property
+    def dt(self):
+        return self.sim.dt * units.TIME
+
+    @property
+    def x(self):
+        return self._grains("x") * units.LENGTH
+
+    def loads(self):
+        """Force [N] and torque [N m] on every grain."""
+        force, torque = self.sim.loads()
+        return force[self.back] * units.FORCE, torque[self.back] * units.TORQUE
+
+    @property
+    def v(self):
+        """Velocities at the time of the positions [m/s]."""
+        kick = 0.5 * self.sim.dt / self.sim.mass
+        return self._grains("v") + kick * self.sim.loads()[0][self.back]
+
+    @property
+    def w(self):
+        """Spins at the time of the positions [rad/s]."""
+        turn = 0.5 * self.sim.dt / self.sim.inertia
+        return (self._grains("w") + turn * self.sim.loads()[1][self.back]) * units.SPIN
+
+    def energy(self):
+        """(kinetic + potential, all losses, work by the walls) [J]."""
+        m = self.sim.measure()
+        own = m["kinetic_translation"] + m["kinetic_rotation"]
+        own += m["potential"].sum() + m["potential_wall"].sum()
+        lost = m["loss"].sum() + m["loss_wall"].sum()
+        return np.array([own, lost, m["wall_work"]]) * units.ENERGY
+
+    def contacts(self):
+        """{(i, j): (n1, n2, phi)} with i < j of the sample; j = -1 - wall, n2 = foot [m] there."""
+        sim, out = self.sim, {}
+        held = sim.state.lanes("state")
+        for c, i, j in zip(*self._touching(held, *sim.state.pairs()), strict=True):
+            n1, n2, phi = self._springs(held[c])
+            a, b = sim.order[i], sim.order[j]
+            out[(a, b) if a < b else (b, a)] = (n1, n2, phi) if a < b else (n2, n1, phi)
+        if (walls := sim.state.wall_lanes()) is not None:
+            held = held[walls.rows]
+            for c, i, wall in zip(*self._touching(held, walls.grain, walls.wall), strict=True):
+                n1, foot, phi = self._springs(held[c])
+                out[sim.order[i], -1 - wall] = (n1, foot * units.LENGTH, phi)
+        return out
+
+    def _springs(self, lane):
+        """Pointer, second pointer or foot, and twist of a contact."""
+        layout = self.sim.layout
+        twist = lane[layout.twist] if layout.twist >= 0 else 0.0
+        return lane[layout.pointer :][:3], lane[layout.second :][:3], twist
+
+    def _touching(self, held, first, second):
+        """Lanes of those that touch, whose pointer is no zero, and what is in them."""
+        pointer = held[: len(first), self.sim.layout.pointer :][:, :3]
+        rows = np.flatnonzero((pointer**2).sum(axis=1) > 0.5)
+        return rows, first[rows], second[rows]
+
+
+class Grains(Probe):
+    """A Probe of grains that are not alike."""
+
+    def __init__(self, scene, sample):
+        super().__init__(scene, sample)
+        self.radii, self.kinds = sample.radii, sample.materials
+        self.masses = masses_of(self.radii, self.kinds)
+        self.inertias = 0.4 * self.masses * self.radii**2
+
+    @property
+    def v(self):
+        return self._grains("v") + 0.5 * self.dt * self.loads()[0] / self.masses[:, None]
+
+    @property
+    def w(self):
+        spins = self._grains("w") * units.SPIN
+        return spins + 0.5 * self.dt * self.loads()[1] / self.inertias[:, None]
+
+    def momenta(self):
+        """Momentum, angular momentum about the origin, and the scale of each."""
+        x, m = self.x, self.masses[:, None]
+        linear, turning = m * self.v, np.cross(x, m * self.v) + self.inertias[:, None] * self.w
+        return linear.sum(0), turning.sum(0), np.abs(linear).sum(), np.abs(turning).sum()
+
+    def pair(self, i, j, **keys):
+        return ref.mixed(*(grain(self.radii[n], self.kinds[n]) for n in (i, j)), **keys)
+
+    def wall(self, i, **keys):
+        return ref.mixed(grain(self.radii[i], self.kinds[i]), KINDS[0], wall=True, **keys)
