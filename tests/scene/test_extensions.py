@@ -14,7 +14,7 @@ from scenes import BASE
 from dusttaichi import method
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import registry as laws
-from dusttaichi.run.code import code_hash
+from dusttaichi.run.code import Origin, code_hash
 from dusttaichi.run.stages import folder_of
 from dusttaichi.samples import registry as kinds
 from dusttaichi.scene import extensions, from_yaml, json_schema, load, load_extensions
@@ -261,14 +261,18 @@ def test_stages_and_members_of_another_file_do_not_count(folder, monkeypatch):
     scene = from_yaml(SPRING, folder)
     plan = sweep_plan(scene, ["stiffness=1,2"], folder / "sweep")
     assert [result.code for result in run_all(plan)] == [0, 0]
-    place = folder_of(scene, 0, folder / "run")
+
+    def place_of(scene):
+        return folder_of(scene, 0, folder / "run", Origin.of(scene))
+
+    place = place_of(scene)
     with (folder / "spring.py").open("a") as file:
         file.write("# changed\n")
-    assert folder_of(scene, 0, folder / "run") == place
+    assert place_of(scene) == place
     assert [_mode(member, False, True) for member in plan.members] == [None, None]
     extensions._imported.clear()
     extensions._owners.clear()
-    assert folder_of(from_yaml(SPRING, folder), 0, folder / "run") != place
+    assert place_of(from_yaml(SPRING, folder)) != place
     anew = sweep_plan(from_yaml(SPRING, folder), ["stiffness=1,2"], folder / "sweep")
     assert [_mode(member, False, True) for member in anew.members] == ["resume", "resume"]
     assert all("spring.py differs" in result.text for result in run_all(anew, resume=True))
