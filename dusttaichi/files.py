@@ -4,6 +4,8 @@ import errno
 import os
 import shutil
 import socket
+import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 from dusttaichi.errors import DustError
@@ -13,7 +15,21 @@ try:
 except ImportError:  # not a POSIX system: runs there go without a lock
     fcntl = None
 
+MEMORY = Path("/dev/shm")  # files in memory, where the system has them
 RESULT, CHECKPOINT = "result.nc", "checkpoint.bin"  # the files of a run directory
+
+
+def parts_folder(result):
+    """Where the files lie that continue a result while its run goes on (results/pieces.py)."""
+    return Path(result).with_suffix(".parts")
+
+
+def run_files(directory):
+    """Relative paths of the files that a run goes on from, as far as they are there."""
+    directory = Path(directory)
+    parts = sorted(parts_folder(directory / RESULT).glob("[0-9]*.nc"))
+    names = [RESULT, CHECKPOINT, *(str(part.relative_to(directory)) for part in parts)]
+    return [name for name in names if (directory / name).exists()]
 
 
 # --- files --------------------------------------------------------------------------------------
@@ -60,6 +76,74 @@ def _sync_folder(folder):
             raise
     finally:
         os.close(descriptor)
+
+
+def write_whole(path, data):
+    """Put bytes into the place of the file at `path`, which is whole at any moment.
+
+    Raises OSError; the file is then as it was.
+    """
+    path = Path(path)
+    temporary = path.with_name(f".{path.name}.tmp")
+    try:
+        with open(temporary, "wb") as file:
+            file.write(data)
+        replace_atomically(temporary, path)
+    except OSError:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        raise
+
+
+class WorkFile:
+    """A file that a library works on which does not recover from a write that fails (HDF5).
+
+    It is in memory (MEMORY) where that has room for it, else on disk, beside the file at `beside`,
+    with its room reserved as far as the system can. room: bytes that may be written. A context
+    manager; at its end the file is gone. Raises OSError where there is no room.
+    """
+
+    def __init__(self, beside, room):
+        self._room, self._hidden = int(room), False
+        if _free(MEMORY) > 2 * self._room:
+            self._descriptor, name = tempfile.mkstemp(prefix="dusttaichi-", dir=MEMORY)
+            self.path, self._in_memory = Path(name), True
+        else:
+            self.path = Path(beside).with_name(f".{Path(beside).name}.work")
+            flags = os.O_RDWR | os.O_CREAT | os.O_TRUNC
+            self._descriptor, self._in_memory = os.open(self.path, flags, 0o666), False
+
+    def begin_with(self, source):
+        """Copy a file into it, which the library then appends to."""
+        clone(source, self.path)
+        if not self._in_memory:
+            reserve(self.path, self._room)
+
+    def hide(self):
+        """Once the library has it open: its name goes, so that not even a kill leaves it behind."""
+        if os.name == "posix":
+            self.path.unlink()
+            self._hidden = True
+
+    def read(self):
+        """The bytes of the file, once the library has closed it."""
+        with open(self._descriptor, "rb", closefd=False) as file:
+            return file.read()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        os.close(self._descriptor)
+        if not self._hidden:
+            self.path.unlink(missing_ok=True)
+
+
+def _free(folder):
+    """Bytes that are free where that folder is; 0 where it cannot be written."""
+    if not os.access(folder, os.W_OK):
+        return 0
+    return shutil.disk_usage(folder).free
 
 
 def clone(source, target):
@@ -167,6 +251,11 @@ class RunLock:
         except PermissionError:
             return True
         return int(number) != os.getpid()
+
+    @property
+    def descriptor(self):
+        """The open lock file, for a process that is to hold the lock as well."""
+        return self._descriptor
 
     def release(self):
         """Give the lock back and remove its file. May be called again."""

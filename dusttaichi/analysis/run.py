@@ -4,11 +4,11 @@ import copy
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 import yaml
 
 from dusttaichi.errors import DustError
 from dusttaichi.names import WALLS
+from dusttaichi.results.reading import open_tree
 from dusttaichi.scene.material import Material
 
 LEAST_CHANGE = 1e-3
@@ -35,7 +35,7 @@ class Run:
         """xr.DataTree of the whole file, opened when first used; None without a file."""
         root = self.whole
         if root._tree is None and root._file is not None:
-            root._tree = xr.open_datatree(root._file, engine="netcdf4")
+            root._tree = open_tree(root._file)
         return root._tree
 
     @property
@@ -274,7 +274,7 @@ def open_run(path):
     if not file.exists():
         raise DustError(f"There is no result at {file}.")
     try:
-        with xr.open_datatree(file, engine="netcdf4") as tree:
+        with open_tree(file) as tree:
             series = tree.to_dataset(inherit=False).load()
             profiles = None
             if "profiles" in tree.children:

@@ -29,10 +29,10 @@ def chunk_rows(variable, sizes, ragged):
     return min(max(65536 // row, 1), 512) if row else 512
 
 
-def define(file, layout, dimensions, static):
+def define(file, layout, dimensions, static, compressed=True):
     """Dimensions, variables with their attributes, and what does not grow, in an empty file.
 
-    dimensions: name -> length, or the names of the entries.
+    dimensions: name -> length, or the names of the entries. compressed: large records are.
     """
     growing = {record_dimension(v.group) for v in layout.values()}
     sizes = {}
@@ -49,12 +49,12 @@ def define(file, layout, dimensions, static):
         folder = file if group == "series" else file.createGroup(group)
         folder.createDimension(record_dimension(group), None)
         for variable in (v for v in layout.values() if v.group == group):
-            _define_variable(folder, variable, sizes, group in ragged)
+            _define_variable(folder, variable, sizes, group in ragged, compressed)
     for key, values in static.items():
         file[key][:] = values
 
 
-def _define_variable(folder, variable, sizes, ragged):
+def _define_variable(folder, variable, sizes, ragged, compressed):
     options = {}
     if variable.grows:
         rows = chunk_rows(variable, sizes, ragged)
@@ -62,7 +62,7 @@ def _define_variable(folder, variable, sizes, ragged):
         options["chunksizes"] = tuple(max(n, 1) for n in shape)
         # only where a chunk is one whole record: a compressed chunk that a later flush fills
         # further moves, and leaves its old place unused
-        if rows == 1:
+        if rows == 1 and compressed:
             options |= {"compression": "zlib", "complevel": 1, "shuffle": True}
     fill = np.nan if variable.dtype == "f8" else None
     new = folder.createVariable(
@@ -94,13 +94,32 @@ def describe(path):
                 if group != "series" or v.name not in sizes
             }
             static = {k: file[k][:] for k, v in layout.items() if not v.grows}
-            attributes = {name: file.getncattr(name) for name in file.ncattrs()}
-            records = {g: len(f.dimensions[record_dimension(g)]) for g, f in present.items()}
+            attributes, records = attributes_of(file), record_counts(file)
     except (OSError, RuntimeError, KeyError, AttributeError) as error:
         raise DustError(f"{path} is not a result of dusttaichi that can be read: {error}.") from (
             error
         )
     return layout, sizes, static, attributes, records
+
+
+def attributes_of(file):
+    """Global attributes of an open file."""
+    return {name: file.getncattr(name) for name in file.ncattrs()}
+
+
+def write_attributes(file, attributes):
+    """Set global attributes of an open file; values of None are left out."""
+    for name, value in attributes.items():
+        if isinstance(value, str):  # setncattr would limit them to 64 kB
+            file.setncattr_string(name, value)
+        elif value is not None:
+            file.setncattr(name, value)
+
+
+def record_counts(file):
+    """Group of an open file -> how many records it has."""
+    groups = {"series": file, **file.groups}
+    return {g: len(folder.dimensions[record_dimension(g)]) for g, folder in groups.items()}
 
 
 def _variables(group, folder):
@@ -117,15 +136,20 @@ def _variables(group, folder):
         )
 
 
-def copy_records(old, new, layout, records):
-    """The first `records` of each group from one open file to another, in blocks of some 64 MB."""
+def copy_records(old, new, layout, records, starts=()):
+    """The first `records` of each group from one open file to another, in blocks of some 64 MB.
+
+    starts: group -> where they begin in the new file, at 0 by default.
+    """
     for file in (old, new):
         file.set_auto_maskandscale(False)
     for variable in (v for v in layout.values() if v.grows):
-        if (count := records[variable.group]) == 0:
+        if (count := records.get(variable.group, 0)) == 0:
             continue  # the old file may not even have the group
         source = folder_of(old, variable.group)[variable.name]
         target = folder_of(new, variable.group)[variable.name]
         block = max(1, 64_000_000 // (8 * max(math.prod(source.shape[1:]), 1)))
+        begin = dict(starts).get(variable.group, 0)
         for start in range(0, count, block):
-            target[start : min(start + block, count)] = source[start : min(start + block, count)]
+            end = min(start + block, count)
+            target[begin + start : begin + end] = source[start:end]

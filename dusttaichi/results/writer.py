@@ -1,5 +1,6 @@
 """The writer of the result file, which a kill or a full disk cannot harm."""
 
+import json
 import time as clock
 from pathlib import Path
 
@@ -7,7 +8,8 @@ import netCDF4
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.files import RunLock, clone, explain, replace_atomically, reserve
+from dusttaichi.files import RunLock, WorkFile, explain, parts_folder, write_whole
+from dusttaichi.results import pieces
 from dusttaichi.results.layout import (
     chunk_rows,
     copy_records,
@@ -15,8 +17,11 @@ from dusttaichi.results.layout import (
     describe,
     folder_of,
     ragged_groups,
+    write_attributes,
 )
 from dusttaichi.results.variables import LABELS
+
+PIECE = 8_000_000  # bytes from which a file is left as it is, and a further part begins
 
 
 def _now():
@@ -24,23 +29,29 @@ def _now():
 
 
 class Writer:
-    """Appends records to one result file; what is on disk is whole at any moment.
+    """Appends records to one result; what is on disk is whole at any moment.
 
-    `append` keeps records in memory. `flush` makes a copy of the file, appends to the copy, and
-    puts it in the place of the file by an atomic rename: a kill or a full disk leaves the file as
-    it was at the last flush, and the records since then in memory, for the next flush to try
-    again. The cost of a flush grows with the file, so the run loop spaces flushes by the seconds
-    that `flush` returns. Holds the lock of the run directory until `close`.
+    `append` keeps records in memory. `flush` appends them to a copy of the file in memory (HDF5
+    does not recover from a write that fails), and puts the copy in the place of the file by an
+    atomic rename: a kill or a full disk leaves the file as it was at the last flush, and the
+    records since then in memory, for the next flush to try again. A file of PIECE bytes is left as
+    it is, and the records go on in a further one (pieces.py), so that the cost of a flush does not
+    grow with the result; `join` makes one file of them all. Holds the lock of the run directory
+    until `close`.
     Use `Writer.create` or `Writer.resume`. A context manager.
     """
 
     def __init__(self, path, lock, *, layout, sizes, static, attributes, records):
         self.path = Path(path)
-        self._lock, self._layout, self._dimensions, self._static = lock, layout, sizes, static
+        self._lock, self._owns_lock = lock, False
+        self._layout, self._dimensions, self._static = layout, sizes, static
         self._sizes = {d: n if isinstance(n, int) else len(n) for d, n in sizes.items()}
         self._attributes, self._records = attributes, records
         self._buffer = {group: [] for group in records}
-        self._base = "copy"  # what a flush starts from: "new" file, "cut" or "copy" of the old
+        # the piece that is being written: its number (0 is the result itself), its first records
+        self._number, self._starts, self._identity = 0, dict.fromkeys(records, 0), ""
+        self._size = 0  # of that piece [bytes]
+        self._as_it_is = False  # its file has these variables, and no records that do not count
         self._changed = False
         self._last_time = None
 
@@ -70,9 +81,11 @@ class Writer:
             sizes = {**LABELS, **sizes}
             known = {"layout": layout, "sizes": sizes, "static": static}
             known |= {"attributes": attributes, "records": records}
-            writer = cls(path, lock if own else None, **known)
-            writer._base = "new"
+            writer = cls(path, lock, **known)
+            writer._owns_lock, writer._identity = own, pieces.new_identity()
+            writer._changed = True
             writer.flush()
+            pieces.remove_parts(path)  # of the result that was there before
         except BaseException:
             if own:
                 lock.release()
@@ -83,8 +96,8 @@ class Writer:
     def resume(cls, path, counts, *, lock=None):
         """Go on with the file at `path` from `counts` (group -> records, as of `counts()`).
 
-        What the file holds past the counts is dropped with the first flush. Raises DustError if
-        the file is missing, damaged or shorter than the counts, or another run holds it.
+        What the result holds past the counts is dropped with the first flush. Raises DustError if
+        it is missing, damaged or shorter than the counts, or another run holds it.
         """
         path = Path(path)
         if not path.exists():
@@ -92,24 +105,39 @@ class Writer:
         own = lock is None
         lock = RunLock(path.parent) if own else lock
         try:
-            layout, sizes, static, attributes, records = describe(path)
-            short = [g for g in records if records[g] < counts.get(g, 0)]
-            if short:
-                raise DustError(
-                    f"{path} holds fewer records of {', '.join(short)} than the checkpoint knows "
-                    "of: they are not of the same run. Start anew with --force."
-                )
-            attributes["history"] = f"{attributes.get('history', '')}\n{_now()} resumed"
-            kept = {group: int(counts.get(group, 0)) for group in records}
-            known = {"layout": layout, "sizes": sizes, "static": static}
-            known |= {"attributes": attributes, "records": kept}
-            writer = cls(path, lock if own else None, **known)
-            writer._base = "copy" if kept == records else "cut"
-            writer.set_status("running")
+            writer = cls._of_pieces(path, lock, counts)
+            writer._owns_lock = own
         except BaseException:
             if own:
                 lock.release()
             raise
+        return writer
+
+    @classmethod
+    def _of_pieces(cls, path, lock, counts):
+        """A Writer that goes on with the pieces of a result from `counts`."""
+        found = _pieces(path)
+        held = found[-1].ends
+        short = [group for group, n in counts.items() if held.get(group, 0) < n]
+        if short:
+            raise DustError(
+                f"{path} holds fewer records of {', '.join(short)} than the checkpoint knows "
+                "of: they are not of the same run. Start anew with --force."
+            )
+        while len(found) > 1 and all(n >= counts.get(g, 0) for g, n in found[-1].starts.items()):
+            found.pop()  # nothing of it is known to the checkpoint
+        layout, sizes, static, attributes, present = describe(found[-1].path)
+        attributes["history"] = f"{attributes.get('history', '')}\n{_now()} resumed"
+        attributes = {k: v for k, v in attributes.items() if k not in pieces.OWN}
+        kept = {group: int(counts.get(group, 0)) for group in found[-1].ends}
+        known = {"layout": layout, "sizes": sizes, "static": static, "attributes": attributes}
+        writer = cls(path, lock, **known, records=kept)
+        writer._number, writer._starts = len(found) - 1, dict(found[-1].starts)
+        writer._identity = pieces.identity_of(path)
+        writer._size = found[-1].path.stat().st_size
+        counting = {group: n - writer._starts[group] for group, n in kept.items()}
+        writer._as_it_is = counting == present
+        writer.set_status("running")
         return writer
 
     def append(self, group, record):
@@ -149,8 +177,8 @@ class Writer:
         self._dimensions |= dict(sizes)
         self._sizes |= dict(sizes)
         for group in dict.fromkeys(v.group for v in variables):
-            self._records[group], self._buffer[group] = 0, []
-        self._base, self._changed = "cut", True
+            self._records[group], self._starts[group], self._buffer[group] = 0, 0, []
+        self._as_it_is, self._changed = False, True
 
     def set_status(self, status):
         """State of the run, published by the next flush: "running", "finished: ..." etc."""
@@ -181,37 +209,48 @@ class Writer:
         Raises DustError where it cannot be written; nothing is lost then, and flush may be
         called again.
         """
-        if not self._changed and self._base == "copy":
+        if not self._changed:
             return 0.0
         began = clock.perf_counter()
         counts, blocks = self.counts(), self._joined()
-        temporary = self.path.with_name(f".{self.path.name}.tmp")
+        number, starts = self._number, self._starts
+        if self._size >= PIECE:
+            number, starts = number + 1, dict(self._records)
+        file = self._file(number)
         try:
-            if self._base == "copy":
-                clone(self.path, temporary)
-            else:
-                self._start_file(temporary)
-            reserve(temporary, self._room(blocks))
-            self._write(temporary, blocks)
-            replace_atomically(temporary, self.path)
+            pieces.remove_parts(self.path, number)
+            image = self._image(blocks, number, starts)
+            if number:
+                file.parent.mkdir(exist_ok=True)
+            write_whole(file, image)
         except (OSError, RuntimeError) as error:
             reason = explain(error, self.path)
-            temporary.unlink(missing_ok=True)
             raise DustError(self._failure(reason)) from error
         # a break between the rename and here is harmless: the same records are written to the
         # same places again
         self._records, self._buffer = counts, {group: [] for group in counts}
-        self._base, self._changed = "copy", False
+        self._number, self._starts, self._size = number, starts, len(image)
+        self._as_it_is = True
+        self._changed = False
         if "series" in blocks:
             self._last_time = blocks["series"]["time"][-1]
         return clock.perf_counter() - began
+
+    def join(self):
+        """One file of all that is on disk. Raises DustError; nothing is lost then."""
+        self.flush()
+        if self._number:
+            pieces.join(self.path, self._lock)
+            self._number, self._starts = 0, dict.fromkeys(self._records, 0)
+            self._identity = pieces.identity_of(self.path)
+            self._size = self.path.stat().st_size
 
     def close(self):
         """Flush and give the lock back (the lock also where the flush fails)."""
         try:
             self.flush()
         finally:
-            if self._lock is not None:
+            if self._owns_lock:
                 self._lock.release()
 
     def __enter__(self):
@@ -239,16 +278,41 @@ class Writer:
                 )
         return blocks
 
-    def _start_file(self, temporary):
-        with netCDF4.Dataset(temporary, "w", format="NETCDF4") as new:
-            define(new, self._layout, self._dimensions, self._static)
-            if self._base == "cut":
-                with netCDF4.Dataset(self.path) as old:
-                    copy_records(old, new, self._layout, self._records)
+    def _file(self, number):
+        return parts_folder(self.path) / f"{number:06}.nc" if number else self.path
+
+    def _image(self, blocks, number, starts):
+        """The bytes of a piece that holds its records of before and `blocks`."""
+        before = {group: n - starts[group] for group, n in self._records.items()}
+        goes_on = self._as_it_is and number == self._number
+        room = self._room(blocks) + 2 * (self._size if number == self._number else 0)
+        with WorkFile(self.path, room) as work:
+            if goes_on:
+                work.begin_with(self._file(number))
+            with netCDF4.Dataset(work.path, "a" if goes_on else "w", format="NETCDF4") as file:
+                work.hide()
+                if not goes_on:
+                    self._define(file, number, before)
+                file.set_auto_maskandscale(False)
+                own = self._own(number, starts)
+                write_attributes(file, self._attributes | {"date_modified": _now()} | own)
+                for group, block in blocks.items():
+                    start, folder = before[group], folder_of(file, group)
+                    for name, data in block.items():
+                        folder[name][start : start + len(data)] = data
+            return work.read()
+
+    def _define(self, new, number, before):
+        """Make a file anew, with the records of the old one as far as they count."""
+        define(new, self._layout, self._dimensions, self._static, compressed=number == 0)
+        if any(before.values()):
+            with netCDF4.Dataset(self._file(number)) as old:
+                copy_records(old, new, self._layout, before)
 
     def _room(self, blocks):
         """Bytes that HDF5 may need for `blocks`: whole chunks, and some for its own tables."""
-        room, ragged = 1_000_000, ragged_groups(self._layout)
+        room, ragged = 2_000_000, ragged_groups(self._layout)
+        room += sum(np.asarray(values).nbytes for values in self._static.values())
         for variable in self._layout.values():
             data = blocks.get(variable.group, {}).get(variable.name, ())
             if len(data):
@@ -257,18 +321,11 @@ class Writer:
                 room += data.nbytes + 2 * row * chunk
         return room
 
-    def _write(self, temporary, blocks):
-        with netCDF4.Dataset(temporary, "a") as file:
-            file.set_auto_maskandscale(False)
-            for name, value in {**self._attributes, "date_modified": _now()}.items():
-                if isinstance(value, str):  # setncattr would limit them to 64 kB
-                    file.setncattr_string(name, value)
-                elif value is not None:
-                    file.setncattr(name, value)
-            for group, block in blocks.items():
-                start, folder = self._records[group], folder_of(file, group)
-                for name, data in block.items():
-                    folder[name][start : start + len(data)] = data
+    def _own(self, number, starts):
+        """The attributes that put a piece in its place."""
+        if number == 0:
+            return {pieces.IDENTITY: self._identity}
+        return {pieces.CONTINUES: self._identity, pieces.STARTS: json.dumps(starts)}
 
     def _failure(self, reason):
         waiting = sum(self._rows_waiting(group) for group in self._records)
@@ -280,3 +337,13 @@ class Writer:
             f"readable{until}; {waiting} records since then are not on disk. "
             "Mend that and go on with --resume."
         )
+
+
+def _pieces(path):
+    """The pieces of a result. Raises DustError where they cannot be read."""
+    try:
+        return pieces.pieces_of(path)
+    except (OSError, RuntimeError, KeyError, ValueError, AttributeError) as error:
+        raise DustError(
+            f"{path} is not a result of dusttaichi that can be read: {error}."
+        ) from error

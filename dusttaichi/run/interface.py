@@ -8,13 +8,11 @@ import tempfile
 from pathlib import Path
 from types import SimpleNamespace
 
-import netCDF4
-
 from dusttaichi import files, units
 from dusttaichi.errors import DustError
 from dusttaichi.method import Window
 from dusttaichi.results import Writer
-from dusttaichi.results.layout import folder_of
+from dusttaichi.results.reading import open_tree
 from dusttaichi.run.activities import OwnRecords, series_record
 from dusttaichi.run.interrupts import Interrupts, before_the_first_step
 from dusttaichi.run.opening import Opening
@@ -213,10 +211,9 @@ class Simulation:
         """What a group of result.nc ("series", "snapshots", one of `every`) holds so far: name ->
         array [SI]. Raises KeyError for a group that is not there."""
         self._run.files.flush()
-        with netCDF4.Dataset(self.directory / files.RESULT) as file:
-            file.set_auto_mask(False)
-            folder = folder_of(file, group)
-            return {name: values[:] for name, values in folder.variables.items()}
+        with open_tree(self.directory / files.RESULT) as tree:
+            found = (tree if group == "series" else tree[group]).to_dataset(inherit=False)
+            return {name: values.values for name, values in found.variables.items()}
 
     def flush(self):
         """Put all records on disk, so that the result can be opened; returns its directory."""

@@ -85,7 +85,7 @@ class Run:
             yield
         except GuardStop as stop:
             self.writer.set_status(f"stopped by guard: {stop}")
-            self.files.flush()
+            self.writer.join()
             raise
 
     def advance_to(self, step):
@@ -178,4 +178,4 @@ class Run:
         self.before_end = self.writer.counts(), self.state.last_snapshot
         self.snapshots.act()
         self.writer.set_status(f"finished: {self.end.reason}")
-        self.files.flush()
+        self.writer.join()

@@ -72,7 +72,7 @@ class RunFiles:
     def write_error_bar(self, found):
         """Put an error bar into the result."""
         self.writer.set_attributes({"error_bar": yaml.safe_dump(found, sort_keys=False)})
-        self.flush()
+        self.writer.join()
 
 
 def write_scene(scene, directory):

@@ -14,7 +14,7 @@ from pathlib import Path
 import yaml
 
 from dusttaichi.errors import DustError
-from dusttaichi.files import CHECKPOINT, RESULT, clone
+from dusttaichi.files import CHECKPOINT, RESULT, clone, run_files
 from dusttaichi.run.code import Origin
 from dusttaichi.run.same_scene import without, without_paths
 
@@ -50,8 +50,7 @@ def keep(scene, stage, directory, origin):
     temporary = folder.with_name(f"{folder.name}.{os.getpid()}.tmp")
     temporary.mkdir(parents=True, exist_ok=True)
     try:
-        for name in (RESULT, CHECKPOINT):
-            clone(Path(directory) / name, temporary / name)
+        _copy_run(Path(directory), temporary)
         temporary.rename(folder)
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
@@ -72,10 +71,16 @@ def kept(scene, directory, origin=None):
 def take(folder, directory):
     """Copy a kept state into `directory`. Raises DustError."""
     try:
-        for name in (RESULT, CHECKPOINT):
-            clone(folder / name, Path(directory) / name)
+        _copy_run(folder, Path(directory))
     except OSError as error:
         raise DustError(f"The kept stage {folder} cannot be read: {error}.") from error
+
+
+def _copy_run(source, target):
+    """Copy what a run goes on from into a folder. Raises OSError."""
+    for name in run_files(source):
+        (target / name).parent.mkdir(exist_ok=True)
+        clone(source / name, target / name)
 
 
 def discard(folder):

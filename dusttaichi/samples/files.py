@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from dusttaichi.errors import DustError
+from dusttaichi.files import parts_folder
 from dusttaichi.scene import quantities
 
 COMPONENTS = {
@@ -59,6 +60,10 @@ def read(path: Path, where: str, length_unit: float | None = None) -> dict:
         raise DustError(
             f"{where}: there is no such file; allowed: a CSV file, a NetCDF file, or the "
             "directory of another run. Relative paths start at the YAML file."
+        )
+    if path.suffix == ".nc" and parts_folder(path).is_dir():
+        raise DustError(
+            f"{where}: the run of this result is not at its end; finish it first, with --resume."
         )
     if _first_bytes(path, where).startswith((b"\x89HDF", b"CDF")):
         return _read_netcdf(path, where)

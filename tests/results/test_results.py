@@ -21,6 +21,8 @@ from dusttaichi.errors import DustError
 from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.names import CHANNELS, WALLS
 from dusttaichi.results import Writer, provenance, select
+from dusttaichi.results import writer as writing
+from dusttaichi.results.reading import open_tree
 from dusttaichi.run import checkpoint
 
 GRAINS = 50
@@ -37,9 +39,9 @@ def fill(writer, first, last, rows=7):
                 writer.append(group, record)
 
 
-def check(path, least=0):
+def check(path, least=0, rows=7):
     """The file holds an unbroken sequence of records as `fill` writes them; their number."""
-    with xr.open_datatree(path) as tree:
+    with open_tree(path) as tree:
         count = tree.sizes["time"]
         steps = np.arange(count)
         np.testing.assert_array_equal(tree.step, steps)
@@ -47,8 +49,8 @@ def check(path, least=0):
         frames = tree["snapshots"]
         np.testing.assert_array_equal(frames.step, steps[::10])
         np.testing.assert_array_equal(frames.position[:, -1, 0], steps[::10] + 0.1)
-        np.testing.assert_array_equal(frames.contact_count, 7 + steps[::10])
-        owner = np.repeat(steps[::10], 7 + steps[::10])
+        np.testing.assert_array_equal(frames.contact_count, rows + steps[::10])
+        owner = np.repeat(steps[::10], rows + steps[::10])
         np.testing.assert_array_equal(tree["contacts"].grain_j, owner)
         np.testing.assert_array_equal(tree["contacts"].pointer_i[:, 2], owner)
         np.testing.assert_array_equal(tree["wall_contacts"].foot[:, 0], np.repeat(steps[::10], 2))
@@ -94,6 +96,89 @@ def test_an_open_scene_has_no_walls(tmp_path):
             writer.append("series", synthetic.series_record(3))
     with xr.open_datatree(tmp_path / "result.nc") as tree:
         assert "wall" not in tree.sizes and set(tree.children) == {"snapshots", "contacts"}
+
+
+def test_a_large_result_is_written_in_parts_and_read_as_one(tmp_path, monkeypatch):
+    """Each flush writes what is new and one piece at most; at the end there is one file."""
+    monkeypatch.setattr(writing, "PIECE", 100_000)
+    path, written = tmp_path / "result.nc", []
+    real = writing.write_whole
+    monkeypatch.setattr(
+        writing, "write_whole", lambda file, data: written.append(len(data)) or real(file, data)
+    )
+    with synthetic.writer(path, GRAINS) as writer:
+        for step in range(0, 300, 60):
+            fill(writer, step, step + 60, rows=1)
+            writer.flush()
+            assert step == 120 or check(path, rows=1) == step + 60  # at any moment
+        parts = list(files.parts_folder(path).iterdir())
+        # a file of few records is some 800 kB of chunks
+        assert len(parts) == 4 and max(written) < 1_000_000
+        half = writer.counts()
+    # what comes later does not count any more where a run goes on from before
+    with Writer.resume(path, {g: n * 4 // 5 for g, n in half.items()} | FIRST_HALF) as writer:
+        fill(writer, 150, 160, rows=1)
+        writer.flush()
+        assert check(path, rows=1) == 160
+        fill(writer, 160, 320, rows=1)
+        writer.set_status("finished: here")
+        writer.join()
+        assert check(path, rows=1) == 320 and not files.parts_folder(path).exists()
+        with xr.open_datatree(path) as tree:  # one NetCDF file as any other
+            assert tree.sizes["time"] == 320 and tree.attrs["status"] == "finished: here"
+            assert "starts" not in tree.attrs
+        fill(writer, 320, 330, rows=1)
+        writer.flush()  # on, after the end
+        assert files.parts_folder(path).exists() and check(path, rows=1) == 330
+    # where the joined file has more than counts, and in another order of magnitude of rows
+    with Writer.resume(path, FIRST_HALF) as writer:
+        fill(writer, 150, 151, rows=1)
+        writer.join()
+    assert check(path, rows=1) == 151
+
+
+# records of the first 150 steps of `fill` with rows=1
+FIRST_HALF = {
+    "series": 150,
+    "profiles": 0,
+    "snapshots": 15,
+    "contacts": sum(range(1, 150, 10)),
+    "wall_contacts": 30,
+}
+
+
+def test_a_part_of_another_result_is_not_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(writing, "PIECE", 100_000)
+    path = tmp_path / "result.nc"
+    with synthetic.writer(path, GRAINS) as writer:
+        for step in range(0, 100, 50):
+            fill(writer, step, step + 50)
+            writer.flush()
+    kept = tmp_path / "kept"
+    shutil.copytree(files.parts_folder(path), kept)
+    with Writer.resume(path, writer.counts()) as writer:
+        writer.join()
+    shutil.copytree(kept, files.parts_folder(path))  # as a kill right before they are removed
+    assert check(path) == 100
+    with Writer.resume(path, writer.counts()) as writer:
+        fill(writer, 100, 120)
+    assert check(path) == 120
+
+
+def test_parts_that_cannot_be_joined_are_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(writing, "PIECE", 100_000)
+    path = tmp_path / "result.nc"
+    with synthetic.writer(path, GRAINS) as writer:
+        for step in range(0, 100, 50):
+            fill(writer, step, step + 50)
+            writer.flush()
+        (tmp_path / ".result.nc.tmp").mkdir()  # where the joined file is to be made
+        with pytest.raises(DustError, match="could not be joined.*Nothing is lost.*--resume"):
+            writer.join()
+        assert check(path) == 100
+        (tmp_path / ".result.nc.tmp").rmdir()
+        writer.join()
+    assert check(path) == 100 and not files.parts_folder(path).exists()
 
 
 def test_wrong_records_are_refused(tmp_path):
@@ -181,9 +266,10 @@ def run_child(script, *arguments):
 KILLED = """
 import json, os
 from dusttaichi.run import checkpoint
-from dusttaichi.results import Writer
+from dusttaichi.results import Writer, writer as module
 import synthetic, test_results
-path, saved = sys.argv[1:]
+path, saved, piece = sys.argv[1:]
+module.PIECE = int(piece)
 if os.path.exists(saved):
     state = checkpoint.load(saved)
     step, writer = int(state.arrays["step"]), Writer.resume(path, state.meta["counts"])
@@ -202,12 +288,15 @@ while True:
 """
 
 
-def test_kill_at_any_moment(tmp_path):
+@pytest.mark.parametrize("piece", [10**9, 100_000])
+def test_kill_at_any_moment(tmp_path, piece):
     """kill -9 of a process that does nothing but write; what it left opens, and goes on."""
     path, saved = tmp_path / "run" / "result.nc", tmp_path / "run" / "checkpoint"
-    least = 0
-    for delay in [*random.sample(range(20, 400), 3), 500]:  # ms; a flush takes some 10 ms
-        child = run_child(KILLED, path, saved)
+    least, count = 0, 0
+    delays = random.sample(range(20, 400), 3)  # ms; a flush takes some 10 ms
+    while delays or count <= 20:  # until the runs got somewhere
+        delay = delays.pop() if delays else 500
+        child = run_child(KILLED, path, saved, piece)
         started = child.stdout.readline()
         assert started.startswith("ready"), child.stderr.read()
         time.sleep(delay / 1e3)
@@ -216,7 +305,6 @@ def test_kill_at_any_moment(tmp_path):
         if saved.exists():  # else killed before the first checkpoint
             least = int(checkpoint.load(saved).arrays["step"])
         count = check(path, least)
-    assert count > 20  # the runs got somewhere
     state = checkpoint.load(saved)
     with Writer.resume(path, state.meta["counts"]) as writer:  # the lock died with its holder
         fill(writer, least, least + 30)
@@ -225,12 +313,14 @@ def test_kill_at_any_moment(tmp_path):
 
 FULL = """
 import json, resource
+from dusttaichi import files
 from dusttaichi.errors import DustError
 from dusttaichi.results import writer as module
 import os, synthetic, test_results
-path, reserve = sys.argv[1:]
-if reserve == "no":  # as where the system cannot reserve space: HDF5 itself meets the limit
-    module.reserve = lambda *_: None
+path, module.PIECE = sys.argv[1], int(float(sys.argv[2]))
+if sys.argv[3] == "disk":  # as where the system has no files in memory
+    from pathlib import Path
+    files.MEMORY = Path("/nowhere")
 writer = synthetic.writer(path, test_results.GRAINS)
 test_results.fill(writer, 0, 30)
 writer.flush()
@@ -250,10 +340,10 @@ print(json.dumps([messages, kept, test_results.check(path)]))
 """
 
 
-@pytest.mark.parametrize("reserve", ["yes", "no"])
-def test_no_room_left(tmp_path, reserve):
+@pytest.mark.parametrize("piece, work", [(1e9, "memory"), (2e5, "memory"), (1e9, "disk")])
+def test_no_room_left(tmp_path, piece, work):
     """A file size limit stands for a full disk: the same calls fail at the same places."""
-    out, problem = run_child(FULL, tmp_path / "result.nc", reserve).communicate(timeout=60)
+    out, problem = run_child(FULL, tmp_path / "result.nc", piece, work).communicate(timeout=60)
     assert out, problem
     messages, kept, finally_there = json.loads(out)
     assert len(messages) == 2 and all("kept and readable (up to t = 29 s)" in m for m in messages)

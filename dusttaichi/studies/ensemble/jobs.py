@@ -4,6 +4,7 @@ import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from dusttaichi.files import run_files
 from dusttaichi.studies.workers import INTERRUPTED, Worker
 
 TASK = "dusttaichi.studies.ensemble.task:run"
@@ -54,12 +55,14 @@ def perform(job, link, inputs):
         _lay_out(job.files, directory)
         here = _lay_out_inputs(inputs, Path(folder) / "inputs")
         code, text = _work(job, directory, here, link)
-        files = {
-            path.name: path.read_bytes()
-            for path in directory.iterdir()
-            if path.suffix in KEPT and not path.name.startswith(".")
-        }
+        files = {name: (directory / name).read_bytes() for name in _kept(directory)}
     return JobResult(job.number, code, text, files)
+
+
+def _kept(directory):
+    """Relative paths of what comes back: what a run goes on from, and what it shows."""
+    beside = [p.name for p in directory.iterdir() if p.suffix in KEPT and p.name[0] != "."]
+    return {*beside, *run_files(directory)}
 
 
 def _lay_out(files, folder):

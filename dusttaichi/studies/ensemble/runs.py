@@ -1,6 +1,7 @@
 """All runs of a plan: what is there already, what is left to do, how each of them ended."""
 
 import os
+import shutil
 import threading
 from concurrent.futures import FIRST_COMPLETED, wait
 from dataclasses import dataclass, field
@@ -11,7 +12,7 @@ import yaml
 
 from dusttaichi import files
 from dusttaichi.errors import DustError
-from dusttaichi.files import CHECKPOINT, RESULT
+from dusttaichi.files import CHECKPOINT, RESULT, run_files
 from dusttaichi.run import checkpoint
 from dusttaichi.run.same_scene import without
 from dusttaichi.studies.ensemble.jobs import Job, JobResult
@@ -183,7 +184,7 @@ def _job(number, member, mode, *, threads, remote, error_bar):
     if not remote:
         return Job(number, scene, mode, os.path.abspath(member.directory), error_bar=error_bar)
     if mode == "resume":
-        files = {name: _bytes(member.directory / name) for name in (RESULT, CHECKPOINT)}
+        files = {name: _bytes(member.directory / name) for name in run_files(member.directory)}
         return Job(number, scene, mode, None, files, error_bar)
     checkpoint.discard(member.directory / CHECKPOINT)
     return Job(number, scene, mode, None, error_bar=error_bar)
@@ -205,11 +206,11 @@ def _result_of(future, number):
 def _keep(result, directory):
     """Write what came back from a temporary directory."""
     try:
+        if RESULT in result.files:  # parts of the result that was there before fit no other
+            shutil.rmtree(files.parts_folder(directory / RESULT), ignore_errors=True)
         for name, content in result.files.items():
-            directory.mkdir(parents=True, exist_ok=True)
-            temporary = directory / f".{name}.tmp"
-            temporary.write_bytes(content)
-            files.replace_atomically(temporary, directory / name)
+            (directory / name).parent.mkdir(parents=True, exist_ok=True)
+            files.write_whole(directory / name, content)
     except OSError as error:
         raise DustError(
             f"Cannot write {directory}: {files.explain(error, directory / RESULT)}."

@@ -1,0 +1,101 @@
+"""A result as one xr.DataTree, also while its run goes on and it is in several pieces."""
+
+import bisect
+import math
+
+import netCDF4
+import numpy as np
+import xarray as xr
+from xarray.backends import BackendArray
+from xarray.core import indexing
+
+from dusttaichi.results.layout import folder_of
+from dusttaichi.results.pieces import pieces_of
+from dusttaichi.results.variables import record_dimension
+
+SMALL = 64  # numbers of a record up to which a variable is read at once
+
+
+def open_tree(path):
+    """The result at `path`, whose large variables are read when they are used.
+
+    Raises OSError, RuntimeError, ValueError or KeyError where it cannot be read.
+    """
+    pieces = pieces_of(path)
+    if len(pieces) == 1:
+        return xr.open_datatree(path, engine="netcdf4")
+    with xr.open_datatree(pieces[-1].path, engine="netcdf4") as last:
+        groups = {node.path: node.to_dataset(inherit=False).load().copy() for node in last.subtree}
+        whole = {path: _whole(path, data, pieces) for path, data in groups.items()}
+    return xr.DataTree.from_dict(whole)
+
+
+def _whole(path, last, pieces):
+    """A group of all pieces, from that of the last one, a Dataset."""
+    group = path.strip("/") or "series"
+    grown = record_dimension(group)
+    names = [name for name, v in last.variables.items() if v.dims[:1] == (grown,)]
+    read, lazy = _small(group, names, last, pieces), {}
+    for name in names:
+        old = last.variables[name]
+        data = read.get(name)
+        if data is None:
+            data = indexing.LazilyIndexedArray(_Joined(pieces, f"{group}/{name}", old))
+        lazy[name] = xr.Variable(old.dims, data, old.attrs)
+    kept = {name: v for name, v in last.variables.items() if name not in lazy} | lazy
+    coords = {name: kept.pop(name) for name in last.coords}
+    return xr.Dataset(kept, coords, last.attrs)
+
+
+def _small(group, names, last, pieces):
+    """Name -> array of the variables whose records are small, piece by piece."""
+    small = [n for n in names if math.prod(last.variables[n].shape[1:]) <= SMALL]
+    found = {name: [] for name in small}
+    for piece in pieces:
+        if piece.ends.get(group, 0) == piece.starts.get(group, 0):
+            continue
+        with netCDF4.Dataset(piece.path) as file:
+            file.set_auto_maskandscale(False)
+            for name in small:
+                count = piece.ends[group] - piece.starts[group]
+                found[name].append(folder_of(file, group)[name][:count])
+    return {name: np.concatenate(arrays) for name, arrays in found.items() if arrays}
+
+
+class _Joined(BackendArray):
+    """A variable of all pieces, joined along its first axis; read where it is indexed."""
+
+    def __init__(self, pieces, key, last):
+        group, name = key.rsplit("/", 1)
+        self.group, self.name = group, name
+        self.pieces = [p for p in pieces if p.ends.get(group, 0) > p.starts.get(group, 0)]
+        self.starts = [p.starts[group] for p in self.pieces]
+        self.shape = (self.pieces[-1].ends[group] if self.pieces else 0, *last.shape[1:])
+        self.dtype = last.dtype
+
+    def __getitem__(self, key):
+        basic = indexing.IndexingSupport.BASIC
+        return indexing.explicit_indexing_adapter(key, self.shape, basic, self._read)
+
+    def _read(self, key):
+        first, *rest = key
+        if not isinstance(first, slice):
+            return self._rows([int(first)], rest)[0]
+        rows = range(*first.indices(self.shape[0]))
+        return self._rows(rows, rest)
+
+    def _rows(self, rows, rest):
+        """These rows, which are in order up or down, of the entries `rest`."""
+        found, at = [], [bisect.bisect_right(self.starts, row) - 1 for row in rows]
+        for number in dict.fromkeys(at):
+            own = [
+                row - self.starts[number] for row, n in zip(rows, at, strict=True) if n == number
+            ]
+            low, high = min(own), max(own) + 1
+            with netCDF4.Dataset(self.pieces[number].path) as file:
+                file.set_auto_maskandscale(False)
+                block = folder_of(file, self.group)[self.name][(slice(low, high), *rest)]
+            found.append(block[np.array(own) - low])
+        if found:
+            return np.concatenate(found)
+        return np.empty((0, *np.empty(self.shape[1:])[tuple(rest)].shape), self.dtype)
