@@ -21,6 +21,7 @@ from dusttaichi.plots.continuum import (
     wall_forces,
 )
 from dusttaichi.plots.coordination import coordination
+from dusttaichi.plots.drops import drops
 from dusttaichi.plots.dust import dust
 from dusttaichi.plots.ensemble import ensemble
 from dusttaichi.plots.extremes import extremes
@@ -46,6 +47,7 @@ __all__ = [
     "compression",
     "coordination",
     "deceleration",
+    "drops",
     "dust",
     "ensemble",
     "extremes",
@@ -144,7 +146,7 @@ def save_together(runs, directory, suffix=".png"):
     """Write the figures that show several Runs in one. Returns the paths.
 
     compression, isotropic, tensile and strength, of those runs that have them; deceleration,
-    bead_profile and compacted_volume of beads that fall on dust.
+    bead_profile, compacted_volume and drops of beads that fall on dust.
     Raises DustError where no two of them have the same, or the directory cannot be written.
     """
     figures = {}
@@ -158,6 +160,7 @@ def save_together(runs, directory, suffix=".png"):
                 "deceleration": deceleration,
                 "bead_profile": bead_profile,
                 "compacted_volume": compacted_volume,
+                "drops": drops,
             },
         ),
     ):
