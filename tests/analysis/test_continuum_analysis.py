@@ -187,3 +187,10 @@ def test_export_to_vtk(fallen, tmp_path):
     assert np.nanmax(mesh.point_data["filling_factor"]) == pytest.approx(0.25)
     with pytest.raises(DustError, match="allowed: vtk"):
         export(fallen, "lammps", tmp_path)
+
+
+def test_runs_of_beads_in_one_figure(fallen, tmp_path):
+    from dusttaichi.plots import save_together
+
+    names = {path.stem for path in save_together([fallen, fallen], tmp_path)}
+    assert names == {"bead_profile", "compacted_volume", "deceleration", "drops"}
