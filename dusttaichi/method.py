@@ -291,7 +291,10 @@ class Method:
 
 
 # name -> "module:attribute" of a Method, imported when a scene asks for it
-BUILT_IN = {"grains": "dusttaichi.grains.method:METHOD"}
+BUILT_IN = {
+    "grains": "dusttaichi.grains.method:METHOD",
+    "continuum": "dusttaichi.continuum.method:METHOD",
+}
 METHODS: dict[str, str | Method] = dict(BUILT_IN)
 
 
