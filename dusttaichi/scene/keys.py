@@ -118,7 +118,7 @@ def _allowed(item: FieldInfo) -> str:
     parts = _parts(item)
     said = next((part.needed for part in parts if hasattr(part, "needed")), "")
     words = dict.fromkeys(word for part in parts for word in _literals(part))
-    said = said or ", ".join(words)
+    said = said or ", ".join(map(str, words))
     if choices(item) and "block" not in said:
         said = f"a block or {said}" if said else "a block"
     said = said or " or ".join(name for kind, name in _WORDS.items() if kind in parts)

@@ -45,10 +45,11 @@ def scene_with(key, kind):
 
 def test_every_key_of_the_schema_is_there_with_its_meaning():
     schema = json_schema()
-    named = {part for key in ROWS for part in key.path.split(".")}
+    both = [*ROWS, *rows("continuum")]
+    named = {part for key in both for part in key.path.split(".")}
     for block in [schema, *schema["$defs"].values()]:
         assert set(block.get("properties", {})) <= named
-    for key in ROWS:
+    for key in both:
         assert key.meaning and key.allowed, key.path
         assert not (key.needed and key.default), key.path
 
