@@ -25,6 +25,7 @@ MAY_KNOW = {
     "run": {"scene", "domain", "results", "method", "samples"},
     "analysis": {"scene", "physics", "results"},
     "plots": {"analysis", "physics", "results"},
+    "report": {"analysis", "plots", "physics", "results", "scene"},
     "export": {"analysis", "results", "physics"},
     "studies": {"scene", "samples", "physics", "domain", "grains", "run", "results", "analysis",
                 "plots", "method", "compute"},

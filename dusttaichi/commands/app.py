@@ -14,6 +14,7 @@ try:
     from dusttaichi.commands.extremes import extremes
     from dusttaichi.commands.fit import fit
     from dusttaichi.commands.new import new
+    from dusttaichi.commands.report import report, watch
     from dusttaichi.commands.results import compare, export, plot, render
     from dusttaichi.commands.run import run
     from dusttaichi.commands.sticking import sticking
@@ -30,7 +31,7 @@ app = typer.Typer(
     help="Grain-by-grain simulation of porous dust.",
 )
 COMMANDS = (new, run, sweep, trade, sticking, extremes, check, schema)
-COMMANDS += (plot, compare, fit, bench, export, render)
+COMMANDS += (report, watch, plot, compare, fit, bench, export, render)
 for command in COMMANDS:
     app.command()(command)
 

@@ -17,6 +17,7 @@ from dusttaichi.commands.options import (
     refuse_both,
 )
 from dusttaichi.commands.progress import ProgressBar
+from dusttaichi.commands.report import watched
 from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.names import NEVER
 
@@ -31,6 +32,9 @@ def run(
     ] = False,
     error_bar: Annotated[
         bool, typer.Option("--error-bar", help="estimate the error of the time step at the end")
+    ] = False,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="show it in a browser while it runs, as dust watch")
     ] = False,
     output: Output = None,
     threads: Threads = None,
@@ -59,7 +63,8 @@ def run(
     if scheduler is not None:
         raise DustError("--scheduler is for many runs: a scene with replicas, or dust sweep")
     how = {"force": force, "resume": resume, "fresh": fresh, "error_bar": error_bar}
-    _run_one(scene, directory, onward, quiet=quiet, **how)
+    with watched(directory, watch):
+        _run_one(scene, directory, onward, quiet=quiet, **how)
     _show_result(directory)
 
 

@@ -50,6 +50,8 @@ __all__ = [
     "drops",
     "dust",
     "ensemble",
+    "figures_of",
+    "figures_together",
     "extremes",
     "filling_factors",
     "fractal",
@@ -73,9 +75,18 @@ __all__ = [
 ]
 
 
-@styled
 def save_all(run, directory, suffix=".png"):
-    """Write every figure that a Run has something for. Returns the paths.
+    """Write every figure of `figures_of`. Returns the paths.
+
+    suffix: what matplotlib knows, .png, .pdf, .svg. Raises DustError where the directory cannot
+    be written.
+    """
+    return _save(figures_of(run), directory, suffix)
+
+
+@styled
+def figures_of(run):
+    """Every figure that a Run has something for, by name.
 
     ledger; compression and coordination (compressed under a wall); isotropic and coordination
     (pressed from all sides); tensile and losses (stretched), and with two snapshots of the
@@ -84,8 +95,6 @@ def save_all(run, directory, suffix=".png"):
     profiles were written).
     Of a run of the continuum: wall_forces, dust (a map), filling_factors; where a bead falls on
     dust impact, bead_profile, deceleration and compacted_volume.
-    suffix: what matplotlib knows, .png, .pdf, .svg. Raises DustError where the directory cannot
-    be written.
     """
     several, figures = len(run.series.time) > 1, {}
     if several and "loss" in run.series:
@@ -111,7 +120,7 @@ def save_all(run, directory, suffix=".png"):
         figures["profile"] = profile(run)
     if run.is_continuum:
         figures |= _continuum(run, several)
-    return _save(figures, directory, suffix)
+    return figures
 
 
 def _continuum(run, several):
@@ -141,13 +150,26 @@ def _sound(run):
         return {}
 
 
-@styled
 def save_together(runs, directory, suffix=".png"):
-    """Write the figures that show several Runs in one. Returns the paths.
+    """Write the figures of `figures_together`. Returns the paths.
 
-    compression, isotropic, tensile and strength, of those runs that have them; deceleration,
-    bead_profile, compacted_volume and drops of beads that fall on dust.
-    Raises DustError where no two of them have the same, or the directory cannot be written.
+    Raises DustError where there are none, or the directory cannot be written.
+    """
+    figures = figures_together(runs)
+    if not figures:
+        raise DustError(
+            "No two of these runs are both compressed, or both stretched: there is no figure to "
+            "show them together."
+        )
+    return _save(figures, directory, suffix)
+
+
+@styled
+def figures_together(runs):
+    """The figures that show several Runs in one, by name.
+
+    compression, isotropic, tensile and strength, of those runs that have them, where two have;
+    deceleration, bead_profile, compacted_volume and drops of beads that fall on dust.
     """
     figures = {}
     for does, draw in (
@@ -167,14 +189,10 @@ def save_together(runs, directory, suffix=".png"):
         able = [run for run in runs if getattr(run, does)]
         if len(able) > 1:
             figures |= {name: function(able) for name, function in draw.items()}
-    if not figures:
-        raise DustError(
-            "No two of these runs are both compressed, or both stretched: there is no figure to "
-            "show them together."
-        )
-    return _save(figures, directory, suffix)
+    return figures
 
 
+@styled
 def _save(figures, directory, suffix):
     paths = []
     try:

@@ -1,0 +1,170 @@
+"""The page of one run or several: its data as JSON, and the HTML that holds data and code."""
+
+import json
+import math
+from functools import cache
+from importlib import resources
+from pathlib import Path
+
+from dusttaichi import __version__, plots
+from dusttaichi.analysis import summary, table
+from dusttaichi.errors import DustError
+from dusttaichi.report.interactive import interactive
+from dusttaichi.report.particles import particles
+
+TITLES = {
+    "ledger": "Energy",
+    "compression": "Filling factor against pressure",
+    "isotropic": "Pressure against filling factor",
+    "coordination": "Contacts",
+    "tensile": "Stress while it is stretched",
+    "strength": "Tensile strength",
+    "losses": "Losses by channel",
+    "fractal": "Fractal dimension",
+    "stress": "Stress",
+    "profile": "Filling factor over the height",
+    "sound_speed": "Arrival of the wave",
+    "collision": "Before, meanwhile, after",
+    "fragments": "Mass spectrum of the fragments",
+}
+NOT_SHOWN = ("scene", "scene_given", "scene_resolved", "sample", "history", "error_bar")
+
+
+def report_data(runs, *, together=True):
+    """What the page shows of Runs, as a dict for JSON: title, lead, runs, and of several the table
+    and the figures that show them side by side."""
+    one = runs[0]
+    data = {
+        "title": one.name if len(runs) == 1 else f"{len(runs)} runs",
+        "lead": _lead(one) if len(runs) == 1 else ", ".join(run.name for run in runs),
+        "live": False,
+        "stamp": 0,
+        "table": [],
+        "figures": [],
+        "runs": [_run(run) for run in runs],
+    }
+    if len(runs) > 1 and together:
+        data["figures"] = shown(plots.figures_together(runs))
+        data["table"] = _side_by_side(runs)
+    return data
+
+
+def _lead(run):
+    count, word = (run.attrs.get("particles"), "particles")
+    if run.grains:
+        count, word = run.grains, "grains"
+    kind = {"box": "in a box", "plates": "between plates", "periodic": "in a periodic cell"}
+    what = f"{int(count):,} {word}" if count else ""
+    return f"{what} {kind.get(run.boundary, '')}".strip()
+
+
+def _run(run):
+    return {
+        "name": run.name,
+        "status": run.status,
+        "table": [list(row) for row in table(summary(run))],
+        "figures": shown(_figures(run)),
+        "particles": particles(run) if run.tree is not None else None,
+        "scene": run.attrs.get("scene_resolved", "").strip(),
+        "provenance": [[k, _text(v)] for k, v in run.attrs.items() if k not in NOT_SHOWN],
+    }
+
+
+def _figures(run):
+    """The figures of a run; of one that has only begun those that there are."""
+    try:
+        return plots.figures_of(run)
+    except (DustError, ValueError, IndexError):
+        return {}
+
+
+def shown(figures):
+    """matplotlib Figures by name as the page has them."""
+    found = []
+    for name, figure in figures.items():
+        title = TITLES.get(name, name.replace("_", " ").capitalize())
+        found.append(interactive(figure, name, title))
+    return found
+
+
+def _side_by_side(runs):
+    """Rows of the numbers that differ or are measured, a column for each run."""
+    tables = [dict((what, value) for what, value, _ in table(summary(run))) for run in runs]
+    names = list(dict.fromkeys(name for rows in tables for name in rows))
+    rows = [[name, *(rows.get(name, "") for rows in tables)] for name in names]
+    return [["", *(run.name for run in runs)], *rows]
+
+
+def _text(value):
+    return value if isinstance(value, str) else f"{value}"
+
+
+# -- HTML ----------------------------------------------------------------------------------------
+
+
+@cache
+def asset(name):
+    """The text of a file of the bundle."""
+    return resources.files("dusttaichi.report").joinpath("assets", name).read_text("utf-8")
+
+
+def as_json(data):
+    """JSON that may stand in a page: no number that JSON lacks, no end of a script."""
+    return json.dumps(_finite(data), ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
+
+
+def _finite(value):
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {k: _finite(v) for k, v in value.items()}
+    return [_finite(v) for v in value] if isinstance(value, (list, tuple)) else value
+
+
+def html(data):
+    """The page of `report_data` as one text: data, code and style in it, nothing from elsewhere."""
+
+    def script(name):
+        return asset(name).replace("</script", "<\\/script")
+
+    licence = asset("LICENSES.txt").replace("--", "- -")
+    return "\n".join(
+        [
+            "<!DOCTYPE html>",
+            '<html lang="en"><head><meta charset="utf-8">',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
+            f'<meta name="generator" content="dusttaichi {__version__}">',
+            '<link rel="icon" href="data:,">',
+            f"<title>{_escaped(data['title'])}</title>",
+            f"<!--\n{licence}\n-->",
+            f"<style>{asset('report.css')}</style></head>",
+            "<body><main><p>This page needs JavaScript.</p></main>",
+            f'<script type="application/json" id="data">{as_json(data)}</script>',
+            *([] if "viewer" in data else [f"<script>{script('plotly.js')}</script>"]),
+            f"<script>{script('report.js')}</script>",
+            "</body></html>",
+        ]
+    )
+
+
+def _escaped(text):
+    return text.replace("&", "&amp;").replace("<", "&lt;")
+
+
+def write(data, path):
+    """Write the page to `path`; returns it. Raises DustError where it cannot be written."""
+    path = Path(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(html(data), encoding="utf-8")
+    except OSError as error:
+        raise DustError(f"{path} cannot be written: {error.strerror or error}.") from error
+    return path
+
+
+def particle_view(run):
+    """HTML of the 3-D viewer alone, for a notebook. Raises DustError without snapshots."""
+    view = particles(run) if run.tree is not None else None
+    if view is None:
+        raise DustError(f"{run.path} holds no snapshots: set output: snapshots in the scene.")
+    return html({"title": run.name, "viewer": view})

@@ -1,0 +1,132 @@
+// Puts a page together from its data: tables, figures, particles; and lets it grow while a run does.
+
+import { make } from "./panel.js";
+import { Viewer } from "./viewer.js";
+
+const CONFIG = { responsive: true, displaylogo: false, toImageButtonOptions: { format: "svg" } };
+const problems = [];
+window.addEventListener("error", (e) => problems.push(e.message));
+window.addEventListener("unhandledrejection", (e) => problems.push(`${e.reason}`));
+
+function table(rows, heads) {
+  const body = rows.map((row) => make("tr", {}, ...row.map((c, k) => make(k ? "td" : "th", {}, c))));
+  const head = heads ? [make("tr", {}, ...heads.map((h) => make("th", {}, h)))] : [];
+  return make("table", { class: "numbers" }, make("thead", {}, ...head), make("tbody", {}, ...body));
+}
+
+function section(title, ...inside) {
+  return make("section", {}, make("h2", {}, title), ...inside);
+}
+
+function figures(list) {
+  const grid = make("div", { class: "figures" });
+  for (const figure of list) {
+    const kind = figure.image ? "picture" : figure.rows > 1 ? "figure tall" : "figure";
+    const place = make("div", { class: kind, id: `figure-${figure.name}` });
+    grid.append(make("figure", {}, make("figcaption", {}, figure.title), place));
+    if (figure.image) place.append(make("img", { src: figure.image, alt: figure.title }));
+    else requestAnimationFrame(() => window.Plotly.newPlot(place, figure.data, figure.layout, CONFIG));
+  }
+  return grid;
+}
+
+async function showRun(host, run, several) {
+  const parts = [];
+  if (several) parts.push(make("h1", {}, run.name));
+  parts.push(make("p", { class: "status" }, run.status));
+  const stage = make("div", { class: "viewer" });
+  if (run.particles) parts.push(section("Particles", stage));
+  if (run.figures.length) parts.push(section("Figures", figures(run.figures)));
+  parts.push(section("Numbers", table(run.table, ["", "run", "literature"])));
+  const scene = make("pre", {}, run.scene);
+  parts.push(section("Scene", make("details", {}, make("summary", {}, "YAML with every default"), scene)));
+  const rows = make("details", {}, make("summary", {}, "version, machine, command"), table(run.provenance));
+  parts.push(section("Provenance", rows));
+  host.replaceChildren(...parts);
+  if (run.particles) window.dust.viewers.push(await Viewer.open(stage, run.particles));
+}
+
+async function show(data) {
+  document.title = data.title;
+  const main = document.querySelector("main");
+  if (data.viewer) {
+    // the particles alone, for a notebook
+    const stage = make("div", { class: "viewer" });
+    document.body.classList.add("bare");
+    main.replaceChildren(stage);
+    window.dust.viewers = [await Viewer.open(stage, data.viewer)];
+    return;
+  }
+  main.replaceChildren(make("h1", {}, data.title), make("p", { class: "lead" }, data.lead));
+  window.dust.viewers = [];
+  if (data.table.length) main.append(section("Side by side", table(data.table.slice(1), data.table[0])));
+  if (data.figures.length) main.append(section("Together", figures(data.figures)));
+  for (const run of data.runs) {
+    const host = make("article", {});
+    main.append(host);
+    await showRun(host, run, data.runs.length > 1);
+  }
+}
+
+// -- a run that goes on ---------------------------------------------------------------------------
+
+// What the reader has set stays: the page is not made anew, its parts take the new data.
+async function grow(data) {
+  const [run] = data.runs;
+  document.querySelector(".lead").textContent = data.lead;
+  document.querySelector(".status").textContent = run.status;
+  const numbers = [...document.querySelectorAll("section")].find((s) => s.querySelector("h2").textContent === "Numbers");
+  numbers.querySelector("table").replaceWith(table(run.table, ["", "run", "literature"]));
+  for (const figure of run.figures) {
+    const place = document.getElementById(`figure-${figure.name}`);
+    if (!place || figure.image) return show(data); // a figure that was not there
+    window.Plotly.react(place, figure.data, { ...figure.layout, uirevision: "kept" }, CONFIG);
+  }
+  const [viewer] = window.dust.viewers;
+  if (!run.particles || viewer?.data.frames === run.particles.frames) return;
+  if (!viewer) return show(data);
+  const { state, frame, camera } = viewer;
+  const atEnd = frame === viewer.data.frames - 1;
+  const host = viewer.host;
+  host.replaceChildren();
+  viewer.renderer.dispose();
+  const next = await Viewer.open(host, run.particles);
+  Object.assign(next.state, { ...state, playing: false });
+  next.camera.position.copy(camera.position);
+  next.camera.zoom = camera.zoom;
+  next.controls.update();
+  next.camera.updateProjectionMatrix();
+  next.go(atEnd ? run.particles.frames - 1 : frame);
+  window.dust.viewers = [next];
+}
+
+async function watch(stamp) {
+  for (;;) {
+    await new Promise((done) => setTimeout(done, 2000));
+    try {
+      const answer = await fetch(`data.json?after=${stamp}`);
+      if (answer.status === 204) continue;
+      const data = await answer.json();
+      stamp = data.stamp;
+      await grow(data);
+      window.dust.grown += 1;
+      if (!data.live) return;
+    } catch {
+      document.querySelector(".lead").textContent = "The server has ended; this is the last it showed.";
+      return;
+    }
+  }
+}
+
+window.dust = { viewers: [], problems, ready: false, grown: 0, Viewer };
+const place = document.getElementById("data");
+if (place) {
+  const data = JSON.parse(place.textContent);
+  show(data)
+    .then(() => (window.dust.ready = true))
+    .then(() => data.live && watch(data.stamp))
+    .catch((error) => {
+      problems.push(`${error}`);
+      document.querySelector("main").prepend(make("p", { class: "problem" }, `${error}`));
+    });
+}

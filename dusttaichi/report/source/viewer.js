@@ -1,0 +1,307 @@
+// The particles of a run in 3-D: snapshots, colours, contacts, a cut, and the numbers of one.
+
+import {
+  BoxGeometry, BufferGeometry, Color, EdgesGeometry, Float32BufferAttribute, LineDashedMaterial,
+  LineSegments, OrthographicCamera, Scene, Vector3, Vector4, WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { ofClass, ofNumber } from "./colours.js";
+import { unpack } from "./data.js";
+import { panel } from "./panel.js";
+import { rods, spheres } from "./shapes.js";
+
+const VIEWS = {
+  oblique: [-0.45, -1, 0.45], front: [0, -1, 0], side: [1, 0, 0], top: [0, 0, 1], bottom: [0, 0, -1],
+};
+
+export class Viewer {
+  // host: an element; data: see dusttaichi/report/particles.py
+  static async open(host, data) {
+    const arrays = { position: await unpack(data.position), radius: await unpack(data.radius) };
+    arrays.quantities = await Promise.all(data.quantities.map((q) => unpack(q.data)));
+    if (data.pairs) {
+      arrays.ends = await unpack(data.pairs.ends);
+      arrays.force = data.pairs.force ? await unpack(data.pairs.force) : null;
+    }
+    return new Viewer(host, data, arrays);
+  }
+
+  constructor(host, data, arrays) {
+    Object.assign(this, { host, data, arrays, count: data.count, frame: data.frames - 1 });
+    this.state = {
+      quantity: 0, show: "particles", plane: "none", share: 0.5,
+      playing: false, picked: -1,
+    };
+    this.firstPair = [0];
+    for (const n of data.pairs ? data.pairs.counts : []) this.firstPair.push(this.firstPair.at(-1) + n);
+    this.#openCanvas();
+    this.panel = panel(this);
+    this.look(data.view);
+    this.update();
+    new ResizeObserver(() => this.resize()).observe(this.canvas.parentElement);
+    this.resize();
+  }
+
+  #openCanvas() {
+    const frame = document.createElement("div");
+    frame.className = "viewer-frame";
+    this.host.append(frame);
+    this.renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
+    this.renderer.setClearColor(new Color(0xffffff));
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.canvas = this.renderer.domElement;
+    frame.append(this.canvas);
+    this.scene = new Scene();
+    this.camera = new OrthographicCamera(-1, 1, 1, -1, 0.01, 100);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, this.canvas);
+    this.controls.addEventListener("change", () => this.draw());
+    this.spheres = spheres(this.count);
+    const most = this.data.pairs ? Math.max(...this.data.pairs.counts, 1) : 1;
+    this.rods = rods(most);
+    this.scene.add(this.spheres, this.rods);
+    let down = [0, 0];
+    this.canvas.addEventListener("pointerdown", (e) => (down = [e.clientX, e.clientY]));
+    this.canvas.addEventListener("pointerup", (e) => {
+      if (Math.hypot(e.clientX - down[0], e.clientY - down[1]) < 4) this.pick(e);
+    });
+  }
+
+  // -- what is shown ----------------------------------------------------------------------------
+
+  at(array, n) {
+    // a number of particle n now: of an array with a row for each snapshot, or with one for all
+    return array[(array.length > this.count ? this.frame * this.count : 0) + n];
+  }
+
+  centre(n, out = new Vector3()) {
+    return out.fromArray(this.arrays.position, 3 * (this.frame * this.count + n));
+  }
+
+  update() {
+    const { show } = this.state;
+    const bare = show === "contacts" || show === "forces";
+    const [centre, radius, tint] = ["centre", "radius", "tint"].map((n) => this.spheres.array(n));
+    const first = 3 * this.frame * this.count;
+    centre.set(this.arrays.position.subarray(first, first + 3 * this.count));
+    for (let n = 0; n < this.count; n++) radius[n] = (bare ? 0.18 : 1) * this.at(this.arrays.radius, n);
+    this.#tint(tint);
+    this.spheres.show(this.count, "centre", "radius", "tint");
+    this.#updateRods(bare, show === "forces");
+    this.#updateRoom();
+    this.panel.refresh();
+    this.draw();
+  }
+
+  #tint(tint) {
+    const { quantity, picked } = this.state;
+    const about = this.data.quantities[quantity];
+    if (!about) tint.fill(0.55);
+    else {
+      const values = this.arrays.quantities[quantity];
+      const [low, high] = about.range || [0, 1];
+      for (let n = 0; n < this.count; n++) {
+        const v = this.at(values, n);
+        if (about.kind === "class") ofClass(v, tint, 3 * n);
+        else ofNumber(high > low ? (v - low) / (high - low) : 0.5, tint, 3 * n);
+      }
+    }
+    if (picked >= 0) tint.set([1, 0.1, 0.1], 3 * picked);
+  }
+
+  #updateRods(there, byForce) {
+    if (!there || !this.data.pairs) return this.rods.show(0);
+    const [from, to, width, tint] = ["from", "to", "width", "tint"].map((n) => this.rods.array(n));
+    const { ends, force } = this.arrays;
+    const a = new Vector3(), b = new Vector3();
+    const most = this.data.pairs.largest || 1;
+    let rows = 0;
+    for (let k = this.firstPair[this.frame]; k < this.firstPair[this.frame + 1]; k++) {
+      this.centre(ends[2 * k], a);
+      this.centre(ends[2 * k + 1], b);
+      const r = this.at(this.arrays.radius, ends[2 * k]);
+      const reach = r + this.at(this.arrays.radius, ends[2 * k + 1]);
+      if (a.distanceTo(b) > 1.5 * reach) continue; // through a periodic face
+      from.set([a.x, a.y, a.z], 3 * rows);
+      to.set([b.x, b.y, b.z], 3 * rows);
+      if (byForce && force) {
+        const share = Math.min(Math.abs(force[k]) / most, 1);
+        width[rows] = r * (0.06 + 0.6 * Math.sqrt(share));
+        tint.set(force[k] >= 0 ? [0.75, 0.16, 0.1] : [0.13, 0.4, 0.75], 3 * rows);
+      } else {
+        width[rows] = 0.13 * r;
+        tint.set([0.35, 0.35, 0.4], 3 * rows);
+      }
+      rows++;
+    }
+    this.rods.show(rows, "from", "to", "width", "tint");
+  }
+
+  #updateRoom() {
+    if (this.room) {
+      this.scene.remove(this.room);
+      this.room.geometry.dispose();
+    }
+    this.room = null;
+    const faces = this.data.room && this.data.room[this.frame];
+    if (!faces || faces.every((f) => f === null)) return;
+    const [low, high] = this.ends();
+    const side = (n, end) => faces[2 * n + end] ?? (end ? high : low).getComponent(n);
+    const edges = [0, 1, 2].map((n) => side(n, 1) - side(n, 0));
+    const box = new BoxGeometry(...edges.map((e) => Math.max(e, 1e-9)));
+    box.translate(...[0, 1, 2].map((n) => 0.5 * (side(n, 0) + side(n, 1))));
+    const periodic = this.data.periodic.some(Boolean);
+    const dash = 0.015 * this.extent;
+    const material = new LineDashedMaterial({
+      color: 0x777777, dashSize: dash, gapSize: periodic ? dash : 0,
+    });
+    this.room = new LineSegments(new EdgesGeometry(box), material).computeLineDistances();
+    this.scene.add(this.room);
+  }
+
+  ends() {
+    // the corners of all that is there now
+    const low = new Vector3(Infinity, Infinity, Infinity), high = low.clone().negate();
+    const p = new Vector3();
+    for (let n = 0; n < this.count; n++) {
+      this.centre(n, p);
+      low.min(p);
+      high.max(p);
+    }
+    const r = this.data.largest_radius;
+    return [low.subScalar(r), high.addScalar(r)];
+  }
+
+  // -- camera -----------------------------------------------------------------------------------
+
+  look(name) {
+    const [low, high] = this.ends();
+    this.middle = low.clone().add(high).multiplyScalar(0.5);
+    this.extent = Math.max(high.distanceTo(low), 1e-12);
+    const way = new Vector3(...VIEWS[name]).normalize();
+    this.camera.up.set(...(Math.abs(way.z) > 0.9 ? [0, 1, 0] : [0, 0, 1]));
+    this.camera.position.copy(this.middle).addScaledVector(way, 2 * this.extent);
+    this.camera.near = 0.01 * this.extent;
+    this.camera.far = 5 * this.extent;
+    this.camera.zoom = 1;
+    this.controls.target.copy(this.middle);
+    this.controls.update();
+    const turned = this.#seen(low, high);
+    this.height = Math.max(turned.y, turned.x / (this.aspect || 1.5)) * 1.06;
+    this.resize();
+  }
+
+  #seen(low, high) {
+    // what the corners take up on the screen
+    this.camera.updateMatrixWorld();
+    const span = [new Vector3(Infinity, Infinity, 0), new Vector3(-Infinity, -Infinity, 0)];
+    for (let k = 0; k < 8; k++) {
+      const corner = new Vector3(
+        (k & 1 ? low : high).x, (k & 2 ? low : high).y, (k & 4 ? low : high).z,
+      ).applyMatrix4(this.camera.matrixWorldInverse);
+      span[0].min(corner);
+      span[1].max(corner);
+    }
+    return span[1].sub(span[0]);
+  }
+
+  resize() {
+    const frame = this.canvas.parentElement;
+    const width = Math.max(frame.clientWidth, 50), height = Math.max(frame.clientHeight, 50);
+    this.aspect = width / height;
+    this.renderer.setSize(width, height);
+    const half = 0.5 * (this.height || 1);
+    const sides = { left: -half * this.aspect, right: half * this.aspect, top: half, bottom: -half };
+    Object.assign(this.camera, sides);
+    this.camera.updateProjectionMatrix();
+    this.draw();
+  }
+
+  draw() {
+    if (this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      this.#setPlane();
+      this.renderer.render(this.scene, this.camera);
+      this.panel?.scale(this.height / this.camera.zoom / this.canvas.clientHeight);
+    });
+  }
+
+  #setPlane() {
+    const axis = ["x", "y", "z"].indexOf(this.state.plane);
+    this.camera.updateMatrixWorld();
+    for (const part of [this.spheres, this.rods]) part.uniforms.cut.value = axis >= 0;
+    if (axis < 0) return;
+    const [low, high] = this.ends();
+    const at = low.getComponent(axis) + this.state.share * (high.getComponent(axis) - low.getComponent(axis));
+    const normal = new Vector3().setComponent(axis, 1);
+    const way = this.camera.position.getComponent(axis) - this.middle.getComponent(axis);
+    const sign = way < 0 ? -1 : 1; // what lies towards the eye is cut away
+    const point = new Vector3().copy(this.middle).setComponent(axis, at);
+    point.applyMatrix4(this.camera.matrixWorldInverse);
+    normal.multiplyScalar(sign).transformDirection(this.camera.matrixWorldInverse);
+    const plane = new Vector4(normal.x, normal.y, normal.z, normal.dot(point));
+    for (const part of [this.spheres, this.rods]) part.uniforms.plane.value.copy(plane);
+  }
+
+  // -- one particle -----------------------------------------------------------------------------
+
+  pick(event) {
+    const box = this.canvas.getBoundingClientRect();
+    const x = (2 * (event.clientX - box.left)) / box.width - 1;
+    const y = 1 - (2 * (event.clientY - box.top)) / box.height;
+    const spot = new Vector3(x, y, 0).unproject(this.camera).applyMatrix4(this.camera.matrixWorldInverse);
+    const { value: plane } = this.spheres.uniforms.plane, cut = this.spheres.uniforms.cut.value;
+    const p = new Vector3();
+    let nearest = -Infinity, found = -1;
+    for (let n = 0; n < this.count; n++) {
+      this.centre(n, p).applyMatrix4(this.camera.matrixWorldInverse);
+      const r = this.at(this.arrays.radius, n);
+      const rest = r * r - (p.x - spot.x) ** 2 - (p.y - spot.y) ** 2;
+      if (rest < 0) continue;
+      const front = p.z + Math.sqrt(rest);
+      if (cut && plane.x * spot.x + plane.y * spot.y + plane.z * (p.z - Math.sqrt(rest)) > plane.w) continue;
+      if (front > nearest) [nearest, found] = [front, n];
+    }
+    this.choose(found);
+  }
+
+  choose(number) {
+    this.state.picked = number;
+    this.update();
+  }
+
+  numbers(n) {
+    // rows (name, value) of what is known of particle n now
+    const length = (v) => `${v.toPrecision(4)} ${this.data.length_unit}`;
+    const rows = [["number", `${n}`], ["radius", length(this.at(this.arrays.radius, n))]];
+    rows.push(["position", this.centre(n).toArray().map((v) => v.toPrecision(4)).join(", ")]);
+    this.data.quantities.forEach((about, k) => {
+      const v = this.at(this.arrays.quantities[k], n);
+      const text = about.names ? about.names[v] ?? v : about.kind === "class" ? v : v.toPrecision(3);
+      rows.push([about.label, `${text} ${about.unit || ""}`]);
+    });
+    return rows;
+  }
+
+  go(frame) {
+    this.frame = Math.min(Math.max(frame, 0), this.data.frames - 1);
+    this.update();
+  }
+
+  play() {
+    this.state.playing = !this.state.playing;
+    let last = 0;
+    const step = (now) => {
+      if (!this.state.playing) return;
+      if (now - last > 110) {
+        last = now;
+        this.go((this.frame + 1) % this.data.frames);
+      }
+      requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+    this.panel.refresh();
+  }
+}
