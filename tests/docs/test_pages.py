@@ -1,5 +1,6 @@
 """README and pages hold: commands, files, scenes and code are those of the program."""
 
+import json
 import os
 import re
 import shlex
@@ -165,38 +166,51 @@ def folder_with_a_run(tmp_path_factory):
     scene = load(ROOT / "configs/smoke.yaml").with_value("stop.steps", 300)
     (folder / "short.yaml").write_text(scene.to_yaml(), encoding="utf-8")
     (folder / "configs").symlink_to(ROOT / "configs")
-    # A process of its own: Taichi keeps one set of fields a process, which other tests share.
-    python(
-        folder,
-        "from dusttaichi.commands.app import main; main()",
-        "run",
-        "short.yaml",
-        "--output",
-        "runs/omni_static",
-        "--quiet",
-    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        app(["run", "short.yaml", "-o", "runs/omni_static", "-q"], standalone_mode=False)
     return folder
 
 
-def python(folder, code, *arguments):
+PAGE_AFTER_PAGE = """
+import contextlib, io, json, sys, traceback
+for page, code in json.load(sys.stdin).items():
+    printed, error = io.StringIO(), ""
+    try:
+        with contextlib.redirect_stdout(printed):
+            exec(compile(code, page, "exec"), {"__name__": "__main__"})
+    except BaseException:
+        error = traceback.format_exc()
+    print(json.dumps([page, printed.getvalue(), error]))
+"""
+
+
+@pytest.fixture(scope="module")
+def ran(folder_with_a_run):
+    """Page -> what its blocks have printed, and the error that has ended them or "". All in one
+    process, each with names of its own."""
+    codes = {
+        page: "\n".join([*blocks("python", PAGES[page]), CHECKS.get(page, "")]) for page in RUN
+    }
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
     done = subprocess.run(
-        [sys.executable, "-c", code, *arguments],
-        cwd=folder,
+        [sys.executable, "-c", PAGE_AFTER_PAGE],
+        cwd=folder_with_a_run,
         env={**os.environ, "PYTHONPATH": path, "MPLBACKEND": "Agg"},
-        stdin=subprocess.DEVNULL,
+        input=json.dumps(codes),
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=300,
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+    found = (json.loads(line) for line in done.stdout.splitlines())
+    return {page: (printed, error) for page, printed, error in found}
 
 
 @pytest.mark.parametrize("page", RUN)
-def test_python_blocks_run(page, folder_with_a_run):
-    checks = CHECKS.get(page, "")
-    printed = python(folder_with_a_run, "\n".join([*blocks("python", PAGES[page]), checks]))
+def test_python_blocks_run(page, ran):
+    printed, error = ran[page]
+    assert not error, printed + error
     if page in ("README.md", "docs/results.md"):
         assert "wall_speed: 5 m/s" in printed
 

@@ -36,20 +36,6 @@ def slope(errors, steps):
     return np.polyfit(np.log(steps), np.log(errors), 1)[0]
 
 
-@pytest.mark.parametrize("damping", ["none", "viscous", "viscoelastic"])
-def test_second_order(damping):
-    """Differences of neighbouring steps and the ledger shrink with dt^2; 0.1 ns is 1/47 of the
-    stiffest period, fine enough for the leading order to rule (hence 1.8 to 2.2)."""
-    runs = refined(*bound(0.002, 2e4), 20.0, damping=damping)
-    assert all(np.all(run[4][3:] == 0) for run in runs), "nothing may slip"
-    assert 1.8 < slope([run[0] for run in runs], STEPS) < 2.2
-    for quantity in (1, 2, 3):
-        steps = [
-            np.abs(a[quantity] - b[quantity]).max() for a, b in zip(runs, runs[1:], strict=False)
-        ]
-        assert 1.8 < slope(steps, STEPS[:-1]) < 2.2
-
-
 def test_second_order_while_slipping():
     """Slipping starts and ends between two steps: each such event shifts a little at random,
     so the order of the ledger is met less sharply (1.5 to 2.5 over a factor of eight)."""
@@ -83,7 +69,28 @@ def test_breaking_with_strained_springs():
     assert slope(jumps, STEPS) > 1.5 or max(jumps) < 1e-4 * E_C
 
 
+@pytest.mark.parametrize("damping", ["none", "viscous", "viscoelastic"])
+def test_second_order(damping):
+    """Differences of neighbouring steps and the ledger shrink with dt^2; 0.1 ns is 1/47 of the
+    stiffest period, fine enough for the leading order to rule (hence 1.8 to 2.2)."""
+    runs = refined(*bound(0.002, 2e4), 20.0, damping=damping)
+    assert all(np.all(run[4][3:] == 0) for run in runs), "nothing may slip"
+    assert 1.8 < slope([run[0] for run in runs], STEPS) < 2.2
+    for quantity in (1, 2, 3):
+        steps = [
+            np.abs(a[quantity] - b[quantity]).max() for a, b in zip(runs, runs[1:], strict=False)
+        ]
+        assert 1.8 < slope(steps, STEPS[:-1]) < 2.2
+
+
 DAMPINGS = ["none", "viscous", "scaled", "viscoelastic"]
+
+
+def test_ledger_starts_at_zero():
+    """Nothing has been lost and no work done before the first step, damped or not."""
+    x, v, w = bound(0.002, 2e4)
+    probe = Probe(make_scene(damping="viscoelastic"), sample_of(x, v, w))
+    assert np.all(probe.energy()[1:] == 0)
 
 
 @pytest.mark.parametrize("damping", DAMPINGS)
@@ -115,10 +122,3 @@ def total(sim):
     own = m["kinetic_translation"] + m["kinetic_rotation"]
     own += m["potential"].sum() + m["potential_wall"].sum()
     return np.array([own, m["loss"].sum() + m["loss_wall"].sum(), m["wall_work"]])
-
-
-def test_ledger_starts_at_zero():
-    """Nothing has been lost and no work done before the first step, damped or not."""
-    x, v, w = bound(0.002, 2e4)
-    probe = Probe(make_scene(damping="viscoelastic"), sample_of(x, v, w))
-    assert np.all(probe.energy()[1:] == 0)

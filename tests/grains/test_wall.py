@@ -63,8 +63,9 @@ def test_sticking_speed_and_restitution():
     assert 0 < e[1] < 0.1
 
 
-@pytest.mark.parametrize("damping", ["none", "viscous", "scaled", "viscoelastic"])
+# the damping changes last: a scene finds the kernels of the one before
 @pytest.mark.parametrize("slipping", [False, True], ids=["elastic", "slipping"])
+@pytest.mark.parametrize("damping", ["none", "viscous", "scaled", "viscoelastic"])
 def test_against_reference(damping, slipping):
     """1e-8 as for pairs; slipping on a wall moves the foot and loses nothing to renormalising but
     (xi/r)^2 = 1e-5 of the rolling pointer."""
@@ -79,7 +80,20 @@ def test_against_reference(damping, slipping):
     assert (probe.sim.measure()["loss_wall"][3:5].sum() > 0) == slipping
 
 
-@pytest.mark.parametrize("damping", ["none", "viscoelastic"])
+def test_rolling_displacement_stays_at_its_limit():
+    v = np.array([0.5, 0.0, 0.0])
+    w = np.cross(DOWN, v) / RADIUS
+    probe, *_ = under_a_wall(0.4671e-9, v - 0.05 * DOWN, w, dt="0.05 ns", damping="viscoelastic")
+    probe.advance(400)
+    contacts = probe.contacts()
+    assert len(contacts) == 6
+    for n1, _, _ in contacts.values():
+        xi = ref.length(ref.xi_of(n1, DOWN, WALL))
+        # (xi/r)^2 = 1e-5 is what renormalising the pointer leaves
+        assert xi == pytest.approx(WALL.xi_crit, rel=1e-5)
+
+
+@pytest.mark.parametrize("damping", ["viscoelastic", "none"])
 def test_rolling_grain_gains_no_energy(damping):
     """PHYSICS section 2: without the shift of the foot a grain that rolls at 0.5 m/s has nine times
     its kinetic energy after 20 ns."""
@@ -101,16 +115,3 @@ def test_rolling_grain_gains_no_energy(damping):
         assert abs((now - start) @ [1, 1, -1]) < 1e-3 * kinetic
     assert probe.sim.measure()["wall_contacts"] == 6
     assert probe.sim.measure()["loss_wall"][3] > 0
-
-
-def test_rolling_displacement_stays_at_its_limit():
-    v = np.array([0.5, 0.0, 0.0])
-    w = np.cross(DOWN, v) / RADIUS
-    probe, *_ = under_a_wall(0.4671e-9, v - 0.05 * DOWN, w, dt="0.05 ns", damping="viscoelastic")
-    probe.advance(400)
-    contacts = probe.contacts()
-    assert len(contacts) == 6
-    for n1, _, _ in contacts.values():
-        xi = ref.length(ref.xi_of(n1, DOWN, WALL))
-        # (xi/r)^2 = 1e-5 is what renormalising the pointer leaves
-        assert xi == pytest.approx(WALL.xi_crit, rel=1e-5)

@@ -188,6 +188,12 @@ def cluster(speed, spin, rng):
     return x, v + 0.1 * speed * rng.normal(size=(12, 3)), spin * rng.normal(size=(12, 3))
 
 
+@pytest.fixture(scope="module", params=DAMPING)
+def damping(request):
+    """One after the other: tests of the same damping share what is compiled."""
+    return request.param
+
+
 @pytest.fixture(scope="module")
 def collide():
     def run(x, v, w, steps=0, **keys):
@@ -198,7 +204,6 @@ def collide():
     return run
 
 
-@pytest.mark.parametrize("damping", DAMPING)
 @pytest.mark.parametrize("speed, spin", [(0.01, 1e4), (0.5, 2e6)], ids=["elastic", "slipping"])
 def test_free_cluster_keeps_its_momenta(collide, speed, spin, damping):
     """To rounding, slipping or not: 1000 steps of some 20 contacts each add 1e-16 of the kicks."""
@@ -226,7 +231,6 @@ def end_of(probe):
     return probe.v, probe.w, probe.sim.measure()["contacts"]
 
 
-@pytest.mark.parametrize("damping", DAMPING)
 def test_rotated_scene(collide, damping):
     """Positions of 2 um are rounded to 4e-16 um, a 2e-12 of delta0; 300 steps (three periods of
     the normal spring, contacts forming) let that grow to some 1e-9 of what happens."""
@@ -239,7 +243,6 @@ def test_rotated_scene(collide, damping):
     assert np.abs(w2 - w1 @ Q.T).max() < 1e-8 * np.abs(w1).max()
 
 
-@pytest.mark.parametrize("damping", DAMPING)
 def test_moving_frame(collide, damping):
     """Same reasoning as above; 3 m/s is ten times what the grains do among themselves."""
     x, v, w = cluster(0.2, 5e5, np.random.default_rng(8))

@@ -15,7 +15,7 @@ from bits import assert_same_bits
 from dusttaichi.errors import DustError, GuardStop, Interrupted
 from dusttaichi.run import execute
 from dusttaichi.run import loop as running
-from dusttaichi.scene import from_yaml
+from dusttaichi.scene import from_yaml, load
 
 BOX = """
 name: small
@@ -97,10 +97,18 @@ def test_window_of_some_steps_only(finished, tmp_path):
             assert not np.array_equal(windowed.pressure, whole.pressure)
 
 
+ENDS = box(stop="{steps: 1200}", series="{steps: 30}")
+
+
+@pytest.fixture(scope="module")
+def uninterrupted(tmp_path_factory):
+    return execute(from_yaml(ENDS), tmp_path_factory.mktemp("uninterrupted") / "whole")
+
+
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
-def test_a_signal_leaves_a_result_and_resume_ends_with_the_same_bits(name, tmp_path, monkeypatch):
-    yaml = box(stop="{steps: 1200}", series="{steps: 30}")
-    whole = execute(from_yaml(yaml), tmp_path / "whole")
+def test_a_signal_leaves_a_result_and_resume_ends_with_the_same_bits(
+    name, tmp_path, monkeypatch, uninterrupted
+):
     monkeypatch.setattr(running, "BURST_SECONDS", 0.001)
     seen = []
 
@@ -110,12 +118,12 @@ def test_a_signal_leaves_a_result_and_resume_ends_with_the_same_bits(name, tmp_p
             os.kill(os.getpid(), getattr(signal, name))
 
     with pytest.raises(Interrupted):
-        execute(from_yaml(yaml), tmp_path / "parts", report=interrupt)
+        execute(from_yaml(ENDS), tmp_path / "parts", report=interrupt)
     with xr.open_dataset(tmp_path / "parts/result.nc") as series:
         assert series.attrs["status"] == "interrupted"
         assert 0 < series.step[-1] < 1200
-    execute(from_yaml(yaml), tmp_path / "parts", resume=True)
-    assert_same_bits(whole / "result.nc", tmp_path / "parts/result.nc")
+    execute(from_yaml(ENDS), tmp_path / "parts", resume=True)
+    assert_same_bits(uninterrupted / "result.nc", tmp_path / "parts/result.nc")
 
 
 def test_kill_9_leaves_a_result_and_resume_ends_with_the_same_bits(tmp_path):
@@ -123,7 +131,7 @@ def test_kill_9_leaves_a_result_and_resume_ends_with_the_same_bits(tmp_path):
         box(
             stop="{filling_factor: 0.5}",
             series="{filling_factor: 0.01}",
-            speed="20 cm/s",
+            speed="50 cm/s",
             checkpoint="0.3 s",
         )
     )
@@ -141,12 +149,11 @@ def test_kill_9_leaves_a_result_and_resume_ends_with_the_same_bits(tmp_path):
         before = series.sizes["time"]
     resumed = dust("run", "a.yaml", "-q", "-o", "parts", "--resume", cwd=tmp_path)
     assert resumed.wait() == 0, resumed.communicate()
-    whole = dust("run", "a.yaml", "-q", "-o", "whole", cwd=tmp_path)
-    assert whole.wait() == 0, whole.communicate()
+    execute(load(tmp_path / "a.yaml"), tmp_path / "whole")
     assert_same_bits(tmp_path / "whole/result.nc", tmp_path / "parts/result.nc")
     assert before >= 1
     for figure in ("compression.png", "ledger.png", "profile.png"):
-        assert (tmp_path / "whole" / figure).stat().st_size > 10_000
+        assert (tmp_path / "parts" / figure).stat().st_size > 10_000
 
 
 def test_resume_of_a_finished_run_with_a_later_stop_is_one_longer_run(finished, tmp_path):

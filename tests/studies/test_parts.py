@@ -4,7 +4,7 @@ import csv
 import io
 
 import pytest
-from scenes import CONFIGS
+from scenes import CONFIGS, KERNELS
 
 from dusttaichi.errors import DustError
 from dusttaichi.scene import load
@@ -37,6 +37,7 @@ def table(tmp_path_factory):
     folder = tmp_path_factory.mktemp("parts")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(folder))
+        patch.setenv("TI_OFFLINE_CACHE_FILE_PATH", KERNELS)
         patch.setattr(parts, "FILLING_FACTOR", 0.15)  # a cake, which needs no kernels to be made
         adhesion = parts.OPEN.settings | parts._off("rolling", "sliding") | parts.NO_DAMPING
         one, two = (parts.Variant(adhesion | more) for more in ({}, parts._off("twisting")))
