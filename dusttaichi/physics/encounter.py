@@ -1,8 +1,9 @@
 """What two grains (a grain and a wall) need of the step when they meet at a speed. SI.
 
 Head-on without damping the contact is pressed to the s = sqrt(a/a0) at which its potential holds
-the kinetic energy and what forming has released (PHYSICS: U/(4 F_c delta0) = 6/5 s^10 - 2 s^7 +
-1/2 s^4, -0.17471 at first touch). There it is stiffest and its damping strongest.
+the kinetic energy and what forming has released (physics.contact.normal: U/(4 F_c delta0) =
+6/5 s^10 - 2 s^7 + 1/2 s^4, -0.17471 at first touch). There it is stiffest and its damping
+strongest. A contact is a physics.contact.constants.ContactConstants throughout.
 """
 
 from math import inf, pi, sqrt

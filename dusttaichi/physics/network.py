@@ -24,10 +24,13 @@ DENSE = 400  # rows of a matrix up to which all eigenvalues are the cheapest way
 
 @dataclass(frozen=True)
 class Contacts:
-    """Contacts of a network: (C,) each but normal (C, 3); grain_j is -1 at a wall.
+    """The C contacts of a network, SI: arrays (C,), the normal (C, 3).
 
-    k_n: slope of the normal force where the contact is [N/m]; kappa: damping there [kg/s];
-    strength: of the springs but the normal one; ratio: r1/r2.
+    grain_i, grain_j: the two grains, by number; grain_j is -1 at a wall. normal: unit vector.
+    strength: factor on the springs of rolling, sliding and twisting, as of a weak side wall.
+    ratio: r1/r2. r: radius of the first grain, R: reduced radius [m]. k_n: slope of the normal
+    force at the overlap of now, k_s, k_r: stiffness of sliding and rolling [N/m]; k_t: of twisting
+    [N m]. kappa: damping of the normal motion at that overlap [kg/s].
     """
 
     grain_i: np.ndarray

@@ -18,7 +18,7 @@ from dusttaichi.run.schedule import next_step
 
 
 class Activity(ABC):
-    """One of them."""
+    """What a run does at certain steps: the base class of all that it does."""
 
     @abstractmethod
     def next(self, step: int) -> int:
@@ -107,7 +107,7 @@ class Averages(Activity):
 
 
 class EndCheck(Activity):
-    """Sees whether the last record ends the stage."""
+    """Ends the stage where the last record meets one of its stop conditions."""
 
     def __init__(self, run, series):
         self.run, self.series = run, series

@@ -43,7 +43,7 @@ class Interrupts:
         self._handled.__exit__(*error)
 
     def collect(self):
-        """From here on signals only ask."""
+        """From here on a signal only sets `asked`."""
         self._collects = True
 
     def _take(self, *_):

@@ -19,7 +19,7 @@ class Sample:
     positions, velocities, spins: float64, shape (N, 3), in m, m/s and rad/s.
     contacts: None, or the state of the pair contacts that exist already:
         i, j (C,) int64; pointer_i, pointer_j (C, 3) unit vectors; twist (C,) [rad];
-        approach (C,), carried over exactly as the run that wrote it has defined it.
+        approach (C,) [m/s], the speed at which the two came together half a step before.
         None means that contacts are to be found from the distances.
     info: plain numbers and texts that say where the sample comes from and what it is like.
         `period` (3 numbers, m): edges after which the sample repeats itself, of one that can.

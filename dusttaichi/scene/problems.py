@@ -41,14 +41,15 @@ def describe(
 
 
 def line(path: Path, text: str, data: Any, lines: Mapping[Path, int]) -> str:
-    """'boundary.wall_speed = "1 cm": a speed is needed, for example "1 cm/s"  (line 14)'."""
+    """The line about one problem, with path, value, what is allowed, and where in the file:
+    'boundary.wall_speed = "1 cm": a speed is needed, for example "1 cm/s"  (line 14)'."""
     number = _line(path, lines)
     where = f"  (line {number})" if number else ""
     return f"{dotted(path)}{_value(path, data)}: {text}{where}"
 
 
 def dotted(path: Path) -> str:
-    """sample.positions[3]"""
+    """A path as an error names it, such as sample.positions[3]."""
     text = ""
     for key in path:
         text += f"[{key}]" if isinstance(key, int) else f".{key}" if text else key

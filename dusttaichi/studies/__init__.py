@@ -1,0 +1,1 @@
+"""Many runs for one question: ensembles, trade of speed and accuracy, sticking, extremes, speed."""

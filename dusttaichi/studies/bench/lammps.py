@@ -92,7 +92,7 @@ def time_lammps(
     required: bool = True,
     **how,
 ) -> LammpsTiming:
-    """Time `steps` steps of a sample; arguments, also those of `how`, as of run_lammps.
+    """Time `steps` steps of a sample; all arguments but `required` are those of run_lammps.
 
     A sample in which nothing moves flatters LAMMPS: it skips the turning of springs that are not
     loaded. Give the velocities of the state that our own step is timed on.

@@ -26,7 +26,8 @@ LEAST_STEPS = 100
 
 @dataclass(frozen=True)
 class Variant:
-    """A scene: what is set in that of the benchmark, and how it is built (worker.build_part)."""
+    """A scene: what is set in that of the benchmark, and how it is built: see
+    task.Benchmark.build_part."""
 
     settings: dict = field(default_factory=dict)
     built: dict = field(default_factory=dict)
