@@ -56,9 +56,7 @@ def summary(run, law=None):
         "steps_per_second": steps / wall_time if steps and wall_time else None,
         "filling_factor": final("filling_factor"),
         "height": final("height"),
-        "pressure": float(last.pressure.sel(wall="top"))
-        if last is not None and "pressure" in series
-        else None,
+        "pressure": _top_pressure(last) if last is not None else None,
     }
     energies = ledger(run)
     numbers |= {
@@ -72,6 +70,12 @@ def summary(run, law=None):
         numbers["error_bar_phi"] = filling_factor_error(numbers["error_bar"], curve)
     numbers |= _compression(run, law) | _tension(run) | _isotropic(run) | _collision(run)
     return numbers | continuum.numbers(run)
+
+
+def _top_pressure(last):
+    """Pressure on the top wall [Pa] in a record; None where there is none."""
+    value = float(last.pressure.sel(wall="top")) if "pressure" in last else np.nan
+    return value if np.isfinite(value) else None
 
 
 _COMPRESSION = (

@@ -64,6 +64,7 @@ def _way(axes, runs, labels):
         axes.plot(*stop.normalised, label=said, **style.run_style(number))
     axes.set_xlabel("time over stopping time t / T")
     axes.set_ylabel("height over depth h / D")
+    axes.set_ylim(-1.05, 0.32)  # room for the legend
     axes.legend(loc="upper right")
 
 
@@ -130,16 +131,14 @@ def impact(run, color=EVERYDAY):
 
     Raises DustError where the run has no rigid projectile.
     """
-    figure = Figure(figsize=(7.6, 5.6), layout="constrained")
+    figure = Figure(figsize=(10.0, 3.3), layout="constrained")
     FigureCanvasAgg(figure)
-    grid = figure.add_gridspec(2, 2, height_ratios=[1.15, 1.0])
-    wide = figure.add_subplot(grid[0, :])
-    below = [figure.add_subplot(grid[1, n]) for n in range(2)]
+    wide, *beside = figure.subplots(1, 3, width_ratios=[1.7, 1.0, 1.0])
     frame = read_particles(run, -1)
     image = paint(wide, run, frame, color, limits_of([frame], color), extent=extent_of([frame]))
-    figure.colorbar(image, ax=wide, label=COLOURS[color][0], extend="max")
-    _profile(below[0], [run], [run.name])
-    _way(below[1], [run], [run.name])
+    figure.colorbar(image, ax=wide, label=COLOURS[color][0], extend="max", shrink=0.85)
+    _profile(beside[0], [run], ["run"])
+    _way(beside[1], [run], ["run"])
     return figure
 
 
