@@ -4,6 +4,7 @@ import csv
 
 import numpy as np
 
+from dusttaichi.analysis.continuum import numbers as continuum
 from dusttaichi.analysis.summary import summary
 from dusttaichi.errors import DustError
 
@@ -13,7 +14,8 @@ DRIVES = ("wall_speed", "face_speed", "strain_rate", "compression_rate")
 
 
 def compare(runs, at=AT):
-    """Rows (dicts) for runs that are compressed or stretched, SI, all with the same keys.
+    """Rows (dicts) for runs that are compressed or stretched, or of the continuum, SI, all with the
+    same keys.
 
     Scene (grains, damping, modifiers, wall_speed, time_step, and the drive of every stage where
     anything else than compression under a wall is among them). Where one of the runs is compressed
@@ -21,13 +23,14 @@ def compare(runs, at=AT):
     the share of 1-100 kPa covered, the pressure on the top wall, contacts a grain and kinetic
     energy a grain at the filling factors `at`. Where one is stretched: strength, its sigma,
     filling factor and strain there, phi_init, T19 eq 33 (`strength_law`), strength_passed. Where
-    one is pressed from all sides: ratio of the pressure to T19 eq 9 and its scatter.
+    one is pressed from all sides: ratio of the pressure to T19 eq 9 and its scatter. Where one is
+    of the continuum: its material and resolution, and the numbers of `analysis.continuum.numbers`.
     Then worst ledger residual, steps, wall time, version. None or nan for what a run has not.
 
     Raises DustError for a run that is neither compressed nor stretched.
     """
     for run in runs:
-        if not (run.compresses or run.stretches or run.shrinks):
+        if not any(getattr(run, does) for does in COLUMNS):
             raise DustError(
                 f"{run.path} is neither compressed nor stretched: there is nothing to compare."
             )
@@ -37,18 +40,11 @@ def compare(runs, at=AT):
 
 def _row(run, parts, at):
     numbers, scene = summary(run), run.scene
-    interaction = scene.get("interaction", {})
-    row = {
-        "name": run.name,
-        "grains": run.grains,
-        "damping": interaction.get("damping", {}).get("model", ""),
-        "m_r": _modifier(interaction.get("rolling")),
-        "m_s": _modifier(interaction.get("sliding")),
-        "wall_speed": str(scene.get("boundary", {}).get("wall_speed") or ""),
-        "time_step_ns": float(run.attrs.get("time_step", np.nan)) * 1e9,
-    }
-    if parts != ["compresses"]:
-        row["drive"] = _drive(scene)
+    row = {"name": run.name}
+    if parts != ["is_continuum"]:
+        row |= _of_grains(run, scene)
+        if parts != ["compresses"]:
+            row["drive"] = _drive(scene)
     for part in parts:
         row |= COLUMNS[part](run, numbers, at)
     row["ledger_worst"] = numbers["ledger_worst"]
@@ -57,6 +53,18 @@ def _row(run, parts, at):
     row["status"] = numbers["status"]
     row["version"] = run.attrs.get("git_commit", run.attrs.get("dusttaichi_version", ""))
     return row
+
+
+def _of_grains(run, scene):
+    interaction = scene.get("interaction", {})
+    return {
+        "grains": run.grains,
+        "damping": interaction.get("damping", {}).get("model", ""),
+        "m_r": _modifier(interaction.get("rolling")),
+        "m_s": _modifier(interaction.get("sliding")),
+        "wall_speed": str(scene.get("boundary", {}).get("wall_speed") or ""),
+        "time_step_ns": float(run.attrs.get("time_step", np.nan)) * 1e9,
+    }
 
 
 def _compression(run, numbers, at):
@@ -93,7 +101,16 @@ def _isotropic(run, numbers, at):
     return {key: numbers[key] for key in ("ratio", "ratio_scatter", "ratio_low", "ratio_high")}
 
 
-COLUMNS = {"compresses": _compression, "stretches": _tension, "shrinks": _isotropic}
+def _continuum(run, numbers, at):
+    return continuum.settings(run) | {key: numbers[key] for key in continuum.NAMES}
+
+
+COLUMNS = {
+    "compresses": _compression,
+    "stretches": _tension,
+    "shrinks": _isotropic,
+    "is_continuum": _continuum,
+}
 
 
 def _drive(scene):

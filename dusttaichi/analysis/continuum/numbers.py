@@ -49,6 +49,27 @@ def numbers(run):
     return found | (_impact(run) if run.intrudes else _flight(run))
 
 
+SETTINGS = {
+    "material_p_m": "material.compressive.p_m",
+    "shear_exponent": "material.shear.exponent",
+    "bulk_modulus": "material.bulk_modulus",
+    "spacing": "numerics.spacing",
+    "viscosity_contact": "numerics.viscosity.contact",
+    "contact": "numerics.contact",
+}  # column -> key of the scene
+
+
+def settings(run):
+    """What the scene of a Run of the continuum says of SETTINGS, as it is written, or ""."""
+    found = {}
+    for name, path in SETTINGS.items():
+        here = run.scene
+        for key in path.split("."):
+            here = here.get(key, "") if isinstance(here, dict) else ""
+        found[name] = str(here)
+    return found
+
+
 def _snapshots(run):
     try:
         return frame_count(run)
