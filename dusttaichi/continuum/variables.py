@@ -31,8 +31,8 @@ _TABLE = {
          "last entry", "", "walls"),
         ("pressure", "time wall", "Pa", "pressure on the wall, positive in compression, average "
          "since the last entry", "", "walls"),
-        ("mean_pressure", "time", "Pa", "pressure of the dust, mean over its volume", "", ""),
-        ("mean_stress", "time component", "Pa", "stress of the dust, mean over its volume, "
+        ("pressure_mean", "time", "Pa", "pressure of the dust, mean over its volume", "", ""),
+        ("stress_mean", "time component", "Pa", "stress of the dust, mean over its volume, "
          "positive in tension", "", ""),
         ("filling_factor_mean", "time", "1", "filling factor of the dust, mean over its mass", "",
          ""),
