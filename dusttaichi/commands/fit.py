@@ -1,26 +1,58 @@
-"""`dust fit`: a number of the model from a measurement."""
+"""`dust fit`: numbers of the model from measurements."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from dusttaichi.commands.console import say
+from dusttaichi.commands.console import plain_table, say, say_written
 from dusttaichi.errors import DustError
+
+WHAT = ("asperities", "continuum")
 
 
 def fit(
-    what: Annotated[str, typer.Argument(help="asperities", metavar="WHAT")],
-    material: Annotated[str, typer.Option(help="a named material")] = "silica_pd08",
-    speed: Annotated[str, typer.Option(help="sticking speed on a flat wall")] = "1.2 m/s",
+    what: Annotated[str, typer.Argument(help=" or ".join(WHAT), metavar="WHAT")],
+    runs: Annotated[
+        list[Path] | None, typer.Argument(help="continuum: grain runs, or folders of them")
+    ] = None,
+    *,
+    material: Annotated[str, typer.Option(help="asperities: a named material")] = "silica_pd08",
+    speed: Annotated[
+        str, typer.Option(help="asperities: sticking speed on a flat wall")
+    ] = "1.2 m/s",
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="continuum: file of the material")
+    ] = Path("dust.yaml"),
+    phi_2: Annotated[
+        float, typer.Option("--phi-2", help="continuum: filling factor that is never reached")
+    ] = 0.58,
+    rate: Annotated[
+        float | None,
+        typer.Option(help="continuum: strain rate of the pressing to fit, in 1/s", metavar="RATE"),
+    ] = None,
 ):
-    """Fit a number of the model: `asperities`, their volume, to a sticking speed."""
+    """Fit numbers of the model.
+
+    `asperities`: their volume, to a sticking speed. `continuum`: a material of the continuum, to
+    grain runs that press, let go a little, and pull; configs/continuum_calibration has scenes.
+    """
+    if what not in WHAT:
+        raise DustError(
+            f"fit {what}: there is nothing to fit of that name; allowed: {', '.join(WHAT)}"
+        )
+    if what == "continuum":
+        _continuum(runs or [], output, phi_2, rate)
+    else:
+        _asperities(material, speed)
+
+
+def _asperities(material, speed):
     from pydantic import TypeAdapter, ValidationError
 
     from dusttaichi.scene import quantities
     from dusttaichi.studies import asperity_fit
 
-    if what != "asperities":
-        raise DustError(f"fit {what}: there is nothing to fit of that name; allowed: asperities")
     mark = Annotated[float, quantities.Quantity("speed", gt=0)]
     try:
         wanted = TypeAdapter(mark).validate_python(speed)
@@ -28,3 +60,28 @@ def fit(
         raise DustError(f"--speed = {speed!r}: {error.errors()[0]['msg']}") from None
     for text in asperity_fit.report(material, wanted):
         say(text)
+
+
+def _continuum(runs, output, phi_2, rate):
+    from dusttaichi.studies.continuum_fit import report
+
+    if output.suffix not in (".yaml", ".yml"):
+        raise DustError(f"--output = {output}: a file is needed whose name ends in .yaml")
+    if not 0.2 < phi_2 < 0.75:
+        raise DustError(f"--phi-2 = {phi_2:g}: a number above 0.2 and below 0.75 is needed")
+    found = report.fit_runs(runs, phi_2, rate)
+    table = plain_table("number", "value", "spread of the seeds", "unit", title="Material")
+    for row in report.numbers_table(found.fit):
+        table.add_row(*row)
+    say(table)
+    table = plain_table("seen", "points", "deviation", title="\nMaterial against grains")
+    for row in report.deviations_table(found.fit):
+        table.add_row(*row)
+    say(table)
+    headings = ("rate [1/s]", "grains", "runs", "axial [kPa]", "pressure [kPa]")
+    table = plain_table(*headings, title="\np_m of G09's law (laboratory 13 kPa, bead 1.3 kPa)")
+    for row in report.speeds_table(found.curves):
+        table.add_row(*row)
+    say(table)
+    say()
+    say_written(report.write(found, output))

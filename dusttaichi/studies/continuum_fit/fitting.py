@@ -1,0 +1,208 @@
+"""All numbers of the material at once: least squares between grains and material point."""
+
+from collections import defaultdict
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from dusttaichi.errors import DustError
+from dusttaichi.studies.continuum_fit.model import PARAMETERS, START, numbers_of, predicted
+from dusttaichi.studies.continuum_fit.observations import BIN, QUANTITIES, observations
+
+STEP = 1e-4
+LOGS = np.array([log for _, log, _, _ in PARAMETERS.values()])
+LOWEST, HIGHEST = (
+    np.array([np.log(row[k]) if row[1] else row[k] for row in PARAMETERS.values()]) for k in (2, 3)
+)
+NEEDED = {
+    "p": "confined pressing (a stage in which the filling factor grows)",
+    "q": "confined pressing with the stress at the sides",
+    "M": "letting go a little between two pressings (a stage with a strain of 1e-4 to 1e-2 back)",
+    "tension": "pulling until the tension has passed its maximum (stop.past_maximum)",
+}
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted material. tests: the GrainTests; rows: (test, Observation) of those that were used.
+
+    values (parameters,), in the order of PARAMETERS; by_seed: seed -> values of a fit of its own;
+    covariance (parameters, parameters) of these. model (rows,): what the material gives in place of
+    the observations. density, solid_density [kg/m^3], phi_2, rate [1/s]: what was held.
+    """
+
+    tests: tuple
+    rows: tuple
+    values: np.ndarray
+    by_seed: dict
+    covariance: np.ndarray
+    model: np.ndarray
+    density: float
+    solid_density: float
+    phi_2: float
+    rate: float
+
+    @property
+    def numbers(self):
+        """MaterialNumbers of the fit."""
+        return numbers_of(self.values, self.solid_density, self.density, self.phi_2)
+
+    def sigma(self, name):
+        """Standard deviation of a number over the seeds."""
+        return float(np.sqrt(self.covariance.diagonal()[list(PARAMETERS).index(name)]))
+
+
+def same_rate(one, other):
+    """True for rates within a factor of two."""
+    return bool(one > 0 and other > 0 and 0.5 < one / other < 2.0)
+
+
+def all_rows(tests):
+    """(test, Observation) of all tests."""
+    return [(test, one) for test in tests for one in observations(test)]
+
+
+def fit(tests, phi_2=0.58, rate=None):
+    """The Fit of GrainTests.
+
+    phi_2: filling factor at which nothing can be pressed further, which the fit does not change.
+    rate [1/s]: the pressing that is fitted (default: that of most grains); tests at other rates are
+    left out. Raises DustError where something is missing that a number depends on.
+    """
+    rows = all_rows(tests)
+    _refuse_missing(tests, rows)
+    rate = _main_rate(rows) if rate is None else rate
+    rows = _with_errors([row for row in rows if same_rate(row[1].rate, rate)])
+    solid = {test.solid_density for test, _ in rows}
+    if len(solid) > 1:
+        raise DustError("The runs are of grains of several densities; one material is needed.")
+    seeds = sorted({test.seed for test, _ in rows})
+    whole = {
+        seed: [row for row in rows if row[0].seed == seed]
+        for seed in seeds
+        if set(NEEDED) <= {one.quantity for test, one in rows if test.seed == seed}
+    }
+    if len(whole) < 2:
+        raise DustError(
+            "Two seeds or more are needed, each with all of: "
+            f"{'; '.join(NEEDED.values())}. At {rate:.3g} 1/s there are such runs for "
+            f"{len(whole)} of the seeds {', '.join(map(str, seeds)) or '(none)'}."
+        )
+    held = {
+        "solid_density": solid.pop(),
+        "density": float(np.mean([test.phi * test.solid_density for test, _ in rows])),
+        "phi_2": phi_2,
+    }
+    best = _least_squares(rows, _inner(np.array(START)), held)
+    by_seed = {seed: _outer(_least_squares(own, best, held)) for seed, own in whole.items()}
+    values = _outer(best)
+    return Fit(
+        tests=tuple(tests),
+        rows=tuple(rows),
+        values=values,
+        by_seed=by_seed,
+        covariance=np.cov(np.array(list(by_seed.values())), rowvar=False),
+        model=_predicted(rows, values[None], held)[:, 0],
+        rate=rate,
+        **held,
+    )
+
+
+def _refuse_missing(tests, rows):
+    there = {one.quantity for _, one in rows}
+    missing = [text for quantity, text in NEEDED.items() if quantity not in there]
+    if missing:
+        names = ", ".join(test.name for test in tests) or "none"
+        raise DustError(
+            f"A material needs more than these runs show ({names}). Missing: "
+            f"{'; '.join(missing)}. configs/continuum_calibration/ has scenes with all of it."
+        )
+
+
+def _main_rate(rows):
+    """Rate of the pressing of most grains in all that also lets go [1/s]."""
+    grains = defaultdict(int)
+    for rate, size in {(one.rate, t.grains) for t, one in rows if one.quantity == "M"}:
+        grains[rate] += size
+    return max(grains, key=grains.get)
+
+
+def _with_errors(rows):
+    """Each observation with the scatter over the seeds as its error, no less than its own."""
+    same = defaultdict(list)
+    for test, one in rows:
+        same[_key(test, one)].append(np.log(max(one.value, 1e-3 * one.scale)))
+    spread = {key: np.std(v, ddof=1) if len(v) > 1 else 0.0 for key, v in same.items()}
+    return [
+        (test, replace(one, error=float(np.hypot(one.error, spread[_key(test, one)]))))
+        if one.quantity != "lambda"
+        else (test, one)
+        for test, one in rows
+    ]
+
+
+def _key(test, one):
+    width = BIN if one.quantity in ("p", "q") else 0.02
+    return (one.quantity, test.grains, round(one.phi / width))
+
+
+def _inner(values):
+    return np.where(LOGS, np.log(np.where(LOGS, values, 1.0)), values)
+
+
+def _outer(inner):
+    return np.where(LOGS, np.exp(np.where(LOGS, inner, 0.0)), inner)
+
+
+def _predicted(rows, values, held):
+    """What materials (materials, parameters) show in place of the rows, (rows, materials)."""
+    m = numbers_of(values, **held)
+    of_test = defaultdict(list)
+    for number, (test, _) in enumerate(rows):
+        of_test[id(test)].append(number)
+    out = np.empty((len(rows), len(values)))
+    for numbers in of_test.values():
+        test = rows[numbers[0]][0]
+        out[numbers] = predicted(test, [rows[n][1] for n in numbers], m)
+    return out
+
+
+def _residuals(rows, predicted_values):
+    """Differences over their errors: of logarithms, of `lambda` over M; (rows, materials)."""
+    out = np.empty_like(predicted_values)
+    for n, (_, one) in enumerate(rows):
+        new = predicted_values[n]
+        if one.quantity == "lambda":
+            out[n] = (new - one.value) / one.scale / one.error
+        else:
+            # a logarithm as far down as a tenth, then a straight line: it has no pole
+            ratio = new / one.value
+            low = np.log(0.1) + (ratio - 0.1) / 0.1
+            out[n] = np.where(ratio > 0.1, np.log(np.maximum(ratio, 0.1)), low) / one.error
+    return out
+
+
+def _least_squares(rows, start, held):
+    lowest, highest = LOWEST + 2 * STEP, HIGHEST - 2 * STEP
+    least_phi = min(one.phi for _, one in rows)
+    highest[list(PARAMETERS).index("compressive.phi_1")] = least_phi - 0.006
+
+    def differences(x):
+        return _residuals(rows, _predicted(rows, _outer(x)[None], held))[:, 0]
+
+    def slopes(x):
+        moved = x + STEP * np.vstack([np.eye(len(x)), -np.eye(len(x))])
+        both = _residuals(rows, _predicted(rows, _outer(moved), held))
+        return (both[:, : len(x)] - both[:, len(x) :]) / (2 * STEP)
+
+    start = np.clip(start, lowest + 1e-6, highest - 1e-6)
+    found = least_squares(
+        differences, start, slopes, (lowest, highest), loss="soft_l1", xtol=1e-6, max_nfev=60
+    )
+    return found.x
+
+
+def quantities(rows):
+    """How many rows there are of each quantity."""
+    return {name: sum(one.quantity == name for _, one in rows) for name in QUANTITIES}

@@ -1,0 +1,109 @@
+"""The fit of a material to grain runs, here runs that a material point has made up."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from dusttaichi.analysis.grain_tests import GrainTest, Segment
+from dusttaichi.errors import DustError
+from dusttaichi.scene import ContinuumMaterial
+from dusttaichi.studies.continuum_fit import report, speeds
+from dusttaichi.studies.continuum_fit.fitting import fit
+from dusttaichi.studies.continuum_fit.model import PARAMETERS, numbers_of, stresses
+
+TRUE = np.array([40e3, 5.0, 0.8, 7e3, 0.5, 0.13, 1.6, 0.7, 2.4, 4.0])
+DENSITY = 2650.0
+
+
+def segment(kind, start, end, records, rate):
+    """Even strain along z between two filling factors, the sample's own being 0.145."""
+    strain = np.zeros((records + 1, 3))
+    strain[:, 2] = np.linspace(np.log(0.145 / start), np.log(0.145 / end), records + 1)
+    middle = 0.5 * (strain[1:, 2] + strain[:-1, 2])
+    return Segment(kind, kind, strain, np.zeros((records, 3)), 0.145 * np.exp(-middle), rate)
+
+
+def made_up(seed, segments, rate=1e4, noise=0.03):
+    """A GrainTest whose stresses are those of a point, times noise of a seed."""
+    test = GrainTest(f"run_{seed}", "", seed, 4000, DENSITY, 0.145, tuple(segments))
+    m = numbers_of(TRUE[None], DENSITY, 0.145 * DENSITY, 0.58)
+    random = np.random.default_rng(seed)
+    factor = 1.0 + noise * random.standard_normal()
+    filled = tuple(
+        replace(part, stress=stress[:, 0] * factor, rate=part.rate and rate)
+        for part, stress in zip(test.segments, stresses(test, m), strict=True)
+    )
+    return replace(test, segments=filled)
+
+
+@pytest.fixture(scope="module")
+def tests():
+    press = []
+    for low, high in ((0.145, 0.2), (0.2, 0.27), (0.27, 0.4)):
+        loose = high * np.exp(-1e-3)
+        press += [segment("press", low, high, 16, 1e4), segment("release", high, loose, 12, 200.0)]
+        press.append(segment("release", loose, high, 2, 200.0))
+    pulls = [
+        [segment("press", 0.145, phi, 16, 1e4), segment("pull", phi, 0.8 * phi, 30, 1e4)]
+        for phi in (0.2, 0.3)
+    ]
+    return [made_up(seed, parts) for seed in (1, 2) for parts in (press, *pulls)]
+
+
+@pytest.fixture(scope="module")
+def found(tests):
+    return fit(tests)
+
+
+def test_the_material_comes_back(found):
+    """Stresses of two seeds that differ by 3 %: so do the numbers that are stresses."""
+    values = dict(zip(PARAMETERS, found.values, strict=True))
+    true = dict(zip(PARAMETERS, TRUE, strict=True))
+    for name in ("bulk_modulus", "shear_ratio", "compressive.p_m", "shear.factor"):
+        assert abs(values[name] / true[name] - 1) < 0.08, name
+    for name in ("exponent", "compressive.delta", "compressive.phi_1", "shear.exponent"):
+        assert abs(values[name] - true[name]) < 0.05 * max(true[name], 1), name
+    assert abs(values["tensile.a"] + 0.25 * values["tensile.b"] - 3.4) < 0.05
+    assert found.covariance.shape == (10, 10) and 0 < found.sigma("compressive.p_m") < 1e3
+    assert found.rate == 1e4 and sorted(found.by_seed) == [1, 2]
+
+
+@pytest.mark.parametrize(
+    ("kind", "said"), [("pull", "pulling"), ("release", "letting go"), ("press", "confined")]
+)
+def test_what_is_missing_is_named(tests, kind, said):
+    less = [replace(t, segments=tuple(s for s in t.segments if s.kind != kind)) for t in tests]
+    with pytest.raises(DustError, match=said):
+        fit(less)
+
+
+def test_one_seed_has_no_spread(tests):
+    with pytest.raises(DustError, match="Two seeds or more"):
+        fit(tests[:3])
+
+
+def test_files_of_a_fit(tests, found, tmp_path):
+    """The block is read again as a material, and says where each number comes from."""
+    found = report.Found(found, speeds.curves(tests))
+    paths = report.write(found, tmp_path / "made_up.yaml")
+    assert [path.name for path in paths] == [
+        "made_up.yaml", "made_up.png", "made_up.csv", "made_up_speeds.png", "made_up_speeds.csv",
+    ]  # fmt: skip
+    assert all(path.stat().st_size > 200 for path in paths)
+    material = ContinuumMaterial.model_validate("made_up.yaml", context={"folder": tmp_path})
+    assert material.name == "made_up"
+    assert abs(material.compressive.p_m / found.fit.values[3] - 1) < 1e-3
+    assert "2 seeds of 4000 grains" in material.source.numbers["compressive.p_m"]
+    assert len(material.source.covariance) == len(material.source.names) == len(PARAMETERS)
+    assert len(report.numbers_table(found.fit)) == len(PARAMETERS) + 2
+    assert [row[1] for row in report.deviations_table(found.fit)] == ["42", "42", "6", "6", "4"]
+    (one,) = report.speeds_table(found.curves)
+    assert one[:3] == ("1e+04", "4000", "2")
+
+
+def test_without_runs():
+    with pytest.raises(DustError, match="needs grain runs"):
+        report.result_files([])
+    with pytest.raises(DustError, match=r"neither result\.nc"):
+        report.result_files(["nowhere"])
