@@ -61,6 +61,7 @@ def continuum_fit(fit):
         panel.legend(loc="best")
     for panel, text in zip(axes, ("stress", "shear stress", "modulus", "tension"), strict=True):
         panel.set_ylabel(f"{text} [kPa]")
+    style.few_ticks(axes[3].yaxis)
     axes[-1].set_xlabel("filling factor")
     return figure
 
@@ -90,7 +91,8 @@ def pressing_speeds(curves):
         colour = style.RUN_COLOURS[number % len(style.RUN_COLOURS)]
         said = "at rest" if rate == 0 else f"{rate:.2g}/s"
         for panel, which in zip(axes, ("axial", "p"), strict=True):
-            p_m = np.exp(np.nanmean([np.log(curve.p_m(which)) for curve in group]))
+            known = [p_m for curve in group if np.isfinite(p_m := curve.p_m(which))]
+            number_said = f": {np.exp(np.log(known).mean()) / 1e3:.1f} kPa" if known else ""
             for n, curve in enumerate(group):
                 panel.plot(
                     curve.phi,
@@ -99,12 +101,13 @@ def pressing_speeds(curves):
                     color=colour,
                     markersize=3.5,
                     linewidth=1.0,
-                    label="_" if n else f"{said}, {grains} grains: {p_m / 1e3:.1f} kPa",
+                    label="_" if n else f"{said}, {grains} grains{number_said}",
                 )
     for panel, text in zip(axes, ("axial stress", "mean pressure"), strict=True):
         panel.set_yscale("log")
         panel.set_ylabel(f"{text} [kPa]")
         panel.set_ylim(0.02, 60)
-        panel.legend(loc="lower right", ncols=1, fontsize=7)
+        panel.legend(loc="lower right", fontsize=7, title="nearest p_m of G09's law")
+        panel.get_legend().get_title().set_fontsize(7)
     axes[-1].set_xlabel("filling factor")
     return figure

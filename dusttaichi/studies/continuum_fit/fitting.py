@@ -59,8 +59,15 @@ def same_rate(one, other):
 
 
 def all_rows(tests):
-    """(test, Observation) of all tests."""
-    return [(test, one) for test in tests for one in observations(test)]
+    """(test, Observation) of all tests; what runs that began with the same stages share, once."""
+    rows, known = [], set()
+    for test in tests:
+        for one in observations(test):
+            key = (test.seed, test.grains, one.quantity, one.phi, one.value)
+            if key not in known:
+                known.add(key)
+                rows.append((test, one))
+    return rows
 
 
 def fit(tests, phi_2=0.58, rate=None):

@@ -42,7 +42,23 @@ class Curve:
 
 
 def curves(tests):
-    """Curves of all pressing and all rests after pressing of GrainTests, by run and rate."""
+    """Curves of all pressing and all rests after pressing of GrainTests, by run and rate.
+
+    Runs that begin with the same stages as a longer one add nothing.
+    """
+    longest = {}
+    for test in tests:
+        key = (test.seed, test.grains, test.segments[0].rate)
+        if key not in longest or _reach(longest[key]) < _reach(test):
+            longest[key] = test
+    return _curves(longest.values())
+
+
+def _reach(test):
+    return max((segment.phi.max() for segment in test.segments), default=0.0)
+
+
+def _curves(tests):
     found = []
     for test in tests:
         points = defaultdict(dict)

@@ -78,7 +78,7 @@ def _source(fit, key):
     unit = PARAMETERS[key][0].replace("1", "")
     return (
         f"points: {seen}; {len({t.seed for t, _ in fit.rows})} seeds of "
-        f"{' and '.join(map(str, grains))} grains, pressed at {fit.rate:.3g} 1/s; standard "
+        f"{', '.join(map(str, grains))} grains, pressed at {fit.rate:.3g} 1/s; standard "
         f"deviation over the seeds {fit.sigma(key):.2g} {unit}".rstrip()
     )
 
