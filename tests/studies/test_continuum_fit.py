@@ -97,7 +97,7 @@ def test_files_of_a_fit(tests, found, tmp_path):
     assert "2 seeds of 4000 grains" in material.source.numbers["compressive.p_m"]
     assert len(material.source.covariance) == len(material.source.names) == len(PARAMETERS)
     assert len(report.numbers_table(found.fit)) == len(PARAMETERS) + 2
-    assert [row[1] for row in report.deviations_table(found.fit)] == ["42", "42", "6", "6", "4"]
+    assert [row[1] for row in report.deviations_table(found.fit)] == ["32", "32", "6", "6", "4"]
     (one,) = report.speeds_table(found.curves)
     assert one[:3] == ("1e+04", "4000", "2")
 
