@@ -119,6 +119,25 @@ def oblique(slipping):
     return x, v, scale * 2.5e4 * rng.normal(size=(12, 3)), radii, kinds
 
 
+def test_ledger_closes():
+    """Second order in dt: a step three times as short leaves a ninth of the residual, or rounding;
+    collisions with the floor and each other, everything slips, everything damped."""
+    sample = bumped(1.0, 1e7)
+    sample.velocities[:, 2] -= 1.0
+    residuals = []
+    for dt, steps in (("0.03 ns", 700), ("0.01 ns", 2100)):
+        scene = two_materials(dt=dt, damping="viscoelastic", boundary=box("bottom"))
+        probe = Grains(scene, sample)
+        start = measurement(probe.sim)
+        probe.advance(steps)
+        last = measurement(probe.sim)
+        m = last.parts
+        residuals.append(abs(ledger(last, start)[1]))
+        assert np.all(m["loss"] > 0) and m["wall_contacts"] > 0
+    assert residuals[1] < residuals[0] < 2e-3
+    assert residuals[1] < 3e-4
+
+
 @pytest.mark.parametrize("slipping", [False, True], ids=["elastic", "slipping"])
 def test_against_reference(slipping):
     """Tolerances as for equal pairs (test_pair): rounding of positions without slip, and 3e-4 with
@@ -279,25 +298,6 @@ def test_loads_are_minus_the_gradient():
             by_angle = -energies(probe.x, step).sum().imag / h
             assert by_place == pytest.approx(force[n, axis], abs=1e-9 * np.abs(force).max())
             assert by_angle == pytest.approx(torque[n, axis], abs=1e-9 * np.abs(torque).max())
-
-
-def test_ledger_closes():
-    """Second order in dt: a step three times as short leaves a ninth of the residual, or rounding;
-    collisions with the floor and each other, everything slips, everything damped."""
-    sample = bumped(1.0, 1e7)
-    sample.velocities[:, 2] -= 1.0
-    residuals = []
-    for dt, steps in (("0.03 ns", 700), ("0.01 ns", 2100)):
-        scene = two_materials(dt=dt, damping="viscoelastic", boundary=box("bottom"))
-        probe = Grains(scene, sample)
-        start = measurement(probe.sim)
-        probe.advance(steps)
-        last = measurement(probe.sim)
-        m = last.parts
-        residuals.append(abs(ledger(last, start)[1]))
-        assert np.all(m["loss"] > 0) and m["wall_contacts"] > 0
-    assert residuals[1] < residuals[0] < 2e-3
-    assert residuals[1] < 3e-4
 
 
 def test_equal_grains_by_the_long_way():

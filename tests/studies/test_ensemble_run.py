@@ -139,21 +139,21 @@ def test_dask_cluster_without_a_shared_disk(tmp_path, monkeypatch, replicas):
     from_file = from_yaml(
         TINY.replace("{kind: rbd, grains: 60, seed: 3}", f"{{kind: explicit, file: {last_frame}}}")
     )
+    execute(from_file.with_value("stop.steps", 50), tmp_path / "alone")
     heard = []
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=2, processes=False, protocol="tcp", dashboard_address=None
     ) as cluster:
         address = cluster.scheduler_address
         assert address.startswith("tcp://")
-        plan = ensemble_plan(from_yaml(TINY + "replicas: 1\n"), tmp_path / "runs")
+        plan = sweep_plan(from_file, ["stop.steps=50"], tmp_path / "sweep")
         outcomes = run_all(plan, scheduler=address, report=lambda p: heard.append(p.done))
-        sweep = sweep_plan(from_file, ["stop.steps=50"], tmp_path / "sweep")
-        assert [o.code for o in run_all(sweep, scheduler=address)] == [0]
     assert [o.code for o in outcomes] == [0] and heard[-1] == 1
-    assert_same_bits(replicas / "runs/replica_0/result.nc", tmp_path / "runs/replica_0/result.nc")
+    run = plan.members[0].directory
+    assert_same_bits(tmp_path / "alone/result.nc", run / "result.nc")
     assert gather_plan(plan, outcomes).sizes["replica"] == 1
-    assert (tmp_path / "runs/replica_0/checkpoint.bin").exists()
-    with xr.open_dataset(sweep.members[0].directory / "result.nc") as series:
+    assert (run / "checkpoint.bin").exists()
+    with xr.open_dataset(run / "result.nc") as series:
         assert int(series.step[-1]) == 50 and series.attrs["grains"] == 60
 
 
