@@ -84,9 +84,13 @@ class Clock:
 
     def step_of_length(self, length, axis):
         """First step of the stage at which that length is no more than `length`, or NEVER."""
-        if self.lengths(self.first)[axis] > length and not self._speed(axis) < 0.0:
+        if self.lengths(self.first)[axis] > length and not self.narrows(axis):
             return NEVER
         return self._first(lambda step: self.lengths(step)[axis] <= length)
+
+    def narrows(self, axis):
+        """True where a length becomes shorter."""
+        return self._speed(axis) < 0.0
 
     def _speed(self, axis):
         """Speed at which a length grows at the start of the stage: it keeps its sign."""

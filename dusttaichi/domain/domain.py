@@ -12,6 +12,7 @@ import numpy as np
 from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.clock import Clock
 from dusttaichi.domain.walls import TOP, Box
+from dusttaichi.errors import DustError
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +109,18 @@ class Domain:
     def closing_speed(self, step):
         """Speed at which faces may bring particles together [um/us]."""
         return 0.0 if self.cell is None else float(np.abs(self.cell.speeds(self.dt * step)).sum())
+
+    def check_way(self):
+        """Raises DustError where the drive ends at once: walls or faces are as near to each other
+        as they may come."""
+        clock = self.clock()
+        for axis, way in enumerate(("wide", "deep", "high")):
+            if clock.narrows(axis) and clock.step_of_length(clock.least[axis], axis) == 0:
+                raise DustError(
+                    f"boundary: the room is {clock.start[axis]:.4g} um {way}, no more than two "
+                    f"grains ({clock.least[axis]:.4g} um), so nothing can be pressed; take a "
+                    "larger sample or room, or let it rest"
+                )
 
     def clock(self, first=0):
         """The Clock of the stage that begins at step `first`, at which the drive has been set.

@@ -59,7 +59,8 @@ def _wanted(boundary):
         return None if gap == "fit" else np.array([np.nan, np.nan, gap / units.LENGTH])
     if boundary.kind == "open" or isinstance(boundary.size, str):
         return None
-    return np.array(boundary.size) / units.LENGTH
+    size = [np.nan if isinstance(edge, str) else edge for edge in boundary.size]
+    return np.array(size) / units.LENGTH
 
 
 def _check_room(boundary, size, need, axes):

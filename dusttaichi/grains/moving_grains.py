@@ -150,7 +150,9 @@ class MovingGrains(SimpleSimulation):
 
 def make(scene, sample):
     """MovingGrains of a scene and a Sample, at step 0."""
-    return MovingGrains(scene, sample, build(scene, sample))
+    out = MovingGrains(scene, sample, build(scene, sample))
+    out.domain.check_way()
+    return out
 
 
 def reopen(scene, state):

@@ -173,7 +173,9 @@ def _face_speed(scene, drive, sample, radii):
         return float(np.linalg.norm(2.0 * np.array(drive.face_speed)[axes]))
     size = getattr(scene.boundary, "size", "fit")
     edges = np.ptp(sample.positions, axis=0) + 2.0 * np.max(radii)
-    edges = edges if isinstance(size, str) else np.array(size)
+    if not isinstance(size, str):
+        given = zip(size, edges, strict=True)
+        edges = np.array([own if isinstance(edge, str) else edge for edge, own in given])
     if drive.strain_rate is not None:
         return float(np.linalg.norm((np.array(drive.strain_rate) * edges)[axes]))
     rate = 2.0 * drive.compression_rate / constants.characteristic_time(scene.material)

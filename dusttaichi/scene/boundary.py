@@ -82,8 +82,13 @@ class BoxBoundary(Block):
 
     kind: Literal["box"]
     size: Annotated[
-        Vector | Literal["fit"], Quantity("length", gt=0, count=3, word="fit", example="40 um")
-    ] = Field("fit", description="inner size [Lx, Ly, Lz], or fit: as large as the sample")
+        Vector | Literal["fit"],
+        Quantity("length", gt=0, count=3, word="fit", mixed=True, example="40 um"),
+    ] = Field(
+        "fit",
+        description="inner size [Lx, Ly, Lz], or fit: as large as the sample, also of some of the "
+        "three: [fit, fit, 40 um]",
+    )
     omit: tuple[WallName, ...] = Field((), description="walls that are left out")
     wall_speed: Annotated[float, Quantity("speed", ge=0)] = Field(
         "0 m/s", description="speed of the top wall downwards"
@@ -156,11 +161,11 @@ class PeriodicBoundary(Block):
     axes: tuple[AxisName, ...] = Field(AXES, description="axes along which the cell repeats")
     size: Annotated[
         Vector | Literal["fit", "cube"],
-        Quantity("length", gt=0, count=3, word=("fit", "cube"), example="40 um"),
+        Quantity("length", gt=0, count=3, word=("fit", "cube"), mixed=True, example="40 um"),
     ] = Field(
         "fit",
         description="edges [Lx, Ly, Lz]; fit: the sample's, its outermost grains in contact "
-        "across the faces; cube: a cube of the largest of these",
+        "across the faces, also of some of the three; cube: a cube of the largest of these",
     )
     walls: tuple[WallName, ...] = Field((), description="walls on axes that are not periodic")
     wall_speed: Annotated[float, Quantity("speed")] = Field(

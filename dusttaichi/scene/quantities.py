@@ -181,7 +181,7 @@ class Quantity:
 
     gt, ge, lt, le: bounds in SI. word: a word allowed in place of the number ("auto", "fit"), or
     several. count: a list of so many quantities, held as a tuple; with `spread` a single one counts
-    for all of them. bare_unit: "um" means "1 um".
+    for all of them, with `mixed` the word may stand in the list. bare_unit: "um" means "1 um".
     """
 
     dimension: str
@@ -192,6 +192,7 @@ class Quantity:
     word: str | tuple[str, ...] | None = None
     count: int | None = None
     spread: bool = False
+    mixed: bool = False
     bare_unit: bool = False
     example: str | None = None
 
@@ -249,7 +250,8 @@ class Quantity:
                 return self._one(value)
             if not isinstance(value, (list, tuple)) or len(value) != self.count:
                 raise ValueError("")
-            return tuple(self._one(item) for item in value)
+            words = self.words if self.mixed else ()
+            return tuple(item if item in words else self._one(item) for item in value)
         except ValueError as error:
             why = f"{error}; " if str(error) else ""
             raise PydanticCustomError("needed", "{text}", {"text": why + self.needed}) from None
@@ -258,7 +260,7 @@ class Quantity:
         if isinstance(value, str):
             return value
         if isinstance(value, tuple):
-            return [format(item, self.dimension) for item in value]
+            return [self._serialize(item) for item in value]
         return format(value, self.dimension)
 
     def __get_pydantic_core_schema__(self, source, handler):
@@ -278,9 +280,10 @@ class Quantity:
             "examples": [self.example or kind.example],
         }
         if self.count:
+            words = [{"const": word} for word in self.words] if self.mixed else []
             one = {
                 "type": "array",
-                "items": one,
+                "items": {"anyOf": [*words, one]} if words else one,
                 "minItems": self.count,
                 "maxItems": self.count,
                 "examples": [one["examples"] * self.count],

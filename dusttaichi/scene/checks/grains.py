@@ -95,21 +95,33 @@ def _mass_scaling(scene) -> Found:
     return [("numerics.mass_scaling", f"{text}: {why}")] if why else []
 
 
+def _lengths(boundary) -> list[float]:
+    """The lengths [m] that a size gives, without those that are to fit."""
+    size = boundary.size
+    return [] if isinstance(size, str) else [edge for edge in size if not isinstance(edge, str)]
+
+
+def _wall_overlap(scene) -> float:
+    """Overlap of a grain at rest with a wall [m]."""
+    return constants.wall_constants(scene.material, scene.interaction).delta0
+
+
 def _sizes(scene) -> Found:
     """A room must be wide enough for its grains."""
     diameter = 2 * scene.material.radius
     sizes = {}
-    if isinstance(scene.boundary, BoxBoundary) and scene.boundary.size != "fit":
-        sizes["boundary.size"] = scene.boundary.size
+    if isinstance(scene.boundary, BoxBoundary):
+        sizes["boundary.size"] = _lengths(scene.boundary)
     if isinstance(scene.boundary, PlatesBoundary) and scene.boundary.gap != "fit":
         sizes["boundary.gap"] = (scene.boundary.gap,)
-    found = [(path, TOO_NARROW) for path, size in sizes.items() if min(size) < diameter]
+    least = diameter - 2.0 * _wall_overlap(scene)
+    found = [(path, TOO_NARROW) for path, size in sizes.items() if min(size, default=least) < least]
     cell = scene.boundary
     if isinstance(cell, PeriodicBoundary) and not isinstance(cell.size, str):
         short = [
             axis
             for axis, edge in zip(AXES, cell.size, strict=True)
-            if axis in cell.axes and edge < 2 * diameter
+            if axis in cell.axes and not isinstance(edge, str) and edge < 2 * diameter
         ]
         if short:
             found.append(
@@ -129,8 +141,13 @@ def _room(scene) -> Found:
         return []
     extent, grains = scene.sample.least_room(radius)
     # The extent is a sum of rounded numbers; a millionth of a millionth is far below any length.
-    if any(need > have * (1 + 1e-12) for need, have in zip(extent, box.size, strict=True)):
+    # With "fit" the outermost grains overlap with the walls as they do at rest.
+    overlap = 2.0 * _wall_overlap(scene)
+    pairs = zip(extent, box.size, strict=True)
+    if any(have != "fit" and need - overlap > have * (1 + 1e-12) for need, have in pairs):
         return [("boundary.size", 'the sample does not fit into it; make it larger or write "fit"')]
+    if "fit" in box.size:
+        return []
     filling = grains * 4 / 3 * math.pi * radius**3 / math.prod(box.size)
     if filling <= DENSEST:
         return []

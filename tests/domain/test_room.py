@@ -1,0 +1,48 @@
+"""Rooms that a scene gives in part, exactly as they would fit, or too low to be pressed."""
+
+import numpy as np
+import pytest
+
+from dusttaichi import samples
+from dusttaichi.domain.domain import Domain
+from dusttaichi.errors import DustError
+from dusttaichi.grains.build import surroundings
+from dusttaichi.grains.grain_contacts import contact_constants
+from dusttaichi.scene import from_yaml, quantities
+from dusttaichi.scene.boundary import own_drive
+
+TEXT = """
+name: room
+material: silicate_s12
+sample: {kind: lattice, structure: sc, cells: [4, 5, 3]}
+boundary: BOUNDARY
+stop: {steps: 10}
+"""
+
+
+def domain(boundary):
+    scene = from_yaml(TEXT.replace("BOUNDARY", boundary))
+    room = surroundings(scene, samples.make(scene), None, None, contact_constants(scene))
+    made = Domain(1e-4, 1.0, 0.6, *room)
+    return made.driven(own_drive(scene.boundary), 0)
+
+
+@pytest.mark.parametrize("kind", ["kind: box", "kind: periodic"])
+def test_what_fit_makes_may_be_written_out(kind):
+    fit = domain(f"{{{kind}}}").lengths(0)
+    edges = [quantities.format(edge * 1e-6, "length") for edge in fit]
+    again = domain(f"{{{kind}, size: [{', '.join(edges)}]}}").lengths(0)
+    np.testing.assert_allclose(again, fit, rtol=1e-12)
+    part = domain(f"{{{kind}, size: [fit, 9 um, fit]}}").lengths(0)
+    np.testing.assert_allclose(part, [fit[0], 9.0, fit[2]], rtol=1e-12)
+
+
+def test_a_room_of_two_grains_cannot_be_pressed():
+    flat = domain("{kind: box, size: [fit, fit, 40 um], wall_speed: 1 m/s}")
+    flat.check_way()
+    text = TEXT.replace("cells: [4, 5, 3]", "cells: [4, 5, 2]")
+    scene = from_yaml(text.replace("BOUNDARY", "{kind: box, wall_speed: 1 m/s}"))
+    room = surroundings(scene, samples.make(scene), None, None, contact_constants(scene))
+    low = Domain(1e-4, 1.0, 0.6, *room).driven(own_drive(scene.boundary), 0)
+    with pytest.raises(DustError, match="um high, no more than two grains .* nothing can be"):
+        low.check_way()
