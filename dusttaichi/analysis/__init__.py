@@ -12,6 +12,7 @@ from dusttaichi.analysis.compression import (
     onset,
     rms_from_law,
 )
+from dusttaichi.analysis.cycles import Release, releases
 from dusttaichi.analysis.ensemble import gather, save_ensemble
 from dusttaichi.analysis.ensemble_tables import Band, bands
 from dusttaichi.analysis.error_bar import ErrorBar, Estimate, error_bar
@@ -53,6 +54,7 @@ __all__ = [
     "Losses",
     "MassSpectrum",
     "Ratio",
+    "Release",
     "Restitution",
     "Run",
     "SoundSpeed",
@@ -84,6 +86,7 @@ __all__ = [
     "open_trade",
     "profile",
     "read_frame",
+    "releases",
     "restitution",
     "rms_from_law",
     "save_ensemble",

@@ -49,28 +49,48 @@ def compression_curve(run, bin_width=BIN_WIDTH, stage=None, of="filling_factor",
     """The Curve of a Run: bins `bin_width` wide in filling factor, in each the median pressure.
 
     The median is that of P and of lg P alike, and single bursts do not move it. stage: name or
-    number (default: the first that compresses). of: `filling_factor`, or `inner_filling_factor`,
-    that of PD08's inner cylinder between plates. peaks: the pressure is the largest of so many
-    successive records; PD08 (section 3.1.2) took ten, of the force of the moment (a small
+    number (default: all that compress, each from the largest filling factor before it on, which is
+    where a cake that has been let go meets the curve of its first loading again). of:
+    `filling_factor`, or `inner_filling_factor`, that of PD08's inner cylinder between plates.
+    peaks: the pressure is the largest of so many successive records; PD08 (section 3.1.2) took ten,
+    of the force of the moment (a small
     output.window). Raises DustError where the run has no such filling factor or no pressure on the
     top wall.
     """
-    series = run.part_that("compresses", stage).series
-    if of not in series or "pressure" not in series:
-        raise DustError(
-            f"{run.path} has no compression curve: it has no {of.replace('_', ' ')}, or no "
-            "pressure on the top wall."
-        )
-    phi = series[of].values
-    pressure = series.pressure.sel(wall="top").values
-    known = np.isfinite(phi) & np.isfinite(pressure)
-    phi, pressure = phi[known], pressure[known]
+    parts = [run.stage(stage)] if stage is not None else _loading(run)
+    phi, pressure = np.concatenate([_points(part.series, of, run) for part in parts], axis=1)
     whole = len(phi) // peaks * peaks
     phi = phi[:whole].reshape(-1, peaks).mean(axis=1)
     pressure = pressure[:whole].reshape(-1, peaks).max(axis=1)
     mean, median, count = binned(np.floor(phi / bin_width + 1e-9), phi, pressure)
     up = median > 0
     return Curve(mean[up], median[up], count[up], phi, pressure, bin_width)
+
+
+def _loading(run):
+    """The stages that compress, each beyond what those before it have reached."""
+    parts = [part for part in run.parts if part.compresses]
+    if len(parts) < 2:
+        return parts or [run]
+    reached, found = -np.inf, []
+    for part in parts:
+        beyond = part if not found else part.beyond(reached)
+        if len(beyond.series.time):
+            found.append(beyond)
+            reached = max(reached, float(np.nanmax(beyond.series.filling_factor)))
+    return found
+
+
+def _points(series, of, run):
+    """Filling factor and pressure on the top wall of the records that have both, (2, times)."""
+    if of not in series or "pressure" not in series:
+        raise DustError(
+            f"{run.path} has no compression curve: it has no {of.replace('_', ' ')}, or no "
+            "pressure on the top wall."
+        )
+    phi, pressure = series[of].values, series.pressure.sel(wall="top").values
+    known = np.isfinite(phi) & np.isfinite(pressure)
+    return np.array([phi[known], pressure[known]])
 
 
 def binned(numbers, phi, values):

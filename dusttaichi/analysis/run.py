@@ -19,8 +19,8 @@ class Run:
     """A result file, or one stage of it (`stage`). Use `open_run`.
 
     series, profiles: xr.Dataset in memory (profiles None where there are none). attrs: the global
-    attributes. whole: the run that a stage belongs to; a run itself. Where `tree` has been used,
-    close the run, or use it as a context manager.
+    attributes. whole: the run that a stage belongs to; a run itself. stage_name: "" of a whole
+    run. Where `tree` has been used, close the run, or use it as a context manager.
     """
 
     def __init__(self, path, series, profiles=None, file=None):
@@ -29,6 +29,7 @@ class Run:
         self.whole = self
         self._file, self._tree = file, None
         self._before = None  # the record that a stage starts from
+        self.stage_name = ""
 
     @property
     def tree(self):
@@ -93,11 +94,18 @@ class Run:
         if not len(mine):
             raise DustError(f"{self.path}: stage {names[number]} has not begun.")
         view = copy.copy(self.whole)
+        view.stage_name = names[number]
         view._before = series.isel(time=mine[0] - 1) if mine[0] else None
         view.series = series.isel(time=mine)
         if view.profiles is not None:
             inside = view._holds(view.profiles.step.values)
             view.profiles = view.profiles.isel(profile=inside) if inside.any() else None
+        return view
+
+    def beyond(self, filling_factor):
+        """The same with the records of a larger filling factor only."""
+        view = copy.copy(self)
+        view.series = self.series.isel(time=self.series.filling_factor.values > filling_factor)
         return view
 
     @property
@@ -145,10 +153,13 @@ class Run:
 
     @property
     def stretches(self):
-        """True where the filling factor falls (in a stage), and stress or pressure tell of it."""
-        return self._does(
-            lambda part: part._growth < -LEAST_CHANGE and (part._presses or "stress" in part.series)
-        )
+        """True where the filling factor falls (in a stage) under tension."""
+        return self._does(lambda part: part._opens and part._tension > 0.0)
+
+    @property
+    def unloads(self):
+        """True where a pressed sample is let go (in a stage): the room grows, under pressure."""
+        return self._does(lambda part: part._before is not None and part._lets_go)
 
     @property
     def collides(self):
@@ -182,6 +193,27 @@ class Run:
 
     def _does(self, what):
         return any(what(part) for part in self.parts)
+
+    @property
+    def _opens(self):
+        return self._growth < 0.0 and (self._presses or "stress" in self.series)
+
+    @property
+    def _lets_go(self):
+        return self._opens and self._tension <= 0.0
+
+    @property
+    def _tension(self):
+        """Mean tension of the records along the axis that grows most [Pa], the largest where the
+        file does not tell of the edges."""
+        series = self.series
+        if "stress" not in series or (self._presses and "box_length" not in series):
+            return -float(series.pressure.sel(wall="top").mean())
+        normal = np.nanmean(np.diagonal(series.stress.values, axis1=1, axis2=2), axis=0)
+        if "box_length" not in series:
+            return float(normal.max())
+        growth = (series.box_length[-1] / self.start.box_length).values
+        return float(normal[np.nanargmax(growth)])
 
     @property
     def _growth(self):

@@ -10,11 +10,13 @@ from dusttaichi.analysis.compression import (
     rms_from_law,
 )
 from dusttaichi.analysis.continuum import numbers as continuum
+from dusttaichi.analysis.cycles import releases
 from dusttaichi.analysis.error_bar import error_bar, error_bar_rows, filling_factor_error
 from dusttaichi.analysis.fragments import compaction, fragments, growth_efficiency
 from dusttaichi.analysis.isotropic import isotropic
 from dusttaichi.analysis.ledger import ledger
-from dusttaichi.analysis.restitution import restitution, together
+from dusttaichi.analysis.outcome import outcome, settled
+from dusttaichi.analysis.restitution import restitution
 from dusttaichi.analysis.tensile import tensile
 from dusttaichi.errors import DustError
 
@@ -30,10 +32,13 @@ def summary(run, law=None):
     rms, rms_mean (signed), rms_p_low, rms_p_high, rms_covered: distance from the law over
     1-100 kPa (between plates 1-10 kPa), see `rms_from_law`; fit_problem: why there is no fit, or
     None; onset between plates, onset_peaks: of the largest of ten momentary pressures, as PD08;
+    release_modulus, release_sigma, release_pressure, release_phi of the last stage that lets go
+    and has enough records, see `releases`;
     strength, strength_sigma, strength_phi, strength_strain, strength_passed, phi_init and
     strength_law of a sample that is stretched, see `tensile`;
     ratio, ratio_scatter, ratio_low, ratio_high of one pressed from all sides, see `isotropic`;
-    outcome ("sticking", "bouncing", "fragmentation"), fragments, largest_share (of the mass),
+    outcome (see `analysis.outcome`), settled (the last two snapshots hold the same fragments),
+    fragments, largest_share (of the mass),
     growth_efficiency, compaction, restitution of a collision between its first and last snapshot;
     of a run of the continuum those of `analysis.continuum.numbers`.
     law: the CompressionLaw to compare with (default: `compression_law`, by the boundary).
@@ -68,7 +73,8 @@ def summary(run, law=None):
     if run.compresses and numbers["error_bar"] is not None:
         curve = compression_curve(run)
         numbers["error_bar_phi"] = filling_factor_error(numbers["error_bar"], curve)
-    numbers |= _compression(run, law) | _tension(run) | _isotropic(run) | _collision(run)
+    numbers |= _compression(run, law) | _release(run) | _tension(run)
+    numbers |= _isotropic(run) | _collision(run)
     return numbers | continuum.numbers(run)
 
 
@@ -157,6 +163,16 @@ def _tension(run):
     }
 
 
+_RELEASE = {"release_modulus": "modulus", "release_sigma": "modulus_sigma"}
+_RELEASE |= {"release_pressure": "pressure", "release_phi": "filling_factor"}
+
+
+def _release(run):
+    """The last stage that lets go, of those with enough records for a modulus."""
+    known = [r for r in releases(run) if np.isfinite(r.modulus)] if run.unloads else []
+    return {key: getattr(known[-1], name) if known else None for key, name in _RELEASE.items()}
+
+
 def _isotropic(run):
     ratio = isotropic(run).ratio_between() if run.shrinks else None
     if ratio is None or not np.isfinite(ratio.value):
@@ -171,6 +187,7 @@ def _isotropic(run):
 
 _COLLISION = (
     "outcome",
+    "settled",
     "fragments",
     "largest_share",
     "growth_efficiency",
@@ -191,9 +208,8 @@ def _collision(run):
     }
     if min(len(body) for body in bodies) > 2:  # R_g of one or two grains tells of no volume
         numbers["compaction"] = compaction(run).ratio
-    apart = "bouncing" if len(parts) == 2 else "fragmentation"
-    numbers["outcome"] = "sticking" if together(parts, bodies) else apart
-    if numbers["outcome"] == "fragmentation":
+    numbers |= {"outcome": outcome(run, parts, bodies), "settled": settled(run)}
+    if numbers["outcome"] not in ("sticking", "growth", "bouncing"):
         return numbers  # bodies that break up pass through each other: there is no normal
     try:
         return numbers | {"restitution": restitution(run, bodies=bodies).coefficient}
@@ -210,6 +226,8 @@ def _collision_rows(n, row):
         n["outcome"],
         lambda v: f"{v}, {n['fragments']} fragments, {share}" if n["fragments"] > 1 else v,
     )
+    if not n["settled"]:
+        row("note", "the last two snapshots differ in their fragments: let it run on", str)
     row("growth efficiency", n["growth_efficiency"], "{:.3f}".format)
     row("compaction of the largest fragment", n["compaction"], "{:.3f}".format)
     row("coefficient of restitution", n["restitution"], "{:.4f}".format)
@@ -274,6 +292,10 @@ def table(numbers):
         onset_ = n[key] if n[key] and np.isfinite(n[key]) else None
         beside = "500 Pa (PD08)" if key == "onset_peaks" or n["onset_peaks"] is None else ""
         row(f"onset of compression{what}", onset_, lambda v: f"{v:.3g} Pa", beside)
+    if n["release_modulus"] is not None:
+        text = _pascal(n["release_modulus"], n["release_sigma"])
+        where = f"from {_pascal(n['release_pressure'])}, filling factor {n['release_phi']:.3g}"
+        row("modulus where it is let go", f"{text} ({where})", str)
     _tensile_rows(n, row)
     if n["ratio"] is not None:
         scatter, covered = n["ratio_scatter"], f"phi {n['ratio_low']:.3g}-{n['ratio_high']:.3g}"

@@ -21,6 +21,7 @@ from dusttaichi.plots.continuum import (
     wall_forces,
 )
 from dusttaichi.plots.coordination import coordination
+from dusttaichi.plots.cycles import cycles
 from dusttaichi.plots.drops import drops
 from dusttaichi.plots.dust import dust
 from dusttaichi.plots.ensemble import ensemble
@@ -46,6 +47,7 @@ __all__ = [
     "compacted_volume",
     "compression",
     "coordination",
+    "cycles",
     "deceleration",
     "drops",
     "dust",
@@ -89,10 +91,10 @@ def figures_of(run):
     """Every figure that a Run has something for, by name.
 
     ledger; compression and coordination (compressed under a wall); isotropic and coordination
-    (pressed from all sides); tensile and losses (stretched), and with two snapshots of the
-    stretching fractal; collision and fragments (two bodies that fly at each other); sound_speed
-    (after a push that snapshots show to arrive); stress (where it was written); profile (where
-    profiles were written).
+    (pressed from all sides); cycles (let go again); tensile and losses (stretched), and
+    with two snapshots of the stretching fractal; collision and fragments (two bodies that fly at
+    each other); sound_speed (after a push that snapshots show to arrive); stress (where it was
+    written); profile (where profiles were written).
     Of a run of the continuum: wall_forces, dust (a map), filling_factors; where a bead falls on
     dust impact, bead_profile, deceleration and compacted_volume.
     """
@@ -107,6 +109,8 @@ def figures_of(run):
         figures["isotropic"] = isotropic([run])
     if run.compresses or run.shrinks:
         figures["coordination"] = coordination([run])
+    if run.unloads:
+        figures["cycles"] = cycles(run)
     if run.stretches:
         figures |= {"tensile": tensile([run]), "losses": losses(run)}
         frames = run.part_that("stretches").snapshots

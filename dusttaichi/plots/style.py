@@ -63,11 +63,11 @@ def styled(function):
     return drawn
 
 
-def new_figure(height=3.7, rows=1, ratios=None):
-    """A Figure with `rows` axes above each other that share the x axis: (figure, [axes])."""
+def new_figure(height=3.7, rows=1, ratios=None, shared=True):
+    """A Figure with `rows` axes above each other, that share the x axis: (figure, [axes])."""
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=ratios)
+    axes = figure.subplots(rows, 1, sharex=shared, squeeze=False, height_ratios=ratios)
     return figure, list(axes[:, 0])
 
 

@@ -45,9 +45,12 @@ BOTH = links((0, 6), (6, 10))
     [
         (links((0, 10)), "sticking", 1, 1.0),
         (BOTH, "bouncing", 2, 0.0),
-        (links((0, 5), (6, 10)), "fragmentation", 3, -0.25),
-        (links((0, 5), (5, 9)), "fragmentation", 3, -0.25),
-        (links((0, 9)), "sticking", 2, 0.75),
+        (links((0, 5), (6, 10)), "erosion", 3, -0.25),
+        (links((0, 5), (5, 9)), "erosion", 3, -0.25),
+        (links((0, 9)), "growth", 2, 0.75),
+        (links((1, 5), (5, 9)), "erosion", 4, -0.5),
+        (links((0, 2), (2, 4), (4, 6)), "fragmentation", 7, -1.0),
+        (links((0, 8), (8, 10)), "mass transfer", 2, 0.5),
     ],
 )
 def test_outcome(tmp_path, after, outcome, fragments, growth):
@@ -58,9 +61,11 @@ def test_outcome(tmp_path, after, outcome, fragments, growth):
     assert (found["outcome"], found["fragments"]) == (outcome, fragments)
     assert found["growth_efficiency"] == pytest.approx(growth)
     # 0.5 of 2 m/s along the line of centres, as far as a zigzag of grains has one
-    expected = {"sticking": 0.0, "bouncing": pytest.approx(0.25, rel=1e-3)}
+    expected = {"sticking": 0.0, "growth": 0.0, "bouncing": pytest.approx(0.25, rel=1e-3)}
     assert found["restitution"] == expected.get(outcome)
     assert rows["outcome"].startswith(outcome) and "growth efficiency" in rows
+    # the frame before the last has both bodies whole
+    assert ("note" in rows) == (len(links((0, 6), (6, 10))) != len(after) or outcome != "bouncing")
 
 
 def test_bodies_that_pass_each_other_have_no_restitution(tmp_path):
