@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from dusttaichi.samples.continuum import AnyParticles, reads_particles
-from dusttaichi.scene.continuum_boundary import ContinuumBoundary, OpenBoundary
+from dusttaichi.scene.continuum_boundary import ContinuumBoundary, FacesBoundary, OpenBoundary
 from dusttaichi.scene.continuum_material import ContinuumMaterial
 from dusttaichi.scene.continuum_numerics import ContinuumNumerics
 from dusttaichi.scene.quantities import Quantity
@@ -51,7 +51,9 @@ class ContinuumScene(Scene):
 
     def conflicts(self) -> list[tuple[str, str]]:
         found = [*super().conflicts()]
-        for path in ("sample", "boundary"):
-            block, asked = getattr(self, path), self if path == "sample" else self.dimension
-            found += [(f"{path}.{key}".rstrip("."), text) for key, text in block.conflicts(asked)]
+        asked = [("sample", self.sample.conflicts(self))]
+        if isinstance(self.boundary, FacesBoundary):
+            asked.append(("boundary", self.boundary.conflicts(self.dimension)))
+        for path, wrong in asked:
+            found += [(f"{path}.{key}".rstrip("."), text) for key, text in wrong]
         return found
