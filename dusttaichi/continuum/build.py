@@ -70,6 +70,7 @@ def chosen_kernels(scene, n, threads):
         kernel=numerics.kernel,
         ghosts=bool(boundary.periodic_axes or getattr(boundary, "mirrors", ())),
         separate=numerics.contact == "separate",
+        viscous=numerics.viscosity.contact > 0.0 or numerics.viscosity.bulk > 0.0,
         artificial_stress=numerics.artificial_stress is not None,
     )
     room = room_for(n)
@@ -87,7 +88,7 @@ def numbers_of(scene, dimension):
     numerics, h = scene.numerics, scene.numerics.smoothing_length
     stress, down = numerics.artificial_stress, np.zeros(dimension)
     down[-1] = -scene.gravity
-    at_spacing = smoothing.value(numerics.kernel, dimension, h, numerics.spacing)
+    at_spacing = smoothing.SHAPES[numerics.kernel](numerics.spacing / h)
     printed = numerics.deviator == "printed" and dimension == 2
     return {
         "h": h,
@@ -145,7 +146,7 @@ def put_particles(sim, particles, moving):
         "deviator": np.where(stiff[:, None], 0.0, full),
         "arm": np.where(rigid[:, None], (particles.position - centre)[:, axes], 0.0),
         # anything above 0 until the first pass: 0 is for what is rigid
-        "sound": np.where(stiff, 0.0, 1.0),
+        "impedance": np.where(stiff, 0.0, 1.0),
         "alpha": np.where(stiff, sim.numbers["contact"], 0.0),
         "group": group,
         "role": role,

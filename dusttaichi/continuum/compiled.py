@@ -77,7 +77,7 @@ def compiled_for(key, layout, room, entries):
     contact = Separation(f, scratch, n, smoothing) if layout.separate else None
     law = Response(f, n)
     rates = Rates(f, scratch, layout, smoothing=smoothing, law=law, contact=contact)
-    forces = Forces(f, scratch, layout, smoothing)
+    forces = Forces(f, scratch, layout)
     StepNumbers, Grid = numbers_type(n), grid_type(n)
     advance = make_advance(Motion(f, scratch, layout), rates, forces, StepNumbers)
     count, write = make_list(Lists(f, scratch, n), Grid)

@@ -179,10 +179,10 @@ class Search:
         sim.put_ghosts("x", n, x[source] * sign + shift)
         sim.put_ghosts("v", n, sim.of_particles("v")[source] * sign)
         both = (sign[:, :, None] * sign[:, None, :]).reshape(-1, d * d)
-        for name in ("flux", "gradient", "tension"):
+        for name in ("flux", "drag", "tension"):
             if name in sim.tables:
                 sim.put_ghosts(name, n, sim.of_particles(name)[source] * both)
-        for name in ("volume", "density", "sound", "alpha", "gap"):
+        for name in ("volume", "impedance", "alpha", "gap"):
             if name in sim.tables:
                 sim.put_ghosts(name, n, sim.of_particles(name)[source])
 

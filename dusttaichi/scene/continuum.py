@@ -50,10 +50,20 @@ class ContinuumScene(Scene):
     numerics: ContinuumNumerics = Field(description="particles, kernel, viscosity, time step")
 
     def conflicts(self) -> list[tuple[str, str]]:
-        found = [*super().conflicts()]
-        asked = [("sample", self.sample.conflicts(self))]
+        blocks = {"sample": self.sample.conflicts(self)}
         if isinstance(self.boundary, FacesBoundary):
-            asked.append(("boundary", self.boundary.conflicts(self.dimension)))
-        for path, wrong in asked:
-            found += [(f"{path}.{key}".rstrip("."), text) for key, text in wrong]
-        return found
+            blocks["boundary"] = [*self.boundary.conflicts(self.dimension), *self._mirrors()]
+        found = [
+            (f"{block}.{key}".rstrip("."), text)
+            for block, problems in blocks.items()
+            for key, text in problems
+        ]
+        return [*super().conflicts(), *found]
+
+    def _mirrors(self) -> list[tuple[str, str]]:
+        """Images beyond a mirror stay where they are."""
+        if "top" not in self.boundary.mirrors:
+            return []
+        if not any(plan.drive.wall_speed for plan in self.stage_plans):
+            return []
+        return [("top", "a mirror does not move; allowed with wall_speed: rigid, or a layer")]

@@ -89,9 +89,10 @@ class Motion:
                     sign = self.lists.ghost_sign[g, a] * self.lists.ghost_sign[g, b]
                     k = ti.static(self.n * a + b)
                     self.f.flux[image][k] = sign * self.f.flux[i][k]
-                    self.f.gradient[image][k] = sign * self.f.gradient[i][k]
-                self.f.density[image] = self.f.density[i]
-                self.f.sound[image] = self.f.sound[i]
+                    self.f.drag[image][k] = sign * self.f.drag[i][k]
+                    if ti.static(self.layout.artificial_stress):
+                        self.f.tension[image][k] = sign * self.f.tension[i][k]
+                self.f.impedance[image] = self.f.impedance[i]
                 self.f.alpha[image] = self.f.alpha[i]
                 if ti.static(self.layout.separate):
                     self.f.gap[image] = self.f.gap[i]

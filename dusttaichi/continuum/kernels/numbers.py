@@ -19,7 +19,7 @@ def numbers_type(dimension):
         grid=ti.f64,
         share=ti.f64,  # of the trace of the strain rate that leaves the deviator: 1/3, or 1/2
         over_return=ti.f64,  # 0: radial return, 1: the one of Benz & Asphaug
-        tension=ti.f64,  # artificial stress: its strength, exponent, and 1/kernel at the spacing
+        tension=ti.f64,  # artificial stress: share, exponent, 1/shape of the kernel at the spacing
         exponent=ti.f64,
         at_spacing=ti.f64,
         way2=ti.f64,  # square of the way after which a search is due

@@ -43,24 +43,33 @@ class Rates:
         closed = self.closed(i)
         for k in range(self.lists.first[i], self.lists.first[i + 1]):
             j = self.lists.entry[k]
-            d = x - self.f.x[j]
+            d, u = x - self.f.x[j], v - self.f.v[j]
             weight = self.f.volume[j] * self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)
-            stiff = self.f.sound[j] == 0.0
-            if ti.static(self.layout.separate):
+            if ti.static(self.layout.separate or self.layout.viscous):
+                stiff = self.f.impedance[j] == 0.0
                 weight = ti.select(stiff and not closed, 0.0, weight)
-            near = ti.select(stiff and weight < 0.0, 1.0, near)
-            u = v - self.f.v[j]
-            for a, b in ti.static(ti.ndrange(self.n, self.n)):
-                A[a, b] -= weight * d[a] * d[b]
-                G[a, b] -= weight * u[a] * d[b]
+                near = ti.select(stiff and weight < 0.0, 1.0, near)
+            for b in ti.static(range(self.n)):
+                wd = weight * d[b]
+                for a in ti.static(range(self.n)):
+                    G[a, b] -= u[a] * wd
+                    if ti.static(a <= b):
+                        A[a, b] -= d[a] * wd
+        for a, b in ti.static(ti.ndrange(self.n, self.n)):
+            if ti.static(a > b):
+                A[a, b] = A[b, a]
         C = ti.Matrix.identity(ti.f64, self.n)
         if A.determinant() >= FEW:
             C = A.inverse()
         L = G @ C
         stress = self.law.respond(i, L, self.f.clock[DT], numbers, material)
         self.f.flux[i] = tensors.rows(stress @ C)
-        self.f.gradient[i] = tensors.rows(L)
+        impedance = self.f.density[i] * self.f.sound[i]
+        self.f.impedance[i] = impedance
+        self.f.drag[i] = impedance * tensors.rows(L)
         self.f.alpha[i] = ti.select(near > 0.0, numbers.contact, numbers.bulk)
+        if ti.static(self.layout.artificial_stress):
+            self.f.tension[i] = tensors.rows(tensors.pulled(stress, -numbers.tension))
         if ti.static(self.layout.separate):
             self.contact.follow(i, stress, numbers)
         D = 0.5 * (L + L.transpose())

@@ -18,14 +18,22 @@ class Response:
         self.f, self.n = fields, dimension
 
     @ti.func
-    def respond(self, i, L: ti.template(), dt, numbers: ti.template(), m: ti.template()):
-        """The stress of particle i after the step; its state goes on."""
+    def respond(self, i, end: ti.template(), dt, numbers: ti.template(), m: ti.template()):
+        """The stress of particle i after the step; its state goes on.
+
+        end: gradient of the velocity of the step by the places at its end. By those half way,
+        L = end (1 - dt end/2)^-1, it is a pure spin where the body only turns.
+        """
         one = ti.Matrix.identity(ti.f64, self.n)
+        L = end @ (one - (0.5 * dt) * end).inverse()
         D, W = 0.5 * (L + L.transpose()), 0.5 * (L - L.transpose())
         growth = L.trace()
         before, S = self.f.pressure[i], tensors.matrix(self.f.deviator[i], self.n)
         density = self.f.density[i] * ti.exp(-growth * dt)
-        p, reference = LAWS.pressure(density, self.f.reference[i], m)
+        reference = self.f.reference[i]
+        p = LAWS.limited_pressure(density, reference, m)
+        if p != LAWS.elastic_pressure(density, reference, m):
+            reference = LAWS.reference_density(density, p, m)
         K = LAWS.bulk_modulus(reference, m)
         mu = m.mu_over_K * K
         trial = tensors.turned(S, dt * W) + (2.0 * mu * dt) * (D - numbers.share * growth * one)

@@ -31,7 +31,7 @@ class Separation:
         total = 0.0
         for k in range(self.lists.first[i], self.lists.first[i + 1]):
             j = self.lists.entry[k]
-            if self.f.sound[j] == 0.0:
+            if self.f.impedance[j] == 0.0:
                 d = x - self.f.x[j]
                 weight = -self.f.volume[j] * self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)
                 total += weight

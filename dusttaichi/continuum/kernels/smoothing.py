@@ -42,11 +42,18 @@ def scale(kernel, dimension, h):
     return _SCALES[kernel, dimension] / h ** (dimension + 2)
 
 
-def value(kernel, dimension, h, r):
-    """The kernel itself at a distance r [1/m^dimension]."""
-    q = r / h
-    if kernel == "cubic_spline":
-        shape = 0.25 * max(2.0 - q, 0.0) ** 3 - max(1.0 - q, 0.0) ** 3
-        return shape * _SCALES[kernel, dimension] / 0.75 / h**dimension
-    shape = max(1.0 - 0.5 * q, 0.0) ** 4 * (2.0 * q + 1.0)
-    return shape * _SCALES[kernel, dimension] / 5.0 / h**dimension
+@ti.pyfunc
+def cubic_shape(q):
+    """The cubic spline but for its factor."""
+    far, near = max(2.0 - q, 0.0), max(1.0 - q, 0.0)
+    return 0.25 * far * far * far - near * near * near
+
+
+@ti.pyfunc
+def wendland_shape(q):
+    """Wendland's C2 but for its factor."""
+    half = max(1.0 - 0.5 * q, 0.0)
+    return half * half * half * half * (2.0 * q + 1.0)
+
+
+SHAPES = {"cubic_spline": cubic_shape, "wendland_c2": wendland_shape}

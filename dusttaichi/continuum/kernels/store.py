@@ -48,13 +48,14 @@ class Variable:
 
 
 class Layout(NamedTuple):
-    """What is compiled in: dimension, kernel, ghosts or none, contact that opens or sticks, and
-    artificial stress or none."""
+    """What is compiled in: dimension, kernel, ghosts or none, contact that opens or sticks,
+    viscosity by pairs or none, artificial stress or none."""
 
     dimension: int
     kernel: str
     ghosts: bool
     separate: bool
+    viscous: bool
     artificial_stress: bool
 
 
@@ -67,14 +68,15 @@ def declare(layout):
         ("v", "velocity half a step back", "m/s", vector, "seen", True),
         ("volume", "volume, of rigid particles doubled", "m^3", one, "seen", True),
         ("flux", "stress times correction of the gradient", "Pa", tensor, "felt", True),
-        ("gradient", "velocity gradient", "1/s", tensor, "felt", True),
-        ("density", "density", "kg/m^3", one, "felt", True),
-        ("sound", "longitudinal speed of sound, 0 of rigid particles", "m/s", one, "felt", True),
+        ("drag", "velocity gradient times impedance", "Pa/m", tensor, "felt", True),
+        ("impedance", "density times sound, 0 of rigid particles", "Pa s/m", one, "felt", True),
         ("alpha", "viscosity of its contacts", "1", one, "felt", True),
         ("force", "force of the neighbours and gravity", "N", vector, "own"),
         ("viscous", "viscous part of it", "N", vector, "own"),
         ("grid_force", "part of it that acts on grid noise", "N", vector, "own"),
         ("mass", "mass", "kg", one, "own"),
+        ("density", "density", "kg/m^3", one, "own"),
+        ("sound", "longitudinal speed of sound, 0 of rigid particles", "m/s", one, "own"),
         ("reference", "density at zero pressure on the present path", "kg/m^3", one, "own"),
         ("pressure", "pressure", "Pa", one, "own"),
         ("deviator", "deviator of the stress", "Pa", tensor, "own"),

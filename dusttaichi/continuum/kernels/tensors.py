@@ -28,6 +28,17 @@ def double_dot(a: ti.template(), b: ti.template()):
 
 
 @ti.func
+def pulled(S: ti.template(), factor):
+    """The part of a symmetric tensor with positive principal values, times a factor."""
+    values, axes = ti.sym_eig(S)
+    out = ti.Matrix.zero(ti.f64, S.n, S.n)
+    for k in ti.static(range(S.n)):
+        for a, b in ti.static(ti.ndrange(S.n, S.n)):
+            out[a, b] += factor * ti.max(values[k], 0.0) * axes[a, k] * axes[b, k]
+    return out
+
+
+@ti.func
 def turned(S: ti.template(), W: ti.template()):
     """R S R^T with the rotation R = (1 - W/2)^-1 (1 + W/2) of a spin W over a step (Hughes &
     Winget 1980): to second order the part W S - S W of Jaumann's rate, and no length changes."""
