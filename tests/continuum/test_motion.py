@@ -200,8 +200,8 @@ def test_pressed_dust_has_its_strengths():
             motion.advance(int(end / sim.beat) - sim.step)
             record = motion.series(motion.measure(), None)
             mean = record["filling_factor_mean"]
-            pressed.append(record["mean_pressure"] / strength.compressive(mean, m))
-            axial.append(-record["mean_stress"][2] / strength.confined(mean, m))
+            pressed.append(record["pressure_mean"] / strength.compressive(mean, m))
+            axial.append(-record["stress_mean"][2] / strength.confined(mean, m))
         assert np.mean(pressed) == pytest.approx(1.0, abs=0.02)
         assert np.mean(axial) == pytest.approx(1.0, abs=0.02)
     found = motion.measure()
