@@ -33,6 +33,7 @@ from dusttaichi.plots.isotropic import isotropic
 from dusttaichi.plots.ledger import ledger
 from dusttaichi.plots.losses import losses
 from dusttaichi.plots.profile import profile
+from dusttaichi.plots.resolution import resolution
 from dusttaichi.plots.stress import stress
 from dusttaichi.plots.style import bands, styled
 from dusttaichi.plots.tensile import strength, tensile
@@ -64,6 +65,7 @@ __all__ = [
     "losses",
     "mass_spectrum",
     "profile",
+    "resolution",
     "restitution",
     "save_all",
     "save_together",
@@ -173,7 +175,7 @@ def figures_together(runs):
     """The figures that show several Runs in one, by name.
 
     compression, isotropic, tensile and strength, of those runs that have them, where two have;
-    deceleration, bead_profile, compacted_volume and drops of beads that fall on dust.
+    deceleration, bead_profile, compacted_volume, drops and resolution of beads that fall on dust.
     """
     figures = {}
     for does, draw in (
@@ -187,6 +189,7 @@ def figures_together(runs):
                 "bead_profile": bead_profile,
                 "compacted_volume": compacted_volume,
                 "drops": drops,
+                "resolution": resolution,
             },
         ),
     ):

@@ -56,6 +56,7 @@ def fallen(tmp_path_factory):
                    frame(x, density=density)],
         static={"mass": mass, "role": role, "body": role},
         sample=IMPACT,
+        scene_resolved="numerics: {viscosity: {contact: 0.1}}",
     )  # fmt: skip
     with open_run(path) as run:
         yield run
@@ -193,4 +194,9 @@ def test_runs_of_beads_in_one_figure(fallen, tmp_path):
     from dusttaichi.plots import save_together
 
     names = {path.stem for path in save_together([fallen, fallen], tmp_path)}
-    assert names == {"bead_profile", "compacted_volume", "deceleration", "drops"}
+    assert names == {"bead_profile", "compacted_volume", "deceleration", "drops", "resolution"}
+
+
+def test_straight_line_to_spacing_zero():
+    value, slope = of.at_zero_spacing(np.array([1e-4, 2e-4, 4e-4]), np.array([1.1, 1.2, 1.4]))
+    assert value == pytest.approx(1.0) and slope == pytest.approx(1e3)

@@ -14,6 +14,7 @@ from dusttaichi.physics.continuum import elasticity
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.samples import continuum
 from dusttaichi.samples.continuum import DUST, HELD, RIGID, WALL, AnyParticles, Matter, lattice
+from dusttaichi.scene import Scene
 from dusttaichi.scene.continuum_boundary import ContinuumBoundary
 from dusttaichi.scene.continuum_material import ContinuumMaterial
 
@@ -225,3 +226,12 @@ def test_what_does_not_go_with_the_dimension():
     assert {path for path, _ in block.conflicts(scene)} == {"size", "lattice"}
     boundary = BOUNDARY.validate_python({"kind": "faces", "y_min": "mirror"})
     assert [path for path, _ in boundary.conflicts(2)] == ["y_min"]
+
+
+def test_a_scene_without_faces_is_one():
+    data = {"name": "free", "method": "continuum", "material": "dust_g09", "stop": {"steps": 1}}
+    data |= {"sample": {"kind": "sphere", "diameter": "1 mm"}, "numerics": {"spacing": "0.1 mm"}}
+    particles = continuum.make(Scene.from_dict(data))
+    assert np.isnan(particles.room).all() and (particles.role == DUST).all()
+    with pytest.raises(DustError, match="y_min.*no such face"):
+        Scene.from_dict(data | {"boundary": {"kind": "faces", "y_min": "mirror"}})

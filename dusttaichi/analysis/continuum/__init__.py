@@ -11,7 +11,13 @@ from dusttaichi.analysis.continuum.filling import (
     histogram,
     section,
 )
-from dusttaichi.analysis.continuum.intrusion import Intrusion, Stop, intrusion, momentum_per_area
+from dusttaichi.analysis.continuum.intrusion import (
+    Intrusion,
+    Stop,
+    at_zero_spacing,
+    intrusion,
+    momentum_per_area,
+)
 from dusttaichi.analysis.continuum.particles import ParticleFrame, read_particles
 from dusttaichi.analysis.continuum.pieces import Bounce, Pieces, bounce, collide, pieces
 
@@ -24,6 +30,7 @@ __all__ = [
     "ParticleFrame",
     "Pieces",
     "Stop",
+    "at_zero_spacing",
     "axis_profile",
     "bounce",
     "collide",

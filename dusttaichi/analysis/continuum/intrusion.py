@@ -79,6 +79,16 @@ def first_stop(time, height, velocity):
     return Stop(end, depth, float(depth * np.sqrt(np.mean(apart**2))), normalised)
 
 
+def at_zero_spacing(spacing, values):
+    """(value, slope) of the straight line through values over spacing [m], (n,) each, at spacing 0.
+
+    By least squares. What particles of finite size do to a bead that sinks into dust is of first
+    order: the layer that touches it is one spacing thick.
+    """
+    slope, value = np.polyfit(spacing, values, 1)
+    return float(value), float(slope)
+
+
 def intrusion(run):
     """The Intrusion of the projectile of a Run with one rigid body that falls on dust.
 

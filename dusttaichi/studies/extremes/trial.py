@@ -7,8 +7,8 @@ from math import inf, nan, pi
 
 import numpy as np
 
+from dusttaichi import method, units
 from dusttaichi import samples as generators
-from dusttaichi import units
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.grains import network
 from dusttaichi.grains.build import build
@@ -17,6 +17,7 @@ from dusttaichi.grains.time_step import TimeStep
 from dusttaichi.method import Start
 from dusttaichi.run import ledger
 from dusttaichi.scene import Scene
+from dusttaichi.scene.grains import GrainsScene
 from dusttaichi.studies.extremes import arrangements
 from dusttaichi.studies.extremes.cell import CellResult
 from dusttaichi.studies.extremes.limit import measured_limit
@@ -42,6 +43,10 @@ def attempt(cell):
 
 def _attempt(cell):
     scene = Scene.from_dict(cell.scene)
+    if not isinstance(scene, GrainsScene):
+        sim = method.of(scene).build(scene, method.make_sample(scene))
+        result = watched(sim, scene, cell.steps, lambda: sim.snapshot().values())
+        return replace(result, dt=sim.dt * units.TIME)
     sample = (
         generators.make(scene) if cell.sample is None else arrangements.make(scene, cell.sample)
     )
@@ -56,12 +61,16 @@ def _attempt(cell):
     if cell.limit:
         estimated = network.stable_step(sim, scene)[1]
         measured = measured_limit(sim, estimated)
-    result = watched(MovingGrains(scene, sample, sim), scene, cell.steps)
+    moving = MovingGrains(scene, sample, sim)
+    result = watched(moving, scene, cell.steps, sim.grain_state)
     return replace(result, dt=sim.dt * units.TIME, estimated=estimated, measured=measured)
 
 
-def watched(sim, scene, steps):
-    """CellResult of `steps` steps of MovingGrains with the guards and records of a run."""
+def watched(sim, scene, steps, state):
+    """CellResult of `steps` steps of a method.Simulation with the guards and records of a run.
+
+    state: function without arguments that gives arrays of now, all of which must be numbers.
+    """
     tolerance, start, worst = scene.numerics.ledger_tolerance, Start.of(sim.measure()), 0.0
     records = set(np.linspace(0, steps, RECORDS + 1).astype(int).tolist())
     while True:
@@ -78,8 +87,8 @@ def watched(sim, scene, steps):
             for key, value in entry.items()
             if key not in MAY_BE_OPEN and not np.all(np.isfinite(value))
         ]
-        if not np.isfinite(sim.sim.grain_state()).all():
-            bad.append("grains")
+        if not all(np.isfinite(values).all() for values in state()):
+            bad.append("state")
         if bad:
             return CellResult("WRONG", f"not a number in {', '.join(bad)}", worst, sim.step)
         if sim.step >= steps:

@@ -1,5 +1,6 @@
 """The groups of the map; each is a function from `quick` to its list of cells."""
 
+from dusttaichi.studies.extremes.groups.continuum import continuum
 from dusttaichi.studies.extremes.groups.materials import materials, single_materials
 from dusttaichi.studies.extremes.groups.precisions import precisions
 from dusttaichi.studies.extremes.groups.sizes import filling_factors, size_ratios
@@ -17,4 +18,5 @@ GROUPS = {
     "filling factors": filling_factors,
     "long runs": long_runs,
     "precisions": precisions,
+    "continuum": continuum,
 }

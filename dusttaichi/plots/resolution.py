@@ -1,0 +1,40 @@
+"""Depth and stopping time of a bead over the spacing of particles: what is left at spacing zero."""
+
+import numpy as np
+
+from dusttaichi.analysis.continuum import at_zero_spacing, intrusion
+from dusttaichi.plots import style
+
+
+@style.styled
+def resolution(runs):
+    """Depth D and stopping time T of one bead over the spacing, g t^2 / 2 taken away.
+
+    A line for each viscosity at the contact (numerics.viscosity.contact), by least squares, down to
+    spacing zero. Runs that ended before the bead stopped are left out. Raises DustError where a run
+    has no rigid projectile.
+    """
+    found = {}
+    for run in runs:
+        stop = intrusion(run).without_gravity
+        if stop is not None:
+            alpha = run.scene["numerics"]["viscosity"]["contact"]
+            point = (float(run.attrs["spacing"]), stop.depth * 1e3, stop.time * 1e3)
+            found.setdefault(float(alpha), []).append(point)
+    figure, axes = style.new_figure(height=5.0, rows=2)
+    for number, (alpha, points) in enumerate(sorted(found.items(), reverse=True)):
+        spacing, *values = np.array(sorted(points)).T
+        look = style.run_style(number)
+        for one, value, unit in zip(axes, values, ("mm", "ms"), strict=True):
+            label = rf"$\alpha$ = {alpha:g}"
+            one.plot(spacing * 1e6, value, "o", color=look["color"], markersize=4)
+            if np.ptp(spacing) > 0.0:
+                end, slope = at_zero_spacing(spacing, value)
+                x = np.array([0.0, spacing.max()])
+                one.plot(x * 1e6, end + slope * x, label=f"{label}: {end:.3f} {unit}", **look)
+    for one, name in zip(axes, ("depth D (mm)", "stopping time T (ms)"), strict=True):
+        one.set_ylabel(name)
+        one.set_xlim(left=0.0)
+        one.legend(title="at spacing zero", loc="best")
+    axes[1].set_xlabel("spacing of particles (µm)")
+    return figure
