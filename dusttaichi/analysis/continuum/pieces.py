@@ -123,7 +123,8 @@ class Bounce:
     """How a body of dust comes back from a wall along an axis.
 
     coefficient: of restitution, speed of the largest piece away from the wall at the end over that
-    of the body towards it at the start; 0 where that piece sticks. rebound: the largest speed back
+    of the body towards it at the start; 0 where that piece is near a wall that still acts with a
+    force, in the last tenth of the run. rebound: the largest speed back
     of the centre of mass over the start's, at any time. parts: the Pieces of the end. axis: "z" ...
     """
 
@@ -143,8 +144,18 @@ def bounce(run):
     axis = int(np.argmax(np.abs(start)))
     momentum = run.whole.series.momentum.isel(xyz=axis).values
     back = -momentum / momentum[0]
-    coefficient = 0.0 if parts.sticks[0] else -parts.velocity[0, axis] / start[axis]
+    held = parts.sticks[0] and _pushed_at_the_end(run)
+    coefficient = 0.0 if held else -parts.velocity[0, axis] / start[axis]
     return Bounce(float(coefficient), float(back.max(initial=0.0)), parts, AXES[axis])
+
+
+def _pushed_at_the_end(run):
+    """True where some face acts with a force in the last tenth of a run; or nothing tells of it."""
+    series = run.whole.series
+    if "wall_force" not in series:
+        return True
+    force = series.wall_force.values
+    return bool(np.any(force[-max(1, len(force) // 10) :]))
 
 
 def collide(run):
