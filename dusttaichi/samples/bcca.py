@@ -13,15 +13,24 @@ from collections.abc import Iterator
 from typing import Literal
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field
 
 from dusttaichi.errors import DustError
+from dusttaichi.samples import unequal
 from dusttaichi.samples.ballistic import first_touch, random_in_disc, random_rotations
 from dusttaichi.samples.materials import Materials
+from dusttaichi.samples.mixture import (
+    SharesField,
+    SizesField,
+    drawn,
+    mixed,
+    sized,
+    unknown_shares,
+)
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
 from dusttaichi.samples.values import Seed
-from dusttaichi.scene.fields import Count, needed
+from dusttaichi.scene.fields import Count
 
 MOST_GRAINS = 2**20  # a minute or two
 
@@ -30,16 +39,16 @@ class BccaSample(SampleBlock):
     """An aggregate grown by ballistic collisions of equal clusters (BCCA)."""
 
     kind: Literal["bcca"]
-    grains: Count = Field(description="number of grains, a power of two")
+    grains: Count = Field(
+        description="number of grains; where it is no power of two, clusters halve as nearly as "
+        "they can"
+    )
+    sizes: SizesField = None
+    shares: SharesField = None
     seed: Seed = Field(1, description="seed of the random numbers")
 
-    @field_validator("grains", mode="after")
-    @classmethod
-    def _power_of_two(cls, value: int) -> int:
-        if value & (value - 1):
-            below = 1 << (value.bit_length() - 1)
-            raise needed(f"a power of two is needed, for example {below} or {2 * below}")
-        return value
+    def conflicts(self, scene) -> list[tuple[str, str]]:
+        return unknown_shares(self.shares, scene)
 
 
 def generations(grains: int, distance: float, rng) -> Iterator[np.ndarray]:
@@ -95,13 +104,9 @@ def make(spec: BccaSample, materials: Materials) -> Sample:
             f"sample.grains = {spec.grains}: too many for bcca; allowed: at most {MOST_GRAINS}."
         )
     rng = np.random.Generator(np.random.PCG64(spec.seed))
+    info = {"kind": "bcca", "shape": "aggregate", "seed": int(spec.seed), "grains": spec.grains}
+    if mixed(spec) or spec.grains & (spec.grains - 1):
+        grains = drawn(spec, materials, spec.grains, rng)
+        return sized(unequal.clusters(grains, rng), grains, materials, info)
     *_, clusters = generations(spec.grains, materials.distance, rng)
-    sample = Sample.at_rest(clusters[0])
-    sample.info.update(
-        kind="bcca",
-        shape="aggregate",
-        seed=int(spec.seed),
-        grains=len(sample),
-        equilibrium_distance=materials.distance,
-    )
-    return sample
+    return Sample.at_rest(clusters[0], info | {"equilibrium_distance": materials.distance})

@@ -21,7 +21,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from dusttaichi.errors import DustError
-from dusttaichi.samples import cut
+from dusttaichi.samples import cut, unequal
 from dusttaichi.samples.ballistic import (
     across,
     arrival,
@@ -30,6 +30,14 @@ from dusttaichi.samples.ballistic import (
     random_in_disc,
 )
 from dusttaichi.samples.materials import Materials
+from dusttaichi.samples.mixture import (
+    SharesField,
+    SizesField,
+    drawn,
+    mixed,
+    sized,
+    unknown_shares,
+)
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import ROUNDING, Sample, extent
 from dusttaichi.samples.values import CutGrains, CutSize, Seed, shape_of
@@ -38,6 +46,7 @@ from dusttaichi.scene.fields import Number, problems
 BULK = 0.15  # filling factor of the bulk; only to guess how large an aggregate to cut from
 MOST_GRAINS = 2e6  # of the aggregate: minutes
 LAST = 0.2  # part of the aggregate that came last,
+SLOWER = 50  # times as long, where grains are not all alike
 FEW = 1e-3  # and grains of it that may have come to rest in a cut, as a part of the cut's
 
 
@@ -55,6 +64,8 @@ class PcaSample(SampleBlock):
     aspect: Annotated[float, Number(gt=0)] = Field(
         1.0, description="height over width of a cut, with grains"
     )
+    sizes: SizesField = None
+    shares: SharesField = None
     seed: Seed = Field(1, description="seed of the random numbers")
 
     @model_validator(mode="before")
@@ -69,9 +80,14 @@ class PcaSample(SampleBlock):
         found = cut.problems(self)
         if self.shape == "aggregate" and self.size is None and self.aspect != 1.0:
             found.append(("aspect", "it is allowed only with shape box or cylinder"))
+        if self.shape != "aggregate" and mixed(self):
+            found.append(("shape", "grains that are not all alike grow as an aggregate only"))
         if found:
             raise problems(found)
         return self
+
+    def conflicts(self, scene) -> list[tuple[str, str]]:
+        return unknown_shares(self.shares, scene)
 
 
 class Aggregate:
@@ -129,6 +145,13 @@ def make(spec: PcaSample, materials: Materials) -> Sample:
     """
     radius, equilibrium_distance = materials.radius, materials.distance
     rng = np.random.Generator(np.random.PCG64(spec.seed))
+    if mixed(spec):
+        _check_grains(spec.grains * SLOWER)
+        grains = drawn(spec, materials, spec.grains, rng)
+        x = unequal.aggregate(grains, rng)
+        info = {"kind": "pca", "shape": spec.shape, "seed": int(spec.seed), "grains": len(x)}
+        centre = (grains.radii**3 @ x) / np.sum(grains.radii**3)
+        return sized(x - centre, grains, materials, info)
     aggregate = Aggregate(equilibrium_distance)
     if spec.shape == "aggregate":
         _check_grains(spec.grains)

@@ -18,8 +18,16 @@ import scipy
 from pydantic import Field, model_validator
 
 from dusttaichi.errors import DustError
-from dusttaichi.samples import cut
+from dusttaichi.samples import cut, unequal
 from dusttaichi.samples.materials import Materials
+from dusttaichi.samples.mixture import (
+    SharesField,
+    SizesField,
+    drawn,
+    mixed,
+    sized,
+    unknown_shares,
+)
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
 from dusttaichi.samples.values import BoxSize, Seed, exactly_one
@@ -45,7 +53,12 @@ class RandomPackingSample(SampleBlock):
     filling_factor: Annotated[float, Number(gt=0, le=0.62)] = Field(
         0.6, description="grain volume over the volume of the cell"
     )
+    sizes: SizesField = None
+    shares: SharesField = None
     seed: Seed = Field(1, description="seed of the random numbers")
+
+    def conflicts(self, scene) -> list[tuple[str, str]]:
+        return unknown_shares(self.shares, scene)
 
     @model_validator(mode="after")
     def _check(self) -> RandomPackingSample:
@@ -64,6 +77,8 @@ def make(spec: RandomPackingSample, materials: Materials) -> Sample:
     The filling factor is met to one grain. Raises DustError for a size without room, too many
     grains, or a packing that is not found.
     """
+    if mixed(spec):
+        return _unequal(spec, materials)
     radius, equilibrium_distance = materials.radius, materials.distance
     grain = 4 / 3 * math.pi * radius**3
     if spec.grains is not None:
@@ -106,6 +121,33 @@ def make(spec: RandomPackingSample, materials: Materials) -> Sample:
         period=period.tolist(),
     )
     return sample
+
+
+def _unequal(spec, materials: Materials) -> Sample:
+    """The packing of grains that are not all alike; with `size` as many as fill it."""
+    rng = np.random.Generator(np.random.PCG64(spec.seed))
+    if spec.grains is not None:
+        grains = drawn(spec, materials, spec.grains, rng)
+        volume = np.sum(4 / 3 * math.pi * grains.radii**3)
+        period = np.full(3, (volume / spec.filling_factor) ** (1 / 3))
+    else:
+        period = np.array(spec.size)
+        mean = np.mean(4 / 3 * math.pi * drawn(spec, materials, 10_000, rng).radii ** 3)
+        count = spec.filling_factor * float(period.prod()) / mean
+        grains = drawn(spec, materials, max(1, int(min(2 * count, MOST_GRAINS))), rng)
+        filled = np.cumsum(4 / 3 * math.pi * grains.radii**3)
+        grains = grains.taken(filled <= spec.filling_factor * period.prod())
+    cut.check_room(period, float(grains.radii.max(initial=materials.radius)))
+    for _ in range(ATTEMPTS):
+        points = rng.random((len(grains), 3)) * period
+        x = unequal.pushed_apart(points, period, grains, rounds=MOST_ROUNDS, evaluations=ROUND)
+        if x is not None:
+            info = {"kind": "random_packing", "seed": int(spec.seed), "grains": len(x)}
+            return sized(x, grains, materials, info | {"period": period.tolist()})
+    raise DustError(
+        f"sample.filling_factor = {spec.filling_factor:g}: no packing without overlaps was found "
+        f"with seed {spec.seed}; try a lower filling factor, more grains, or another seed."
+    )
 
 
 def _pushed_apart(points, period, distance: float, margin: float) -> np.ndarray | None:

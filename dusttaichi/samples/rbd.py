@@ -25,8 +25,16 @@ import scipy
 from pydantic import Field, model_validator
 
 from dusttaichi.errors import DustError
-from dusttaichi.samples import cut
+from dusttaichi.samples import cut, unequal
 from dusttaichi.samples.materials import Materials
+from dusttaichi.samples.mixture import (
+    SharesField,
+    SizesField,
+    drawn,
+    mixed,
+    sized,
+    unknown_shares,
+)
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import ROUNDING, Sample, bulk_filling_factor, extent
 from dusttaichi.samples.values import TOO_NARROW, CutGrains, CutSize, Seed, edges_of
@@ -35,6 +43,7 @@ from dusttaichi.scene.fields import Number, problems
 BULK = 0.15  # filling factor of the bulk, S12 section 3.1; only to guess how wide to deposit
 LEAST_PERIOD = 40.0  # grain radii: a narrower periodic deposit grows as a correlated column
 MOST_DROPS = 2e7  # a mistyped size must not fill the memory; 1e6 grains take 1.5e6 drops, 8 s
+SLOWER = 20  # times as long, where grains are not all alike
 CELLS = 3  # cells per touching distance in the map of landing heights
 
 
@@ -48,6 +57,8 @@ class RbdSample(SampleBlock):
     aspect: Annotated[float, Number(gt=0)] = Field(
         1.0, description="height over width, with grains"
     )
+    sizes: SizesField = None
+    shares: SharesField = None
     seed: Seed = Field(1, description="seed of the random numbers")
 
     @model_validator(mode="after")
@@ -58,13 +69,17 @@ class RbdSample(SampleBlock):
         return self
 
     def conflicts(self, scene) -> list[tuple[str, str]]:
-        if self.size is None or min(edges_of(self.size)) >= 2 * scene.material.radius:
+        wrong = unknown_shares(self.shares, scene)
+        if wrong:
+            return wrong
+        alike = not mixed(self) and self.size is not None
+        if not alike or min(edges_of(self.size)) >= 2 * scene.material.radius:
             return []
         return [("size", TOO_NARROW)]
 
     def least_room(self, radius: float) -> tuple[tuple[float, float, float], int]:
         edges = (0.0, 0.0, 0.0) if self.size is None else edges_of(self.size)
-        return edges, self.grains or 0
+        return edges, 0 if mixed(self) else self.grains or 0
 
 
 class Deposit:
@@ -170,6 +185,8 @@ def make(spec: RbdSample, materials: Materials) -> Sample:
     Raises DustError if the size leaves no room for a grain, no grain is in it, or the deposit
     would be too large for the memory.
     """
+    if mixed(spec):
+        return _unequal(spec, materials)
     radius, distance = materials.radius, materials.distance
     proportions = cut.proportions(spec, radius)
     if spec.grains is None:
@@ -184,6 +201,35 @@ def make(spec: RbdSample, materials: Materials) -> Sample:
     sample = Sample.at_rest(positions)
     sample.info.update(_describe(sample, spec, radius, distance), deposited=drops)
     return sample
+
+
+def _unequal(spec, materials: Materials) -> Sample:
+    """The cut of a cake of grains that are not all alike, taken as that of equal ones."""
+    rng = np.random.Generator(np.random.PCG64(spec.seed))
+    some = drawn(spec, materials, 10_000, rng).radii
+    radius, widest = float(np.mean(some**3) ** (1 / 3)), 2.0 * float(some.max())
+    proportions = cut.proportions(spec, radius)
+    width = proportions[0] if spec.grains is None else _guessed_width(spec, radius)
+    while True:
+        period = max(1.1 * width, LEAST_PERIOD * radius, 4.0 * widest)
+        _check_drops(np.full(2, period), SLOWER * spec.aspect * width, radius)
+        deposit = unequal.Deposit(period, widest)
+        needed = 1.0 if spec.grains is None else math.inf
+        while deposit.surface(0.0) <= needed * proportions[2] + widest:
+            deposit.drop(drawn(spec, materials, math.ceil((period / radius) ** 2), rng), rng)
+            cake = deposit.positions - np.array([period / 2, period / 2, 0.0])
+            scale = cut.scale(cake, spec.shape, proportions, deposit.grains.radii)
+            if spec.grains is not None and len(cake) >= spec.grains:
+                needed = np.partition(scale, spec.grains - 1)[spec.grains - 1]
+        if spec.grains is None or needed * proportions[0] <= period:
+            break
+        width = 1.5 * max(period, min(needed, 2 * period))
+    kept = np.flatnonzero(scale <= needed)[: spec.grains]
+    if len(kept) == 0:
+        raise cut.nothing_inside(proportions, radius, spec.seed)
+    info = {"kind": "rbd", "shape": spec.shape, "seed": int(spec.seed), "grains": len(kept)}
+    grains = deposit.grains.taken(kept)
+    return sized(cake[kept], grains, materials, info | {"deposited": len(cake)})
 
 
 def _deposit_size(spec, radius, distance, size):

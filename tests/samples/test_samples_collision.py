@@ -172,7 +172,7 @@ def test_grains_can_collide():
         ({"speed": None}, "sample.speed"),
         ({"target": {"kind": "ball"}}, 'sample.target.kind = "ball"'),
         ({"target": {"grains": 4}}, "sample.target: kind is missing"),
-        ({"target": {"kind": "bcca", "grains": 3}}, "sample.target.grains = 3: a power of two"),
+        ({"target": {"kind": "bcca", "grains": 0}}, "sample.target.grains = 0: a whole number"),
         ({"projectile": {"kind": "rbd"}}, "sample.projectile: exactly one of grains and size"),
         ({"projectile": {"kind": "pca", "grain": 4}}, 'did you mean "grains"?'),
         ({"orientation": "any"}, '"random" or "as given" is needed'),

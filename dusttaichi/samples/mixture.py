@@ -1,0 +1,197 @@
+"""Sizes and materials of the grains that a generator draws, and where two of them touch.
+
+Numbers of grains are drawn, not masses: a power law N(r) dr ~ r^exponent dr between two radii, a
+lognormal law, or a list of radii with the share of grains that have each. Materials have shares of
+the grains too. Each grain is drawn on its own, in the order in which the generator takes them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from dusttaichi.physics.contact.constants import interface
+from dusttaichi.samples.materials import Materials
+from dusttaichi.samples.sample import Sample
+from dusttaichi.samples.values import Radius
+from dusttaichi.scene.fields import Block, Number, problems
+
+Share = Annotated[float, Number(gt=0)]
+SmallestField = Annotated[Radius, Field(description="smallest radius; there are none below it")]
+LargestField = Annotated[Radius, Field(description="largest radius; there are none above it")]
+
+
+class PowerLaw(Block):
+    """N(r) dr ~ r^exponent dr; -3.5 is that of collisional cascades (Mathis et al. 1977)."""
+
+    kind: Literal["power"]
+    exponent: Annotated[float, Number()] = Field(
+        description="exponent k of the number of grains, N(r) dr ~ r^k dr, for example -3.5"
+    )
+    smallest: SmallestField
+    largest: LargestField
+
+    @model_validator(mode="after")
+    def _check(self) -> PowerLaw:
+        return _ordered(self)
+
+    def draw(self, rng, count: int) -> np.ndarray:
+        """Radii (count,) [m]: the inverse of the cumulated distribution."""
+        low, high, k = self.smallest, self.largest, self.exponent + 1.0
+        part = rng.random(count)
+        if abs(k) < 1e-9:
+            return low * (high / low) ** part
+        return low * (1.0 + part * ((high / low) ** k - 1.0)) ** (1.0 / k)
+
+
+class Lognormal(Block):
+    """ln r is normal about that of the median, with the standard deviation sigma."""
+
+    kind: Literal["lognormal"]
+    median: Radius = Field(description="median radius")
+    sigma: Annotated[float, Number(gt=0, le=2)] = Field(description="standard deviation of ln r")
+    smallest: SmallestField
+    largest: LargestField
+
+    @model_validator(mode="after")
+    def _check(self) -> Lognormal:
+        if not self.smallest < self.median < self.largest:
+            raise problems([("median", "it must lie between smallest and largest")])
+        return _ordered(self)
+
+    def draw(self, rng, count: int) -> np.ndarray:
+        """Radii (count,) [m]."""
+        radii = np.zeros(count)
+        left = np.arange(count)
+        while len(left):
+            radii[left] = self.median * np.exp(self.sigma * rng.standard_normal(len(left)))
+            left = left[(radii[left] < self.smallest) | (radii[left] > self.largest)]
+        return radii
+
+
+class Radii(Block):
+    """Some radii, each with its share of the grains."""
+
+    kind: Literal["list"]
+    radii: tuple[Radius, ...] = Field(description="radii that grains have")
+    shares: tuple[Share, ...] | None = Field(
+        None, description="how many grains have each, in any unit; default as many of each"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> Radii:
+        if not self.radii:
+            raise problems([("radii", "at least one radius is needed")])
+        if self.shares is not None and len(self.shares) != len(self.radii):
+            text = f"as many as radii are needed, {len(self.radii)} and not {len(self.shares)}"
+            raise problems([("shares", text)])
+        return self
+
+    def draw(self, rng, count: int) -> np.ndarray:
+        """Radii (count,) [m]."""
+        shares = np.ones(len(self.radii)) if self.shares is None else np.array(self.shares)
+        return rng.choice(np.array(self.radii), size=count, p=shares / shares.sum())
+
+
+def _ordered(block):
+    if not block.smallest < block.largest:
+        raise problems([("largest", "it must be above smallest")])
+    return block
+
+
+def sized(positions, grains: Grains, materials: Materials, info: dict) -> Sample:
+    """The Sample at rest of Grains at these centres (N, 3) [m]; info: what is said of it."""
+    own = materials.polydisperse(grains.radii, grains.numbers)
+    said = {"smallest_radius": grains.radii.min(), "largest_radius": grains.radii.max()}
+    info = info | {name: float(value) for name, value in said.items()}
+    return replace(Sample.at_rest(positions, info), **own)
+
+
+Sizes = Annotated[PowerLaw | Lognormal | Radii, Field(discriminator="kind")]
+SizesField = Annotated[
+    Sizes | None,
+    Field(
+        description="sizes of the grains, by a law or a list; by default all have the radius of "
+        "their material"
+    ),
+]
+SharesField = Annotated[
+    dict[str, Share] | None,
+    Field(
+        description="materials of the grains and how many grains have each, in any unit, as "
+        "{default: 3, ice: 1}; by default all are of material"
+    ),
+]
+
+
+def unknown_shares(given, scene) -> list[tuple[str, str]]:
+    """A problem for the first name that no material of the scene has."""
+    names = ["default", *scene.materials]
+    wrong = [name for name in given or () if name not in names]
+    text = f"the scene does not have it; allowed: {', '.join(names)}"
+    return [(f"shares.{wrong[0]}", text)] if wrong else []
+
+
+@dataclass(frozen=True)
+class Grains:
+    """Radii (N,) [m] and numbers of the materials (N,) of grains in the order they are drawn.
+
+    touch: Touch of the scene.
+    """
+
+    radii: np.ndarray
+    numbers: np.ndarray
+    touch: Touch
+
+    def __len__(self):
+        return len(self.radii)
+
+    def distance(self, i, j):
+        """Between the centres of grains i and j in equilibrium contact [m]; arrays broadcast."""
+        return self.touch.distance(
+            (self.radii[i], self.numbers[i]), (self.radii[j], self.numbers[j])
+        )
+
+    def taken(self, which):
+        """The same of some of the grains."""
+        return Grains(self.radii[which], self.numbers[which], self.touch)
+
+
+class Touch:
+    """Where two grains are in equilibrium contact, of any radii and materials of a scene.
+
+    delta0 = a0^2/(3 R) with a0 = (9 pi gamma R^2/E*)^(1/3) is c R^(1/3), with a constant c of each
+    two materials.
+    """
+
+    def __init__(self, materials: Materials):
+        def factor(a, b):
+            face = interface(a, b, materials.interaction)
+            return (9.0 * np.pi * face.gamma / face.E_star) ** (2.0 / 3.0) / 3.0
+
+        self.factors = np.array([[factor(a, b) for b in materials.all] for a in materials.all])
+
+    def distance(self, one, other):
+        """Centres of grains apart [m]; one, other: (radii [m], numbers of the materials)."""
+        (r1, n1), (r2, n2) = one, other
+        reduced = r1 * r2 / (r1 + r2)
+        return r1 + r2 - self.factors[n1, n2] * np.cbrt(reduced)
+
+
+def mixed(spec) -> bool:
+    """True where a block asks for grains that are not all alike."""
+    return any(getattr(spec, name, None) is not None for name in ("sizes", "shares"))
+
+
+def drawn(spec, materials: Materials, count: int, rng) -> Grains:
+    """`count` Grains as a block asks, sizes first, then materials."""
+    shares = spec.shares or {"default": 1.0}
+    names = [materials.numbers([name], 1, "sample.shares")[0] for name in shares]
+    radii = None if spec.sizes is None else spec.sizes.draw(rng, count)
+    weights = np.array(list(shares.values()))
+    numbers = rng.choice(np.array(names), size=count, p=weights / weights.sum())
+    numbers = numbers.astype(np.int32)
+    return Grains(materials.radii(radii, numbers, "sample.sizes"), numbers, Touch(materials))

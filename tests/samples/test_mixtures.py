@@ -1,0 +1,110 @@
+"""Samples of grains of several sizes and materials: drawn as asked, touching as each pair does."""
+
+import numpy as np
+import pytest
+
+from dusttaichi.errors import DustError
+from dusttaichi.physics.contact.constants import mixed_constants
+from dusttaichi.samples import make
+from dusttaichi.samples.mixture import Lognormal, PowerLaw, Radii
+from dusttaichi.scene import from_yaml
+
+TEXT = """
+name: mixture
+material: silicate_s12
+materials: {ice: ice_t19}
+sample: {SAMPLE, sizes: SIZES, shares: {default: 3, ice: 1}, seed: 4}
+boundary: {kind: open}
+stop: {steps: 10}
+"""
+POWER = "{kind: power, exponent: -3.5, smallest: 0.3 um, largest: 1 um}"
+
+
+def made(sample, sizes=POWER):
+    scene = from_yaml(TEXT.replace("SAMPLE", sample).replace("SIZES", sizes))
+    return scene, make(scene)
+
+
+def gaps(scene, sample, period=None):
+    """Distance of every two centres less that of their equilibrium contact [m], (N, N)."""
+    d = sample.positions[:, None] - sample.positions[None]
+    if period is not None:
+        d -= period * np.round(d / period)
+    touch = np.zeros(d.shape[:2])
+    for i in range(len(sample)):
+        for j in range(i):
+            a, b = (scene.all_materials[sample.materials[k]] for k in (i, j))
+            c = mixed_constants(a, sample.radii[i], b, sample.radii[j], scene.interaction)
+            touch[i, j] = touch[j, i] = c.r1 + c.r2 - c.delta0
+    out = np.linalg.norm(d, axis=2) - touch
+    np.fill_diagonal(out, np.inf)
+    return out
+
+
+@pytest.mark.parametrize("kind", ["kind: pca, grains: 60", "kind: bcca, grains: 50"])
+def test_an_aggregate_is_a_tree_of_exact_contacts(kind):
+    """Each grain or cluster stays where it first touches: N - 1 contacts at the equilibrium
+    distance of their pair (to rounding of positions of 10 um), no pair nearer than that."""
+    scene, sample = made(kind)
+    gap = gaps(scene, sample)
+    assert gap.min() > -1e-20 * 1e6
+    assert np.count_nonzero(np.abs(gap) < 1e-15) == 2 * (len(sample) - 1)
+    assert set(sample.materials) == {0, 1} and 0.3e-6 <= sample.radii.min() < sample.radii.max()
+    assert len(sample) in (50, 60)
+
+
+def test_a_deposit_rests_on_exact_contacts():
+    scene, sample = made("kind: rbd, grains: 80")
+    gap = gaps(scene, sample)
+    assert gap.min() > -1e-15 and len(sample) == 80
+    on_floor = np.isclose(sample.positions[:, 2], sample.radii, rtol=1e-12)
+    # all but those on the floor, and those whose support is outside of the cut, touch one below
+    below = [np.any(np.abs(row[:k]) < 1e-15) for k, row in enumerate(gap)]
+    assert np.mean(on_floor | np.array(below)) > 0.6
+
+
+def test_a_packing_has_the_filling_factor_and_no_overlap():
+    scene, sample = made("kind: random_packing, grains: 60, filling_factor: 0.5")
+    period = np.array(sample.info["period"])
+    assert gaps(scene, sample, period).min() > -1e-14
+    volume = np.sum(4 / 3 * np.pi * sample.radii**3)
+    assert volume / period.prod() == pytest.approx(0.5, rel=1e-9)
+
+
+def test_laws_of_sizes():
+    """Against the cumulated distributions; 3/sqrt(N) is five of its standard deviations."""
+    rng, n = np.random.default_rng(1), 20_000
+    power = PowerLaw(kind="power", exponent=-3.5, smallest="0.1 um", largest="1 um").draw(rng, n)
+    expected = (1 - 2**-2.5) / (1 - 10**-2.5)
+    assert np.mean(power < 0.2e-6) == pytest.approx(expected, abs=3 / n**0.5)
+    log = Lognormal(kind="lognormal", median="0.5 um", sigma=0.3, smallest="1 nm", largest="1 mm")
+    radii = np.log(log.draw(rng, n))
+    assert np.mean(radii) == pytest.approx(np.log(0.5e-6), abs=3 / n**0.5)
+    assert np.std(radii) == pytest.approx(0.3, abs=3 / n**0.5)
+    two = Radii(kind="list", radii=["0.1 um", "0.3 um"], shares=[3, 1]).draw(rng, n)
+    assert np.mean(two == 0.1e-6) == pytest.approx(0.75, abs=3 / n**0.5)
+
+
+@pytest.mark.parametrize(
+    "sample, sizes, words",
+    [
+        (
+            "kind: pca, grains: 9",
+            "{kind: power, exponent: -3.5, smallest: 1 um, largest: 1 um}",
+            ["above smallest"],
+        ),
+        ("kind: pca, grains: 9", "{kind: list, radii: [1 um], shares: [1, 2]}", ["1 and not 2"]),
+        ("kind: pca, grains: 9", "{kind: normal}", ["sizes.kind", "power", "lognormal"]),
+        ("kind: pca, grains: 9, shape: box", POWER, ["sample.shape", "as an aggregate only"]),
+    ],
+)
+def test_refused(sample, sizes, words):
+    with pytest.raises(DustError) as error:
+        made(sample, sizes)
+    assert all(word in str(error.value) for word in words), str(error.value)
+
+
+def test_a_share_of_a_material_that_is_not_there():
+    text = TEXT.replace("ice: 1}", "iron: 1}").replace("SIZES", POWER)
+    with pytest.raises(DustError, match="sample.shares.iron.*allowed: default, ice"):
+        make(from_yaml(text.replace("SAMPLE", "kind: pca, grains: 9")))
