@@ -84,18 +84,7 @@ def fit(tests, phi_2=0.58, rate=None):
     solid = {test.solid_density for test, _ in rows}
     if len(solid) > 1:
         raise DustError("The runs are of grains of several densities; one material is needed.")
-    seeds = sorted({test.seed for test, _ in rows})
-    whole = {
-        seed: [row for row in rows if row[0].seed == seed]
-        for seed in seeds
-        if set(NEEDED) <= {one.quantity for test, one in rows if test.seed == seed}
-    }
-    if len(whole) < 2:
-        raise DustError(
-            "Two seeds or more are needed, each with all of: "
-            f"{'; '.join(NEEDED.values())}. At {rate:.3g} 1/s there are such runs for "
-            f"{len(whole)} of the seeds {', '.join(map(str, seeds)) or '(none)'}."
-        )
+    whole = _by_seed(rows, rate)
     held = {
         "solid_density": solid.pop(),
         "density": float(np.mean([test.phi * test.solid_density for test, _ in rows])),
@@ -125,6 +114,27 @@ def _refuse_missing(tests, rows):
             f"A material needs more than these runs show ({names}). Missing: "
             f"{'; '.join(missing)}. configs/continuum_calibration/ has scenes with all of it."
         )
+
+
+def _by_seed(rows, rate):
+    """Rows of each seed that is pressed and lets go; one that was not pulled takes the tensions of
+    the others. Raises DustError for less than two seeds."""
+    seeds = sorted({test.seed for test, _ in rows})
+    whole = {}
+    for seed in seeds:
+        own = [row for row in rows if row[0].seed == seed]
+        seen_in = {one.quantity for _, one in own}
+        if {"p", "q", "M"} <= seen_in:
+            pulled = "tension" in seen_in
+            borrowed = [] if pulled else [row for row in rows if row[1].quantity == "tension"]
+            whole[seed] = own + borrowed
+    if len(whole) < 2:
+        raise DustError(
+            f"Two seeds or more are needed, each pressed and let go a little. At {rate:.3g} 1/s "
+            f"there are such runs for {len(whole)} of the seeds "
+            f"{', '.join(map(str, seeds)) or '(none)'}; another --rate may have more."
+        )
+    return whole
 
 
 def _main_rate(rows):

@@ -13,6 +13,10 @@ COMPARED = (0.2, 0.4)
 """Filling factors between which curves are compared with G09's."""
 
 
+LEAST_SPAN = 0.1
+"""Filling factors that a curve has to span between them."""
+
+
 @dataclass(frozen=True)
 class Curve:
     """Stress of one run at one rate of pressing; rate 0: at rest after pressing at another.
@@ -32,10 +36,10 @@ class Curve:
         """p_m [Pa] with which G09's law, with its phi_1, phi_2 and Delta, is nearest.
 
         which: "p" or "axial". The geometric mean between the filling factors of COMPARED, nan where
-        the curve does not get to them.
+        the curve spans too little of them.
         """
         inside = (self.phi > COMPARED[0]) & (self.phi < COMPARED[1] + 0.005)
-        if not inside.any():
+        if not inside.any() or np.ptp(self.phi[inside]) < LEAST_SPAN:
             return np.nan
         law = G09_OMNIDIRECTIONAL.pressure(self.phi[inside]) / G09_OMNIDIRECTIONAL.p_m
         return float(np.exp(np.log(getattr(self, which)[inside] / law).mean()))

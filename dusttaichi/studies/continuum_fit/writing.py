@@ -74,10 +74,11 @@ def _source(fit, key):
     """'24 points (p) of 3 seeds, pressed at 1e+04 1/s; standard deviation over the seeds 120 Pa'"""
     counts = quantities(fit.rows)
     seen = " and ".join(f"{counts[name]} of {name}" for name in _SEEN_IN[key])
-    grains = sorted({t.grains for t, one in fit.rows if one.quantity in _SEEN_IN[key]})
+    tests = [test for test, one in fit.rows if one.quantity in _SEEN_IN[key]]
+    grains = sorted({test.grains for test in tests})
     unit = PARAMETERS[key][0].replace("1", "")
     return (
-        f"points: {seen}; {len({t.seed for t, _ in fit.rows})} seeds of "
+        f"points: {seen}; {len({test.seed for test in tests})} seeds of "
         f"{', '.join(map(str, grains))} grains, pressed at {fit.rate:.3g} 1/s; standard "
         f"deviation over the seeds {fit.sigma(key):.2g} {unit}".rstrip()
     )
