@@ -129,15 +129,15 @@ def test_a_signal_leaves_a_result_and_resume_ends_with_the_same_bits(
 def test_kill_9_leaves_a_result_and_resume_ends_with_the_same_bits(tmp_path):
     (tmp_path / "a.yaml").write_text(
         box(
-            stop="{filling_factor: 0.5}",
+            stop="{filling_factor: 0.3}",
             series="{filling_factor: 0.01}",
-            speed="50 cm/s",
+            speed="30 cm/s",
             checkpoint="0.3 s",
         )
     )
     process = dust("run", "a.yaml", "-q", "-o", "parts", cwd=tmp_path)
     checkpoint = tmp_path / "parts/checkpoint.bin"
-    for _ in range(600):
+    for _ in range(3000):
         if checkpoint.exists() or process.poll() is not None:
             break
         time.sleep(0.1)
