@@ -35,6 +35,7 @@ FEATURES = {
     "stages": "with stages",
     "push": "with pushes",
     "polydisperse": "with grains that are not all alike",
+    "forces": "with `output.forces`",
 }
 
 

@@ -33,6 +33,7 @@ from dusttaichi.analysis.losses import Losses, losses_against_filling_factor
 from dusttaichi.analysis.profile import profile
 from dusttaichi.analysis.restitution import Restitution, restitution, wall_restitution
 from dusttaichi.analysis.run import Run, open_run
+from dusttaichi.analysis.structure import Structure, structure
 from dusttaichi.analysis.summary import summary, table
 from dusttaichi.analysis.tensile import StrengthFit, Tensile, fit_strength, tensile
 from dusttaichi.analysis.trade import front, is_trade, open_trade, trade_dataset
@@ -59,6 +60,7 @@ __all__ = [
     "Run",
     "SoundSpeed",
     "StrengthFit",
+    "Structure",
     "Tensile",
     "arrival",
     "bands",
@@ -91,6 +93,7 @@ __all__ = [
     "rms_from_law",
     "save_ensemble",
     "sound_speed",
+    "structure",
     "summary",
     "table",
     "tensile",

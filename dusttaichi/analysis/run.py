@@ -162,6 +162,15 @@ class Run:
         return self._does(lambda part: part._before is not None and part._lets_go)
 
     @property
+    def has_forces(self):
+        """True where the last snapshot holds contacts with their forces."""
+        if self.tree is None or "contacts" not in self.tree.children:
+            return False
+        own, frames = self.tree["contacts"], self.snapshots
+        known = "normal_force" in own and frames is not None
+        return known and int(frames.contact_count[-1]) > 0
+
+    @property
     def collides(self):
         """True where two bodies fly at each other (sample.kind pair or collision), seen in at least
         two snapshots with their contacts."""

@@ -212,7 +212,11 @@ class Readout:
         return out
 
     def contact_state(self):
-        """Contacts between grains now, a dict of arrays; grains by the sample's numbers."""
+        """Contacts between grains now, a dict of arrays; grains by the sample's numbers.
+
+        force [nN]: on the first grain; torque_i, torque_j [nN um]: on both; normal_force [nN]: the
+        part of the force along the line of centres, positive where it pushes.
+        """
         i, j = self.state.pairs()
         state = self.state.lanes("state")[: len(i)]
         layout = self.layout
@@ -227,12 +231,17 @@ class Readout:
                 self.state.lanes("shift")[: len(on)][on] * self.cell.edges(self.time)[axes]
             )
         distance = np.linalg.norm(d, axis=1)
+        load = self.state.lanes("load")[: len(on)][on]
         return {
             "grain_i": self.order[i],
             "grain_j": self.order[j],
             "pointer_i": state[:, first : first + 3],
             "pointer_j": state[:, second : second + 3],
             "overlap": self.touch(self.order[i], self.order[j]) - distance,
+            "normal_force": np.sum(load[:, :3] * d, axis=1) / distance,
+            "force": load[:, :3],
+            "torque_i": load[:, 3:6],
+            "torque_j": load[:, 6:9],
         } | self._twist_and_approach(state)
 
     def touch(self, i, j):
@@ -251,12 +260,16 @@ class Readout:
         }
 
     def wall_contact_state(self):
-        """Contacts with walls now, a dict of arrays; feet and overlaps in um."""
+        """Contacts with walls now, a dict of arrays; feet and overlaps in um.
+
+        force [nN], torque [nN um]: on the grain; normal_force [nN]: positive where it pushes.
+        """
         rows, grain, wall = self.state.wall_lanes()
         state = self.state.lanes("state")[rows]
         p, f = self.layout.pointer, self.layout.second
         on = np.sum(state[:, p : p + 3] ** 2, axis=1) > 0.5
         grain, wall, state = grain[on], wall[on], state[on]
+        load = self.state.lanes("load")[rows][on]
         x = self.state["x"][grain]
         offset = self.box.offset + self.box.speed * self.time
         distance = np.sum(x * self.box.normal[wall], axis=1) - offset[wall]
@@ -266,6 +279,9 @@ class Readout:
             "pointer": state[:, p : p + 3],
             "foot": state[:, f : f + 3],
             "overlap": np.broadcast_to(self.radii, self.grains)[self.order[grain]] - distance,
+            "normal_force": np.sum(load[:, :3] * self.box.normal[wall], axis=1),
+            "force": load[:, :3],
+            "torque": load[:, 3:6],
         } | self._twist_and_approach(state)
 
     def wall_distances(self):

@@ -80,7 +80,9 @@ class MovingGrains(SimpleSimulation):
     def records(self, group):
         if group == "profiles":
             return [("profiles", record.profile(self.sim, self.clock, self.bins))]
-        return record.snapshot(self.sim, self.scene.output.contacts)
+        found = record.snapshot(self.sim, self.scene.output.contacts)
+        named = {(v.group, v.name) for v in self.variables}
+        return [(g, {k: a for k, a in own.items() if (g, k) in named}) for g, own in found]
 
     # -- state -----------------------------------------------------------------------------------
 
@@ -171,6 +173,7 @@ def features_of(scene, sim):
         "snapshots": True,
         "polydisperse": sim.polydisperse is not None,
         "contacts": scene.output.contacts,
+        "forces": scene.output.forces,
         "walls": sim.box is not None,
         "cell": sim.cell is not None,
         "height": not np.isnan(domain.lengths(sim.step)[2]),

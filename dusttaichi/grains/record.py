@@ -173,12 +173,27 @@ def snapshot(sim, contacts):
         return out
     pairs = sim.contact_state()
     record["contact_count"] = len(pairs["grain_i"])
-    pairs["overlap"] = pairs["overlap"] * units.LENGTH
-    out.append(("contacts", pairs))
+    out.append(("contacts", _in_si(pairs, sim.step, len(pairs["grain_i"]))))
     if sim.box is not None:
         walls = sim.wall_contact_state()
         record["wall_contact_count"] = len(walls["grain"])
-        walls["overlap"] = walls["overlap"] * units.LENGTH
-        walls["foot"] = walls["foot"] * units.LENGTH
-        out.append(("wall_contacts", walls))
+        out.append(("wall_contacts", _in_si(walls, sim.step, len(walls["grain"]))))
     return out
+
+
+UNITS = {
+    "overlap": units.LENGTH,
+    "foot": units.LENGTH,
+    "normal_force": units.FORCE,
+    "force": units.FORCE,
+    "torque": units.TORQUE,
+    "torque_i": units.TORQUE,
+    "torque_j": units.TORQUE,
+}
+"""What a column of contacts is multiplied by to be in SI."""
+
+
+def _in_si(contacts, step, rows):
+    """The columns of contacts in SI, with the step of their snapshot."""
+    found = {name: UNITS[name] * a if name in UNITS else a for name, a in contacts.items()}
+    return found | {"step": np.full(rows, step)}

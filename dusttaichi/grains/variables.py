@@ -3,9 +3,11 @@
 from dusttaichi.names import WALLS
 from dusttaichi.results.variables import COMMON, declare
 
-_INTEGERS = {
+_TYPES = {
     "contact_count": "i8", "wall_contact_count": "i8", "outside_count": "i8", "step": "i8",
     "material": "i4", "grain_i": "i4", "grain_j": "i4", "grain": "i4", "wall": "i4",
+    # seven digits are enough for what is only looked at
+    "normal_force": "f4", "force": "f4", "torque": "f4", "torque_i": "f4", "torque_j": "f4",
 }  # fmt: skip
 _COUNTS = {"contact_count": "contact", "wall_contact_count": "wall_contact"}
 _S12, _PHYS = "S12 section 3.2", "docs, Physics"
@@ -13,7 +15,7 @@ _S12, _PHYS = "S12 section 3.2", "docs, Physics"
 # Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (a finite
 # one), "filling" (a filling factor), "plates", "stress", "stages", "push" (forces, carried grains),
 # "polydisperse" (grains of different radius or material), "profiles", "snapshots", "contacts" (kept
-# with the snapshots).
+# with the snapshots), "forces" (of these).
 _TABLE = {
     "series": [
         "time",
@@ -104,6 +106,16 @@ _TABLE = {
          "snapshots contacts"),
         ("overlap", "contact", "m", "sum of the radii less distance of the centres", _PHYS,
          "snapshots contacts"),
+        ("step", "contact", "1", "time steps done at the snapshot of this contact", "",
+         "snapshots contacts forces"),
+        ("normal_force", "contact", "N", "force along the line of centres, positive where it "
+         "pushes", _PHYS, "snapshots contacts forces"),
+        ("force", "contact xyz", "N", "force on the first grain, minus that on the second", _PHYS,
+         "snapshots contacts forces"),
+        ("torque_i", "contact xyz", "N m", "torque on the first grain", _PHYS,
+         "snapshots contacts forces"),
+        ("torque_j", "contact xyz", "N m", "torque on the second grain", _PHYS,
+         "snapshots contacts forces"),
     ],
     "wall_contacts": [
         ("grain", "wall_contact", "1", "grain", "", "walls snapshots contacts"),
@@ -118,6 +130,14 @@ _TABLE = {
          "walls snapshots contacts"),
         ("overlap", "wall_contact", "m", "radius less distance of the centre from the wall",
          _PHYS, "walls snapshots contacts"),
+        ("step", "wall_contact", "1", "time steps done at the snapshot of this contact", "",
+         "walls snapshots contacts forces"),
+        ("normal_force", "wall_contact", "N", "force along the normal of the wall, positive where "
+         "it pushes", _PHYS, "walls snapshots contacts forces"),
+        ("force", "wall_contact xyz", "N", "force on the grain", _PHYS,
+         "walls snapshots contacts forces"),
+        ("torque", "wall_contact xyz", "N m", "torque on the grain", _PHYS,
+         "walls snapshots contacts forces"),
     ],
 }  # fmt: skip
 
@@ -129,7 +149,7 @@ def _declared(group, rows):
         if isinstance(row, str):
             yield COMMON[row if group == "series" else f"{group}/{row}"]
         else:
-            yield from declare(group, [row], _INTEGERS, counts)
+            yield from declare(group, [row], _TYPES, counts)
 
 
 VARIABLES = {v.key: v for group, rows in _TABLE.items() for v in _declared(group, rows)}

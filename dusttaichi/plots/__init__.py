@@ -35,6 +35,7 @@ from dusttaichi.plots.losses import losses
 from dusttaichi.plots.profile import profile
 from dusttaichi.plots.resolution import resolution
 from dusttaichi.plots.stress import stress
+from dusttaichi.plots.structure import structure
 from dusttaichi.plots.style import bands, styled
 from dusttaichi.plots.tensile import strength, tensile
 from dusttaichi.plots.trade import save_trade, trade
@@ -73,6 +74,7 @@ __all__ = [
     "sound_speed",
     "strength",
     "stress",
+    "structure",
     "tensile",
     "trade",
     "wall_forces",
@@ -96,7 +98,8 @@ def figures_of(run):
     (pressed from all sides); cycles (let go again); tensile and losses (stretched), and
     with two snapshots of the stretching fractal; collision and fragments (two bodies that fly at
     each other); sound_speed (after a push that snapshots show to arrive); stress (where it was
-    written); profile (where profiles were written).
+    written); structure (of the last snapshot, with the forces of its contacts); profile (where
+    profiles were written).
     Of a run of the continuum: wall_forces, dust (a map), filling_factors; where a bead falls on
     dust impact, bead_profile, deceleration and compacted_volume.
     """
@@ -120,6 +123,8 @@ def figures_of(run):
             figures["fractal"] = fractal(run)
     if several and "stress" in run.series:
         figures["stress"] = stress(run)
+    if run.has_forces:
+        figures["structure"] = structure(run)
     if run.pushes:
         figures |= _sound(run)
     if run.profiles is not None:

@@ -88,6 +88,9 @@ class Output(Block):
         "last of every stage are always written",
     )
     contacts: bool = Field(True, description="snapshots hold the contacts with their state")
+    forces: bool = Field(
+        True, description="contacts in snapshots have their forces, in single precision"
+    )
     window: Annotated[int | Literal["interval"], Number(whole=True, ge=1, word="interval")] = Field(
         "interval",
         description="steps over which wall pressures and stresses are averaged (S12: 100), or "

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import reference as ref
 
-from dusttaichi import analysis
+from dusttaichi import analysis, plots, samples
 from dusttaichi.errors import DustError
+from dusttaichi.grains.build import build
 from dusttaichi.run import execute
 from dusttaichi.run.stop import TENSIONS, component, plateau
 from dusttaichi.scene import from_yaml
@@ -62,7 +63,8 @@ def test_the_modulus_of_letting_go_is_that_of_the_contacts(pressed):
     expected = (high - low) / ((shortened(high) - shortened(low)) / height)
     assert release.modulus == pytest.approx(expected, rel=0.05)
     back = (shortened(10e3) - shortened(2e3)) / height
-    assert release.recovered == pytest.approx(back, rel=0.1)
+    # to the last of the points, of 2.5e-6 each, that the waves of the block let end the stage
+    assert release.recovered == pytest.approx(back, abs=7.5e-6)
 
 
 def test_a_stage_ends_by_a_pressure_from_either_side(cycle):
@@ -115,3 +117,38 @@ def test_what_cannot_be_met_is_refused(stop, words):
     with pytest.raises(DustError) as error:
         from_yaml(f"{text}boundary: {{kind: box, wall_speed: 1 cm/s}}\nstop: {stop}\n")
     assert all(word in str(error.value) for word in words), str(error.value)
+
+
+def test_contacts_carry_their_forces(pressed):
+    """A simple cubic block of 64 grains: 8, 24, 24 and 8 of them have 3, 4, 5 and 6 neighbours, and
+    its contacts point along the three axes alike. f4 has seven digits."""
+    found = analysis.structure(pressed)
+    np.testing.assert_allclose(found.coordination * 64, [0, 0, 0, 8, 24, 24, 8], atol=1e-9)
+    np.testing.assert_allclose(found.fabric, np.eye(3) / 3, atol=1e-6)
+    assert found.anisotropy < 1e-6 and np.isnan(found.correlation).all()
+    frames = pressed.snapshots
+    last, walls = pressed.contacts(), pressed.contacts(group="wall_contacts")
+    assert np.all(last.step == frames.step[-1]) and len(last.contact) == 144
+    assert len(walls.wall) == 6 * 16 and last.force.dtype == np.float32
+    assert set(plots.figures_of(pressed)) >= {"structure", "cycles"}
+
+
+def test_forces_add_up(pressed):
+    """Of every grain, those of its contacts and walls are what moves it; of every wall, its own."""
+    scene = from_yaml(CYCLE)
+    sim = build(scene, samples.make(scene))
+    sim.advance(500)
+    pairs, walls = sim.contact_state(), sim.wall_contact_state()
+    total = np.zeros((2, sim.grains, 3))
+    np.add.at(total[0], pairs["grain_i"], pairs["force"])
+    np.add.at(total[0], pairs["grain_j"], -pairs["force"])
+    np.add.at(total[0], walls["grain"], walls["force"])
+    np.add.at(total[1], pairs["grain_i"], pairs["torque_i"])
+    np.add.at(total[1], pairs["grain_j"], pairs["torque_j"])
+    np.add.at(total[1], walls["grain"], walls["torque"])
+    moving = np.array(sim.contact_loads())[:, np.argsort(sim.order)]
+    np.testing.assert_allclose(total, moving, rtol=0, atol=1e-9)
+    of_walls = np.zeros((6, 3))
+    np.add.at(of_walls, walls["wall"], walls["force"])
+    np.testing.assert_allclose(of_walls, sim.wall_forces(), rtol=0, atol=1e-9)
+    assert np.abs(of_walls).max() > 1.0

@@ -1,0 +1,86 @@
+"""Structure of a snapshot: directions and forces of contacts, neighbours, distances of grains."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from dusttaichi.analysis.frame import read_frame
+from dusttaichi.errors import DustError
+
+BINS = 60
+"""Bins of the pair correlation, up to FARTHEST diameters."""
+FARTHEST = 5.0
+
+
+@dataclass(frozen=True)
+class Structure:
+    """What a snapshot of N grains with C contacts between them looks like.
+
+    fabric: (3, 3), mean of n n over the contacts, n the unit vector between the centres: a third
+    of the unit matrix where they point everywhere alike. coordination: (K,), share of the grains
+    that touch 0, 1, ... K - 1 others. normal_force [N]: (C,), positive where it pushes; empty where
+    the file has none. distance: (BINS,), middles of the bins in mean diameters; correlation:
+    (BINS,), g(r), grains at that distance from a grain over what the mean density makes expected
+    (not a number in a room that is not periodic or bounded along all axes).
+    """
+
+    fabric: np.ndarray
+    coordination: np.ndarray
+    normal_force: np.ndarray
+    distance: np.ndarray
+    correlation: np.ndarray
+
+    @property
+    def anisotropy(self):
+        """Largest less smallest eigenvalue of the fabric tensor: 0 where it is isotropic."""
+        values = np.linalg.eigvalsh(self.fabric)
+        return float(values[-1] - values[0])
+
+
+def structure(run, snapshot=-1):
+    """The Structure of a snapshot of a Run. Raises DustError where it has no contacts."""
+    frame = read_frame(run, snapshot)
+    i, j = frame.pairs.T
+    if not len(i):
+        raise DustError(f"Snapshot {snapshot} of {run.path} holds no contacts.")
+    branch = frame.nearest(frame.position[i] - frame.position[j])
+    normal = branch / np.linalg.norm(branch, axis=1)[:, None]
+    forces = frame.contacts.normal_force.values if "normal_force" in frame.contacts else []
+    distance, correlation = pair_correlation(frame)
+    return Structure(
+        fabric=normal.T @ normal / len(normal),
+        coordination=np.bincount(frame.coordination) / len(frame.radius),
+        normal_force=np.asarray(forces, dtype=float),
+        distance=distance,
+        correlation=correlation,
+    )
+
+
+def pair_correlation(frame):
+    """(distance in mean diameters, g(r)) of a Frame, (BINS,) each.
+
+    Along walls and in cells of less than twice the farthest distance grains near the faces have
+    fewer neighbours: only grains that far from every wall, or at half an edge at most across faces,
+    are taken for centres.
+    """
+    diameter = 2.0 * float(frame.radius.mean())
+    edges = np.linspace(0.0, FARTHEST, BINS + 1)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    if not np.isfinite(frame.edges).all():
+        return middle, np.full(BINS, np.nan)
+    x, reach = frame.position - frame.cell[:, 0], FARTHEST * diameter
+    inside = np.ones(len(x), dtype=bool)
+    for axis in np.flatnonzero(~frame.periodic):
+        inside &= (x[:, axis] > reach) & (x[:, axis] < frame.edges[axis] - reach)
+    if np.any(frame.periodic & (frame.edges < 2.0 * reach)) or not inside.any():
+        return middle, np.full(BINS, np.nan)
+    box = np.where(frame.periodic, frame.edges, 0.0)
+    wrapped = np.where(frame.periodic, np.mod(x, np.where(box > 0.0, box, 1.0)), x)
+    tree = cKDTree(wrapped, boxsize=box)
+    counts = cKDTree(wrapped[inside], boxsize=box).count_neighbors(tree, edges * diameter)
+    shells = np.diff(counts).astype(float)
+    shells[0] -= inside.sum()  # each grain itself
+    volume = 4.0 / 3.0 * np.pi * np.diff((edges * diameter) ** 3)
+    density = len(x) / np.prod(frame.edges)
+    return middle, shells / (inside.sum() * density * volume)
