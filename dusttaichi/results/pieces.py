@@ -8,6 +8,7 @@ At its end a run joins them all into result.nc.
 """
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -108,7 +109,7 @@ def join(path, lock=None):
 
 def _put_together(path):
     """Write the joined file in the place of that at `path`. Raises OSError, DustError."""
-    pieces = pieces_of(path)
+    pieces, parent = pieces_of(path), os.getppid()
     layout, sizes, static, _, _ = describe(pieces[-1].path)
     with netCDF4.Dataset(pieces[-1].path) as file:
         attributes = attributes_of(file)
@@ -128,6 +129,8 @@ def _put_together(path):
         if not fits:
             define(new, layout, sizes, static)
         for piece in pieces:
+            if os.getppid() != parent:
+                raise OSError("the run that joins them has been killed")
             counts = {g: n - piece.starts[g] for g, n in piece.ends.items()}
             with netCDF4.Dataset(piece.path) as old:
                 copy_records(old, new, layout, counts, piece.starts)

@@ -2,6 +2,7 @@
 
 import bisect
 import math
+from pathlib import Path
 
 import netCDF4
 import numpy as np
@@ -13,6 +14,7 @@ from dusttaichi.results.layout import folder_of
 from dusttaichi.results.pieces import pieces_of
 from dusttaichi.results.variables import record_dimension
 
+ATTEMPTS = 3  # where a run joins its parts at this very moment
 SMALL = 64  # numbers of a record up to which a variable is read at once
 
 
@@ -21,6 +23,17 @@ def open_tree(path):
 
     Raises OSError, RuntimeError, ValueError or KeyError where it cannot be read.
     """
+    for _ in range(ATTEMPTS):
+        try:
+            return _open(path)
+        except FileNotFoundError:
+            if not Path(path).exists():
+                raise
+    return _open(path)
+
+
+def _open(path):
+    """As open_tree; FileNotFoundError where the parts have just been joined."""
     pieces = pieces_of(path)
     if len(pieces) == 1:
         return xr.open_datatree(path, engine="netcdf4")
@@ -67,7 +80,7 @@ class _Joined(BackendArray):
 
     def __init__(self, pieces, key, last):
         group, name = key.rsplit("/", 1)
-        self.group, self.name = group, name
+        self.group, self.name, self.joined = group, name, pieces[0].path
         self.pieces = [p for p in pieces if p.ends.get(group, 0) > p.starts.get(group, 0)]
         self.starts = [p.starts[group] for p in self.pieces]
         self.shape = (self.pieces[-1].ends[group] if self.pieces else 0, *last.shape[1:])
@@ -92,10 +105,18 @@ class _Joined(BackendArray):
                 row - self.starts[number] for row, n in zip(rows, at, strict=True) if n == number
             ]
             low, high = min(own), max(own) + 1
-            with netCDF4.Dataset(self.pieces[number].path) as file:
-                file.set_auto_maskandscale(False)
-                block = folder_of(file, self.group)[self.name][(slice(low, high), *rest)]
+            block = self._block(number, low, high, rest)
             found.append(block[np.array(own) - low])
         if found:
             return np.concatenate(found)
         return np.empty((0, *np.empty(self.shape[1:])[tuple(rest)].shape), self.dtype)
+
+    def _block(self, number, low, high, rest):
+        """Rows of a piece; of the joined file where the parts have been joined since."""
+        path = self.pieces[number].path
+        if not path.exists():
+            path, first = self.joined, self.starts[number]
+            low, high = low + first, high + first
+        with netCDF4.Dataset(path) as file:
+            file.set_auto_maskandscale(False)
+            return folder_of(file, self.group)[self.name][(slice(low, high), *rest)]

@@ -18,6 +18,7 @@ from pydantic import Field
 from dusttaichi.errors import DustError
 from dusttaichi.samples import unequal
 from dusttaichi.samples.ballistic import first_touch, random_in_disc, random_rotations
+from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import (
     SharesField,
@@ -103,6 +104,7 @@ def make(spec: BccaSample, materials: Materials) -> Sample:
         raise DustError(
             f"sample.grains = {spec.grains}: too many for bcca; allowed: at most {MOST_GRAINS}."
         )
+    check_grains(spec.grains, "sample.grains")
     rng = np.random.Generator(np.random.PCG64(spec.seed))
     info = {"kind": "bcca", "shape": "aggregate", "seed": int(spec.seed), "grains": spec.grains}
     if mixed(spec) or spec.grains & (spec.grains - 1):

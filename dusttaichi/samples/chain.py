@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from dusttaichi.names import AXES
+from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
@@ -26,6 +27,7 @@ class ChainSample(SampleBlock):
 @register(ChainSample)
 def make(spec: ChainSample, materials: Materials) -> Sample:
     """Grains at rest along the axis x, y or z, in order, the first at the origin."""
+    check_grains(spec.grains, "sample.grains")
     positions = np.zeros((spec.grains, 3))
     positions[:, AXES.index(spec.axis)] = np.arange(spec.grains) * materials.distance
     sample = Sample.at_rest(positions)

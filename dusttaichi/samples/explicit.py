@@ -13,6 +13,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.geometry import pairs_within
 from dusttaichi.physics.contact.constants import CLOSEST
 from dusttaichi.samples import files
+from dusttaichi.samples.contacts import check_contacts
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
@@ -69,7 +70,11 @@ class ExplicitSample(SampleBlock):
         context = info.context or {}
         if context.get("folder"):
             value = Path(context["folder"]) / value
-        if context.get("check_files") and not value.exists():
+        try:
+            there = not context.get("check_files") or value.exists()
+        except OSError as error:  # such as a path that is too long
+            raise needed(f"it cannot be a file: {error.strerror}") from None
+        if not there:
             raise needed(f"there is no such file ({value})")
         return value
 
@@ -142,7 +147,14 @@ def make(spec: ExplicitSample, materials: Materials) -> Sample:
     check_apart(positions, materials.radius if own["radii"] is None else own["radii"], where)
     contacts = state.get("contacts")
     if contacts is not None:
-        _check_contacts(contacts, len(positions), where)
+        period = state.get("period", np.full(3, np.inf))
+        check_contacts(
+            contacts,
+            positions,
+            materials.radius if own["radii"] is None else own["radii"],
+            period,
+            where,
+        )
     sample = Sample(positions, velocities, spins, contacts, **own)
     sample.info.update(kind="explicit", source=source, grains=len(positions))
     return sample
@@ -205,15 +217,3 @@ def check_apart(positions: np.ndarray, radius, where: str) -> None:
             f"{CLOSEST * 2e6 * radius:g} um, between centres (radius {radius * 1e6:g} um). "
             "Are the lengths in the unit you meant?"
         )
-
-
-def _check_contacts(contacts: dict[str, np.ndarray], n: int, where: str) -> None:
-    grains = np.concatenate([contacts["i"], contacts["j"]])
-    if len(grains) and (grains.min() < 0 or grains.max() >= n):
-        raise DustError(
-            f"{where}: contacts name grain {grains.max() if grains.max() >= n else grains.min()}; "
-            f"allowed: 0 to {n - 1}."
-        )
-    for name, values in contacts.items():
-        if not np.isfinite(values).all():
-            raise DustError(f"{where}: contacts' {name} has not-a-number; allowed: finite numbers.")

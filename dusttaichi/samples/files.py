@@ -15,12 +15,15 @@ from __future__ import annotations
 
 import csv
 import re
+import stat
 from pathlib import Path
 
 import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import parts_folder
+from dusttaichi.names import AXES
+from dusttaichi.samples.limits import check_grains, memory
 from dusttaichi.scene import quantities
 
 COMPONENTS = {
@@ -56,6 +59,7 @@ def read(path: Path, where: str, length_unit: float | None = None) -> dict:
         path = path / "result.nc"
         if not path.exists():
             raise DustError(f"{where}: there is no result.nc in this directory; allowed: a run's.")
+    _check_kind(path, where)
     if not path.exists():
         raise DustError(
             f"{where}: there is no such file; allowed: a CSV file, a NetCDF file, or the "
@@ -68,6 +72,22 @@ def read(path: Path, where: str, length_unit: float | None = None) -> dict:
     if _first_bytes(path, where).startswith((b"\x89HDF", b"CDF")):
         return _read_netcdf(path, where)
     return _read_csv(path, where, length_unit)
+
+
+def _check_kind(path: Path, where: str) -> None:
+    """Refuse what is no file with an end, and what is larger than the memory."""
+    try:
+        found = path.stat()
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        raise DustError(f"{where}: it cannot be read ({error.strerror}).") from None
+    if not stat.S_ISREG(found.st_mode):
+        raise DustError(f"{where}: it is a device or a pipe; allowed: a file.")
+    if found.st_size > memory():
+        raise DustError(
+            f"{where}: it has {found.st_size / 1e9:.3g} GB, more than the memory of this machine."
+        )
 
 
 def _first_bytes(path: Path, where: str) -> bytes:
@@ -177,16 +197,45 @@ def _read_netcdf(path: Path, where: str) -> dict:
             if "radius" in frame.variables:
                 state["radius"] = _last(frame.variables["radius"], 1, "radius", where)
             if "material" in frame.variables:
-                state["material"] = frame.variables["material"][...].tolist()
+                state["material"] = _materials(frame.variables["material"], where)
             if "contacts" in data.groups and "contact_count" in frame.variables:
                 state["contacts"] = _last_contacts(
                     data.groups["contacts"], frame.variables["contact_count"], where
                 )
+                state["period"] = _period(data, frame)
             return state
-    except OSError as error:
+    except (OSError, RuntimeError) as error:
         raise DustError(
             f"{where}: it cannot be read as NetCDF ({error}); allowed: a whole file."
         ) from None
+
+
+def _materials(variable, where: str) -> list:
+    if variable.ndim != 1:
+        raise DustError(
+            f"{where}: {variable.name} has the shape {variable.shape}; allowed: (grain,)."
+        )
+    check_grains(len(variable), where)
+    return variable[...].tolist()
+
+
+def _period(data, frame) -> np.ndarray:
+    """Edges of the periodic cell of a result [m], (3,), inf along axes that are not periodic."""
+    period = np.full(3, np.inf)
+    axes = str(getattr(data, "periodic_axes", "")).split()
+    if axes and "box" in frame.variables:
+        box = np.ma.filled(frame.variables["box"][-1], np.nan)
+        for k in (AXES.index(axis) for axis in axes if axis in AXES):
+            period[k] = box[2 * k + 1] - box[2 * k]
+    return period
+
+
+def _plain(values, name: str, where: str) -> np.ndarray:
+    """float64 of what a variable holds, nan where it holds nothing."""
+    try:
+        return np.ma.filled(np.ma.asarray(values, dtype=np.float64), np.nan)
+    except (TypeError, ValueError):
+        raise DustError(f"{where}: {name} holds texts; allowed: numbers.") from None
 
 
 def _last_frame(frame, quantity: str, where: str) -> np.ndarray | None:
@@ -217,8 +266,9 @@ def _last(variable, rank: int, quantity: str, where: str) -> np.ndarray:
             f"{where}: {variable.name} has the shape {variable.shape}; allowed: {shape}, with "
             "or without a dimension for snapshots in front."
         )
+    check_grains(variable.shape[-rank], where)
     values = variable[...] if variable.ndim == rank else variable[-1]
-    values = np.ma.filled(np.ma.asarray(values, dtype=np.float64), np.nan)
+    values = _plain(values, variable.name, where)
     unit = getattr(variable, "units", None)
     if unit is None:
         return values
@@ -229,15 +279,30 @@ def _last_contacts(group, count, where: str) -> dict[str, np.ndarray]:
     missing = [name for name in CONTACTS.values() if name not in group.variables]
     if missing:
         raise DustError(f"{where}: its contacts lack {', '.join(missing)}; allowed: all of them.")
-    counts = np.ma.filled(count[...], 0).astype(np.int64)
+    check_grains(count.size, where)
+    counts = np.ma.filled(count[...], 0)
+    if not np.issubdtype(counts.dtype, np.number) or counts.ndim != 1:
+        raise DustError(f"{where}: contact_count holds no numbers of contacts; allowed: these.")
+    counts = np.where(np.isfinite(counts), counts, -1).astype(np.int64)
+    if (counts < 0).any():
+        snapshot = int(np.argmax(counts < 0))
+        raise DustError(
+            f"{where}: contact_count of snapshot {snapshot} is {counts[snapshot]}; allowed: 0 or "
+            "more."
+        )
     start, stop = int(counts[:-1].sum()), int(counts.sum())
     held = len(group.variables["grain_i"])
     if held < stop:
         raise DustError(f"{where}: it holds {held} contacts; allowed: {stop}, as it counts.")
-    contacts = {
-        ours: np.ma.filled(np.ma.asarray(group.variables[theirs][start:stop], np.float64), np.nan)
-        for ours, theirs in CONTACTS.items()
-    }
+    contacts = {}
+    for ours, theirs in CONTACTS.items():
+        contacts[ours] = _plain(group.variables[theirs][start:stop], theirs, where)
+        shape = (stop - start, 3) if ours.startswith("pointer") else (stop - start,)
+        if contacts[ours].shape != shape:
+            raise DustError(
+                f"{where}: {theirs} of its contacts has the shape {contacts[ours].shape}; allowed: "
+                f"{shape}."
+            )
     for grain in ("i", "j"):
         values = contacts[grain]
         contacts[grain] = np.where(np.isfinite(values), values, -1).astype(np.int64)

@@ -12,6 +12,7 @@ from pydantic import Field, field_validator, model_validator
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import cut
+from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
@@ -94,6 +95,7 @@ def make(spec: LatticeSample, materials: Materials) -> Sample:
             f"sample: the lattice would have {cells.prod() * len(basis):.1e} grains; allowed: "
             f"{MOST_GRAINS:.0e}. Take fewer cells or a smaller size."
         )
+    check_grains(cells.prod() * len(basis), "sample")
     corners = np.stack(np.meshgrid(*(np.arange(n) for n in cells), indexing="ij"), -1)
     positions = (corners.reshape(-1, 1, 3) + basis).reshape(-1, 3) * edges
     sample = Sample.at_rest(positions)

@@ -29,6 +29,7 @@ from dusttaichi.samples.ballistic import (
     random_directions,
     random_in_disc,
 )
+from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import (
     SharesField,
@@ -224,3 +225,4 @@ def _check_grains(grains: float) -> None:
             f"sample: the aggregate would have some {grains:.1e} grains; allowed: "
             f"{MOST_GRAINS:.0e}. Take fewer grains, a smaller size, or an aspect nearer to 1."
         )
+    check_grains(grains, "sample")

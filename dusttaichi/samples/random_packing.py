@@ -19,6 +19,7 @@ from pydantic import Field, model_validator
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import cut, unequal
+from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import (
     SharesField,
@@ -92,6 +93,7 @@ def make(spec: RandomPackingSample, materials: Materials) -> Sample:
         raise DustError(
             f"sample: the packing would have {count:.1e} grains; allowed: {MOST_GRAINS:.0e}."
         )
+    check_grains(count, "sample")
     count = max(1, int(count + 1e-9))
     if period.min() < 4 * radius:
         raise DustError(

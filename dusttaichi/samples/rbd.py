@@ -26,6 +26,7 @@ from pydantic import Field, model_validator
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import cut, unequal
+from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import (
     SharesField,
@@ -270,6 +271,7 @@ def _check_drops(period, height, radius) -> None:
             f"sample: the cake to cut from would have some {drops:.1e} grains; allowed: "
             f"{MOST_DROPS:.0e}. Take fewer grains, a smaller size, or an aspect nearer to 1."
         )
+    check_grains(drops, "sample")
 
 
 def _drop_batch(deposit: Deposit, rng) -> None:

@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 from dusttaichi import method
-from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import registry as laws
 from dusttaichi.scene import problems
 
@@ -69,7 +68,7 @@ def load(
         except _Refused as error:
             wrong.append(problems.line((KEY, number), str(error), data, lines))
     if wrong:
-        raise DustError("\n  ".join([f"{title} cannot be used:", *wrong]))
+        raise problems.refusal(title, wrong)
     return tuple(found)
 
 

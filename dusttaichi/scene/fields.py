@@ -36,6 +36,8 @@ def problems(found: list[tuple[str, str]]) -> PydanticCustomError:
     return PydanticCustomError("problems", "{text}", {"text": text, "found": found})
 
 
+# sizes between which plain numbers lie that are not 0: all that can be computed with
+LEAST, MOST, MOST_WHOLE = 1e-25, 1e12, 10**15
 BOUNDS = {"gt": "above", "ge": "of at least", "lt": "below", "le": "at most"}
 
 
@@ -84,12 +86,23 @@ class Number:
             schema = core_schema.float_schema(strict=True, allow_inf_nan=False, **bounds)
         if self.word is not None:
             schema = core_schema.union_schema([core_schema.literal_schema([self.word]), schema])
-        return core_schema.custom_error_schema(
+        known = core_schema.custom_error_schema(
             core_schema.no_info_before_validator_function(self._read, schema),
             custom_error_type="needed",
             custom_error_message="{text}",
             custom_error_context={"text": self.needed},
         )
+        return core_schema.no_info_after_validator_function(self._sized, known)
+
+    def _sized(self, value: Any) -> Any:
+        """Refuse what is outside of all that can be computed with."""
+        if isinstance(value, str) or not value:
+            return value
+        if self.whole and abs(value) > MOST_WHOLE:
+            raise needed(f"it is too large; at most {MOST_WHOLE:g} can be computed with")
+        if not self.whole and not LEAST <= abs(value) <= MOST:
+            raise needed(f"it cannot be computed with ({LEAST:g} to {MOST:g} can)")
+        return value
 
 
 def _float(text: str) -> Any:

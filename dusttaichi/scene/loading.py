@@ -59,7 +59,7 @@ def load_extensions(path: str | Path) -> None:
 def _refuse_problems(document: yaml_text.Document, title: str) -> None:
     if document.problems:
         found = [problems.line(p, t, None, document.lines) for p, t in document.problems]
-        raise DustError("\n  ".join([f"{title} cannot be used:", *found]))
+        raise problems.refusal(title, found)
 
 
 def _found(path: str | Path) -> Path:
@@ -70,6 +70,8 @@ def _found(path: str | Path) -> Path:
 
 def _text(path: Path) -> str:
     try:
+        if path.is_char_device():  # such as /dev/zero, which has no end
+            raise DustError(f"{path} is a device; a YAML file is needed.")
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
         near = shipped.resembling(path)

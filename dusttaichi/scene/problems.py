@@ -10,7 +10,10 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
+from dusttaichi.errors import DustError
+
 Path = tuple[str | int, ...]
+MOST_LINES, LONGEST = 30, 1000  # lines of a message, characters of one
 _FORM = {
     "tuple_type": "a list is needed",
     "dict_type": "a block is needed, a name and a value for each",
@@ -21,10 +24,26 @@ _FORM = {
 }
 
 
+def refusal(title: str, found: list[str]) -> DustError:
+    """The error for a scene with these problems, a line each; what is long is cut."""
+    shown = [line if len(line) <= LONGEST else _cut(line) for line in found[:MOST_LINES]]
+    if len(found) > MOST_LINES + 1:  # else the last of them says so
+        shown.append(_more(found))
+    elif len(found) > MOST_LINES:
+        shown.append(found[-1])
+    return DustError("\n  ".join([f"{title} cannot be used:", *shown]))
+
+
+def _cut(line: str) -> str:
+    """The beginning of a line, and its end, where the number of the line in the file stands."""
+    return f"{line[: LONGEST - 100]} ... {line[-95:]}"
+
+
 def describe(
     root: type[BaseModel], error: ValidationError, data: Any, lines: Mapping[Path, int]
 ) -> list[str]:
-    """One line for each problem, in the order of the file."""
+    """One line for each problem, in the order of the file; of a great many the first, and how many
+    more there are."""
     found = []
     for item in error.errors(include_url=False):
         path = _path(item["loc"], data, item["type"] == "missing")
@@ -35,9 +54,17 @@ def describe(
         else:
             if item["type"] == "union_tag_invalid":
                 path = (*path, item["ctx"]["discriminator"].strip("'"))
-            found.append((path, _text(root, item)))
+            found.append((path, item))
     found.sort(key=lambda entry: _line(entry[0], lines) or 0)
-    return [line(path, text, data, lines) for path, text in found]
+    told = [
+        line(path, what if isinstance(what, str) else _text(root, what), data, lines)
+        for path, what in found[:MOST_LINES]
+    ]
+    return told + [_more(found)] * (len(found) > MOST_LINES)
+
+
+def _more(found: list) -> str:
+    return f"and {len(found) - MOST_LINES} more"
 
 
 def line(path: Path, text: str, data: Any, lines: Mapping[Path, int]) -> str:
@@ -57,8 +84,8 @@ def dotted(path: Path) -> str:
 
 
 def _line(path: Path, lines: Mapping[Path, int]) -> int | None:
-    """Line of the path, or of the nearest block around it."""
-    for length in range(len(path), 0, -1):
+    """Line of the path, or of the nearest block around it, at last that of the whole scene."""
+    for length in range(len(path), -1, -1):
         if path[:length] in lines:
             return lines[path[:length]]
     return None

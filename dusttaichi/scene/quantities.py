@@ -67,6 +67,25 @@ DIMENSIONS = {
     ),
 }
 
+# Sizes in SI between which a number lies that is not 0: far outside of what is physical, and inside
+# of what can be computed.
+SIZES = {
+    "length": (1e-25, 1e3),
+    "time": (1e-25, 1e9),
+    "mass": (1e-30, 1e9),
+    "speed": (1e-20, 3e8),
+    "angle": (1e-20, 1e6),
+    "angular velocity": (1e-20, 1e15),
+    "rate": (1e-20, 1e15),
+    "force": (1e-30, 1e6),
+    "energy": (1e-40, 1e12),
+    "pressure": (1e-15, 1e15),
+    "density": (1e-9, 1e9),
+    "surface energy": (1e-15, 1e6),
+    "stiffness": (1e-20, 1e12),
+    "mass rate": (1e-30, 1e9),
+}
+
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _UNIT = r"[A-Za-zµμΩÅ°].*"
 _QUANTITY = re.compile(rf"({_NUMBER}|[+-]?(?:nan|inf|infinity)\b)\s*({_UNIT})?", re.IGNORECASE)
@@ -230,6 +249,10 @@ class Quantity:
         if self.bare_unit and isinstance(value, str) and value[:1].isalpha():
             value = f"1 {value}"
         si = _convert(value, self.dimension)
+        least, most = SIZES.get(self.dimension, (0.0, math.inf))
+        if si and not least <= abs(si) <= most:
+            unit = self.unit
+            raise ValueError(f"it cannot be computed with, {least:g} {unit} to {most:g} {unit} can")
         inside = (
             (self.gt is None or si > self.gt)
             and (self.ge is None or si >= self.ge)

@@ -188,7 +188,7 @@ class Scene(Block):
             scene = kind.model_validate(data, context=context)
         except ValidationError as error:
             found = problems.describe(kind, error, data, lines or {})
-            raise DustError("\n  ".join([f"{title} cannot be used:", *found])) from None
+            raise problems.refusal(title, found) from None
         scene._imported = imported
         scene._given = copy.deepcopy(data)
         scene._folder = Path(folder) if folder is not None else None
@@ -245,7 +245,7 @@ def _scene_class(data: dict[str, Any], lines: dict, title: str) -> type[Scene]:
     if name not in method.names():
         text = f"{' or '.join(method.names())} is needed"
         found = problems.line(("method",), text, data, lines)
-        raise DustError("\n  ".join([f"{title} cannot be used:", found]))
+        raise problems.refusal(title, [found])
     return method.named(name).scene
 
 

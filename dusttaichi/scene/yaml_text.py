@@ -8,7 +8,10 @@ import yaml
 
 Path = tuple[str | int, ...]
 MOST_REPEATED = 100_000  # values that aliases may repeat: a nest of them grows without bound
+MOST_NESTED = 50  # blocks and lists in each other
+MOST_CHARACTERS = 50_000_000  # of a file: a hundred thousand positions have 5
 
+_CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff]")
 _TAG = "tag:yaml.org,2002:"
 # The words of YAML 1.2, core schema: off and no are texts, 1e-3 is a number.
 _SCALARS = {
@@ -27,6 +30,18 @@ class _Loader(yaml.SafeLoader):
     """Composes nodes, with the tags of YAML 1.2; what they stand for is made here."""
 
     yaml_implicit_resolvers: dict = {}
+    depth = 0
+
+    def compose_node(self, parent, index):
+        """The next node; what stands too deep is refused before Python runs out of its stack."""
+        if self.depth > MOST_NESTED:
+            text = f"more than {MOST_NESTED} blocks and lists stand in each other"
+            mark = self.peek_event().start_mark
+            raise yaml.MarkedYAMLError(problem=text, problem_mark=mark)
+        self.depth += 1
+        node = super().compose_node(parent, index)
+        self.depth -= 1
+        return node
 
 
 for _name, (_pattern, _first) in _SCALARS.items():
@@ -54,9 +69,16 @@ class Document:
 def read(text: str) -> Document:
     """Raises yaml.YAMLError if the text is not YAML, or has what the YAML of a scene never needs:
     tags of its own, keys that are no words, anchors that refer to themselves, aliases that repeat
-    more than MOST_REPEATED values.
+    more than MOST_REPEATED values, more than MOST_NESTED blocks in each other or MOST_CHARACTERS.
     """
-    node = yaml.compose(text, _Loader)
+    if len(text) > MOST_CHARACTERS:
+        raise yaml.YAMLError(f"it has {len(text)} characters, {MOST_CHARACTERS} are allowed")
+    try:
+        node = yaml.compose(text, _Loader)
+    except yaml.reader.ReaderError as error:
+        line = text.count("\n", 0, error.position) + 1
+        code = f"U+{ord(text[error.position]):04X}"
+        raise yaml.YAMLError(f"the character {code} is not allowed (line {line})") from None
     reader = _Reader()
     if node is not None:
         reader.document.data = reader.build(node, (), ())
@@ -96,7 +118,7 @@ class _Reader:
         for key_node, value_node in node.value:
             if not isinstance(key_node, yaml.ScalarNode):
                 raise _refused("a key must be a word", key_node)
-            key, line = key_node.value, key_node.start_mark.line + 1
+            key, line = _text(key_node), key_node.start_mark.line + 1
             here = (*path, key)
             if key in data:
                 text = f"the key is given twice, in lines {lines[here]} and {line}"
@@ -111,13 +133,21 @@ def _scalar(node: yaml.ScalarNode) -> Any:
     """What a scalar stands for: a text, a number, true, false or nothing."""
     name = node.tag.removeprefix(_TAG)
     if name == "str":
-        return node.value
+        return _text(node)
     if name not in _SCALARS or not re.match(_SCALARS[name][0], node.value):
         raise _refused(f"{node.value!r} cannot be read as {node.tag.replace(_TAG, '!!')}", node)
     try:
         return _MAKE[name](node.value)
     except ValueError as error:  # a whole number of thousands of digits
         raise _refused(str(error), node) from None
+
+
+def _text(node: yaml.ScalarNode) -> str:
+    """The text of a node, without characters that no path and no terminal takes."""
+    found = _CONTROL.search(node.value)
+    if found:
+        raise _refused(f"the character U+{ord(found[0]):04X} is not allowed", node)
+    return node.value
 
 
 def _refused(text: str, node: yaml.Node) -> yaml.MarkedYAMLError:

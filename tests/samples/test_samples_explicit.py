@@ -1,5 +1,7 @@
 """Grains given one by one: lists, CSV, NetCDF, another run's last frame, and what is refused."""
 
+import os
+from pathlib import Path
 from types import SimpleNamespace
 
 import netCDF4
@@ -19,6 +21,7 @@ STATE = {
     "velocity": RNG.normal(size=(N, 3)),
     "spin": RNG.normal(size=(N, 3)) * 1e5,
 }
+POINTERS = [[0.0, 0.0, 1.0], [0.6, 0.8, 0.0], [0.0, -0.6, 0.8]]  # of three contacts
 NAMES = {"position": "xyz", "velocity": ("vx", "vy", "vz"), "spin": ("wx", "wy", "wz")}
 UNITS = {"position": "m", "velocity": "m/s", "spin": "rad/s"}
 
@@ -70,9 +73,7 @@ def write_result(path, frames=2, contacts=True, counts=(1, 2)):
                     name == "grain_j"
                 )
             for name in ("pointer_i", "pointer_j"):
-                group.createVariable(name, "f8", ("contact", "xyz"))[:] = np.arange(
-                    3 * total
-                ).reshape(total, 3)
+                group.createVariable(name, "f8", ("contact", "xyz"))[:] = POINTERS[:total]
             for name in ("twist", "approach"):
                 group.createVariable(name, "f8", ("contact",))[:] = np.arange(total) + 0.5
     return path
@@ -126,7 +127,7 @@ def test_last_snapshot_of_another_run(tmp_path):
         assert_state(sample)
         contacts = sample.contacts
         assert contacts["i"].tolist() == [1, 2] and contacts["j"].tolist() == [2, 3]
-        assert contacts["pointer_i"].tolist() == [[3, 4, 5], [6, 7, 8]]
+        assert contacts["pointer_i"].tolist() == POINTERS[1:]
         assert contacts["pointer_j"].shape == (2, 3)
         assert contacts["twist"].tolist() == contacts["approach"].tolist() == [1.5, 2.5]
     assert load(file=write_result(tmp_path / "bare.nc", contacts=False)).contacts is None
@@ -236,6 +237,16 @@ def test_bad_netcdf_is_refused(tmp_path, variables, message):
     [
         ("contacts", "grain_j", 99, "contacts name grain 99; allowed: 0 to 4"),
         ("contacts", "twist", np.nan, "contacts' twist has not-a-number"),
+        (
+            "contacts",
+            "twist",
+            1e30,
+            r"contact 1 \(from 0\): twist is 1e\+30; allowed: at most 1000",
+        ),
+        ("contacts", "grain_j", 2, r"contact 1 \(from 0\): grain 2 with itself"),
+        ("contacts", "grain_j", 0, r"contact 1 .*grains 2 and 0, .* apart; allowed: at most 1.5"),
+        ("contacts", "pointer_j", 0.5, r"contact 1 .*pointer_j has the length 0.866.*: 1, a unit"),
+        ("snapshots", "contact_count", -1, "contact_count of snapshot 1 is -1; allowed: 0 or more"),
         ("snapshots", "contact_count", 99, "it holds 3 contacts; allowed: 100"),
     ],
 )
@@ -293,3 +304,51 @@ def test_make_explicit(tmp_path):
     file = write_csv(tmp_path / "a.csv", "x,y,z", [(0, 0, 0), (1.2, 0, 0)])
     sample = make(scene(file=str(file), units="um"))
     np.testing.assert_allclose(sample.positions, [[0, 0, 0], [1.2e-6, 0, 0]], rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "kind, message",
+    [
+        ("text", "position holds texts"),
+        ("scalar material", r"material has the shape \(\); allowed: \(grain,\)"),
+        ("a great many", "1e\\+12 grains need 1e\\+06 GB of memory"),
+        ("pipe", "a device or a pipe"),
+        ("device", "a device or a pipe"),
+    ],
+)
+def test_files_that_hold_no_sample(tmp_path, kind, message):
+    """At once: nothing is allocated for what is only declared, nothing waits for a pipe."""
+    file = tmp_path / "a.nc"
+    if kind == "pipe":
+        os.mkfifo(file)
+    elif kind == "device":
+        file = Path("/dev/zero")
+    else:
+        with netCDF4.Dataset(file, "w") as data:
+            data.createDimension("grain", 10**12 if kind == "a great many" else 1)
+            data.createDimension("xyz", 3)
+            chunks = {"chunksizes": (1000, 3)} if kind == "a great many" else {}
+            type_ = str if kind == "text" else "f8"
+            x = data.createVariable("position", type_, ("grain", "xyz"), **chunks)
+            if kind == "text":
+                x[:] = np.array([["a", "b", "c"]], dtype=object)
+            elif kind == "scalar material":
+                x[:] = 0.0
+                data.createVariable("material", "i4", ())[:] = 0
+    with pytest.raises(DustError, match=message):
+        load(file=file)
+
+
+def test_a_path_that_no_system_takes(tmp_path):
+    with pytest.raises(DustError, match="it cannot be a file: File name too long"):
+        Scene.from_dict(
+            {
+                "name": "a",
+                "material": "silicate_s12",
+                "sample": {"kind": "explicit", "file": "x" * 5000},
+                "boundary": {"kind": "open"},
+                "stop": {"steps": 1},
+            },
+            tmp_path,
+            check_files=True,
+        )

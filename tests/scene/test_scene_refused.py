@@ -7,6 +7,7 @@ import pytest
 from scenes import BASE, LINE, OPEN, POSITIONS, edited, scene
 
 from dusttaichi.errors import DustError
+from dusttaichi.samples import make as make_sample
 from dusttaichi.scene import NAMED, from_yaml, load
 
 # What is refused: the block's line in BASE, and the parts that the message must have.
@@ -301,3 +302,49 @@ def test_missing_sample_file(tmp_path):
         load(file)
     assert 'sample.file = "none.csv": there is no such file' in str(error.value)
     assert "(line 4)" in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "blocks, parts",
+    [
+        ({"boundary": "{kind: box, wall_speed: 1e-300 m/s}"}, ["boundary.wall_speed", "1e-20 m/s"]),
+        ({"boundary": "{kind: box, wall_speed: 1e200 m/s}"}, ["boundary.wall_speed", "3e+08 m/s"]),
+        ({"boundary": "{kind: box, side_walls: 1e300}"}, ["boundary.side_walls", "1e+12 can"]),
+        ({"boundary": "{kind: plates, glue: 1e300}"}, ["boundary.glue", "1e+12 can"]),
+        ({"sample": "{kind: pair, gap: 1e200 m}"}, ["sample.gap", "1000 m can"]),
+        ({"sample": "{kind: pair, gap: 1e9999999 um}"}, ["sample.gap", "not a finite number"]),
+        ({"stop": "{steps: 1e18}"}, ["stop.steps", "1e+15 can"]),
+    ],
+)
+def test_numbers_far_outside_of_what_can_be_computed(blocks, parts):
+    with pytest.raises(DustError) as error:
+        scene(**blocks)
+    assert all(part in str(error.value) for part in [*parts, "(line "])
+
+
+@pytest.mark.parametrize(
+    "text, part",
+    [
+        ("zz: !!timestamp xyz", "'xyz' cannot be read as !!timestamp (line 9"),
+        ("zz: !!bool maybe", "'maybe' cannot be read as !!bool (line 9"),
+        ("zz: a\x00b", "the character U+0000 is not allowed (line 9"),
+        ('zz: "a\\0b"', "the character U+0000 is not allowed (line 9"),
+        ('zz: "\\ud800"', "the character U+D800 is not allowed (line 9"),
+        ("zz: " + "[" * 2000 + "]" * 2000, "more than 50 blocks and lists stand in each other"),
+        ("\n".join(f"k{n}: 1" for n in range(500)), "and 470 more"),
+    ],
+)
+def test_texts_that_no_scene_has(text, part):
+    with pytest.raises(DustError) as error:
+        from_yaml(f"{BASE}{text}\n")
+    assert part in str(error.value) and len(str(error.value)) < 10_000
+
+
+def test_a_chain_that_no_memory_holds():
+    with pytest.raises(DustError, match=r"sample.grains: 1e\+12 grains need 1e\+06 GB of memory"):
+        make_sample(scene(sample="{kind: chain, grains: 1e12}", **OPEN))
+
+
+def test_a_device_is_no_scene():
+    with pytest.raises(DustError, match="is a device"):
+        load("/dev/zero")

@@ -1,0 +1,65 @@
+"""Contacts that a sample brings along from a file: refused where they cannot be contacts."""
+
+import numpy as np
+
+from dusttaichi.errors import DustError
+
+# distance of centres, over the sum of the radii, up to which two grains may hold on to each other:
+# far more than any contact that adhesion keeps
+FARTHEST = 1.5
+UNIT = 1e-3  # by which the length of a pointer may differ from 1
+MOST_TWIST = 1e3  # rad
+MOST_SPEED = 3e8  # m/s
+
+
+def check_contacts(contacts, positions, radii, period, where):
+    """DustError, naming where they come from, and the row, for a contact that cannot be one.
+
+    contacts: as in samples.files, name -> (C,) or (C, 3). positions (N, 3) and radii (N,) or one
+    number [m]: of the grains. period: edges of a periodic cell [m], (3,), inf along other axes.
+    """
+    i, j = contacts["i"], contacts["j"]
+    n = len(positions)
+    for name, values in contacts.items():
+        bad = ~np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
+        text = f"contacts' {name} has not-a-number"
+        _refuse(bad, where, lambda k, text=text: text, "finite numbers")
+    outside = (np.minimum(i, j) < 0) | (np.maximum(i, j) >= n)
+    worst = np.where(np.maximum(i, j) >= n, np.maximum(i, j), np.minimum(i, j))
+    _refuse(outside, where, lambda k: f"contacts name grain {worst[k]}", f"0 to {n - 1}")
+    _refuse(i == j, where, lambda k: f"grain {i[k]} with itself", "two grains")
+    both = np.broadcast_to(radii, n)[i] + np.broadcast_to(radii, n)[j]
+    apart = positions[i] - positions[j]
+    images = np.isfinite(period)
+    apart[:, images] -= period[images] * np.round(apart[:, images] / period[images])
+    distance = np.linalg.norm(apart, axis=1)
+    _refuse(
+        distance > FARTHEST * both,
+        where,
+        lambda k: f"grains {i[k]} and {j[k]}, {distance[k] * 1e6:g} um apart",
+        f"at most {FARTHEST} times the sum of their radii",
+    )
+    for name in ("pointer_i", "pointer_j"):
+        length = np.linalg.norm(contacts[name], axis=1)
+        _refuse(
+            np.abs(length - 1.0) > UNIT,
+            where,
+            lambda k, name=name, length=length: f"{name} has the length {length[k]:g}",
+            "1, a unit vector",
+        )
+    for name, most in (("twist", MOST_TWIST), ("approach", MOST_SPEED)):
+        values = contacts[name]
+        _refuse(
+            np.abs(values) > most,
+            where,
+            lambda k, name=name, values=values: f"{name} is {values[k]:g}",
+            f"at most {most:g} in size",
+        )
+
+
+def _refuse(bad, where, what, allowed):
+    """Raise DustError for the first row that is bad. what: says what of a row."""
+    rows = np.flatnonzero(bad)
+    if len(rows):
+        row = int(rows[0])
+        raise DustError(f"{where}: contact {row} (from 0): {what(row)}; allowed: {allowed}.")

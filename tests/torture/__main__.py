@@ -1,0 +1,43 @@
+"""Tortures: `python tests/torture KIND --count N --seed S`.
+
+kills: SIGKILL, SIGTERM, SIGINT at random moments. faults: writes that fail, at every call. mutate:
+scenes with faults. damage: damaged files. bits: threads, terminals, locales. dask: workers and a
+scheduler that go. twice: two runs on one directory. --write puts the figures into the docs.
+"""
+
+import argparse
+import importlib
+import sys
+import time
+from pathlib import Path
+
+HERE = Path(__file__).parent
+COUNTS = {"kills": 100, "mutate": 10_000, "damage": 200}  # of the others all there is
+MODULES = {"dask": "dask_loss", "bits": "same_bits"}  # where it is not the name of the kind
+KINDS = (*COUNTS, "faults", "twice", *MODULES)
+
+
+def main():
+    """Entry point."""
+    parser = argparse.ArgumentParser(description=__doc__, prog="python tests/torture")
+    parser.add_argument("kind", choices=KINDS)
+    parser.add_argument("--count", type=int)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--write", action="store_true", help="put the figures into the docs")
+    given = parser.parse_args()
+    sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parent / "run"), str(HERE.parents[1])]
+    from tally import write_row
+
+    count = COUNTS.get(given.kind, 0) if given.count is None else given.count
+    began = time.perf_counter()
+    module = importlib.import_module(MODULES.get(given.kind, given.kind))
+    tally = module.run(count, given.seed)
+    print(tally.text(given.kind, began))
+    if given.write:
+        options = f" --count {count} --seed {given.seed}" if given.kind in COUNTS else ""
+        write_row(given.kind, tally, f"python tests/torture {given.kind}{options}")
+    return bool(tally.failures)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

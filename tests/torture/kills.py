@@ -1,0 +1,171 @@
+"""Kills at random moments: of a plain run, one with stages, one with an error bar, one with
+replicas, and one of grains. Each goes on by --resume until it ends, with the same bits as a whole.
+
+A run is a process that forks from this one, so that what it imports is there already; a kill is
+SIGKILL, SIGTERM or SIGINT. Runs that have come to their end begin anew.
+"""
+
+import os
+import random
+import shutil
+import signal
+import tempfile
+import time
+import traceback
+from pathlib import Path
+
+import netCDF4
+import toy
+import yaml
+from bits import assert_same_bits
+from tally import Tally
+
+from dusttaichi.analysis import open_run
+from dusttaichi.errors import DustError, Interrupted
+from dusttaichi.run import execute
+from dusttaichi.scene import from_yaml
+from dusttaichi.studies import ensemble
+
+SIGNALS = (signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
+GRAINS = """
+name: grains
+material: silicate_s12
+interaction: {rolling: on}
+sample: {kind: bcca, grains: 64, seed: 2}
+boundary: {kind: open}
+stop: {steps: 40000}
+numerics: {threads: 1}
+output: {series: {steps: 500}, snapshots: {steps: 2000}, checkpoint: 0.1 s}
+"""
+PLAIN = """
+name: spring
+method: spring
+boundary: {kind: open}
+stop: {steps: 4000}
+numerics: {time_step: 10 ns}
+output: {series: {steps: 50}, snapshots: {steps: 250}, checkpoint: 20 ms}
+"""
+STAGES = PLAIN.replace(
+    "stop: {steps: 4000}",
+    """stages:
+  - {name: swing, stop: {time: 15 us}}
+  - {name: on, stop: {steps: 1250}, output: {series: {time: 1 us}}}
+  - {name: rest, stop: {steps: 1250}}""",
+)
+REPLICAS = GRAINS + "replicas: 2\n"
+SCENES = {"plain": PLAIN, "stages": STAGES, "error bar": PLAIN}
+SCENES |= {"grains": GRAINS, "replicas": REPLICAS}
+SHARES = {"plain": 0.3, "stages": 0.3, "error bar": 0.2, "replicas": 0.1, "grains": 0.1}
+
+
+def run(count, seed):
+    """A Tally of so many kills."""
+    rng, tally = random.Random(seed), Tally()
+    toy.prepare()
+    toy.with_parts(True)
+    with tempfile.TemporaryDirectory() as folder:
+        for name, share in SHARES.items():
+            _chains(name, max(1, round(share * count)), Path(folder), rng, tally)
+    return tally
+
+
+def _go(name, directory, how):
+    """One run, whole or on from where it is."""
+    scene = from_yaml(SCENES[name])
+    if name == "replicas":
+        ensemble.run_all(ensemble.ensemble_plan(scene, directory), **how)
+    else:
+        execute(scene, directory, error_bar=name == "error bar", **how)
+
+
+def _chains(name, kills, folder, rng, tally):
+    """So many kills of runs of a kind, each chain of them compared with the whole run."""
+    whole, began = folder / name / "whole" / "run", time.monotonic()
+    _child(name, whole, {}, folder / "told", wait=True)
+    lasts = time.monotonic() - began
+    left, chain = kills, 0
+    while left > 0:
+        directory, chain = folder / name / f"chain{chain}" / "run", chain + 1
+        done, here = False, 0
+        while not done:
+            delay = rng.uniform(0.0, 0.6 * lasts) if left > 0 else None
+            child = _child(name, directory, {"resume": True}, folder / "told")
+            done, problem = _end(child, delay, rng.choice(SIGNALS), folder / "told")
+            left, here = left - (not done), here + (not done)
+            if problem or (not done and (problem := _unreadable(directory))):
+                tally.case(name, f"{name}, chain {chain}: {problem}")
+                return
+            if not done:
+                tally.case(name)
+                print(f"  {name}: {kills - left} of {kills}", flush=True)
+        try:
+            _compare(whole, directory, name)
+        except AssertionError as error:
+            tally.failures.append(f"{name}, chain {chain} of {here} kills: {error}")
+        shutil.rmtree(directory.parent)
+
+
+def _child(name, directory, how, told, wait=False):
+    told.unlink(missing_ok=True)
+    child = os.fork()
+    if child:
+        if wait and os.waitpid(child, 0)[1]:
+            raise RuntimeError(f"the whole run of {name} fails: {told.read_text()}")
+        return child
+    os.setpgid(0, 0)
+    code = 0
+    try:
+        _go(name, directory, how)
+    except (Interrupted, KeyboardInterrupt):
+        code = 130
+    except DustError as error:
+        if "Another run is writing" in str(error):  # the process that joins its parts: a moment
+            time.sleep(1.0)
+            os._exit(130)
+        told.write_text(f"{type(error).__name__}: {error}")
+        code = 1
+    except BaseException:
+        told.write_text(traceback.format_exc())
+        code = 1
+    os._exit(code)
+
+
+def _end(child, delay, number, told):
+    """(True where the run came to its end, what went wrong or None)."""
+    until = time.monotonic() + (1e6 if delay is None else delay)
+    while time.monotonic() < until:
+        found, status = os.waitpid(child, os.WNOHANG)
+        if found and os.waitstatus_to_exitcode(status) == 130:
+            return False, None
+        if found:
+            return True, told.read_text() if os.waitstatus_to_exitcode(status) else None
+        time.sleep(0.002)
+    os.kill(child, number)
+    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    if code == 0:
+        return True, None  # it was at its end already
+    return False, None if code in (130, -number) else f"code {code}: {told.read_text()}"
+
+
+def _unreadable(directory):
+    """Why what is on disk after a kill cannot be read, or None."""
+    for result in directory.rglob("result.nc"):
+        try:
+            open_run(result).close()
+        except DustError as error:
+            return str(error)
+    return None
+
+
+def _compare(whole, directory, name):
+    for result in sorted(whole.rglob("result.nc")):
+        if ".stages" not in result.parts:
+            other = directory / result.relative_to(whole)
+            assert_same_bits(result, other)
+            if name == "error bar":
+                assert _stretches(result) == _stretches(other), "another error bar"
+
+
+def _stretches(path):
+    with netCDF4.Dataset(path) as file:
+        return yaml.safe_load(file.error_bar)["stretches"]

@@ -1,0 +1,47 @@
+"""What the tortures share: how a count is kept, and what is told of it."""
+
+import csv
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+TABLE = ROOT / "docs" / "validation" / "reliability.csv"
+HEAD = ("torture", "tried", "failed", "command")
+
+
+@dataclass
+class Tally:
+    """How many cases were tried, and what went wrong in which."""
+
+    tried: int = 0
+    failures: list[str] = field(default_factory=list)
+    kinds: dict[str, int] = field(default_factory=dict)  # of what happened, for the reader
+
+    def case(self, kind, problem=None):
+        """One more case. problem: what went wrong in it, or None."""
+        self.tried += 1
+        self.kinds[kind] = self.kinds.get(kind, 0) + 1
+        if problem:
+            self.failures.append(problem)
+            print(f"  FAILED {problem}", flush=True)
+
+    def text(self, name, began):
+        """A line for the terminal."""
+        kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(self.kinds.items()))
+        took = time.perf_counter() - began
+        return f"{name}: {self.tried} tried, {len(self.failures)} failed, {took:.0f} s ({kinds})"
+
+
+def write_row(name, tally, command):
+    """Put a row into the table of the docs, in the place of the former one of that name."""
+    rows = {}
+    if TABLE.exists():
+        with TABLE.open(newline="") as file:
+            rows = {row[0]: row for row in list(csv.reader(file))[1:]}
+    rows[name] = [name, tally.tried, len(tally.failures), command]
+    with TABLE.open("w", newline="") as file:
+        write = csv.writer(file, lineterminator="\n").writerow
+        write(HEAD)
+        for row in sorted(rows.values(), key=lambda row: row[0]):
+            write(row)
