@@ -199,8 +199,28 @@ class RunLock:
             raise DustError(
                 f"Cannot write in {self.path.parent}: {explain(error, self.path)}."
             ) from error
+        self._folder = self._take_folder()
         os.ftruncate(self._descriptor, 0)
         os.pwrite(self._descriptor, f"{os.getpid()} on {socket.gethostname()}\n".encode(), 0)
+
+    def _take_folder(self):
+        """The folder is locked as well, so that it helps nobody to delete the lock file; None where
+        the system cannot."""
+        if fcntl is None:
+            return None
+        folder = os.open(self.path.parent, os.O_RDONLY)
+        try:
+            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            os.close(folder)
+            held = self._held(self._descriptor)
+            self.path.unlink(missing_ok=True)  # it is this one's: the holder's has been deleted
+            os.close(self._descriptor)
+            raise held from error
+        except OSError:  # network file systems lock no folders
+            os.close(folder)
+            return None
+        return folder
 
     def _take(self):
         while True:
@@ -253,17 +273,18 @@ class RunLock:
         return int(number) != os.getpid()
 
     @property
-    def descriptor(self):
-        """The open lock file, for a process that is to hold the lock as well."""
-        return self._descriptor
+    def descriptors(self):
+        """The open lock file and folder, for a process that is to hold the lock as well."""
+        return [n for n in (self._descriptor, self._folder) if n is not None]
 
     def release(self):
         """Give the lock back and remove its file. May be called again."""
         if self._descriptor is None:
             return
         self.path.unlink(missing_ok=True)
-        os.close(self._descriptor)
-        self._descriptor = None
+        for descriptor in self.descriptors:
+            os.close(descriptor)
+        self._descriptor = self._folder = None
 
     def __enter__(self):
         return self

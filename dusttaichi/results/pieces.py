@@ -95,7 +95,7 @@ def join(path, lock=None):
         capture_output=True,
         text=True,
         errors="replace",
-        pass_fds=[] if lock is None else [lock.descriptor],
+        pass_fds=[] if lock is None else lock.descriptors,
         start_new_session=True,  # Ctrl-C waits for its end
     )
     if done.returncode != 0:

@@ -253,6 +253,16 @@ def test_second_writer_is_refused(tmp_path):
             files.RunLock(tmp_path)
 
 
+def test_a_lock_that_is_deleted_by_hand_still_holds(tmp_path):
+    with files.RunLock(tmp_path):
+        (tmp_path / ".lock").unlink()
+        for _ in range(2):
+            with pytest.raises(DustError, match="Another run is writing"):
+                files.RunLock(tmp_path)
+    files.RunLock(tmp_path).release()
+    assert not list(tmp_path.iterdir())
+
+
 def run_child(script, *arguments):
     paths = f"import sys; sys.path[:0] = [{str(HERE)!r}, {str(HERE.parent)!r}, {str(ROOT)!r}]\n"
     return subprocess.Popen(
