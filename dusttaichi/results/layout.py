@@ -1,5 +1,7 @@
 """The NetCDF file that the table of variables describes: made, read back, and cut."""
 
+import hashlib
+import json
 import math
 
 import netCDF4
@@ -9,6 +11,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.results.variables import Variable, record_dimension
 
 SOURCE = "Definition: "
+DIGEST = "digest"  # global attribute: SHA-256 of those that are texts
 
 
 def folder_of(file, group):
@@ -55,7 +58,7 @@ def define(file, layout, dimensions, static, compressed=True):
 
 
 def _define_variable(folder, variable, sizes, ragged, compressed):
-    options = {}
+    options = {"fletcher32": True}  # a damaged chunk is noticed when it is read
     if variable.grows:
         rows = chunk_rows(variable, sizes, ragged)
         shape = (rows, *(sizes[d] for d in variable.dims[1:]))
@@ -108,12 +111,29 @@ def attributes_of(file):
 
 
 def write_attributes(file, attributes):
-    """Set global attributes of an open file; values of None are left out."""
+    """Set the global attributes of an open file; values of None are left out. HDF5 has no sum of
+    its texts, so that one stands beside them."""
+    attributes = {**attributes, DIGEST: _digest(attributes)}
     for name, value in attributes.items():
         if isinstance(value, str):  # setncattr would limit them to 64 kB
             file.setncattr_string(name, value)
         elif value is not None:
             file.setncattr(name, value)
+
+
+def check_attributes(file):
+    """Raise OSError where texts of an open file are not those that were written."""
+    said = getattr(file, DIGEST, None)
+    if said is not None and said != _digest(attributes_of(file)):
+        raise OSError(
+            "its attributes are damaged (if you have changed them yourself, remove the attribute "
+            f"{DIGEST}, too)"
+        )
+
+
+def _digest(attributes):
+    texts = sorted((k, v) for k, v in attributes.items() if isinstance(v, str) and k != DIGEST)
+    return hashlib.sha256(json.dumps(texts).encode()).hexdigest()
 
 
 def record_counts(file):

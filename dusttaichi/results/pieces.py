@@ -21,7 +21,9 @@ import netCDF4
 from dusttaichi.errors import DustError
 from dusttaichi.files import clone, explain, parts_folder, replace_atomically, reserve
 from dusttaichi.results.layout import (
+    DIGEST,
     attributes_of,
+    check_attributes,
     copy_records,
     define,
     describe,
@@ -30,7 +32,8 @@ from dusttaichi.results.layout import (
 )
 
 # global attributes that put a piece in its place
-OWN = IDENTITY, CONTINUES, STARTS = "id", "continues", "starts"
+IDENTITY, CONTINUES, STARTS = "id", "continues", "starts"
+OWN = IDENTITY, CONTINUES, STARTS, DIGEST
 
 
 class Piece(NamedTuple):
@@ -56,12 +59,14 @@ def pieces_of(path):
     """The Pieces of the result at `path`, in order; the first is that file. OSError is let out."""
     path = Path(path)
     with netCDF4.Dataset(path) as file:
+        check_attributes(file)
         identity, totals = str(getattr(file, IDENTITY, "")), record_counts(file)
     found = [Piece(path, dict.fromkeys(totals, 0), totals)]
     for part in sorted(parts_folder(path).glob("[0-9]*.nc")):
         with netCDF4.Dataset(part) as file:
             if getattr(file, CONTINUES, None) != identity:
                 break
+            check_attributes(file)
             own = json.loads(getattr(file, STARTS))
             starts = {group: own.get(group, 0) for group in record_counts(file)}
             ends = {group: starts[group] + n for group, n in record_counts(file).items()}
