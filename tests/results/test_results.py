@@ -312,7 +312,7 @@ def test_kill_at_any_moment(tmp_path, piece):
         time.sleep(delay / 1e3)
         child.send_signal(signal.SIGKILL)
         child.communicate()
-        if saved.exists():  # else killed before the first checkpoint
+        if checkpoint.exists(saved):  # else killed before the first one
             least = int(checkpoint.load(saved).arrays["step"])
         count = check(path, least)
     state = checkpoint.load(saved)
