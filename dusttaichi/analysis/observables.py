@@ -60,6 +60,13 @@ WANTED = (
     Observable("ratio", "1", "pressure over (E_roll/r^3) phi^3 (T19 eq 9)", _of_summary("ratio")),
     Observable("sound_speed", "m/s", "speed of sound", _sound),
     Observable("restitution", "1", "coefficient of restitution", _of_summary("restitution")),
+    Observable(
+        "depth", "m", "depth of a bead, g t^2/2 taken away", _of_summary("depth_weightless")
+    ),
+    Observable(
+        "stopping_time", "s", "its stopping time, so too", _of_summary("stopping_time_weightless")
+    ),
+    Observable("dust_restitution", "1", "restitution of dust", _of_summary("dust_restitution")),
     Observable("growth_efficiency", "1", "growth efficiency", _of_summary("growth_efficiency")),
     Observable("largest_share", "1", "share of the largest fragment", _of_summary("largest_share")),
     Observable("fragments", "1", "fragments", _of_summary("fragments")),

@@ -4,8 +4,9 @@ import math
 from dataclasses import dataclass
 
 from dusttaichi.errors import DustError
+from dusttaichi.scene.continuum import ContinuumScene
 from dusttaichi.scene.numerics import PRESETS
-from dusttaichi.studies.trade import scenes
+from dusttaichi.studies.trade import continuum, scenes
 from dusttaichi.studies.trade.point import NUMERICAL, PHYSICAL, SAMPLE, Point
 
 FRACTIONS = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3)
@@ -122,7 +123,13 @@ KNOBS = (
     Knob("asperities", PHYSICAL, "asperities on or off", _part("asperities")),
     Knob("grains", SAMPLE, "number of grains over that of the scene", _grains),
 )
-NAMES = tuple(knob.name for knob in KNOBS)
+CONTINUUM = tuple(Knob(*row) for row in continuum.ROWS)
+NAMES = tuple(knob.name for knob in (*KNOBS, *CONTINUUM))
+
+
+def knobs_of(scene):
+    """The knobs that the method of a scene has."""
+    return CONTINUUM if isinstance(scene, ContinuumScene) else KNOBS
 
 
 def chosen(text):
@@ -143,7 +150,7 @@ def ladder(scene, names=NAMES, quick=False):
     quick: at most three rungs a knob, the ends among them.
     """
     points, left_out = [], {}
-    for knob in KNOBS:
+    for knob in knobs_of(scene):
         if knob.name not in names:
             continue
         rungs = knob.rungs(scene)
@@ -161,7 +168,12 @@ def ladder(scene, names=NAMES, quick=False):
 
 
 def presets(scene):
-    """The points of the three presets; that of `reference` is converged in all numerics."""
+    """The points of the three presets; that of `reference` is converged in all numerics.
+
+    The continuum has no presets: of one its reference alone.
+    """
+    if isinstance(scene, ContinuumScene):
+        return continuum.presets(scene)
     return [
         Point(
             name,
@@ -177,6 +189,8 @@ def presets(scene):
 
 def halved(scene):
     """The reference at half its step."""
+    if isinstance(scene, ContinuumScene):
+        return continuum.halved(scene)
     reference = scenes.changed(scene, scenes.reference(scene))
     changes = scenes.reference(scene)
     changes["numerics.step_fraction"] = 0.5 * reference.numerics.step_fraction

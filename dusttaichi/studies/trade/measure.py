@@ -76,7 +76,7 @@ def measure(scene, directory, wanted, *, jobs=None, pairs=True, force=False, wat
     """
     watcher, directory = watcher or Watcher(), Path(directory)
     base = scenes.base(scene)
-    if base.numerics.time_step != "auto":
+    if base.numerics.time_step != "auto" and hasattr(base.numerics, "step_fraction"):
         fraction = scenes.own_fraction(base)
         watcher.log(f"the time step of the scene is {fraction:.3g} of its stiffest period")
     jobs = 1 if scene.numerics.backend != "cpu" else jobs or usable_cores()

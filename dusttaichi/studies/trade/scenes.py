@@ -1,8 +1,10 @@
 """How a scene is changed along a ladder: changes are dicts, path in the YAML -> value as there."""
 
+from dusttaichi.errors import DustError
 from dusttaichi.samples.values import CylinderSize
 from dusttaichi.scene import quantities
 from dusttaichi.scene.boundary import FACE_LAWS
+from dusttaichi.scene.continuum import ContinuumScene
 from dusttaichi.scene.numerics import PRESETS
 
 DRIVES = ("wall_speed", *FACE_LAWS)
@@ -34,6 +36,9 @@ def base(scene):
     ]
     if not counted:
         return scene
+    if isinstance(scene, ContinuumScene):
+        text = "a number of steps is another time at another spacing; give stop.time"
+        raise DustError(f"{counted[0]}stop.steps: {text}")
     dt = own_step(scene).dt
     for path in counted:
         given = scene.given

@@ -66,7 +66,7 @@ def trade(
     _known(observable, default.measured)
     results = run([*behind, *front])
     reference, half = results["reference"], results[behind[0].label]
-    _needed(reference, "the reference (numerics.accuracy: reference)")
+    _needed(reference, "the reference")
     others = [results[point.label] for point in behind[1:]]
     measured = [default.measured, *(o.measured for o in others if o.ok)]
     judge = Judge.of(

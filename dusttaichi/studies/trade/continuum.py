@@ -1,0 +1,69 @@
+"""The knobs of a scene of the continuum: how fine, how smooth, how viscous, how long a step."""
+
+import math
+
+from dusttaichi.scene import quantities
+from dusttaichi.studies.trade.point import NUMERICAL, PHYSICAL, Point
+
+SPACINGS = (0.5, 0.71, 1.41, 2.0)  # over that of the scene
+SMOOTHING = (1.1, 1.2, 1.3, 1.5, 1.8)
+CONTACT = (0.0, 0.01, 0.1, 1.0)
+GRID = (0.0, 0.005, 0.02, 0.1)
+CFL = (0.1, 0.25, 0.5, 0.7)
+FINER = 0.5  # spacing of the reference over that of the scene
+FINEST = 0.25  # CFL number of the reference
+
+
+def spaced(scene, factor):
+    """Changes that make the spacing `factor` times as long."""
+    return {"numerics.spacing": quantities.format(scene.numerics.spacing * factor, "length")}
+
+
+def _spacing(scene):
+    return [(f"{factor:g}", spaced(scene, factor)) for factor in SPACINGS]
+
+
+def _numbers(path, values):
+    return lambda scene: [(f"{value:g}", {path: value}) for value in values]
+
+
+def _contact(scene):
+    found = _numbers("numerics.viscosity.contact", CONTACT)(scene)
+    return found if scene.boundary.kind != "open" else "nothing is rigid or held"
+
+
+ROWS = (
+    ("spacing", NUMERICAL, "spacing of particles over that of the scene", _spacing),
+    (
+        "h_over_spacing",
+        NUMERICAL,
+        "smoothing length over the spacing",
+        _numbers("numerics.h_over_spacing", SMOOTHING),
+    ),
+    ("cfl", NUMERICAL, "CFL number", _numbers("numerics.cfl", CFL)),
+    (
+        "viscosity_grid",
+        NUMERICAL,
+        "viscosity of grid noise",
+        _numbers("numerics.viscosity.grid", GRID),
+    ),
+    ("viscosity_contact", PHYSICAL, "viscosity at what is rigid", _contact),
+)
+"""Name, kind, text and rungs of each knob, for knobs.Knob."""
+
+
+def presets(scene):
+    """The reference: twice as fine, at half the CFL number of most scenes."""
+    return [Point("reference", "preset", "reference", math.nan, NUMERICAL, _reference(scene))]
+
+
+def halved(scene):
+    """The reference at half its step."""
+    changes = _reference(scene) | {"numerics.cfl": 0.5 * FINEST}
+    return Point(
+        "reference, half the step", "reference", "half", math.nan, NUMERICAL, changes, paired=False
+    )
+
+
+def _reference(scene):
+    return spaced(scene, FINER) | {"numerics.cfl": FINEST}
