@@ -302,7 +302,7 @@ def table(numbers):
         row(
             "pressure over (E_roll/r^3) phi^3",
             n["ratio"],
-            lambda v: f"{v:.3g} ± {scatter:.2f} dex ({covered})",
+            lambda v: f"{v:.3g}, scatter {scatter:.2f} dex ({covered})",
             "1 (T19 eq 9)",
         )
     _collision_rows(n, row)

@@ -213,7 +213,8 @@ def _unknown(root: type[BaseModel], loc: Path) -> str:
     if close:
         guess = f'did you mean "{close[0]}"? '
     else:
-        homes = _homes(root, key)
+        here = {str(part) for part in loc}  # with the names of the kinds on the way
+        homes = [home for home in _homes(root, key) if not set(home.split(".")) <= here]
         guess = f"did you mean {homes[0]}? " if homes else ""
     return f"unknown key; {guess}allowed: {', '.join(dict.fromkeys(known))}"
 

@@ -176,10 +176,17 @@ def _mantissa(number: Decimal) -> str:
     return plain if len(plain) <= len(scientific) else scientific
 
 
+def _length(text: str) -> int:
+    """How long a quantity reads."""
+    number = text.split()[0]
+    return len(text) + 2 * ("e" in number or len(number.lstrip("-").split(".")[0]) > 4)
+
+
 def format(value: float, dimension: str, digits: int | None = None) -> str:
     """Shortest readable text of an SI float, such as '0.6 um'; `parse` gives the same float back.
 
-    A power of ten counts as two characters more: 0.6 um, not 6e-7 m.
+    A power of ten counts as two characters more: 0.6 um, not 6e-7 m. So do five digits before the
+    point: 12.233 nm, not 12233 pm.
     digits: round to so many significant digits, for tables (then it is not exact any more).
     """
     kind = DIMENSIONS[dimension]
@@ -191,7 +198,7 @@ def format(value: float, dimension: str, digits: int | None = None) -> str:
     if digits is not None:
         number = Decimal(f"{number:.{digits - 1}e}")
     texts = [f"{_mantissa(number.scaleb(-power))} {unit}" for unit, power in kind.powers.items()]
-    return min(texts, key=lambda text: len(text) + 2 * ("e" in text.split()[0]))
+    return min(texts, key=_length)
 
 
 @dataclass(frozen=True)

@@ -348,3 +348,14 @@ def test_a_chain_that_no_memory_holds():
 def test_a_device_is_no_scene():
     with pytest.raises(DustError, match="is a device"):
         load("/dev/zero")
+
+
+def test_a_key_that_is_known_elsewhere_is_not_sent_where_it_stands():
+    """`radii` belongs to some kinds of bodies; one of another kind was told to write it where it
+    was written."""
+    target = "{kind: rbd, grains: 9, radii: [1 um]}"
+    sample = f"{{kind: collision, target: {target}, projectile: {{kind: pair}}, speed: 1 m/s}}"
+    with pytest.raises(DustError) as error:
+        scene(**OPEN, sample=sample)
+    assert "radii" in str(error.value) and "unknown key" in str(error.value)
+    assert "did you mean sample.target.radii" not in str(error.value)
