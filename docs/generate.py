@@ -14,6 +14,7 @@ import interface
 from markup import cell as _cell
 from markup import text as _text
 
+from dusttaichi.continuum.variables import VARIABLES as OF_CONTINUUM
 from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.physics.contact.registry import table_of_numbers
 from dusttaichi.scene import NAMED
@@ -36,6 +37,7 @@ FEATURES = {
     "push": "with pushes",
     "polydisperse": "with grains that are not all alike",
     "forces": "with `output.forces`",
+    "bodies": "with rigid bodies",
 }
 
 
@@ -43,9 +45,12 @@ def main():
     """Write every generated part; files that would not change are left as they are."""
     pages = {
         **{f"keys_{block}.md": keys(block) for block in blocks()},
+        "keys_continuum.md": keys_of(key for key in rows("continuum") if key not in rows()),
         "materials.md": materials(),
         "contact_numbers.md": contact_numbers(),
-        **{f"variables_{group}.md": variables(group) for group in GROUPS},
+        **{f"variables_{group}.md": variables(group, VARIABLES.values()) for group in GROUPS},
+        "variables_continuum.md": variables("series", OF_CONTINUUM),
+        "variables_continuum_snapshots.md": variables("snapshots", OF_CONTINUUM),
         "commands.md": interface.commands(),
         **{f"{csv_file.stem}.md": csv_table(csv_file) for csv_file in _tables()},
         "api/index.md": interface.api_index(),
@@ -71,11 +76,18 @@ def blocks():
 
 def keys(block):
     """The table of the keys of one block, in Markdown."""
-    lines = ["| key | default | meaning |", "| --- | --- | --- |"]
-    for key in rows():
+
+    def belongs(key):
         first, _, below = key.path.partition(".")
-        if (block != first or not below) and (block != "scene" or below):
-            continue
+        return (block == first and below) or (block == "scene" and not below)
+
+    return keys_of(key for key in rows() if belongs(key))
+
+
+def keys_of(chosen):
+    """The table of some keys, in Markdown."""
+    lines = ["| key | default | meaning |", "| --- | --- | --- |"]
+    for key in chosen:
         of = f"of {', '.join(f'`{kind}`' for kind in key.kinds)}: " if key.kinds else ""
         default = f"`{key.default}`" if key.default else "*needed*" if key.needed else ""
         example = f", as `{key.example}`" if key.example else ""
@@ -115,13 +127,13 @@ def contact_numbers():
     return _text(lines)
 
 
-def variables(group):
+def variables(group, declared):
     """The table of the variables of one group of the result file."""
     lines = [
         "| variable | dimensions | unit | meaning | source |",
         "| --- | --- | --- | --- | --- |",
     ]
-    for variable in VARIABLES.values():
+    for variable in declared:
         if variable.group != group:
             continue
         dims = ", ".join(f"`{name}`" for name in variable.dims)

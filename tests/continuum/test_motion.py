@@ -208,3 +208,37 @@ def test_pressed_dust_has_its_strengths():
     assert found.losses[4] < 0.03 * found.work  # channel "grid"
     assert abs(dust.ledger(motion, start, found.work)) < 1e-3
     assert motion.domain.lengths(sim.step)[2] * units.LENGTH < count * high
+
+
+def test_a_contact_may_open():
+    """A disc on a rigid wall: it leaves the wall where it may, and no work appears from nothing;
+    else it stays."""
+    x, area = dust.disc(5 * dust.SPACING)
+    high = dust.SPACING * np.sqrt(3.0) / 2.0
+    wall, _ = dust.rows(20, 4)
+    wall = wall - [10 * dust.SPACING, 4 * high]
+    x[:, 1] += 1.1 * dust.SPACING - x[:, 1].min()
+    rigid = np.arange(len(x) + len(wall)) >= len(x)
+    sample = dust.particles(
+        np.concatenate([x, wall]),
+        area,
+        np.where(rigid[:, None], 0.0, [0.0, -0.2]),
+        role=np.where(rigid, 3, 0).astype(np.int8),
+        face=np.where(rigid, 4, -1).astype(np.int8),
+        body=np.where(rigid, -1, 0).astype(np.int32),
+        room=np.array([[np.nan] * 2, [np.nan] * 2, [0.0, np.nan]]),
+    )
+    away = {}
+    for contact in ("separate", "stick"):
+        scene = dust.scene(
+            material={"base": "dust_g09", "bulk_modulus": "4.5 kPa"},
+            boundary={"kind": "faces", "bottom": "rigid"},
+            contact=contact,
+        )
+        motion = dust.moving(scene, sample)
+        start = motion.measure()
+        motion.advance(90)
+        assert abs(dust.ledger(motion, start, start.kinetic)) < 0.01
+        dusty = motion.sim.of_particles("role") == 0
+        away[contact] = motion.sim.of_particles("x")[dusty, 1].min() / dust.SPACING
+    assert away["separate"] > 1.5 and away["stick"] < 1.0
