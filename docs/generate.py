@@ -38,6 +38,7 @@ FEATURES = {
     "polydisperse": "with grains that are not all alike",
     "forces": "with `output.forces`",
     "bodies": "with rigid bodies",
+    "open": "with nothing around the grains",
 }
 
 

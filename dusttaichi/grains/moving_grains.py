@@ -174,6 +174,7 @@ def features_of(scene, sim):
         "polydisperse": sim.polydisperse is not None,
         "contacts": scene.output.contacts,
         "forces": scene.output.forces,
+        "open": not domain.there,
         "walls": sim.box is not None,
         "cell": sim.cell is not None,
         "height": not np.isnan(domain.lengths(sim.step)[2]),

@@ -70,6 +70,8 @@ def series(sim, m, window, plates=None):
         "largest_overlap": m["largest_overlap"] * units.LENGTH,
         "largest_speed": m["largest_speed"] * units.SPEED,
     }
+    if not sim.domain.there:
+        record |= _momenta(sim)
     if sim.cell is not None:
         record["face_work"] = m["face_work"] * units.ENERGY
     if sim.push.works:
@@ -83,6 +85,20 @@ def series(sim, m, window, plates=None):
         if plates is not None:
             record |= _between_plates(sim, plates, force, sim.lengths()[2])
     return record
+
+
+def _momenta(sim):
+    """Momentum and angular momentum about the origin of all grains (3,), SI."""
+    x, v, w = sim.grain_state()
+    back = np.argsort(sim.order)
+    mass, inertia = (a[back] if np.ndim(a) else a for a in (sim.mass, sim.inertia))
+    momentum = np.broadcast_to(mass, (len(x), 1)) * v
+    angular = np.cross(x, momentum).sum(axis=0) + (inertia * w).sum(axis=0)
+    unit = units.MASS * units.SPEED
+    return {
+        "momentum": momentum.sum(axis=0) * unit,
+        "angular_momentum": angular * unit * units.LENGTH,
+    }
 
 
 def _mean_force(window):

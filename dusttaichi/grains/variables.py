@@ -14,8 +14,8 @@ _S12, _PHYS = "S12 section 3.2", "docs, Physics"
 
 # Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (a finite
 # one), "filling" (a filling factor), "plates", "stress", "stages", "push" (forces, carried grains),
-# "polydisperse" (grains of different radius or material), "profiles", "snapshots", "contacts" (kept
-# with the snapshots), "forces" (of these).
+# "open" (nothing around), "polydisperse" (grains of different radius or material), "profiles",
+# "snapshots", "contacts" (kept with the snapshots), "forces" (of these).
 _TABLE = {
     "series": [
         "time",
@@ -54,6 +54,9 @@ _TABLE = {
          _PHYS, "walls"),
         ("face_work", "time", "J", "work of the moving faces of the cell on the grains since the "
          "start", _PHYS, "cell"),
+        ("momentum", "time xyz", "kg m/s", "momentum of all grains", "", "open"),
+        ("angular_momentum", "time xyz", "kg m2/s", "angular momentum of all grains about the "
+         "origin, spins included", "", "open"),
         ("push_work", "time", "J", "work of pushes from outside on the grains since the start",
          _PHYS, "push"),
         "energy_residual",

@@ -152,3 +152,28 @@ def test_forces_add_up(pressed):
     np.add.at(of_walls, walls["wall"], walls["force"])
     np.testing.assert_allclose(of_walls, sim.wall_forces(), rtol=0, atol=1e-9)
     assert np.abs(of_walls).max() > 1.0
+
+
+def test_momenta_of_an_open_scene(tmp_path):
+    """Two grains of different size that meet obliquely and spin: neither momentum changes, to
+    rounding, and both are what the sample begins with."""
+    scene = from_yaml("""
+name: two
+material: silicate_s12
+interaction: {rolling: {modifier: 8}, sliding: {modifier: 2.5}, damping: viscoelastic}
+sample: {kind: pair, gap: 0.1 nm, radii: [0.6 um, 0.4 um], speed: 2 m/s, impact_parameter: 0.4,
+  spins: [[1e5 rad/s, 0 rad/s, 0 rad/s], [0 rad/s, 2e5 rad/s, 0 rad/s]]}
+boundary: {kind: open}
+stop: {steps: 600}
+output: {series: {steps: 100}}
+""")
+    series = analysis.open_run(execute(scene, tmp_path / "run", fresh=True)).series
+    sample = samples.make(scene)
+    mass = 4 / 3 * np.pi * sample.radii**3 * scene.material.density
+    spun = (0.4 * mass * sample.radii**2) @ sample.spins
+    turning = np.cross(sample.positions, mass[:, None] * sample.velocities).sum(axis=0) + spun
+    scale = (mass[:, None] * abs(sample.velocities)).sum()
+    np.testing.assert_allclose(series.momentum, 0 * series.momentum, atol=1e-12 * scale)
+    expected = np.broadcast_to(turning, series.angular_momentum.shape)
+    np.testing.assert_allclose(series.angular_momentum, expected, atol=1e-11 * abs(turning).max())
+    assert float(series.loss.sum("channel")[-1]) > 0.0
