@@ -3,7 +3,9 @@
 import csv
 
 import numpy as np
+import yaml
 
+from dusttaichi.analysis.arrival import arrival, sound_speed
 from dusttaichi.analysis.continuum import numbers as continuum
 from dusttaichi.analysis.summary import summary
 from dusttaichi.errors import DustError
@@ -14,8 +16,7 @@ DRIVES = ("wall_speed", "face_speed", "strain_rate", "compression_rate")
 
 
 def compare(runs, at=AT):
-    """Rows (dicts) for runs that are compressed or stretched, or of the continuum, SI, all with the
-    same keys.
+    """Rows (dicts) for runs of any kind, SI, all with the same keys.
 
     Scene (grains, damping, modifiers, wall_speed, time_step, and the drive of every stage where
     anything else than compression under a wall is among them). Where one of the runs is compressed
@@ -25,15 +26,10 @@ def compare(runs, at=AT):
     filling factor and strain there, phi_init, T19 eq 33 (`strength_law`), strength_passed. Where
     one is pressed from all sides: ratio of the pressure to T19 eq 9 and its scatter. Where one is
     of the continuum: its material and resolution, and the numbers of `analysis.continuum.numbers`.
-    Then worst ledger residual, steps, wall time, version. None or nan for what a run has not.
-
-    Raises DustError for a run that is neither compressed nor stretched.
+    Where one collides: speed, outcome, fragments, largest_share, growth_efficiency, restitution.
+    Where one is pushed: sound_speed and its sigma. Then worst ledger residual, steps, simulated and
+    wall time, version. None or nan for what a run has not.
     """
-    for run in runs:
-        if not any(getattr(run, does) for does in COLUMNS):
-            raise DustError(
-                f"{run.path} is neither compressed nor stretched: there is nothing to compare."
-            )
     parts = [does for does in COLUMNS if any(getattr(run, does) for run in runs)]
     return [_row(run, parts, at) for run in runs]
 
@@ -49,6 +45,7 @@ def _row(run, parts, at):
         row |= COLUMNS[part](run, numbers, at)
     row["ledger_worst"] = numbers["ledger_worst"]
     row["steps"] = numbers["steps"]
+    row["time"] = numbers["time"]
     row["wall_time"] = numbers["wall_time"]
     row["status"] = numbers["status"]
     row["version"] = run.attrs.get("git_commit", run.attrs.get("dusttaichi_version", ""))
@@ -105,10 +102,29 @@ def _continuum(run, numbers, at):
     return continuum.settings(run) | {key: numbers[key] for key in continuum.NAMES}
 
 
+def _collision(run, numbers, at):
+    keys = ("outcome", "fragments", "largest_share", "growth_efficiency", "restitution")
+    info = yaml.safe_load(run.attrs.get("sample", "")) or {}
+    return {"speed": info.get("speed") if run.collides else None} | {k: numbers[k] for k in keys}
+
+
+def _sound(run, numbers, at):
+    try:
+        fit = sound_speed(arrival(run)) if run.pushes else None
+    except DustError:  # no snapshots that tell
+        fit = None
+    return {
+        "sound_speed": None if fit is None else fit.speed,
+        "sound_speed_sigma": None if fit is None else fit.sigma,
+    }
+
+
 COLUMNS = {
     "compresses": _compression,
     "stretches": _tension,
     "shrinks": _isotropic,
+    "collides": _collision,
+    "pushes": _sound,
     "is_continuum": _continuum,
 }
 

@@ -27,3 +27,26 @@ def profile(run, most=None):
     wanted = np.linspace(phi[0], phi[-1], most)
     chosen = np.unique([int(np.argmin(np.abs(phi - value))) for value in wanted])
     return profiles.isel(profile=chosen)
+
+
+def without_cut_bins(profiles):
+    """Profiles of `profile` in which a bin that the top wall cuts below its half is one with the
+    bin under it: what little of grains is in it tells nothing of a filling factor.
+
+    xr.Dataset with filling_factor and middle (profile, bin) [m], not a number in the bins above.
+    """
+    phi = profiles.filling_factor.transpose("profile", "bin").values.copy()
+    middle = profiles.middle.transpose("profile", "bin").values.copy()
+    lower, upper = profiles.bin_lower.values, profiles.bin_upper.values
+    for number, height in enumerate(profiles.height.values):
+        thick = np.clip(np.minimum(upper, height) - lower, 0.0, None)
+        (inside,) = np.nonzero(thick > 0.0)
+        if len(inside) < 2 or thick[inside[-1]] >= 0.5 * (upper - lower)[inside[-1]]:
+            continue
+        one, cut = inside[-2:]
+        both = np.array([thick[one], thick[cut]])
+        phi[number, one] = np.nan_to_num(phi[number, [one, cut]]) @ both / both.sum()
+        middle[number, one] = lower[one] + 0.5 * both.sum()
+        phi[number, cut] = middle[number, cut] = np.nan
+    dims = ("profile", "bin")
+    return profiles.assign(filling_factor=(dims, phi), middle=(dims, middle))

@@ -1,6 +1,7 @@
 """One run as its result file has it, and its stages."""
 
 import copy
+import importlib
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from dusttaichi.names import WALLS
 from dusttaichi.results.reading import open_tree
 from dusttaichi.scene.material import Material
 
+SHOWN_BY = "dusttaichi.report.notebook"  # imported where a notebook shows a run
 LEAST_CHANGE = 1e-3
 """Relative change of the filling factor from which a run counts as compressed or stretched."""
 
@@ -290,6 +292,16 @@ class Run:
         # not with the labels of the root: `wall` there would take the place of the group's own
         kept = self.tree[group].to_dataset(inherit=False).isel({dim: rows})
         return kept.assign_coords(xyz=self.series.xyz).load()
+
+    # In a notebook.
+
+    def view(self):
+        """The particles in 3-D, for the end of a cell. Raises DustError without snapshots."""
+        return importlib.import_module(SHOWN_BY).particle_view(self)
+
+    def _repr_html_(self):
+        """What a notebook shows of the run: its status, its numbers and its main figure."""
+        return importlib.import_module(SHOWN_BY).run_html(self)
 
     def close(self):
         """Close the file. `series` and `profiles` stay usable."""

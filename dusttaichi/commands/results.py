@@ -10,6 +10,8 @@ from dusttaichi.commands.console import console, plain_table, say, say_written
 from dusttaichi.commands.options import RunPath, RunPaths
 from dusttaichi.errors import DustError
 
+ABREAST = 11  # columns of numbers that a terminal has room for
+FORMATS = ("png", "pdf", "svg")
 COLUMNS = (  # heading, key of analysis.compare, shown as, unit; only what the runs have
     ("run", "name", "{}", 1),
     ("grains", "grains", "{:,}", 1),
@@ -27,6 +29,14 @@ COLUMNS = (  # heading, key of analysis.compare, shown as, unit; only what the r
     ("T19 eq 33", "strength_law", "{:.3g}", 1e3),
     ("past it", "strength_passed", "{!s}", 1),
     ("P/(E_roll/r^3 phi^3)", "ratio", "{:.2f}", 1),
+    ("speed m/s", "speed", "{:.3g}", 1),
+    ("outcome", "outcome", "{}", 1),
+    ("fragments", "fragments", "{}", 1),
+    ("largest", "largest_share", "{:.3f}", 1),
+    ("growth", "growth_efficiency", "{:.3f}", 1),
+    ("restitution", "restitution", "{:.3f}", 1),
+    ("sound m/s", "sound_speed", "{:.4g}", 1),
+    ("± m/s", "sound_speed_sigma", "{:.1g}", 1),
     ("particles", "particles", "{:,}", 1),
     ("p_m", "material_p_m", "{}", 1),
     ("a of Y", "shear_exponent", "{}", 1),
@@ -40,14 +50,32 @@ COLUMNS = (  # heading, key of analysis.compare, shown as, unit; only what the r
     ("e", "dust_restitution", "{:.3f}", 1),
     ("rebound", "largest_rebound", "{:.3f}", 1),
     ("sticks", "sticking_mass", "{:.2f}", 1),
+    ("time us", "time", "{:.4g}", 1e-6),
     ("ledger", "ledger_worst", "{:.0e}", 1),
 )
 
 
 def _cell(value, text, unit):
-    if value is None:
+    if not _known(value):
         return "-"
     return text.format(value if unit == 1 else value / unit)
+
+
+def _side_by_side(rows):
+    """The table of `compare`: a line for each run, or for each number where these are many."""
+    shown = [c for c in COLUMNS if any(_known(row.get(c[1])) for row in rows)]
+    cells = [[_cell(row[key], text, unit) for _, key, text, unit in shown] for row in rows]
+    headings = [heading for heading, *_ in shown]
+    if len(shown) > ABREAST >= len(rows):
+        headings, *cells = zip(headings, *cells, strict=True)
+    table = plain_table(*headings)
+    for row in cells:
+        table.add_row(*row)
+    return table
+
+
+def _known(value):
+    return value is not None and value == value  # not a number is not known
 
 
 def plot(
@@ -55,22 +83,33 @@ def plot(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="directory of the figures")
     ] = None,
+    style: Annotated[str, typer.Option(help="page, column (of a journal, 88 mm) or talk")] = "page",
+    file_format: Annotated[str, typer.Option("--format", help="png, pdf or svg")] = "png",
 ):
     """Figures of a run: curves, stress, profile, energy. Several runs: their curves in one."""
+    from dusttaichi.plots.style import using
+
+    if file_format not in FORMATS:
+        raise DustError(f"--format {file_format}; allowed: {', '.join(FORMATS)}.")
+    with using(style):
+        _plot(runs, output, f".{file_format}")
+
+
+def _plot(runs, output, suffix):
     from dusttaichi import analysis, plots
 
     if len(runs) == 1 and analysis.is_trade(runs[0]):
         data, file = analysis.open_trade(runs[0])
         folder = output or file.parent
-        say_written([plots.save_trade(data, folder / "trade.png")])
+        say_written([plots.save_trade(data, folder / f"trade{suffix}")])
         return
     with ExitStack() as opened:
         results = [opened.enter_context(analysis.open_run(path)) for path in runs]
         if len(results) == 1:
             folder = output or (runs[0] if runs[0].is_dir() else runs[0].parent)
-            paths = plots.save_all(results[0], folder)
+            paths = plots.save_all(results[0], folder, suffix)
         else:
-            paths = plots.save_together(results, output or Path("."))
+            paths = plots.save_together(results, output or Path("."), suffix)
     say_written(paths)
 
 
@@ -79,20 +118,22 @@ def compare(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="CSV file of all numbers")
     ] = None,
+    figures: Annotated[
+        Path | None, typer.Option(help="directory for figures of them together", metavar="DIR")
+    ] = None,
 ):
     """Runs side by side: fit and distance from the law, tensile strength, contacts, ledger."""
-    from dusttaichi import analysis
+    from dusttaichi import analysis, plots
 
     with ExitStack() as opened:
-        rows = analysis.compare([opened.enter_context(analysis.open_run(path)) for path in runs])
-    shown = [column for column in COLUMNS if column[1] in rows[0]]
-    table = plain_table(*(heading for heading, *_ in shown))
-    for row in rows:
-        table.add_row(*(_cell(row[key], text, unit) for _, key, text, unit in shown))
-    console.print(table)
+        results = [opened.enter_context(analysis.open_run(path)) for path in runs]
+        rows = analysis.compare(results)
+        drawn = [] if figures is None else plots.save_together(results, figures)
+    console.print(_side_by_side(rows))
     if output is not None:
         analysis.to_csv(rows, output)
         say_written([output])
+    say_written(drawn)
 
 
 def export(
@@ -138,6 +179,12 @@ def render(
         Path | None, typer.Option("--output", "-o", help="file: .png, .pdf; .gif, .mp4")
     ] = None,
     animate: Annotated[bool, typer.Option("--animate", help="a film of all snapshots")] = False,
+    rate: Annotated[
+        float | None, typer.Option(min=0.5, max=60.0, help="frames a second of a film")
+    ] = None,
+    dpi: Annotated[
+        int | None, typer.Option(min=30, max=1200, help="pixels an inch of some six inches")
+    ] = None,
 ):
     """Picture of the grains or the dust of a snapshot, or a film of all snapshots."""
     from dusttaichi import analysis, plots
@@ -146,13 +193,14 @@ def render(
     with analysis.open_run(run) as result:
         name = "dust" if result.is_continuum else "grains"
         path = output or folder / f"{name}.{'gif' if animate else 'png'}"
+        sharp = {} if dpi is None else {"dpi": dpi}
         if animate:
-            plots.animation(result, path, color, view)
+            plots.animation(result, path, color, view, rate=rate, **sharp)
         else:
             if result.is_continuum:
-                figure = plots.dust(result, snapshot, color or "filling_factor")
+                figure = plots.dust(result, snapshot, color or "filling_factor", **sharp)
             else:
-                figure = plots.grains(result, snapshot, color or "coordination", view)
+                figure = plots.grains(result, snapshot, color or "coordination", view, **sharp)
             try:
                 figure.savefig(path)
             except (OSError, ValueError) as error:

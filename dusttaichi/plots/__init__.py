@@ -38,6 +38,7 @@ from dusttaichi.plots.stress import stress
 from dusttaichi.plots.structure import structure
 from dusttaichi.plots.style import bands, styled
 from dusttaichi.plots.tensile import strength, tensile
+from dusttaichi.plots.together import kinetic, sound_speeds
 from dusttaichi.plots.trade import save_trade, trade
 
 __all__ = [
@@ -62,6 +63,7 @@ __all__ = [
     "grains",
     "impact",
     "isotropic",
+    "kinetic",
     "ledger",
     "losses",
     "mass_spectrum",
@@ -72,6 +74,7 @@ __all__ = [
     "save_together",
     "save_trade",
     "sound_speed",
+    "sound_speeds",
     "strength",
     "stress",
     "structure",
@@ -169,8 +172,8 @@ def save_together(runs, directory, suffix=".png"):
     figures = figures_together(runs)
     if not figures:
         raise DustError(
-            "No two of these runs are both compressed, or both stretched: there is no figure to "
-            "show them together."
+            "There is no figure to show these runs together: no two of them are compressed, "
+            "stretched, pushed or move."
         )
     return _save(figures, directory, suffix)
 
@@ -180,7 +183,8 @@ def figures_together(runs):
     """The figures that show several Runs in one, by name.
 
     compression, isotropic, tensile and strength, of those runs that have them, where two have;
-    deceleration, bead_profile, compacted_volume, drops and resolution of beads that fall on dust.
+    deceleration, bead_profile, compacted_volume, drops and resolution of beads that fall on dust;
+    sound_speeds of pushes; kinetic of collisions, and of runs that have nothing else in common.
     """
     figures = {}
     for does, draw in (
@@ -201,7 +205,25 @@ def figures_together(runs):
         able = [run for run in runs if getattr(run, does)]
         if len(able) > 1:
             figures |= {name: function(able) for name, function in draw.items()}
-    return figures
+    return figures | _of_any_kind(runs, figures)
+
+
+def _of_any_kind(runs, figures):
+    """Of several runs with a push the speed of sound; of such that collide, or have nothing else
+    in common, the kinetic energy."""
+    found = {}
+    pushed = [run for run in runs if run.pushes]
+    if len(pushed) > 1:
+        try:
+            found["sound_speeds"] = sound_speeds(pushed)
+        except DustError:
+            pass  # no snapshots that tell
+    if len(runs) > 1 and (all(run.collides for run in runs) or not (figures or found)):
+        try:
+            found["kinetic"] = kinetic(runs)
+        except DustError:
+            pass  # of a method that has none
+    return found
 
 
 @styled

@@ -65,7 +65,17 @@ def _grains(run, count, color, view, *, cell, dpi):
         frames, color, view, cell=cell, dpi=dpi, bodies=bodies_of(run, color)
     )
     factor, unit = style.scaled(frames[-1].time, style.TIMES)
-    return (draw(f, appearance, masses, f"{f.time * factor:.3g} {unit}") for f in frames)
+    for f in frames:
+        yield draw(f, appearance, masses, f"{f.time * factor:.3g} {unit}{_filling(run, f)}")
+
+
+def _filling(run, frame):
+    """The filling factor at the time of a frame, where the run has one."""
+    series = run.series
+    if "filling_factor" not in series or not len(series.time):
+        return ""
+    phi = np.interp(frame.time, series.time.values, series.filling_factor.values)
+    return rf"   $\phi$ = {phi:.3f}" if np.isfinite(phi) else ""
 
 
 def _image(figure):

@@ -115,5 +115,5 @@ def compression(runs, labels=None, laws=(), raw=None):
     axes.set_ylim(max(bottom, 0), min(top, 0.8))
     axes.set_xlabel("pressure on the top wall (kPa)")
     axes.set_ylabel(r"filling factor $\phi$")
-    axes.legend(loc="upper left")
+    style.legend(axes)
     return figure

@@ -37,7 +37,7 @@ def _profile(axes, runs, labels):
     axes.set_xlabel(r"filling factor $\phi$ below the bead")
     axes.set_ylabel("depth below the surface (mm)")
     axes.invert_yaxis()
-    axes.legend(loc="lower right")
+    style.legend(axes)
 
 
 @style.styled
@@ -65,7 +65,7 @@ def _way(axes, runs, labels):
     axes.set_xlabel("time over stopping time t / T")
     axes.set_ylabel("height over depth h / D")
     axes.set_ylim(-1.05, 0.32)  # room for the legend
-    axes.legend(loc="upper right")
+    style.legend(axes)
 
 
 @style.styled
@@ -107,7 +107,7 @@ def compacted_volume(runs, labels=None, scatter=0.0):
     axes.set_ylim(0.0, 3.0)
     axes.set_xlabel(r"filling factor $\phi$")
     axes.set_ylabel("volume that is denser (volumes of the bead)")
-    axes.legend(loc="upper right")
+    style.legend(axes)
     return figure
 
 

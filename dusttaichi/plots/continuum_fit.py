@@ -58,7 +58,7 @@ def continuum_fit(fit):
     line(axes[3], tensile_strength_laboratory(phi), style.BLACK, "laboratory, G09 eq 8", "--")
     for panel in axes:
         panel.set_yscale("log")
-        panel.legend(loc="best")
+        style.legend(panel)
     for panel, text in zip(axes, ("stress", "shear stress", "modulus", "tension"), strict=True):
         panel.set_ylabel(f"{text} [kPa]")
     style.few_ticks(axes[3].yaxis)
@@ -107,7 +107,7 @@ def pressing_speeds(curves):
         panel.set_yscale("log")
         panel.set_ylabel(f"{text} [kPa]")
         panel.set_ylim(0.02, 60)
-        panel.legend(loc="lower right", fontsize=7, title="nearest p_m of G09's law")
+        style.legend(panel, fontsize=7, title="nearest p_m of G09's law")
         panel.get_legend().get_title().set_fontsize(7)
     axes[-1].set_xlabel("filling factor")
     return figure

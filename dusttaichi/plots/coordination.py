@@ -25,5 +25,5 @@ def coordination(runs, labels=None):
     axes.set_xlabel(r"filling factor $\phi$")
     axes.set_ylabel("coordination number")
     axes.set_ylim(0, None)
-    axes.legend(loc="upper left")
+    style.legend(axes)
     return figure

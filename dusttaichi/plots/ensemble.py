@@ -31,7 +31,7 @@ def ensemble(data):
         _along_coordinate(axes, data, x)
     points = int(np.prod([data.sizes[axis] for axis in axes_of(data)]))
     title = f"{MOST} of {points} points" if points > MOST else None
-    axes.legend(loc="best", title=title)
+    style.legend(axes, title=title)
     return figure
 
 
@@ -49,10 +49,10 @@ def _compression(axes, found, law):
         kpa, phi = band.mean / 1e3, band.x
         axes.plot(np.where(kpa > 0, kpa, np.nan), phi, label=_label(band), **line_style)
         low, high = (band.mean - band.std) / 1e3, (band.mean + band.std) / 1e3
-        axes.fill_betweenx(
+        axes.fill_betweenx(  # a band that reaches no pressure at all has no end on this axis
             phi,
-            np.maximum(low, 1e-6),
-            np.maximum(high, 1e-6),
+            np.where(low > 0, low, np.nan),
+            np.where(low > 0, high, np.nan),
             color=line_style["color"],
             alpha=0.25,
             linewidth=0,

@@ -10,6 +10,7 @@ from dusttaichi.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, styled
 COLOURS = {"stable": GREEN, "refused": GREY, "stopped": ORANGE, "WRONG": BLACK}
 SHADES = (-16.0, -2.0)  # powers of ten of the residual, from pale to full
 BAND = 0.2
+ABREAST = 56  # letters of the columns' names that stand beside each other
 
 
 @styled
@@ -76,7 +77,7 @@ def _cells(axes, part, title):
     axes.set(xlim=(-0.5, len(columns) - 0.5), ylim=(len(rows) - 0.5, -0.5))
     axes.set_title(title, fontsize=9, loc="left", pad=3)
     axes.set_yticks(range(len(rows)), rows, fontsize=6)
-    long = max(len(c) for c in columns) > 6
+    long = max(len(c) for c in columns) > 6 or sum(len(c) + 1 for c in columns) > ABREAST
     axes.set_xticks(range(len(columns)), columns, fontsize=5.5, rotation=90 if long else 0)
     axes.tick_params(length=0, top=False, right=False)
     for side in axes.spines.values():

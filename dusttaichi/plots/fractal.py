@@ -23,6 +23,8 @@ def fractal(run, snapshots=None, stage=None):
         said = rf"$\phi$ = {phi[number]:.3g}"
         if np.isnan(phi[number]):
             said = f"{result.time[number] * per_time:.3g} {time_unit}"
+        if np.isfinite(result.dimension[number]):
+            said += rf", $D$ = {result.dimension[number]:.2f}"
         shown = np.where(result.number[number] > 0, result.number[number], np.nan)
         axes.plot(x, shown, color=colour, linewidth=1.3, label=said)
         below.plot(x, result.slope[number], color=colour, linewidth=1.1)
@@ -43,7 +45,7 @@ def fractal(run, snapshots=None, stage=None):
     style.few_ticks(below.xaxis)
     axes.set_ylim(0.5, 2 * result.number.max())
     axes.set_ylabel(r"grains nearer than $r_{\rm in}$")
-    axes.legend(loc="upper left", ncols=2)
+    style.legend(axes, ncols=2)
     below.set_ylim(0.0, 4.0)
     below.set_ylabel("local slope $D$")
     below.set_xlabel(r"$r_{\rm in}$ over the radius of a grain")

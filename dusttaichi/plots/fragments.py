@@ -27,7 +27,7 @@ def mass_spectrum(spectra, labels=None):
     axes.set_xlabel("mass of the fragment / mass of the largest")
     axes.set_ylabel("fragments of at least this mass")
     if any(labels):
-        axes.legend(loc="upper right")
+        style.legend(axes)
     return figure
 
 
@@ -73,7 +73,7 @@ def sound_speed(arrivals, fit=None, references=()):
     axes.set_ylim(0.0, None)
     axes.set_xlabel(f"distance from the push ({unit})")
     axes.set_ylabel("speed of sound (m/s)")
-    axes.legend(loc="best")
+    style.legend(axes)
     return figure
 
 
@@ -110,5 +110,5 @@ def restitution(speeds, coefficients, sticking_speed=None, label="run"):
     axes.set_ylim(0.0, 1.02)
     axes.set_xlabel("speed of approach (m/s)")
     axes.set_ylabel("coefficient of restitution")
-    axes.legend(loc="lower right")
+    style.legend(axes)
     return figure

@@ -6,6 +6,8 @@ from dusttaichi.analysis import isotropic as isotropic_of
 from dusttaichi.physics import laws
 from dusttaichi.plots import style
 
+LEAST = 1e-6  # of the largest pressure, down to which the axis reaches at most
+
 
 @style.styled
 def isotropic(runs, labels=None, stage=None):
@@ -62,9 +64,15 @@ def isotropic(runs, labels=None, stage=None):
     axes.set_xscale("log")
     axes.set_yscale("log")
     style.few_ticks(axes.xaxis)
-    if len(shown):
-        axes.set_ylim(0.3 * shown.min(), 10 * shown.max())
+    _limit(axes, shown)
     axes.set_xlabel(r"filling factor $\phi$")
     axes.set_ylabel("mean pressure (Pa)")
-    axes.legend(loc="upper left")
+    style.legend(axes)
     return figure
+
+
+def _limit(axes, pressure):
+    """Fluctuations about no pressure at all reach down as far as numbers do; the axis does not."""
+    if len(pressure):
+        lowest = max(np.min(pressure[pressure > 0], initial=np.inf), LEAST * pressure.max())
+        axes.set_ylim(0.3 * lowest, 10 * pressure.max())

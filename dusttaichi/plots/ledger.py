@@ -5,6 +5,8 @@ import numpy as np
 from dusttaichi.analysis import ledger as ledger_of
 from dusttaichi.plots import style
 
+SHOWN = 1e-5  # of the largest residual: what is smaller, as that of the first records, says nothing
+
 
 @style.styled
 def ledger(run):
@@ -42,9 +44,13 @@ def ledger(run):
     handles, labels = axes.get_legend_handles_labels()
     work = labels.index(done)
     order = [work, work + 1, *reversed(range(work))]  # as they lie above each other
-    axes.legend([handles[i] for i in order], [labels[i] for i in order], loc="best")
+    style.legend(axes, [handles[i] for i in order], [labels[i] for i in order])
     shown = np.where(energies.relative == 0, np.nan, np.abs(energies.relative))
     below.semilogy(time, shown, color=style.RED, linewidth=1.0)
+    top = np.max(shown[np.isfinite(shown)], initial=0.0)
+    if top > 0.0:
+        below.set_ylim(SHOWN * top, 3.0 * top)
     below.set_ylabel("relative\nresidual")
+    style.name_stages(axes, run, per_time)
     below.set_xlabel(f"time ({time_unit})")
     return figure

@@ -34,5 +34,5 @@ def losses(run, stage=None):
     axes.set_ylim(0.0, None)
     axes.set_xlabel(r"filling factor $\phi$")
     axes.set_ylabel(f"energy lost ({unit})")
-    axes.legend(loc="best")
+    style.legend(axes)
     return figure

@@ -4,16 +4,19 @@ import numpy as np
 from matplotlib import colormaps
 
 from dusttaichi.analysis import profile as profile_of
+from dusttaichi.analysis.profile import without_cut_bins
 from dusttaichi.plots import style
 
 
 @style.styled
-def profile(run, most=6):
-    """Height against filling factor for at most `most` profiles of a Run.
+def profile(run, most=8):
+    """Height against filling factor for at most `most` profiles of a Run; the legend tells how
+    many there are.
 
     Raises DustError where it has none.
     """
-    profiles = profile_of(run, most)
+    profiles = without_cut_bins(profile_of(run, most))
+    written = run.profiles.sizes["profile"]
     figure, (axes,) = style.new_figure(height=4.0)
     count = profiles.sizes["profile"]
     colours = colormaps["viridis"](np.linspace(0.0, 0.85, count))
@@ -33,5 +36,6 @@ def profile(run, most=6):
     axes.set_xlabel(r"filling factor, averaged horizontally")
     axes.set_ylabel("height above the bottom wall (µm)")
     axes.plot([], [], color=style.GREY, linewidth=0.6, linestyle=(0, (1, 2)), label="top wall")
-    axes.legend(loc="upper right", title="whole box")
+    left = f", {count} of {written} profiles" if count < written else ""
+    style.legend(axes, title=f"whole box{left}")
     return figure

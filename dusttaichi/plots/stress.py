@@ -38,14 +38,11 @@ def stress(run):
         )
     for panel in (axes, below):
         panel.axhline(0.0, color=style.GREY, linewidth=0.6)
-        for part in run.parts[1:]:
-            panel.axvline(
-                float(part.start.time) * per_time,
-                color=style.GREY,
-                linewidth=0.9,
-                linestyle=(0, (1, 2)),
-            )
-        panel.legend(loc="best", ncols=3)
+        style.legend(panel, ncols=3)
+    style.name_stages(axes, run, per_time)
+    for part in run.parts[1:]:
+        start = float(part.start.time) * per_time
+        below.axvline(start, color=style.GREY, linewidth=0.9, linestyle=(0, (1, 2)))
     axes.set_xlim(time[0] * per_time, time[-1] * per_time)
     axes.set_ylabel(f"stress, positive in tension ({unit})")
     below.set_ylabel(f"shear ({unit})")

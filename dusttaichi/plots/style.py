@@ -1,11 +1,14 @@
 """What all figures share: size, fonts, colours, units of the axes."""
 
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import wraps
 
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from dusttaichi.errors import DustError
 
@@ -49,7 +52,33 @@ _RC = {
     "svg.fonttype": "none",
     "pdf.fonttype": 42,
 }
-WIDTH = 5.2  # inches: fits a text column, and is legible there
+WIDTH = 5.2  # inches: fits a page's text, and is legible there
+# by name: width [inches], and what differs from _RC
+STYLES = {
+    "page": (WIDTH, {}),
+    "column": (  # of a journal with two of them, 88 mm
+        3.46,
+        {"font.size": 7.5, "axes.labelsize": 8, "legend.fontsize": 6.5, "lines.linewidth": 1.2},
+    ),
+    "talk": (
+        7.5,
+        {"font.size": 15, "axes.labelsize": 17, "legend.fontsize": 13, "lines.linewidth": 2.8,
+         "axes.linewidth": 1.4, "lines.markersize": 9, "figure.dpi": 160},
+    ),
+}  # fmt: skip
+_style = ContextVar("style", default="page")
+
+
+@contextmanager
+def using(name):
+    """Draw in another of STYLES inside of this. Raises DustError for a name that it has not."""
+    if name not in STYLES:
+        raise DustError(f"There is no style {name}; allowed: {', '.join(STYLES)}.")
+    token = _style.set(name)
+    try:
+        yield
+    finally:
+        _style.reset(token)
 
 
 def styled(function):
@@ -57,18 +86,75 @@ def styled(function):
 
     @wraps(function)
     def drawn(*args, **kwargs):
-        with rc_context(_RC):
+        with rc_context(_RC | STYLES[_style.get()][1]):
             return function(*args, **kwargs)
 
     return drawn
 
 
 def new_figure(height=3.7, rows=1, ratios=None, shared=True):
-    """A Figure with `rows` axes above each other, that share the x axis: (figure, [axes])."""
-    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    """A Figure with `rows` axes above each other that share the x axis: (figure, [axes]).
+
+    shared: False where each has an x axis of its own. height [inches]: on a page; figures of other
+    styles have its proportions.
+    """
+    width = STYLES[_style.get()][0]
+    figure = Figure(figsize=(width, height * width / WIDTH), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots(rows, 1, sharex=shared, squeeze=False, height_ratios=ratios)
+    for panel in axes[:, 0]:  # so few that long numbers do not run together
+        panel.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
     return figure, list(axes[:, 0])
+
+
+def legend(axes, handles=None, labels=None, *, title=None, ncols=1):
+    """The legend of an Axes: inside where it hides nothing that is drawn, else below the figure."""
+    if handles is None:
+        handles, labels = axes.get_legend_handles_labels()
+    if not handles:
+        return
+    inside = axes.legend(handles, labels, loc="best", title=title, ncols=ncols)
+    figure = axes.figure
+    figure.draw_without_rendering()
+    box = inside.get_window_extent(figure.canvas.get_renderer())
+    if not any(box.contains(*point) for line in axes.lines for point in _along(line, axes)):
+        return
+    inside.remove()
+    longest = max([len(text) for text in labels])
+    columns = max(1, min(len(labels), int(figure.get_figwidth() * 13 / (longest + 8))))
+    figure.legend(handles, labels, loc="outside lower center", title=title, ncols=columns)
+
+
+def _along(line, axes):
+    """Points of the screen along a line of an Axes, where it is to be seen."""
+    points = line.get_transform().transform(np.asarray(line.get_xydata(), dtype=float))
+    points = points[np.isfinite(points).all(axis=1)]
+    if len(points) > 1 and line.get_linestyle() not in ("None", "", " "):
+        between = np.linspace(0.0, 1.0, 8)[:, None, None]
+        points = (points[:-1] + between * np.diff(points, axis=0)).reshape(-1, 2)
+    seen = axes.get_window_extent()
+    return points[[bool(seen.contains(*point)) for point in points]]
+
+
+def name_stages(axes, run, per_time):
+    """Mark where the stages of a Run begin, and name them at the top; per_time: as the axis has."""
+    if len(run.stages) < 2:
+        return
+    for part in run.parts:
+        start = float(part.start.time) * per_time
+        if part is not run.parts[0]:
+            axes.axvline(start, color=GREY, linewidth=0.9, linestyle=(0, (1, 2)))
+        name = run.stages[int(part.series.stage[-1])]
+        axes.annotate(
+            name,
+            (start, 1.0),
+            (3, 3),
+            xycoords=("data", "axes fraction"),
+            textcoords="offset points",
+            fontsize="small",
+            color="#444444",
+            annotation_clip=False,
+        )
 
 
 def scaled(largest, units):
@@ -101,12 +187,15 @@ def named(runs, labels=None):
 def few_ticks(axis):
     """Label 1, 2 and 5 of each decade of a logarithmic `axis` (axes.xaxis ...), as plain numbers.
 
-    For an axis of a decade or two, where matplotlib labels the decades alone, or all at once.
+    For an axis of a decade or two, where matplotlib labels the decades alone, or all at once; on
+    one of less than a decade all of 1 to 9.
     """
 
     def said(value, _):
+        low, high = sorted(axis.get_view_interval())
+        shown = np.array([1, 2, 5]) if high > 6.0 * low else np.arange(1, 10)
         first = value / 10 ** np.floor(np.log10(value) + 1e-9)
-        return f"{value:g}" if np.min(np.abs(first - np.array([1, 2, 5]))) < 1e-6 else ""
+        return f"{value:g}" if np.min(np.abs(first - shown)) < 1e-6 else ""
 
     axis.set_major_formatter(said)
     axis.set_minor_formatter(said)

@@ -59,7 +59,7 @@ def tensile(runs, labels=None, stage=None):
     axes.set_xlabel(r"filling factor $\phi$ (stretching goes on to the left)")
     along = results[0].axis if len({t.axis for t in results}) == 1 else "the stretching"
     axes.set_ylabel(f"stress along {along}, positive in tension ({unit})")
-    axes.legend(loc="upper right")
+    style.legend(axes)
     return figure
 
 
@@ -135,8 +135,21 @@ def strength(runs, labels=None):
             linewidth=1.0,
             label=rf"fit, $\propto\phi^{{{fit.exponent:.2f}{sigma}}}$",
         )
+    _points(axes, results, labels, scale)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlabel(r"initial filling factor $\phi_{\rm init}$")
+    axes.set_ylabel(f"tensile strength ({unit})")
+    style.few_ticks(axes.xaxis)
+    style.legend(axes)
+    return figure
+
+
+def _points(axes, results, labels, scale):
+    """A point for each Tensile with its standard error, and what hollow ones and bars mean."""
+    many = len(results) > style.MOST_NAMED  # which their colours would not tell apart
     for number, (t, label) in enumerate(zip(results, labels, strict=True)):
-        colour = style.run_style(number)["color"]
+        colour = style.BLUE if many else style.run_style(number)["color"]
         axes.errorbar(
             t.phi_init,
             t.strength * scale,
@@ -149,10 +162,8 @@ def strength(runs, labels=None):
             markerfacecolor=colour if t.passed else "white",
             label=label,
         )
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel(r"initial filling factor $\phi_{\rm init}$")
-    axes.set_ylabel(f"tensile strength ({unit})")
-    style.few_ticks(axes.xaxis)
-    axes.legend(loc="best")
-    return figure
+    if not all(t.passed for t in results):
+        hollow = {"marker": "o", "color": "none", "markeredgecolor": style.GREY}
+        axes.plot([], [], label="hollow: at least, the stress had not fallen yet", **hollow)
+    if any(t.strength_sigma > 0 for t in results):
+        axes.plot([], [], "|", color=style.GREY, label="bars: standard error of the average")

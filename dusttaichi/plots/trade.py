@@ -50,7 +50,7 @@ def trade(data):
         xscale="log",
         yscale="log",
         xlabel="cost over that of the default",
-        ylabel=f"error: {TEXTS.get(name, name)}",
+        ylabel="error: " + TEXTS.get(name, name).replace("phi(P)", r"$\phi(P)$"),
     )
     _limits(axes, cost[known], shown[known], data.attrs["tolerance"], lowest)
     style.few_ticks(axes.xaxis)
@@ -158,7 +158,8 @@ def _limits(axes, cost, shown, tolerance, lowest):
     axes.set_ylim(lowest / 1.5, 3.0 * max(finite.max(), tolerance))
 
 
-RINGS = (9, 16, 26, 40)  # points from a mark to its label; from the second on with a line to it
+# points from a mark to its label; beyond the first with a line to it
+RINGS = (9, 16, 26, 40, 56, 74)
 WAYS = [
     np.array([np.cos(a), np.sin(a)])
     for a in np.radians((20, 160, -20, -160, 90, -90, 55, 125, -55, -125))
@@ -220,5 +221,5 @@ def _label(axes, text, place, offset, ring):
 
 def _short(text):
     """Of a combination of more than two what it ends with: it stands for those before too."""
-    parts = text.split(" + ")
+    parts = text.replace("_", " ").split(" + ")
     return "\n+ ".join(parts) if len(parts) < 3 else f"… + {parts[-1]}"

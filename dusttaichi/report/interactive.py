@@ -121,14 +121,19 @@ def _traces(axes):
             found.append(_scatter(area))
         elif isinstance(area, LineCollection) and len(area.get_segments()):
             found.append(_segments(area))
+    bars = [c for c in axes.containers if getattr(c, "patches", None)]
+    labels = {id(c.patches[0]): c.get_label() for c in bars}  # which bars themselves have not
+    for patch in axes.patches:
+        if all(_in_data(patch, axes)):
+            found.append(_patch(patch, labels.get(id(patch), patch.get_label())))
     for line in axes.lines:
         if all(_in_data(line, axes)) and len(line.get_xdata()):
             found.append(_line(line))
     return [trace for trace in found if trace is not None]
 
 
-def _named(artist):
-    label = str(artist.get_label())
+def _named(label):
+    label = str(label)
     hidden = label.startswith("_") or not label
     return {"name": "" if hidden else html(label), "showlegend": not hidden} | (
         {"hoverinfo": "x+y"} if hidden else {}
@@ -168,7 +173,7 @@ def _line(line):
             "color": _css(line.get_markerfacecolor()),
             "line": {"color": _css(line.get_markeredgecolor()), "width": edge},
         }
-    return trace | _named(line)
+    return trace | _named(line.get_label())
 
 
 def _css(colour):
@@ -184,7 +189,21 @@ def _area(path, area):
     colour = colours[0] if len(colours) else (0, 0, 0, 0.1)
     shape = {"type": "scatter", "mode": "lines", "fill": "toself", "line": {"width": 0}}
     what = {"x": _numbers(x), "y": _numbers(y), "fillcolor": _css(colour), "hoverinfo": "skip"}
-    return _named(area) | shape | what
+    return _named(area.get_label()) | shape | what
+
+
+def _patch(patch, label):
+    """A bar, a step of a histogram, a polygon."""
+    path = patch.get_path().transformed(patch.get_patch_transform())
+    rings = [r for r in path.to_polygons(closed_only=False) if len(r) > 1]
+    if not rings or not patch.get_visible():
+        return None
+    places = np.concatenate([np.vstack([ring, [np.nan, np.nan]]) for ring in rings])
+    fill = patch.get_fill() and to_rgba(patch.get_facecolor())[3] > 0
+    style = {"color": _css(patch.get_edgecolor()), "width": patch.get_linewidth() * PER_POINT}
+    what = {"x": _numbers(places[:, 0]), "y": _numbers(places[:, 1]), "line": style}
+    shape = {"fill": "toself", "fillcolor": _css(patch.get_facecolor())} if fill else {}
+    return {"type": "scatter", "mode": "lines"} | what | shape | _named(label)
 
 
 def _scatter(points):
@@ -196,7 +215,7 @@ def _scatter(points):
         "size": float(sizes[0]) if len(sizes) == 1 else [float(s) for s in sizes],
     }
     what = {"type": "scatter", "mode": "markers", "x": _numbers(x), "y": _numbers(y)}
-    return what | {"marker": marker} | _named(points)
+    return what | {"marker": marker} | _named(points.get_label())
 
 
 def _segments(lines):
@@ -208,7 +227,7 @@ def _segments(lines):
     colours, widths = lines.get_color(), lines.get_linewidth()
     style = {"color": to_hex(colours[0]), "width": float(np.ravel(widths)[0]) * PER_POINT}
     what = {"type": "scatter", "mode": "lines", "x": _numbers(x), "y": _numbers(y), "line": style}
-    return what | _named(lines)
+    return what | _named(lines.get_label())
 
 
 def _across(axes, end):

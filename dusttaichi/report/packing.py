@@ -26,17 +26,22 @@ def packed(values, rows=1):
 
 
 def quantised(values, rows=1, bits=16):
-    """Numbers as whole ones of `bits` bits between their ends; what is not a number as the low end.
+    """Numbers as whole ones of `bits` bits between their ends.
 
-    The error is half of 1/65535 of the range for 16 bits.
+    The error is half of 1/65535 of the range for 16 bits. What is not a number is 0, and then
+    `gap` says below which value there is none.
     """
     values = np.asarray(values, dtype=float)
-    finite = values[np.isfinite(values)]
-    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
-    span, most = (high - low) or 1.0, 2**bits - 1
-    whole = np.round((np.nan_to_num(values, nan=low) - low) / span * most)
+    finite = np.isfinite(values)
+    low, high = (values[finite].min(), values[finite].max()) if finite.any() else (0.0, 0.0)
+    span, most = float(high - low) or 1.0, 2**bits - 1
+    first = 0 if finite.all() else 1
+    step = span / (most - first)
+    whole = np.where(finite, np.round((np.where(finite, values, low) - low) / step) + first, 0)
     kept = packed(np.clip(whole, 0, most).astype(f"u{bits // 8}"), rows)
-    return kept | {"low": low, "high": low + span}
+    bottom = float(low) - first * step
+    kept |= {"low": bottom, "high": bottom + most * step}
+    return kept if first == 0 else kept | {"gap": bottom + 0.5 * step}
 
 
 def unpacked(kept):

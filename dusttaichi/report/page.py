@@ -160,11 +160,3 @@ def write(data, path):
     except OSError as error:
         raise DustError(f"{path} cannot be written: {error.strerror or error}.") from error
     return path
-
-
-def particle_view(run):
-    """HTML of the 3-D viewer alone, for a notebook. Raises DustError without snapshots."""
-    view = particles(run) if run.tree is not None else None
-    if view is None:
-        raise DustError(f"{run.path} holds no snapshots: set output: snapshots in the scene.")
-    return html({"title": run.name, "viewer": view})

@@ -9,6 +9,7 @@ from urllib.parse import parse_qs, urlparse
 
 from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError
+from dusttaichi.files import parts_folder
 from dusttaichi.report.page import as_json, html, report_data
 
 HOST = "127.0.0.1"
@@ -44,11 +45,17 @@ class Source:
             return self._data
 
     def _changed(self):
-        try:
-            about = self.path.stat()
-        except OSError:
-            raise DustError(f"There is no result at {self.path} yet.") from None
-        return about.st_mtime_ns, about.st_size
+        """What changes when the result grows: its file, and the parts that continue it."""
+        found = []
+        for path in [self.path, *sorted(parts_folder(self.path).glob("*.nc"))]:
+            try:
+                about = path.stat()
+            except OSError:  # not there yet, or just joined with the others
+                continue
+            found.append((path.name, about.st_mtime_ns, about.st_size))
+        if not found:
+            raise DustError(f"There is no result at {self.path} yet.")
+        return found
 
 
 class Handler(BaseHTTPRequestHandler):

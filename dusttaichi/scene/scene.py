@@ -1,6 +1,7 @@
 """A whole scene: one block of the YAML file each, checked together, frozen."""
 
 import copy
+import html
 import re
 from pathlib import Path
 from typing import Any
@@ -226,6 +227,33 @@ class Scene(Block):
         """
         data = _absolute(self._plain()) if absolute else self._plain()
         return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=1000)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows of the scene: its blocks in brief, and all of it to unfold."""
+        data = {k: v for k, v in yaml.safe_load(self.to_yaml()).items() if v not in (None, [], {})}
+        rows = "".join(
+            f"<tr><th style='text-align:left'>{key}</th><td style='text-align:left'>"
+            f"{html.escape(_brief(value))}</td></tr>"
+            for key, value in data.items()
+            if key not in ("numerics", "output", "extensions")
+        )
+        whole = html.escape(self.to_yaml())
+        return (
+            f"<table>{rows}</table><details><summary>with every default</summary>"
+            f"<pre>{whole}</pre></details>"
+        )
+
+
+def _brief(value: Any) -> str:
+    """A block on one line: its own numbers and words, blocks below it by their kind or name."""
+    if isinstance(value, dict):
+        told = [
+            f"{key}: {_brief(inner)}" for key, inner in value.items() if inner not in (None, [], {})
+        ]
+        return ", ".join(told)
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_brief, value[:6])) + (", …]" if len(value) > 6 else "]")
+    return str(value)
 
 
 def _absolute(data: Any) -> Any:

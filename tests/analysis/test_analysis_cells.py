@@ -392,6 +392,3 @@ def test_compare(cell, plates, tmp_path):
     analysis.to_csv([one, two], tmp_path / "runs.csv")
     text = (tmp_path / "runs.csv").read_text().splitlines()
     assert len(text) == 3 and text[0].startswith("name,grains,damping")
-    still = analysis.Run("run", stretch().series.isel(time=slice(0, 1)))
-    with pytest.raises(DustError, match="neither compressed nor stretched"):
-        analysis.compare([cell, still])

@@ -6,8 +6,10 @@ import pytest
 import synthetic
 
 from dusttaichi import analysis, plots
+from dusttaichi.analysis.profile import without_cut_bins
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import dynamic_law
+from dusttaichi.plots import style
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +22,8 @@ def runs(tmp_path_factory):
 
 
 def texts(axes):
-    return [text.get_text() for text in axes.get_legend().get_texts()]
+    legend = axes.get_legend() or axes.figure.legends[0]
+    return [text.get_text() for text in legend.get_texts()]
 
 
 def test_save_all(runs, tmp_path):
@@ -69,3 +72,47 @@ def test_a_scene_without_walls_has_a_ledger_only(tmp_path):
             writer.append("series", synthetic.series_record(step, features))
     with analysis.open_run(tmp_path) as run:
         assert [path.stem for path in plots.save_all(run, tmp_path, ".svg")] == ["ledger"]
+
+
+def test_styles_differ_in_size_and_keep_the_proportions(runs):
+    sizes = {}
+    for name in style.STYLES:
+        with style.using(name):
+            sizes[name] = plots.coordination(runs[0]).get_size_inches()
+    assert sizes["column"][0] == 3.46 and sizes["talk"][0] > sizes["page"][0]
+    assert len({round(height / width, 6) for width, height in sizes.values()}) == 1
+    with pytest.raises(DustError, match="allowed: page, column, talk"):
+        with style.using("poster"):
+            pass
+
+
+def test_a_legend_that_would_hide_a_curve_stands_below():
+    figure, (axes,) = style.new_figure()
+    for n in range(40):  # curves everywhere
+        axes.plot([0, 1], [n / 40, n / 40], label=f"curve {n}" if n < 5 else None)
+    style.legend(axes)
+    assert axes.get_legend() is None and len(figure.legends) == 1
+    figure, (axes,) = style.new_figure()
+    axes.plot([0, 1], [0, 0.1], label="low")
+    axes.set_ylim(0, 1)
+    style.legend(axes)
+    assert axes.get_legend() is not None and not figure.legends
+
+
+def test_a_bin_that_the_wall_cuts_is_one_with_the_next(runs):
+    before = analysis.profile(runs[0])
+    after = without_cut_bins(before)
+    thick = (before.bin_upper.clip(max=before.height) - before.bin_lower).clip(min=0)
+    thick = thick.transpose("profile", "bin").values
+    cut = 0
+    for n, own in enumerate(thick):
+        last = np.flatnonzero(own > 0)[-1]
+        one = own[last] < 0.5 * own[0]
+        assert np.isnan(after.middle.values[n, last]) == one
+        cut += one
+        phi = [np.nan_to_num(d.filling_factor.values[n]) for d in (before, after)]
+        whole = own.copy()
+        if one:
+            whole[last - 1] += own[last]
+        assert phi[0] @ own == pytest.approx(phi[1] @ whole)  # no grain is lost
+    assert 0 < cut < len(thick)

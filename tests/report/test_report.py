@@ -7,8 +7,12 @@ import os
 import re
 import shutil
 import subprocess
+import threading
 from pathlib import Path
+from urllib.error import HTTPError
+from urllib.request import urlopen
 
+import netCDF4
 import numpy as np
 import pytest
 import snapshots
@@ -23,6 +27,8 @@ from dusttaichi.report import page
 from dusttaichi.report.interactive import html, interactive
 from dusttaichi.report.packing import packed, quantised, unpacked
 from dusttaichi.report.particles import chosen
+from dusttaichi.report.watch import Server
+from dusttaichi.scene import load
 
 ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "dusttaichi/report/source"
@@ -83,6 +89,10 @@ def test_numbers_are_packed_and_come_back():
     assert np.array_equal(unpacked(packed(real)), real.ravel())
     back = unpacked(quantised(real, 5))
     assert np.abs(back - real.ravel()).max() <= 0.51 * np.ptp(real) / 65535
+    kept = quantised([1.0, np.nan, 3.0])
+    assert (
+        unpacked(kept) == pytest.approx([1.0, kept["low"], 3.0]) and kept["low"] < kept["gap"] < 1
+    )
 
 
 def test_the_viewer_has_what_the_snapshots_have(data):
@@ -137,6 +147,7 @@ def test_figures_become_interactive():
     axes.plot([1, 10], [2, 3], "--", color="red", label=r"law, $\phi^{1.8}$")
     axes.plot([1, 2], [2, np.nan], "o", label="_unnamed")
     axes.fill_between([1, 2], [1, 1], [2, 2], alpha=0.2, label="scatter")
+    axes.bar([5], [3], label="bar")
     axes.axhline(2.5)
     axes.axvspan(3, 4, color="grey")
     axes.set(xscale="log", xlabel=r"pressure $p_{\rm m}$ (kPa)")
@@ -144,6 +155,7 @@ def test_figures_become_interactive():
     names = {trace["name"]: trace for trace in found["data"]}
     law = names["law, φ<sup>1.8</sup>"]
     assert law["line"]["color"] == "#ff0000" and "px" in law["line"]["dash"]
+    assert names["bar"]["fill"] == "toself" and max(v or 0 for v in names["bar"]["y"]) == 3
     assert names["scatter"]["fill"] == "toself" and not names[""]["showlegend"]
     assert names[""]["y"] == [2.0, None] and names[""]["mode"] == "markers"
     assert found["layout"]["xaxis"]["type"] == "log"
@@ -189,8 +201,67 @@ def test_the_engine_reads_what_python_has_packed(data):
     assert np.array_equal(ends, unpacked(view["pairs"]["ends"]))
 
 
+def result_at(path, count):
+    """A result that runs on, with so many snapshots of two grains."""
+    frames = [{"position": np.array([[0, 0, 0], [0, 0, 2 + n]]) * RADIUS} for n in range(count)]
+    beside = path.with_name("next.nc")
+    beside.unlink(missing_ok=True)
+    snapshots.write(beside, frames, RADIUS, scene=SCENE)
+    with netCDF4.Dataset(beside, "a") as file:
+        file.status = "running"
+        file.delncattr("digest")
+    beside.replace(path)
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    path = tmp_path_factory.mktemp("watched") / "result.nc"
+    with Server(path) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        yield server
+        server.shutdown()
+        thread.join()
+
+
+def asked(url):
+    try:
+        with urlopen(url) as answer:
+            return answer.status, answer.read().decode()
+    except HTTPError as error:
+        return error.code, error.read().decode()
+
+
+def test_the_page_grows_with_its_result(server):
+    path = server.source.path
+    assert server.url.startswith("http://127.0.0.1:")
+    assert asked(server.url)[0] == 503  # there is nothing yet
+    result_at(path, 2)
+    code, text = asked(server.url)
+    assert code == 200 and '"live": true' in text
+    assert asked(f"{server.url}data.json?after=1")[0] == 204
+    result_at(path, 3)
+    assert asked(f"{server.url}data.json?after=1")[0] == 204  # it was made a moment ago
+    server.source._next = 0.0
+    code, text = asked(f"{server.url}data.json?after=1")
+    data = json.loads(text)
+    assert code == 200 and data["stamp"] == 2 and data["runs"][0]["particles"]["frames"] == 3
+    assert asked(f"{server.url}etc/passwd")[0] == 404
+
+
+def test_notebooks_show_runs_and_scenes(tmp_path):
+    result_at(tmp_path / "result.nc", 2)
+    with open_run(tmp_path) as run:
+        shown = run._repr_html_()
+        assert "<b>made</b>" in shown and "grains" in shown
+        view = run.view()._repr_html_()
+    assert view.startswith("<iframe srcdoc=") and len(view) < 1e6  # no plotly.js
+    scene = load("smoke")._repr_html_()
+    assert "silicate_s12" in scene and "wall_speed: 5 m/s" in scene and "<details>" in scene
+
+
 @pytest.mark.parametrize("browser", [BROWSER] if BROWSER else [])
-def test_the_page_works_in_a_browser(browser, written):
+def test_the_page_works_in_a_browser(browser, written, server):
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as driver:
@@ -215,6 +286,7 @@ def test_the_page_works_in_a_browser(browser, written):
         view.locator(".viewer-frame canvas").click()
         assert "coordination number" in view.locator(".viewer-panel table").inner_text()
         assert view.locator(".js-plotly-plot .main-svg").count() >= 1
+        watch_it_grow(view, server)
         assert view.evaluate("window.dust.problems") == [] and not said, said
         opened.close()
     inked = {name: np.mean(picture.min(axis=-1) < 250) for name, picture in shots.items()}
@@ -225,6 +297,21 @@ def test_the_page_works_in_a_browser(browser, written):
     assert np.any(red - blue > 90) and np.any(blue - red > 50)
     for one, other in (("last", "first"), ("first", "cut"), ("cut", "height")):
         assert np.mean(np.abs(shots[one].astype(int) - shots[other])) > 0.5, (one, other)
+
+
+def watch_it_grow(view, server):
+    """What the reader has set stays while the page of a run takes a further snapshot."""
+    server.source._next = 0.0
+    result_at(server.source.path, 2)
+    view.goto(server.url)
+    view.wait_for_function("window.dust && window.dust.ready")
+    view.get_by_label("colour").select_option(label="height")
+    result_at(server.source.path, 3)
+    server.source._next = 0.0
+    view.wait_for_function("window.dust.grown > 0")
+    assert view.get_by_label("snapshot", exact=True).get_attribute("max") == "2"
+    chosen = "s => s.options[s.selectedIndex].text"
+    assert view.get_by_label("colour").evaluate(chosen) == "height"
 
 
 def shot(view):

@@ -13,6 +13,7 @@ import { rods, spheres } from "./shapes.js";
 const VIEWS = {
   oblique: [-0.45, -1, 0.45], front: [0, -1, 0], side: [1, 0, 0], top: [0, 0, 1], bottom: [0, 0, -1],
 };
+const GREY = [0.72, 0.72, 0.74];
 
 export class Viewer {
   // host: an element; data: see dusttaichi/report/particles.py
@@ -102,7 +103,8 @@ export class Viewer {
       const [low, high] = about.range || [0, 1];
       for (let n = 0; n < this.count; n++) {
         const v = this.at(values, n);
-        if (about.kind === "class") ofClass(v, tint, 3 * n);
+        if (v < about.data.gap) tint.set(GREY, 3 * n); // it has none
+        else if (about.kind === "class") ofClass(v, tint, 3 * n);
         else ofNumber(high > low ? (v - low) / (high - low) : 0.5, tint, 3 * n);
       }
     }
@@ -279,6 +281,7 @@ export class Viewer {
     rows.push(["position", this.centre(n).toArray().map((v) => v.toPrecision(4)).join(", ")]);
     this.data.quantities.forEach((about, k) => {
       const v = this.at(this.arrays.quantities[k], n);
+      if (v < about.data.gap) return;
       const text = about.names ? about.names[v] ?? v : about.kind === "class" ? v : v.toPrecision(3);
       rows.push([about.label, `${text} ${about.unit || ""}`]);
     });

@@ -85,19 +85,11 @@ def save_map(scene, text, directory, tolerance=1e-3, settings=()):
     data = restitution_map(scene, _speeds(text), tolerance, settings)
     closed = data.attrs["sticking_speed"]
     table = data.restitution.values.reshape(-1, data.sizes["speed"])
-    axes = [data[name].values for name in data.restitution.dims[:-1]]
-    labels = [
-        ", ".join(f"{v:.4g}" if isinstance(v, float) else str(v) for v in point)
-        for point in itertools.product(*axes)
-    ]
-    figure = plots.restitution(
-        data.speed,
-        table,
-        closed if data.attrs["closed_form"] else None,
-        [", ".join(data.restitution.dims[:-1]) + f" = {label}" for label in labels]
-        if axes
-        else scene.name,
-    )
+    names = data.restitution.dims[:-1]
+    points = itertools.product(*(data[name].values for name in names))
+    labels = [", ".join(map(_said, names, point, itertools.repeat(data))) for point in points]
+    closed = closed if data.attrs["closed_form"] else None
+    figure = plots.restitution(data.speed, table, closed, labels if names else "simulated")
     paths = [Path(directory) / f"restitution{suffix}" for suffix in (".nc", ".png")]
     try:
         Path(directory).mkdir(parents=True, exist_ok=True)
@@ -106,6 +98,16 @@ def save_map(scene, text, directory, tolerance=1e-3, settings=()):
     except OSError as error:
         raise DustError(f"The map cannot be written to {directory}: {error}.") from error
     return data, paths
+
+
+def _said(name, value, data):
+    """A key of the map and its value as a legend has them: the last word, angles in degrees."""
+    word, unit = name.split(".")[-1].replace("_", " "), data[name].attrs.get("units", "")
+    if isinstance(value, str):
+        return f"{word} = {value}"
+    if unit == "rad":
+        return f"{word} = {np.degrees(value):.3g}°"
+    return f"{word} = {value:.4g} {unit}".removesuffix(" 1").rstrip()
 
 
 def map_rows(data):

@@ -1,0 +1,49 @@
+"""What a notebook shows of a run."""
+
+from html import escape
+
+from dusttaichi.analysis import summary, table
+from dusttaichi.errors import DustError
+from dusttaichi.plots import figures_of
+from dusttaichi.report.interactive import picture
+from dusttaichi.report.page import html
+from dusttaichi.report.particles import particles
+
+# the figure that tells most of a run; of those that there are the first
+MAIN = ("compression", "tensile", "isotropic", "collision", "impact", "dust", "sound_speed")
+HEIGHT = 470  # pixels of the particles in 3-D
+
+
+class View:
+    """HTML that a notebook shows in a frame of its own. text: a whole page."""
+
+    def __init__(self, text, height=HEIGHT):
+        self.text, self.height = text, height
+
+    def _repr_html_(self):
+        return (
+            f'<iframe srcdoc="{escape(self.text, quote=True)}" width="100%" '
+            f'height="{self.height}" style="border:0" loading="lazy"></iframe>'
+        )
+
+
+def particle_view(run):
+    """The particles of a Run in 3-D, a View. Raises DustError for a run without snapshots."""
+    view = particles(run) if run.tree is not None else None
+    if view is None:
+        raise DustError(f"{run.path} holds no snapshots: set output: snapshots in the scene.")
+    return View(html({"title": run.name, "viewer": view}))
+
+
+def run_html(run):
+    """Name, numbers beside the literature's, and the main figure of a Run, as HTML."""
+    cells = [[*row] for row in table(summary(run))]
+    rows = "".join(
+        "<tr>" + "".join(f"<td style='text-align:left'>{escape(c)}</td>" for c in row) + "</tr>"
+        for row in cells
+    )
+    shown = f"<table><caption><b>{escape(run.name)}</b></caption>{rows}</table>"
+    figures = figures_of(run)
+    name = next((name for name in (*MAIN, *figures) if name in figures), None)
+    image = "" if name is None else f'<img src="{picture(figures[name])}" style="max-width:520px">'
+    return f'<div style="display:flex;flex-wrap:wrap;gap:1.5em">{shown}<div>{image}</div></div>'
