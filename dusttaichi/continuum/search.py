@@ -40,7 +40,7 @@ class Search:
             raise GuardStop(
                 f"At {self.sim.time:.6g} us the place of {int((~np.isfinite(x)).any(1).sum())} "
                 "particles is not a number any more: the step is too long for what happens. Try a "
-                "smaller numerics.courant or a lower speed."
+                "smaller numerics.cfl or a lower speed."
             )
         wrapped = self._wrap(x)
         if wrapped is not x:
@@ -105,7 +105,7 @@ class Search:
             raise GuardStop(
                 f"At {sim.time:.6g} us the particles have {self.total / n:.0f} neighbours each, "
                 "more than there is room for: they have come together without limit. Try a smaller "
-                "numerics.courant, a larger numerics.viscosity.grid or a lower speed."
+                "numerics.cfl, a larger numerics.viscosity.grid or a lower speed."
             )
         sim.kernels.write(n, self.reach**2, told)
         group = sim.of_particles("group")
