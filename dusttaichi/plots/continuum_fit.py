@@ -53,9 +53,11 @@ def continuum_fit(fit):
     line(axes[2], K + 4 / 3 * mu, style.GREEN, "K + 4μ/3 of the material")
     points(axes[2], "lambda", style.PURPLE, "side slope λ")
     line(axes[2], K - 2 / 3 * mu, style.PURPLE, "K - 2μ/3 of the material")
-    points(axes[3], "tension", style.SKY, "largest tension")
+    points(axes[3], "tension", style.SKY, "largest mean tension")
     line(axes[3], -strength.tensile(phi, m), style.SKY, "|T| of the material")
-    line(axes[3], tensile_strength_laboratory(phi), style.BLACK, "laboratory, G09 eq 8", "--")
+    line(
+        axes[3], tensile_strength_laboratory(phi), style.BLACK, "laboratory, G09 eq 8 (axial)", "--"
+    )
     for panel in axes:
         panel.set_yscale("log")
         style.legend(panel)

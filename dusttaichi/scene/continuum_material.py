@@ -102,6 +102,17 @@ NAMED = {
     "dust_g09": {**_DUST, "compressive": {**_DUST["compressive"], "p_m": "1.3 kPa"}},
     # G09 Table 1: the static omnidirectional curve.
     "dust_static": _DUST,
+    # From grain runs: docs/validation/dust_grains.yaml has the source of every number.
+    "dust_grains": {
+        "bulk_modulus": "10380 Pa",
+        "exponent": 6.936,
+        "solid_density": "2650 kg/m^3",
+        "density": "402.8 kg/m^3",
+        "shear_ratio": 0.7632,
+        "compressive": {"phi_1": 0.1512, "phi_2": 0.58, "p_m": "8030 Pa", "delta": 0.6983},
+        "tensile": {"a": 1.918, "b": 3.96},
+        "shear": {"factor": 1.526, "exponent": 0.6703},
+    },
 }
 
 

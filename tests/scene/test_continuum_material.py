@@ -1,5 +1,7 @@
 """The block of a dust of the continuum: names, files, numbers changed, and what is refused."""
 
+from pathlib import Path
+
 import pytest
 import yaml
 from pydantic import ValidationError
@@ -40,9 +42,9 @@ def test_a_file_is_found_beside_the_scene(tmp_path):
 @pytest.mark.parametrize(
     ("data", "said"),
     [
-        ("dust", "dust_g09, dust_static, the path of a file"),
+        ("dust", "dust_static, dust_grains, the path of a file"),
         ("nowhere.yaml", "there is no such file"),
-        ({"base": "dust_s12"}, "one of dust_g09, dust_static or the path"),
+        ({"base": "dust_s12"}, "dust_static, dust_grains or the path"),
         ({"base": "dust_g09", "density": "1.3 g/cm^3"}, "phi_2 = 0.58 is never reached"),
         ({"base": "dust_static", "bulk_modulus": "4.5 kPa"}, "more than elastic strain"),
         ({"base": "dust_g09", "shear": "none"}, "sqrt, compressive, tensile or a block"),
@@ -55,3 +57,10 @@ def test_refused_with_the_reason(data, said):
     with pytest.raises(ValidationError) as caught:
         read(data)
     assert said in str(caught.value)
+
+
+def test_the_material_of_the_grains_is_that_of_its_file():
+    folder = Path(__file__).parents[2] / "docs/validation"
+    file, named = read("dust_grains.yaml", folder), read("dust_grains")
+    assert file.model_copy(update={"source": None}) == named
+    assert set(file.source.names) < set(file.source.numbers) and len(file.source.runs) > 4

@@ -11,6 +11,7 @@ from dusttaichi.studies.continuum_fit.model import PARAMETERS, START, numbers_of
 from dusttaichi.studies.continuum_fit.observations import BIN, QUANTITIES, observations
 
 STEP = 1e-4
+LEAST_PULLED_SPAN = 0.03  # of filling factors, from which tensions tell their slope
 LOGS = np.array([log for _, log, _, _ in PARAMETERS.values()])
 LOWEST, HIGHEST = (
     np.array([np.log(row[k]) if row[1] else row[k] for row in PARAMETERS.values()]) for k in (2, 3)
@@ -117,17 +118,19 @@ def _refuse_missing(tests, rows):
 
 
 def _by_seed(rows, rate):
-    """Rows of each seed that is pressed and lets go; one that was not pulled takes the tensions of
-    the others. Raises DustError for less than two seeds."""
+    """Rows of each seed that is pressed and lets go; one that was not pulled from two filling
+    factors takes the tensions of all. Raises DustError for less than two seeds."""
     seeds = sorted({test.seed for test, _ in rows})
     whole = {}
     for seed in seeds:
         own = [row for row in rows if row[0].seed == seed]
         seen_in = {one.quantity for _, one in own}
         if {"p", "q", "M"} <= seen_in:
-            pulled = "tension" in seen_in
-            borrowed = [] if pulled else [row for row in rows if row[1].quantity == "tension"]
-            whole[seed] = own + borrowed
+            phi = [one.phi for _, one in own if one.quantity == "tension"]
+            if not phi or np.ptp(phi) < LEAST_PULLED_SPAN:
+                own = [row for row in own if row[1].quantity != "tension"]
+                own += [row for row in rows if row[1].quantity == "tension"]
+            whole[seed] = own
     if len(whole) < 2:
         raise DustError(
             f"Two seeds or more are needed, each pressed and let go a little. At {rate:.3g} 1/s "
@@ -186,8 +189,12 @@ def _predicted(rows, values, held):
 
 
 def _residuals(rows, predicted_values):
-    """Differences over their errors: of logarithms, of `lambda` over M; (rows, materials)."""
+    """Differences over their errors: of logarithms, of `lambda` over M; (rows, materials).
+
+    Each quantity has the same say, however many points it has.
+    """
     out = np.empty_like(predicted_values)
+    counts = {name: count for name, count in quantities(rows).items() if count}
     for n, (_, one) in enumerate(rows):
         new = predicted_values[n]
         if one.quantity == "lambda":
@@ -197,6 +204,7 @@ def _residuals(rows, predicted_values):
             ratio = new / one.value
             low = np.log(0.1) + (ratio - 0.1) / 0.1
             out[n] = np.where(ratio > 0.1, np.log(np.maximum(ratio, 0.1)), low) / one.error
+        out[n] *= np.sqrt(len(rows) / len(counts) / counts[one.quantity])
     return out
 
 

@@ -25,7 +25,7 @@ QUANTITIES = {
     "q": "axial stress less that at the sides while pressed",
     "M": "slope of the axial stress while let go",
     "lambda": "slope of the stress at the sides while let go",
-    "tension": "largest tension while pulled",
+    "tension": "largest mean tension (minus the pressure) while pulled",
 }
 
 
@@ -73,7 +73,7 @@ def seen(quantity, strain, stress):
         side = 0.5 * (stress[..., 0] + stress[..., 1])
         return (stress[..., 2] - side).mean(axis=0)
     if quantity == "tension":
-        return smooth(-stress[..., 2]).max(axis=0)
+        return smooth(-stress.mean(axis=-1)).max(axis=0)
     along = stress[..., 2] if quantity == "M" else 0.5 * (stress[..., 0] + stress[..., 1])
     return -slope(strain[:, 2], along)
 
@@ -131,10 +131,10 @@ def _let_go(number, segment, rate):
 
 
 def _pulled(number, segment, rate):
-    pull = smooth(-segment.stress[:, 2])
+    pull = smooth(-segment.pressure)
     top = int(np.argmax(pull))
     if pull[top] > 0 and top < len(pull) - 1:
         phi = float(smooth(segment.phi)[top])
         rows = slice(0, len(segment.stress))
         value = float(pull[top])
-        yield Observation("tension", number, phi, value, 0.1, rows, rate, value)
+        yield Observation("tension", number, phi, value, 0.05, rows, rate, value)
