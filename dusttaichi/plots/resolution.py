@@ -35,6 +35,7 @@ def resolution(runs):
     for one, name in zip(axes, ("depth D (mm)", "stopping time T (ms)"), strict=True):
         one.set_ylabel(name)
         one.set_xlim(left=0.0)
-        one.legend(title="at spacing zero", loc="best")
+        if one.get_legend_handles_labels()[0]:
+            one.legend(title="at spacing zero", loc="best")
     axes[1].set_xlabel("spacing of particles (µm)")
     return figure

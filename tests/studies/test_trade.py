@@ -504,3 +504,16 @@ def test_real_runs_side_by_side_and_alone(tmp_path):
     refused = runner.run([wild])["wild"]
     assert refused.code == 2 and "not stable" in refused.status  # the build's own words
     assert [p.name for p in runner.folder(DEFAULT).glob(".beside*")] == []
+
+
+def test_knobs_of_a_continuum():
+    base = load(CONFIGS / "guettler2009/bead.yaml")
+    points, left_out = knobs.ladder(base, quick=True)
+    assert {p.knob for p in points} == {
+        "spacing", "h_over_spacing", "cfl", "viscosity_grid", "viscosity_contact",
+    }  # fmt: skip
+    assert not left_out
+    reference = scenes.changed(base, knobs.presets(base)[-1].changes)
+    half = scenes.changed(base, knobs.halved(base).changes)
+    assert reference.numerics.spacing == pytest.approx(0.5 * base.numerics.spacing)
+    assert half.numerics.cfl == 0.5 * reference.numerics.cfl
