@@ -113,7 +113,7 @@ def attributes_of(file):
 def write_attributes(file, attributes):
     """Set the global attributes of an open file; values of None are left out. HDF5 has no sum of
     its texts, so that one stands beside them."""
-    attributes = {**attributes, DIGEST: _digest(attributes)}
+    attributes = {**attributes, DIGEST: _digest(file, attributes)}
     for name, value in attributes.items():
         if isinstance(value, str):  # setncattr would limit them to 64 kB
             file.setncattr_string(name, value)
@@ -124,15 +124,17 @@ def write_attributes(file, attributes):
 def check_attributes(file):
     """Raise OSError where texts of an open file are not those that were written."""
     said = getattr(file, DIGEST, None)
-    if said is not None and said != _digest(attributes_of(file)):
+    if said is not None and said != _digest(file, attributes_of(file)):
         raise OSError(
-            "its attributes are damaged (if you have changed them yourself, remove the attribute "
+            "its texts are damaged (if you have changed them yourself, remove the attribute "
             f"{DIGEST}, too)"
         )
 
 
-def _digest(attributes):
+def _digest(file, attributes):
+    """Of all texts of an open file: its global attributes, and the names of entries."""
     texts = sorted((k, v) for k, v in attributes.items() if isinstance(v, str) and k != DIGEST)
+    texts += [(n, v[:].tolist()) for n, v in file.variables.items() if v.dtype is str]
     return hashlib.sha256(json.dumps(texts).encode()).hexdigest()
 
 

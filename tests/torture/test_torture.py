@@ -1,0 +1,32 @@
+"""The quick part of the tortures; `python tests/torture KIND` does the rest."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path[:0] = [str(Path(__file__).parents[1] / "run")]
+
+
+@pytest.fixture
+def toys(monkeypatch):
+    """The method of the toy is known, for this test alone."""
+    from dusttaichi import method
+    from dusttaichi.results import writer
+    from dusttaichi.run import loop
+
+    monkeypatch.setattr(method, "METHODS", dict(method.METHODS))
+    monkeypatch.setattr(loop, "BURST_SECONDS", loop.BURST_SECONDS)
+    monkeypatch.setattr(writer, "PIECE", writer.PIECE)
+
+
+def test_mutated_scenes():
+    import mutate
+
+    assert not mutate.run(40, 7).failures
+
+
+def test_damaged_files(toys):
+    import damage
+
+    assert not damage.run(10, 7).failures
