@@ -1,8 +1,8 @@
 """Tortures: `python tests/torture KIND --count N --seed S`.
 
 kills: SIGKILL, SIGTERM, SIGINT at random moments. faults: writes that fail, at every call. mutate:
-scenes with faults. damage: damaged files. bits: threads, terminals, locales. dask: workers and a
-scheduler that go. twice: two runs on one directory. --write puts the figures into the docs.
+scenes with faults. damage: damaged files. bits: threads, terminals, locales. twice: two runs on one
+directory. --write puts the figures into the docs.
 """
 
 import argparse
@@ -13,7 +13,7 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 COUNTS = {"kills": 100, "mutate": 10_000, "damage": 200}  # of the others all there is
-MODULES = {"dask": "dask_loss", "bits": "same_bits"}  # where it is not the name of the kind
+MODULES = {"bits": "same_bits"}  # where it is not the name of the kind
 KINDS = (*COUNTS, "faults", "twice", *MODULES)
 
 
