@@ -109,7 +109,7 @@ def pressing_speeds(curves):
         panel.set_yscale("log")
         panel.set_ylabel(f"{text} [kPa]")
         panel.set_ylim(0.02, 60)
-        style.legend(panel, fontsize=7, title="nearest p_m of G09's law")
-        panel.get_legend().get_title().set_fontsize(7)
+        title = "nearest p_m of G09's law"
+        panel.legend(loc="lower right", fontsize=7, title=title, title_fontsize=7)
     axes[-1].set_xlabel("filling factor")
     return figure

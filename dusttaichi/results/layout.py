@@ -139,9 +139,10 @@ def _digest(file, attributes):
 
 
 def record_counts(file):
-    """Group of an open file -> how many records it has."""
+    """Group of an open file -> how many records it has; groups that grow by no records left out."""
     groups = {"series": file, **file.groups}
-    return {g: len(folder.dimensions[record_dimension(g)]) for g, folder in groups.items()}
+    found = {g: folder.dimensions.get(record_dimension(g)) for g, folder in groups.items()}
+    return {g: len(dimension) for g, dimension in found.items() if dimension is not None}
 
 
 def _variables(group, folder):

@@ -79,7 +79,7 @@ def test_round_trip_through_xarray(tmp_path):
 
 
 def test_every_variable_has_units_and_a_name(tmp_path):
-    features = synthetic.FEATURES | synthetic.POLYDISPERSE | {"forces"}
+    features = synthetic.FEATURES | synthetic.POLYDISPERSE | {"forces", "open"}
     synthetic.writer(tmp_path / "result.nc", features=features).close()
     with netCDF4.Dataset(tmp_path / "result.nc") as file:
         for key in VARIABLES:
