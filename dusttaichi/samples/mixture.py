@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from dusttaichi.physics.contact.constants import interface
 from dusttaichi.samples.materials import Materials
@@ -110,6 +110,13 @@ def sized(positions, grains: Grains, materials: Materials, info: dict) -> Sample
     return replace(Sample.at_rest(positions, info), **own)
 
 
+class _Shares(dict):
+    """Share of each material by its name; blocks are frozen, so it has a hash."""
+
+    def __hash__(self):
+        return hash(frozenset(self.items()))
+
+
 Sizes = Annotated[PowerLaw | Lognormal | Radii, Field(discriminator="kind")]
 SizesField = Annotated[
     Sizes | None,
@@ -119,7 +126,7 @@ SizesField = Annotated[
     ),
 ]
 SharesField = Annotated[
-    dict[str, Share] | None,
+    Annotated[dict[str, Share], AfterValidator(_Shares)] | None,
     Field(
         description="materials of the grains and how many grains have each, in any unit, as "
         "{default: 3, ice: 1}; by default all are of material"

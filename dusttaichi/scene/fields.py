@@ -17,10 +17,6 @@ class Block(BaseModel):
     # Order of the keys where a block has inherited some; inherited ones come first otherwise.
     order: ClassVar[tuple[str, ...]] = ()
 
-    def __hash__(self) -> int:
-        values = (getattr(self, key) for key in type(self).model_fields)
-        return hash(tuple(tuple(v.items()) if isinstance(v, dict) else v for v in values))
-
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
         super().__pydantic_init_subclass__(**kwargs)

@@ -141,6 +141,10 @@ class Scene(Block):
             return NotImplemented
         return all(getattr(self, key) == getattr(other, key) for key in type(self).model_fields)
 
+    def __hash__(self) -> int:
+        values = (getattr(self, key) for key in type(self).model_fields)
+        return hash(tuple(tuple(v.items()) if isinstance(v, dict) else v for v in values))
+
     @property
     def source(self) -> str:
         return self._source
