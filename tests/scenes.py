@@ -6,13 +6,14 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
+import pytest
 import reference as ref
 
 from dusttaichi import units
 from dusttaichi.grains.build import build
 from dusttaichi.physics.contact import registry
 from dusttaichi.samples import Sample
-from dusttaichi.scene import Scene, from_yaml
+from dusttaichi.scene import Scene, extensions, from_yaml
 
 ROOT = Path(__file__).parents[1]
 CONFIGS, EXAMPLES = ROOT / "configs", ROOT / "docs/examples"
@@ -154,6 +155,19 @@ def law_of_the_docs():
         for laws, before in known:
             laws.clear()
             laws.update(before)
+
+
+@contextmanager
+def extensions_forgotten():
+    """What files of a scene's `extensions` register within, and which they are, is forgotten."""
+    before = [dict(table) for table in extensions._tables().values()]
+    try:
+        with pytest.MonkeyPatch.context() as patch:
+            for name in ("_imported", "_owners"):
+                patch.setattr(extensions, name, {})
+            yield
+    finally:
+        extensions._restore(before)
 
 
 # Built.

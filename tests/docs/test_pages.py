@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 import typer
+from scenes import extensions_forgotten
 
 from dusttaichi.commands.app import app
 from dusttaichi.scene import Scene, from_yaml, load
@@ -139,7 +140,8 @@ def test_fragment_fits_into_the_example(page, fragment):
 
 @pytest.mark.parametrize("path", sorted((DOCS / "examples").glob("*.yaml")), ids=lambda p: p.name)
 def test_scene_of_an_example_is_understood(path):
-    assert load(path)
+    with extensions_forgotten():
+        assert load(path)
 
 
 # Python.

@@ -9,7 +9,7 @@ import jsonschema
 import pytest
 import xarray as xr
 import yaml
-from scenes import BASE
+from scenes import BASE, extensions_forgotten
 
 from dusttaichi import method
 from dusttaichi.commands.app import app
@@ -66,13 +66,9 @@ def make(spec, materials):
 
 
 @pytest.fixture(autouse=True)
-def leave_nothing_behind(monkeypatch):
-    """What is registered here, and which files have been imported, is forgotten afterwards."""
-    before = [dict(table) for table in extensions._tables().values()]
-    for name in ("_imported", "_owners"):
-        monkeypatch.setattr(extensions, name, {})
-    yield
-    extensions._restore(before)
+def leave_nothing_behind():
+    with extensions_forgotten():
+        yield
 
 
 @pytest.fixture
