@@ -13,14 +13,10 @@ from dusttaichi.continuum.kernels.store import (
     BODIES,
     CENTRE,
     DT,
-    DUST,
     FACES,
-    HELD,
     LEFT,
     LONGEST_LIST,
-    RIGID,
     TURN,
-    WALL,
     WANT,
     Layout,
 )
@@ -29,6 +25,7 @@ from dusttaichi.continuum.simulation import Simulation, body_row
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES, WALLS
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
+from dusttaichi.samples.continuum.particles import DUST, HELD, RIGID, WALL
 
 _LAST = LastCompiled()
 DOUBLE = 2.0  # times the volume of a rigid particle that kernels see: the dust's stress, mirrored

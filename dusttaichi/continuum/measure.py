@@ -3,18 +3,9 @@
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.continuum.kernels.store import (
-    CENTRE,
-    FACES,
-    FORCE,
-    MASS,
-    OLD,
-    RIGID,
-    SPEED,
-    WALL,
-    WORK,
-)
+from dusttaichi.continuum.kernels.store import CENTRE, FACES, FORCE, MASS, OLD, SPEED, WORK
 from dusttaichi.method import Measurement
+from dusttaichi.samples.continuum.particles import RIGID, WALL
 
 
 def energies(sim):
@@ -98,14 +89,11 @@ def measurement(sim, start):
     """The Measurement of now [fJ]; start: the losses of step 0, which begin at 0 [J]."""
     m = energies(sim)
     losses = (m["loss"] - start) / units.ENERGY
-    kinetic = m["kinetic"] / units.ENERGY
-    potential = (m["gravity_energy"] + m["elastic_energy"]) / units.ENERGY
-    return Measurement(
-        kinetic=kinetic,
-        potential=potential,
-        energy=kinetic + potential,
-        losses=losses,
-        lost=float(losses.sum()),
+    potential = m["gravity_energy"] + m["elastic_energy"]
+    return Measurement.of(
+        m["kinetic"] / units.ENERGY,
+        potential / units.ENERGY,
+        losses,
         work=m["work"] / units.ENERGY,
         parts=m | {"loss": losses * units.ENERGY},
     )

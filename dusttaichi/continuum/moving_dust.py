@@ -4,7 +4,6 @@ import time as real_time
 from dataclasses import replace
 
 import numpy as np
-import yaml
 
 from dusttaichi import units
 from dusttaichi.compute.worker_choice import WorkerChoice
@@ -15,6 +14,7 @@ from dusttaichi.continuum.surroundings import domain_of
 from dusttaichi.continuum.variables import VARIABLES
 from dusttaichi.method import SimpleSimulation, State
 from dusttaichi.names import AXES
+from dusttaichi.results.provenance import yaml_text
 from dusttaichi.results.variables import select
 from dusttaichi.samples.continuum.particles import ARRAYS, COMPONENTS, Body, Particles
 
@@ -43,6 +43,7 @@ class MovingDust(SimpleSimulation):
             "height": not np.isnan(domain.lengths(0)[2]),
             "stages": bool(self.scene.stages),
             "bodies": self.sim.bodies > 0,
+            "snapshots": True,
         }
         return {name for name, has in there.items() if has}
 
@@ -140,7 +141,7 @@ class MovingDust(SimpleSimulation):
             "smoothing_length": scene.numerics.smoothing_length,
             "particles": self.sim.n,
             "periodic_axes": " ".join(a for a in AXES if a in scene.boundary.periodic_axes),
-            "sample": yaml.safe_dump(_plain(self.sample.info), sort_keys=False),
+            "sample": yaml_text(self.sample.info),
         }
 
 
@@ -167,12 +168,3 @@ def _distinct(names):
     if len(set(names)) == len(names):
         return names
     return tuple(f"{name}_{k}" for k, name in enumerate(names))
-
-
-def _plain(value):
-    """Numbers of NumPy as YAML has them."""
-    if isinstance(value, dict):
-        return {k: _plain(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(v) for v in value]
-    return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else value

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from dusttaichi.continuum.kernels.store import CENTRE, FACES, RIGID, WALL
+from dusttaichi.continuum.kernels.store import CENTRE, FACES
+from dusttaichi.samples.continuum.particles import RIGID, WALL
 
 IN_SPACE = [0, 4, 8, 1, 2, 5]  # xx yy zz xy xz yz of nine rows
 
@@ -54,18 +55,12 @@ def series(sim, parts, window, areas):
 
 def snapshot(sim):
     """The particles of now, in the order of the sample."""
-    number = sim.of_particles("number")
-
-    def in_order(values):
-        out = np.empty_like(values)
-        out[number] = values
-        return out
-
-    return {
-        "position": in_order(sim.raised(sim.of_particles("x"))),
-        "velocity": in_order(sim.velocities()),
-        "density": in_order(sim.of_particles("density")),
-        "reference_density": in_order(sim.of_particles("reference")),
-        "pressure": in_order(sim.of_particles("pressure")),
-        "deviator": in_order(components(sim.of_particles("deviator"), sim.dimension)),
+    now = {
+        "position": sim.raised(sim.of_particles("x")),
+        "velocity": sim.velocities(),
+        "density": sim.of_particles("density"),
+        "reference_density": sim.of_particles("reference"),
+        "pressure": sim.of_particles("pressure"),
+        "deviator": components(sim.of_particles("deviator"), sim.dimension),
     }
+    return {name: sim.in_order(values) for name, values in now.items()}

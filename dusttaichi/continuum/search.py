@@ -8,8 +8,8 @@ from itertools import product
 
 import numpy as np
 
-from dusttaichi.continuum.kernels.store import FACES
 from dusttaichi.errors import GuardStop
+from dusttaichi.method import moment
 
 SUPPORT = 2.0  # reach of the kernels in smoothing lengths
 SKIN = 0.3  # extra reach of the lists in smoothing lengths
@@ -38,7 +38,7 @@ class Search:
         x = self.sim.of_particles("x")
         if not np.isfinite(x).all():
             raise GuardStop(
-                f"At {self.sim.time:.6g} us the place of {int((~np.isfinite(x)).any(1).sum())} "
+                f"{moment(self.sim)} the place of {int((~np.isfinite(x)).any(1).sum())} "
                 "particles is not a number any more: the step is too long for what happens. Try a "
                 "smaller numerics.cfl or a lower speed."
             )
@@ -103,7 +103,7 @@ class Search:
         self.total = int(sim.lists["first"].to_numpy(n + 1)[n])
         if self.total > sim.lists["entry"].field.shape[0]:
             raise GuardStop(
-                f"At {sim.time:.6g} us the particles have {self.total / n:.0f} neighbours each, "
+                f"{moment(sim)} the particles have {self.total / n:.0f} neighbours each, "
                 "more than there is room for: they have come together without limit. Try a smaller "
                 "numerics.cfl, a larger numerics.viscosity.grid or a lower speed."
             )
@@ -185,10 +185,3 @@ class Search:
         for name in ("volume", "impedance", "alpha", "gap"):
             if name in sim.tables:
                 sim.put_ghosts(name, n, sim.of_particles(name)[source])
-
-
-def groups_of(particles):
-    """The face (0-5) or rigid body (from 6) that each particle moves with, -1 of dust (N,)."""
-    from dusttaichi.samples.continuum.particles import RIGID
-
-    return np.where(particles.role == RIGID, FACES + particles.body, particles.face)

@@ -74,10 +74,10 @@ class Simulation:
         for name in self.names:
             self.put(name, self.of_particles(name)[order])
 
-    def in_order(self, name):
-        """A copy of a variable in the order of the sample."""
-        out = self.of_particles(name)
-        out[self.of_particles("number")] = out.copy()
+    def in_order(self, values):
+        """Rows of all particles in the order of the sample, of those in internal order."""
+        out = np.empty_like(values)
+        out[self.of_particles("number")] = values
         return out
 
     def rigid(self, begin, count=3):

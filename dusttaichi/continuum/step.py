@@ -14,7 +14,7 @@ import taichi as ti
 
 from dusttaichi.compute.scan import first_of
 from dusttaichi.compute.workers import STRIDE, assemble, barrier
-from dusttaichi.continuum.kernels.store import DONE, DUE, ENDED
+from dusttaichi.continuum.kernels.store import APART, DONE, DUE, ENDED
 from dusttaichi.physics.continuum.kernels import MATERIAL
 
 
@@ -59,7 +59,7 @@ def make_advance(motion, rates, forces, StepNumbers):
                     for i in range(begin, end):
                         fastest = ti.max(fastest, rates.pass_over(i, numbers, material))
                         motion.answer_ghosts(i, numbers)
-                    lists.most[8 * me] = fastest
+                    lists.most[APART * me] = fastest
                     met += present
                     barrier(sync, met)
                     for i in range(begin, end):

@@ -3,12 +3,13 @@
 import numpy as np
 
 from dusttaichi.errors import GuardStop
+from dusttaichi.method import moment
 
 
 def check(sim, measurement):
     """Raise GuardStop if the Measurement of a Simulation cannot be trusted."""
     m = measurement.parts
-    when = f"At {sim.time:.6g} us (step {sim.step})"
+    when = moment(sim)
     if not np.isfinite(measurement.energy) or not np.isfinite(m["loss"]).all():
         raise GuardStop(
             f"{when} the energy is not a number: the step is too long for what happens. Try a "

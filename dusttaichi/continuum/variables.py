@@ -1,8 +1,8 @@
 """The variables of the result of a continuum, each declared once."""
 
-from dusttaichi.results.variables import COMMON, declare
+from dusttaichi.results.variables import declared
 
-_INTEGERS = {"step": "i8", "role": "i4", "body": "i4", "substeps": "i8"}
+_INTEGERS = {"role": "i4", "body": "i4", "substeps": "i8"}
 _PHYS, _G09 = "docs, Continuum", "G09 section 4"
 
 # Features: "walls" (any face that moves particles), "height" (a finite one), "stages", "bodies"
@@ -27,10 +27,8 @@ _TABLE = {
         ("body_spin", "time rigid xyz", "rad/s", "its angular velocity", "", "bodies"),
         ("body_force", "time rigid xyz", "N", "force on it, gravity included, average since the "
          "last entry", "", "bodies"),
-        ("wall_force", "time wall xyz", "N", "force of the wall on the dust, average since the "
-         "last entry", "", "walls"),
-        ("pressure", "time wall", "Pa", "pressure on the wall, positive in compression, average "
-         "since the last entry", "", "walls"),
+        "wall_force",
+        "pressure",
         ("pressure_mean", "time", "Pa", "pressure of the dust, mean over its volume", "", ""),
         ("stress_mean", "time component", "Pa", "stress of the dust, mean over its volume, "
          "positive in tension", "", ""),
@@ -41,8 +39,8 @@ _TABLE = {
         "wall_clock",
     ],
     "snapshots": [
-        ("snapshot_time", "snapshot", "s", "simulated time", "", ""),
-        ("step", "snapshot", "1", "steps done", "", ""),
+        "snapshot_time",
+        "step",
         ("position", "snapshot particle xyz", "m", "place of the particle", "", ""),
         ("velocity", "snapshot particle xyz", "m/s", "its velocity", "", ""),
         ("density", "snapshot particle", "kg/m^3", "its density", "", ""),
@@ -56,13 +54,4 @@ _TABLE = {
     ],
 }  # fmt: skip
 
-
-def _declared(group, rows):
-    for row in rows:
-        if isinstance(row, str):
-            yield COMMON[row]
-        else:
-            yield from declare(group, [row], _INTEGERS)
-
-
-VARIABLES = tuple(v for group, rows in _TABLE.items() for v in _declared(group, rows))
+VARIABLES = declared(_TABLE, _INTEGERS)

@@ -3,7 +3,6 @@
 import time as real_time
 
 import numpy as np
-import yaml
 
 from dusttaichi import samples, units
 from dusttaichi.compute.worker_choice import WorkerChoice
@@ -13,6 +12,7 @@ from dusttaichi.grains.measured import measurement
 from dusttaichi.grains.refine import halve_time_step
 from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.method import SimpleSimulation, State
+from dusttaichi.results.provenance import yaml_text
 from dusttaichi.results.variables import select
 from dusttaichi.samples.sample import Sample
 from dusttaichi.scene.material import DEFAULT
@@ -145,7 +145,7 @@ class MovingGrains(SimpleSimulation):
             "threads": sim.threads,
             "periodic_axes": " ".join(scene.boundary.periodic_axes),
             "materials": " ".join([DEFAULT, *scene.materials]) if polydisperse else None,
-            "sample": yaml.safe_dump(_plain(self.sample.info), sort_keys=False),
+            "sample": yaml_text(self.sample.info),
             "grains": sim.grains,
         }
 
@@ -187,11 +187,3 @@ def features_of(scene, sim):
         "profiles": bounded and any(plan.profiles is not None for plan in scene.stage_plans),
     }
     return {name for name, there in asked.items() if there}
-
-
-def _plain(value):
-    if isinstance(value, dict):
-        return {k: _plain(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(v) for v in value]
-    return value.item() if isinstance(value, np.generic) else value

@@ -1,7 +1,7 @@
 """The variables of the result of grains, each declared once; results.variables has the others."""
 
 from dusttaichi.names import WALLS
-from dusttaichi.results.variables import COMMON, declare
+from dusttaichi.results.variables import declared
 
 _TYPES = {
     "contact_count": "i8", "wall_contact_count": "i8", "outside_count": "i8", "step": "i8",
@@ -33,10 +33,8 @@ _TABLE = {
         ("stress", "time xyz axis", "Pa", "virial stress, positive in tension, average since the "
          "last entry or over the stated window; the force along `axis` on a face across `xyz`",
          "T19 eq 23", "stress"),
-        ("pressure", "time wall", "Pa", "pressure on the wall, positive in compression, "
-         "average since the last entry or over the stated window", _S12, "walls"),
-        ("wall_force", "time wall xyz", "N", "force of the wall on the grains, average as for "
-         "pressure", _S12, "walls"),
+        "pressure",
+        "wall_force",
         ("coordination_number", "time", "1", "mean number of grains that a grain touches", "", ""),
         ("contact_count", "time", "1", "contacts between grains", "", ""),
         ("wall_contact_count", "time", "1", "contacts of grains with walls", "", "walls"),
@@ -144,15 +142,4 @@ _TABLE = {
     ],
 }  # fmt: skip
 
-
-def _declared(group, rows):
-    """The variables of a group; a name alone stands for one of COMMON."""
-    counts = _COUNTS if group == "snapshots" else {}
-    for row in rows:
-        if isinstance(row, str):
-            yield COMMON[row if group == "series" else f"{group}/{row}"]
-        else:
-            yield from declare(group, [row], _TYPES, counts)
-
-
-VARIABLES = {v.key: v for group, rows in _TABLE.items() for v in _declared(group, rows)}
+VARIABLES = {v.key: v for v in declared(_TABLE, _TYPES, _COUNTS)}

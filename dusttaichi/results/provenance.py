@@ -6,6 +6,9 @@ import subprocess
 from importlib import metadata
 from pathlib import Path
 
+import numpy as np
+import yaml
+
 from dusttaichi import __version__
 
 
@@ -52,3 +55,16 @@ def provenance(scene_given, scene_resolved, **numbers):
         **{f"{name.lower()}_version": version for name, version in versions.items()},
         **numbers,
     }
+
+
+def yaml_text(value):
+    """A value as YAML, numbers and arrays of NumPy as the plain ones that they stand for."""
+    return yaml.safe_dump(_plain(value), sort_keys=False)
+
+
+def _plain(value):
+    if isinstance(value, dict):
+        return {k: _plain(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(v) for v in value]
+    return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else value

@@ -121,10 +121,36 @@ _SNAPSHOTS = declare(
         ("step", "snapshot", "1", "time steps done", "", "snapshots"),
     ], {"step": "i8"},
 )
+# of a method whose walls are pressed
+_OF_WALLS = declare(
+    "series", [
+        ("pressure", "time wall", "Pa", "pressure on the wall, positive in compression, average "
+         "since the last entry or over the stated window", _S12, "walls"),
+        ("wall_force", "time wall xyz", "N", "force of the wall on the particles, average as for "
+         "pressure", _S12, "walls"),
+    ],
+)
 # fmt: on
 COMMON = {variable.key: variable for variable in (*_SERIES, *_SNAPSHOTS)}
+_SHARED = COMMON | {variable.key: variable for variable in _OF_WALLS}
 
 
 def common(*features):
     """Variables that all methods share, of a scene with these features (see above)."""
     return select(COMMON.values(), features)
+
+
+def declared(table, integers, counts=()):
+    """Variables of a method, a tuple, from its table {group: rows of `declare`}.
+
+    A row that is a name alone stands for a variable that methods share. counts: of the snapshots.
+    """
+    out = []
+    for group, rows in table.items():
+        of_group = counts if group == "snapshots" else ()
+        for row in rows:
+            if isinstance(row, str):
+                out.append(_SHARED[row if group == "series" else f"{group}/{row}"])
+            else:
+                out += declare(group, [row], integers, of_group)
+    return tuple(out)

@@ -164,14 +164,16 @@ def test_a_mirror_is_the_other_half():
     scene = dust.scene(boundary=boundary, time_step="5 us", **OPEN)
     half = dust.moving(scene, dust.particles(x, area, v, room=room))
     half.advance(40)
-    upper = half.sim.in_order("x")
+    upper = half.sim.in_order(half.sim.of_particles("x"))
     assert upper[:, 1].min() < 1.2 * dust.SPACING
     assert half.sim.velocities()[:, 2].mean() > -0.9  # it is being turned
     whole = np.concatenate([x, x * [1.0, -1.0]])
     both = dust.particles(whole, area, np.concatenate([v, v * [1.0, -1.0]]))
     other = dust.moving(dust.scene(time_step="5 us", **OPEN), both)
     other.advance(40)
-    np.testing.assert_allclose(other.sim.in_order("x")[: len(x)], upper, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(
+        other.sim.in_order(other.sim.of_particles("x"))[: len(x)], upper, rtol=0, atol=1e-9
+    )
 
 
 def test_pressed_dust_has_its_strengths():

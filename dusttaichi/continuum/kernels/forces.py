@@ -17,7 +17,7 @@ import taichi as ti
 
 from dusttaichi.continuum.kernels import tensors
 from dusttaichi.continuum.kernels.smoothing import KERNELS, SHAPES
-from dusttaichi.continuum.kernels.store import DUST, RIGID
+from dusttaichi.samples.continuum.particles import DUST, RIGID
 
 CLOSE = 0.01  # of h^2, keeps a viscosity finite where particles meet
 

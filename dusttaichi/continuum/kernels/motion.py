@@ -7,9 +7,9 @@ half of the one and the first half of the other. At the start the last step has 
 import taichi as ti
 
 from dusttaichi.continuum.kernels.store import (
+    APART,
     CENTRE,
     DT,
-    DUST,
     FACES,
     FORCE,
     IMPULSE,
@@ -18,16 +18,15 @@ from dusttaichi.continuum.kernels.store import (
     MASS,
     MOMENTUM,
     OLD,
-    RIGID,
     SPEED,
     SPIN,
     SUBSTEPS,
     TORQUE,
     TURN,
-    WALL,
     WANT,
     WORK,
 )
+from dusttaichi.samples.continuum.particles import DUST, RIGID, WALL
 
 GROWTH = 1.1  # of a step over the one before
 ROUNDING = 1e-9  # of a beat: what is left of it then is nothing
@@ -212,7 +211,7 @@ class Motion:
         """
         fastest = 0.0
         for w in range(present):
-            fastest = ti.max(fastest, self.lists.most[8 * w])
+            fastest = ti.max(fastest, self.lists.most[APART * w])
         dt = self.f.clock[DT]
         left = self.f.clock[LEFT] - dt
         ended = ti.cast(left <= ROUNDING * numbers.beat, ti.i32)

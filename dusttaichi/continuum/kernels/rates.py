@@ -8,7 +8,8 @@ particles count with twice their volume, here as in the second pass.
 import taichi as ti
 
 from dusttaichi.continuum.kernels import tensors
-from dusttaichi.continuum.kernels.store import DT, DUST, HELD
+from dusttaichi.continuum.kernels.store import DT
+from dusttaichi.samples.continuum.particles import DUST, HELD
 
 FEW = 0.05  # determinant of A below which a particle has too few neighbours to correct its gradient
 DAMPED = 5.0  # viscosity of pairs that allows as long a step as one on grid noise

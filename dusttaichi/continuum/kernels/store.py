@@ -9,12 +9,16 @@ from typing import NamedTuple
 
 import taichi as ti
 
-DUST, RIGID, HELD, WALL = range(4)  # roles of particles (samples.continuum.particles)
+from dusttaichi.compute.backend import THREAD_CLASSES
+from dusttaichi.compute.scan import CHUNK
+
 FACES = 6  # groups 0-5 move as a face does, those from 6 on are rigid bodies
 FREE = -1  # group of dust
 TINY = 1e-12  # (r/h)^2 that keeps coincident particles from dividing by zero
 GHOST_SHARE = 0.5  # ghosts that there is room for, of the particles, and a few
 LEAST_GHOSTS = 4096
+MOST_WORKERS = THREAD_CLASSES[-1]
+APART = 8  # numbers between those of two workers in `most`: a line of the cache
 BODIES = 16  # rigid bodies that there is room for
 LONGEST_LIST = {2: 120, 3: 420}  # neighbours on average that there is room for at eta 1.3
 CHANNELS = ("compaction", "tension", "shear", "viscosity", "grid")
@@ -128,9 +132,9 @@ def place(layout, room, entries):
         "members": (ti.i32, (room,)),
         "cell_first": (ti.i32, (4 * seen + 64,)),
         "in_cell": (ti.i32, (seen,)),
-        "chunk_sum": (ti.i32, (room // 256 + 2,)),
+        "chunk_sum": (ti.i32, (room // CHUNK + 2,)),
         "sync": (ti.i32, (8,)),
-        "most": (ti.f64, (1024 * 8,)),
+        "most": (ti.f64, (MOST_WORKERS * APART,)),
     }
     if layout.ghosts:
         lists |= {
