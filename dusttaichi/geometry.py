@@ -223,3 +223,28 @@ def radius_of_gyration(positions):
     """Root of the mean square distance of the centres from their mean [length]."""
     positions = np.asarray(positions, dtype=float)
     return float(np.sqrt(np.mean(np.sum((positions - positions.mean(axis=0)) ** 2, axis=1))))
+
+
+def connected(pairs, count):
+    """(number of pieces, piece of each of `count` points (count,), their graph).
+
+    pairs: (C, 2) points that hang together. Pieces are numbered in the order of their first points.
+    """
+    i, j = np.asarray(pairs).reshape(-1, 2).T
+    graph = scipy.sparse.coo_array((np.ones(len(i), np.int8), (i, j)), shape=(count, count)).tocsr()
+    number, label = scipy.sparse.csgraph.connected_components(graph, directed=False)
+    return number, label, graph
+
+
+def held_together(positions, graph, starts, nearest):
+    """Positions (N, 3) such that pieces of a graph are not cut by the faces of a periodic cell.
+
+    starts: a point of each piece, which stays where it is. nearest: of differences (3,) those to
+    the nearest image.
+    """
+    out = positions.copy()
+    for start in starts:
+        order, parent = scipy.sparse.csgraph.breadth_first_order(graph, start, directed=False)
+        for point in order[1:]:
+            out[point] = out[parent[point]] + nearest(positions[point] - positions[parent[point]])
+    return out

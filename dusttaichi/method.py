@@ -99,14 +99,14 @@ class State(NamedTuple):
 
 class Simulation(Protocol):
     """A built scene in motion. `time` is step x dt [us]; size: what a step costs is proportional to
-    it, the number of particles or cells.
-
-    variables: those of its result, chosen for this scene. channels: names of the losses.
+    it, the number of particles or cells. variables: of its result, in this scene. channels: names
+    of the losses. began [us]: of an earlier run that goes on; records add it to the time.
     """
 
     step: int
     dt: float
     time: float
+    began: float
     size: int
     domain: Domain
     variables: tuple[Variable, ...]
@@ -183,6 +183,7 @@ class SimpleSimulation:
     variables: tuple[Variable, ...]
     channels: tuple[str, ...] = ()
     kept: tuple[str, ...] = ()
+    began: float = 0.0
 
     @property
     def time(self) -> float:
@@ -210,7 +211,7 @@ class SimpleSimulation:
     def records(self, group: str) -> list[tuple[str, dict]]:
         if group != "snapshots":
             return []
-        now = {"snapshot_time": self.time * units.TIME, "step": self.step}
+        now = {"snapshot_time": (self.began + self.time) * units.TIME, "step": self.step}
         return [(group, now | self.snapshot())]
 
     def trust(self, measurement: Measurement) -> None:

@@ -17,7 +17,7 @@ SHARED = {"errors", "units", "geometry", "names", "files"}
 MAY_KNOW = {
     "physics": set(),
     "scene": {"samples", "physics", "method"},
-    "samples": {"scene", "physics"},
+    "samples": {"scene", "physics", "results"},
     "domain": {"scene", "physics"},
     "compute": set(),
     "grains": {"scene", "samples", "physics", "domain", "results", "method", "compute"},

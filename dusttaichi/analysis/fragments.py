@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array, csgraph
 
 from dusttaichi.analysis.frame import grain_masses, read_frame
 from dusttaichi.errors import DustError
+from dusttaichi.geometry import connected, held_together
 
 
 @dataclass(frozen=True)
@@ -63,9 +63,7 @@ def fragments(run, snapshot=-1):
 def fragments_of(frame, masses):
     """The Fragments of a Frame whose grains have these masses [kg], (N,)."""
     count = len(masses)
-    i, j = frame.pairs.T
-    graph = coo_array((np.ones(len(i), dtype=np.int8), (i, j)), shape=(count, count)).tocsr()
-    number, label = csgraph.connected_components(graph, directed=False)
+    number, label, graph = connected(frame.pairs, count)
     label = _largest_first(label, number, masses)
     position = _unwrapped(frame, graph, label)
     mass = np.bincount(label, masses, minlength=number)
@@ -101,13 +99,8 @@ def _unwrapped(frame, graph, label):
     """Positions [m], (N, 3), such that contacts across periodic faces hold a fragment together."""
     if not frame.periodic.any():
         return frame.position
-    position = frame.position.copy()
-    for start in np.unique(label, return_index=True)[1]:
-        order, parent = csgraph.breadth_first_order(graph, start, directed=False)
-        for grain in order[1:]:
-            step = frame.nearest(frame.position[grain] - frame.position[parent[grain]])
-            position[grain] = position[parent[grain]] + step
-    return position
+    starts = np.unique(label, return_index=True)[1]
+    return held_together(frame.position, graph, starts, frame.nearest)
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,14 @@ from dusttaichi.errors import DustError
 from dusttaichi.names import AXES, WALLS
 
 
-def make_surroundings(boundary, positions, radius, *, contact, overlap, period=None):
+def make_surroundings(boundary, positions, radius, *, contact, overlap, period=None, room=None):
     """(Box or None, Cell or None) around a sample at rest.
 
     positions (N, 3), radius, contact (distance of two grains in equilibrium contact), overlap (in
     equilibrium with a wall): um; each but the first one number, or (N,) of grains that are not all
     equal. With `size: fit` the outermost grains are in equilibrium contact with their wall, or with
-    each other across the faces; a sample that repeats says by what `period`.
+    each other across the faces; a sample that repeats says by what `period`, one that is taken out
+    of a room by `room` (6,) where walls and faces stand [um], NaN where there is none.
     Raises DustError when the sample does not fit.
     """
     low, high = positions.min(axis=0), positions.max(axis=0)
@@ -41,6 +42,9 @@ def make_surroundings(boundary, positions, radius, *, contact, overlap, period=N
         wanted = np.where(np.isnan(wanted), size, wanted)
         _check_room(boundary, wanted, size, axes)
         size = wanted
+    if room is not None:
+        room_low, room_high = _kept(room, room_low, room_high, axes)
+        low, high, size = room_low, room_high, room_high - room_low
     box = make_box(boundary, room_low, room_high, size) if boundary.walls else None
     if not axes:
         return box, None
@@ -50,6 +54,19 @@ def make_surroundings(boundary, positions, radius, *, contact, overlap, period=N
     cell = Cell(np.where(periodic, size, 0.0), np.zeros(3), np.zeros(3), centre, axes)
     check_images(positions, cell, radius)
     return box, cell
+
+
+def _kept(room, low, high, axes):
+    """Lower and upper ends (3,) of a room that walls and faces keep; others at `low` and `high`."""
+    open_ = [AXES[n] for n in axes if np.isnan(room[2 * n : 2 * n + 2]).any()]
+    if open_:
+        raise DustError(
+            f"sample.keep: the other run has no faces along {', '.join(open_)}, along which the "
+            "cell of this scene repeats; leave that axis out of boundary.axes, or keep no box"
+        )
+    ends = np.array(room).reshape(3, 2).T
+    low, high = (np.where(np.isnan(k), f, k) for k, f in zip(ends, (low, high), strict=True))
+    return low, high
 
 
 def _wanted(boundary):

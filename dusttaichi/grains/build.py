@@ -172,7 +172,7 @@ def surroundings(scene, sample, own, scenes, contacts):
     radius, overlap = scene.material.radius / units.LENGTH, wall.delta0 / units.LENGTH
     if own is not None:
         radius, overlap = own.radius[alone], wall_overlaps(scene, own)[alone]
-    period = sample.info.get("period")
+    period, room = sample.info.get("period"), sample.info.get("room")
     return make_surroundings(
         scene.boundary,
         sample.positions[alone] / units.LENGTH,
@@ -180,6 +180,7 @@ def surroundings(scene, sample, own, scenes, contacts):
         contact=2.0 * radius - pair.delta0 / units.LENGTH,
         overlap=overlap,
         period=None if period is None else np.array(period) / units.LENGTH,
+        room=None if room is None else np.array(room) / units.LENGTH,
     )
 
 

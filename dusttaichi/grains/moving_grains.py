@@ -28,6 +28,7 @@ class MovingGrains(SimpleSimulation):
     def __init__(self, scene, sample, sim):
         self.scene, self.sample, self.sim = scene, samples.pushed(scene, sample), sim
         self.size, self.channels = sim.grains, sim.layout.channels
+        self.began = self.sample.info.get("start_time", 0.0) / units.TIME
         self.plates = record.plates_of(scene.boundary, self.sample, sim.radius)
         self.workers = WorkerChoice(sim, fixed=scene.numerics.threads != "auto")
         features = features_of(scene, sim)
@@ -78,9 +79,10 @@ class MovingGrains(SimpleSimulation):
         return record.series(self.sim, measurement.parts, window, self.plates)
 
     def records(self, group):
+        now = (self.began + self.sim.time) * units.TIME
         if group == "profiles":
-            return [("profiles", record.profile(self.sim, self.clock, self.bins))]
-        found = record.snapshot(self.sim, self.scene.output.contacts)
+            return [("profiles", record.profile(self.sim, self.clock, self.bins, now))]
+        found = record.snapshot(self.sim, self.scene.output.contacts, now)
         named = {(v.group, v.name) for v in self.variables}
         return [(g, {k: a for k, a in own.items() if (g, k) in named}) for g, own in found]
 

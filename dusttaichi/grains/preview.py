@@ -153,7 +153,7 @@ def _sample(scene, sample):
             rows.append((text, quantities.format(info[key], "length", digits=4)))
         if not info["hit"]:
             rows[-1] = ("flight to the touch", "never: the bodies miss each other")
-    return rows
+    return rows + [("note", text) for text in info.get("remarks", ())]
 
 
 def _plan(scene, domain):

@@ -152,8 +152,8 @@ def bin_edges(clock, radius):
     return 2.0 * radius * np.arange(bins + 1)
 
 
-def profile(sim, clock, edges):
-    """Filling factor in horizontal slices; not a number above the top wall."""
+def profile(sim, clock, edges, time):
+    """Filling factor in horizontal slices; not a number above the top wall. time [s]: recorded."""
     bottom = sim.domain.room(sim.step)[WALLS.index("bottom")]
     height = clock.height_at(sim.step)
     x, _, _ = sim.grain_state()
@@ -164,7 +164,7 @@ def profile(sim, clock, edges):
     with np.errstate(invalid="ignore", divide="ignore"):
         phi = np.where(space > 1e-9 * area, volume / space, np.nan)
     return {
-        "profile_time": sim.time * units.TIME,
+        "profile_time": time,
         "step": sim.step,
         "height": height * units.LENGTH,
         "box_filling_factor": clock.filling_factor_at(sim.step),
@@ -172,11 +172,14 @@ def profile(sim, clock, edges):
     }
 
 
-def snapshot(sim, contacts):
-    """Records of /snapshots, /contacts and /wall_contacts, as (group, record) pairs."""
+def snapshot(sim, contacts, time):
+    """Records of /snapshots, /contacts and /wall_contacts as (group, record) pairs.
+
+    time [s]: recorded.
+    """
     x, v, w = sim.grain_state()
     record = {
-        "snapshot_time": sim.time * units.TIME,
+        "snapshot_time": time,
         "step": sim.step,
         "position": x * units.LENGTH,
         "velocity": v * units.SPEED,

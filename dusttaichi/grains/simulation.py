@@ -141,6 +141,8 @@ class Simulation(Readout):
         self.search.now(0)
         if sample.contacts is not None:
             state.take_contacts(sample.contacts)
+        if sample.wall_contacts is not None:
+            state.take_wall_contacts(sample.wall_contacts)
         self._load_once()
         state.clear_sums()
         self.push.begin(state["x"], self.contact_loads()[0])

@@ -7,6 +7,7 @@ import numpy as np
 
 from dusttaichi.grains.kernels.declare import SUMS
 from dusttaichi.grains.kernels.store import FIRST_WALL, OVERFLOW, PAIRS, WALL_BLOCKS
+from dusttaichi.units import LENGTH
 
 FAR = 1e6  # of the grains that fill empty lanes [um]
 
@@ -156,14 +157,35 @@ class GrainState:
         wanted = low.astype(np.int64) * self.grains + high
         place = np.minimum(np.searchsorted(key, wanted), len(key) - 1)
         known = key[place] == wanted
+        self._put_springs(place[known], known, contacts, first, second)
+
+    def take_wall_contacts(self, contacts):
+        """Pointers, foot points and twist of contacts with walls that a sample brings along."""
+        lanes = self.wall_lanes()
+        rank = np.empty(self.grains, np.int64)
+        rank[self.order] = np.arange(self.grains)
+        key = lanes.wall.astype(np.int64) * (self.grains + 1) + lanes.grain
+        if len(key) == 0:
+            return
+        wanted = contacts["wall"] * (self.grains + 1) + rank[contacts["grain"]]
+        order = np.argsort(key, kind="stable")
+        place = order[np.minimum(np.searchsorted(key[order], wanted), len(key) - 1)]
+        known = key[place] == wanted
+        rows = place[known] + lanes.rows.start
+        self._put_springs(rows, known, contacts, contacts["pointer"], contacts["foot"] / LENGTH)
+
+    def _put_springs(self, rows, known, contacts, first, second):
+        """Into these rows of `lanes` the contacts that are known: pointers and what else is stored.
+
+        first, second: all of the vectors of `Layout.pointer` and `Layout.second`, (C, 3).
+        """
         state, layout = self.lanes("state"), self.layout
-        p = place[known]
-        state[p, layout.pointer : layout.pointer + 3] = first[known]
-        state[p, layout.second : layout.second + 3] = second[known]
+        state[rows, layout.pointer : layout.pointer + 3] = first[known]
+        state[rows, layout.second : layout.second + 3] = second[known]
         if layout.twist >= 0:
-            state[p, layout.twist] = contacts["twist"][known]
+            state[rows, layout.twist] = contacts["twist"][known]
         if layout.approach >= 0:
-            state[p, layout.approach] = -contacts["approach"][known]
+            state[rows, layout.approach] = -contacts["approach"][known]
         self.put_lanes("state", state)
 
     # -- checkpoint ------------------------------------------------------------------------------

@@ -75,7 +75,7 @@ def _common_record(sim, clock, state, m):
     residual, through = turnover(m, state.start)
     lengths = sim.domain.lengths(sim.step)
     record = {
-        "time": sim.time * units.TIME,
+        "time": (sim.began + sim.time) * units.TIME,
         "step": sim.step,
         "stage": state.stage,
         "height": lengths[2] * units.LENGTH,
@@ -182,7 +182,7 @@ class OwnRecords(Activity):
         if self.group not in self.run.writer.groups:
             self._declare(values)
         sim = self.run.sim
-        own = {"record_time": sim.time * units.TIME, "step": sim.step}
+        own = {"record_time": (sim.began + sim.time) * units.TIME, "step": sim.step}
         self.run.writer.append(self.group, own | values)
 
     def _declare(self, values):

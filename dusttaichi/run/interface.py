@@ -72,7 +72,8 @@ class Simulation:
     @property
     def time(self):
         """Simulated time [s]."""
-        return self._run.sim.time * units.TIME
+        sim = self._run.sim
+        return (sim.began + sim.time) * units.TIME
 
     @property
     def time_step(self):

@@ -24,6 +24,7 @@ from dusttaichi.samples.sample import (
     radius_of_gyration,
     touching_pairs,
 )
+from dusttaichi.samples.taken import kept_walls
 
 __all__ = [
     "AnySample",
@@ -50,4 +51,4 @@ def make(scene) -> Sample:
     Raises DustError, naming the place in the YAML, for a file that cannot be used, grains that
     overlap too much, a cut without grains, or a sample that would be too large.
     """
-    return pushed(scene, made(scene.sample, Materials(scene)))
+    return pushed(scene, kept_walls(scene, made(scene.sample, Materials(scene))))

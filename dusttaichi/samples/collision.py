@@ -52,6 +52,10 @@ class CollisionSample(SampleBlock):
     def conflicts(self, scene) -> list[tuple[str, str]]:
         bodies = {"target": self.target, "projectile": self.projectile}
         return [
+            (f"{name}.keep", "a body that flies leaves its walls and its time behind")
+            for name, body in bodies.items()
+            if getattr(body, "keep", ())
+        ] + [
             (f"{name}.{path}", text)
             for name, body in bodies.items()
             for path, text in body.conflicts(scene)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from dusttaichi.errors import DustError
+from dusttaichi.names import WALLS
 
 # distance of centres, over the sum of the radii, up to which two grains may hold on to each other:
 # far more than any contact that adhesion keeps
@@ -15,15 +16,12 @@ MOST_SPEED = 3e8  # m/s
 def check_contacts(contacts, positions, radii, period, where):
     """DustError, naming where they come from, and the row, for a contact that cannot be one.
 
-    contacts: as in samples.files, name -> (C,) or (C, 3). positions (N, 3) and radii (N,) or one
+    contacts: as in samples.netcdf, name -> (C,) or (C, 3). positions (N, 3) and radii (N,) or one
     number [m]: of the grains. period: edges of a periodic cell [m], (3,), inf along other axes.
     """
     i, j = contacts["i"], contacts["j"]
     n = len(positions)
-    for name, values in contacts.items():
-        bad = ~np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
-        text = f"contacts' {name} has not-a-number"
-        _refuse(bad, where, lambda k, text=text: text, "finite numbers")
+    _check_numbers(contacts, where)
     outside = (np.minimum(i, j) < 0) | (np.maximum(i, j) >= n)
     worst = np.where(np.maximum(i, j) >= n, np.maximum(i, j), np.minimum(i, j))
     _refuse(outside, where, lambda k: f"contacts name grain {worst[k]}", f"0 to {n - 1}")
@@ -39,7 +37,29 @@ def check_contacts(contacts, positions, radii, period, where):
         lambda k: f"grains {i[k]} and {j[k]}, {distance[k] * 1e6:g} um apart",
         f"at most {FARTHEST} times the sum of their radii",
     )
-    for name in ("pointer_i", "pointer_j"):
+    _check_springs(contacts, ("pointer_i", "pointer_j"), where)
+
+
+def check_wall_contacts(contacts, positions, where):
+    """As `check_contacts`, for contacts of grains with walls."""
+    grain, wall, n = contacts["grain"], contacts["wall"], len(positions)
+    _check_numbers(contacts, where)
+    _refuse((grain < 0) | (grain >= n), where, lambda k: f"names grain {grain[k]}", f"0 to {n - 1}")
+    outside = (wall < 0) | (wall >= len(WALLS))
+    _refuse(outside, where, lambda k: f"names wall {wall[k]}", f"0 to {len(WALLS) - 1}")
+    _check_springs(contacts, ("pointer",), where)
+
+
+def _check_numbers(contacts, where):
+    for name, values in contacts.items():
+        bad = ~np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
+        text = f"contacts' {name} has not-a-number"
+        _refuse(bad, where, lambda k, text=text: text, "finite numbers")
+
+
+def _check_springs(contacts, pointers, where):
+    """Pointers are unit vectors; twist and approach have a size that can be."""
+    for name in pointers:
         length = np.linalg.norm(contacts[name], axis=1)
         _refuse(
             np.abs(length - 1.0) > UNIT,

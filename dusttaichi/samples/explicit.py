@@ -12,7 +12,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 from dusttaichi.errors import DustError
 from dusttaichi.geometry import pairs_within
 from dusttaichi.physics.contact.constants import CLOSEST
-from dusttaichi.samples import files
+from dusttaichi.samples import files, taken
 from dusttaichi.samples.contacts import check_contacts
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock, register
@@ -25,8 +25,12 @@ from dusttaichi.samples.values import (
     Velocity,
     unknown_materials,
 )
-from dusttaichi.scene.fields import needed, problems
+from dusttaichi.scene.fields import Number, needed, problems
 from dusttaichi.scene.quantities import Quantity
+
+Which = Annotated[int | Literal["largest"], Number(whole=True, ge=0, word="largest")]
+Kept = Literal["walls", "box", "time"]
+FROM_RUN = ("snapshot", "fragment", "keep")  # keys that only a file has
 
 
 class ExplicitSample(SampleBlock):
@@ -54,8 +58,21 @@ class ExplicitSample(SampleBlock):
         None,
         description="CSV with the header x,y,z[,vx,vy,vz,wx,wy,wz][,radius,material], NetCDF with "
         "the variables of "
-        "a snapshot, or the directory or result.nc of another run (its last snapshot); relative "
-        "to the YAML file",
+        "a snapshot, or the directory or result.nc of another run; relative to the YAML file",
+    )
+    snapshot: Annotated[int | Literal["last"], Number(whole=True, ge=0, word="last")] = Field(
+        "last", description="which snapshot of another run: a number from 0 on, or last"
+    )
+    fragment: Which | None = Field(
+        None,
+        description="one fragment of another run alone: largest, or its number in the order of "
+        "falling mass, from 0 on; all grains by default",
+    )
+    keep: tuple[Kept, ...] = Field(
+        (),
+        description="what of another run comes along beside grains and their contacts: walls (the "
+        "contacts with walls and their springs, and where walls stand), box (where walls and faces "
+        "of the cell stand), time (that of the run goes on)",
     )
     units: Annotated[float, Quantity("length", gt=0, bare_unit=True, example="um")] = Field(
         "m",
@@ -99,14 +116,32 @@ class ExplicitSample(SampleBlock):
                         f"{len(values)}",
                     )
                 )
-        if self.file is None and "units" in self.model_fields_set and self.units != 1.0:
-            found.append(("units", "it is allowed only together with file"))
+        if self.file is None:
+            default = type(self).model_fields
+            found += [
+                (name, "it is allowed only together with file")
+                for name in ("units", *FROM_RUN)
+                if name in self.model_fields_set
+                and getattr(self, name) != (1.0 if name == "units" else default[name].default)
+            ]
         if found:
             raise problems(found)
         return self
 
     def conflicts(self, scene) -> list[tuple[str, str]]:
-        return unknown_materials(self.materials, scene)
+        return unknown_materials(self.materials, scene) + self._kept_room(scene)
+
+    def _kept_room(self, scene) -> list[tuple[str, str]]:
+        """A room that is kept is not given again."""
+        if not {"walls", "box"} & set(self.keep):
+            return []
+        boundary = scene.boundary
+        if boundary.kind == "open":
+            return [("keep", "there is nothing around the grains of this scene (boundary: open)")]
+        key = "gap" if boundary.kind == "plates" else "size"
+        if getattr(boundary, key) == "fit":
+            return []
+        return [("keep", f"walls and faces stay where they are, so boundary.{key} must be fit")]
 
     def least_room(self, radius: float) -> tuple[tuple[float, float, float], int]:
         """Nothing where grains have radii or materials of their own: the sample knows them."""
@@ -120,8 +155,8 @@ class ExplicitSample(SampleBlock):
 def make(spec: ExplicitSample, materials: Materials) -> Sample:
     """The grains that spec lists.
 
-    A file is CSV, NetCDF, or a run directory (its result.nc); of several snapshots the last one
-    is taken, with the state of its pair contacts where it was written.
+    A file is CSV, NetCDF, or a run directory (its result.nc); of several snapshots one is taken,
+    with the state of its pair contacts where it was written, and what `keep` asks for.
     Raises DustError for a file that is missing or lacks columns, arrays of the wrong shape,
     numbers that are not finite, no grains, a material that the scene does not have, or two centres
     closer than 0.9 diameters.
@@ -136,7 +171,16 @@ def make(spec: ExplicitSample, materials: Materials) -> Sample:
     else:
         source = str(spec.file)
         where = f"sample.file = {source!r}"
-        state = files.read(Path(spec.file), where, spec.units)
+        state = files.read(Path(spec.file), where, spec.units, spec.snapshot)
+    sample = _grains(state, materials, where)
+    if spec.file is not None:
+        sample = _of_run(spec, sample, state, materials, where)
+    sample.info.update(kind="explicit", source=source, grains=len(sample))
+    return sample
+
+
+def _grains(state: dict, materials: Materials, where: str) -> Sample:
+    """The grains and pair contacts of a state; raises DustError as `make`."""
     positions = _vectors(state.get("position"), where, "position", None)
     if len(positions) == 0:
         raise DustError(f"{where}: it has no grains; allowed: one grain or more.")
@@ -144,20 +188,26 @@ def make(spec: ExplicitSample, materials: Materials) -> Sample:
     spins = _vectors(state.get("spin"), where, "spin", len(positions))
     numbers = materials.numbers(state.get("material"), len(positions), where)
     own = materials.polydisperse(materials.radii(state.get("radius"), numbers, where), numbers)
-    check_apart(positions, materials.radius if own["radii"] is None else own["radii"], where)
+    radii = materials.radius if own["radii"] is None else own["radii"]
+    check_apart(positions, radii, where)
     contacts = state.get("contacts")
     if contacts is not None:
         period = state.get("period", np.full(3, np.inf))
-        check_contacts(
-            contacts,
-            positions,
-            materials.radius if own["radii"] is None else own["radii"],
-            period,
-            where,
+        check_contacts(contacts, positions, radii, period, where)
+    return Sample(positions, velocities, spins, contacts, **own)
+
+
+def _of_run(spec, sample: Sample, state: dict, materials: Materials, where: str) -> Sample:
+    """The sample with what else `spec` takes of the file."""
+    walls = state.get("wall_contacts")
+    if spec.fragment is not None:
+        masses, period = materials.masses(sample), state.get("period", np.full(3, np.inf))
+        before = len(sample)
+        sample, walls, count = taken.fragment(
+            sample, walls, spec.fragment, period=period, masses=masses, where=where
         )
-    sample = Sample(positions, velocities, spins, contacts, **own)
-    sample.info.update(kind="explicit", source=source, grains=len(positions))
-    return sample
+        sample.info.update(fragments=count, grains_of_all=before)
+    return taken.along(sample, state, walls, spec, where)
 
 
 def _vectors(values, where: str, name: str, n: int | None) -> np.ndarray:

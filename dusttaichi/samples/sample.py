@@ -21,10 +21,16 @@ class Sample:
         i, j (C,) int64; pointer_i, pointer_j (C, 3) unit vectors; twist (C,) [rad];
         approach (C,) [m/s], the speed at which the two came together half a step before.
         None means that contacts are to be found from the distances.
+    wall_contacts: None, or the state of the contacts with walls, which then stand where
+        info["room"] says: grain, wall (W,) int64, the wall's number in names.WALLS; pointer (W, 3)
+        unit vectors; foot (W, 3) [m]; twist (W,) [rad]; approach (W,) [m/s].
     info: plain numbers and texts that say where the sample comes from and what it is like.
         `period` (3 numbers, m): edges after which the sample repeats itself, of one that can.
         `shape`: "cylinder" for an upright cylinder about x = y = 0, "aggregate" for a cluster
         that nothing has cut; they decide in what volume the filling factor is taken.
+        `room` (6 numbers, m): where walls and faces of the cell stand, in the order of names.WALLS,
+        NaN where there is none; `start_time` [s]: of the run that it goes on with; `remarks`:
+        sentences for the user.
     radii: (N,) [m], or None where all grains have the radius of their material.
     materials: (N,) int, 0 for the scene's `material`, from 1 on for its `materials` in their
         order; None where all are of the first.
@@ -37,6 +43,7 @@ class Sample:
     info: dict = field(default_factory=dict)
     radii: np.ndarray | None = None
     materials: np.ndarray | None = None
+    wall_contacts: dict[str, np.ndarray] | None = None
 
     @classmethod
     def at_rest(cls, positions: np.ndarray, info: dict | None = None) -> Sample:

@@ -36,6 +36,9 @@ def explicit_spec(file=None, positions=None, velocities=None, spins=None, units=
         radii=None,
         materials=None,
         units=units,
+        snapshot="last",
+        fragment=None,
+        keep=(),
     )
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal
 
-import netCDF4
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
@@ -104,18 +103,18 @@ def _csv(path: Path, units: float, where: str) -> dict:
 
 def _snapshot(path: Path, where: str) -> dict:
     """The dust of the last snapshot of another run."""
+    from dusttaichi.results.reading import open_tree  # half a second, which only it is worth
+
     try:
-        with netCDF4.Dataset(path) as file:
-            file.set_auto_mask(False)
-            group = file["snapshots"]
-            last = len(group.dimensions["snapshot"]) - 1
+        with open_tree(path) as tree:
+            group = tree["snapshots"].to_dataset(inherit=False).variables
             # rigid bodies and walls are made anew by the scene that asks for them
-            dust = np.isin(group["role"][:], (0, 2))
+            dust = np.isin(group["role"].values, (0, 2))
             names = {"position": "position", "velocity": "velocity", "density": "density"}
             names |= {"reference": "reference_density", "deviator": "deviator"}
-            table = {name: group[key][last][dust] for name, key in names.items()}
-            table["mass"] = group["mass"][:][dust]
-    except (OSError, IndexError, KeyError) as error:
+            table = {name: group[key][-1].values[dust] for name, key in names.items()}
+            table["mass"] = group["mass"].values[dust]
+    except (OSError, RuntimeError, ValueError, IndexError, KeyError) as error:
         raise DustError(
             f"{where}: it is not the result of a run of the continuum with snapshots: {error}."
         ) from None

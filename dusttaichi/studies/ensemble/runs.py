@@ -7,12 +7,12 @@ from concurrent.futures import FIRST_COMPLETED, wait
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import netCDF4
 import yaml
 
 from dusttaichi import files
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT, RESULT, run_files
+from dusttaichi.results.reading import open_tree
 from dusttaichi.run import checkpoint
 from dusttaichi.run.same_scene import without
 from dusttaichi.studies.ensemble.jobs import Job, JobResult
@@ -91,10 +91,10 @@ def _mode(member, force, resume):
 def _finished(member):
     """The result is there, at its end, and of this scene."""
     try:
-        with netCDF4.Dataset(member.directory / RESULT) as file:
-            status, scene = file.getncattr("status"), file.getncattr("scene_resolved")
-            extensions = str(getattr(file, "extensions", ""))
-    except (OSError, RuntimeError, AttributeError):
+        with open_tree(member.directory / RESULT) as result:
+            status, scene = result.attrs["status"], result.attrs["scene_resolved"]
+            extensions = str(result.attrs.get("extensions", ""))
+    except (OSError, RuntimeError, ValueError, KeyError):
         return False
     if extensions != "\n".join(member.scene.imported_texts):
         return False

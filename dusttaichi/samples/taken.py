@@ -1,0 +1,127 @@
+"""What comes along with the grains of another run: a fragment, contacts with walls, the room, time.
+
+A result has more than grains. What of it a sample takes is asked for by `fragment` and `keep`; what
+stays behind is said in `info["remarks"]`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from dusttaichi.errors import DustError
+from dusttaichi.geometry import connected, held_together
+from dusttaichi.names import WALLS
+from dusttaichi.samples.contacts import check_wall_contacts
+from dusttaichi.samples.sample import Sample
+
+LARGEST = "largest"
+
+
+def fragment(sample: Sample, wall_contacts, which, *, period, masses, where: str):
+    """(Sample, wall contacts, all fragments) with the grains of one fragment alone.
+
+    which: "largest", or its number in the order of falling mass, from 0. masses: (N,). period:
+    edges of a cell [m], inf along other axes; the fragment is put together across its faces.
+    Raises DustError where the file has no contacts, or no such fragment.
+    """
+    if sample.contacts is None:
+        raise DustError(f"{where}: it has no contacts, which hold fragments together.")
+    pairs = np.column_stack([sample.contacts["i"], sample.contacts["j"]])
+    number, label, graph = connected(pairs, len(sample))
+    mass = np.bincount(label, masses, minlength=number)
+    # equal masses differ by rounding of their sums; of those the one with the first grain counts
+    order = np.argsort(-np.round(mass / masses.min(), 6), kind="stable")
+    wanted = 0 if which == LARGEST else which
+    if wanted >= number:
+        raise DustError(
+            f"sample.fragment = {which}: {where} has {number} fragments; allowed: 0 to "
+            f"{number - 1}, or {LARGEST}."
+        )
+    own = np.flatnonzero(label == order[wanted])
+    positions = held_together(sample.positions, graph, own[:1], lambda d: _nearest(d, period))
+    inside = np.isin(sample.contacts["i"], own)
+    contacts = _renumbered(sample.contacts, inside, own, ("i", "j"))
+    if wall_contacts is not None:
+        rows = np.isin(wall_contacts["grain"], own)
+        wall_contacts = _renumbered(wall_contacts, rows, own, ("grain",))
+    taken = Sample(
+        positions[own],
+        sample.velocities[own],
+        sample.spins[own],
+        contacts,
+        radii=None if sample.radii is None else sample.radii[own],
+        materials=None if sample.materials is None else sample.materials[own],
+    )
+    return taken, wall_contacts, number
+
+
+def _nearest(d, period):
+    whole = np.isfinite(period)
+    edges = np.where(whole, period, 1.0)
+    return d - np.where(whole, edges * np.round(d / edges), 0.0)
+
+
+def _renumbered(contacts, rows, own, names):
+    """Those rows of contacts; the grains in `names` by their place among `own`."""
+    found = {name: values[rows] for name, values in contacts.items()}
+    return found | {name: np.searchsorted(own, found[name]) for name in names}
+
+
+def along(sample: Sample, state: dict, wall_contacts, spec, where: str) -> Sample:
+    """The sample with what `spec.keep` asks for of a file's state; its info says what stays.
+
+    Raises DustError for what the file does not have.
+    """
+    info, keep = dict(sample.info), spec.keep
+    room = state.get("room", np.full(6, np.nan))
+    if keep and not np.isfinite(room).any() and set(keep) != {"time"}:
+        raise DustError(
+            f"sample.keep: {where} has no walls and no cell (snapshots/box) that could be kept."
+        )
+    if "walls" in keep:
+        if wall_contacts is None:
+            raise DustError(f"sample.keep: {where} holds no contacts with walls.")
+        check_wall_contacts(wall_contacts, sample.positions, where)
+    if "box" in keep or "walls" in keep:
+        info["room"] = room.tolist()
+    if "time" in keep:
+        if "time" not in state:
+            raise DustError(f"sample.keep: {where} does not tell its time (snapshot_time).")
+        info["start_time"] = state["time"]
+    remarks = _left(state, wall_contacts, keep)
+    if remarks:
+        info["remarks"] = [f"sample: left behind in {spec.file}: {remarks}"]
+    return replace(sample, wall_contacts=wall_contacts if "walls" in keep else None, info=info)
+
+
+def _left(state, wall_contacts, keep) -> str:
+    """What stays behind and how to take it along; "" where nothing does that matters."""
+    there = {}
+    touching = 0 if wall_contacts is None else len(wall_contacts["wall"])
+    if touching:
+        there["walls"] = f"its {touching} contacts with walls and the load that they carry"
+    if np.isfinite(state.get("room", np.nan)).any():
+        there["box"] = "where its walls and faces stood"
+    left = {key: text for key, text in there.items() if key not in keep}
+    if "walls" in keep:
+        left.pop("box", None)
+    if not left:
+        return ""
+    return f"{'; '.join(left.values())} (sample.keep: [{', '.join(left)}] takes it along)"
+
+
+def kept_walls(scene, sample: Sample) -> Sample:
+    """The sample without contacts with walls that the scene does not have; its info says so."""
+    if sample.wall_contacts is None:
+        return sample
+    names = np.array(WALLS)[sample.wall_contacts["wall"]]
+    there = np.isin(names, scene.boundary.walls)
+    if there.all():
+        return sample
+    gone = ", ".join(wall for wall in WALLS if wall in names[~there])
+    text = f"sample: its {np.count_nonzero(~there)} contacts with {gone}: no such walls here"
+    rows = {name: values[there] for name, values in sample.wall_contacts.items()}
+    info = sample.info | {"remarks": [*sample.info.get("remarks", ()), text]}
+    return replace(sample, wall_contacts=rows, info=info)
