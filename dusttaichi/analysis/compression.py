@@ -10,11 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import curve_fit, isotonic_regression
 
+from dusttaichi.analysis.drive import is_dynamic, wall_speed
 from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
 
 BIN_WIDTH = 0.01
 """Width in filling factor of the bins of a curve; a fifth of it is the default output interval."""
+
+
+FASTEST = 25.0
+"""Wall speed [m/s] up to which S12 eqs 33 and 35 were fitted."""
 
 
 @dataclass(frozen=True)
@@ -106,8 +111,12 @@ def binned(numbers, phi, values):
 
 
 def compression_law(run):
-    """The laboratory's law for the scene of a Run: between plates the cake spreads sideways."""
-    return laws.UNIDIRECTIONAL if run.boundary == "plates" else laws.S12_STATIC
+    """The CompressionLaw that the literature has for a Run: that of the laboratory, where between
+    plates the cake spreads sideways; under a wall of 1 to 25 m/s S12's of that speed (eq 33)."""
+    if run.boundary == "plates":
+        return laws.UNIDIRECTIONAL
+    speed = wall_speed(run)
+    return laws.dynamic_law(speed) if is_dynamic(run) and speed <= FASTEST else laws.S12_STATIC
 
 
 def onset(curve, rise=0.1):
@@ -154,6 +163,12 @@ class Fit:
         return self.sigma["delta"]
 
 
+def _decades_wide(curve, least=1e-3):
+    """Width of the bins of a Curve in lg P on its monotone form, (bins,), `least` where flat."""
+    decades, _ = curve.monotone()
+    return np.maximum(np.gradient(decades), least)
+
+
 def correlation_factor(residual):
     """By how much neighbours that err alike widen an uncertainty: sqrt((1 + r)/(1 - r))."""
     centred = residual - residual.mean()
@@ -163,18 +178,31 @@ def correlation_factor(residual):
     return np.sqrt((1 + r) / (1 - r))
 
 
-def fit_compression(curve, phi1=0.15, phi2=0.58, *, free=(), p_low=0.0, p_high=np.inf):
-    """Fit S12 eq 31 to the bins of a Curve between `p_low` and `p_high` [Pa]. Returns a Fit.
+def fit_compression(
+    curve,
+    phi1=0.15,
+    phi2=0.58,
+    *,
+    free=(),
+    p_low=0.0,
+    p_high=np.inf,
+    phi_high=np.inf,
+    weights="bins",
+):
+    """Fit S12 eq 31 to the bins of a Curve between `p_low` and `p_high` [Pa], up to the filling
+    factor `phi_high`. Returns a Fit.
 
-    Least squares in the filling factor, every bin alike; p_m (as lg p_m) and Delta are free,
-    phi1 and phi2 fixed as in S12 unless named in `free` ("phi1", "phi2"); between plates phi2 is
-    that of `laws.UNIDIRECTIONAL`. The 1-sigma
+    Least squares in the filling factor; weights: "bins", every bin alike, or "decades",
+    every decade of pressure alike, by the width in lg P that a bin has on `Curve.monotone`. p_m (as
+    lg p_m) and Delta are free, phi1 and phi2 fixed as in S12 unless named in `free` ("phi1",
+    "phi2"); between plates phi2 is that of `laws.UNIDIRECTIONAL`. The 1-sigma
     uncertainties are those of the least squares with the scatter of the residuals, times
     sqrt((1 + r)/(1 - r)) where r > 0 is the correlation of neighbouring residuals: a curve that
     departs from the form of the law gets a wider uncertainty. They do not cover what another
     sample or size would give. Raises DustError where there are too few bins, or no fit is found.
     """
     used = (curve.pressure >= p_low) & (curve.pressure <= p_high)
+    used &= curve.filling_factor <= phi_high
     decades, phi = np.log10(curve.pressure[used]), curve.filling_factor[used]
     names = ["p_m", "delta", *free]
     if len(phi) < len(names) + 2:
@@ -198,12 +226,23 @@ def fit_compression(curve, phi1=0.15, phi2=0.58, *, free=(), p_low=0.0, p_high=n
     highest = {"p_m": 12.0, "delta": 20.0, "phi1": 1.0, "phi2": 1.0}
     bounds = ([lowest[n] for n in names], [highest[n] for n in names])
     try:
-        best, covariance = curve_fit(model, decades, phi, start, bounds=bounds, max_nfev=10_000)
+        best, covariance = curve_fit(
+            model,
+            decades,
+            phi,
+            start,
+            sigma=None if weights == "bins" else _decades_wide(curve)[used] ** -0.5,
+            bounds=bounds,
+            max_nfev=10_000,
+        )
     except (RuntimeError, ValueError) as error:
         raise DustError(f"No fit of S12 eq 31 to the compression curve: {error}.") from error
-    residual = phi - model(decades, *best)
+    return _as_fit(names, values(best), covariance, phi - model(decades, *best))
+
+
+def _as_fit(names, numbers, covariance, residual):
+    """The Fit of the numbers that were found, `names` of which were free."""
     sigma = np.sqrt(np.diag(covariance)) * correlation_factor(residual)
-    numbers = values(best)
     widths = {"phi1": 0.0, "phi2": 0.0} | dict(zip(names, sigma, strict=True))
     numbers["p_m"] = 10 ** numbers["p_m"]
     widths["p_m"] = numbers["p_m"] * np.log(10) * widths["p_m"]
@@ -212,7 +251,7 @@ def fit_compression(curve, phi1=0.15, phi2=0.58, *, free=(), p_low=0.0, p_high=n
         law,
         {k: float(v) for k, v in widths.items()},
         float(np.sqrt(np.mean(residual**2))),
-        len(phi),
+        len(residual),
     )
 
 

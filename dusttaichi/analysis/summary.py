@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from dusttaichi.analysis import dynamic
 from dusttaichi.analysis.compression import (
     compression_curve,
     compression_law,
@@ -32,6 +33,7 @@ def summary(run, law=None):
     rms, rms_mean (signed), rms_p_low, rms_p_high, rms_covered: distance from the law over
     1-100 kPa (between plates 1-10 kPa), see `rms_from_law`; fit_problem: why there is no fit, or
     None; onset between plates, onset_peaks: of the largest of ten momentary pressures, as PD08;
+    plateau, front_speed, p_m_plateau ... of a fast wall, see `analysis.dynamic.numbers`;
     release_modulus, release_sigma, release_pressure, release_phi of the last stage that lets go
     and has enough records, see `releases`;
     strength, strength_sigma, strength_phi, strength_strain, strength_passed, phi_init and
@@ -73,7 +75,7 @@ def summary(run, law=None):
     if run.compresses and numbers["error_bar"] is not None:
         curve = compression_curve(run)
         numbers["error_bar_phi"] = filling_factor_error(numbers["error_bar"], curve)
-    numbers |= _compression(run, law) | _release(run) | _tension(run)
+    numbers |= _compression(run, law) | dynamic.numbers(run) | _release(run) | _tension(run)
     numbers |= _isotropic(run) | _collision(run)
     return numbers | continuum.numbers(run)
 
@@ -281,6 +283,7 @@ def table(numbers):
         row("p_m", kpa, lambda v: f"{v:.2f} ± {sigma:.2f} kPa", laboratory)
         sigma_delta, laboratory = n["delta_sigma"], f"{n['law_delta']:.3f}"
         row("Delta", n["delta"], lambda v: f"{v:.3f} ± {sigma_delta:.3f}", laboratory)
+    dynamic.rows(n, row)
     row("fit", n["fit_problem"], str)
     if n["rms"] is not None:
         within = "no pressure reached at which they can be compared"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from dusttaichi.analysis import arrival
 from dusttaichi.analysis import sound_speed as fit_speed
+from dusttaichi.analysis.drive import is_dynamic
 from dusttaichi.errors import DustError
 from dusttaichi.names import WALLS
 from dusttaichi.plots.animation import animation
@@ -24,6 +25,7 @@ from dusttaichi.plots.coordination import coordination
 from dusttaichi.plots.cycles import cycles
 from dusttaichi.plots.drops import drops
 from dusttaichi.plots.dust import dust
+from dusttaichi.plots.dynamic import dynamic_speeds
 from dusttaichi.plots.ensemble import ensemble
 from dusttaichi.plots.extremes import extremes
 from dusttaichi.plots.fractal import fractal
@@ -53,6 +55,7 @@ __all__ = [
     "cycles",
     "deceleration",
     "drops",
+    "dynamic_speeds",
     "dust",
     "ensemble",
     "figures_of",
@@ -183,6 +186,7 @@ def figures_together(runs):
     """The figures that show several Runs in one, by name.
 
     compression, isotropic, tensile and strength, of those runs that have them, where two have;
+    dynamic_speeds of boxes pressed by a fast wall;
     deceleration, bead_profile, compacted_volume, drops and resolution of beads that fall on dust;
     sound_speeds of pushes; kinetic of collisions, and of runs that have nothing else in common.
     """
@@ -205,6 +209,9 @@ def figures_together(runs):
         able = [run for run in runs if getattr(run, does)]
         if len(able) > 1:
             figures |= {name: function(able) for name, function in draw.items()}
+    fast = [run for run in runs if is_dynamic(run)]
+    if len(fast) > 1:
+        figures["dynamic_speeds"] = dynamic_speeds(fast)
     return figures | _of_any_kind(runs, figures)
 
 

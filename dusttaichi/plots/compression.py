@@ -13,7 +13,8 @@ from dusttaichi.plots import style
 
 
 def laboratory(axes, pressure, drawn=(S12_STATIC,)):
-    """The laws of the laboratory that belong to the boundaries of the runs."""
+    """The laws that belong to the runs: of the laboratory by their boundaries, of S12 where the
+    wall is fast."""
     scatter = f"scatter of the experiment, ±{EXPERIMENT_SCATTER}"
     if S12_STATIC in drawn:
         _scatter(axes, pressure, S12_STATIC, scatter)
@@ -42,6 +43,16 @@ def laboratory(axes, pressure, drawn=(S12_STATIC,)):
             linestyle=(0, (5, 1, 1, 1)),
             label="laboratory, unidirectional (G09)",
         )
+    fast = {law.name: law for law in drawn if law not in (S12_STATIC, UNIDIRECTIONAL)}
+    for number, law in enumerate(fast.values()):
+        axes.plot(
+            pressure / 1e3,
+            law.filling_factor(pressure),
+            color=style.BLACK,
+            linewidth=1.0,
+            linestyle=style.RUN_DASHES[number % len(style.RUN_DASHES)],
+            label=law.name,
+        )
 
 
 def _scatter(axes, pressure, law, label):
@@ -60,9 +71,9 @@ def _scatter(axes, pressure, law, label):
 def compression(runs, labels=None, laws=(), raw=None):
     """Filling factor against pressure on the top wall for one Run or several.
 
-    The laboratory's laws behind are those of the boundaries: omnidirectional in a box,
-    unidirectional between plates, where the filling factor of the inner cylinder (PD08) is drawn
-    as well, dotted.
+    The laws behind are `analysis.compression_law`: the laboratory's, omnidirectional in a box,
+    unidirectional between plates, S12's for the speed of a fast wall. Between plates the filling
+    factor of the inner cylinder (PD08) is drawn as well, dotted.
 
     labels: one for each run (default: their names). laws: further CompressionLaw to draw, thin.
     raw: show the unsmoothed points too (default: with a single run).

@@ -1,0 +1,204 @@
+"""Dynamic compression (S12 section 5.2.2): the plateau of the pressure, what fits of S12 eq 31 to
+such a curve say, and the front that runs ahead of a fast wall.
+
+A wall that outruns the cake piles up a dense layer like a snow plough. Dust at rest of filling
+factor phi0 joins a layer of filling factor phi_l that moves with the wall at v, so momentum asks
+for a pressure rho phi0 v^2 / (1 - phi0/phi_l), and mass for a front at v / (1 - phi0/phi_l).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dusttaichi.analysis.compression import compression_curve, fit_compression
+from dusttaichi.analysis.drive import SLOWEST, is_dynamic, wall_speed
+from dusttaichi.errors import DustError
+
+PLATEAU = (0.2, 0.4)
+"""Filling factors of the box between which the layer has formed and not yet met the bottom."""
+DENSER = 0.2
+"""Growth of the filling factor by which the front is known: half the way from 0.15 to 0.58."""
+
+
+@dataclass(frozen=True)
+class Dynamic:
+    """What a compression at constant wall speed shows; SI units, nan where it does not tell.
+
+    speed: of the top wall [m/s]. plateau, plateau_sigma [Pa]: mean pressure on the top wall between
+    the filling factors PLATEAU of the box, and its standard error. momentum [Pa]: what the layer
+    needs by the balance of momentum. front, front_sigma [m/s]: speed of the compaction front.
+    layer: filling factor of the layer behind it, by the balance of mass.
+    fits: (range, weights) -> compression.Fit or None; range "plateau" (bins up to PLATEAU[1]) or
+    "whole"; weights "bins" (every bin of the filling factor alike) or "decades" (every decade of
+    pressure alike).
+    """
+
+    speed: float
+    plateau: float
+    plateau_sigma: float
+    momentum: float
+    front: float
+    front_sigma: float
+    layer: float
+    fits: dict
+
+
+def dynamic(run):
+    """The Dynamic of a Run that is pressed at a constant speed (`is_dynamic`).
+
+    Raises DustError where it is not, or where the run knows no material.
+    """
+    if not is_dynamic(run) or run.material is None:
+        raise DustError(
+            f"{run.path} is no dynamic compression: a closed box is needed whose top wall comes "
+            f"down at a constant speed of {SLOWEST:g} m/s or more."
+        )
+    speed, phi0 = wall_speed(run), float(run.start.filling_factor)
+    plateau, sigma = _plateau(run)
+    front, front_sigma, layer = compaction_front(run)
+    momentum = run.material.density * phi0 * speed**2 / (1.0 - phi0 / layer)
+    curve = compression_curve(run)
+    fits = {
+        (extent, weights): _fit(curve, extent, weights)
+        for extent in ("plateau", "whole")
+        for weights in ("bins", "decades")
+    }
+    return Dynamic(speed, plateau, sigma, momentum, front, front_sigma, layer, fits)
+
+
+def _plateau(run):
+    """Mean pressure on the top wall over the plateau [Pa], and its standard error."""
+    phi = run.series.filling_factor.values
+    pressure = run.series.pressure.sel(wall="top").values
+    here = pressure[(phi >= PLATEAU[0]) & (phi <= PLATEAU[1]) & np.isfinite(pressure)]
+    if len(here) < 3:
+        return np.nan, np.nan
+    return float(here.mean()), float(here.std(ddof=1) / np.sqrt(len(here)))
+
+
+def _fit(curve, extent, weights):
+    """A compression.Fit, None where the curve does not fix its numbers."""
+    phi_high = PLATEAU[1] if extent == "plateau" else np.inf
+    try:
+        fit = fit_compression(curve, phi_high=phi_high, weights=weights)
+    except DustError:
+        return None
+    return fit if fit.p_m_sigma <= fit.p_m and fit.delta_sigma <= fit.delta else None
+
+
+def compaction_front(run):
+    """(speed, its 1-sigma [m/s], filling factor behind it) of the compaction front; nan where the
+    run has fewer than three profiles on the plateau.
+
+    The front of a profile is where the filling factor, from the wall downwards, falls to less than
+    DENSER above that of the first profile (S12 section 5.2.2: where both part), linear between the
+    middles of bins. Its speed is the slope of a straight line through the fronts; what is behind
+    follows from the mass between front and wall.
+    """
+    if run.profiles is None:
+        return np.nan, np.nan, np.nan
+    profiles = run.profiles
+    phi = profiles.filling_factor.transpose("profile", "bin").values
+    box = profiles.box_filling_factor.values
+    start, middle = phi[0], profiles.bin_height.values
+    lower, upper = profiles.bin_lower.values, profiles.bin_upper.values
+    heights, times, layers = [], [], []
+    for number in np.flatnonzero((box >= PLATEAU[0]) & (box <= PLATEAU[1])):
+        top = float(profiles.height[number])
+        z = _front_of(phi[number] - start, middle, upper <= top)
+        if z is None:
+            continue
+        thick = np.clip(np.minimum(upper, top) - lower, 0.0, None)
+        above = np.clip(np.minimum(upper, top) - np.maximum(lower, z), 0.0, None)
+        if above.sum() > 0.0:
+            mass = np.nan_to_num(phi[number]) * thick
+            share = np.divide(above, thick, out=np.zeros_like(thick), where=thick > 0.0)
+            heights.append(z)
+            times.append(float(profiles.profile_time[number]))
+            layers.append(float((mass * share).sum() / above.sum()))
+    if len(heights) < 3:
+        return np.nan, np.nan, np.nan
+    (slope, _), covariance = np.polyfit(times, heights, 1, cov="unscaled")
+    residual = np.array(heights) - np.polyval(np.polyfit(times, heights, 1), times)
+    scatter = np.sqrt(np.sum(residual**2) / (len(heights) - 2))
+    return float(-slope), float(scatter * np.sqrt(covariance[0, 0])), float(np.median(layers))
+
+
+def _front_of(denser, middle, whole):
+    """Height [m] where `denser` (bins,) falls below DENSER on the way down; None where it never
+    does, or nothing is denser. whole: the bins that the wall does not cut."""
+    numbers = np.flatnonzero(whole)
+    dense = [n for n in numbers if denser[n] >= DENSER]
+    if not dense:
+        return None
+    n = dense[-1]
+    while n > 0 and denser[n - 1] >= DENSER:
+        n -= 1
+    if n == 0:
+        return None
+    share = (DENSER - denser[n - 1]) / (denser[n] - denser[n - 1])
+    return float(middle[n - 1] + share * (middle[n] - middle[n - 1]))
+
+
+NUMBERS = (
+    "plateau",
+    "plateau_sigma",
+    "plateau_momentum",
+    "front_speed",
+    "front_speed_sigma",
+    "layer",
+    "p_m_plateau",
+    "delta_plateau",
+    "p_m_decades",
+    "delta_decades",
+)
+
+
+def numbers(run):
+    """NUMBERS of a Run for `summary`, None where it has none of them: plateau, plateau_sigma,
+    plateau_momentum [Pa], front_speed, front_speed_sigma [m/s], layer as in Dynamic; p_m_plateau
+    [Pa], delta_plateau [dex] of the fit that ends on the plateau, and p_m_decades, delta_decades of
+    the fit to the whole curve in which every decade of pressure weighs alike."""
+    found = dict.fromkeys(NUMBERS)
+    if not is_dynamic(run) or run.material is None:
+        return found
+    d = dynamic(run)
+    known = {
+        "plateau": d.plateau,
+        "plateau_sigma": d.plateau_sigma,
+        "plateau_momentum": d.momentum,
+        "front_speed": d.front,
+        "front_speed_sigma": d.front_sigma,
+        "layer": d.layer,
+    }
+    for key, which in (("plateau", ("plateau", "bins")), ("decades", ("whole", "decades"))):
+        if (fit := d.fits[which]) is not None:
+            known |= {f"p_m_{key}": fit.p_m, f"delta_{key}": fit.delta}
+    return found | {name: value for name, value in known.items() if np.isfinite(value)}
+
+
+def rows(n, row):
+    """Rows of the table of a summary; n: its numbers."""
+    low, high = PLATEAU
+    if n["p_m_plateau"] is not None:
+        row(f"… of the bins up to phi {high:g}", n["p_m_plateau"], _kpa)
+    if n["p_m_decades"] is not None:
+        row("… every decade of pressure alike", n["p_m_decades"], _kpa)
+    if n["plateau"] is not None:
+        asked = n["plateau_momentum"]
+        row(
+            f"plateau of the pressure, phi {low:g}-{high:g}",
+            n["plateau"],
+            lambda v: f"{v / 1e3:.3g} ± {n['plateau_sigma'] / 1e3:.2g} kPa",
+            "" if asked is None else f"{_kpa(asked)} (momentum)",
+        )
+    if n["front_speed"] is not None:
+        row(
+            "compaction front",
+            n["front_speed"],
+            lambda v: f"{v:.3g} ± {n['front_speed_sigma']:.2g} m/s, phi {n['layer']:.2g} behind it",
+        )
+
+
+def _kpa(value):
+    return f"{value / 1e3:.3g} kPa"

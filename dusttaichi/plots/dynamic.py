@@ -1,0 +1,69 @@
+"""Pressure and width of dynamic compression against the speed of the wall (S12 Figs 11, 12)."""
+
+import numpy as np
+
+from dusttaichi.analysis.dynamic import dynamic
+from dusttaichi.physics.laws import delta_dynamic, p_m_fast
+from dusttaichi.plots import style
+
+FITS = {
+    ("plateau", "bins"): ("fit up to 0.4", "v"),
+    ("whole", "bins"): ("fit to all bins", "s"),
+    ("whole", "decades"): ("fit, decades of P alike", "D"),
+}
+
+
+@style.styled
+def dynamic_speeds(runs):
+    """Plateau and fits of S12 eq 31 over the speed of the wall, of several dynamic compressions.
+
+    Above: pressures, each run a point: the mean on the plateau and p_m of three fits; the line is
+    what momentum asks for, dashed S12 eq 33. Below: Delta of the fits, dashed S12 eq 35. The larger
+    a marker, the more grains. Raises DustError where a run is no dynamic compression.
+    """
+    figure, axes = style.new_figure(height=5.8, rows=2)
+    found = [(run.grains or 0, dynamic(run)) for run in runs]
+    sizes = sorted({grains for grains, _ in found})
+    speeds = np.geomspace(*_range([d.speed for _, d in found]), 61)
+    colours = dict(zip(FITS, (style.GREEN, style.RED, style.PURPLE), strict=True))
+    for grains, d in found:
+        look = {"markersize": 4 + 2 * sizes.index(grains), "alpha": 0.75, "markeredgewidth": 0}
+        axes[0].plot(d.speed, d.plateau / 1e3, "o", color=style.BLUE, **look)
+        for which, (_, marker) in FITS.items():
+            if (fit := d.fits[which]) is not None:
+                axes[0].plot(d.speed, fit.p_m / 1e3, marker, color=colours[which], **look)
+                axes[1].plot(d.speed, fit.delta, marker, color=colours[which], **look)
+    share = np.nanmedian([d.momentum / d.speed**2 for _, d in found])
+    axes[0].plot(speeds, share * speeds**2 / 1e3, color=style.BLUE, linewidth=1.0)
+    dashed = {"color": style.BLACK, "linewidth": 1.0, "linestyle": (0, (4, 2))}
+    axes[0].plot(speeds, p_m_fast(speeds) / 1e3, **dashed)
+    axes[1].plot(speeds, delta_dynamic(speeds), **dashed)
+    _legend(axes, colours, dashed)
+    for one in axes:
+        one.set_xscale("log")
+        one.set_yscale("log")
+        style.few_ticks(one.xaxis)
+        style.few_ticks(one.yaxis)
+    axes[0].set_ylabel("pressure (kPa)")
+    axes[1].set_ylabel(r"$\Delta$ (dex)")
+    axes[1].set_xlabel("speed of the wall (m/s)")
+    return figure
+
+
+def _range(speeds):
+    """Ends of the lines [m/s], within what S12 eqs 33 and 35 were fitted to."""
+    return max(1.0, 0.8 * min(speeds)), min(25.0, 1.25 * max(speeds))
+
+
+def _legend(axes, colours, dashed):
+    points = {"linestyle": "", "markeredgewidth": 0, "markersize": 5}
+    (plateau,) = axes[0].plot([], [], "o", color=style.BLUE, **points)
+    fits = [
+        axes[0].plot([], [], marker, color=colours[which], **points)[0]
+        for which, (_, marker) in FITS.items()
+    ]
+    (momentum,) = axes[0].plot([], [], color=style.BLUE, linewidth=1.0)
+    (paper,) = axes[0].plot([], [], **dashed)
+    handles = [plateau, *fits, momentum, paper]
+    names = ["plateau", *(f"$p_m$, {name}" for name, _ in FITS.values())]
+    style.legend(axes[0], handles, [*names, "momentum", "S12 eqs 33, 35"])
