@@ -33,10 +33,11 @@ from dusttaichi.analysis.losses import Losses, losses_against_filling_factor
 from dusttaichi.analysis.profile import profile
 from dusttaichi.analysis.restitution import Restitution, restitution, wall_restitution
 from dusttaichi.analysis.run import Run, open_run
+from dusttaichi.analysis.stored import is_ensemble, is_trade, open_ensemble, open_trade
 from dusttaichi.analysis.structure import Structure, structure
 from dusttaichi.analysis.summary import summary, table
 from dusttaichi.analysis.tensile import StrengthFit, Tensile, fit_strength, tensile
-from dusttaichi.analysis.trade import front, is_trade, open_trade, trade_dataset
+from dusttaichi.analysis.trade import front, trade_dataset
 
 __all__ = [
     "Arrival",
@@ -78,12 +79,14 @@ __all__ = [
     "gather",
     "grain_masses",
     "growth_efficiency",
+    "is_ensemble",
     "is_trade",
     "isotropic",
     "ledger",
     "losses_against_filling_factor",
     "mass_spectrum",
     "onset",
+    "open_ensemble",
     "open_run",
     "open_trade",
     "profile",

@@ -10,36 +10,32 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from dusttaichi.analysis.continuum import numbers as continuum
 from dusttaichi.analysis.summary import summary
 from dusttaichi.errors import DustError
 from dusttaichi.files import explain, replace_atomically
 
 MOST = 10_000  # points of the common coordinate
 CHANGE = 1.001  # factor by which a filling factor changes that counts as driven
-UNITS = {
-    "p_m": "Pa",
-    "p_m_sigma": "Pa",
-    "law_p_m": "Pa",
-    "rms_p_low": "Pa",
-    "rms_p_high": "Pa",
-    "wall_time": "s",
-    "steps_per_second": "1/s",
-} | dict.fromkeys(
-    (
-        "grains",
-        "contacts",
-        "contacts_per_grain",
-        "steps",
-        "ledger_worst",
-        "delta",
-        "delta_sigma",
-        "law_delta",
-        "rms",
-        "rms_mean",
-        "rms_covered",
-    ),
-    "1",
-)
+UNITS = (
+    dict.fromkeys(
+        ("p_m", "p_m_sigma", "law_p_m", "rms_p_low", "rms_p_high", "onset", "onset_peaks",
+         "strength", "strength_sigma", "strength_law", "release_modulus", "release_sigma",
+         "release_pressure"),
+        "Pa",
+    )
+    | {"wall_time": "s", "steps_per_second": "1/s"}
+    | dict.fromkeys(
+        ("grains", "contacts", "contacts_per_grain", "steps", "ledger_worst", "delta",
+         "delta_sigma", "law_delta", "rms", "rms_mean", "rms_covered", "strength_phi",
+         "strength_strain", "phi_init", "ratio", "ratio_scatter", "release_phi", "fragments",
+         "largest_share", "growth_efficiency", "compaction", "restitution"),
+        "1",
+    )
+    | dict.fromkeys(continuum.NAMES, "1")
+    | continuum.UNITS
+)  # fmt: skip
+"""Of numbers of `summary`, SI."""
 # global attributes of the runs that the dataset keeps, all values that occur
 KEPT = (
     "dusttaichi_version",

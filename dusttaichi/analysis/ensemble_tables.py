@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -42,6 +42,10 @@ class Band:
     replicas: int
     label: str
 
+    def named(self, label):
+        """The same with another label."""
+        return replace(self, label=label)
+
 
 def bands(data, name, width=BIN_WIDTH, **selected):
     """A Band for each point of a dataset of `gather`, of its variable `name`.
@@ -76,11 +80,29 @@ def bands(data, name, width=BIN_WIDTH, **selected):
 
 
 def point_labels(data):
-    """ "wall_speed = 1 cm/s, kappa = 1e-6 g/s" for each point in order; [""] without axes."""
-    keys = [axis.split(".")[-1] for axis in axes_of(data)]
+    """ "wall_speed = 1 cm/s, kappa = 1e-6 g/s" for each point in order; [""] without axes.
+
+    Keys of a single value are left out where there are others.
+    """
+    axes = axes_of(data)
+    return _labels(data, axes if _size(data, axes) == 1 else _several(data, axes))
+
+
+def _size(data, axes):
+    return math.prod(data.sizes[axis] for axis in axes)
+
+
+def _several(data, axes):
+    """Those of the keys that have more than one value."""
+    return [axis for axis in axes if data.sizes[axis] > 1]
+
+
+def _labels(data, axes):
+    """ "key = value, ..." for each point of a grid of swept keys, in order."""
+    keys = [axis.split(".")[-1] for axis in axes]
     return [
         ", ".join(f"{key} = {value}" for key, value in zip(keys, values, strict=True))
-        for values in point_values(data)
+        for values in itertools.product(*(_axis_texts(data, axis) for axis in axes))
     ]
 
 
@@ -110,15 +132,19 @@ _POWERS = {
 }
 
 
+def fitting_unit(size, unit):
+    """(power of ten, unit) in which numbers up to `size` [unit, SI] read well."""
+    if unit not in _POWERS:
+        return 0, "" if unit in (None, "1") else unit
+    fitting = [(p, text) for p, text in _POWERS[unit] if size * (1 + 1e-9) >= 10.0**p]
+    return (fitting or [_POWERS[unit][-1] if size else (0, unit)])[0]
+
+
 def quantity_text(value, unit, std=None):
     """ "21.9 ± 0.8 kPa": a number [unit] with its scatter, if there is one, in a fitting unit."""
     scatters = std is not None and math.isfinite(std)
-    factor, name = 1.0, "" if unit in (None, "1") else unit
-    if unit in _POWERS:
-        size = max(abs(value), std if scatters else 0.0)
-        fitting = [(p, text) for p, text in _POWERS[unit] if size * (1 + 1e-9) >= 10.0**p]
-        power, name = (fitting or [_POWERS[unit][-1] if size else (0, unit)])[0]
-        factor = 10.0**power
+    power, name = fitting_unit(max(abs(value), std if scatters else 0.0), unit)
+    factor = 10.0**power
     mean, std = value / factor, std / factor if scatters else 0.0
     # two digits of the scatter, and the mean as far
     decimals = 1 - math.floor(math.log10(std)) if std > 1e-12 * abs(mean) else math.inf
@@ -152,3 +178,68 @@ def number_texts(data, name):
         quantity_text(m, unit, s) if math.isfinite(m) else "-"
         for m, s in zip(mean.tolist(), std.tolist(), strict=True)
     ]
+
+
+@dataclass(frozen=True)
+class Against:
+    """A number of the runs against a swept key, in the units `unit` and `x_unit`.
+
+    x: (values,), 0, 1, ... where the values are texts, which then are the `ticks`. lines: names of
+    the points of the other keys. mean, std: (lines, values) over the replicas, NaN where there is
+    none. runs: (lines, values, replicas).
+    """
+
+    name: str
+    unit: str
+    key: str
+    x_unit: str
+    x: np.ndarray
+    ticks: list | None
+    lines: list
+    mean: np.ndarray
+    std: np.ndarray
+    runs: np.ndarray
+
+    @property
+    def varies(self):
+        """The number is not the same in all runs."""
+        known = self.runs[np.isfinite(self.runs)]
+        return len(known) > 1 and np.ptp(known) > 1e-9 * np.max(np.abs(known))
+
+
+def against(data, name):
+    """A number of a dataset of `gather` as an Against: over the swept key with most values, of
+    those that are numbers first; without a sweep over the replicas."""
+    axes, values = axes_of(data), data[name]
+    largest = float(np.nanmax(np.abs(values)))
+    power, unit = fitting_unit(largest, values.attrs.get("units"))
+    if power == 0 and largest > 0 and not 1e-2 <= largest < 1e4:  # no unit fits
+        power = 3 * math.floor(math.log10(largest) / 3)
+        unit = rf"$10^{{{power}}}$ {unit}".strip()
+    values = values * 10.0**-power
+    name = name.removeprefix("final_")
+    if not axes:
+        alone = values.values[None, :, None]
+        x = np.arange(values.sizes["replica"])
+        nothing = np.full(alone.shape[:2], np.nan)
+        ticks = [str(n) for n in x]
+        return Against(name, unit, "replica", "", x, ticks, [""], alone[..., 0], nothing, alone)
+    key = max(axes, key=lambda axis: (data[axis].dtype.kind in "fi", data.sizes[axis]))
+    others = [axis for axis in axes if axis != key]
+    runs = values.transpose(*others, key, "replica").values
+    runs = runs.reshape(-1, *runs.shape[-2:])
+    spread = xr.Dataset({"y": (("line", key, "replica"), runs)})
+    add_statistics(spread, "y")
+    x, x_unit, ticks = _place(data, key)
+    lines = _labels(data, _several(data, others))
+    mean, std = spread.mean_y.values, spread.std_y.values
+    return Against(name, unit, key, x_unit, x, ticks, lines, mean, std, runs)
+
+
+def _place(data, key):
+    """(x, unit, ticks) of the values of a swept key; ticks None where they are numbers."""
+    values = data[key].values
+    if values.dtype.kind not in "fi":
+        return np.arange(len(values)), "", [str(value) for value in values]
+    power, unit = fitting_unit(float(np.max(np.abs(values))), data[key].attrs.get("units"))
+    return values * 10.0**-power, unit, None

@@ -1,12 +1,9 @@
 """The file trade.nc: what was measured of each point, and the front of cost against error."""
 
-from pathlib import Path
-
 import numpy as np
 import xarray as xr
 
 from dusttaichi.analysis.observables import TEXTS, UNITS
-from dusttaichi.errors import DustError
 
 COLUMNS = {
     "knob": "what is turned: a knob, or default, preset, combined",
@@ -66,28 +63,6 @@ def trade_dataset(*, columns, numbers, flags, values, errors, observables, seeds
     for name, column in observables.items():
         data[name] = ("observable", np.array(column, dtype=float), {"long_name": about[name]})
     return data
-
-
-def is_trade(path):
-    """True where a path is a trade.nc, or a directory that holds one and no result."""
-    path = Path(path)
-    return path.name == "trade.nc" or (
-        (path / "trade.nc").exists() and not (path / "result.nc").exists()
-    )
-
-
-def open_trade(path):
-    """(dataset, file) of a trade.nc or its directory, read into memory. Raises DustError."""
-    path = Path(path)
-    file = path / "trade.nc" if path.is_dir() else path
-    try:
-        with xr.open_dataset(file, engine="netcdf4") as data:
-            data = data.load()
-    except (OSError, ValueError, RuntimeError) as error:
-        raise DustError(f"{file} cannot be read as a trade: {error}.") from error
-    if not {"cost_ratio", "error", "knob"} <= set(data):
-        raise DustError(f"{file} is not a trade: it has no costs and errors.")
-    return data, file
 
 
 def front(cost, error):

@@ -13,7 +13,7 @@ def run_plan(plan, onward, *, quiet, **how):
     GuardStop or DustError for runs that failed.
     """
     from dusttaichi.analysis.ensemble import save_ensemble
-    from dusttaichi.plots.ensemble import save_ensemble as save_figure
+    from dusttaichi.plots import ensemble, save
     from dusttaichi.studies.ensemble import gather_plan, run_all
 
     with ProgressBar(quiet) as bar:
@@ -29,7 +29,7 @@ def run_plan(plan, onward, *, quiet, **how):
     data = gather_plan(plan, results)
     save_ensemble(data, plan.file)
     figure = plan.file.with_suffix(".png")
-    save_figure(data, figure)
+    save(ensemble(data), figure)
     say(_table(data))
     say_written((plan.file, figure))
     if failed:

@@ -19,13 +19,16 @@ def report(
         Path | None, typer.Option("--output", "-o", help="the HTML file, by default in the run")
     ] = None,
 ):
-    """One HTML file that shows runs: figures to zoom into, grains in 3-D, numbers, scene."""
+    """One HTML file that shows runs, or a sweep: figures to zoom into, grains in 3-D, numbers."""
     from dusttaichi import analysis
     from dusttaichi import report as page
 
-    with ExitStack() as opened:
-        results = [opened.enter_context(analysis.open_run(path)) for path in runs]
-        data = page.report_data(results)
+    if len(runs) == 1 and analysis.is_ensemble(runs[0]):
+        data = page.ensemble_data(*analysis.open_ensemble(runs[0]))
+    else:
+        with ExitStack() as opened:
+            results = [opened.enter_context(analysis.open_run(path)) for path in runs]
+            data = page.report_data(results)
     folder = runs[0] if runs[0].is_dir() else runs[0].parent
     path = output or (folder / "report.html" if len(runs) == 1 else Path("report.html"))
     say_written([page.write(data, path)])

@@ -101,7 +101,11 @@ def _plot(runs, output, suffix):
     if len(runs) == 1 and analysis.is_trade(runs[0]):
         data, file = analysis.open_trade(runs[0])
         folder = output or file.parent
-        say_written([plots.save_trade(data, folder / f"trade{suffix}")])
+        say_written([plots.save(plots.trade(data), folder / f"trade{suffix}")])
+        return
+    if len(runs) == 1 and analysis.is_ensemble(runs[0]):
+        data, file = analysis.open_ensemble(runs[0])
+        say_written(plots.save_ensemble(data, output or file.parent, suffix))
         return
     with ExitStack() as opened:
         results = [opened.enter_context(analysis.open_run(path)) for path in runs]
@@ -201,8 +205,5 @@ def render(
                 figure = plots.dust(result, snapshot, color or "filling_factor", **sharp)
             else:
                 figure = plots.grains(result, snapshot, color or "coordination", view, **sharp)
-            try:
-                figure.savefig(path)
-            except (OSError, ValueError) as error:
-                raise DustError(f"The picture cannot be written to {path}: {error}.") from error
+            plots.save(figure, path)
     say_written([path])

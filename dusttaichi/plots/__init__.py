@@ -8,6 +8,7 @@ from pathlib import Path
 from dusttaichi.analysis import arrival
 from dusttaichi.analysis import sound_speed as fit_speed
 from dusttaichi.analysis.drive import is_dynamic
+from dusttaichi.analysis.ensemble_tables import axes_of
 from dusttaichi.errors import DustError
 from dusttaichi.names import WALLS
 from dusttaichi.plots.animation import animation
@@ -26,7 +27,7 @@ from dusttaichi.plots.cycles import cycles
 from dusttaichi.plots.drops import drops
 from dusttaichi.plots.dust import dust
 from dusttaichi.plots.dynamic import dynamic_speeds
-from dusttaichi.plots.ensemble import ensemble
+from dusttaichi.plots.ensemble import ensemble, points
 from dusttaichi.plots.extremes import extremes
 from dusttaichi.plots.fractal import fractal
 from dusttaichi.plots.fragments import mass_spectrum, restitution, sound_speed
@@ -34,14 +35,15 @@ from dusttaichi.plots.grains import grains
 from dusttaichi.plots.isotropic import isotropic
 from dusttaichi.plots.ledger import ledger
 from dusttaichi.plots.losses import losses
+from dusttaichi.plots.numbers import numbers
 from dusttaichi.plots.profile import profile
 from dusttaichi.plots.resolution import resolution
 from dusttaichi.plots.stress import stress
 from dusttaichi.plots.structure import structure
-from dusttaichi.plots.style import bands, styled
+from dusttaichi.plots.style import bands, save, styled
 from dusttaichi.plots.tensile import strength, tensile
 from dusttaichi.plots.together import kinetic, sound_speeds
-from dusttaichi.plots.trade import save_trade, trade
+from dusttaichi.plots.trade import trade
 
 __all__ = [
     "animation",
@@ -59,6 +61,7 @@ __all__ = [
     "dust",
     "ensemble",
     "figures_of",
+    "figures_of_ensemble",
     "figures_together",
     "extremes",
     "filling_factors",
@@ -70,12 +73,15 @@ __all__ = [
     "ledger",
     "losses",
     "mass_spectrum",
+    "numbers",
+    "points",
     "profile",
     "resolution",
     "restitution",
+    "save",
     "save_all",
+    "save_ensemble",
     "save_together",
-    "save_trade",
     "sound_speed",
     "sound_speeds",
     "strength",
@@ -167,6 +173,22 @@ def _sound(run):
         return {}
 
 
+def save_ensemble(data, directory, suffix=".png"):
+    """Write the figures of `figures_of_ensemble`. Returns the paths."""
+    return _save(figures_of_ensemble(data), directory, suffix)
+
+
+def figures_of_ensemble(data):
+    """The figures of a dataset of `analysis.gather`, an ensemble or a sweep, by name.
+
+    sweep or ensemble: its curves in one; points: each of them by itself; numbers: the numbers of
+    the runs against the swept keys, or the replicas.
+    """
+    figures = {"sweep" if axes_of(data) else "ensemble": ensemble(data)}
+    drawn = {"points": points(data), "numbers": numbers(data)}
+    return figures | {name: figure for name, figure in drawn.items() if figure is not None}
+
+
 def save_together(runs, directory, suffix=".png"):
     """Write the figures of `figures_together`. Returns the paths.
 
@@ -233,14 +255,5 @@ def _of_any_kind(runs, figures):
     return found
 
 
-@styled
 def _save(figures, directory, suffix):
-    paths = []
-    try:
-        Path(directory).mkdir(parents=True, exist_ok=True)
-        for name, figure in figures.items():
-            paths.append(Path(directory) / f"{name}{suffix}")
-            figure.savefig(paths[-1])
-    except (OSError, ValueError) as error:
-        raise DustError(f"The figures cannot be written to {directory}: {error}.") from error
-    return paths
+    return [save(figure, Path(directory) / f"{name}{suffix}") for name, figure in figures.items()]

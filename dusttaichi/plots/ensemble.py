@@ -1,16 +1,18 @@
-"""Means of ensembles with their scatter, one band for each point of a sweep."""
+"""Means of ensembles with their scatter, a band for each point of a sweep: in one, or apart."""
+
+from dataclasses import dataclass
 
 import numpy as np
 from matplotlib import colormaps
 
 from dusttaichi.analysis.ensemble_tables import axes_of, bands
-from dusttaichi.errors import DustError
-from dusttaichi.physics.laws import S12_STATIC, UNIDIRECTIONAL
+from dusttaichi.physics.laws import S12_STATIC, UNIDIRECTIONAL, CompressionLaw
 from dusttaichi.plots import style
 from dusttaichi.plots.compression import laboratory
 from dusttaichi.results.variables import COMMON
 
 MOST = 12  # bands in one figure
+FAINT = "#C4C8CE"
 
 
 @style.styled
@@ -22,101 +24,174 @@ def ensemble(data):
     whichever there is first, else what the method has recorded first, against the filling factor
     or the time. Of more than 12 points of a sweep, 12 evenly spaced ones are drawn.
     """
-    x = data.attrs["coordinate"]
+    curves = _curves(data)
     figure, (axes,) = style.new_figure()
-    if x == "filling_factor" and "pressure" in data:
-        law = UNIDIRECTIONAL if "projected_area" in data else S12_STATIC
-        _compression(axes, bands(data, "pressure", wall="top"), law)
-    else:
-        _along_coordinate(axes, data, x)
+    _frame(axes, curves)
+    chosen = _spread(curves.bands)
+    for band, look in zip(chosen, _looks(len(chosen)), strict=True):
+        _draw(axes, curves, band, look, _label(band))
     points = int(np.prod([data.sizes[axis] for axis in axes_of(data)]))
-    title = f"{MOST} of {points} points" if points > MOST else None
-    style.legend(axes, title=title)
+    style.legend(axes, title=f"{MOST} of {points} points" if points > MOST else None)
     return figure
 
 
-def save_ensemble(data, path):
-    """Write the figure. Raises DustError where it cannot be written."""
-    try:
-        ensemble(data).savefig(path)
-    except OSError as error:
-        raise DustError(f"The figure cannot be written to {path}: {error}.") from error
+@style.styled
+def points(data):
+    """The curves of `ensemble`, each in a panel of its own with the others faint behind it.
+
+    Of a sweep its points, of an ensemble its replicas, 12 evenly spaced ones of more. None where
+    there is one only.
+    """
+    curves = _curves(data, apart=not axes_of(data))
+    chosen = _spread(curves.bands)
+    if len(chosen) < 2:
+        return None
+    figure, panels = style.new_grid(len(chosen), 3, 1.7, shared=True)
+    for panel, band in zip(panels, chosen, strict=True):
+        _frame(panel, curves, labels=False)
+        for other in chosen:
+            if other is not band:
+                look = {"color": FAINT, "linewidth": 0.7, "zorder": 1.5}
+                panel.plot(*_line(curves, other), label="_", **look)
+        _draw(panel, curves, band, {"color": style.BLUE, "linewidth": 1.4}, "_")
+        panel.set_title(band.label.replace(", ", "\n"), fontsize="small", loc="left", pad=3)
+        panel.tick_params(labelsize="small")
+    figure.supxlabel(curves.x_text, fontsize="medium")
+    figure.supylabel(curves.y_text, fontsize="medium")
+    return figure
 
 
-def _compression(axes, found, law):
-    laboratory(axes, np.logspace(1, 7, 301), (law,))
-    for band, line_style in _line_styles(found):
-        kpa, phi = band.mean / 1e3, band.x
-        axes.plot(np.where(kpa > 0, kpa, np.nan), phi, label=_label(band), **line_style)
-        low, high = (band.mean - band.std) / 1e3, (band.mean + band.std) / 1e3
-        axes.fill_betweenx(  # a band that reaches no pressure at all has no end on this axis
-            phi,
-            np.where(low > 0, low, np.nan),
-            np.where(low > 0, high, np.nan),
-            color=line_style["color"],
-            alpha=0.25,
-            linewidth=0,
-        )
-    axes.set_xscale("log")
-    axes.set_xlim(0.05, 2e3)
-    ends = [value for band in found for value in (band.x[0], band.x[-1])]
-    axes.set_ylim(max(min(ends, default=0.1) - 0.02, 0), max([0.6, *ends]) + 0.02)
-    axes.set_xlabel("pressure on the top wall (kPa)")
-    axes.set_ylabel(r"filling factor $\phi$")
+@dataclass(frozen=True)
+class _Curves:
+    """Bands to draw: what they are, and the factors from SI to the units of the axes.
+
+    law: the laboratory's, of curves of compression, which lie on their side: the filling factor,
+    along which they were averaged, is upright. Else None.
+    """
+
+    bands: list
+    x_text: str
+    y_text: str
+    per_x: float = 1.0
+    per_y: float = 1.0
+    law: CompressionLaw | None = None
 
 
-def _along_coordinate(axes, data, x):
-    found, text, known_units = _subject(data)
+def _curves(data, apart=False):
+    """The _Curves of a dataset. apart: a band for each replica in place of one for all."""
+    x = data.attrs["coordinate"]
+    phi = r"filling factor $\phi$"
+    if x == "filling_factor" and "pressure" in data:
+        law = UNIDIRECTIONAL if "projected_area" in data else S12_STATIC
+        found = _bands(data, apart, "pressure", wall="top")
+        return _Curves(found, "pressure on the top wall (kPa)", phi, 1e-3, 1.0, law)
+    found, text, known_units = _subject(data, apart)
     largest = max((np.nanmax(np.abs(band.mean)) for band in found), default=0.0)
     per_y, unit = style.scaled(largest, known_units)
-    per_x, x_text = 1.0, r"filling factor $\phi$"
-    if x == "time":
-        per_x, x_unit = style.scaled(float(data.time[-1]), style.TIMES)
-        x_text = f"time ({x_unit})"
-    for band, line_style in _line_styles(found):
-        axes.plot(band.x * per_x, band.mean * per_y, label=_label(band), **line_style)
-        axes.fill_between(
-            band.x * per_x,
-            (band.mean - band.std) * per_y,
-            (band.mean + band.std) * per_y,
-            color=line_style["color"],
-            alpha=0.25,
-            linewidth=0,
-        )
-    axes.set_xlabel(x_text)
-    axes.set_ylabel(f"{text} ({unit})" if unit else text)
+    text = f"{text} ({unit})" if unit else text
+    if x != "time":
+        return _Curves(found, phi, text, 1.0, per_y)
+    per_x, x_unit = style.scaled(float(data.time[-1]), style.TIMES)
+    return _Curves(found, f"time ({x_unit})", text, per_x, per_y)
 
 
-PRESSURES = ((1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa"))
+PRESSURES = ((1e9, "GPa"), *style.PRESSURES)
 
 
-def _subject(data):
-    """(bands, what they show, units of the axis)."""
-    if "stress" in data:
-        options = {a: bands(data, "stress", xyz=a, axis=a) for a in "xyz"}
-        size = {
-            a: max((np.nanmax(np.abs(band.mean)) for band in found), default=0.0)
-            for a, found in options.items()
-        }
-        axis = max(size, key=size.get)
-        return options[axis], f"stress along {axis}, positive in tension", PRESSURES
-    if "pressure" in data:
-        return bands(data, "pressure", wall="top"), "pressure on the top wall", PRESSURES
-    if "coordination_number" in data:
-        return bands(data, "coordination_number"), "coordination number", ((1.0, ""),)
+def _subject(data, apart):
+    """(bands, what they show, units of the axis): the first of what there is and is not 0."""
+    for name, text, units, options in (
+        ("stress", "stress along {axis}, positive in tension", PRESSURES, _components(data)),
+        ("pressure", "pressure on the top wall", PRESSURES, [{"wall": "top"}]),
+        ("body_position", "height of the {rigid}", style.LENGTHS, _bodies(data)),
+        ("coordination_number", "coordination number", ((1.0, ""),), [{}]),
+        ("kinetic", "kinetic energy", style.ENERGIES, [{}]),
+    ):
+        sizes = [_largest(data[name].sel(chosen)) for chosen in options] if name in data else []
+        if max(sizes, default=0.0) > 0.0:
+            chosen = options[int(np.argmax(sizes))]
+            return _bands(data, apart, name, **chosen), text.format(**chosen), units
     along = [n for n in data.data_vars if data.attrs["coordinate"] in data[n].dims]
     name = next((n for n in along if n not in COMMON), along[0])
-    return bands(data, name), data[name].long_name, ((1.0, data[name].attrs.get("units", "")),)
+    unit = data[name].attrs.get("units", "").removeprefix("1")
+    return _bands(data, apart, name), data[name].long_name, ((1.0, unit),)
 
 
-def _line_styles(found):
-    """(band, colour and dashes) of at most MOST bands."""
-    if len(found) > MOST:
-        found = [found[i] for i in np.linspace(0, len(found) - 1, MOST).round().astype(int)]
-    if len(found) <= len(style.RUN_COLOURS):
-        return [(band, style.run_style(number)) for number, band in enumerate(found)]
-    colours = colormaps["viridis"](np.linspace(0.0, 0.9, len(found)))
-    return [(band, {"color": colour}) for band, colour in zip(found, colours, strict=True)]
+def _largest(values):
+    """Largest size of the mean over the runs."""
+    return float(np.abs(values.mean("replica")).max(skipna=True))
+
+
+def _components(data):
+    return [{"xyz": a, "axis": a} for a in "xyz"] if "axis" in data else []
+
+
+def _bodies(data):
+    """Those rigid bodies that move."""
+    if "body_position" not in data:
+        return []
+    x = data.attrs["coordinate"]
+    height = data.body_position.sel(xyz="z")
+    way = (height.max(x) - height.min(x)).max([d for d in height.dims if d not in ("rigid", x)])
+    return [{"rigid": str(r), "xyz": "z"} for r in data.rigid.values if float(way.sel(rigid=r)) > 0]
+
+
+def _bands(data, apart, name, **selected):
+    if not apart:
+        return bands(data, name, **selected)
+    each = [bands(data.isel(replica=[n]), name, **selected) for n in range(data.sizes["replica"])]
+    return [band.named(f"replica {n}") for n, found in enumerate(each) for band in found]
+
+
+def _frame(axes, curves, labels=True):
+    """Scales, limits and names of the axes, and the laboratory behind."""
+    if curves.law is not None:
+        laboratory(axes, np.logspace(1, 7, 301), (curves.law,))
+        for artist in () if labels else (*axes.lines, *axes.collections):
+            artist.set_label("_")
+        axes.set_xscale("log")
+        axes.set_xlim(0.05, 2e3)
+        ends = [value for band in curves.bands for value in (band.x[0], band.x[-1])]
+        axes.set_ylim(max(min(ends, default=0.1) - 0.02, 0), max([0.6, *ends]) + 0.02)
+    if labels:
+        axes.set_xlabel(curves.x_text)
+        axes.set_ylabel(curves.y_text)
+
+
+def _line(curves, band):
+    """(x, y) of the mean of a Band in the units of the axes."""
+    if curves.law is None:
+        return band.x * curves.per_x, band.mean * curves.per_y
+    kpa = band.mean * curves.per_x
+    return np.where(kpa > 0, kpa, np.nan), band.x
+
+
+def _draw(axes, curves, band, look, label):
+    """The mean of a Band, and its scatter."""
+    axes.plot(*_line(curves, band), label=label, **look)
+    faint = {"color": look["color"], "alpha": 0.25, "linewidth": 0}
+    low, high = band.mean - band.std, band.mean + band.std
+    if curves.law is None:
+        x, low, high = band.x * curves.per_x, low * curves.per_y, high * curves.per_y
+        axes.fill_between(x, low, high, **faint)
+        return
+    # a band that reaches no pressure at all has no end on this axis
+    ends = [np.where(low > 0, end * curves.per_x, np.nan) for end in (low, high)]
+    axes.fill_betweenx(band.x, *ends, **faint)
+
+
+def _spread(found):
+    """At most MOST of the bands, evenly."""
+    if len(found) <= MOST:
+        return found
+    return [found[i] for i in np.linspace(0, len(found) - 1, MOST).round().astype(int)]
+
+
+def _looks(count):
+    """Colour and dashes of each of `count` bands."""
+    if count <= len(style.RUN_COLOURS):
+        return [style.run_style(number) for number in range(count)]
+    return [{"color": c} for c in colormaps["viridis"](np.linspace(0.0, 0.9, count))]
 
 
 def _label(band):

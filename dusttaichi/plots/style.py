@@ -3,6 +3,7 @@
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import wraps
+from pathlib import Path
 
 import numpy as np
 from matplotlib import rc_context
@@ -105,6 +106,25 @@ def new_figure(height=3.7, rows=1, ratios=None, shared=True):
     for panel in axes[:, 0]:  # so few that long numbers do not run together
         panel.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
     return figure, list(axes[:, 0])
+
+
+def new_grid(panels, columns, height, shared=False):
+    """A Figure with `panels` axes in rows of `columns`: (figure, [axes]); height [inches]: of a row
+    on a page. shared: whether they share both axes, of which then only the outer ones are labelled.
+    """
+    columns = max(1, min(columns, panels))
+    rows = -(-panels // columns)
+    width = STYLES[_style.get()][0]
+    scale = width / WIDTH
+    figure = Figure(figsize=(width, rows * height * scale), layout="constrained")
+    FigureCanvasAgg(figure)
+    grid = figure.subplots(rows, columns, sharex=shared, sharey=shared, squeeze=False).ravel()
+    for spare in grid[panels:]:
+        spare.remove()
+    for number, panel in enumerate(grid[:panels]):
+        if shared:  # what is below may be missing in the last row
+            panel.tick_params(labelbottom=number + columns >= panels)
+    return figure, list(grid[:panels])
 
 
 def legend(axes, handles=None, labels=None, *, title=None, ncols=1):
@@ -212,6 +232,18 @@ def bands(x, mean, std, axes, *, label, number=0):
     axes.fill_between(x, mean - std, mean + std, color=line_style["color"], alpha=0.2, linewidth=0)
     (line,) = axes.plot(x, mean, label=label, **line_style)
     return line
+
+
+@styled
+def save(figure, path):
+    """Write a Figure, and the folder where there is none; returns the path. Raises DustError where
+    it cannot be written."""
+    try:
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(path)
+    except (OSError, ValueError) as error:
+        raise DustError(f"The figure cannot be written to {path}: {error}.") from error
+    return path
 
 
 LENGTHS = ((1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"))

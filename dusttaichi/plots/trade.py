@@ -6,7 +6,6 @@ import numpy as np
 
 from dusttaichi.analysis.observables import TEXTS
 from dusttaichi.analysis.trade import front
-from dusttaichi.errors import DustError
 from dusttaichi.plots import style
 
 LOOKS = {  # knob -> colour, marker
@@ -131,15 +130,6 @@ def _marked_points(axes, knobs, known, cost, shown):
             markeredgewidth=0.6,
             label=knob,
         )
-
-
-def save_trade(data, path):
-    """Write the figure; returns the path. Raises DustError where it cannot be written."""
-    try:
-        trade(data).savefig(path)
-    except (OSError, ValueError) as error:
-        raise DustError(f"The figure cannot be written to {path}: {error}.") from error
-    return path
 
 
 def _of(data, name):

@@ -26,27 +26,43 @@ TITLES = {
     "sound_speed": "Arrival of the wave",
     "collision": "Before, meanwhile, after",
     "fragments": "Mass spectrum of the fragments",
+    "ensemble": "Mean and scatter of the replicas",
+    "sweep": "Mean and scatter of each point",
+    "points": "Each by itself, the others behind it",
+    "numbers": "Numbers of the runs",
 }
-NOT_SHOWN = ("scene", "scene_given", "scene_resolved", "sample", "history", "error_bar")
+NOT_SHOWN = (
+    *("scene", "scene_given", "scene_resolved", "sample", "history", "error_bar"),
+    *("summary_numbers", "convention", "coordinate", "title"),
+)
 
 
 def report_data(runs, *, together=True):
     """What the page shows of Runs, as a dict for JSON: title, lead, runs, and of several the table
     and the figures that show them side by side."""
     one = runs[0]
-    data = {
-        "title": one.name if len(runs) == 1 else f"{len(runs)} runs",
-        "lead": _lead(one) if len(runs) == 1 else ", ".join(run.name for run in runs),
-        "live": False,
-        "stamp": 0,
-        "table": [],
-        "figures": [],
-        "runs": [_run(run) for run in runs],
-    }
+    if len(runs) == 1:
+        data = blank(one.name, _lead(one))
+    else:
+        data = blank(f"{len(runs)} runs", ", ".join(run.name for run in runs))
+    data["runs"] = [_run(run) for run in runs]
     if len(runs) > 1 and together:
         data["figures"] = shown(plots.figures_together(runs))
         data["table"] = _side_by_side(runs)
     return data
+
+
+def blank(title, lead):
+    """A page that shows nothing yet."""
+    return {
+        "title": title,
+        "lead": lead,
+        "live": False,
+        "stamp": 0,
+        "table": [],
+        "figures": [],
+        "runs": [],
+    }
 
 
 def _lead(run):
@@ -66,8 +82,13 @@ def _run(run):
         "figures": shown(_figures(run)),
         "particles": particles(run) if run.tree is not None else None,
         "scene": run.attrs.get("scene_resolved", "").strip(),
-        "provenance": [[k, _text(v)] for k, v in run.attrs.items() if k not in NOT_SHOWN],
+        "provenance": provenance(run.attrs),
     }
+
+
+def provenance(attrs):
+    """Rows of the attributes of a result that tell how it was made."""
+    return [[name, f"{value}"] for name, value in attrs.items() if name not in NOT_SHOWN]
 
 
 def _figures(run):
@@ -93,10 +114,6 @@ def _side_by_side(runs):
     names = list(dict.fromkeys(name for rows in tables for name in rows))
     rows = [[name, *(rows.get(name, "") for rows in tables)] for name in names]
     return [["", *(run.name for run in runs)], *rows]
-
-
-def _text(value):
-    return value if isinstance(value, str) else f"{value}"
 
 
 # -- HTML ----------------------------------------------------------------------------------------

@@ -19,8 +19,8 @@ ROLES = {0: "dust", 1: "rigid body", 2: "held dust", 3: "wall"}
 OUTLIERS = 99.0  # percentile of a skew quantity at which its colours end
 
 
-def particles(run):
-    """The viewer's data of a Run, None where it kept no snapshots.
+def particles(run, most=MOST):
+    """The viewer's data of a Run, None where it kept no snapshots; most: particles times snapshots.
 
     count, frames; said: a line for each snapshot; position (frames, count, 3), radius; quantities:
     what may colour; pairs: contacts of all snapshots one after another; room, periodic: faces.
@@ -28,7 +28,7 @@ def particles(run):
     frames = run.snapshots
     if frames is None:
         return None
-    frames = frames.isel(snapshot=chosen(frames)).load()
+    frames = frames.isel(snapshot=chosen(frames, most)).load()
     x = frames.position.values
     radius = radii(run, frames)
     extent = float(np.nanmax(np.ptp(x.reshape(-1, 3), axis=0))) + 2.0 * float(np.max(radius))
@@ -56,11 +56,11 @@ def particles(run):
     }
 
 
-def chosen(frames):
-    """Numbers of the snapshots that a page has room for, evenly, the first and last included."""
+def chosen(frames, most=MOST):
+    """Numbers of the snapshots that a page has room for, evenly, from the last to the first."""
     count, size = frames.sizes["snapshot"], frames.position.shape[1]
-    most = max(MOST // max(size, 1), 2)
-    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
+    most = max(most // max(size, 1), 1)
+    return np.unique(np.linspace(count - 1, 0, min(count, most)).round().astype(int))
 
 
 def radii(run, frames):

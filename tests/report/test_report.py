@@ -22,7 +22,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from dusttaichi import report
-from dusttaichi.analysis import open_run
+from dusttaichi.analysis import gather, is_ensemble, open_ensemble, open_run, save_ensemble
+from dusttaichi.errors import DustError
 from dusttaichi.report import page
 from dusttaichi.report.interactive import html, interactive
 from dusttaichi.report.packing import packed, quantised, unpacked
@@ -164,6 +165,36 @@ def test_figures_become_interactive():
     assert html(r"$-1 \pm 2$, $E_{\rm roll}/r^3$") == "−1 ± 2, E<sub>roll</sub>/r<sup>3</sup>"
 
 
+@pytest.fixture(scope="module")
+def sweep(tmp_path_factory):
+    """The page of a sweep of three runs, one of which has failed."""
+    folder = tmp_path_factory.mktemp("sweep")
+    names = ["speed=1m_s", "speed=2m_s", "speed=3m_s"]
+    for number, name in enumerate(names[:2]):
+        (folder / name).mkdir()
+        result_at(folder / name / "result.nc", 2 + number)
+    runs = [open_run(folder / name) for name in names[:2]] + [None]
+    axes = {
+        "boundary.wall_speed": xr.Variable("boundary.wall_speed", [1.0, 2.0, 3.0], {"units": "m/s"})
+    }
+    labels = {"status": ["finished", "finished", "a guard stopped it"], "directory": names}
+    data = gather(runs, axes, labels, {"title": "made", "scene_resolved": [SCENE]})
+    save_ensemble(data, folder / "sweep.nc")
+    return report.ensemble_data(*open_ensemble(folder))
+
+
+def test_a_sweep_has_its_curves_its_numbers_and_its_runs(sweep, tmp_path):
+    assert sweep["lead"] == "boundary.wall_speed at 3 values" and "silicate_s12" in sweep["scene"]
+    figures = {figure["name"]: figure for figure in sweep["figures"]}
+    assert set(figures) >= {"sweep", "points"} and figures["points"]["wide"]
+    assert sweep["members"][3] == ["wall_speed = 3 m/s", "a guard stopped it"]
+    assert [row[0] for row in sweep["table"]] == ["wall speed", "1 m/s", "2 m/s", "3 m/s"]
+    assert [view["particles"]["frames"] for view in sweep["views"]] == [2, 3]
+    assert not is_ensemble(tmp_path)
+    with pytest.raises(DustError, match="cannot be read as an ensemble"):
+        open_ensemble(tmp_path / "sweep.nc")
+
+
 # -- the page ------------------------------------------------------------------------------------
 
 
@@ -261,7 +292,7 @@ def test_notebooks_show_runs_and_scenes(tmp_path):
 
 
 @pytest.mark.parametrize("browser", [BROWSER] if BROWSER else [])
-def test_the_page_works_in_a_browser(browser, written, server):
+def test_the_page_works_in_a_browser(browser, written, sweep, server, tmp_path):
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as driver:
@@ -286,6 +317,7 @@ def test_the_page_works_in_a_browser(browser, written, server):
         view.locator(".viewer-frame canvas").click()
         assert "coordination number" in view.locator(".viewer-panel table").inner_text()
         assert view.locator(".js-plotly-plot .main-svg").count() >= 1
+        turn_through_a_sweep(view, report.write(sweep, tmp_path / "sweep.html"))
         watch_it_grow(view, server)
         assert view.evaluate("window.dust.problems") == [] and not said, said
         opened.close()
@@ -297,6 +329,17 @@ def test_the_page_works_in_a_browser(browser, written, server):
     assert np.any(red - blue > 90) and np.any(blue - red > 50)
     for one, other in (("last", "first"), ("first", "cut"), ("cut", "height")):
         assert np.mean(np.abs(shots[one].astype(int) - shots[other])) > 0.5, (one, other)
+
+
+def turn_through_a_sweep(view, path):
+    """Curves and numbers are drawn, and the particles are those of the run that is chosen."""
+    view.goto(path.as_uri())
+    view.wait_for_function("window.dust && window.dust.ready")
+    assert view.locator(".js-plotly-plot .main-svg").count() >= 2
+    view.get_by_label("run", exact=True).select_option(label="wall_speed = 2 m/s")
+    view.wait_for_function("window.dust.viewers[0]?.data.frames === 3")
+    assert np.mean(shot(view).min(axis=-1) < 250) > 0.02
+    assert view.locator("canvas").count() == 1
 
 
 def watch_it_grow(view, server):

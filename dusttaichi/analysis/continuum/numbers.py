@@ -23,6 +23,13 @@ NAMES = (
     "dust_restitution", "largest_rebound",
 )  # fmt: skip
 
+UNITS = {
+    "impact_speed": "m/s", "momentum_per_area": "kg m^-1 s^-1", "stopping_time": "s", "depth": "m",
+    "stopping_time_weightless": "s", "depth_weightless": "m", "stopping_time_law": "s",
+    "depth_law": "m", "sine_rms": "m", "rebound": "m/s",
+}  # fmt: skip
+"""Of NAMES; what is not here is a pure number."""
+
 
 def numbers(run):
     """The numbers of a Run of the continuum as a dict by NAMES (SI; None where it has none).

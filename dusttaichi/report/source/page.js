@@ -14,6 +14,12 @@ function table(rows, heads) {
   return make("table", { class: "numbers" }, make("thead", {}, ...head), make("tbody", {}, ...body));
 }
 
+// of many columns, in lines that are not broken
+function wide(made) {
+  made.classList.add("wide");
+  return made;
+}
+
 function section(title, ...inside) {
   return make("section", {}, make("h2", {}, title), ...inside);
 }
@@ -21,13 +27,51 @@ function section(title, ...inside) {
 function figures(list) {
   const grid = make("div", { class: "figures" });
   for (const figure of list) {
-    const kind = figure.image ? "picture" : figure.rows > 1 ? "figure tall" : "figure";
-    const place = make("div", { class: kind, id: `figure-${figure.name}` });
-    grid.append(make("figure", {}, make("figcaption", {}, figure.title), place));
+    const place = make("div", { class: figure.image ? "picture" : "figure", id: `figure-${figure.name}` });
+    if (figure.height) place.style.height = `${figure.height}px`;
+    const kind = figure.wide ? "wide" : "";
+    grid.append(make("figure", { class: kind }, make("figcaption", {}, figure.title), place));
     if (figure.image) place.append(make("img", { src: figure.image, alt: figure.title }));
     else requestAnimationFrame(() => window.Plotly.newPlot(place, figure.data, figure.layout, CONFIG));
   }
   return grid;
+}
+
+// how something was made: its scene, and what made it
+function origin({ scene, provenance }) {
+  const folded = (what, inside) => make("details", {}, make("summary", {}, what), inside);
+  return [
+    section("Scene", folded("YAML with every default", make("pre", {}, scene))),
+    section("Provenance", folded("version, machine, command", table(provenance))),
+  ];
+}
+
+// Particles of one of several runs at a time, chosen by name.
+async function showViews(main, views) {
+  const stage = make("div", { class: "viewer" });
+  let asked = 0;
+  const open = async (number) => {
+    const mine = (asked += 1);
+    window.dust.viewers.pop()?.close();
+    stage.replaceChildren();
+    const viewer = await Viewer.open(stage, views[number].particles);
+    if (mine !== asked) return viewer.close(); // another was chosen meanwhile
+    window.dust.viewers = [viewer];
+  };
+  const options = views.map(({ name }, k) => make("option", { value: k }, name));
+  const select = make("select", { "aria-label": "run", onchange: (e) => open(Number(e.target.value)) }, ...options);
+  const label = make("label", { class: "chosen" }, make("span", {}, "run"), select);
+  main.append(section("Particles", label, stage));
+  await open(0);
+}
+
+// An ensemble or a sweep: curves, numbers against the keys, its runs.
+async function showEnsemble(main, data) {
+  main.append(section("Curves and numbers", figures(data.figures)));
+  main.append(section("Table", wide(table(data.table.slice(1), data.table[0]))));
+  if (data.views.length) await showViews(main, data.views);
+  if (data.members.length) main.append(section("Runs", table(data.members.slice(1), data.members[0])));
+  main.append(...origin(data));
 }
 
 async function showRun(host, run, several) {
@@ -38,10 +82,7 @@ async function showRun(host, run, several) {
   if (run.particles) parts.push(section("Particles", stage));
   if (run.figures.length) parts.push(section("Figures", figures(run.figures)));
   parts.push(section("Numbers", table(run.table, ["", "run", "literature"])));
-  const scene = make("pre", {}, run.scene);
-  parts.push(section("Scene", make("details", {}, make("summary", {}, "YAML with every default"), scene)));
-  const rows = make("details", {}, make("summary", {}, "version, machine, command"), table(run.provenance));
-  parts.push(section("Provenance", rows));
+  parts.push(...origin(run));
   host.replaceChildren(...parts);
   if (run.particles) window.dust.viewers.push(await Viewer.open(stage, run.particles));
 }
@@ -59,7 +100,8 @@ async function show(data) {
   }
   main.replaceChildren(make("h1", {}, data.title), make("p", { class: "lead" }, data.lead));
   window.dust.viewers = [];
-  if (data.table.length) main.append(section("Side by side", table(data.table.slice(1), data.table[0])));
+  if (data.views) return showEnsemble(main, data);
+  if (data.table.length) main.append(section("Side by side", wide(table(data.table.slice(1), data.table[0]))));
   if (data.figures.length) main.append(section("Together", figures(data.figures)));
   for (const run of data.runs) {
     const host = make("article", {});
@@ -88,8 +130,8 @@ async function grow(data) {
   const { state, frame, camera } = viewer;
   const atEnd = frame === viewer.data.frames - 1;
   const host = viewer.host;
+  viewer.close();
   host.replaceChildren();
-  viewer.renderer.dispose();
   const next = await Viewer.open(host, run.particles);
   Object.assign(next.state, { ...state, playing: false });
   next.camera.position.copy(camera.position);

@@ -13,10 +13,10 @@ const LIGHT = `
   }`;
 
 const SPHERE_VERTEX = `
-  in vec3 centre; in float radius; in vec3 tint;
+  in vec3 centre; in float radius; in vec4 tint;
   out vec2 spot; out vec3 middle; out float size; out vec3 shade;
   void main() {
-    spot = position.xy; size = radius; shade = tint;
+    spot = position.xy; size = radius; shade = tint.rgb;
     middle = (modelViewMatrix * vec4(centre, 1.0)).xyz;
     gl_Position = projectionMatrix * vec4(middle.xy + spot * radius, middle.z, 1.0);
   }`;
@@ -43,14 +43,14 @@ const SPHERE_FRAGMENT = `
   }`;
 
 const ROD_VERTEX = `
-  in vec3 from; in vec3 to; in float width; in vec3 tint;
+  in vec3 from; in vec3 to; in float width; in vec4 tint;
   out float across; out vec3 place; out vec3 shade;
   void main() {
     vec3 a = (modelViewMatrix * vec4(from, 1.0)).xyz;
     vec3 b = (modelViewMatrix * vec4(to, 1.0)).xyz;
     vec2 along = b.xy - a.xy;
     vec2 side = length(along) > 0.0 ? normalize(vec2(-along.y, along.x)) : vec2(1.0, 0.0);
-    across = position.x; shade = tint;
+    across = position.x; shade = tint.rgb;
     place = mix(a, b, 0.5 * (position.y + 1.0)) + vec3(side * position.x * width, 0.0);
     gl_Position = projectionMatrix * vec4(place, 1.0);
   }`;
@@ -72,7 +72,9 @@ class Instances extends Mesh {
     geometry.setAttribute("position", new Float32BufferAttribute(corners, 3));
     geometry.setIndex([0, 1, 2, 0, 2, 3]);
     for (const [name, width] of Object.entries(attributes)) {
-      const values = new InstancedBufferAttribute(new Float32Array(room * width), width);
+      const colour = name === "tint"; // three bytes and one that fills up
+      const array = colour ? new Uint8Array(4 * room) : new Float32Array(room * width);
+      const values = new InstancedBufferAttribute(array, colour ? 4 : width, colour);
       geometry.setAttribute(name, values.setUsage(DynamicDrawUsage));
     }
     const uniforms = { plane: { value: new Vector4() }, cut: { value: false } };
@@ -89,6 +91,12 @@ class Instances extends Mesh {
 
   array(name) {
     return this.geometry.getAttribute(name).array;
+  }
+
+  // write(array) sets the numbers of one attribute, which then go to the graphics card
+  fill(name, write) {
+    write(this.array(name));
+    this.geometry.getAttribute(name).needsUpdate = true;
   }
 
   show(count, ...changed) {

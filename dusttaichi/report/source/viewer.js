@@ -13,7 +13,9 @@ import { rods, spheres } from "./shapes.js";
 const VIEWS = {
   oblique: [-0.45, -1, 0.45], front: [0, -1, 0], side: [1, 0, 0], top: [0, 0, 1], bottom: [0, 0, -1],
 };
-const GREY = [0.72, 0.72, 0.74];
+const bytes = (...colour) => [...colour.map((v) => Math.round(255 * v)), 255];
+const GREY = bytes(0.72, 0.72, 0.74), PICKED = bytes(1, 0.1, 0.1), ROD = bytes(0.35, 0.35, 0.4);
+const PUSHED = bytes(0.75, 0.16, 0.1), PULLED = bytes(0.13, 0.4, 0.75);
 
 export class Viewer {
   // host: an element; data: see dusttaichi/report/particles.py
@@ -33,14 +35,25 @@ export class Viewer {
       quantity: 0, show: "particles", plane: "none", share: 0.5,
       playing: false, picked: -1,
     };
+    this.held = {}; // what the buffers of the graphics card hold now
     this.firstPair = [0];
     for (const n of data.pairs ? data.pairs.counts : []) this.firstPair.push(this.firstPair.at(-1) + n);
     this.#openCanvas();
     this.panel = panel(this);
     this.look(data.view);
     this.update();
-    new ResizeObserver(() => this.resize()).observe(this.canvas.parentElement);
+    this.observer = new ResizeObserver(() => this.resize());
+    this.observer.observe(this.canvas.parentElement);
     this.resize();
+  }
+
+  close() {
+    // a browser has room for some sixteen pictures in 3-D
+    this.state.playing = false;
+    this.closed = true;
+    this.observer.disconnect();
+    this.renderer.dispose();
+    this.renderer.forceContextLoss();
   }
 
   #openCanvas() {
@@ -82,67 +95,95 @@ export class Viewer {
   update() {
     const { show } = this.state;
     const bare = show === "contacts" || show === "forces";
-    const [centre, radius, tint] = ["centre", "radius", "tint"].map((n) => this.spheres.array(n));
-    const first = 3 * this.frame * this.count;
-    centre.set(this.arrays.position.subarray(first, first + 3 * this.count));
-    for (let n = 0; n < this.count; n++) radius[n] = (bare ? 0.18 : 1) * this.at(this.arrays.radius, n);
-    this.#tint(tint);
-    this.spheres.show(this.count, "centre", "radius", "tint");
+    this.#place(bare);
+    this.#tint();
     this.#updateRods(bare, show === "forces");
     this.#updateRoom();
     this.panel.refresh();
     this.draw();
   }
 
-  #tint(tint) {
+  // Whether a buffer of the graphics card holds something else than what is asked for.
+  #stale(name, ...asked) {
+    const key = asked.join();
+    if (this.held[name] === key) return false;
+    this.held[name] = key;
+    return true;
+  }
+
+  // The snapshot, for an array that has one row for each of them; else nothing that changes.
+  #row(array) {
+    return array.length > this.count ? this.frame : -1;
+  }
+
+  #place(bare) {
+    const { position, radius } = this.arrays;
+    if (this.#stale("centre", this.frame)) {
+      const first = 3 * this.frame * this.count;
+      this.spheres.fill("centre", (to) => to.set(position.subarray(first, first + 3 * this.count)));
+    }
+    if (this.#stale("radius", bare, this.#row(radius))) {
+      const share = bare ? 0.18 : 1;
+      this.spheres.fill("radius", (to) => {
+        for (let n = 0; n < this.count; n++) to[n] = share * this.at(radius, n);
+      });
+    }
+    this.spheres.show(this.count);
+  }
+
+  #tint() {
     const { quantity, picked } = this.state;
     const about = this.data.quantities[quantity];
-    if (!about) tint.fill(0.55);
-    else {
-      const values = this.arrays.quantities[quantity];
-      const [low, high] = about.range || [0, 1];
+    const values = about && this.arrays.quantities[quantity];
+    if (!this.#stale("tint", quantity, picked, about ? this.#row(values) : -1)) return;
+    this.spheres.fill("tint", (tint) => {
+      const [low, high] = about?.range || [0, 1];
+      const gap = about?.data.gap ?? -Infinity; // below it there is none
+      const scale = high > low ? 1 / (high - low) : 0;
+      const first = about ? this.#row(values) * this.count : 0;
       for (let n = 0; n < this.count; n++) {
-        const v = this.at(values, n);
-        if (v < about.data.gap) tint.set(GREY, 3 * n); // it has none
-        else if (about.kind === "class") ofClass(v, tint, 3 * n);
-        else ofNumber(high > low ? (v - low) / (high - low) : 0.5, tint, 3 * n);
+        const v = about ? values[Math.max(first, 0) + n] : -Infinity;
+        if (v < gap || !about) tint.set(GREY, 4 * n);
+        else if (about.kind === "class") ofClass(v, tint, 4 * n);
+        else ofNumber(scale ? (v - low) * scale : 0.5, tint, 4 * n);
       }
-    }
-    if (picked >= 0) tint.set([1, 0.1, 0.1], 3 * picked);
+      if (picked >= 0) tint.set(PICKED, 4 * picked);
+    });
   }
 
   #updateRods(there, byForce) {
     if (!there || !this.data.pairs) return this.rods.show(0);
-    const [from, to, width, tint] = ["from", "to", "width", "tint"].map((n) => this.rods.array(n));
-    const { ends, force } = this.arrays;
-    const a = new Vector3(), b = new Vector3();
+    if (!this.#stale("rods", byForce, this.frame)) return this.rods.show(this.rodCount);
+    const { ends, force, position, radius } = this.arrays;
     const most = this.data.pairs.largest || 1;
+    const first = 3 * this.frame * this.count, x = position.subarray(first, first + 3 * this.count);
+    const [from, to, width, tint] = ["from", "to", "width", "tint"].map((n) => this.rods.array(n));
     let rows = 0;
     for (let k = this.firstPair[this.frame]; k < this.firstPair[this.frame + 1]; k++) {
-      this.centre(ends[2 * k], a);
-      this.centre(ends[2 * k + 1], b);
-      const r = this.at(this.arrays.radius, ends[2 * k]);
-      const reach = r + this.at(this.arrays.radius, ends[2 * k + 1]);
-      if (a.distanceTo(b) > 1.5 * reach) continue; // through a periodic face
-      from.set([a.x, a.y, a.z], 3 * rows);
-      to.set([b.x, b.y, b.z], 3 * rows);
-      if (byForce && force) {
-        const share = Math.min(Math.abs(force[k]) / most, 1);
-        width[rows] = r * (0.06 + 0.6 * Math.sqrt(share));
-        tint.set(force[k] >= 0 ? [0.75, 0.16, 0.1] : [0.13, 0.4, 0.75], 3 * rows);
-      } else {
-        width[rows] = 0.13 * r;
-        tint.set([0.35, 0.35, 0.4], 3 * rows);
+      const a = ends[2 * k], b = ends[2 * k + 1];
+      const r = this.at(radius, a), reach = 1.5 * (r + this.at(radius, b));
+      let way = 0;
+      for (let c = 0; c < 3; c++) {
+        from[3 * rows + c] = x[3 * a + c];
+        to[3 * rows + c] = x[3 * b + c];
+        way += (x[3 * a + c] - x[3 * b + c]) ** 2;
       }
+      if (way > reach * reach) continue; // through a periodic face
+      const share = byForce && force ? Math.min(Math.abs(force[k]) / most, 1) : -1;
+      width[rows] = r * (share < 0 ? 0.13 : 0.06 + 0.6 * Math.sqrt(share));
+      tint.set(share < 0 ? ROD : force[k] >= 0 ? PUSHED : PULLED, 4 * rows);
       rows++;
     }
+    this.rodCount = rows;
     this.rods.show(rows, "from", "to", "width", "tint");
   }
 
   #updateRoom() {
+    if (!this.#stale("room", this.frame)) return;
     if (this.room) {
       this.scene.remove(this.room);
       this.room.geometry.dispose();
+      this.room.material.dispose();
     }
     this.room = null;
     const faces = this.data.room && this.data.room[this.frame];
@@ -163,15 +204,19 @@ export class Viewer {
 
   ends() {
     // the corners of all that is there now
-    const low = new Vector3(Infinity, Infinity, Infinity), high = low.clone().negate();
-    const p = new Vector3();
-    for (let n = 0; n < this.count; n++) {
-      this.centre(n, p);
-      low.min(p);
-      high.max(p);
+    if (this.#stale("ends", this.frame)) {
+      const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+      const x = this.arrays.position, last = 3 * (this.frame + 1) * this.count;
+      for (let k = 3 * this.frame * this.count; k < last; k += 3) {
+        for (let c = 0; c < 3; c++) {
+          if (x[k + c] < low[c]) low[c] = x[k + c];
+          if (x[k + c] > high[c]) high[c] = x[k + c];
+        }
+      }
+      const r = this.data.largest_radius;
+      this.corners = [new Vector3(...low).subScalar(r), new Vector3(...high).addScalar(r)];
     }
-    const r = this.data.largest_radius;
-    return [low.subScalar(r), high.addScalar(r)];
+    return this.corners.map((corner) => corner.clone());
   }
 
   // -- camera -----------------------------------------------------------------------------------
@@ -220,10 +265,11 @@ export class Viewer {
   }
 
   draw() {
-    if (this.waiting) return;
+    if (this.waiting || this.closed) return;
     this.waiting = true;
     requestAnimationFrame(() => {
       this.waiting = false;
+      if (this.closed) return;
       this.#setPlane();
       this.renderer.render(this.scene, this.camera);
       this.panel?.scale(this.height / this.camera.zoom / this.canvas.clientHeight);

@@ -10,6 +10,7 @@ from dusttaichi.analysis import open_run
 from dusttaichi.analysis.grain_tests import grain_test
 from dusttaichi.errors import DustError
 from dusttaichi.files import RESULT
+from dusttaichi.plots import save
 from dusttaichi.plots.continuum_fit import continuum_fit, pressing_speeds
 from dusttaichi.studies.continuum_fit import fitting, speeds, writing
 from dusttaichi.studies.continuum_fit.fitting import Fit
@@ -68,8 +69,8 @@ def write(found, path):
     writing.write_material(found.fit, path)
     writing.write_table(found.fit, table)
     writing.write_curves(found.curves, curves)
-    continuum_fit(found.fit).savefig(figure)
-    pressing_speeds(found.curves).savefig(second)
+    save(continuum_fit(found.fit), figure)
+    save(pressing_speeds(found.curves), second)
     return [path, figure, table, second, curves]
 
 

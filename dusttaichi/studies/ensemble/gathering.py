@@ -22,6 +22,7 @@ def gather_plan(plan, results):
         result.text if run is None else run.status
         for run, result in zip(runs, results, strict=True)
     ]
+    labels["directory"] = [member.label for member in plan.members]
     axes = {axis.key: _variable(axis) for axis in plan.axes}
     scene = plan.scene
     attrs = {
@@ -33,6 +34,7 @@ def gather_plan(plan, results):
     data = gather(runs, axes, labels, attrs)
     for name in plan.members[0].seeds:
         data[name].attrs["long_name"] = f"sample.{name.replace('_', '.')} of the run"
+    data["directory"].attrs["long_name"] = "directory of the run, from that of this file"
     data["status"].attrs["long_name"] = "how the run ended"
     return data
 

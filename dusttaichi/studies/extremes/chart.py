@@ -51,8 +51,7 @@ def chart(
             )
         known |= _tried(rest, folder / KEPT, count or usable_cores(), report)
         data, paths = results.save([(cell, known[_mark(cell)]) for cell in cells], folder)
-        paths.append(folder / "extremes.png")
-        plots.extremes(data).savefig(paths[-1])
+        paths.append(plots.save(plots.extremes(data), folder / "extremes.png"))
     except OSError as error:
         raise DustError(f"The map cannot be written to {folder}: {error}.") from error
     return data, paths

@@ -94,7 +94,7 @@ def save_map(scene, text, directory, tolerance=1e-3, settings=()):
     try:
         Path(directory).mkdir(parents=True, exist_ok=True)
         data.to_netcdf(paths[0])
-        figure.savefig(paths[1])
+        plots.save(figure, paths[1])
     except OSError as error:
         raise DustError(f"The map cannot be written to {directory}: {error}.") from error
     return data, paths

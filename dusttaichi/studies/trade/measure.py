@@ -8,7 +8,8 @@ from pathlib import Path
 from dusttaichi import files
 from dusttaichi.analysis.ensemble import save_ensemble
 from dusttaichi.errors import DustError
-from dusttaichi.plots.trade import save_trade
+from dusttaichi.plots import save
+from dusttaichi.plots import trade as draw_trade
 from dusttaichi.studies.trade import knobs, report, scenes
 from dusttaichi.studies.trade.runner import POINTS, Runner
 from dusttaichi.studies.trade.trade import plan, trade
@@ -101,4 +102,4 @@ def measure(scene, directory, wanted, *, jobs=None, pairs=True, force=False, wat
         data = report.dataset(found, scene, scene.source or "", numbers)
         file = directory / "trade.nc"
         save_ensemble(data, file)
-    return found, (file, save_trade(data, file.with_suffix(".png")))
+    return found, (file, save(draw_trade(data), file.with_suffix(".png")))

@@ -1,0 +1,64 @@
+"""Datasets of many runs as they lie on disk: of a trade, an ensemble, a sweep."""
+
+from pathlib import Path
+
+import xarray as xr
+
+from dusttaichi.errors import DustError
+
+TRADES, ENSEMBLES = ("trade.nc",), ("sweep.nc", "ensemble.nc")
+
+
+def stored(path, names):
+    """The file of one of `names` that a path is, or that its directory holds beside no result.
+
+    None where there is none.
+    """
+    path = Path(path)
+    if path.name in names:
+        return path
+    found = [path / name for name in names if (path / name).exists()]
+    return found[0] if found and not (path / "result.nc").exists() else None
+
+
+def read_stored(file, what, needed):
+    """The dataset of a file, in memory. what: "a trade", for messages. needed: variables that it
+    must have. Raises DustError where it cannot be read or is something else."""
+    try:
+        with xr.open_dataset(file, engine="netcdf4") as data:
+            data = data.load()
+    except (OSError, ValueError, RuntimeError) as error:
+        raise DustError(f"{file} cannot be read as {what}: {error}.") from error
+    if not set(needed) <= {*data.variables, *data.attrs}:
+        raise DustError(f"{file} is not {what}: it lacks {', '.join(sorted(needed))}.")
+    return data
+
+
+def is_trade(path):
+    """True where a path is a trade.nc, or a directory that holds one and no result."""
+    return stored(path, TRADES) is not None
+
+
+def open_trade(path):
+    """(dataset, file) of a trade.nc or its directory, read into memory. Raises DustError."""
+    file = _file(path, TRADES)
+    return read_stored(file, "a trade", ("cost_ratio", "error", "knob")), file
+
+
+def is_ensemble(path):
+    """True where a path is a sweep.nc or an ensemble.nc, or a directory of one and no result."""
+    return stored(path, ENSEMBLES) is not None
+
+
+def open_ensemble(path):
+    """(dataset, file) of an ensemble.nc, a sweep.nc or its directory, read into memory.
+
+    Raises DustError.
+    """
+    file = _file(path, ENSEMBLES)
+    needed = ("summary_numbers", "coordinate", "replica")
+    return read_stored(file, "an ensemble or a sweep", needed), file
+
+
+def _file(path, names):
+    return stored(path, names) or Path(path)

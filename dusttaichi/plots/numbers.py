@@ -1,0 +1,84 @@
+"""The numbers of the runs of an ensemble or a sweep against the swept keys: a panel for each."""
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.ticker import MaxNLocator
+
+from dusttaichi.analysis.ensemble_tables import Against, against, table_numbers
+from dusttaichi.plots import style
+
+FORMULAS = {"p_m": r"$p_{\rm m}$", "delta": r"$\Delta$", "phi_init": r"$\phi_{\rm init}$"}
+WIDE = 10.0  # from this ratio of the largest to the smallest value on an axis is logarithmic
+MOST_LINES = 12
+
+
+@style.styled
+def numbers(data):
+    """Each number of the table of a dataset of `analysis.gather` against what was swept.
+
+    x: the swept key with most values that are numbers, the replica without a sweep; a line for each
+    point of the other keys. Bars are standard deviations over the replicas, faint points the runs.
+    None where no number differs between the runs.
+    """
+    drawn = [against(data, name) for name in table_numbers(data)]
+    drawn = [one for one in drawn if one.varies]
+    if not drawn:
+        return None
+    figure, panels = style.new_grid(len(drawn), 3, 1.6)
+    for panel, one in zip(panels, drawn, strict=True):
+        _panel(panel, one)
+    handles, labels = panels[0].get_legend_handles_labels()
+    if len(handles) > 1:
+        columns = max(1, 64 // (8 + max(map(len, labels))))
+        figure.legend(handles, labels, loc="outside lower center", ncols=columns)
+    return figure
+
+
+def _panel(panel, one: Against):
+    count = min(len(one.lines), MOST_LINES)
+    chosen = np.linspace(0, len(one.lines) - 1, count).round().astype(int)
+    for number, n in enumerate(chosen):
+        label, look = one.lines[n], _look(number, count)
+        known = np.isfinite(one.mean[n])
+        runs = np.broadcast_to(one.x[:, None], one.runs[n].shape)
+        if one.runs.shape[-1] > 1:
+            dots = {"markersize": 2.5, "markeredgewidth": 0, "alpha": 0.4}
+            panel.plot(runs.ravel(), one.runs[n].ravel(), "o", color=look["color"], **dots)
+        bars = np.nan_to_num(one.std[n][known])
+        panel.errorbar(one.x[known], one.mean[n][known], bars, label=label or "_", **look)
+    _axes(panel, one)
+
+
+def _look(number, count):
+    look = {"marker": "o", "markersize": 3.5, "linewidth": 1.1, "capsize": 2, "elinewidth": 1.0}
+    if count <= len(style.RUN_COLOURS):
+        return look | style.run_style(number)
+    return look | {"color": colormaps["viridis"](0.9 * number / (count - 1))}
+
+
+def _axes(panel, one):
+    if one.ticks is not None:
+        panel.set_xticks(one.x, one.ticks)
+        panel.set_xlim(one.x[0] - 0.4, one.x[-1] + 0.4)
+    elif _wide(one.x):
+        panel.set_xscale("log")
+        style.few_ticks(panel.xaxis)
+    if _wide(one.runs):
+        panel.set_yscale("log")
+        if np.nanmax(one.runs) < 100 * np.nanmin(one.runs):
+            style.few_ticks(panel.yaxis)
+    else:
+        panel.yaxis.set_major_locator(MaxNLocator(4))
+    panel.set_title(_named(one.name, one.unit), loc="left", fontsize="small", pad=4)
+    panel.set_xlabel(_named(one.key.split(".")[-1], one.x_unit), fontsize="small")
+    panel.tick_params(which="both", labelsize="x-small")
+
+
+def _named(name, unit):
+    text = FORMULAS.get(name, name.replace("_", " "))
+    return f"{text} ({unit})" if unit else text
+
+
+def _wide(values):
+    known = values[np.isfinite(values)]
+    return len(known) and known.min() > 0 and known.max() >= WIDE * known.min()

@@ -1,0 +1,83 @@
+"""The page of an ensemble or a sweep: its curves, its numbers, and its runs to turn around."""
+
+from pathlib import Path
+
+import numpy as np
+
+from dusttaichi import plots
+from dusttaichi.analysis import ensemble_tables as tables
+from dusttaichi.analysis import open_run
+from dusttaichi.errors import DustError
+from dusttaichi.report.page import blank, provenance, shown
+from dusttaichi.report.particles import MOST, particles
+
+MOST_RUNS = 24  # whose particles a page shows, evenly of more
+
+
+def ensemble_data(data, file):
+    """What the page shows of a dataset of `analysis.gather`, which lies at `file`, as a dict for
+    JSON: curves, numbers against the swept keys, and the particles of the runs beside it."""
+    title = f"{data.attrs['title']}, {'sweep' if tables.axes_of(data) else 'ensemble'}"
+    return blank(title, _lead(data)) | {
+        "table": _table(data),
+        "figures": shown(plots.figures_of_ensemble(data)),
+        "views": _views(data, Path(file).parent),
+        "members": _members(data),
+        "scene": str(np.atleast_1d(data.attrs.get("scene_resolved", ""))[0]).strip(),
+        "provenance": provenance(data.attrs),
+    }
+
+
+def _lead(data):
+    axes, replicas = tables.axes_of(data), data.sizes["replica"]
+    said = [f"{axis} at {data.sizes[axis]} values" for axis in axes]
+    many = f"{replicas} replicas" if replicas > 1 else ""
+    return ", ".join([*said, *([many] if many else [])])
+
+
+def _table(data):
+    """Rows of text: a head, and the numbers of each point, or of an ensemble a number a row."""
+    axes, names = tables.axes_of(data), tables.table_numbers(data)
+    columns = [tables.number_texts(data, name) for name in names]
+    heads = [name.replace("_", " ") for name in names]
+    if not axes:
+        rows = [[head, *column] for head, column in zip(heads, columns, strict=True)]
+        return [["", "mean ± standard deviation"], *rows]
+    keys = [axis.split(".")[-1].replace("_", " ") for axis in axes]
+    points = zip(tables.point_values(data), zip(*columns, strict=True), strict=True)
+    return [[*keys, *heads], *([*point, *numbers] for point, numbers in points)]
+
+
+def _members(data):
+    """Rows of text: a head, and how each run ended."""
+    status = data.status.values.ravel().tolist() if "status" in data else []
+    rows = [[label, said] for label, said in zip(_labels(data), status, strict=False)]
+    return [["run", "how it ended"], *rows] if rows else []
+
+
+def _labels(data):
+    """A name for each run, in the order of the axes and then of the replicas."""
+    several = data.sizes["replica"] > 1
+    ends = [f"replica {n}" if several else "" for n in range(data.sizes["replica"])]
+    points = tables.point_labels(data)
+    return [", ".join(filter(None, pair)) for pair in ((p, e) for p in points for e in ends)]
+
+
+def _views(data, folder):
+    """Particles of the runs that lie below the folder and have snapshots, with their names."""
+    if "directory" not in data:  # of an older version
+        return []
+    places = [folder / str(place) for place in data.directory.values.ravel()]
+    there = [pair for pair in zip(_labels(data), places, strict=True) if pair[1].is_dir()]
+    if len(there) > MOST_RUNS:
+        there = [there[n] for n in np.linspace(0, len(there) - 1, MOST_RUNS).round().astype(int)]
+    found = []
+    for label, place in there:
+        try:
+            with open_run(place) as run:
+                view = particles(run, MOST // len(there)) if run.tree is not None else None
+        except DustError:
+            continue  # it failed, or is no longer what it was
+        if view is not None:
+            found.append({"name": label, "particles": view})
+    return found

@@ -1,0 +1,154 @@
+"""Where the axes of a matplotlib figure stand, their scales and names, as layout of plotly.js."""
+
+import numpy as np
+from matplotlib.colors import to_hex, to_rgba
+from matplotlib.patches import Polygon, Rectangle
+from matplotlib.ticker import FixedFormatter
+
+from dusttaichi.report.text import css, html
+
+PER_POINT = 96.0 / 72.0 * 0.9
+PER_INCH = 96.0  # pixels of the page an inch of a figure, of those in columns more
+WIDTHS = (500.0, 1100.0)  # pixels of a figure, of one with several columns of axes
+ROW = 20  # pixels of a row of the legend
+
+
+def layout_of(figure, axes):
+    """(layout, ends, height): of a Figure with these Axes; for each of them the end of the names of
+    its axes, "" or "2" ...; pixels of the height."""
+    figure.canvas.draw()  # limits, places and ticks are known only now
+    layout = {
+        "margin": {"l": 64, "r": 14, "t": 14, "b": 48},
+        "font": {"size": 12},
+        "hovermode": "closest",
+        "legend": {"orientation": "h", "yref": "container", "y": 0, "yanchor": "bottom", "x": 0},
+        "shapes": [],
+        "annotations": [],
+        "plot_bgcolor": "white",
+    }
+    boxes = np.array([a.get_position().extents for a in axes])  # x0, y0, x1, y1
+    low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
+    shares = (boxes - np.tile(low, 2)) / np.tile(high - low, 2)
+    ends = ["" if number == 0 else str(number + 1) for number in range(len(axes))]
+    for one, share, end in zip(axes, shares.round(4).tolist(), ends, strict=True):
+        for which, other, start in (("x", "y", 0), ("y", "x", 1)):
+            about = {"anchor": f"{other}{end}", "domain": share[start::2]}
+            if end and getattr(one, f"get_shared_{which}_axes")().joined(one, axes[0]):
+                about["matches"] = which
+            layout[f"{which}axis{end}"] = _axis(one, which) | about
+        layout["shapes"] += _across(one, end)
+        layout["annotations"] += _names(one, end)
+    if any(a.get_title("left") or a.get_title() for a in axes):
+        layout["margin"]["t"] = 34
+    layout["annotations"] += _around(figure)
+    across = len({round(x, 2) for x in shares[:, 0]})
+    rows = _legend_rows(axes, WIDTHS[across > 1])
+    layout["margin"]["b"] += rows * ROW
+    tall = figure.get_figheight() * PER_INCH * (1.6 if across > 1 else 1.0)
+    return layout, ends, round(tall) + rows * ROW
+
+
+def _legend_rows(axes, width):
+    """Rows that a legend of all names takes below a figure of a width [pixels]."""
+    names = {label for one in axes for label in one.get_legend_handles_labels()[1]}
+    if len(names) < 2:
+        return 0
+    widest = 56.0 + 6.6 * max(len(html(name)) for name in names)
+    return -(-len(names) // max(1, int(width / widest)))
+
+
+def _axis(axes, which):
+    log = getattr(axes, f"get_{which}scale")() == "log"
+    own = getattr(axes, f"{which}axis")
+    limits = [float(np.log10(v)) if log else float(v) for v in getattr(axes, f"get_{which}lim")()]
+    shown = own.get_tick_params().get("labelbottom" if which == "x" else "labelleft", True)
+    about = {
+        "title": {"text": html(getattr(axes, f"get_{which}label")())},
+        "type": "log" if log else "linear",
+        "range": limits,
+        "showline": True,
+        "mirror": True,
+        "linecolor": "#444",
+        "gridcolor": "#eceef1",
+        "zeroline": False,
+        "ticks": "inside",
+        "exponentformat": "power",
+        "showticklabels": bool(shown),
+    }
+    if log and limits[1] - limits[0] > 2:
+        about["dtick"] = 1
+    named = isinstance(own.get_major_formatter(), FixedFormatter)
+    if named or (log and limits[1] - limits[0] <= 2):  # which plotly.js would name by one digit
+        ticks = [*own.get_major_ticks(), *([] if named else own.get_minor_ticks())]
+        shown = [tick for tick in ticks if tick.label1.get_text()]
+        about["tickvals"] = [float(tick.get_loc()) for tick in shown]
+        about["ticktext"] = [html(tick.label1.get_text()) for tick in shown]
+    return about
+
+
+def _note(text, **where):
+    return {"text": html(text).replace("\n", "<br>"), "showarrow": False, **where}
+
+
+def _names(axes, end):
+    """The title of an Axes, and what is written at its upper edge, as the names of stages."""
+    here = {"xref": f"x{end} domain", "yref": f"y{end} domain", "yanchor": "bottom", "y": 1.0}
+    found = []
+    for side, x in (("left", 0.0), ("center", 0.5)):
+        if axes.get_title(side):
+            look = {"xanchor": side, "align": side, "font": {"size": 11}}
+            found.append(_note(axes.get_title(side), **here, **look, x=x))
+    for text in axes.texts:
+        if getattr(text, "xycoords", None) == ("data", "axes fraction"):
+            x, y = text.xy
+            look = {"xanchor": "left", "font": {"size": 11, "color": "#444"}}
+            found.append(_note(text.get_text(), **here | {"xref": f"x{end}"}, **look, x=float(x)))
+    return found
+
+
+def _around(figure):
+    """The names that all axes of a figure share."""
+    here, found = {"xref": "paper", "yref": "paper"}, []
+    if figure.get_supxlabel():
+        below = {"x": 0.5, "y": 0.0, "yshift": -30, "yanchor": "top"}
+        found.append(_note(figure.get_supxlabel(), **here, **below))
+    if figure.get_supylabel():
+        beside = {"x": 0.0, "y": 0.5, "xshift": -44, "xanchor": "right", "textangle": -90}
+        found.append(_note(figure.get_supylabel(), **here, **beside))
+    return found
+
+
+def _across(axes, end):
+    """What reaches across all of the axes: axhline and axvline, axhspan and axvspan."""
+    shapes = []
+    for line in axes.lines:
+        x, y = np.atleast_1d(line.get_xdata()), np.atleast_1d(line.get_ydata())
+        shape = _shape("line", (x, y), in_data(line, axes), end) if len(x) == 2 else None
+        if shape is not None:
+            width = line.get_linewidth() * PER_POINT
+            shapes.append(shape | {"line": {"color": to_hex(line.get_color()), "width": width}})
+    for patch in axes.patches:
+        if isinstance(patch, (Rectangle, Polygon)):
+            box = patch.get_path().get_extents(patch.get_patch_transform())
+            ends = (box.x0, box.x1), (box.y0, box.y1)
+            shape = _shape("rect", ends, in_data(patch, axes), end)
+            if shape is not None:
+                fill = {"fillcolor": css(to_rgba(patch.get_facecolor())), "line": {"width": 0}}
+                shapes.append(shape | fill | {"layer": "below"})
+    return shapes
+
+
+def in_data(artist, axes):
+    """(x, y): whether these coordinates of an artist are those of the data."""
+    return artist.get_transform().contains_branch_seperately(axes.transData)
+
+
+def _shape(kind, ends, within, end):
+    """A shape that reaches across all of one direction, None where it reaches across neither."""
+    if within[0] == within[1]:
+        return None
+    axes = {"xref": f"x{end}", "yref": f"y{end} domain"}
+    if within[1]:
+        axes = {"xref": f"x{end} domain", "yref": f"y{end}"}
+    places = zip(("x0", "x1", "y0", "y1"), (*ends[0], *ends[1]), strict=True)
+    return {"type": kind, **axes, **{name: float(value) for name, value in places}}
