@@ -5,7 +5,9 @@ import os
 import shutil
 import socket
 import tempfile
+import time
 from contextlib import suppress
+from functools import lru_cache
 from pathlib import Path
 
 from dusttaichi.errors import DustError
@@ -16,6 +18,8 @@ except ImportError:  # not a POSIX system: runs there go without a lock
     fcntl = None
 
 MEMORY = Path("/dev/shm")  # files in memory, where the system has them
+WORK = "dusttaichi-"  # how their names begin
+FORGOTTEN = 3600.0  # s after which a file there is of a process that has been killed
 RESULT, CHECKPOINT = "result.nc", "checkpoint.bin"  # the files of a run directory
 
 
@@ -106,16 +110,19 @@ class WorkFile:
     def __init__(self, beside, room):
         self._room, self._hidden = int(room), False
         if _free(MEMORY) > 2 * self._room:
-            self._descriptor, name = tempfile.mkstemp(prefix="dusttaichi-", dir=MEMORY)
+            _remove_forgotten()
+            self._descriptor, name = tempfile.mkstemp(prefix=WORK, dir=MEMORY)
             self.path, self._in_memory = Path(name), True
         else:
             self.path = Path(beside).with_name(f".{Path(beside).name}.work")
             flags = os.O_RDWR | os.O_CREAT | os.O_TRUNC
             self._descriptor, self._in_memory = os.open(self.path, flags, 0o666), False
 
-    def begin_with(self, source):
-        """Copy a file into it, which the library then appends to."""
+    def begin_with(self, source, prepare):
+        """Copy a file into it, which the library then appends to. prepare: called with its path,
+        to make it ready for that."""
         clone(source, self.path)
+        prepare(self.path)
         if not self._in_memory:
             reserve(self.path, self._room)
 
@@ -137,6 +144,16 @@ class WorkFile:
         os.close(self._descriptor)
         if not self._hidden:
             self.path.unlink(missing_ok=True)
+
+
+@lru_cache(maxsize=1)
+def _remove_forgotten():
+    """Remove work files of processes that a kill has hit in the moment before `hide`."""
+    for path in MEMORY.glob(f"{WORK}*"):
+        with suppress(OSError):
+            found = path.stat()
+            if found.st_uid == os.getuid() and time.time() - found.st_mtime > FORGOTTEN:
+                path.unlink()
 
 
 def _free(folder):

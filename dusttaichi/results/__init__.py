@@ -7,6 +7,7 @@ for each snapshot. All values are SI.
 """
 
 from dusttaichi.results.provenance import provenance
+from dusttaichi.results.seal import opened
 from dusttaichi.results.variables import (
     COMMON,
     Variable,
@@ -23,6 +24,7 @@ __all__ = [
     "Writer",
     "common",
     "declare",
+    "opened",
     "provenance",
     "reference_energy",
     "select",

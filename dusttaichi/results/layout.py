@@ -1,17 +1,14 @@
 """The NetCDF file that the table of variables describes: made, read back, and cut."""
 
-import hashlib
-import json
 import math
 
-import netCDF4
 import numpy as np
 
 from dusttaichi.errors import DustError
+from dusttaichi.results.seal import DIGEST, SEALED, opened
 from dusttaichi.results.variables import Variable, record_dimension
 
 SOURCE = "Definition: "
-DIGEST = "digest"  # global attribute: SHA-256 of those that are texts
 
 
 def folder_of(file, group):
@@ -85,7 +82,7 @@ def _define_variable(folder, variable, sizes, ragged, compressed):
 def describe(path):
     """Layout, dimensions, static values, attributes and records of the file at `path`."""
     try:
-        with netCDF4.Dataset(path) as file:
+        with opened(path) as file:
             file.set_auto_mask(False)
             lengths = {n: len(d) for n, d in file.dimensions.items() if not d.isunlimited()}
             sizes = {n: tuple(file[n][:]) if n in file.variables else s for n, s in lengths.items()}
@@ -111,31 +108,13 @@ def attributes_of(file):
 
 
 def write_attributes(file, attributes):
-    """Set the global attributes of an open file; values of None are left out. HDF5 has no sum of
-    its texts, so that one stands beside them."""
-    attributes = {**attributes, DIGEST: _digest(file, attributes)}
-    for name, value in attributes.items():
+    """Set the global attributes of an open file, which is sealed once it is closed; values of None
+    are left out."""
+    for name, value in {**attributes, DIGEST: SEALED}.items():
         if isinstance(value, str):  # setncattr would limit them to 64 kB
             file.setncattr_string(name, value)
         elif value is not None:
             file.setncattr(name, value)
-
-
-def check_attributes(file):
-    """Raise OSError where texts of an open file are not those that were written."""
-    said = getattr(file, DIGEST, None)
-    if said is not None and said != _digest(file, attributes_of(file)):
-        raise OSError(
-            "its texts are damaged (if you have changed them yourself, remove the attribute "
-            f"{DIGEST}, too)"
-        )
-
-
-def _digest(file, attributes):
-    """Of all texts of an open file: its global attributes, and the names of entries."""
-    texts = sorted((k, v) for k, v in attributes.items() if isinstance(v, str) and k != DIGEST)
-    texts += [(n, v[:].tolist()) for n, v in file.variables.items() if v.dtype is str]
-    return hashlib.sha256(json.dumps(texts).encode()).hexdigest()
 
 
 def record_counts(file):

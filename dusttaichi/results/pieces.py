@@ -2,12 +2,12 @@
 
 Once a file has some size it is left as it is, and what follows goes into a further one in the
 folder result.parts, so that writing costs the same however much there is already. Every file is
-whole by itself. A part names the result that it continues by the identity of that file, and says at
-which record of each group it begins; what the files before it hold from there on no longer counts.
-At its end a run joins them all into result.nc.
+whole by itself. The seal of a part (seal.py) names the result that it continues by the identity of
+that file, and says at which record of each group it begins and how many it has; what the files
+before it hold from there on no longer counts. So a result is put together from the seals, and a
+part is opened when its numbers are read. At its end a run joins them all into result.nc.
 """
 
-import json
 import os
 import shutil
 import subprocess
@@ -20,10 +20,9 @@ import netCDF4
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import clone, explain, parts_folder, replace_atomically, reserve
+from dusttaichi.results import seal
 from dusttaichi.results.layout import (
-    DIGEST,
     attributes_of,
-    check_attributes,
     copy_records,
     define,
     describe,
@@ -31,9 +30,8 @@ from dusttaichi.results.layout import (
     write_attributes,
 )
 
-# global attributes that put a piece in its place
-IDENTITY, CONTINUES, STARTS = "id", "continues", "starts"
-OWN = IDENTITY, CONTINUES, STARTS, DIGEST
+IDENTITY = "id"  # global attribute of result.nc, by which its parts know it
+OWN = IDENTITY, seal.DIGEST  # attributes that a file made of it does not take over
 
 
 class Piece(NamedTuple):
@@ -46,7 +44,7 @@ class Piece(NamedTuple):
 
 def identity_of(path):
     """What tells a result file from others; "" of a file that was written before there was one."""
-    with netCDF4.Dataset(path) as file:
+    with seal.opened(path) as file:
         return str(getattr(file, IDENTITY, ""))
 
 
@@ -55,37 +53,58 @@ def new_identity():
     return uuid.uuid4().hex
 
 
+def place(identity, records, starts=None):
+    """What the seal of a file says of its place: result.nc, or where there are `starts` a part.
+
+    identity: of result.nc. records: group -> how many it holds.
+    """
+    if starts is None:
+        return {IDENTITY: identity, "records": records}
+    return {"continues": identity, "records": records, "starts": starts}
+
+
 def pieces_of(path):
-    """The Pieces of the result at `path`, in order; the first is that file. OSError is let out."""
+    """The Pieces of the result at `path`, in order; the first is that file. They are not opened.
+
+    OSError is let out; DustError where a part is damaged or missing.
+    """
     path = Path(path)
-    with netCDF4.Dataset(path) as file:
-        check_attributes(file)
-        identity, totals = str(getattr(file, IDENTITY, "")), record_counts(file)
-    found = [Piece(path, dict.fromkeys(totals, 0), totals)]
-    for part in sorted(parts_folder(path).glob("[0-9]*.nc")):
-        with netCDF4.Dataset(part) as file:
-            if getattr(file, CONTINUES, None) != identity:
-                break
-            check_attributes(file)
-            own = json.loads(getattr(file, STARTS))
-            starts = {group: own.get(group, 0) for group in record_counts(file)}
-            ends = {group: starts[group] + n for group, n in record_counts(file).items()}
+    own = seal.seal_of(path)
+    if own is None:
+        with seal.opened(path) as file:
+            own = place(str(getattr(file, IDENTITY, "")), record_counts(file))
+    found = [Piece(path, dict.fromkeys(own["records"], 0), own["records"])]
+    for part in _parts(path):
+        about = seal.seal_of(part)
+        if about is None:
+            raise seal.damaged(part)
+        if about["continues"] != own[IDENTITY]:
+            break  # of a result that was here before
+        starts = {group: about["starts"].get(group, 0) for group in about["records"]}
+        ends = {group: starts[group] + n for group, n in about["records"].items()}
         if any(starts[group] > found[-1].ends.get(group, 0) for group in starts):
-            break
+            raise DustError(
+                f"Records are missing between {found[-1].path} and {part}: a part is gone. Take it "
+                f"from a backup; where {part.name} and the parts after it are moved away, what is "
+                "before them can be read."
+            )
         before = {group: starts.get(group, n) for group, n in found[-1].ends.items()}
         found[-1] = found[-1]._replace(ends=before)
         found.append(Piece(part, starts, ends))
     return found
 
 
+def _parts(path):
+    return sorted(parts_folder(path).glob("[0-9]*.nc"))
+
+
 def remove_parts(path, after=0):
     """Remove the parts of the result at `path` from the one behind number `after` on."""
-    folder = parts_folder(path)
-    for part in sorted(folder.glob("[0-9]*.nc"), reverse=True):
+    for part in reversed(_parts(path)):
         if int(part.stem) > after:
             part.unlink(missing_ok=True)
     if not after:
-        shutil.rmtree(folder, ignore_errors=True)
+        shutil.rmtree(parts_folder(path), ignore_errors=True)
 
 
 def join(path, lock=None):
@@ -116,16 +135,15 @@ def _put_together(path):
     """Write the joined file in the place of that at `path`. Raises OSError, DustError."""
     pieces, parent = pieces_of(path), os.getppid()
     layout, sizes, static, _, _ = describe(pieces[-1].path)
-    with netCDF4.Dataset(pieces[-1].path) as file:
+    with seal.opened(pieces[-1].path) as file:
         attributes = attributes_of(file)
-    for name in (CONTINUES, STARTS):
-        attributes.pop(name, None)
     first, temporary = pieces[0], path.with_name(f".{path.name}.tmp")
     grown = describe(path)
     fits = set(grown[0]) == set(layout)
     fits = fits and all(grown[-1][g] <= n for g, n in pieces[-1].ends.items())
     if fits:  # its records stay where they are; those that no longer count are written over
         clone(path, temporary)
+        seal.remove(temporary)
         pieces = pieces[1:]
     else:
         temporary.write_bytes(b"")
@@ -137,9 +155,12 @@ def _put_together(path):
             if os.getppid() != parent:
                 raise OSError("the run that joins them has been killed")
             counts = {g: n - piece.starts[g] for g, n in piece.ends.items()}
-            with netCDF4.Dataset(piece.path) as old:
+            with seal.opened(piece.path) as old:
                 copy_records(old, new, layout, counts, piece.starts)
-        write_attributes(new, attributes | {IDENTITY: new_identity()})
+        identity = new_identity()
+        write_attributes(new, attributes | {IDENTITY: identity})
+        records = record_counts(new)
+    seal.seal_file(temporary, place(identity, records))
     replace_atomically(temporary, first.path)
     remove_parts(path)
 

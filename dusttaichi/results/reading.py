@@ -4,7 +4,6 @@ import bisect
 import math
 from pathlib import Path
 
-import netCDF4
 import numpy as np
 import xarray as xr
 from xarray.backends import BackendArray
@@ -12,6 +11,7 @@ from xarray.core import indexing
 
 from dusttaichi.results.layout import folder_of
 from dusttaichi.results.pieces import pieces_of
+from dusttaichi.results.seal import check_whole, opened
 from dusttaichi.results.variables import record_dimension
 
 ATTEMPTS = 3  # where a run joins its parts at this very moment
@@ -35,6 +35,7 @@ def open_tree(path):
 def _open(path):
     """As open_tree; FileNotFoundError where the parts have just been joined."""
     pieces = pieces_of(path)
+    check_whole(pieces[-1].path)
     if len(pieces) == 1:
         return xr.open_datatree(path, engine="netcdf4")
     with xr.open_datatree(pieces[-1].path, engine="netcdf4") as last:
@@ -67,7 +68,7 @@ def _small(group, names, last, pieces):
     for piece in pieces:
         if piece.ends.get(group, 0) == piece.starts.get(group, 0):
             continue
-        with netCDF4.Dataset(piece.path) as file:
+        with opened(piece.path) as file:
             file.set_auto_maskandscale(False)
             for name in small:
                 count = piece.ends[group] - piece.starts[group]
@@ -117,6 +118,6 @@ class _Joined(BackendArray):
         if not path.exists():
             path, first = self.joined, self.starts[number]
             low, high = low + first, high + first
-        with netCDF4.Dataset(path) as file:
+        with opened(path) as file:
             file.set_auto_maskandscale(False)
             return folder_of(file, self.group)[self.name][(slice(low, high), *rest)]

@@ -1,6 +1,5 @@
 """The writer of the result file, which a kill or a full disk cannot harm."""
 
-import json
 import time as clock
 from pathlib import Path
 
@@ -9,7 +8,7 @@ import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import RunLock, WorkFile, explain, parts_folder, write_whole
-from dusttaichi.results import pieces
+from dusttaichi.results import pieces, seal
 from dusttaichi.results.layout import (
     chunk_rows,
     copy_records,
@@ -17,6 +16,7 @@ from dusttaichi.results.layout import (
     describe,
     folder_of,
     ragged_groups,
+    record_counts,
     write_attributes,
 )
 from dusttaichi.results.variables import LABELS
@@ -52,6 +52,7 @@ class Writer:
         self._number, self._starts, self._identity = 0, dict.fromkeys(records, 0), ""
         self._size = 0  # of that piece [bytes]
         self._as_it_is = False  # its file has these variables, and no records that do not count
+        self._alone = False  # there are no parts after it, of a run that had come further
         self._changed = False
         self._last_time = None
 
@@ -117,6 +118,8 @@ class Writer:
     def _of_pieces(cls, path, lock, counts):
         """A Writer that goes on with the pieces of a result from `counts`."""
         found = _pieces(path)
+        for piece in found:  # what is damaged is told now, not at the end of the run
+            seal.check_whole(piece.path)
         held = found[-1].ends
         short = [group for group, n in counts.items() if held.get(group, 0) < n]
         if short:
@@ -218,7 +221,8 @@ class Writer:
             number, starts = number + 1, dict(self._records)
         file = self._file(number)
         try:
-            pieces.remove_parts(self.path, number)
+            if not self._alone:
+                pieces.remove_parts(self.path, number)
             image = self._image(blocks, number, starts)
             if number:
                 file.parent.mkdir(exist_ok=True)
@@ -230,7 +234,7 @@ class Writer:
         # same places again
         self._records, self._buffer = counts, {group: [] for group in counts}
         self._number, self._starts, self._size = number, starts, len(image)
-        self._as_it_is = True
+        self._as_it_is = self._alone = True
         self._changed = False
         if "series" in blocks:
             self._last_time = blocks["series"]["time"][-1]
@@ -288,25 +292,27 @@ class Writer:
         room = self._room(blocks) + 2 * (self._size if number == self._number else 0)
         with WorkFile(self.path, room) as work:
             if goes_on:
-                work.begin_with(self._file(number))
+                work.begin_with(self._file(number), seal.remove)
             with netCDF4.Dataset(work.path, "a" if goes_on else "w", format="NETCDF4") as file:
                 work.hide()
                 if not goes_on:
                     self._define(file, number, before)
                 file.set_auto_maskandscale(False)
-                own = self._own(number, starts)
+                own = {} if number else {pieces.IDENTITY: self._identity}
                 write_attributes(file, self._attributes | {"date_modified": _now()} | own)
                 for group, block in blocks.items():
                     start, folder = before[group], folder_of(file, group)
                     for name, data in block.items():
                         folder[name][start : start + len(data)] = data
-            return work.read()
+                held = record_counts(file)
+            place = pieces.place(self._identity, held, starts if number else None)
+            return seal.sealed(work.read(), place)
 
     def _define(self, new, number, before):
         """Make a file anew, with the records of the old one as far as they count."""
         define(new, self._layout, self._dimensions, self._static, compressed=number == 0)
         if any(before.values()):
-            with netCDF4.Dataset(self._file(number)) as old:
+            with seal.opened(self._file(number)) as old:
                 copy_records(old, new, self._layout, before)
 
     def _room(self, blocks):
@@ -320,12 +326,6 @@ class Writer:
                 chunk = chunk_rows(variable, self._sizes, variable.group in ragged)
                 room += data.nbytes + 2 * row * chunk
         return room
-
-    def _own(self, number, starts):
-        """The attributes that put a piece in its place."""
-        if number == 0:
-            return {pieces.IDENTITY: self._identity}
-        return {pieces.CONTINUES: self._identity, pieces.STARTS: json.dumps(starts)}
 
     def _failure(self, reason):
         waiting = sum(self._rows_waiting(group) for group in self._records)

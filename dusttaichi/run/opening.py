@@ -1,12 +1,10 @@
 """How a run begins: new, from a stage that an earlier run has kept, or where one has stopped."""
 
-import netCDF4
-
 from dusttaichi import files, method, units
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT, RESULT
 from dusttaichi.method import Start, State
-from dusttaichi.results import Writer, provenance
+from dusttaichi.results import Writer, opened, provenance
 from dusttaichi.run import checkpoint, stages
 from dusttaichi.run.code import Origin
 from dusttaichi.run.error_bar import States
@@ -150,7 +148,7 @@ class Opening:
 def _refuse_finished(path):
     """A finished result without a checkpoint is not to be overwritten by a resumed run."""
     try:
-        with netCDF4.Dataset(path) as file:
+        with opened(path) as file:
             status = str(getattr(file, "status", ""))
     except OSError:
         return  # none, or not readable

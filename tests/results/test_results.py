@@ -147,6 +147,17 @@ FIRST_HALF = {
 }
 
 
+def test_work_files_that_kills_have_left_in_memory_are_removed(tmp_path, monkeypatch):
+    monkeypatch.setattr(files, "MEMORY", tmp_path)
+    old, new = tmp_path / f"{files.WORK}old", tmp_path / f"{files.WORK}new"
+    for path in (old, new):
+        path.touch()
+    os.utime(old, (0, 0))
+    files._remove_forgotten.cache_clear()
+    with files.WorkFile(tmp_path / "result.nc", 10):
+        assert not old.exists() and new.exists()
+
+
 def test_a_part_of_another_result_is_not_read(tmp_path, monkeypatch):
     monkeypatch.setattr(writing, "PIECE", 100_000)
     path = tmp_path / "result.nc"

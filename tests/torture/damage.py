@@ -34,6 +34,7 @@ def run(count, seed):
     """A Tally of so many damaged files."""
     rng, tally = random.Random(seed), Tally()
     toy.prepare()
+    toy.join_here()
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         made = _originals(folder)

@@ -3,7 +3,7 @@
 import spring
 
 from dusttaichi import method
-from dusttaichi.results import writer
+from dusttaichi.results import pieces, writer
 from dusttaichi.run import execute, loop
 from dusttaichi.scene import from_yaml
 
@@ -38,6 +38,11 @@ def prepare():
 def with_parts(small):
     """Whether a result has many parts, or is one file throughout."""
     writer.PIECE = 30_000 if small else 10**9
+
+
+def join_here():
+    """Parts are joined in this process, not in one of its own: a second less each time."""
+    pieces.join = lambda path, lock=None: pieces._put_together(path)
 
 
 def go(name, directory, **how):

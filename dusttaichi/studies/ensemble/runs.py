@@ -94,8 +94,8 @@ def _finished(member):
         with open_tree(member.directory / RESULT) as result:
             status, scene = result.attrs["status"], result.attrs["scene_resolved"]
             extensions = str(result.attrs.get("extensions", ""))
-    except (OSError, RuntimeError, ValueError, KeyError):
-        return False
+    except (DustError, OSError, RuntimeError, ValueError, KeyError):
+        return False  # none, or a damaged one, which is computed again
     if extensions != "\n".join(member.scene.imported_texts):
         return False
     return status.startswith("finished") and core_of(scene) == core_of(member.scene.to_yaml())
