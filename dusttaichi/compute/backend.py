@@ -35,8 +35,10 @@ LOOPS = {"cpu": Loops(8, 16, "workers"), "cuda": Loops(1, 1, "launches")}
 def threads_of(scene, grains):
     """Worker threads: all cores that this process may use, one for a small sample.
 
-    Never more than there are cores: workers wait for each other.
+    Never more than there are cores: workers wait for each other. A device has threads of its own.
     """
+    if scene.numerics.backend != "cpu":
+        return 1
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     if scene.numerics.threads != "auto":
         return min(scene.numerics.threads, cores)

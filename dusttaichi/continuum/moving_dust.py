@@ -1,6 +1,5 @@
 """A continuum in motion as the run knows it: the Simulation with its sample, records and guards."""
 
-import time as real_time
 from dataclasses import replace
 
 import numpy as np
@@ -56,9 +55,7 @@ class MovingDust(SimpleSimulation):
         return self.around
 
     def advance(self, steps):
-        began = real_time.perf_counter()
-        self.sim.advance(steps)
-        self.workers.after(steps, real_time.perf_counter() - began)
+        self.workers.advance(steps)
 
     def drive(self, drive):
         self.around = self.around.driven(drive, self.step)

@@ -31,8 +31,8 @@ class CommonNumerics(Block):
     backend: Literal["cpu", "cuda"] = Field("cpu", description="what the kernels run on")
     threads: Annotated[int | Literal["auto"], Number(whole=True, ge=1, word="auto")] = Field(
         "auto",
-        description="CPU threads, no more than there are cores; auto: all cores, one for a small "
-        "sample",
+        description="CPU threads, no more than there are cores; auto: as many as are fastest "
+        "on the cores that are free",
     )
 
 
