@@ -35,6 +35,8 @@ FEATURES = {
     "stress": "with `output.stress`",
     "stages": "with stages",
     "push": "with pushes",
+    "gravity": "with gravity",
+    "sphere": "with a sphere",
     "polydisperse": "with grains that are not all alike",
     "forces": "with `output.forces`",
     "bodies": "with rigid bodies",

@@ -33,6 +33,7 @@ from dusttaichi.analysis.losses import Losses, losses_against_filling_factor
 from dusttaichi.analysis.profile import profile
 from dusttaichi.analysis.restitution import Restitution, restitution, wall_restitution
 from dusttaichi.analysis.run import Run, open_run
+from dusttaichi.analysis.sphere import Column, Penetration, column, penetration
 from dusttaichi.analysis.stored import is_ensemble, is_trade, open_ensemble, open_trade
 from dusttaichi.analysis.structure import Structure, structure
 from dusttaichi.analysis.summary import summary, table
@@ -42,6 +43,7 @@ from dusttaichi.analysis.trade import front, trade_dataset
 __all__ = [
     "Arrival",
     "Band",
+    "Column",
     "Compaction",
     "Curve",
     "Deviation",
@@ -55,6 +57,7 @@ __all__ = [
     "Ledger",
     "Losses",
     "MassSpectrum",
+    "Penetration",
     "Ratio",
     "Release",
     "Restitution",
@@ -65,6 +68,7 @@ __all__ = [
     "Tensile",
     "arrival",
     "bands",
+    "column",
     "compaction",
     "compare",
     "compression_curve",
@@ -89,6 +93,7 @@ __all__ = [
     "open_ensemble",
     "open_run",
     "open_trade",
+    "penetration",
     "profile",
     "read_frame",
     "releases",

@@ -6,20 +6,23 @@ import numpy as np
 
 from dusttaichi.results.variables import reference_energy
 
-KINETIC = ("kinetic_translation", "kinetic_rotation", "kinetic")
+KINETIC = ("kinetic_translation", "kinetic_rotation", "sphere_kinetic", "kinetic")
+CONTACTS = ("potential", "potential_wall", "potential_sphere")
+LOSSES = ("loss", "loss_wall", "loss_sphere")
 POTENTIAL = ("gravity_energy", "elastic_energy")  # of a continuum
-WORKS = ("wall_work", "face_work", "push_work", "work")  # of what acts from outside
+# of what acts from outside
+WORKS = ("wall_work", "face_work", "push_work", "gravity_work", "sphere_work", "work")
 
 
 @dataclass(frozen=True)
 class Ledger:
     """Energies over time [J], each (times,), unless said otherwise.
 
-    losses: channel -> cumulative loss in contacts of grains and of walls together.
-    work: of walls, periodic faces and pushes, 0 without them. stored: kinetic and potential
-    energy less their start. residual: stored - work + losses, as the run wrote it. reference: the
-    energy that has gone through the system, |work| + initial kinetic + |initial potential| +
-    losses.
+    losses: channel -> cumulative loss in contacts of grains, walls and sphere together.
+    work: of walls, periodic faces, pushes, gravity and a driven sphere, 0 without them. stored:
+    kinetic and potential energy less their start. residual: stored - work + losses, as the run
+    wrote it. reference: the energy that has gone through the system, |work| + initial kinetic +
+    |initial potential| + losses.
     relative: residual over reference, or over what the contacts bind where that is more, as the run
     wrote it (run.ledger.turnover). worst: its largest absolute value, at `worst_time` [s]. shares:
     channel -> share of all losses at the end (0 where nothing is lost).
@@ -41,7 +44,7 @@ def losses_by_channel(series):
     """Channel -> energy lost since the start [J], (times,), in contacts of grains and walls."""
     if "loss" not in series:
         return {}
-    loss = series.loss + (series.loss_wall if "loss_wall" in series else 0.0)
+    loss = sum(series[name] for name in LOSSES if name in series)
     return {str(c): loss.sel(channel=c).values for c in series.channel.values}
 
 
@@ -56,7 +59,7 @@ def ledger(run):
     losses = losses_by_channel(series)
     lost = sum(losses.values(), zero)
     kinetic = sum((series[n].values for n in KINETIC if n in series), zero)
-    potential = total("potential", "spring") + total("potential_wall", "spring")
+    potential = sum((total(name, "spring") for name in CONTACTS), zero)
     potential = sum((series[n].values for n in POTENTIAL if n in series), potential)
     work = sum((series[n].values for n in WORKS if n in series), zero)
     energy, residual = kinetic + potential, series.energy_residual.values

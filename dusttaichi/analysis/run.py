@@ -186,6 +186,11 @@ class Run:
         return frames is not None and frames.sizes["snapshot"] > 1
 
     @property
+    def has_sphere(self):
+        """True where there is a rigid sphere among the grains, and more than one record of it."""
+        return "sphere_position" in self.series and len(self.series.time) > 1
+
+    @property
     def is_continuum(self):
         """True for a run of the continuum: it has particles, and no grains."""
         return "particles" in self.attrs

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dusttaichi.analysis import dynamic
+from dusttaichi.analysis import dynamic, sphere
 from dusttaichi.analysis.compression import (
     compression_curve,
     compression_law,
@@ -76,7 +76,7 @@ def summary(run, law=None):
         curve = compression_curve(run)
         numbers["error_bar_phi"] = filling_factor_error(numbers["error_bar"], curve)
     numbers |= _compression(run, law) | dynamic.numbers(run) | _release(run) | _tension(run)
-    numbers |= _isotropic(run) | _collision(run)
+    numbers |= _isotropic(run) | _collision(run) | sphere.numbers(run)
     return numbers | continuum.numbers(run)
 
 
@@ -309,6 +309,7 @@ def table(numbers):
             "1 (T19 eq 9)",
         )
     _collision_rows(n, row)
+    sphere.rows(n, row)
     continuum.rows(n, row)
     row("filling factor", n["filling_factor"], "{:.4f}".format)
     row("pressure on the top wall", n["pressure"], lambda v: f"{v / 1e3:.4g} kPa")

@@ -9,6 +9,7 @@ from dusttaichi import samples, units
 from dusttaichi.compute.backend import LOOPS, start_taichi, threads_of
 from dusttaichi.compute.last_compiled import LastCompiled
 from dusttaichi.compute.memory import arrays_of, room_for
+from dusttaichi.domain.gravity import make_gravity
 from dusttaichi.domain.layout import make_surroundings
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.errors import DustError
@@ -28,8 +29,10 @@ from dusttaichi.grains.kernels.params import contact_params
 from dusttaichi.grains.kernels.phases import Phases
 from dusttaichi.grains.kernels.polydisperse import interface_table, make_write_constants, stored
 from dusttaichi.grains.kernels.relist import make_relist
+from dusttaichi.grains.kernels.sphere import make_sphere_relist
 from dusttaichi.grains.kernels.wall_search import make_wall_relist
 from dusttaichi.grains.simulation import Simulation, Typical
+from dusttaichi.grains.sphere import sphere_contacts, sphere_of, surface_of
 from dusttaichi.grains.step import make_advance
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.names import AXES
@@ -87,6 +90,8 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
         polydisperse=own,
         pair=contact_params(pair, laws, layout),
         wall=contact_params(wall, laws, layout),
+        sphere=chosen_sphere(scene, sample, own, laws, layout),
+        gravity=make_gravity(scene.gravity),
         box=box,
         cell=cell,
         t_c=constants.characteristic_time(material) / units.TIME,
@@ -97,6 +102,15 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
         threads=threads,
         scenes=1 if scenes is None else int(scenes[-1]) + 1,
     )
+
+
+def chosen_sphere(scene, sample, own, laws, layout):
+    """(RigidSphere, ContactParams of the contact that reaches farthest); None without a sphere."""
+    if scene.sphere is None:
+        return None
+    radii = scene.material.radius if own is None else own.radius * units.LENGTH
+    farthest = max(sphere_contacts(scene, own), key=lambda c: c.delta0)
+    return sphere_of(scene, sample, radii), contact_params(farthest, laws, layout)
 
 
 def chosen_layout(scene, laws, loops, push, polydisperse):
@@ -113,6 +127,8 @@ def chosen_layout(scene, laws, loops, push, polydisperse):
         carried=push.carried,
         stored=stored(laws) if polydisperse else (),
         precision=scene.numerics.precision,
+        sphere=scene.sphere is not None,
+        gravity="" if scene.gravity is None else scene.gravity.kind,
     )
 
 
@@ -144,6 +160,7 @@ def chosen_kernels(scene, layout, laws, running):
         relist=relist,
         list_entries=list_entries,
         relist_walls=make_wall_relist(fields, scratch, layout, write) if walls else None,
+        relist_sphere=make_sphere_relist(fields, scratch, layout, write) if layout.sphere else None,
         wrap=make_wrap(fields, layout, walls) if layout.periodic else None,
         measure=make_measure(fields, sums, layout, laws, walls),
     )
@@ -155,7 +172,7 @@ def chosen_kernels(scene, layout, laws, running):
 def interfaces(scene, laws):
     """Rows of the table of interfaces (kernels.polydisperse)."""
     glue = scene.boundary.glue if scene.boundary.kind == "plates" else 1.0
-    return interface_table(scene, laws, glue)
+    return interface_table(scene, laws, glue, surface_of(scene))
 
 
 def around(scenes):

@@ -9,7 +9,7 @@ from dusttaichi.compute.memory import Table
 from dusttaichi.grains.kernels import store
 from dusttaichi.grains.kernels.declare import declare
 
-MEASURES = ("measure_grains", "measure_pairs", "measure_walls")
+MEASURES = ("measure_grains", "measure_pairs", "measure_walls", "measure_sphere")
 
 
 @dataclass(frozen=True)
@@ -22,6 +22,7 @@ class Kernels:
     relist: Callable
     list_entries: Callable
     relist_walls: Callable | None
+    relist_sphere: Callable | None
     wrap: Callable | None
     measure: tuple
 

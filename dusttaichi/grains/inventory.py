@@ -34,6 +34,8 @@ def compiled_rows(scene, sim):
         ("walls", walls),
         ("periodic faces", faces),
         ("pushes", ", ".join(pushes) or "none"),
+        ("rigid sphere", "none" if sim.sphere is None else _sphere(sim.sphere)),
+        ("gravity", layout.gravity or "none"),
         ("summed in every step", ", ".join(_summed(sim))),
         ("written", ", ".join(_written(scene))),
         ("contacts an iteration (lanes)", f"{layout.width}"),
@@ -46,9 +48,14 @@ def compiled_rows(scene, sim):
     ]
 
 
+def _sphere(sphere):
+    return "moves by forces" if sphere.speed is None else "driven"
+
+
 def _summed(sim):
     out = [f"losses ({', '.join(sim.layout.channels)})"]
     out += ["forces on the walls"] if sim.box is not None else []
+    out += ["force and torque on the sphere"] if sim.sphere is not None else []
     out += ["work of the faces"] if sim.cell is not None else []
     return out + (["virial stress"] if sim.layout.stress else [])
 

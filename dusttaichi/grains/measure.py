@@ -20,6 +20,7 @@ from dusttaichi.grains.kernels.measure import (
     STRIKING,
     TWISTING,
 )
+from dusttaichi.grains.kernels.store import FIRST_SPHERE, ON_SPHERE
 
 
 class Readout:
@@ -29,7 +30,23 @@ class Readout:
 
     def loads(self):
         """Force [nN] and torque [nN um] that move every grain, (N, 3) each, in internal order."""
-        return self.push.on(self.contact_loads(), self.step)
+        loads = self.contact_loads()
+        if self.gravity is not None:
+            loads[0] += self.mass * self.gravity.acceleration(self.state.of_grains("x"))
+        return self.push.on(loads, self.step)
+
+    def gravity_potential(self):
+        """Potential energy of grains and sphere in the gravity of the scene [fJ]; carried grains
+        and a driven sphere, whose weight is held, left out."""
+        if self.gravity is None:
+            return 0.0
+        x = self.state["x"]
+        own = np.reshape(self.mass, -1) * self.gravity.potential(x[: self.grains])
+        own[self.push.held] = 0.0
+        if self.sphere is not None and self.sphere.speed is None:
+            at = x[self.sphere.row][None]
+            own = np.append(own, self.sphere.mass * self.gravity.potential(at))
+        return float(own.sum())
 
     def contact_loads(self):
         """The same of the contacts alone, (2, N, 3)."""
@@ -66,7 +83,7 @@ class Readout:
     def measure(self):
         """Energies [fJ], counts and extremes of the present moment, as a dict of numbers."""
         half = 0.5 * self.dt
-        measure_grains, measure_pairs, measure_walls = self.kernels.measure
+        measure_grains, measure_pairs = self.kernels.measure[:2]
         mass, inertia = self.unit_mass, self.unit_inertia
         measure_grains(mass, inertia, half / mass, half / inertia)
         measure_pairs(self.pair, self.step, self.dt)
@@ -88,6 +105,7 @@ class Readout:
             "wall_work": 0.0,
             "face_work": 0.0,
             "push_work": self._push_work(),
+            "gravity_work": self.potential_of_start - self.gravity_potential(),
         }
         out["loss"][2] += pairs[:, PENDING].sum() - self.ledger_sums.damping[0]
         if self.layout.asperities:
@@ -98,6 +116,8 @@ class Readout:
             moved = self._energy_of_images()
             out["kinetic_translation"] += moved
             out["face_work"] = float(work + self.state["wrap_work"].sum() + moved)
+        out |= self._of_sphere()
+        out["kinetic_kick"] += out["sphere_kick"]
         walls = None
         if self.box is not None:
             force = self.wall_forces()
@@ -111,10 +131,38 @@ class Readout:
                 out["loss_wall"][6] += walls[:, STRIKING].sum()
             out["largest_overlap"] = max(out["largest_overlap"], walls[:, DEEPEST].max(initial=0.0))
             out["wall_work"] = self.wall_work(force, self.impulses())
+        out["largest_overlap"] = max(out["largest_overlap"], out["sphere_overlap"])
         out["largest_strain"] = out["largest_overlap"] / self.radius
         if self.polydisperse is not None:
             strains = [pairs[:, STRAIN]] + ([] if walls is None else [walls[:, STRAIN]])
+            strains += [] if self.sphere is None else [self._sphere_sums()[:, STRAIN]]
             out["largest_strain"] = np.concatenate(strains).max(initial=0.0)
+        return out
+
+    def _sphere_sums(self):
+        """Sums over the contacts with the sphere that the last measurement has filled."""
+        on, per_tile = int(self.state["counts"][ON_SPHERE]), self.layout.width * self.layout.tile
+        return self.sums["sphere_sum"].to_numpy(-(-on // per_tile))
+
+    def _of_sphere(self):
+        """What `measure` says of the sphere; zeros without one."""
+        channels = len(self.layout.channels)
+        out = dict.fromkeys(("sphere_kinetic", "sphere_kick", "sphere_work"), 0.0)
+        out |= {"sphere_overlap": 0.0, "sphere_contacts": 0}
+        out |= {"potential_sphere": np.zeros(4), "loss_sphere": np.zeros(channels)}
+        if self.sphere is None:
+            return out
+        force = self.sphere.load()[0]
+        sums = self._sphere_sums()
+        out["sphere_kinetic"], out["sphere_kick"] = self.sphere.energies()
+        out["sphere_work"] = self.sphere.work(force, self.sphere.impulses()[:3])
+        out["sphere_contacts"] = int(round(sums[:, CONTACTS].sum()))
+        out["sphere_overlap"] = sums[:, DEEPEST].max(initial=0.0)
+        out["potential_sphere"] = sums[:, NORMAL : TWISTING + 1].sum(axis=0)
+        out["loss_sphere"] = self._losses("loss", of_sphere=True)
+        out["loss_sphere"][2] += sums[:, PENDING].sum() - self.ledger_sums.damping[2]
+        if self.layout.asperities:
+            out["loss_sphere"][6] += sums[:, STRIKING].sum()
         return out
 
     def _energy_of_images(self):
@@ -186,8 +234,11 @@ class Readout:
         """Edges of the room for the grains now [um], (3,); not a number where it is open."""
         return self.domain.lengths(self.step)
 
-    def _losses(self, name):
+    def _losses(self, name, of_sphere=False):
         table = self.state[name]
+        if name == "loss" and self.sphere is not None:
+            first = int(self.state["counts"][FIRST_SPHERE]) // self.layout.tile
+            table = table[first:] if of_sphere else table[:first]
         return table.reshape(len(table), len(self.layout.channels), -1).sum(axis=(0, 2))
 
     # -- arrays ----------------------------------------------------------------------------------

@@ -67,6 +67,8 @@ class MovingGrains(SimpleSimulation):
         out = {"lengths": self.sim.lengths()}
         if self.sim.box is not None:
             out["impulse"] = self.sim.impulses()
+        if self.sim.sphere is not None:
+            out["sphere_impulse"] = self.sim.sphere.impulses()
         if self.sim.layout.stress:
             out["flux"] = self.sim.momentum_flux()
         return out
@@ -145,6 +147,8 @@ class MovingGrains(SimpleSimulation):
             "materials": " ".join([DEFAULT, *scene.materials]) if polydisperse else None,
             "sample": yaml_text(self.sample.info),
             "grains": sim.grains,
+            "sphere_radius": sim.sphere and sim.sphere.radius * units.LENGTH,
+            "sphere_mass": sim.sphere and sim.sphere.mass * units.MASS,
         }
 
 
@@ -181,6 +185,8 @@ def features_of(scene, sim):
         "filling": bounded or scene.boundary.kind == "plates",
         "stress": sim.layout.stress,
         "push": sim.push.works,
+        "gravity": sim.gravity is not None,
+        "sphere": sim.sphere is not None,
         "stages": bool(scene.stages),
         "profiles": bounded and any(plan.profiles is not None for plan in scene.stage_plans),
     }

@@ -12,6 +12,7 @@ from dusttaichi.grains.build import build, chosen_layout, surroundings
 from dusttaichi.grains.grain_contacts import contact_constants, farthest_contacts, grain_properties
 from dusttaichi.grains.inventory import compiled_rows, field_rows, preset_rows, tables
 from dusttaichi.grains.kernels.declare import declare
+from dusttaichi.grains.sphere import sphere_contacts, sphere_of
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.method import Preview
 from dusttaichi.names import NEVER
@@ -34,6 +35,12 @@ def preview(scene):
     ]
     if scene.boundary.walls:
         sections.append(("Contact of a grain and a wall", _contact(contacts[1], scene)))
+    if scene.sphere is not None:
+        sections.append(("Sphere", _sphere(scene, sample, own)))
+        farthest = max(sphere_contacts(scene, own), key=lambda c: c.delta0)
+        sections.append(("Contact of a grain and the sphere", _contact(farthest, scene)))
+    if scene.gravity is not None:
+        sections.append(("Gravity", _gravity(scene)))
     sections.append(("Time step", _step(step)))
     sections.append(("Memory", [("state", _state_memory(scene, sample, own, step))]))
     domain = _domain(scene, sample, own, far, step)
@@ -48,6 +55,36 @@ def internals(scene):
         ("Accuracy", preset_rows(scene)),
         ("Compiled in", compiled_rows(scene, sim)),
         ("Fields", field_rows(sim)),
+    ]
+
+
+def _sphere(scene, sample, own):
+    """Rows of the rigid sphere at the start."""
+    radii = scene.material.radius if own is None else own.radius * units.LENGTH
+    ball, quantity = sphere_of(scene, sample, radii), quantities.format
+    radius, mass = ball.radius * units.LENGTH, ball.mass * units.MASS
+    place = ", ".join(quantity(a, "length", digits=4) for a in ball.position * units.LENGTH)
+    speed = quantity(float(np.linalg.norm(ball.velocity)) * units.SPEED, "speed", digits=4)
+    density = mass / (4.0 / 3.0 * np.pi * radius**3)
+    times = radius / np.median(radii)
+    return [
+        ("radius", f"{quantity(radius, 'length', digits=4)}, {times:.3g} of a grain's"),
+        ("mass", f"{quantity(mass, 'mass', digits=5)} ({density / 1e3:.4g} g/cm^3)"),
+        ("centre at the start", place),
+        ("speed", f"{speed}, driven" if ball.speed is not None else f"{speed} at the start, free"),
+    ]
+
+
+def _gravity(scene):
+    """Rows of the block `gravity`."""
+    if scene.gravity.central is None:
+        g = scene.gravity.acceleration
+        return [("acceleration", ", ".join(f"{a:.4g}" for a in g) + " m/s^2")]
+    central, at = scene.gravity.central, quantities.format
+    centre = ", ".join(at(a, "length", digits=4) for a in central.centre)
+    return [
+        ("towards", centre),
+        ("acceleration", f"{central.strength:.4g} d^{central.exponent:g} m/s^2, d in m"),
     ]
 
 

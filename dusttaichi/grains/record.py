@@ -76,6 +76,10 @@ def series(sim, m, window, plates=None):
         record["face_work"] = m["face_work"] * units.ENERGY
     if sim.push.works:
         record["push_work"] = m["push_work"] * units.ENERGY
+    if sim.gravity is not None:
+        record["gravity_work"] = m["gravity_work"] * units.ENERGY
+    if sim.sphere is not None:
+        record |= _sphere(sim, m, window)
     if sim.layout.stress:
         mean = np.zeros((3, 3)) if window is None else stress(sim, *window)
         record["stress"] = mean * units.PRESSURE
@@ -87,16 +91,45 @@ def series(sim, m, window, plates=None):
     return record
 
 
+def _sphere(sim, m, window):
+    """Of the rigid sphere: motion, mean load, energies, contacts."""
+    ball = sim.sphere
+    load = np.concatenate(ball.load()) if window is None else window.mean("sphere_impulse")
+    return _sphere_motion(ball) | {
+        "sphere_force": load[:3] * units.FORCE,
+        "sphere_torque": load[3:] * units.TORQUE,
+        "sphere_kinetic": m["sphere_kinetic"] * units.ENERGY,
+        "sphere_contact_count": m["sphere_contacts"],
+        "potential_sphere": m["potential_sphere"] * units.ENERGY,
+        "loss_sphere": m["loss_sphere"] * units.ENERGY,
+        "sphere_work": m["sphere_work"] * units.ENERGY,
+    }
+
+
+def _sphere_motion(ball):
+    x, v, w = ball.now()
+    return {
+        "sphere_position": x * units.LENGTH,
+        "sphere_velocity": v * units.SPEED,
+        "sphere_spin": w * units.SPIN,
+    }
+
+
 def _momenta(sim):
-    """Momentum and angular momentum about the origin of all grains (3,), SI."""
+    """Momentum and angular momentum about the origin of all grains and the sphere (3,), SI."""
     x, v, w = sim.grain_state()
     back = np.argsort(sim.order)
     mass, inertia = (a[back] if np.ndim(a) else a for a in (sim.mass, sim.inertia))
     momentum = np.broadcast_to(mass, (len(x), 1)) * v
     angular = np.cross(x, momentum).sum(axis=0) + (inertia * w).sum(axis=0)
+    momentum = momentum.sum(axis=0)
+    if (ball := sim.sphere) is not None:
+        x, v, w = ball.now()
+        momentum = momentum + ball.mass * v
+        angular = angular + ball.mass * np.cross(x, v) + ball.inertia * w
     unit = units.MASS * units.SPEED
     return {
-        "momentum": momentum.sum(axis=0) * unit,
+        "momentum": momentum * unit,
         "angular_momentum": angular * unit * units.LENGTH,
     }
 
@@ -188,6 +221,9 @@ def snapshot(sim, contacts, time):
     out = [("snapshots", record)]
     if sim.box is not None or sim.cell is not None:
         record["box"] = sim.domain.room(sim.step) * units.LENGTH
+    if sim.sphere is not None:
+        force = sim.sphere.load()[0] * units.FORCE
+        record |= _sphere_motion(sim.sphere) | {"sphere_force": force}
     if not contacts:
         return out
     pairs = sim.contact_state()

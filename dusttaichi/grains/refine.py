@@ -25,14 +25,18 @@ def halve_time_step(sim):
     v[:n] += 0.5 * old / sim.mass * force
     w[:n] += 0.5 * old / sim.inertia * torque
     pairs, walls = _pairs(sim), sim.state.wall_lanes()
+    if sim.sphere is not None:
+        v[sim.sphere.row], w[sim.sphere.row] = sim.sphere.now()[1:]
     if sim.layout.asperities:
         _strike_in(sim, (pairs, walls), old, new)
         force, torque = sim.loads()
     v[:n] -= 0.5 * new / sim.mass * force
     w[:n] -= 0.5 * new / sim.inertia * torque
     sim.state["v"], sim.state["w"] = v, w
-    _set_speeds(sim, pairs, walls, v, new)
     sim.dt, sim.step = new, 2 * sim.step
+    if sim.sphere is not None:
+        sim.sphere.set_back()
+    _set_speeds(sim, pairs, walls, sim.state["v"], new)
     sim.search.searched_at *= 2
     sim.push = _later(sim.push)
     sim.search.ask()  # when a face has gone its part of the skin is counted in steps
@@ -48,14 +52,20 @@ def _later(push):
 
 
 def _pairs(sim):
-    """(rows of the state, first and second grain, distance vector [um]) of all listed pairs."""
+    """(rows of the state, first and second grain, distance vector [um]) of all listed pairs, those
+    with the sphere included."""
     i, j = sim.state.pairs()
+    rows = np.arange(len(i))
+    if sim.sphere is not None:
+        own, grain, ball = sim.state.on_sphere()
+        rows = np.concatenate([rows, np.arange(own.start, own.stop)])
+        i, j = np.concatenate([i, grain]), np.concatenate([j, np.full(len(grain), ball)])
     x = sim.state["x"]
     d = x[i] - x[j]
     if sim.cell is not None:
         axes = list(sim.cell.axes)
-        d[:, axes] -= sim.state.lanes("shift")[: len(i)] * sim.cell.edges(sim.time)[axes]
-    return slice(0, len(i)), i, j, d
+        d[:, axes] -= sim.state.lanes("shift")[rows] * sim.cell.edges(sim.time)[axes]
+    return rows, i, j, d
 
 
 def _strike_in(sim, contacts, old, new):
@@ -82,7 +92,7 @@ def _set_speeds(sim, pairs, walls, v, new):
     if sim.cell is not None:
         axes = list(sim.cell.axes)
         speeds = sim.cell.speeds(sim.time - 0.5 * new)[axes]
-        dv[:, axes] -= sim.state.lanes("shift")[: len(i)] * speeds
+        dv[:, axes] -= sim.state.lanes("shift")[rows] * speeds
     back = _unit(d - 0.5 * new * dv)
     u = np.sum(dv * back, axis=1), np.sum(dv * _unit(d), axis=1)
     _put_speeds(layout, state, touches, rows, u)

@@ -68,7 +68,10 @@ class Search:
         if bounds[6] > 0 or not np.isfinite(bounds[7]):
             self._stop_not_a_number()
         if self.fixed_skin is None:
-            self.skin = self._best_skin(bounds[7])
+            speed = bounds[7]
+            if sim.sphere is not None:
+                speed = max(speed, float(np.linalg.norm(sim.state["v"][sim.sphere.row])))
+            self.skin = self._best_skin(speed)
         # bonds hold beyond first touch, down to pull-off
         touch = 2.0 * sim.radius + PULL_OFF / sim.pair.inv_delta0
         low, extent, edges = bounds[:3], bounds[3:6] - bounds[:3], np.zeros(3)
@@ -108,6 +111,9 @@ class Search:
                 sim.walls_argument, step * sim.dt, wall_reach, sim.box.present.tolist()
             )
             self._check_room()
+        if sim.sphere is not None:
+            far = sim.sphere.radius + self.skin + PULL_OFF / sim.sphere.contact.inv_delta0
+            sim.kernels.relist_sphere(far + (sim.radius if equal else 0.0), edges.tolist())
         sim.kernels.list_entries()
 
     def _cells(self, extent, edges, reach):

@@ -15,6 +15,7 @@ from dusttaichi.grains.kernels.phases import DONE, StepNumbers
 from dusttaichi.grains.kernels.walls import Walls
 from dusttaichi.grains.measure import Readout
 from dusttaichi.grains.search import Search
+from dusttaichi.grains.sphere import MovingSphere
 from dusttaichi.grains.state import GrainState, LedgerSums
 from dusttaichi.names import NEVER
 
@@ -71,6 +72,8 @@ class Simulation(Readout):
         polydisperse,
         pair,
         wall,
+        sphere,
+        gravity,
         box,
         cell,
         t_c,
@@ -84,8 +87,9 @@ class Simulation(Readout):
         """compiled: Compiled; tables: its fields, scratch and sums as this scene uses them.
 
         sample: Sample; order: its grains in internal order. typical: Typical; polydisperse:
-        GrainProperties, or None of equal grains. box, cell: or None; t_c: see Domain. drive: the
-        first. skin [um] or None: as it suits. scenes: of a batch, the `scene` field filled.
+        GrainProperties, or None of equal grains. sphere: (RigidSphere, ContactParams) or None.
+        gravity: Gravity or None. box, cell: or None; t_c: see Domain. drive: the first. skin [um]
+        or None: as it suits. scenes: of a batch, the `scene` field filled.
         """
         self.compiled, self.kernels, self.layout = compiled, compiled.kernels, compiled.layout
         self.fields, self.scratch, self.sums = tables
@@ -94,6 +98,8 @@ class Simulation(Readout):
         self.polydisperse, self.pair, self.wall = polydisperse, pair, wall
         self._measures(typical)
         self.box, self.cell, self.t_c, self.push = box, cell, t_c, push
+        self.sphere = None if sphere is None else MovingSphere(self, *sphere)
+        self.gravity = gravity
         self.dt, self.threads, self.step = dt, threads, 0
         self.search = Search(self, skin)
         self.ledger_sums = LedgerSums()
@@ -135,9 +141,13 @@ class Simulation(Readout):
         state.put_grains("v", sample.velocities[order] / units.SPEED)
         state.put_grains("w", sample.spins[order] / units.SPIN)
         self.push.place(self.fields)
+        if self.gravity is not None:
+            state["gravity"] = self.gravity.numbers
         if self.polydisperse is not None:
             for name, values in vars(self.polydisperse).items():
                 state[name] = values[order]
+        if self.sphere is not None:
+            self.sphere.place()
         self.search.now(0)
         if sample.contacts is not None:
             state.take_contacts(sample.contacts)
@@ -146,13 +156,18 @@ class Simulation(Readout):
         self._load_once()
         state.clear_sums()
         self.push.begin(state["x"], self.contact_loads()[0])
+        self.potential_of_start = self.gravity_potential()
         force, torque = self.loads()
         half = 0.5 * self.dt
         state["v"] = state.of_grains("v") - half / self.mass * force
         state["w"] = state.of_grains("w") - half / self.inertia * torque
         self.ledger_sums.wall_force = self.wall_forces()
+        if self.sphere is not None:
+            self.sphere.set_back()
+            self.ledger_sums.sphere_force = self.sphere.load()[0]
         begin = self.measure()
-        self.ledger_sums.damping = [float(begin["loss"][2]), float(begin["loss_wall"][2])]
+        losses = (begin[name] for name in ("loss", "loss_wall", "loss_sphere"))
+        self.ledger_sums.damping = [float(loss[2]) for loss in losses]
         self.ledger_sums.face_power = self.face_power()
 
     # -- drive -----------------------------------------------------------------------------------
@@ -163,6 +178,10 @@ class Simulation(Readout):
         impulse, sums = self.impulses(), self.ledger_sums
         sums.wall_work = self.wall_work(force, impulse)
         sums.wall_force, sums.impulse = force, impulse
+        if self.sphere is not None:
+            force, impulse = self.sphere.load()[0], self.sphere.impulses()[:3]
+            sums.sphere_work = self.sphere.work(force, impulse)
+            sums.sphere_force, sums.sphere_impulse = force, impulse
         self._move(drive)
         sums.face_jumps += 0.5 * self.dt * (self.face_power() - power)
         self.search.ask()
@@ -172,6 +191,8 @@ class Simulation(Readout):
         self.box, self.cell = domain.box, domain.cell
         if self.cell is not None:
             self.state["cell"] = self.cell.rows
+        if self.sphere is not None:
+            self.sphere.drive(drive)
 
     @property
     def walls_argument(self):
@@ -207,6 +228,7 @@ class Simulation(Readout):
             self.threads,
             numbers,
             self.pair,
+            self.pair if self.sphere is None else self.sphere.contact,
             self.wall,
             self.walls_argument,
         )
@@ -244,6 +266,7 @@ class Simulation(Readout):
             if self.box is None
             else [self.box.offset.tolist(), self.box.speed.tolist()],
             "cell": None if self.cell is None else self.cell.rows.tolist(),
+            "sphere": None if self.sphere is None else self.sphere.numbers(),
         }
 
     def restore(self, arrays, numbers):
@@ -260,3 +283,5 @@ class Simulation(Readout):
                 zip(("start", "rate", "growth", "centre"), np.array(numbers["cell"]), strict=True)
             )
             self.cell = replace(self.cell, **rows)
+        if self.sphere is not None:
+            self.sphere.restore(numbers["sphere"])

@@ -6,7 +6,15 @@ from typing import NamedTuple
 import numpy as np
 
 from dusttaichi.grains.kernels.declare import SUMS
-from dusttaichi.grains.kernels.store import FIRST_WALL, OVERFLOW, PAIRS, WALL_BLOCKS
+from dusttaichi.grains.kernels.store import (
+    FIRST_SPHERE,
+    FIRST_WALL,
+    ON_SPHERE,
+    OVERFLOW,
+    PAIRS,
+    SPHERE,
+    WALL_BLOCKS,
+)
 from dusttaichi.units import LENGTH
 
 FAR = 1e6  # of the grains that fill empty lanes [um]
@@ -23,34 +31,38 @@ class GrainProperties:
     material: np.ndarray
 
 
+FORCES = ("wall_force", "impulse", "sphere_force", "sphere_impulse")  # that are arrays
+
+
 @dataclass
 class LedgerSums:
     """Ends of the sums over steps: the force of a step acts half before and half after it.
 
     wall_force (6, 3), face_power: at the start of the present drive and of the run. wall_work,
-    impulse (6, 3): of earlier drives. face_jumps: what changes of the drive leave over. damping:
-    half of the work of step 0, which would belong to a time before it (pairs, walls). push_work: of
+    impulse (6, 3): of earlier drives. sphere_force, sphere_impulse (3,), sphere_work: the same of a
+    sphere that is driven. face_jumps: what changes of the drive leave over. damping: half of the
+    work of step 0, which would belong to a time before it (pairs, walls, the sphere). push_work: of
     pushes that have ended.
     """
 
     wall_force: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
     impulse: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
+    sphere_force: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    sphere_impulse: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    sphere_work: float = 0.0
     push_work: float = 0.0
     wall_work: float = 0.0
     face_power: float = 0.0
     face_jumps: float = 0.0
-    damping: list = field(default_factory=lambda: [0.0, 0.0])
+    damping: list = field(default_factory=lambda: [0.0, 0.0, 0.0])
 
     def to_numbers(self):
         """What JSON can hold."""
-        return asdict(self) | {
-            "wall_force": self.wall_force.tolist(),
-            "impulse": self.impulse.tolist(),
-        }
+        return asdict(self) | {name: getattr(self, name).tolist() for name in FORCES}
 
     @classmethod
     def from_numbers(cls, numbers):
-        arrays = {key: np.array(numbers[key]) for key in ("wall_force", "impulse")}
+        arrays = {key: np.array(numbers[key]) for key in FORCES}
         return cls(**(numbers | arrays))
 
 
@@ -119,6 +131,13 @@ class GrainState:
         """First and second grain of every listed pair: rows of `lanes` from 0 on."""
         pairs = self.pair_count
         return self["pair_i"].reshape(-1)[:pairs], self["pair_j"].reshape(-1)[:pairs]
+
+    def on_sphere(self):
+        """(rows in `lanes`, grain, number of the sphere) of the listed contacts with the sphere."""
+        counts, width = self["counts"], self.layout.width
+        first, contacts = int(counts[FIRST_SPHERE]) * width, int(counts[ON_SPHERE])
+        rows = slice(first, first + contacts)
+        return rows, self["pair_i"].reshape(-1)[rows], self.grains + SPHERE
 
     def wall_lanes(self):
         """WallLanes of the listed wall contacts, empty lanes included; None without walls."""

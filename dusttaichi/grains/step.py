@@ -5,9 +5,9 @@ A step gathers the loads of each grain, kicks v, w to n + 1/2 and drifts x to n 
 the pointers with the spins of n + 1/2 and computes the loads of n + 1 where grains touch.
 Positions, velocities, spins, pointers and twist are all second order in dt (S12 sect. 4).
 
-`advance(steps, first, pending, workers, numbers, pair, wall, box)` makes up to `steps` steps from
-step number `first`; with `pending` the first one has drifted already and lacks its contacts (a
-search came between). It ends early when a search is due. sync[DONE] tells.
+`advance(steps, first, pending, workers, numbers, pair, sphere, wall, box)` makes up to `steps`
+steps from step number `first`; with `pending` the first one has drifted already and lacks its
+contacts (a search came between). It ends early when a search is due. sync[DONE] tells.
 """
 
 import taichi as ti
@@ -34,6 +34,7 @@ def by_workers(phases):
         workers: ti.i32,
         numbers: StepNumbers,
         pair: ContactParams,
+        sphere: ContactParams,
         wall: ContactParams,
         box: Walls,
     ):
@@ -52,7 +53,7 @@ def by_workers(phases):
                         if phases.search_is_due(step, numbers):
                             break
                     drifted = 0
-                    phases.turn_and_touch(me, present, step, numbers.dt, pair, wall, box)
+                    phases.turn_and_touch(me, present, step, numbers.dt, pair, sphere, wall, box)
                     met += present
                     barrier(sync, met)
                     done += 1
@@ -72,11 +73,25 @@ def by_launches(phases):
         for part in range(phases.parts()):
             if phases.move_part(part, step, numbers) == 1:
                 sync[DUE] = 1
+        if ti.static(phases.has_sphere):
+            for _ in range(1):
+                if phases.sphere.move(numbers.dt, numbers.reach2) == 1:
+                    sync[DUE] = 1
 
     @ti.kernel
-    def touch(step: ti.i64, dt: ti.f64, pair: ContactParams, wall: ContactParams, box: Walls):
+    def touch(
+        step: ti.i64,
+        dt: ti.f64,
+        pair: ContactParams,
+        sphere: ContactParams,
+        wall: ContactParams,
+        box: Walls,
+    ):
         for tile in range(phases.pair_tiles()):
             phases.touch_pairs(tile, dt, pair, phases.frame(step, dt))
+        if ti.static(phases.has_sphere):
+            for tile in range(phases.sphere.tiles()):
+                phases.touch_sphere(tile, dt, sphere, phases.frame(step, dt))
         if ti.static(phases.has_walls):
             for tile in range(phases.wall_tiles()):
                 phases.touch_walls(tile, step, dt, wall, box)

@@ -9,12 +9,14 @@ from dusttaichi import units
 from dusttaichi.domain.walls import glued, wall_strengths
 from dusttaichi.errors import DustError
 from dusttaichi.grains.grain_contacts import contact_constants, moving, size_ranges
+from dusttaichi.grains.sphere import sphere_contact, sphere_contacts
 from dusttaichi.physics import encounter, stability
 from dusttaichi.physics.contact import constants
 
 BALANCED = 0.2  # step_fraction that physics.encounter is made for
 SAFE = 1.4  # a step that strong damping limits may be this much nearer to its limit
 LOOSE = 1.0  # contacts a grain, below which hardly any energy is bound at the start
+FLOOR = (None, None, None, None, 1.0, None)  # strengths of a wall below alone
 FEW = 13  # grains below which one collision is most of what happens
 
 
@@ -59,8 +61,8 @@ def time_step(scene, grains, polydisperse=None, motion=None):
     dt = scene.numerics.time_step
     if rate > 0.0 and dt >= limit:
         limit = min(
-            stability.damped_limit(mass, pair, wall, grains, wall_strengths(scene.boundary))
-            for mass, pair, wall in arrangements(scene, polydisperse)
+            stability.damped_limit(mass, pair, wall, grains, strengths)
+            for mass, pair, wall, strengths in arrangements(scene, polydisperse)
         )
     if dt >= limit:
         raise DustError(
@@ -80,24 +82,32 @@ def stiffest_of(scene, grains, polydisperse):
     springs grow with the size of the partner and frequencies fall with the mass.
     """
     found = [
-        stability.stiffest(mass, pair, wall, grains, wall_strengths(scene.boundary))
-        for mass, pair, wall in arrangements(scene, polydisperse)
+        stability.stiffest(mass, pair, wall, grains, strengths)
+        for mass, pair, wall, strengths in arrangements(scene, polydisperse)
     ]
     return min(period for period, _ in found), max(rate for _, rate in found)
 
 
 def arrangements(scene, polydisperse):
-    """(mass [kg], ContactConstants of a pair, of a wall) of the clusters of `stiffest_of`."""
+    """(mass [kg], ContactConstants of a pair, of a wall, strengths of the walls) of the clusters of
+    `stiffest_of`; a rigid sphere counts as a wall that grains stand on."""
     scene = moving(scene)
+    strengths = wall_strengths(scene.boundary)
     if polydisperse is None:
-        return [(constants.grain_mass(scene.material), *contact_constants(scene))]
+        mass, (pair, wall) = constants.grain_mass(scene.material), contact_constants(scene)
+        found = [(mass, pair, wall, strengths)]
+        if scene.sphere is not None:
+            found.append((mass, pair, sphere_contact(scene, scene.material, pair.r), FLOOR))
+        return found
     found, kinds = [], size_ranges(scene, polydisperse)
     for a, small, _ in kinds:
         wall = constants.wall_constants(a, scene.interaction, small, scene.material)
         mass = constants.sphere_mass(small, a.density)
         for b, _, large in kinds:
             pair = constants.mixed_constants(a, small, b, large, scene.interaction)
-            found.append((mass, pair, glued(wall, scene.boundary)))
+            found.append((mass, pair, glued(wall, scene.boundary), strengths))
+            if scene.sphere is not None:
+                found.append((mass, pair, sphere_contact(scene, a, small), FLOOR))
     return found
 
 
@@ -124,12 +134,16 @@ def step_of_motion(scene, polydisperse, motion):
     found = [encounter.step(c, motion.grains, motion.alone) for c in pairs]
     if scene.boundary.walls:
         found += [encounter.step(c, motion.walls, motion.alone) for c in walls]
+    if scene.sphere is not None:
+        on_sphere = sphere_contacts(scene, polydisperse)
+        found += [encounter.step(c, motion.sphere, motion.alone) for c in on_sphere]
     return min(*found, encounter.TURN / motion.spin if motion.spin > 0.0 else inf)
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Largest relative speed of two grains and of a grain and a wall [m/s], and spin [rad/s].
+    """Largest relative speed of two grains, of a grain and a wall and of a grain and the sphere
+    [m/s], and spin [rad/s].
 
     alone: one collision is most of what happens: few grains, or hardly any that touch.
     """
@@ -138,6 +152,7 @@ class Motion:
     walls: float
     spin: float
     alone: bool
+    sphere: float = 0.0
 
 
 def fastest(scene, sample, radii, scenes=None):
@@ -161,7 +176,22 @@ def fastest(scene, sample, radii, scenes=None):
     grains = len(sample) if scenes is None else int(np.bincount(scenes).max())
     loose = sample.info.get("coordination", 2.0 * LOOSE) < LOOSE
     meet = apart + surface + face + (2.0 * wall if scene.boundary.walls else 0.0)
-    return Motion(meet, own + surface + wall, spin, grains < FEW or loose)
+    ball = _sphere_speed(scene)
+    # a sphere throws grains at twice its speed at most, as a wall does
+    meet += 2.0 * ball
+    alone = grains < FEW or loose
+    return Motion(meet, own + surface + wall, spin, alone, own + surface + wall + ball)
+
+
+def _sphere_speed(scene):
+    """Largest speed of the surface of the sphere [m/s]; 0 without one."""
+    if scene.sphere is None:
+        return 0.0
+    block, norm = scene.sphere, np.linalg.norm
+    driven = [block.speed or (0.0,) * 3]
+    driven += [plan.drive.sphere_speed or (0.0,) * 3 for plan in scene.stage_plans]
+    own = float(norm(block.velocity) + norm(block.spin) * block.radius)
+    return max(own, *(float(norm(speed)) for speed in driven))
 
 
 def _face_speed(scene, drive, sample, radii):

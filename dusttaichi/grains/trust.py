@@ -46,6 +46,11 @@ def _deepest(sim):
 
 
 def _inside(sim, when):
+    if sim.sphere is not None and (passed := sim.sphere.walls_passed()):
+        raise GuardStop(
+            f"{when} the sphere has reached the wall {passed[0]}: contacts of sphere and walls are "
+            "not computed. Stop earlier, leave the wall out, or take a larger room."
+        )
     if sim.box is None:
         return
     distance = sim.wall_distances()

@@ -5,6 +5,7 @@ from dusttaichi.results.variables import declared
 
 _TYPES = {
     "contact_count": "i8", "wall_contact_count": "i8", "outside_count": "i8", "step": "i8",
+    "sphere_contact_count": "i8",
     "material": "i4", "grain_i": "i4", "grain_j": "i4", "grain": "i4", "wall": "i4",
     # seven digits are enough for what is only looked at
     "normal_force": "f4", "force": "f4", "torque": "f4", "torque_i": "f4", "torque_j": "f4",
@@ -14,8 +15,9 @@ _S12, _PHYS = "S12 section 3.2", "docs, Physics"
 
 # Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (a finite
 # one), "filling" (a filling factor), "plates", "stress", "stages", "push" (forces, carried grains),
-# "open" (nothing around), "polydisperse" (grains of different radius or material), "profiles",
-# "snapshots", "contacts" (kept with the snapshots), "forces" (of these).
+# "gravity", "sphere" (a rigid one), "open" (nothing around), "polydisperse" (grains of different
+# radius or material), "profiles", "snapshots", "contacts" (kept with the snapshots), "forces" (of
+# these).
 _TABLE = {
     "series": [
         "time",
@@ -52,9 +54,27 @@ _TABLE = {
          _PHYS, "walls"),
         ("face_work", "time", "J", "work of the moving faces of the cell on the grains since the "
          "start", _PHYS, "cell"),
-        ("momentum", "time xyz", "kg m/s", "momentum of all grains", "", "open"),
-        ("angular_momentum", "time xyz", "kg m2/s", "angular momentum of all grains about the "
-         "origin, spins included", "", "open"),
+        ("momentum", "time xyz", "kg m/s", "momentum of all grains and the sphere", "", "open"),
+        ("angular_momentum", "time xyz", "kg m2/s", "angular momentum of all grains and the sphere "
+         "about the origin, spins included", "", "open"),
+        ("gravity_work", "time", "J", "work of gravity on grains and sphere since the start: minus "
+         "the change of their potential", _PHYS, "gravity"),
+        ("sphere_position", "time xyz", "m", "centre of the sphere", "", "sphere"),
+        ("sphere_velocity", "time xyz", "m/s", "velocity of the sphere", "", "sphere"),
+        ("sphere_spin", "time xyz", "rad/s", "angular velocity of the sphere", "", "sphere"),
+        ("sphere_force", "time xyz", "N", "force of the grains on the sphere, average as for "
+         "pressure", _PHYS, "sphere"),
+        ("sphere_torque", "time xyz", "N m", "their torque on it about its centre, likewise",
+         _PHYS, "sphere"),
+        ("sphere_kinetic", "time", "J", "kinetic energy of the sphere, 0 while it is driven", "",
+         "sphere"),
+        ("sphere_contact_count", "time", "1", "grains that touch the sphere", "", "sphere"),
+        ("potential_sphere", "time spring", "J", "potential energy in contacts with the sphere",
+         _PHYS, "sphere"),
+        ("loss_sphere", "time channel", "J", "energy lost in contacts with the sphere since the "
+         "start", _PHYS, "sphere"),
+        ("sphere_work", "time", "J", "work of what drives the sphere since the start", _PHYS,
+         "sphere"),
         ("push_work", "time", "J", "work of pushes from outside on the grains since the start",
          _PHYS, "push"),
         "energy_residual",
@@ -86,6 +106,13 @@ _TABLE = {
         ("spin", "snapshot grain xyz", "rad/s", "angular velocity of the grain", "", "snapshots"),
         ("box", "snapshot wall", "m", "coordinate of the wall, or of the face of a periodic cell, "
          "along its normal; not a number where there is neither", "", "room snapshots"),
+        ("sphere_position", "snapshot xyz", "m", "centre of the sphere", "", "sphere snapshots"),
+        ("sphere_velocity", "snapshot xyz", "m/s", "velocity of the sphere", "",
+         "sphere snapshots"),
+        ("sphere_spin", "snapshot xyz", "rad/s", "angular velocity of the sphere", "",
+         "sphere snapshots"),
+        ("sphere_force", "snapshot xyz", "N", "force of the grains on the sphere at that moment",
+         _PHYS, "sphere snapshots"),
         ("contact_count", "snapshot", "1", "rows of /contacts that belong to the snapshot", "",
          "snapshots contacts"),
         ("wall_contact_count", "snapshot", "1", "rows of /wall_contacts that belong to the "

@@ -36,6 +36,7 @@ from dusttaichi.plots.isotropic import isotropic
 from dusttaichi.plots.ledger import ledger
 from dusttaichi.plots.losses import losses
 from dusttaichi.plots.numbers import numbers
+from dusttaichi.plots.penetration import sphere, sphere_column
 from dusttaichi.plots.profile import profile
 from dusttaichi.plots.resolution import resolution
 from dusttaichi.plots.stress import stress
@@ -84,6 +85,8 @@ __all__ = [
     "save_together",
     "sound_speed",
     "sound_speeds",
+    "sphere",
+    "sphere_column",
     "strength",
     "stress",
     "structure",
@@ -111,7 +114,7 @@ def figures_of(run):
     with two snapshots of the stretching fractal; collision and fragments (two bodies that fly at
     each other); sound_speed (after a push that snapshots show to arrive); stress (where it was
     written); structure (of the last snapshot, with the forces of its contacts); profile (where
-    profiles were written).
+    profiles were written); sphere and sphere_column (of a sphere that goes into grains).
     Of a run of the continuum: wall_forces, dust (a map), filling_factors; where a bead falls on
     dust impact, bead_profile, deceleration and compacted_volume.
     """
@@ -141,9 +144,20 @@ def figures_of(run):
         figures |= _sound(run)
     if run.profiles is not None:
         figures["profile"] = profile(run)
+    if run.has_sphere:
+        figures |= _sphere(run)
     if run.is_continuum:
         figures |= _continuum(run, several)
     return figures
+
+
+def _sphere(run):
+    """Figures of a sphere among grains, if it reaches them."""
+    try:
+        figures = {"sphere": sphere(run)}
+        return figures if run.snapshots is None else figures | {"sphere_column": sphere_column(run)}
+    except DustError:
+        return {}
 
 
 def _continuum(run, several):

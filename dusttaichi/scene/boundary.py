@@ -36,6 +36,10 @@ class Drive(Block):
         "one speed, or one for each axis",
     )
 
+    sphere_speed: Annotated[Vector, Quantity("speed", count=3)] | None = Field(
+        None, description="velocity of a sphere that is driven, default its own `speed`"
+    )
+
     @model_validator(mode="after")
     def _one_law(self) -> "Drive":
         laws = [n for n in FACE_LAWS if getattr(self, n) is not None]

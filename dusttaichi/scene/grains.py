@@ -8,11 +8,13 @@ from pydantic import Field, field_validator
 from dusttaichi.samples import AnySample, reads_samples
 from dusttaichi.scene.checks.grains import check
 from dusttaichi.scene.fields import needed
+from dusttaichi.scene.gravity import Gravity
 from dusttaichi.scene.interaction import Interaction
 from dusttaichi.scene.material import DEFAULT, Material
 from dusttaichi.scene.numerics import Numerics
 from dusttaichi.scene.push import Push
 from dusttaichi.scene.scene import NAME, Scene
+from dusttaichi.scene.sphere import Sphere
 
 
 @reads_samples
@@ -28,6 +30,8 @@ class GrainsScene(Scene):
         "interaction",
         "sample",
         "push",
+        "sphere",
+        "gravity",
         "boundary",
         "stop",
         "stages",
@@ -53,6 +57,12 @@ class GrainsScene(Scene):
     push: tuple[Push, ...] = Field(
         (), description="pushes on grains or on faces of the sample, from the start of the run"
     )
+    sphere: Sphere | None = Field(
+        None, description="a rigid sphere among the grains: a projectile or an indenter"
+    )
+    gravity: Gravity | None = Field(
+        None, description="acceleration of grains and sphere, everywhere alike or towards a point"
+    )
     numerics: Numerics = Field(
         default_factory=Numerics, description="time step, precision, threads"
     )
@@ -72,6 +82,11 @@ class GrainsScene(Scene):
     def all_materials(self) -> tuple[Material, ...]:
         """What grains may be made of, by number: the material, which walls have too, and others."""
         return (self.material, *self.materials.values())
+
+    @property
+    def material_names(self) -> tuple[str, ...]:
+        """Their names, in the same order."""
+        return (DEFAULT, *self.materials)
 
     def conflicts(self) -> list[tuple[str, str]]:
         return [*super().conflicts(), *check(self)]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import taichi as ti
 
 from dusttaichi.compute.scan import CHUNK
-from dusttaichi.grains.kernels.store import capacity
+from dusttaichi.grains.kernels.store import COUNTS, SPHERE, capacity, sphere_capacity
 
 GATHERED = ("x", "v", "w")  # gathered together by contacts: they stand side by side in memory
 # sums over all steps since the start: what begins at zero with the ledger
@@ -20,6 +20,7 @@ SUMS = (
     "virial",
     "wall_virial",
     "flux",
+    "sphere_impulse",
 )
 
 
@@ -35,10 +36,12 @@ class Variable:
 
 
 class Sizes(NamedTuple):
-    """Lengths that fields have: of grains, their chunks, blocks of pairs and of wall contacts; and
-    element types: lanes of numbers and of indices, of what is of type `geometry`."""
+    """Lengths that fields have: of grains, of these and what moves beside them, their chunks,
+    blocks of pairs (with the sphere, too) and of wall contacts; and element types: lanes of numbers
+    and of indices, of what is of type `geometry`."""
 
     grains: int
+    moving: int
     chunks: int
     pairs: int
     walls: int
@@ -52,12 +55,16 @@ def declare(grains, layout, walls):
     pairs, wall_blocks = capacity(grains, layout, walls)
     # sums over many steps are in double precision always
     lane, lane_i = ("f64", layout.width), ("i32", layout.width)
-    n = Sizes(grains, -(-grains // CHUNK), pairs, wall_blocks, lane, lane_i, layout.element)
+    pairs += sphere_capacity(grains, layout)
+    moving = grains + SPHERE + layout.sphere  # two far-away grains that fill the empty lanes
+    chunks, own = -(-grains // CHUNK), layout.element
+    n = Sizes(grains, moving, chunks, pairs, wall_blocks, lane, lane_i, own)
     rows = [*_grains(n), *_contacts(n, layout)]
     rows += _walls(n, layout) if walls else []
     rows += [("scene", "number of the scene", "1", ("i32", 0), (grains,))] * layout.batch
     rows += _cell(n, layout) if layout.periodic else []
-    rows += _pushes(n, layout)
+    rows += [*_pushes(n, layout), *_gravity(layout)]
+    rows += _sphere(n) if layout.sphere else []
     rows += _polydisperse(n, layout) if layout.polydisperse else []
     rows += _stress(n, layout, walls) if layout.stress else []
     return [Variable(*row) for row in rows]
@@ -65,12 +72,12 @@ def declare(grains, layout, walls):
 
 # fmt: off
 def _grains(n):
-    ghosts = (n.grains + 2,)  # two far-away grains that fill the empty lanes
+    moving = (n.moving,)
     return [
-        ("x", "positions", "um", (n.own, 3), ghosts),
-        ("v", "velocities half a step back", "um/us", (n.own, 3), ghosts),
-        ("w", "spins half a step back", "rad/us", (n.own, 3), ghosts),
-        ("x_search", "positions at the last search", "um", (n.own, 3), ghosts),
+        ("x", "positions", "um", (n.own, 3), moving),
+        ("v", "velocities half a step back", "um/us", (n.own, 3), moving),
+        ("w", "spins half a step back", "rad/us", (n.own, 3), moving),
+        ("x_search", "positions at the last search", "um", (n.own, 3), moving),
     ]
 
 
@@ -89,7 +96,7 @@ def _contacts(n, layout):
         ("entry", "2 contact + side", "1", ("i32", 0), (entries,)),
         ("loss", "losses by tile", "fJ", n.lane, (tiles, len(layout.channels))),
         ("sync", "meeting places of the workers", "1", ("i32", 0), (8,)),
-        ("counts", "numbers of contacts and their room", "1", ("i32", 0), (7,)),
+        ("counts", "numbers of contacts and their room", "1", ("i32", 0), (COUNTS,)),
     ]
 
 
@@ -128,12 +135,27 @@ def _pushes(n, layout):
     return forced * layout.forced + carried * layout.carried
 
 
+def _gravity(layout):
+    rows = [("gravity", "numbers of kernels.gravity", "um, us", ("f64", 0), (6,))]
+    return rows * bool(layout.gravity)
+
+
+def _sphere(n):
+    meaning = "time integrals of force and torque of the grains on the sphere"
+    return [
+        ("sphere_slot", "lane of a grain on the sphere, or -1", "1", ("i32", 0), (n.grains,)),
+        ("sphere_body", "one over its mass and over its moment of inertia, 0 where it is driven",
+         "1/pg, 1/(pg um^2)", ("f64", 0), (2,)),
+        ("sphere_impulse", meaning, "nN us, nN um us", ("f64", 0), (6,)),
+    ]
+
+
 def _polydisperse(n, layout):
-    # of the ghosts nothing but the motion is asked
+    # of the two that fill empty lanes nothing but the motion is asked
     numbers = (n.pairs + n.walls, len(layout.stored))
     return [
-        ("radius", "radius of a grain", "um", ("f64", 0), (n.grains,)),
-        ("mass", "mass of a grain", "pg", ("f64", 0), (n.grains,)),
+        ("radius", "radius of a grain", "um", ("f64", 0), (n.moving,)),
+        ("mass", "mass of a grain", "pg", ("f64", 0), (n.moving,)),
         ("inertia", "moment of inertia of a grain", "pg um^2", ("f64", 0), (n.grains,)),
         ("material", "number of its material", "1", ("i32", 0), (n.grains,)),
         ("constants", "numbers of a contact: the layout's `stored`", "um, nN, fJ", n.lane, numbers),

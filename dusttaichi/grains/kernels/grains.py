@@ -4,6 +4,7 @@ import taichi as ti
 
 from dusttaichi.compute.scan import CHUNK
 from dusttaichi.grains.kernels.cell import CENTRE, GROWTH, RATE, START
+from dusttaichi.grains.kernels.gravity import make_gravity
 from dusttaichi.grains.kernels.store import GRAINS
 
 
@@ -57,7 +58,7 @@ def make_grain_pass(fields, layout):
     total, pushed = make_gather(fields, layout), make_push(fields, layout)
     free, held = fields.get("free"), fields.get("held")
     mass, inertia = fields.get("mass"), fields.get("inertia")
-    real = layout.geometry
+    real, falls = layout.geometry, make_gravity(fields, layout, free)
 
     @ti.func
     def move(g, kick, turn, dt, reach2):
@@ -69,6 +70,8 @@ def make_grain_pass(fields, layout):
             force, torque = force / mass[g], torque / inertia[g]
         # no += on fields: it is atomic in Taichi, and slow
         velocity = v[g] + ti.cast(kick, real) * force
+        if ti.static(layout.falls):
+            velocity += ti.cast(dt, real) * falls(g)
         place = x[g] + ti.cast(dt, real) * velocity
         v[g] = velocity
         w[g] = w[g] + ti.cast(turn, real) * torque

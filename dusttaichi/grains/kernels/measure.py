@@ -7,9 +7,19 @@ from dusttaichi.compute.scan import CHUNK, whole
 from dusttaichi.grains.kernels.cell import make_cell
 from dusttaichi.grains.kernels.contacts import make_access, step01
 from dusttaichi.grains.kernels.grains import make_gather, make_push
+from dusttaichi.grains.kernels.gravity import make_gravity
 from dusttaichi.grains.kernels.params import params_type
 from dusttaichi.grains.kernels.polydisperse import make_numbers
-from dusttaichi.grains.kernels.store import FIRST_WALL, GRAINS, PAIRS, WALL_BLOCKS, capacity
+from dusttaichi.grains.kernels.sphere import make_sphere
+from dusttaichi.grains.kernels.store import (
+    FIRST_SPHERE,
+    FIRST_WALL,
+    GRAINS,
+    PAIRS,
+    WALL_BLOCKS,
+    capacity,
+    sphere_capacity,
+)
 from dusttaichi.grains.kernels.walls import Walls
 
 # columns of a contact sum
@@ -36,6 +46,10 @@ def place_measure(grains, layout, walls):
     if walls:
         sums["wall_sum"] = ti.field(ti.f64, shape=(wall_blocks // layout.tile, columns))
         sums["wall_force"] = ti.field(ti.f64, shape=(6, 3))
+    if layout.sphere:
+        tiles = sphere_capacity(grains, layout) // layout.tile
+        sums["sphere_sum"] = ti.field(ti.f64, shape=(tiles, columns))
+        sums["sphere_load"] = ti.field(ti.f64, shape=6)
     return sums
 
 
@@ -110,17 +124,15 @@ class ContactSums:
 
 def make_measure(fields, sums, layout, laws, walls):
     """Kernels that fill `sums`: grains(mass, inertia, kick, turn), pairs(p, step, dt), walls(box,
-    time, p, dt) or None.
+    time, p, dt) or None, sphere(p, step, dt) or None.
 
     Where grains have masses of their own (layout.polydisperse) mass and inertia are units of them.
     """
     contacts = ContactSums(fields, layout, laws)
     measure_walls = make_measure_walls(fields, sums, layout, contacts) if walls else None
-    return (
-        make_measure_grains(fields, sums, layout),
-        make_measure_pairs(fields, sums, layout, contacts),
-        measure_walls,
-    )
+    measure_pairs, measure_sphere = make_measure_pairs(fields, sums, layout, contacts)
+    measure_grains = make_measure_grains(fields, sums, layout)
+    return measure_grains, measure_pairs, measure_walls, measure_sphere
 
 
 def make_measure_grains(fields, sums, layout):
@@ -128,6 +140,7 @@ def make_measure_grains(fields, sums, layout):
     v, w, counts, grain_sum = fields["v"], fields["w"], fields["counts"], sums["grain_sum"]
     total, pushed = make_gather(fields, layout), make_push(fields, layout)
     masses, inertias = fields.get("mass"), fields.get("inertia")
+    falls = make_gravity(fields, layout, fields.get("free"))
 
     @ti.func
     def own(table: ti.template(), g):
@@ -149,6 +162,8 @@ def make_measure_grains(fields, sums, layout):
                 force, torque = total(g)
                 force, torque = pushed(g, force, torque)
                 kick, turn = half_kick * (force / m), half_turn * (torque / i)
+                if ti.static(layout.falls):
+                    kick += half_kick * mass * falls(g)
                 now, turning = v[g] + kick, w[g] + turn
                 linear += m * now.dot(now)
                 angular += i * turning.dot(turning)
@@ -166,16 +181,17 @@ def make_measure_grains(fields, sums, layout):
 
 
 def make_measure_pairs(fields, sums, layout, contacts):
-    """Kernel of the sums over contacts between grains."""
+    """Kernels of the sums over contacts between grains, and over those with the sphere (or None)
+    with the loads on it."""
     W, T = layout.width, layout.tile
     ContactParams = params_type(contacts.laws, layout.geometry, layout.law)
-    counts, table = fields["counts"], sums["pair_sum"]
+    counts, pair_sum, sphere_sum = fields["counts"], sums["pair_sum"], sums.get("sphere_sum")
     pair_i, pair_j = fields["pair_i"], fields["pair_j"]
     frame, across, power = make_cell(fields, layout)
     numbers, _ = make_numbers(fields, layout, contacts.laws)
 
     @ti.func
-    def measure_block(tile, b, p, dt, frame):
+    def measure_block(table: ti.template(), tile, b, p, dt, frame):
         d = contacts.gather(contacts.x, pair_i[b]).minus(contacts.gather(contacts.x, pair_j[b]))
         if ti.static(layout.periodic):
             d = across(b, d, 0, frame)
@@ -192,12 +208,28 @@ def make_measure_pairs(fields, sums, layout, contacts):
     @ti.kernel
     def measure_pairs(p: ContactParams, step: ti.i64, dt: ti.f64):
         for tile in range((counts[PAIRS] + W * T - 1) // (W * T)):
-            contacts.clear(table, tile)
+            contacts.clear(pair_sum, tile)
             here = frame(step, dt)
             for b in range(tile * T, (tile + 1) * T):
-                measure_block(tile, b, numbers(b, p), dt, here)
+                measure_block(pair_sum, tile, b, numbers(b, p), dt, here)
 
-    return measure_pairs
+    if not layout.sphere:
+        return measure_pairs, None
+    sphere, sphere_load = make_sphere(fields, layout), sums["sphere_load"]
+
+    @ti.kernel
+    def measure_sphere(p: ContactParams, step: ti.i64, dt: ti.f64):
+        for tile in range(sphere.tiles()):
+            contacts.clear(sphere_sum, tile)
+            here, first = frame(step, dt), counts[FIRST_SPHERE]
+            for b in range(first + tile * T, first + (tile + 1) * T):
+                measure_block(sphere_sum, tile, b, numbers(b, p), dt, here)
+        for _ in range(1):
+            force, torque = sphere.loads()
+            for k in ti.static(range(3)):
+                sphere_load[k], sphere_load[3 + k] = force[k], torque[k]
+
+    return measure_pairs, measure_sphere
 
 
 def make_measure_walls(fields, sums, layout, contacts):

@@ -8,7 +8,15 @@ from dusttaichi.grains.kernels.grains import make_flux, make_grain_pass
 from dusttaichi.grains.kernels.pairs import PairPass
 from dusttaichi.grains.kernels.params import params_type
 from dusttaichi.grains.kernels.polydisperse import make_numbers
-from dusttaichi.grains.kernels.store import FIRST_WALL, GRAINS, PAIRS, WALL_BLOCKS
+from dusttaichi.grains.kernels.sphere import make_sphere
+from dusttaichi.grains.kernels.store import (
+    FIRST_SPHERE,
+    FIRST_WALL,
+    GRAINS,
+    ON_SPHERE,
+    PAIRS,
+    WALL_BLOCKS,
+)
 from dusttaichi.grains.kernels.walls import WallPass
 
 StepNumbers = ti.types.struct(
@@ -26,7 +34,8 @@ DONE, DUE = 6, 7  # places in the `sync` field
 class Phases:
     """What a step does with a part of the grains, and with a tile of pairs or of wall contacts.
 
-    ContactParams: type of the numbers of a contact; has_walls: there are wall contacts.
+    ContactParams: type of the numbers of a contact; has_walls, has_sphere: there are contacts with
+    walls, with the sphere.
     """
 
     def __init__(self, fields, layout, laws, walls):
@@ -39,6 +48,7 @@ class Phases:
         self.part_size = CHUNK if layout.stress else 1
         self.pairs, self.has_walls = PairPass(fields, layout, laws), walls
         self.walls = WallPass(fields, layout, laws) if walls else None
+        self.sphere, self.has_sphere = make_sphere(fields, layout), layout.sphere
         self.of_pairs, self.of_walls = make_numbers(fields, layout, laws)
 
     # -- how much there is -----------------------------------------------------------------------
@@ -78,6 +88,14 @@ class Phases:
             self.pairs.block(b, tile, self.of_pairs(b, pair), dt, frame)
 
     @ti.func
+    def touch_sphere(self, tile, dt, sphere, frame):
+        """The same of contacts with the sphere."""
+        first, blocks = self.counts[FIRST_SPHERE], whole(self.counts[ON_SPHERE], self.width)
+        own = first // self.tile + tile
+        for c in range(tile * self.tile, ti.min((tile + 1) * self.tile, blocks)):
+            self.pairs.block(first + c, own, self.of_pairs(first + c, sphere), dt, frame)
+
+    @ti.func
     def touch_walls(self, tile, step, dt, wall, box):
         """The same of wall contacts."""
         for c in range(tile * self.tile, ti.min((tile + 1) * self.tile, self.counts[WALL_BLOCKS])):
@@ -91,6 +109,9 @@ class Phases:
         due, n = 0, self.parts()
         for part in range(first_of(me, workers, n), first_of(me + 1, workers, n)):
             due = ti.max(due, self.move_part(part, step, numbers))
+        if ti.static(self.has_sphere):
+            if me == 0:
+                due = ti.max(due, self.sphere.move(numbers.dt, numbers.reach2))
         if due == 1:
             self.sync[DUE] = 1
 
@@ -100,10 +121,14 @@ class Phases:
         return self.sync[DUE] == 1 or step >= numbers.wall_due
 
     @ti.func
-    def turn_and_touch(self, me, workers, step, dt, pair, wall, box):
+    def turn_and_touch(self, me, workers, step, dt, pair, sphere, wall, box):
         n, here = self.pair_tiles(), self.frame(step, dt)
         for tile in range(first_of(me, workers, n), first_of(me + 1, workers, n)):
             self.touch_pairs(tile, dt, pair, here)
+        if ti.static(self.has_sphere):
+            k = self.sphere.tiles()
+            for tile in range(first_of(me, workers, k), first_of(me + 1, workers, k)):
+                self.touch_sphere(tile, dt, sphere, here)
         if ti.static(self.has_walls):
             m = self.wall_tiles()
             for tile in range(first_of(me, workers, m), first_of(me + 1, workers, m)):

@@ -7,7 +7,9 @@ any consistent ones). The passes read them as lanes in the place of the scalars 
 """
 
 from dataclasses import fields as fields_of
+from dataclasses import replace
 from itertools import product
+from types import SimpleNamespace
 from typing import get_args
 
 import numpy as np
@@ -70,19 +72,22 @@ def own_columns(laws, interaction):
     return out
 
 
-def interface_table(scene, laws, glue=1.0):
-    """Rows of the table, internal units: materials i, j at i M + j, then each with the walls.
+def interface_table(scene, laws, glue=1.0, sphere=None):
+    """Rows of the table, internal units: materials i, j at i M + j, then each with the walls, then
+    each with the sphere: its Material and the factor on the surface energy, or None without one.
 
     The first of the scene's materials, M of them, is that of the walls. glue: factor on the normal
     force of the walls.
     """
     materials, interaction = scene.all_materials, scene.interaction
-    kinds = [(a, b, 1.0) for a, b in product(materials, repeat=2)]
-    kinds += [(a, materials[0], glue) for a in materials]
+    kinds = [(a, b, 1.0, 1.0) for a, b in product(materials, repeat=2)]
+    kinds += [(a, materials[0], glue, 1.0) for a in materials]
+    kinds += [] if sphere is None else [(a, sphere[0], 1.0, sphere[1]) for a in materials]
     own = [value for keys in _own(laws, interaction).values() for value in keys.values()]
     rows = []
-    for a, b, factor in kinds:
+    for a, b, factor, adhesion in kinds:
         face = constants.interface(a, b, interaction)
+        face = replace(face, gamma=adhesion * face.gamma)
         values = [getattr(face, name) / units.internal(unit) for name, unit in INTERFACE.items()]
         rows.append([*values, factor, *own])
     return np.array(rows)
@@ -154,8 +159,9 @@ def make_lane_numbers(fields, layout, laws):
 
 
 def make_write_constants(fields, interfaces, scene, laws):
-    """Returns `write_pair(b, k, g, j)`, `write_wall(b, k, g)`, `write_empty(b, k)`: the numbers of
-    lane k of block b, of grains g and j, of grain g and a wall, of nothing.
+    """Returns `pair(b, k, g, j)`, `wall(b, k, g)`, `sphere(b, k, g, j)`, `empty(b, k)`: the numbers
+    of lane k of block b, of grains g and j, of grain g and a wall, or the sphere (number j), of
+    nothing.
 
     interfaces: field of `interface_table` of the scene.
     """
@@ -165,12 +171,20 @@ def make_write_constants(fields, interfaces, scene, laws):
     columns = len(stored(laws))
 
     @ti.func
-    def write_pair(b, k, g, j):
+    def write_two(b, k, row, g, j):
         r1, r2, m1, m2 = radius[g], radius[j], mass[g], mass[j]
         R, reduced = reduced_radius(r1, r2), m1 * m2 / (m1 + m2)
         radii = {"r1": r1, "r2": r2, "R": R, "R_pair": R}
         masses = {"mass": reduced, "m0": 2.0 * reduced, "size": 2.0 * R}
-        write(b, k, material[g] * materials + material[j], {**radii, **masses})
+        write(b, k, row, {**radii, **masses})
+
+    @ti.func
+    def write_pair(b, k, g, j):
+        write_two(b, k, material[g] * materials + material[j], g, j)
+
+    @ti.func
+    def write_sphere(b, k, g, j):
+        write_two(b, k, (materials + 1) * materials + material[g], g, j)
 
     @ti.func
     def write_wall(b, k, g):
@@ -184,7 +198,7 @@ def make_write_constants(fields, interfaces, scene, laws):
         for n in ti.static(range(columns)):
             table[b, n][k] = 1.0
 
-    return write_pair, write_wall, write_empty
+    return SimpleNamespace(pair=write_pair, wall=write_wall, sphere=write_sphere, empty=write_empty)
 
 
 def make_write(table, interfaces, scene, laws):

@@ -4,7 +4,7 @@ history, carried over exactly, and the contacts of every grain."""
 import taichi as ti
 
 from dusttaichi.compute.scan import Scan, whole
-from dusttaichi.grains.kernels.store import FIRST_WALL, GRAINS, PAIRS
+from dusttaichi.grains.kernels.store import FIRST_SPHERE, FIRST_WALL, GRAINS, PAIRS
 
 
 @ti.data_oriented
@@ -26,7 +26,9 @@ class PairLists:
         self.near_count, self.old_start = scratch["near_count"], scratch["old_start"]
         self.old_j = scratch["old_j"]
         self.wall_slot, self.walls = fields.get("wall_slot"), "wall_slot" in fields
-        self.write_constants, _, self.write_empty = write_constants or (None, None, None)
+        self.sphere_slot, self.sphere = fields.get("sphere_slot"), layout.sphere
+        self.write_constants = getattr(write_constants, "pair", None)
+        self.write_empty = getattr(write_constants, "empty", None)
 
     @ti.func
     def neighbour(self, g, k):
@@ -100,6 +102,8 @@ class PairLists:
         if ti.static(self.walls):
             for k in range(6):
                 n += ti.cast(self.wall_slot[g][k] >= 0, ti.i32)
+        if ti.static(self.sphere):
+            n += ti.cast(self.sphere_slot[g] >= 0, ti.i32)
         return n
 
     @ti.func
@@ -116,6 +120,10 @@ class PairLists:
                     first = self.counts[FIRST_WALL] * self.width
                     self.entry[e] = 2 * (first + self.wall_slot[g][n])
                     e += 1
+        if ti.static(self.sphere):
+            if self.sphere_slot[g] >= 0:
+                first = self.counts[FIRST_SPHERE] * self.width
+                self.entry[e] = 2 * (first + self.sphere_slot[g])
 
 
 def make_relist(fields, scratch, layout, write_constants=None):

@@ -39,6 +39,8 @@ def place_search(grains, layout, walls):
             "wall_chunk": ti.field(ti.i32, shape=(6, -(-grains // CHUNK) + 1)),
             "wall_first": ti.field(ti.i32, shape=8),
         }
+    if layout.sphere:
+        own["sphere_chunk"] = ti.field(ti.i32, shape=-(-grains // CHUNK))
     return own | {
         "old_j": ti.Vector.field(layout.width, ti.i32, shape=pair_blocks),
         "cell_start": ti.field(ti.i32, shape=cells + 1),

@@ -2,7 +2,8 @@
 
 Contacts stand in blocks of W lanes, pairs first (sorted by grain), then walls (each block touches
 one wall only). A tile is a fixed run of blocks that one worker passes at a time: losses are summed
-tile by tile, so that no sum depends on the number of threads.
+tile by tile, so that no sum depends on the number of threads. Contacts with the one rigid sphere
+that a scene may have are pairs in blocks of their own, between those of the grains and the walls.
 """
 
 from dataclasses import dataclass
@@ -16,6 +17,9 @@ PAIRS_PER_GRAIN = 6  # twelve touching neighbours at most
 # places in the `counts` field: what a search has found, and the size of the scene, which kernels
 # do not know when they are compiled
 PAIRS, WALL_BLOCKS, OVERFLOW, GRAINS, PAIR_ROOM, FIRST_WALL, WALL_ROOM = range(7)
+ON_SPHERE, FIRST_SPHERE = 7, 8  # contacts with the sphere, and their first block
+COUNTS = 9
+SPHERE = 2  # number of the sphere behind the grains: two that fill empty lanes stand before it
 
 
 @dataclass(frozen=True)
@@ -31,6 +35,8 @@ class Layout:
     asperities: bool = False
     forced: bool = False  # a force from outside acts on some grains
     carried: bool = False  # some grains move at a speed of their own
+    sphere: bool = False  # there is a rigid sphere among the grains
+    gravity: str = ""  # or constant, central
     batch: bool = False  # many scenes at once, whose grains do not see each other
     stored: tuple = ()  # numbers of each contact, where grains have their own radius and material
     precision: str = "f64"
@@ -40,6 +46,11 @@ class Layout:
     def polydisperse(self):
         """Whether grains have their own radius and material (kernels.polydisperse)."""
         return bool(self.stored)
+
+    @property
+    def falls(self):
+        """Whether there is gravity."""
+        return self.gravity != ""
 
     @property
     def geometry(self):
@@ -92,7 +103,9 @@ class Layout:
 def sizes(grains, layout, walls):
     """The `counts` of a scene in which no search has been yet."""
     pair_blocks, wall_blocks = capacity(grains, layout, walls)
-    return [0, 0, 0, grains, pair_blocks * layout.width, pair_blocks, wall_blocks]
+    first_wall = pair_blocks + sphere_capacity(grains, layout)
+    room = pair_blocks * layout.width
+    return [0, 0, 0, grains, room, first_wall, wall_blocks, 0, pair_blocks]
 
 
 def capacity(grains, layout, walls):
@@ -106,3 +119,9 @@ def capacity(grains, layout, walls):
     lanes = min(6 * grains, grains + int(20 * grains ** (2 / 3)) + 64) + 6 * layout.width
     pair_blocks = -(-pairs // per_tile) * layout.tile
     return pair_blocks, -(-lanes // per_tile) * layout.tile if walls else 0
+
+
+def sphere_capacity(grains, layout):
+    """Blocks of contacts with the sphere, whole tiles: every grain may touch it."""
+    per_tile = layout.width * layout.tile
+    return -(-grains // per_tile) * layout.tile if layout.sphere else 0

@@ -31,7 +31,8 @@ class WallLists:
             setattr(self, name, fields[name])
         self.wall_chunk, self.wall_first = scratch["wall_chunk"], scratch["wall_first"]
         self.radius = fields.get("radius")
-        _, self.write_wall_constants, self.write_empty = write_constants or (None, None, None)
+        self.write_wall_constants = getattr(write_constants, "wall", None)
+        self.write_empty = getattr(write_constants, "empty", None)
 
     @ti.func
     def is_near(self, g, n, box: ti.template(), time, reach, present):

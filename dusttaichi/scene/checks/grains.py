@@ -5,7 +5,7 @@ import math
 from dusttaichi.names import AXES
 from dusttaichi.physics.contact import constants
 from dusttaichi.samples.values import TOO_NARROW
-from dusttaichi.scene import push
+from dusttaichi.scene import gravity, push, sphere
 from dusttaichi.scene.boundary import BoxBoundary, PeriodicBoundary, PlatesBoundary
 
 Found = list[tuple[str, str]]
@@ -17,7 +17,8 @@ DENSEST = 0.74  # filling factor of the densest packing of equal spheres
 def check(scene) -> Found:
     """Every problem of the blocks that belong to the method `grains`, as (dotted path, text)."""
     sample = [(f"sample.{path}", text) for path, text in scene.sample.conflicts(scene)]
-    found = [*push.check(scene), *_asperities(scene), *_contacts(scene), *_damping(scene)]
+    found = [*push.check(scene), *sphere.check(scene), *gravity.check(scene)]
+    found += [*_asperities(scene), *_contacts(scene), *_damping(scene)]
     return [*found, *_mass_scaling(scene), *sample, *_sizes(scene), *_room(scene)]
 
 
@@ -81,10 +82,14 @@ def _mass_scaling(scene) -> Found:
         return []
     driven = (
         any(plan.drive.moves for plan in scene.stage_plans) if scene.stop or scene.stages else True
-    )
+    ) or scene.sphere is not None
     why = None
     if scene.push:
         why = "a push is answered by the inertia of the grains"
+    elif scene.sphere is not None and not scene.sphere.driven:
+        why = "a free sphere is answered by the inertia of the grains"
+    elif scene.gravity is not None:
+        why = "weights grow with the masses"
     elif scene.sample.flies:
         why = "a collision is a matter of kinetic energy"
     elif scene.interaction.asperities is not None:

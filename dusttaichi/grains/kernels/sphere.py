@@ -1,0 +1,170 @@
+"""The rigid sphere among the grains: which grains are near it, the loads on it, how it moves.
+
+It moves like a grain and stands behind them in the fields of motion; its contacts are pairs (the
+grain first) whose numbers differ from those of two grains, so that they have blocks of their own.
+The search looks at every grain: a grid with cells as wide as the sphere would be none.
+"""
+
+from types import SimpleNamespace
+
+import taichi as ti
+
+from dusttaichi.compute.scan import CHUNK, whole
+from dusttaichi.grains.kernels.gravity import make_gravity
+from dusttaichi.grains.kernels.store import FIRST_SPHERE, GRAINS, ON_SPHERE, SPHERE
+
+
+def make_sphere(fields, layout):
+    """Functions `tiles()`: how many tiles of contacts there are; `loads()`: force and torque of the
+    grains on the sphere, summed in the order of the lanes; `move(dt, reach2)`: kick and drift, 1 if
+    a new search is due. None in a scene without a sphere."""
+    if not layout.sphere:
+        return None
+    W, counts, load = layout.width, fields["counts"], fields["load"]
+    x, v, w, x_search = fields["x"], fields["v"], fields["w"], fields["x_search"]
+    body, impulse = fields["sphere_body"], fields["sphere_impulse"]
+    lane = ti.types.vector(W, ti.f64)
+    real, falls = layout.geometry, make_gravity(fields, layout)
+
+    @ti.func
+    def tiles():
+        return whole(counts[ON_SPHERE], W * layout.tile)
+
+    @ti.func
+    def along(first, blocks, column):
+        """Sum over all contacts of a column of their loads."""
+        lanes, total = lane(0.0), ti.cast(0.0, ti.f64)
+        for b in range(first, first + blocks):
+            lanes += load[b, column]
+        for k in ti.static(range(W)):
+            total += lanes[k]
+        return total
+
+    @ti.func
+    def loads():
+        first, n = counts[FIRST_SPHERE], whole(counts[ON_SPHERE], W)
+        force = ti.Vector([along(first, n, 0), along(first, n, 1), along(first, n, 2)])
+        torque = ti.Vector([along(first, n, 6), along(first, n, 7), along(first, n, 8)])
+        return -force, torque
+
+    @ti.func
+    def move(dt, reach2):
+        s = counts[GRAINS] + SPHERE
+        force, torque = loads()
+        for k in ti.static(range(3)):
+            impulse[k] = impulse[k] + dt * force[k]
+            impulse[3 + k] = impulse[3 + k] + dt * torque[k]
+        velocity = v[s] + ti.cast(dt * body[0] * force, real)
+        if ti.static(layout.falls):
+            velocity += ti.cast(ti.select(body[0] > 0.0, dt, 0.0), real) * falls(s)
+        place = x[s] + ti.cast(dt, real) * velocity
+        v[s], x[s] = velocity, place
+        w[s] = w[s] + ti.cast(dt * body[1] * torque, real)
+        way = place - x_search[s]
+        return ti.select(way.dot(way) <= reach2, 0, 1)
+
+    return SimpleNamespace(tiles=tiles, loads=loads, move=move)
+
+
+@ti.data_oriented
+class SphereLists:
+    """Functions that find the grains near the sphere and write their lanes.
+
+    write_constants: `make_write_constants` of kernels.polydisperse, or None of equal grains.
+    """
+
+    def __init__(self, fields, layout, write_constants):
+        self.width, self.size, self.axes = layout.width, layout.state_size, layout.periodic
+        self.polydisperse, self.real = layout.polydisperse, layout.geometry
+        self.x, self.counts, self.slot = fields["x"], fields["counts"], fields["sphere_slot"]
+        self.pair_i, self.pair_j = fields["pair_i"], fields["pair_j"]
+        self.state, self.load = fields["state"], fields["load"]
+        self.shift, self.radius = fields.get("shift"), fields.get("radius")
+        self.write = write_constants
+
+    @ti.func
+    def edges_between(self, g, s, edges, a: ti.template()):
+        """Edges of the periodic cell between a grain and the sphere along an axis."""
+        return ti.floor((self.x[g][a] - self.x[s][a]) / edges[a] + 0.5)
+
+    @ti.func
+    def is_near(self, g, s, edges, reach):
+        d = self.x[g] - self.x[s]
+        for a in ti.static(self.axes):
+            d[a] -= self.edges_between(g, s, edges, a) * edges[a]
+        far = reach
+        if ti.static(self.polydisperse):
+            far += self.radius[g]
+        return d.dot(d) < far * far
+
+    @ti.func
+    def write_contact(self, g, s, c, edges):
+        b, k = self.counts[FIRST_SPHERE] + c // self.width, c % self.width
+        self.pair_i[b][k], self.pair_j[b][k] = g, s
+        if ti.static(self.polydisperse):
+            self.write.sphere(b, k, g, s)
+        for n in ti.static(range(len(self.axes))):
+            self.shift[b, n][k] = self.edges_between(g, s, edges, ti.static(self.axes[n]))
+        old = self.slot[g]
+        for m in ti.static(range(self.size)):
+            value = ti.cast(0.0, self.real)
+            if old >= 0:
+                first = self.counts[FIRST_SPHERE]
+                value = self.load[first + old // self.width, m][old % self.width]
+            self.state[b, m][k] = value
+
+    @ti.func
+    def clear_lane(self, c):
+        b, k = self.counts[FIRST_SPHERE] + c // self.width, c % self.width
+        self.pair_i[b][k], self.pair_j[b][k] = self.counts[GRAINS], self.counts[GRAINS] + 1
+        if ti.static(self.polydisperse):
+            self.write.empty(b, k)
+        for m in ti.static(range(self.size)):
+            self.state[b, m][k] = 0.0
+        for n in ti.static(range(len(self.axes))):
+            self.shift[b, n][k] = 0.0
+
+
+def make_sphere_relist(fields, scratch, layout, write_constants=None):
+    """Kernel `relist_sphere(reach, edges)`: the grains near the sphere, in order, with the history
+    of their contacts. reach: distance of the centres within which a grain is listed, of
+    polydisperse grains less their radius. edges: of the periodic cell.
+    """
+    W, size, full = layout.width, layout.state_size, layout.width * layout.tile
+    counts, state, load, slot = (fields[n] for n in ("counts", "state", "load", "sphere_slot"))
+    x, x_search, chunk_first = fields["x"], fields["x_search"], scratch["sphere_chunk"]
+    lists = SphereLists(fields, layout, write_constants)
+
+    @ti.kernel
+    def relist_sphere(reach: ti.f64, edges: ti.types.vector(3, ti.f64)):
+        grains, first = counts[GRAINS], counts[FIRST_SPHERE]
+        s, chunks = grains + SPHERE, whole(grains, CHUNK)
+        for b in range(first, first + whole(counts[ON_SPHERE], W)):
+            for m in ti.static(range(size)):
+                load[b, m] = state[b, m]
+        for chunk in range(chunks):
+            near = 0
+            for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
+                near += ti.cast(lists.is_near(g, s, edges, reach), ti.i32)
+            chunk_first[chunk] = near
+        for _ in range(1):
+            x_search[s] = x[s]
+            lanes = 0
+            for chunk in range(chunks):
+                here = chunk_first[chunk]
+                chunk_first[chunk] = lanes
+                lanes += here
+            counts[ON_SPHERE] = lanes
+            for c in range(lanes, whole(lanes, full) * full):
+                lists.clear_lane(c)
+        for chunk in range(chunks):
+            c = chunk_first[chunk]
+            for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
+                if lists.is_near(g, s, edges, reach):
+                    lists.write_contact(g, s, c, edges)
+                    slot[g] = c
+                    c += 1
+                else:
+                    slot[g] = -1
+
+    return relist_sphere

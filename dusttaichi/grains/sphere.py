@@ -1,0 +1,233 @@
+"""The rigid sphere of a scene: what it is, where it starts, how it moves. Internal units."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from dusttaichi import units
+from dusttaichi.errors import DustError
+from dusttaichi.grains.grain_contacts import moving, size_ranges
+from dusttaichi.grains.kernels.store import SPHERE
+from dusttaichi.names import WALLS
+from dusttaichi.physics.contact import constants
+from dusttaichi.scene.sphere import SMOOTH
+
+
+@dataclass(frozen=True, eq=False)
+class RigidSphere:
+    """Radius [um], mass [pg], moment of inertia [pg um^2], position [um], velocity [um/us] and spin
+    [rad/us] at the start; speed [um/us], (3,), at which it is driven, or None."""
+
+    radius: float
+    mass: float
+    inertia: float
+    position: np.ndarray
+    velocity: np.ndarray
+    spin: np.ndarray
+    speed: np.ndarray | None
+
+
+def surface_of(scene):
+    """(Material with the sphere's own density, factor on the surface energy), None without one."""
+    if scene.sphere is None:
+        return None
+    material = scene.sphere.surface(scene.all_materials, scene.material_names)
+    return material, scene.sphere.adhesion or SMOOTH
+
+
+def sphere_contact(scene, material, radius):
+    """ContactConstants of a grain of that material and radius [m] and the sphere of the scene."""
+    surface, adhesion = surface_of(scene)
+    found = constants.mixed_constants(
+        material, radius, surface, scene.sphere.radius, scene.interaction
+    )
+    return replace(found, gamma=adhesion * found.gamma)
+
+
+def sphere_contacts(scene, polydisperse=None):
+    """ContactConstants of the sphere with grains: of the two ends of the radii of each material."""
+    scene = moving(scene)
+    if polydisperse is None:
+        return [sphere_contact(scene, scene.material, scene.material.radius)]
+    ends = [(m, r) for m, *radii in size_ranges(scene, polydisperse) for r in sorted(set(radii))]
+    return [sphere_contact(scene, material, radius) for material, radius in ends]
+
+
+def sphere_of(scene, sample, radii):
+    """RigidSphere of a scene with a sample. radii [m]: one number, or (N,). None without one.
+
+    Raises DustError where it overlaps with a grain, or a cell is too small for it.
+    """
+    block = scene.sphere
+    if block is None:
+        return None
+    mass = constants.sphere_mass(block.radius, surface_of(scene)[0].density)
+    place = _place(block, sample.positions, radii)
+    _check_free(block, place, sample.positions, radii)
+    _check_cell(scene, sample, np.max(radii))
+    speed = None if block.speed is None else np.array(block.speed) / units.SPEED
+    return RigidSphere(
+        block.radius / units.LENGTH,
+        mass / units.MASS,
+        0.4 * mass * block.radius**2 / units.INERTIA,
+        place / units.LENGTH,
+        np.array(block.velocity) / units.SPEED if speed is None else speed,
+        np.array(block.spin) / units.SPIN,
+        speed,
+    )
+
+
+def _place(block, positions, radii):
+    """Its centre at the start [m]: as given, or as low as the gap allows over the middle."""
+    if block.position is not None:
+        return np.array(block.position)
+    middle = 0.5 * (positions.min(axis=0) + positions.max(axis=0))[:2]
+    x, y = middle + (block.offset or (0.0, 0.0))
+    reach = block.radius + radii + block.gap
+    height2 = reach**2 - np.sum((positions[:, :2] - [x, y]) ** 2, axis=1)
+    under = height2 > 0.0
+    if not under.any():
+        raise DustError(
+            "sphere.offset: there is no grain below the sphere; allowed: an offset within the "
+            "sample, or a position in place of gap"
+        )
+    return np.array([x, y, float(np.max((positions[:, 2] + np.sqrt(height2 * under))[under]))])
+
+
+def _check_free(block, place, positions, radii):
+    gap = np.linalg.norm(positions - place, axis=1) - block.radius - radii
+    n = int(np.argmin(gap))
+    if gap[n] < -0.01 * np.min(radii):
+        raise DustError(
+            f"sphere.position: the sphere overlaps by {-gap[n] * 1e6:.4g} um with grain {n} of the "
+            "sample; move it away, or give a gap in place of a position"
+        )
+
+
+def _check_cell(scene, sample, radius):
+    """A grain must not touch the sphere across two faces."""
+    axes = ["xyz".index(axis) for axis in scene.boundary.periodic_axes]
+    size = getattr(scene.boundary, "size", "fit")
+    edges = np.ptp(sample.positions, axis=0) + 2.0 * radius
+    if not isinstance(size, str):
+        edges = [own if isinstance(e, str) else e for e, own in zip(size, edges, strict=True)]
+    need = 2.2 * (scene.sphere.radius + radius)
+    short = [n for n in axes if edges[n] < need]
+    if short:
+        raise DustError(
+            f"sphere.radius: the periodic edge along {'xyz'[short[0]]} is "
+            f"{edges[short[0]] * 1e6:.4g} um, and a grain would touch the sphere across both "
+            f"faces; allowed: edges of {need * 1e6:.4g} um and more, or a smaller sphere"
+        )
+
+
+class MovingSphere:
+    """The sphere of a Simulation `sim`: it moves in the kernels, and is looked at here.
+
+    speed: at which it is driven now, None where it moves by forces. contact: ContactParams of the
+    grains that reach it farthest.
+    """
+
+    def __init__(self, sim, sphere, contact):
+        self.sim, self.own, self.contact = sim, sphere, contact
+        self.radius, self.mass, self.inertia = sphere.radius, sphere.mass, sphere.inertia
+        self.speed, self.row = sphere.speed, sim.grains + SPHERE
+
+    # -- start -----------------------------------------------------------------------------------
+
+    def place(self):
+        """Into the fields, before the first search."""
+        own, state = self.own, self.sim.state
+        self._put(x=own.position, v=own.velocity, w=own.spin)
+        free = self.speed is None
+        state["sphere_body"] = np.array([1.0 / self.mass, 1.0 / self.inertia]) * free
+        if self.sim.polydisperse is not None:
+            self._put(radius=self.radius, mass=self.mass, inertia=self.inertia)
+
+    def _put(self, **rows):
+        for name, values in rows.items():
+            table = self.sim.state[name]
+            table[self.row] = values
+            self.sim.state[name] = table
+
+    def set_back(self):
+        """Velocity and spin from step 0 to half a step before it, with the loads of now."""
+        kick, turn = self._half_kicks()
+        state = self.sim.state
+        self._put(v=state["v"][self.row] - kick, w=state["w"][self.row] - turn)
+
+    def drive(self, drive):
+        """Drive it as a Drive says, if it is driven at all."""
+        if self.own.speed is None:
+            return
+        speed = self.own.speed
+        if drive.sphere_speed is not None:
+            speed = np.array(drive.sphere_speed) / units.SPEED
+        self.speed = speed
+        self._put(v=speed)
+
+    def numbers(self):
+        """What a checkpoint keeps beside the fields."""
+        return None if self.speed is None else self.speed.tolist()
+
+    def restore(self, speed):
+        """Go back to these numbers."""
+        self.speed = None if speed is None else np.array(speed)
+
+    # -- looking ---------------------------------------------------------------------------------
+
+    def load(self):
+        """Force [nN] and torque [nN um] of the grains on it now, (3,) each."""
+        sim = self.sim
+        sim.kernels.measure[3](self.contact, sim.step, sim.dt)
+        found = sim.sums["sphere_load"].to_numpy()
+        return found[:3], found[3:]
+
+    def impulses(self):
+        """Time integrals of both since the start, (6,)."""
+        return self.sim.state["sphere_impulse"]
+
+    def _half_kicks(self):
+        """Change of velocity and of spin in half a step by the loads of now."""
+        if self.speed is not None:
+            return np.zeros(3), np.zeros(3)
+        sim, (force, torque) = self.sim, self.load()
+        half, kick = 0.5 * sim.dt, force / self.mass
+        if sim.gravity is not None:
+            kick = kick + sim.gravity.acceleration(sim.state["x"][self.row][None])[0]
+        return half * kick, half * torque / self.inertia
+
+    def now(self):
+        """Position [um], velocity [um/us] and spin [rad/us] at the time of the positions."""
+        kick, turn = self._half_kicks()
+        x, v, w = (self.sim.state[name][self.row] for name in "xvw")
+        return x, v + kick, w + turn
+
+    def energies(self):
+        """(kinetic energy, the part of it that is `kick`) [fJ] (see method.Measurement); 0 of a
+        driven sphere, which is no part of the system."""
+        if self.speed is not None:
+            return 0.0, 0.0
+        kick, turn = self._half_kicks()
+        _, v, w = self.now()
+        kinetic = self.mass * (v @ v) + self.inertia * (w @ w)
+        return 0.5 * kinetic, 0.5 * (self.mass * (kick @ kick) + self.inertia * (turn @ turn))
+
+    def work(self, force, impulse):
+        """Work of what drives it since the start [fJ], with force of now and impulse up to now."""
+        sums = self.sim.ledger_sums
+        if self.speed is None:
+            return 0.0
+        # the force of a step acts half before and half after it
+        taken = impulse - sums.sphere_impulse + 0.5 * self.sim.dt * (force - sums.sphere_force)
+        return sums.sphere_work - float(self.speed @ taken)
+
+    def walls_passed(self):
+        """Names of the walls that it reaches through."""
+        sim = self.sim
+        if sim.box is None:
+            return []
+        offset = sim.box.offset + sim.box.speed * sim.time
+        distance = sim.box.normal @ sim.state["x"][self.row] - offset
+        there = (distance < self.radius) & (sim.box.present == 1)
+        return [name for name, past in zip(WALLS, there, strict=True) if past]

@@ -1,0 +1,87 @@
+"""Gravity: the same acceleration everywhere, or one towards a point."""
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from dusttaichi.names import AXES
+from dusttaichi.scene.fields import Block, Number, problems
+from dusttaichi.scene.quantities import Quantity, Vector
+
+G = 6.6743e-11  # m^3 kg^-1 s^-2, CODATA 2018
+Found = list[tuple[str, str]]
+
+
+class Central(Block):
+    """Attraction towards a point: of a mass, or g (d/distance)^exponent at the distance d."""
+
+    centre: Annotated[Vector, Quantity("length", count=3)] = Field(
+        ("0 m", "0 m", "0 m"), description="the point that attracts"
+    )
+    mass: Annotated[float, Quantity("mass", gt=0, example="1e6 kg")] | None = Field(
+        None, description="mass at that point, which attracts as Newton's law says"
+    )
+    acceleration: Annotated[float, Quantity("acceleration", gt=0)] | None = Field(
+        None, description="acceleration at `distance`, in place of a mass"
+    )
+    distance: Annotated[float, Quantity("length", gt=0, example="10 um")] | None = Field(
+        None, description="with acceleration: distance from the centre at which it has that value"
+    )
+    exponent: Annotated[float, Number(ge=-3, le=3)] = Field(
+        -2.0, description="with acceleration: of the distance; 1 is a spring, -2 Newton's law"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> "Central":
+        if (self.mass is None) == (self.acceleration is None):
+            raise problems([("", "exactly one of mass and acceleration is needed")])
+        if (self.acceleration is None) != (self.distance is None):
+            path = "distance" if self.distance is None else "acceleration"
+            raise problems([(path, "acceleration and distance are given together")])
+        if self.mass is not None and self.exponent != -2.0:
+            raise problems([("exponent", "it belongs to acceleration; a mass has -2")])
+        return self
+
+    @property
+    def strength(self) -> float:
+        """k of g(d) = k d^exponent, SI."""
+        if self.mass is not None:
+            return G * self.mass
+        return self.acceleration / self.distance**self.exponent
+
+
+class Gravity(Block):
+    """One of `acceleration` and `central`."""
+
+    acceleration: (
+        Annotated[Vector, Quantity("acceleration", count=3, example="-9.81 m/s^2")] | None
+    ) = Field(None, description="the same acceleration everywhere")
+    central: Central | None = Field(None, description="attraction towards a point")
+
+    @model_validator(mode="after")
+    def _check(self) -> "Gravity":
+        if (self.acceleration is None) == (self.central is None):
+            raise problems([("", "exactly one of acceleration and central is needed")])
+        return self
+
+    @property
+    def kind(self) -> str:
+        return "constant" if self.central is None else "central"
+
+
+def check(scene) -> Found:
+    """Problems of the gravity of a scene with its boundary, as (dotted path, text)."""
+    axes = scene.boundary.periodic_axes
+    if scene.gravity is None or not axes:
+        return []
+    if scene.gravity.central is not None:
+        return [("gravity.central", "a cell repeats, and a point does not; use kind: open or box")]
+    return [
+        (
+            f"gravity.acceleration.{n}",
+            f"the cell repeats along {axis}: what falls across a face would fall for ever; "
+            "give 0 there, or leave the axis out of boundary.axes",
+        )
+        for n, (axis, g) in enumerate(zip(AXES, scene.gravity.acceleration, strict=True))
+        if g and axis in axes
+    ]

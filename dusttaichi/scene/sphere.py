@@ -1,0 +1,114 @@
+"""The rigid sphere among the grains: a projectile that flies, or an indenter that is driven."""
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from dusttaichi.scene.boundary import PeriodicBoundary
+from dusttaichi.scene.fields import Block, Number, problems
+from dusttaichi.scene.material import DEFAULT, Material
+from dusttaichi.scene.quantities import Quantity, Vector
+
+SMOOTH = 1e-6  # factor on the surface energy that stands for none at all: JKR is scaled by it
+Place = Annotated[Vector, Quantity("length", count=3)]
+Lengths2 = Annotated[tuple[float, float], Quantity("length", count=2)]
+Found = list[tuple[str, str]]
+
+
+class Sphere(Block):
+    """A rigid sphere that touches grains by the same laws as grains touch each other."""
+
+    radius: Annotated[float, Quantity("length", gt=0, le=1, example="6 um")] = Field(
+        description="radius of the sphere, of a grain or more"
+    )
+    density: Annotated[float, Quantity("density", gt=0, le=3e4)] | None = Field(
+        None, description="density of the sphere, default that of its material"
+    )
+    mass: Annotated[float, Quantity("mass", gt=0)] | None = Field(
+        None, description="mass of the sphere, in place of a density"
+    )
+    material: str = Field(
+        DEFAULT,
+        description="material of its surface, one of `materials`; default that of the grains",
+    )
+    adhesion: Annotated[float, Number(ge=0, le=10)] = Field(
+        1.0, description="factor on the surface energy of its contacts; 0: it does not stick"
+    )
+    position: Place | None = Field(None, description="its centre at the start; either this or gap")
+    gap: Annotated[float, Quantity("length", ge=0, example="0.1 um")] | None = Field(
+        None,
+        description="distance from its surface to the nearest grain below it, over the middle of "
+        "the sample",
+    )
+    offset: Lengths2 | None = Field(
+        None, description="with gap: displacement along x and y from over the middle"
+    )
+    velocity: Annotated[Vector, Quantity("speed", count=3)] = Field(
+        ("0 m/s", "0 m/s", "0 m/s"),
+        description="velocity at the start of a sphere that moves by forces",
+    )
+    spin: Annotated[Vector, Quantity("angular velocity", count=3)] = Field(
+        ("0 rad/s", "0 rad/s", "0 rad/s"),
+        description="angular velocity at the start of such a sphere",
+    )
+    speed: Annotated[Vector, Quantity("speed", count=3)] | None = Field(
+        None,
+        description="velocity at which the sphere is driven, without turning, whatever pulls at "
+        "it; a stage may change it by drive.sphere_speed",
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> "Sphere":
+        found = []
+        if (self.position is None) == (self.gap is None):
+            found.append(("", "exactly one of position and gap is needed"))
+        if self.density is not None and self.mass is not None:
+            found.append(("mass", "density is given already; one of both is enough"))
+        if self.offset is not None and self.gap is None:
+            found.append(("offset", "it belongs to gap"))
+        if self.driven and any((*self.velocity, *self.spin)):
+            text = "it is for a sphere that moves by forces; this one is driven (speed)"
+            found.append(("velocity" if any(self.velocity) else "spin", text))
+        if found:
+            raise problems(found)
+        return self
+
+    @property
+    def driven(self) -> bool:
+        """True for an indenter, False for a projectile."""
+        return self.speed is not None
+
+    def surface(self, materials: tuple[Material, ...], names: tuple[str, ...]) -> Material:
+        """Its Material, with its own density. materials, names: of the scene, in one order."""
+        own = materials[names.index(self.material)]
+        volume = 4.0 / 3.0 * 3.141592653589793 * self.radius**3
+        density = self.mass / volume if self.mass is not None else self.density or own.density
+        return own.model_copy(update={"density": density})
+
+
+def check(scene) -> Found:
+    """Problems of the sphere of a scene with its other blocks, as (dotted path, text)."""
+    speeds = [
+        (f"stages.{n}.drive.sphere_speed", stage.drive.sphere_speed)
+        for n, stage in enumerate(scene.stages)
+    ]
+    if scene.sphere is None:
+        text = "there is no sphere; give the scene one with a speed"
+        return [(path, text) for path, speed in speeds if speed is not None]
+    sphere, found = scene.sphere, []
+    if not sphere.driven:
+        text = "the sphere moves by forces; give sphere.speed, and it is driven"
+        found += [(path, text) for path, speed in speeds if speed is not None]
+    if sphere.material not in scene.material_names:
+        text = f"one of {', '.join(scene.material_names)} is needed"
+        found.append(("sphere.material", text))
+    if sphere.radius < scene.material.radius:
+        found.append(("sphere.radius", "it is smaller than a grain; make it one of the sample"))
+    if scene.numerics.precision != "f64":
+        text = f"precision {scene.numerics.precision} has no contacts with a sphere; allowed: f64"
+        found.append(("numerics.precision", text))
+    if isinstance(scene.boundary, PeriodicBoundary):
+        moving = any(plan.drive.moving_faces for plan in scene.stage_plans)
+        if moving:
+            found.append(("sphere", "the faces of its cell must rest; wall_speed may be used"))
+    return found

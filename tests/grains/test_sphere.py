@@ -1,0 +1,256 @@
+"""The rigid sphere among the grains, and gravity: closed forms, conservation, one very large grain.
+
+Scenes of one make stand together: what is compiled depends on their structure alone, so those
+without gravity have one of 0 m/s^2.
+"""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import reference as ref
+from scenes import RADIUS, make_scene, polydisperse, sample_of
+
+from dusttaichi import units
+from dusttaichi.errors import DustError
+from dusttaichi.grains.build import build
+from dusttaichi.grains.measured import measurement
+from dusttaichi.grains.moving_grains import make
+from dusttaichi.method import Start
+from dusttaichi.physics.contact import constants
+from dusttaichi.run.ledger import ledger
+from dusttaichi.scene.boundary import Drive
+
+BALL = 6e-6  # radius of the sphere [m], ten grains
+WEIGHTLESS = {"acceleration": ["0 m/s^2"] * 3}
+SILICATE = ref.SILICATE
+
+
+def vector(values, unit):
+    return [f"{a:.17g} {unit}" for a in values]
+
+
+def scene_with(place, velocity=None, speed=None, spin=(0, 0, 0), **blocks):
+    sphere = {"radius": "6 um", "position": vector(place, "m")} | blocks.pop("sphere", {})
+    if speed is not None:
+        sphere["speed"] = vector(speed, "m/s")
+    else:
+        sphere |= {"velocity": vector(velocity or (0, 0, 0), "m/s"), "spin": vector(spin, "rad/s")}
+    return make_scene(sphere=sphere, **{"gravity": WEIGHTLESS, **blocks})
+
+
+def cluster():
+    """A hexagon of seven grains in contact at z = 0, and two more on top of it."""
+    a = 2 * RADIUS - ref.numbers().delta0
+    ring = [(a * np.cos(k * np.pi / 3), a * np.sin(k * np.pi / 3), 0.0) for k in range(6)]
+    up = [(a / 2, a / (2 * 3**0.5), a * (2 / 3) ** 0.5), (-a / 2, a / (2 * 3**0.5), a * 1.02)]
+    return np.array([(0.0, 0.0, 0.0), *ring, *up])
+
+
+HIT = {"place": (0.7e-6, 0.3e-6, 8.0e-6), "velocity": (0.05, 0.0, -2.0), "spin": (1e5, 5e4, 2e5)}
+
+
+def state(sim):
+    """Positions, velocities and spins of grains, then of the sphere, now, internal units."""
+    x, v, w = sim.grain_state()
+    ball = sim.sphere.now()
+    return tuple(np.vstack([own, one]) for own, one in zip((x, v, w), ball, strict=True))
+
+
+def momenta(sim):
+    x, v, w = state(sim)
+    m = np.append(np.full(sim.grains, sim.unit_mass), sim.sphere.mass)[:, None]
+    inertia = np.append(np.full(sim.grains, sim.unit_inertia), sim.sphere.inertia)[:, None]
+    linear, turning = m * v, np.cross(x, m * v) + inertia * w
+    return linear.sum(0), turning.sum(0), np.abs(linear).sum(), np.abs(turning).sum()
+
+
+def opened(sim, start):
+    """By how much the ledger is open, as a share of what has gone through the system."""
+    return ledger(measurement(sim), start)[1]
+
+
+# Equal grains, open, a sphere, constant gravity.
+
+
+@cache
+def hit(threads=1):
+    scene = scene_with(**HIT, threads=threads)
+    sim = make(scene, sample_of(cluster())).sim
+    start = Start.of(measurement(sim))
+    first = momenta(sim)
+    sim.advance(4000)
+    return state(sim), first, momenta(sim), opened(sim, start), measurement(sim).parts
+
+
+def test_free_fall_is_a_parabola():
+    """Leapfrog is exact under a constant force; the error is rounding over 1000 steps."""
+    g, v = np.array([1e5, 0.0, -2e5]), np.array([0.3, 0.2, 1.0])
+    scene = scene_with((0, 0, 2e-5), v.tolist(), gravity={"acceleration": vector(g, "m/s^2")})
+    sim = build(scene, sample_of([[0, 0, 0]], [v]))
+    start = Start.of(measurement(sim))
+    sim.advance(1000)
+    t = sim.time * units.TIME
+    x, u, _ = state(sim)
+    way = v * t + 0.5 * g * t**2
+    np.testing.assert_allclose(x * units.LENGTH, [way, way + [0, 0, 2e-5]], rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(u * units.SPEED, [v + g * t] * 2, rtol=1e-12)
+    mass = sim.sphere.mass + sim.mass
+    work = mass * units.MASS * g @ way
+    assert measurement(sim).work * units.ENERGY == pytest.approx(work, rel=1e-9)
+    assert abs(opened(sim, start)) < 1e-9
+
+
+@pytest.mark.parametrize("adhesion", [1.0, 0.25])
+def test_force_of_one_grain_is_that_of_the_reduced_radius(adhesion):
+    """JKR with R = r1 r2/(r1 + r2), at an overlap of twice that at rest."""
+    scene = scene_with((0, 0, 0), sphere={"adhesion": adhesion})
+    R = RADIUS * BALL / (RADIUS + BALL)
+    gamma, E_star = adhesion * SILICATE["gamma"], constants.reduced_modulus(scene.material)
+    a0 = constants.equilibrium_contact_radius(gamma, R, E_star)
+    delta0, F_c = constants.equilibrium_overlap(a0, R), constants.pull_off_force(gamma, R)
+    direction = np.array([0.6, 0.0, 0.8])
+    x = (RADIUS + BALL - 2 * delta0) * direction
+    sim = build(scene, sample_of([x]))
+    s = max(np.roots([3, 0, 0, -2, -2.0]).real)  # 3 s^4 - 2 s = 2
+    expected = 4 * F_c * (s**6 - s**3) * direction
+    # positions are known to 1e-16 of a micrometre and the overlap to 1e-6 of itself
+    np.testing.assert_allclose(sim.loads()[0][0] * units.FORCE, expected, rtol=1e-5, atol=1e-14)
+    np.testing.assert_allclose(sim.sphere.load()[0], -sim.loads()[0][0], rtol=1e-14)
+
+
+def test_momentum_and_ledger_of_a_hit():
+    _, before, after, residual, parts = hit()
+    assert parts["loss_sphere"].sum() > 0 and parts["sphere_kinetic"] > 0
+    for k in (0, 1):
+        assert np.abs(after[k] - before[k]).max() < 1e-12 * after[k + 2]
+    assert abs(residual) < 2e-3
+
+
+def test_threads_change_no_bit():
+    for one, two in zip(hit(1)[0], hit(2)[0], strict=True):
+        assert np.array_equal(one, two)
+
+
+def test_a_restored_sphere_goes_on_with_the_same_bits():
+    scene = scene_with(**HIT)
+    moving = make(scene, sample_of(cluster()))
+    moving.advance(1500)
+    kept = moving.state()
+    moving.advance(500)
+    expected, m = state(moving.sim), moving.measure()
+    moving.restore(kept)
+    moving.advance(500)
+    for one, other in zip(expected, state(moving.sim), strict=True):
+        assert np.array_equal(one, other)
+    assert moving.measure().parts["sphere_work"] == m.parts["sphere_work"]
+
+
+def test_a_driven_sphere_keeps_its_way_and_its_work_closes_the_ledger():
+    scene = scene_with((0, 0, 8e-6), speed=(0, 0, -0.5))
+    sim = build(scene, sample_of(cluster()))
+    start = Start.of(measurement(sim))
+    sim.advance(2500)
+    way = 0.5 * sim.time
+    sim.drive(Drive.model_validate({"sphere_speed": ["0 m/s", "0.2 m/s", "1 m/s"]}))
+    before = sim.time
+    sim.advance(2500)
+    x, v, w = sim.sphere.now()
+    up = np.array([0.0, 0.2, 1.0]) * (sim.time - before)
+    np.testing.assert_allclose(x, [0, 0, 8.0 - way] + up, rtol=1e-12)
+    assert v.tolist() == [0.0, 0.2, 1.0] and w.tolist() == [0.0, 0.0, 0.0]
+    m = measurement(sim)
+    assert m.parts["sphere_work"] > 0 and m.work == m.parts["sphere_work"]
+    assert abs(opened(sim, start)) < 5e-3
+
+
+# Grains of their own radius, of which the largest is the sphere; open.
+
+
+def test_it_is_one_very_large_grain():
+    """The same as a sample whose last grain has its radius; rounding grows as it does."""
+    x, last = cluster(), np.array(HIT["place"])
+    radii = np.append(np.full(len(x), RADIUS), BALL)
+    v, w = np.zeros((10, 3)), np.zeros((10, 3))
+    v[-1], w[-1] = HIT["velocity"], HIT["spin"]
+    sample = polydisperse(np.vstack([x, last]), radii, None, v, w)
+    sim = build(make_scene(gravity=WEIGHTLESS), sample)
+    sim.advance(4000)
+    found, expected = hit()[0], sim.grain_state()
+    for one, other in zip(found, expected, strict=True):
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-6 * np.abs(other).max())
+
+
+# Grains of their own radius and a sphere across a face of a periodic cell.
+
+
+def test_across_a_face():
+    """What stands across a face is hit as in open space."""
+    edges = np.array([20e-6, 20e-6, 0.0])
+    shift = np.array([10.2e-6, -9.7e-6, 0.0])
+    x = cluster() + shift
+    x -= edges * np.round(x / np.where(edges > 0, edges, 1.0))
+    far = [[1e-6, 2e-6, -3e-6], [3e-6, -2e-6, -3e-6]]
+    sample = polydisperse(np.vstack([x, far]), np.full(11, RADIUS))
+    place = np.array(HIT["place"]) + shift
+    cell = {"kind": "periodic", "axes": ["x", "y"], "size": ["20 um", "20 um", "fit"]}
+    scene = scene_with(place.tolist(), HIT["velocity"], None, HIT["spin"], boundary=cell)
+    sim = build(scene, sample)
+    sim.advance(4000)
+    _, v, w = state(sim)
+    _, u, t = hit()[0]
+    for one, other in ((v, u), (w, t)):
+        both = np.vstack([one[:9], one[-1:]])
+        np.testing.assert_allclose(both, other, rtol=0, atol=1e-5 * np.abs(other).max())
+
+
+# Central gravity, no sphere.
+
+
+def test_central_gravity():
+    """A circle at the speed that Newton's law asks for; a spring of the same strength has that
+    speed too. The leapfrog's error of the radius is (angle a step)^2, 4e-6 here."""
+    d, g = 10e-6, 1e5
+    speed, period = np.sqrt(g * d), 2 * np.pi * np.sqrt(d / g)
+    for exponent in (-2.0, 1.0, -1.0):
+        central = {"acceleration": f"{g} m/s^2", "distance": "10 um", "exponent": exponent}
+        scene = make_scene(gravity={"central": central}, dt=period / 4000)
+        sim = build(scene, sample_of([[d, 0, 0]], [[0, speed, 0]]))
+        start = Start.of(measurement(sim))
+        sim.advance(4000)
+        x, v, _ = sim.grain_state()
+        np.testing.assert_allclose(x[0], [10.0, 0, 0], atol=1e-4)
+        np.testing.assert_allclose(v[0], [0, speed, 0], atol=1e-5)
+        assert abs(opened(sim, start)) < 1e-5
+
+
+@pytest.mark.parametrize(
+    "sphere, named",
+    [
+        ({"gap": "0 um", "position": ["0 um"] * 3}, "exactly one of position and gap"),
+        (
+            {"position": ["0 um"] * 3, "offset": ["1 um", "0 um"]},
+            "sphere.offset.*it belongs to gap",
+        ),
+        ({"gap": "1 nm", "density": "1 g/cm^3", "mass": "1 pg"}, "sphere.mass"),
+        ({"gap": "1 nm", "material": "iron"}, "sphere.material.*one of default is needed"),
+        ({"gap": "1 nm", "radius": "0.1 um"}, "sphere.radius.*smaller than a grain"),
+        ({"gap": "1 nm", "speed": ["1 m/s"] * 3, "spin": ["1 rad/s"] * 3}, "this one is driven"),
+    ],
+)
+def test_refused(sphere, named):
+    with pytest.raises(DustError, match=named):
+        make_scene(sphere={"radius": "6 um", **sphere})
+
+
+def test_refused_with_others():
+    ball = {"radius": "6 um", "gap": "1 nm"}
+    with pytest.raises(DustError, match="mixed has no contacts with a sphere"):
+        make_scene(sphere=ball, numerics={"precision": "mixed"})
+    cell = {"kind": "periodic", "size": ["9 um"] * 3}
+    with pytest.raises(DustError, match=r"gravity.acceleration.2: the cell repeats along z"):
+        make_scene(gravity={"acceleration": ["0 m/s^2", "0 m/s^2", "1 m/s^2"]}, boundary=cell)
+    with pytest.raises(DustError, match="a grain would touch the sphere across both faces"):
+        build(make_scene(sphere=ball, boundary=cell), sample_of([[0, 0, 0]]))
+    with pytest.raises(DustError, match=r"overlaps by 0\.6 um with grain 0"):
+        build(scene_with((0, 0, 6e-6)), sample_of([[0, 0, 0]]))
