@@ -37,6 +37,7 @@ FEATURES = {
     "push": "with pushes",
     "gravity": "with gravity",
     "sphere": "with a sphere",
+    "pair": "of two bodies that fly at each other in open space",
     "polydisperse": "with grains that are not all alike",
     "forces": "with `output.forces`",
     "bodies": "with rigid bodies",

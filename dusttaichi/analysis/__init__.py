@@ -1,6 +1,7 @@
 """What a result means: reads result files only, and never needs Taichi."""
 
 from dusttaichi.analysis.arrival import Arrival, SoundSpeed, arrival, sound_speed
+from dusttaichi.analysis.bodies import Bodies, bodies
 from dusttaichi.analysis.compare import compare, to_csv
 from dusttaichi.analysis.compression import (
     Curve,
@@ -43,6 +44,7 @@ from dusttaichi.analysis.trade import front, trade_dataset
 __all__ = [
     "Arrival",
     "Band",
+    "Bodies",
     "Column",
     "Compaction",
     "Curve",
@@ -68,6 +70,7 @@ __all__ = [
     "Tensile",
     "arrival",
     "bands",
+    "bodies",
     "column",
     "compaction",
     "compare",

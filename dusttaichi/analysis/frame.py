@@ -17,7 +17,8 @@ class Frame:
     number: of the snapshot, from 0. time [s], step. position [m], velocity [m/s], spin [rad/s]:
     (N, 3). radius [m]: (N,). cell [m]: (3, 2), lower and upper coordinate of the walls or periodic
     faces of each axis, not a number where there is none. periodic: (3,) bool. contacts: xr.Dataset
-    with grain_i, grain_j, overlap ... (C,), or None where the run kept none.
+    with grain_i, grain_j, overlap ... (C,), or None where the run kept none. sphere: centre (3,)
+    and radius of a rigid sphere among the grains [m], (4,), or None.
     """
 
     number: int
@@ -30,6 +31,7 @@ class Frame:
     cell: np.ndarray
     periodic: np.ndarray
     contacts: xr.Dataset | None
+    sphere: np.ndarray | None = None
 
     @property
     def pairs(self):
@@ -99,7 +101,15 @@ def read_frame(run, snapshot=-1, contacts=True):
         cell=cell,
         periodic=np.array([axis in named for axis in AXES]),
         contacts=run.contacts(number) if kept else None,
+        sphere=_sphere(run, data),
     )
+
+
+def _sphere(run, data):
+    """Centre and radius of a rigid sphere in a snapshot, (4,); None where there is none."""
+    if "sphere_position" not in data:
+        return None
+    return np.append(data.sphere_position.values, run.attrs["sphere_radius"])
 
 
 def grain_masses(run):

@@ -17,6 +17,7 @@ from dusttaichi.scene.material import DEFAULT
 
 SAMPLE = ("positions", "velocities", "spins")
 OWN = ("radii", "materials")  # None where all grains are equal
+BODIES = ("target", "projectile")
 BEFORE = "sample_"  # of the names of these arrays in a State
 
 
@@ -29,7 +30,7 @@ class MovingGrains(SimpleSimulation):
         self.began = self.sample.info.get("start_time", 0.0) / units.TIME
         self.plates = record.plates_of(scene.boundary, self.sample, sim.radius)
         self.workers = WorkerChoice(sim, fixed=scene.numerics.threads != "auto")
-        features = features_of(scene, sim)
+        features = features_of(scene, self.sample, sim)
         self.variables = select(VARIABLES.values(), features)
         self.clock, self.bins = sim.domain.clock(), None
         if "profiles" in features:
@@ -74,7 +75,9 @@ class MovingGrains(SimpleSimulation):
         return out
 
     def series(self, measurement, window):
-        return record.series(self.sim, measurement.parts, window, self.plates)
+        found = record.series(self.sim, measurement.parts, window, self.plates)
+        first = first_body(self.scene, self.sample)
+        return found if first is None else found | record.bodies(self.sim, first)
 
     def records(self, group):
         now = (self.began + self.sim.time) * units.TIME
@@ -114,7 +117,7 @@ class MovingGrains(SimpleSimulation):
     # -- result ----------------------------------------------------------------------------------
 
     def sizes(self):
-        out = {"grain": self.sim.grains, "channel": self.channels}
+        out = {"grain": self.sim.grains, "channel": self.channels, "body": BODIES}
         return out if self.bins is None else out | {"bin": len(self.bins) - 1}
 
     def constants(self):
@@ -168,7 +171,15 @@ def reopen(scene, state):
     return out
 
 
-def features_of(scene, sim):
+def first_body(scene, sample):
+    """How many grains the first of two bodies has that fly at each other in open space; None where
+    there are none."""
+    if not scene.sample.flies or scene.boundary.kind != "open":
+        return None
+    return sample.info.get("target_grains", 1 if len(sample) == 2 else None)
+
+
+def features_of(scene, sample, sim):
     """What the result of a scene has, in the words of grains/variables.py."""
     domain, bounded = sim.domain, sim.domain.bounded
     asked = {
@@ -186,6 +197,7 @@ def features_of(scene, sim):
         "stress": sim.layout.stress,
         "push": sim.push.works,
         "gravity": sim.gravity is not None,
+        "pair": first_body(scene, sample) is not None,
         "sphere": sim.sphere is not None,
         "stages": bool(scene.stages),
         "profiles": bounded and any(plan.profiles is not None for plan in scene.stage_plans),

@@ -91,6 +91,30 @@ def series(sim, m, window, plates=None):
     return record
 
 
+def bodies(sim, first):
+    """Centres of mass, their velocities and the angular momenta about them of two bodies, (2, 3)
+    each, SI; the grains of the one stand before number `first` of the sample, wherever they go."""
+    x, v, w = sim.grain_state()
+    back = np.argsort(sim.order)
+    mass, inertia = (
+        np.broadcast_to(a[back] if np.ndim(a) else a, (len(x), 1)) for a in (sim.mass, sim.inertia)
+    )
+    centres, velocities, spins = [], [], []
+    for own in (slice(0, first), slice(first, None)):
+        share = mass[own] / mass[own].sum()
+        centre, velocity = (np.sum(share * a[own], axis=0) for a in (x, v))
+        moving = mass[own] * (v[own] - velocity)
+        turning = np.cross(x[own] - centre, moving) + inertia[own] * w[own]
+        centres.append(centre * units.LENGTH)
+        velocities.append(velocity * units.SPEED)
+        spins.append(turning.sum(axis=0) * units.MASS * units.SPEED * units.LENGTH)
+    return {
+        "body_position": np.array(centres),
+        "body_velocity": np.array(velocities),
+        "body_angular_momentum": np.array(spins),
+    }
+
+
 def _sphere(sim, m, window):
     """Of the rigid sphere: motion, mean load, energies, contacts."""
     ball = sim.sphere

@@ -142,7 +142,7 @@ class MovingSphere:
         free = self.speed is None
         state["sphere_body"] = np.array([1.0 / self.mass, 1.0 / self.inertia]) * free
         if self.sim.polydisperse is not None:
-            self._put(radius=self.radius, mass=self.mass, inertia=self.inertia)
+            self._put(radius=self.radius, mass=self.mass)
 
     def _put(self, **rows):
         for name, values in rows.items():

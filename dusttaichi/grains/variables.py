@@ -15,9 +15,9 @@ _S12, _PHYS = "S12 section 3.2", "docs, Physics"
 
 # Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (a finite
 # one), "filling" (a filling factor), "plates", "stress", "stages", "push" (forces, carried grains),
-# "gravity", "sphere" (a rigid one), "open" (nothing around), "polydisperse" (grains of different
-# radius or material), "profiles", "snapshots", "contacts" (kept with the snapshots), "forces" (of
-# these).
+# "gravity", "sphere" (a rigid one), "pair" (two bodies that fly at each other), "open" (nothing
+# around), "polydisperse" (grains of different radius or material), "profiles", "snapshots",
+# "contacts" (kept with the snapshots), "forces" (of these).
 _TABLE = {
     "series": [
         "time",
@@ -57,6 +57,11 @@ _TABLE = {
         ("momentum", "time xyz", "kg m/s", "momentum of all grains and the sphere", "", "open"),
         ("angular_momentum", "time xyz", "kg m2/s", "angular momentum of all grains and the sphere "
          "about the origin, spins included", "", "open"),
+        ("body_position", "time body xyz", "m", "centre of mass of each of two bodies that fly at "
+         "each other; its grains stay its own wherever they go", "", "pair"),
+        ("body_velocity", "time body xyz", "m/s", "its velocity", "", "pair"),
+        ("body_angular_momentum", "time body xyz", "kg m2/s", "angular momentum of the body about "
+         "its centre of mass, spins included", "", "pair"),
         ("gravity_work", "time", "J", "work of gravity on grains and sphere since the start: minus "
          "the change of their potential", _PHYS, "gravity"),
         ("sphere_position", "time xyz", "m", "centre of the sphere", "", "sphere"),

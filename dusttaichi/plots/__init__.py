@@ -12,6 +12,7 @@ from dusttaichi.analysis.ensemble_tables import axes_of
 from dusttaichi.errors import DustError
 from dusttaichi.names import WALLS
 from dusttaichi.plots.animation import animation
+from dusttaichi.plots.bodies import bodies_figure as bodies
 from dusttaichi.plots.collision import collision, collision_spectrum
 from dusttaichi.plots.compression import compression
 from dusttaichi.plots.continuum import (
@@ -50,6 +51,7 @@ __all__ = [
     "animation",
     "bead_profile",
     "bands",
+    "bodies",
     "collision",
     "collision_spectrum",
     "compacted_volume",
@@ -111,9 +113,9 @@ def figures_of(run):
 
     ledger; compression and coordination (compressed under a wall); isotropic and coordination
     (pressed from all sides); cycles (let go again); tensile and losses (stretched), and
-    with two snapshots of the stretching fractal; collision and fragments (two bodies that fly at
-    each other); sound_speed (after a push that snapshots show to arrive); stress (where it was
-    written); structure (of the last snapshot, with the forces of its contacts); profile (where
+    with two snapshots of the stretching fractal; bodies, collision and fragments (two bodies that
+    fly at each other); sound_speed (after a push that snapshots show to arrive); stress (where it
+    was written); structure (of the last snapshot, with the forces of its contacts); profile (where
     profiles were written); sphere and sphere_column (of a sphere that goes into grains).
     Of a run of the continuum: wall_forces, dust (a map), filling_factors; where a bead falls on
     dust impact, bead_profile, deceleration and compacted_volume.
@@ -121,6 +123,8 @@ def figures_of(run):
     several, figures = len(run.series.time) > 1, {}
     if several and "loss" in run.series:
         figures["ledger"] = ledger(run)
+    if several and "body_angular_momentum" in run.series:
+        figures["bodies"] = bodies(run)
     if run.collides:
         figures |= {"collision": collision(run), "fragments": collision_spectrum(run)}
     if run.compresses:

@@ -23,6 +23,7 @@ VIEWS = {
     "top": (0.0, 0.0, 1.0),
     "bottom": (0.0, 0.0, -1.0),
 }
+RIGID = (0.55, 0.58, 0.62)  # colour of a rigid sphere among the grains
 COLOURS = ("coordination", "speed", "height", "fragment", "body", "uniform")
 WIDTH, TALLEST = 6.4, 8.0  # of the figure [inches]
 LOWEST = 1.7  # of the picture where there is a colour bar, which needs room for its label [inches]
@@ -150,7 +151,11 @@ def draw(frame, appearance, masses=None, note=None):
     head = MARGIN + HEAD if note else MARGIN
     camera, (width, height) = _camera(appearance, bar, head)
     lines = cell_lines(frame, appearance.dpi) if appearance.cell else None
-    image = picture(camera, frame.position, frame.radius, colouring.colours, lines=lines)
+    places, radii, colours = frame.position, frame.radius, colouring.colours
+    if frame.sphere is not None:
+        places, radii = np.vstack([places, frame.sphere[:3]]), np.append(radii, frame.sphere[3])
+        colours = np.vstack([colours, RIGID])
+    image = picture(camera, places, radii, colours, lines=lines)
     figure = Figure(figsize=(width, height), dpi=appearance.dpi)
     FigureCanvasAgg(figure)
     part = (camera.width / appearance.dpi / width, camera.height / appearance.dpi / height)
@@ -188,7 +193,10 @@ def _camera(appearance, bar, head):
 
 def _extent(frame, axes, cell):
     """Ends of what is drawn along right and up, (2, 2) [m], with a little room around it."""
-    seen, radius = frame.position @ axes[:2].T, frame.radius[:, None]
+    places, radius = frame.position, frame.radius[:, None]
+    if frame.sphere is not None:
+        places, radius = np.vstack([places, frame.sphere[:3]]), np.vstack([radius, frame.sphere[3]])
+    seen = places @ axes[:2].T
     low, high = (seen - radius).min(axis=0), (seen + radius).max(axis=0)
     if cell:
         corners = cell_segments(frame)[0].reshape(-1, 3) @ axes[:2].T

@@ -1,0 +1,42 @@
+"""Two bodies that fly at each other: their velocities, and where the angular momentum is."""
+
+import numpy as np
+
+from dusttaichi.analysis.bodies import bodies
+from dusttaichi.plots import style
+
+AXES = ("x", "y", "z")
+MOMENTA = tuple((10.0**-n, rf"$10^{{-{n}}}$") for n in (15, 18, 21, 24, 27))
+
+
+@style.styled
+def bodies_figure(run):
+    """Velocities of both bodies of a Run along x and y, and the angular momentum along z of their
+    ways about each other, of each about its centre, and of all, over time.
+
+    Raises DustError where there are not two bodies.
+    """
+    found = bodies(run)
+    figure, (speeds, turning) = style.new_figure(height=5.2, rows=2)
+    per_time, seconds = style.scaled(found.time[-1], style.TIMES)
+    time = found.time * per_time
+    for number, name in enumerate(found.names):
+        line = style.run_style(number)
+        speeds.plot(time, found.velocity[:, number, 0], label=f"{name}, along x", **line)
+        faint = line | {"linestyle": (0, (1, 1.5)), "linewidth": 1.0}
+        speeds.plot(time, found.velocity[:, number, 1], label=f"{name}, along y", **faint)
+    speeds.set_ylabel("velocity (m/s)")
+    style.legend(speeds, ncols=2)
+    parts = {"about each other": found.orbital[:, 2]}
+    parts |= {f"of the {name}": found.own[:, k, 2] for k, name in enumerate(found.names)}
+    parts["of all"] = found.orbital[:, 2] + found.own[:, :, 2].sum(axis=1)
+    per_unit, unit = style.scaled(max(np.abs(a).max() for a in parts.values()), MOMENTA)
+    for number, (name, values) in enumerate(parts.items()):
+        line = style.run_style(number)
+        if name == "of all":
+            line = {"color": style.BLACK, "linewidth": 1.0, "linestyle": (0, (4, 2))}
+        turning.plot(time, values * per_unit, label=name, **line)
+    turning.set_ylabel(f"angular momentum\nalong z ({unit} kg m²/s)")
+    turning.set_xlabel(f"time ({seconds})")
+    style.legend(turning, ncols=2)
+    return figure
