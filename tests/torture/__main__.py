@@ -2,7 +2,8 @@
 
 kills: SIGKILL, SIGTERM, SIGINT at random moments. faults: writes that fail, at every call. mutate:
 scenes with faults. damage: damaged files. bits: threads, terminals, locales. twice: two runs on one
-directory. --write puts the figures into the docs.
+directory. dask: a cluster that loses workers and scheduler. --write puts the figures into the docs.
+With --journal FILE each case is noted there, and a torture that was stopped goes on.
 """
 
 import argparse
@@ -13,7 +14,7 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 COUNTS = {"kills": 100, "mutate": 10_000, "damage": 200}  # of the others all there is
-MODULES = {"bits": "same_bits"}  # where it is not the name of the kind
+MODULES = {"bits": "same_bits", "dask": "cluster"}  # where it is not the name of the kind
 KINDS = (*COUNTS, "faults", "twice", *MODULES)
 
 
@@ -23,15 +24,17 @@ def main():
     parser.add_argument("kind", choices=KINDS)
     parser.add_argument("--count", type=int)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--journal", type=Path, help="where to note the cases, and to go on from")
     parser.add_argument("--write", action="store_true", help="put the figures into the docs")
     given = parser.parse_args()
     sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parent / "run"), str(HERE.parents[1])]
-    from tally import write_row
+    from tally import Tally, write_row
 
     count = COUNTS.get(given.kind, 0) if given.count is None else given.count
     began = time.perf_counter()
     module = importlib.import_module(MODULES.get(given.kind, given.kind))
-    tally = module.run(count, given.seed)
+    tally = Tally.of(given.journal)
+    module.run(count, given.seed, tally)
     print(tally.text(given.kind, began))
     if given.write:
         options = f" --count {count} --seed {given.seed}" if given.kind in COUNTS else ""

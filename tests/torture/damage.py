@@ -13,7 +13,6 @@ import netCDF4
 import numpy as np
 import toy
 from bits import assert_same_bits
-from tally import Tally
 
 from dusttaichi.errors import DustError
 from dusttaichi.results.reading import open_tree
@@ -30,21 +29,21 @@ stop: {steps: 1}
 """
 
 
-def run(count, seed):
-    """A Tally of so many damaged files."""
-    rng, tally = random.Random(seed), Tally()
+def run(count, seed, tally):
+    """So many damaged files."""
     toy.prepare()
     toy.join_here()
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         made = _originals(folder)
         kinds = ("checkpoint", "result", "part", "stage", "sample")
-        for number in range(count):
+        for number in tally.left(range(count)):
+            rng = random.Random(f"{seed} {number}")
             kind = kinds[number % len(kinds)]
             problem = globals()[f"_{kind}"](folder, made, rng)
             found, problem = ("repaired", None) if problem is None else problem
-            tally.case(f"{kind} {found}", problem and f"{kind} {number} of seed {seed}: {problem}")
-    return tally
+            problem = problem and f"{kind} {number} of seed {seed}: {problem}"
+            tally.case(f"{kind} {found}", problem, number)
 
 
 def _originals(folder):

@@ -16,37 +16,32 @@ import tempfile
 import traceback
 from pathlib import Path
 
-from tally import Tally
-
 SHIM = Path(__file__).with_name("shim.c")
 FOREVER = 2**40
 STOPPED, UNTOLD = 42, 43  # exit codes: a DustError, any other exception
 
 
-def run(count, seed):
-    """A Tally of all calls of all runs; with a count only every so many-th of them."""
+def run(count, seed, tally):
+    """All calls of all runs; with a count only every so many-th of them."""
     with tempfile.TemporaryDirectory() as folder:
         library = Path(folder) / "shim.so"
         compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
         subprocess.run(
             [compiler, "-shared", "-fPIC", "-O1", "-w", "-o", library, SHIM, "-ldl"], check=True
         )
+        known = Path(folder) / "known"
+        known.write_text("\n".join(tally.known))
         command = [sys.executable, __file__, folder, str(library), str(count), str(seed)]
         path = os.pathsep.join([*sys.path, os.environ.get("PYTHONPATH", "")])
-        done = subprocess.run(
-            command,
-            env={**os.environ, "LD_PRELOAD": str(library), "PYTHONPATH": path},
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-    lines = done.stdout.splitlines()
-    tally = Tally()
-    for line in lines:
-        kind, _, problem = line.partition("\t")
-        tally.case(kind, problem or None)
-    if done.returncode != 0:
-        tally.case("torture itself", f"it ended with status {done.returncode}")
-    return tally
+        environment = {**os.environ, "LD_PRELOAD": str(library), "PYTHONPATH": path}
+        with subprocess.Popen(
+            command, env=environment, stdout=subprocess.PIPE, text=True
+        ) as process:
+            for line in process.stdout:
+                name, kind, problem = line.rstrip("\n").split("\t")
+                tally.case(kind, f"{name}: {problem}" if problem else None, name)
+    if process.returncode != 0:
+        tally.case("torture itself", f"it ended with status {process.returncode}")
 
 
 def _inside(folder, library, count, seed):
@@ -55,6 +50,7 @@ def _inside(folder, library, count, seed):
     import toy
 
     toy.prepare()
+    known = set((Path(folder) / "known").read_text().split("\n"))
     shim = ctypes.CDLL(library)
     folder = Path(folder)
     for name in toy.SCENES:
@@ -68,10 +64,12 @@ def _inside(folder, library, count, seed):
                 for code, last in ((errno.ENOSPC, FOREVER), (errno.EIO, number)):
                     what = f"{name}{' (join)' if joins else ''}, call {number} of {total}"
                     what += f", {errno.errorcode[code]}"
+                    if what in known:
+                        continue
                     fault = (number, last, code)
-                    problem = _case(shim, name, case, fault, joins, whole, bits)
-                    print(errno.errorcode[code], f"{what}: {problem}" if problem else "", sep="\t")
-                    sys.stdout.flush()
+                    problem = _case(shim, name, case, fault, joins, whole, bits) or ""
+                    problem = problem.replace("\n", " | ").replace("\t", " ")
+                    print(what, errno.errorcode[code], problem, sep="\t", flush=True)
 
 
 def _set(shim, case, fault, joins):
@@ -128,11 +126,14 @@ def _case(shim, name, case, fault, joins, whole, bits):
             open_run(case).close()
         except DustError as error:
             return f"not readable: {error}"
+    toy.join_here()
     try:
         toy.go(name, case, resume=True)
         bits.assert_same_bits(whole, case / "result.nc")
     except (DustError, AssertionError) as error:
         return f"resumed: {error}"
+    finally:
+        toy.join_here(False)
     return None
 
 

@@ -1,5 +1,6 @@
 """Kills at random moments: of a plain run, one with stages, one with an error bar, one with
-replicas, and one of grains. Each goes on by --resume until it ends, with the same bits as a whole.
+replicas, one of grains, and one of the continuum. Each goes on by --resume until it ends, with the
+same bits as a whole.
 
 A run is a process that forks from this one, so that what it imports is there already; a kill is
 SIGKILL, SIGTERM or SIGINT. Runs that have come to their end begin anew.
@@ -18,7 +19,6 @@ import netCDF4
 import toy
 import yaml
 from bits import assert_same_bits
-from tally import Tally
 
 from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError, Interrupted
@@ -52,21 +52,40 @@ STAGES = PLAIN.replace(
   - {name: on, stop: {steps: 1250}, output: {series: {time: 1 us}}}
   - {name: rest, stop: {steps: 1250}}""",
 )
+CONTINUUM = """
+name: continuum
+method: continuum
+dimension: 2
+material: dust_g09
+sample:
+  kind: impact
+  target: {kind: block, size: [2 mm, 1 mm]}
+  projectile: {kind: rigid, shape: sphere, diameter: 0.6 mm, density: 2540 kg/m^3}
+  speed: 0.65 m/s
+gravity: 9.81 m/s^2
+boundary:
+  kind: faces
+  bottom: {layer: 0.45 mm}
+  x_min: {layer: 0.56 mm}
+  x_max: {layer: 0.56 mm}
+numerics: {spacing: 0.1 mm, threads: 1}
+stop: {steps: 1000}
+output: {series: {steps: 50}, snapshots: {steps: 250}, checkpoint: 0.1 s}
+"""
 REPLICAS = GRAINS + "replicas: 2\n"
 SCENES = {"plain": PLAIN, "stages": STAGES, "error bar": PLAIN}
-SCENES |= {"grains": GRAINS, "replicas": REPLICAS}
-SHARES = {"plain": 0.3, "stages": 0.3, "error bar": 0.2, "replicas": 0.1, "grains": 0.1}
+SCENES |= {"grains": GRAINS, "replicas": REPLICAS, "continuum": CONTINUUM}
+SHARES = {"plain": 0.25, "stages": 0.25, "error bar": 0.2}
+SHARES |= {"replicas": 0.1, "grains": 0.1, "continuum": 0.1}
 
 
-def run(count, seed):
-    """A Tally of so many kills."""
-    rng, tally = random.Random(seed), Tally()
+def run(count, seed, tally):
+    """So many kills."""
     toy.prepare()
     toy.with_parts(True)
     with tempfile.TemporaryDirectory() as folder:
         for name, share in SHARES.items():
-            _chains(name, max(1, round(share * count)), Path(folder), rng, tally)
-    return tally
+            _chains(name, max(1, round(share * count)), Path(folder), seed, tally)
 
 
 def _go(name, directory, how):
@@ -78,31 +97,47 @@ def _go(name, directory, how):
         execute(scene, directory, error_bar=name == "error bar", **how)
 
 
-def _chains(name, kills, folder, rng, tally):
+def _chains(name, kills, folder, seed, tally):
     """So many kills of runs of a kind, each chain of them compared with the whole run."""
     whole, began = folder / name / "whole" / "run", time.monotonic()
     _child(name, whole, {}, folder / "told", wait=True)
     lasts = time.monotonic() - began
-    left, chain = kills, 0
+    left, chain = kills - tally.kinds.get(name, 0), 0
     while left > 0:
-        directory, chain = folder / name / f"chain{chain}" / "run", chain + 1
-        done, here = False, 0
-        while not done:
-            delay = rng.uniform(0.0, 0.6 * lasts) if left > 0 else None
+        chain += 1
+        if f"{name}, chain {chain}, kill 1" in tally.known:
+            continue
+        rng = random.Random(f"{seed} {name} {chain}")
+        found, problem = _chain(name, whole, folder, most=left, lasts=lasts, rng=rng)
+        for kill in range(1, found + 1):
+            last = kill == found
+            where = f"{name}, chain {chain}, kill {kill}"
+            tally.case(name, f"{where}: {problem}" if last and problem else None, where)
+        left -= found
+        print(f"  {name}: {kills - left} of {kills}", flush=True)
+
+
+def _chain(name, whole, folder, *, most, lasts, rng):
+    """(kills of one run until its end, what went wrong or None)."""
+    directory = folder / name / "chain" / "run"
+    kills = 0
+    try:
+        while True:
+            delay = rng.uniform(0.0, 0.6 * lasts) if kills < most else None
             child = _child(name, directory, {"resume": True}, folder / "told")
             done, problem = _end(child, delay, rng.choice(SIGNALS), folder / "told")
-            left, here = left - (not done), here + (not done)
-            if problem or (not done and (problem := _unreadable(directory))):
-                tally.case(name, f"{name}, chain {chain}: {problem}")
-                return
-            if not done:
-                tally.case(name)
-                print(f"  {name}: {kills - left} of {kills}", flush=True)
-        try:
-            _compare(whole, directory, name)
-        except AssertionError as error:
-            tally.failures.append(f"{name}, chain {chain} of {here} kills: {error}")
-        shutil.rmtree(directory.parent)
+            kills += not done
+            if problem is None and not done:
+                problem = _unreadable(directory)
+            if problem:
+                return max(kills, 1), problem
+            if done:
+                _compare(whole, directory, name)
+                return kills, None
+    except AssertionError as error:
+        return max(kills, 1), str(error)
+    finally:
+        shutil.rmtree(directory.parent, ignore_errors=True)
 
 
 def _child(name, directory, how, told, wait=False):

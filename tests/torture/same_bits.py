@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 from bits import assert_same_bits
-from tally import ROOT, Tally
+from tally import ROOT
 
 SCENE = """
 name: bits
@@ -24,9 +24,8 @@ output: {series: {steps: 50}, snapshots: {steps: 200}}
 """
 
 
-def run(count, seed):
-    """A Tally of all ways."""
-    tally = Tally()
+def run(count, seed, tally):
+    """All ways."""
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         (folder / "scene.yaml").write_text(SCENE)
@@ -51,7 +50,6 @@ def run(count, seed):
                 except AssertionError as error:
                     problem = str(error)[:300]
             tally.case(name, f"{name}: {problem}" if problem else None)
-    return tally
 
 
 def _result(folder, name):

@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from tally import Tally
 
 sys.path[:0] = [str(Path(__file__).parents[1] / "run")]
 
@@ -24,10 +25,12 @@ def toys(monkeypatch):
 def test_mutated_scenes():
     import mutate
 
-    assert not mutate.run(40, 7).failures
+    mutate.run(40, 7, tally := Tally())
+    assert not tally.failures
 
 
 def test_damaged_files(toys):
     import damage
 
-    assert not damage.run(10, 7).failures
+    damage.run(10, 7, tally := Tally())
+    assert not tally.failures

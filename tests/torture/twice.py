@@ -7,16 +7,14 @@ from pathlib import Path
 
 import kills
 import toy
-from tally import Tally
 
 from dusttaichi.errors import DustError
 
 HOW = ({}, {"force": True}, {"resume": True})
 
 
-def run(count, seed):
-    """A Tally of all ways to begin a second run."""
-    tally = Tally()
+def run(count, seed, tally):
+    """All ways to begin a second run."""
     toy.prepare()
     for delete in (False, True):
         for how in HOW:
@@ -24,7 +22,6 @@ def run(count, seed):
                 problem = _second(Path(folder), how, delete)
             told = f"{how}, lock file {'deleted' if delete else 'left'}"
             tally.case("refused", f"{told}: {problem}" if problem else None)
-    return tally
 
 
 def _second(folder, how, delete):
