@@ -104,7 +104,12 @@ def strength(runs, labels=None):
     stretched, or labels do not match the runs.
     """
     runs, labels = style.named(runs, labels)
-    results = [tensile_of(run) for run in runs]
+    return strengths([tensile_of(run) for run in runs], labels, [run.material for run in runs])
+
+
+@style.styled
+def strengths(results, labels, materials):
+    """The figure of `strength` of Tensile results, with a label each and the materials of them."""
     if any(t.strength <= 0 for t in results):
         raise DustError(
             "The largest stress of a run is still a pressure: it has no tensile strength to draw."
@@ -113,10 +118,10 @@ def strength(runs, labels=None):
     scale, unit = style.scaled(max(t.strength for t in results), style.PRESSURES)
     phi = [t.phi_init for t in results]
     line = np.geomspace(0.7 * min(phi), 1.4 * max(phi), 100)
-    materials = {(m.surface_energy, m.radius): m for m in (run.material for run in runs) if m}
-    for number, m in enumerate(materials.values()):
+    distinct = {(m.surface_energy, m.radius): m for m in materials if m}
+    for number, m in enumerate(distinct.values()):
         law = laws.tensile_strength(line, m.surface_energy, m.radius)
-        name = f" ({m.name})" if len(materials) > 1 else ""
+        name = f" ({m.name})" if len(distinct) > 1 else ""
         axes.plot(
             line,
             law * scale,
@@ -125,7 +130,7 @@ def strength(runs, labels=None):
             linestyle=style.RUN_DASHES[(number + 1) % len(style.RUN_DASHES)],
             label=rf"T19 eq 33, $0.12\,(F_{{\rm c}}/r^2)\,\phi^{{1.8}}${name}",
         )
-    fit = fit_strength(results) if len(materials) <= 1 else None
+    fit = fit_strength(results) if len(distinct) <= 1 else None
     if fit is not None:
         sigma = "" if np.isnan(fit.exponent_sigma) else rf"\pm{fit.exponent_sigma:.2f}"
         axes.plot(
@@ -140,7 +145,8 @@ def strength(runs, labels=None):
     axes.set_yscale("log")
     axes.set_xlabel(r"initial filling factor $\phi_{\rm init}$")
     axes.set_ylabel(f"tensile strength ({unit})")
-    style.few_ticks(axes.xaxis)
+    for axis in (axes.xaxis, axes.yaxis):
+        style.few_ticks(axis)
     style.legend(axes)
     return figure
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.patheffects import withStroke
 
 from dusttaichi.analysis.observables import TEXTS
 from dusttaichi.analysis.trade import front
@@ -150,17 +151,15 @@ def _limits(axes, cost, shown, tolerance, lowest):
 
 # points from a mark to its label; beyond the first with a line to it
 RINGS = (9, 16, 26, 40, 56, 74)
-WAYS = [
-    np.array([np.cos(a), np.sin(a)])
-    for a in np.radians((20, 160, -20, -160, 90, -90, 55, 125, -55, -125))
-]
+WAYS = [np.array([np.cos(a), np.sin(a)]) for a in np.radians(range(-160, 200, 20))]
+APART = 2.0  # points between labels, and between a label and a mark that it must not hide
 
 
 def _label_points(figure, axes, data, points, numbers):
     """Labels beside some points, where they hide least of points, lines and other labels; those
-    of the front that would hide another are left out."""
+    of the front that would hide another are left out. Points at one place have one label."""
     figure.draw_without_rendering()  # the layout, in which places are known
-    taken, renderer = [], figure.canvas.get_renderer()
+    renderer, pixel = figure.canvas.get_renderer(), figure.dpi / 72.0
     cost, shown, best = points.cost, points.error, points.front
     spots = axes.transData.transform(np.column_stack([cost, shown]))
     spots = spots[np.isfinite(spots).all(axis=1)]
@@ -170,23 +169,28 @@ def _label_points(figure, axes, data, points, numbers):
         for a, b in zip(corners, corners[1:], strict=False)
         for t in np.linspace(0.02, 0.98, 40)
     ]
-    room = axes.get_window_extent(renderer)
+    room, taken, said = axes.get_window_extent(renderer), [], {}
     for n in dict.fromkeys(int(n) for n in numbers):
-        text, choices = _short(str(data.label.values[n])), []
+        place = said.setdefault((float(cost[n]), float(shown[n])), [])
+        if not place or data.knob.values[n] in MARKED:  # the name of a preset says enough
+            place.append(n)
+    for place, those in said.items():
+        text, choices = ", ".join(_short(str(data.label.values[n])) for n in those), []
         for ring, radius in enumerate(RINGS):
             for way in WAYS:
-                label = _label(axes, text, (cost[n], shown[n]), radius * way, ring)
+                label = _label(axes, text, place, radius * way, ring)
                 box = label.get_window_extent(renderer)
                 label.remove()
                 hidden = 10 * sum(box.overlaps(other) for other in taken)
-                hidden += 3 * sum(box.padded(4.0).contains(*spot) for spot in spots)
-                hidden += 1.5 * any(box.contains(*spot) for spot in line)
+                wide = box.padded((APART + 2.0) * pixel)
+                hidden += 3 * sum(wide.contains(*spot) for spot in spots)
+                hidden += 4 * any(box.contains(*spot) for spot in line)
                 hidden += 20 * (not (room.contains(*box.min) and room.contains(*box.max)))
                 choices.append((hidden + 0.4 * ring, len(choices), radius, way, ring, box))
         hidden, _, radius, way, ring, box = min(choices, key=lambda choice: choice[:2])
-        if hidden < 10 or data.knob.values[n] in MARKED:
-            _label(axes, text, (cost[n], shown[n]), radius * way, ring)
-            taken.append(box.padded(1.0))
+        if hidden < 10 or data.knob.values[those[0]] in MARKED:
+            _label(axes, text, place, radius * way, ring)
+            taken.append(box.padded(APART * pixel))
 
 
 def _label(axes, text, place, offset, ring):
@@ -204,6 +208,7 @@ def _label(axes, text, place, offset, ring):
         fontsize=6.5,
         zorder=5,
         arrowprops=arrow if ring else None,
+        path_effects=[withStroke(linewidth=1.6, foreground="white")],
     )
     label.set_in_layout(False)  # the axes keep their size, and the other labels their places
     return label

@@ -10,7 +10,7 @@ from dusttaichi.report.text import css, html
 PER_POINT = 96.0 / 72.0 * 0.9
 PER_INCH = 96.0  # pixels of the page an inch of a figure, of those in columns more
 WIDTHS = (500.0, 1100.0)  # pixels of a figure, of one with several columns of axes
-ROW = 20  # pixels of a row of the legend
+ROW = 24  # pixels of a row of the legend
 
 
 def layout_of(figure, axes):

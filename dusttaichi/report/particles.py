@@ -78,13 +78,14 @@ def said(run, frames):
     series, lines = run.series, []
     factor, unit = style.scaled(float(frames.snapshot_time.values[-1]) or 1.0, style.TIMES)
     steps = series.step.values
+    pressed = "pressure" in series and bool((series.pressure.sel(wall="top") != 0).any())
     for time, step in zip(frames.snapshot_time.values, frames.step.values, strict=True):
         words = [f"t = {time * factor:.4g} {unit}"]
         if len(steps):
             now = series.isel(time=int(np.argmin(np.abs(steps - step))))
             if "filling_factor" in series and np.isfinite(now.filling_factor):
                 words.append(f"φ = {float(now.filling_factor):.3f}")
-            if "pressure" in series and np.isfinite(now.pressure.sel(wall="top")):
+            if pressed and np.isfinite(now.pressure.sel(wall="top")):
                 pressure = float(now.pressure.sel(wall="top"))
                 scale, pascal = style.scaled(abs(pressure), style.PRESSURES)
                 words.append(f"P = {pressure * scale:.3g} {pascal}")

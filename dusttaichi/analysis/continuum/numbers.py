@@ -24,7 +24,7 @@ NAMES = (
 )  # fmt: skip
 
 UNITS = {
-    "impact_speed": "m/s", "momentum_per_area": "kg m^-1 s^-1", "stopping_time": "s", "depth": "m",
+    "impact_speed": "m/s", "momentum_per_area": "kg/(m s)", "stopping_time": "s", "depth": "m",
     "stopping_time_weightless": "s", "depth_weightless": "m", "stopping_time_law": "s",
     "depth_law": "m", "sine_rms": "m", "rebound": "m/s",
 }  # fmt: skip

@@ -1,7 +1,7 @@
 // The particles of a run in 3-D: snapshots, colours, contacts, a cut, and the numbers of one.
 
 import {
-  BoxGeometry, BufferGeometry, Color, EdgesGeometry, Float32BufferAttribute, LineDashedMaterial,
+  BufferGeometry, Color, Float32BufferAttribute, LineDashedMaterial,
   LineSegments, OrthographicCamera, Scene, Vector3, Vector4, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
@@ -13,6 +13,12 @@ import { rods, spheres } from "./shapes.js";
 const VIEWS = {
   oblique: [-0.45, -1, 0.45], front: [0, -1, 0], side: [1, 0, 0], top: [0, 0, 1], bottom: [0, 0, -1],
 };
+// twelve edges of a box by the corners at their ends, each the lower (0) or upper (1) side of x, y, z
+const EDGES = [0, 1, 2].flatMap((axis) =>
+  [[0, 0], [0, 1], [1, 0], [1, 1]].flatMap(([a, b]) =>
+    [0, 1].map((end) => [0, 1, 2].map((n) => (n === axis ? end : n === (axis + 1) % 3 ? a : b))),
+  ),
+);
 const bytes = (...colour) => [...colour.map((v) => Math.round(255 * v)), 255];
 const GREY = bytes(0.72, 0.72, 0.74), PICKED = bytes(1, 0.1, 0.1), ROD = bytes(0.35, 0.35, 0.4);
 const PUSHED = bytes(0.75, 0.16, 0.1), PULLED = bytes(0.13, 0.4, 0.75);
@@ -73,12 +79,23 @@ export class Viewer {
     this.spheres = spheres(this.count);
     const most = this.data.pairs ? Math.max(...this.data.pairs.counts, 1) : 1;
     this.rods = rods(most);
-    this.scene.add(this.spheres, this.rods);
+    this.room = this.#lines();
+    this.scene.add(this.spheres, this.rods, this.room);
     let down = [0, 0];
     this.canvas.addEventListener("pointerdown", (e) => (down = [e.clientX, e.clientY]));
     this.canvas.addEventListener("pointerup", (e) => {
       if (Math.hypot(e.clientX - down[0], e.clientY - down[1]) < 4) this.pick(e);
     });
+  }
+
+  // The edges of the room, dashed where something is periodic.
+  #lines() {
+    const dash = 0.015 * new Vector3().subVectors(...this.ends()).length();
+    const periodic = this.data.periodic.some(Boolean);
+    const look = { color: 0x777777, dashSize: dash, gapSize: periodic ? dash : 0 };
+    const lines = new LineSegments(new BufferGeometry(), new LineDashedMaterial(look));
+    lines.frustumCulled = false;
+    return lines;
   }
 
   // -- what is shown ----------------------------------------------------------------------------
@@ -180,26 +197,15 @@ export class Viewer {
 
   #updateRoom() {
     if (!this.#stale("room", this.frame)) return;
-    if (this.room) {
-      this.scene.remove(this.room);
-      this.room.geometry.dispose();
-      this.room.material.dispose();
-    }
-    this.room = null;
     const faces = this.data.room && this.data.room[this.frame];
-    if (!faces || faces.every((f) => f === null)) return;
+    this.room.visible = Boolean(faces) && faces.some((f) => f !== null);
+    if (!this.room.visible) return;
     const [low, high] = this.ends();
     const side = (n, end) => faces[2 * n + end] ?? (end ? high : low).getComponent(n);
-    const edges = [0, 1, 2].map((n) => side(n, 1) - side(n, 0));
-    const box = new BoxGeometry(...edges.map((e) => Math.max(e, 1e-9)));
-    box.translate(...[0, 1, 2].map((n) => 0.5 * (side(n, 0) + side(n, 1))));
-    const periodic = this.data.periodic.some(Boolean);
-    const dash = 0.015 * this.extent;
-    const material = new LineDashedMaterial({
-      color: 0x777777, dashSize: dash, gapSize: periodic ? dash : 0,
-    });
-    this.room = new LineSegments(new EdgesGeometry(box), material).computeLineDistances();
-    this.scene.add(this.room);
+    const places = EDGES.flatMap((corner) => corner.map((end, n) => side(n, end)));
+    const { geometry } = this.room;
+    geometry.setAttribute("position", new Float32BufferAttribute(places, 3));
+    this.room.computeLineDistances();
   }
 
   ends() {

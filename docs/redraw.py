@@ -1,0 +1,91 @@
+"""Figures of the docs from their committed tables: `python docs/redraw.py`.
+
+What took minutes to hours to compute is drawn anew here without being computed again.
+"""
+
+import csv
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import xarray as xr
+
+from dusttaichi import plots
+from dusttaichi.plots.tensile import strengths
+from dusttaichi.scene.material import NAMED, Material
+from dusttaichi.studies.extremes.groups import GROUPS
+
+HERE = Path(__file__).parent
+TABLES, FIGURES = HERE / "validation", HERE / "figures"
+# of the scene omni, as the table of docs/studies/trade.md has them: the scatter between seeds, and
+# what the reference moves by at half its step
+SCATTER, CONVERGENCE, TOLERANCE = 0.036, 0.02, 0.05
+
+
+def rows(name):
+    """The rows of a table as dicts of text."""
+    with open(TABLES / name, newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def numbers(table, column):
+    """A column of numbers, NaN where it is empty."""
+    return np.array([float(row[column] or "nan") for row in table])
+
+
+def trade():
+    """Cost against error of the scene omni."""
+    table = [row for row in rows("trade.csv") if row["scene"] == "omni"]
+    columns = {name: np.array([row[name] for row in table]) for name in ("knob", "kind")}
+    data = xr.Dataset(
+        {
+            **{name: ("point", column) for name, column in columns.items()},
+            "label": ("point", np.array([row["point"] for row in table])),
+            "cost_ratio": ("point", numbers(table, "cost over default")),
+            "error": ("point", numbers(table, "error")),
+            "scatter": ("observable", [SCATTER]),
+            "convergence": ("observable", [CONVERGENCE]),
+        },
+        coords={"observable": ["phi_rms"]},
+        attrs={"observable": "phi_rms", "tolerance": TOLERANCE},
+    )
+    return plots.trade(data)
+
+
+def extremes():
+    """How every cell ends; its row and column are those of the cell of that name."""
+    table = rows("extremes.csv")
+    cells = {(c.group, c.name): c.coordinates for make in GROUPS.values() for c in make(False)}
+    found = [cells[row["group"], row["name"]] for row in table]
+    texts = {name: [row[name] for row in table] for name in ("group", "name", "verdict")}
+    texts |= {way: [str(c.get(way, "")) for c in found] for way in ("row", "column")}
+    data = xr.Dataset(
+        {name: ("cell", np.array(column, dtype=object)) for name, column in texts.items()}
+        | {name: ("cell", numbers(table, name)) for name in ("residual", "measured", "ratio")}
+    )
+    return plots.extremes(data)
+
+
+def tensile_strength():
+    """Tensile strength of ice: 1024 grains, four seeds at each of three filling factors."""
+    names = ("strength", "strength_sigma", "phi_init")
+    chosen = [r for r in rows("tensile.csv") if r["name"].startswith("tensile_ice-stages.0.stop")]
+    results = [
+        SimpleNamespace(
+            **{name: float(row[name]) for name in names}, passed=row["strength_passed"] == "True"
+        )
+        for row in chosen
+    ]
+    labels = [f"{len(chosen)} runs", *["_"] * (len(chosen) - 1)]
+    return strengths(results, labels, [Material(**NAMED["ice_t19"])])
+
+
+def main():
+    """Entry point."""
+    plots.save(trade(), FIGURES / "trade_omni.png")
+    plots.save(extremes(), FIGURES / "extremes.png")
+    plots.save(tensile_strength(), FIGURES / "tensile_strength.png")
+
+
+if __name__ == "__main__":
+    main()

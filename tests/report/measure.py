@@ -1,0 +1,126 @@
+"""What the page of a large run costs: `python tests/report/measure.py [GRAINS SNAPSHOTS]...`.
+
+Made-up runs of grains on a lattice with holes, pressed from above, each with the contacts of its
+neighbours: the size of the page, and in headless Chromium what the page's own code takes on one
+core to turn the picture and to move the slider, the draw calls, and the bytes that go to the
+graphics card. Drawing itself, which a graphics card would do, is not in it.
+"""
+
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+import snapshots
+from playwright.sync_api import sync_playwright
+from scipy.spatial import cKDTree
+from test_report import ARGUMENTS, BROWSER, RADIUS, SCENE
+
+from dusttaichi import report
+from dusttaichi.analysis import open_run
+
+CASES = ((10_000, 50), (100_000, 6))
+COUNT_BYTES = """
+for (const name of ["bufferData", "bufferSubData"]) {
+  const own = WebGL2RenderingContext.prototype[name];
+  WebGL2RenderingContext.prototype[name] = function (...given) {
+    const data = given.find((one) => ArrayBuffer.isView(one));
+    window.uploaded = (window.uploaded || 0) + (data ? data.byteLength : 0);
+    return own.apply(this, given);
+  };
+}
+"""
+MEASURE = """
+async ({ shown, repeats }) => {
+  const viewer = window.dust.viewers[0];
+  viewer.state.show = shown;
+  viewer.update();
+  const draw = () => viewer.renderer.render(viewer.scene, viewer.camera);
+  const rest = () => new Promise((done) => setTimeout(done, 60));
+  const median = (list) => list.sort((a, b) => a - b)[Math.floor(list.length / 2)];
+  draw();
+  const turning = [], moving = [], bytes = [];
+  for (let n = 0; n < repeats; n++) {
+    await rest();
+    let start = performance.now();
+    viewer.camera.position.x += 0.01 * viewer.extent;
+    viewer.controls.update();
+    draw();
+    turning.push(performance.now() - start);
+    await rest();
+    const before = window.uploaded;
+    start = performance.now();
+    viewer.go((viewer.frame + 1) % viewer.data.frames);
+    draw();
+    moving.push(performance.now() - start);
+    bytes.push(window.uploaded - before);
+  }
+  const { calls, triangles } = viewer.renderer.info.render;
+  return { turning: median(turning), moving: median(moving), bytes: median(bytes), calls, triangles };
+}
+"""
+
+
+def made(path, grains, count):
+    """A result with `count` snapshots of some `grains` grains: half of a lattice, pressed."""
+    rng = np.random.default_rng(1)
+    edge = round((2 * grains) ** (1 / 3)) + 1
+    lattice = np.stack(np.meshgrid(*[np.arange(edge)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    place = rng.permutation(lattice)[:grains] * 1.94 * RADIUS
+    frames = []
+    for number in range(count):
+        # each on its own way, the higher the farther: what moves costs room in the page
+        place = place + rng.normal(scale=0.02 * RADIUS, size=place.shape)
+        place[:, 2] *= 1.0 - 0.3 / count
+        pairs = cKDTree(place).query_pairs(2.2 * RADIUS, output_type="ndarray")
+        apart = np.linalg.norm(place[pairs[:, 0]] - place[pairs[:, 1]], axis=1)
+        frames.append(
+            {
+                "position": place,
+                "velocity": rng.normal(size=place.shape),
+                "pairs": pairs,
+                "overlap": np.clip(2.0 * RADIUS - apart, 1e-11, 3e-9),
+                "box": np.array([-1, 2 * edge, -1, 2 * edge, -1, 2 * edge]) * RADIUS,
+            }
+        )
+    return snapshots.write(path, frames, RADIUS, box=np.zeros(6), scene=SCENE)
+
+
+def main(cases):
+    """Entry point: one paragraph a case."""
+    folder = Path(tempfile.mkdtemp())
+    with sync_playwright() as driver:
+        for grains, count in cases:
+            result = made(folder / f"{grains}.nc", grains, count)
+            began = time.process_time()
+            with open_run(result) as run:
+                data = report.report_data([run])
+            path = report.write(data, folder / f"{grains}.html")
+            took = time.process_time() - began
+            contacts = data["runs"][0]["particles"]["pairs"]["counts"][-1]
+            frames = data["runs"][0]["particles"]["frames"]
+            print(f"{grains} grains, {contacts} contacts, {frames} of {count} snapshots: ", end="")
+            print(f"{path.stat().st_size / 1e6:.1f} MB, made in {took:.0f} s of one core")
+            opened = driver.chromium.launch(executable_path=BROWSER, args=ARGUMENTS)
+            view = opened.new_page(viewport={"width": 900, "height": 500})
+            view.set_default_timeout(300_000)
+            view.add_init_script(COUNT_BYTES)
+            start = time.perf_counter()
+            view.goto(path.as_uri())
+            view.wait_for_function("window.dust && window.dust.ready")
+            print(f"  opened after {time.perf_counter() - start:.1f} s")
+            for shown in ("particles", "forces"):
+                found = view.evaluate(MEASURE, {"shown": shown, "repeats": 15})
+                print(
+                    f"  {shown}: turning {found['turning']:.2f} ms, slider {found['moving']:.1f} ms"
+                    f" and {found['bytes'] / 1e6:.2f} MB, {found['calls']} draw calls, "
+                    f"{found['triangles']} triangles"
+                )
+            opened.close()
+
+
+if __name__ == "__main__":
+    sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[2])]
+    given = [int(word) for word in sys.argv[1:]]
+    main(list(zip(given[::2], given[1::2], strict=True)) or CASES)
