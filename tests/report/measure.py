@@ -2,8 +2,8 @@
 
 Made-up runs of grains on a lattice with holes, pressed from above, each with the contacts of its
 neighbours: the size of the page, and in headless Chromium what the page's own code takes on one
-core to turn the picture and to move the slider, the draw calls, and the bytes that go to the
-graphics card. Drawing itself, which a graphics card would do, is not in it.
+core to turn the picture (with the calls of WebGL) and to move the slider, the draw calls, and the
+bytes that then go to the graphics card. What a graphics card would do is not in it.
 """
 
 import sys
@@ -52,12 +52,13 @@ async ({ shown, repeats }) => {
     const before = window.uploaded;
     start = performance.now();
     viewer.go((viewer.frame + 1) % viewer.data.frames);
-    draw();
     moving.push(performance.now() - start);
+    draw();
     bytes.push(window.uploaded - before);
   }
   const { calls, triangles } = viewer.renderer.info.render;
-  return { turning: median(turning), moving: median(moving), bytes: median(bytes), calls, triangles };
+  const times = { turning: median(turning), moving: median(moving) };
+  return { ...times, bytes: median(bytes), calls, triangles };
 }
 """
 
@@ -69,7 +70,7 @@ def made(path, grains, count):
     lattice = np.stack(np.meshgrid(*[np.arange(edge)] * 3, indexing="ij"), -1).reshape(-1, 3)
     place = rng.permutation(lattice)[:grains] * 1.94 * RADIUS
     frames = []
-    for number in range(count):
+    for _ in range(count):
         # each on its own way, the higher the farther: what moves costs room in the page
         place = place + rng.normal(scale=0.02 * RADIUS, size=place.shape)
         place[:, 2] *= 1.0 - 0.3 / count
