@@ -163,7 +163,8 @@ def numbers(run):
     if way is None:
         return found
     found |= {"sphere_force": float(way.force.max())}
-    if way.stop is None:
+    driven = "speed" in run.scene.get("sphere", {})
+    if driven or way.stop is None:
         return found | {"sphere_largest_depth": float(way.depth.max())}
     return found | {"sphere_depth": way.stop.depth, "sphere_stopping_time": way.stop.time}
 
@@ -176,5 +177,5 @@ def rows(n, row):
         n["sphere_depth"],
         lambda v: f"{v * 1e6:.4g} um, where it stops after {stops * 1e6:.4g} us",
     )
-    row("depth of the sphere so far", n["sphere_largest_depth"], lambda v: f"{v * 1e6:.4g} um")
+    row("largest depth of the sphere", n["sphere_largest_depth"], lambda v: f"{v * 1e6:.4g} um")
     row("largest force on the sphere", n["sphere_force"], lambda v: f"{v * 1e6:.4g} uN")
