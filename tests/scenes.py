@@ -88,7 +88,9 @@ def make_scene(
         name: {"modifier": modifiers.get(name, 1.0)} if name in effects else "off"
         for name in ("rolling", "sliding", "twisting")
     }
-    numerics = {"threads": threads, "time_step": f"{dt:.17g} s" if isinstance(dt, float) else dt}
+    # rounding is that of double precision wherever a test does not say otherwise
+    numerics = {"threads": threads, "precision": "f64", "newton_steps": 2}
+    numerics["time_step"] = f"{dt:.17g} s" if isinstance(dt, float) else dt
     data = {
         "name": "test",
         "material": "silicate_s12",
@@ -221,30 +223,16 @@ class Probe:
 
     def contacts(self):
         """{(i, j): (n1, n2, phi)} with i < j of the sample; j = -1 - wall, n2 = foot [m] there."""
-        sim, out = self.sim, {}
-        held = sim.state.lanes("state")
-        for c, i, j in zip(*self._touching(held, *sim.state.pairs()), strict=True):
-            n1, n2, phi = self._springs(held[c])
-            a, b = sim.order[i], sim.order[j]
+        out, pairs = {}, self.sim.contact_state()
+        columns = ("grain_i", "grain_j", "pointer_i", "pointer_j", "twist")
+        for a, b, n1, n2, phi in zip(*(pairs[name] for name in columns), strict=True):
             out[(a, b) if a < b else (b, a)] = (n1, n2, phi) if a < b else (n2, n1, phi)
-        if (walls := sim.state.wall_lanes()) is not None:
-            held = held[walls.rows]
-            for c, i, wall in zip(*self._touching(held, walls.grain, walls.wall), strict=True):
-                n1, foot, phi = self._springs(held[c])
-                out[sim.order[i], -1 - wall] = (n1, foot * units.LENGTH, phi)
+        if self.sim.box is not None:
+            walls = self.sim.wall_contact_state()
+            columns = ("grain", "wall", "pointer", "foot", "twist")
+            for a, wall, n1, foot, phi in zip(*(walls[name] for name in columns), strict=True):
+                out[a, -1 - wall] = (n1, foot * units.LENGTH, phi)
         return out
-
-    def _springs(self, lane):
-        """Pointer, second pointer or foot, and twist of a contact."""
-        layout = self.sim.layout
-        twist = lane[layout.twist] if layout.twist >= 0 else 0.0
-        return lane[layout.pointer :][:3], lane[layout.second :][:3], twist
-
-    def _touching(self, held, first, second):
-        """Lanes of those that touch, whose pointer is no zero, and what is in them."""
-        pointer = held[: len(first), self.sim.layout.pointer :][:, :3]
-        rows = np.flatnonzero((pointer**2).sum(axis=1) > 0.5)
-        return rows, first[rows], second[rows]
 
 
 class Grains(Probe):

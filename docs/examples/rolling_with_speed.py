@@ -36,7 +36,7 @@ class RollingWithSpeed:
 
     NUMBERS = {
         **rolling.NUMBERS,
-        "slowness": Number("s/m", "one over the speed at which xi_crit doubles", geometry=True),
+        "slowness": Number("s/m", "one over the speed at which xi_crit doubles"),
     }
 
     @staticmethod

@@ -13,6 +13,10 @@ def bench(
     parts: Annotated[
         bool, typer.Option("--parts", help="what each part of a scene costs instead")
     ] = False,
+    counts: Annotated[
+        bool,
+        typer.Option("--counts", help="instructions a pair and a grain instead, where they count"),
+    ] = False,
     lammps: Annotated[bool, typer.Option(help="time LAMMPS on the same samples")] = True,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="CSV file of the numbers")
@@ -22,6 +26,11 @@ def bench(
     from dusttaichi.studies.bench import measure
     from dusttaichi.studies.bench import parts as parts_bench
 
+    if counts:
+        from dusttaichi.studies.bench import counts as counting
+
+        print("\n".join(found.text() for found in counting.main(log=say)))
+        return
     if parts:
         table = parts_bench.main(quick=quick, out=output, log=say)
     else:

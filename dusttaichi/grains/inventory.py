@@ -73,10 +73,11 @@ def _written(scene):
 
 
 def _state(layout):
-    out = ["two pointers 6"]
+    out = ["two deviations 6" if layout.deviations else "two pointers 6"]
     out += ["twist 1"] if layout.twisting else []
     out += ["speed and force of damping 2"] if layout.damping else []
-    return out + (["speed and impulse of a first touch 2"] if layout.asperities else [])
+    out += ["speed and impulse of a first touch 2"] if layout.asperities else []
+    return out + (["whether it touches 1"] if layout.deviations else [])
 
 
 def field_rows(sim):

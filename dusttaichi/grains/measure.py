@@ -5,6 +5,7 @@ Internal units; (N, ...) arrays of grains stand in the sample's order unless sai
 
 import numpy as np
 
+from dusttaichi.grains.kept import pointers, pointers_and_feet, touching
 from dusttaichi.grains.kernels.measure import (
     ANGULAR,
     CONTACTS,
@@ -50,16 +51,16 @@ class Readout:
 
     def contact_loads(self):
         """The same of the contacts alone, (2, N, 3)."""
-        start = self.state["entry_start"]
+        start, width = self.state["entry_start"], self.layout.width
         entry = self.fields["entry"].to_numpy(start[-1])
-        load = self.state.lanes("load")[entry >> 1]
-        side = (entry & 1)[:, None]
-        force = load[:, :3] * (1 - 2 * side)
-        torque = np.where(side == 0, load[:, 3:6], load[:, 6:9])
         owner = np.repeat(np.arange(self.grains), np.diff(start))
+        owner, entry = owner[entry >= 0], entry[entry >= 0]
+        row, lane = np.divmod(entry, width)
+        load = self.state.lanes("load").reshape(-1, 2, 2, 3)  # contact, grain, force and torque
+        own = load[(row >> 1) * width + lane, row & 1]
         out = np.zeros((2, self.grains, 3))
-        np.add.at(out[0], owner, force)
-        np.add.at(out[1], owner, torque)
+        np.add.at(out[0], owner, own[:, 0])
+        np.add.at(out[1], owner, own[:, 1])
         return out
 
     def wall_forces(self):
@@ -270,30 +271,32 @@ class Readout:
         """
         i, j = self.state.pairs()
         state = self.state.lanes("state")[: len(i)]
-        layout = self.layout
-        first, second = layout.pointer, layout.second
-        on = np.sum(state[:, first : first + 3] ** 2, axis=1) > 0.5
+        on = touching(self.layout, state)
         i, j, state = i[on], j[on], state[on]
-        x = self.state["x"]
-        d = x[i] - x[j]
-        if self.cell is not None:
-            axes = list(self.cell.axes)
-            d[:, axes] -= (
-                self.state.lanes("shift")[: len(on)][on] * self.cell.edges(self.time)[axes]
-            )
+        d = self.distances(np.flatnonzero(on), i, j)
         distance = np.linalg.norm(d, axis=1)
-        load = self.state.lanes("load")[: len(on)][on]
+        load = self.state.lanes("load")[: len(on)][on].astype(float)
+        pointer = pointers(self.layout, state, d / distance[:, None])
         return {
             "grain_i": self.order[i],
             "grain_j": self.order[j],
-            "pointer_i": state[:, first : first + 3],
-            "pointer_j": state[:, second : second + 3],
+            "pointer_i": pointer[0],
+            "pointer_j": pointer[1],
             "overlap": self.touch(self.order[i], self.order[j]) - distance,
             "normal_force": np.sum(load[:, :3] * d, axis=1) / distance,
             "force": load[:, :3],
             "torque_i": load[:, 3:6],
-            "torque_j": load[:, 6:9],
+            "torque_j": load[:, 9:12],
         } | self._twist_and_approach(state)
+
+    def distances(self, rows, i, j):
+        """Distance vectors from grains j to i now [um], of the pairs in these rows of `lanes`."""
+        x = self.state["x"]
+        d = x[i] - x[j]
+        if self.cell is not None:
+            axes = list(self.cell.axes)
+            d[:, axes] -= self.state.lanes("shift")[rows] * self.cell.edges(self.time)[axes]
+        return d
 
     def touch(self, i, j):
         """Distance of the centres of these grains (the sample's numbers) at first touch [um]."""
@@ -317,20 +320,21 @@ class Readout:
         """
         rows, grain, wall = self.state.wall_lanes()
         state = self.state.lanes("state")[rows]
-        p, f = self.layout.pointer, self.layout.second
-        on = np.sum(state[:, p : p + 3] ** 2, axis=1) > 0.5
+        on = touching(self.layout, state)
         grain, wall, state = grain[on], wall[on], state[on]
-        load = self.state.lanes("load")[rows][on]
-        x = self.state["x"][grain]
+        load = self.state.lanes("load")[rows][on].astype(float)
+        x, normal = self.state["x"][grain], self.box.normal[wall]
+        radius = np.broadcast_to(self.radii, self.grains)[self.order[grain]]
+        pointer, foot = pointers_and_feet(self.layout, state, x, radius[:, None], normal)
         offset = self.box.offset + self.box.speed * self.time
-        distance = np.sum(x * self.box.normal[wall], axis=1) - offset[wall]
+        distance = np.sum(x * normal, axis=1) - offset[wall]
         return {
             "grain": self.order[grain],
             "wall": wall,
-            "pointer": state[:, p : p + 3],
-            "foot": state[:, f : f + 3],
-            "overlap": np.broadcast_to(self.radii, self.grains)[self.order[grain]] - distance,
-            "normal_force": np.sum(load[:, :3] * self.box.normal[wall], axis=1),
+            "pointer": pointer,
+            "foot": foot,
+            "overlap": radius - distance,
+            "normal_force": np.sum(load[:, :3] * normal, axis=1),
             "force": load[:, :3],
             "torque": load[:, 3:6],
         } | self._twist_and_approach(state)

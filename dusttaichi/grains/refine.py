@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from dusttaichi.grains.kept import touching, unit
 from dusttaichi.names import NEVER
 
 
@@ -60,12 +61,7 @@ def _pairs(sim):
         own, grain, ball = sim.state.on_sphere()
         rows = np.concatenate([rows, np.arange(own.start, own.stop)])
         i, j = np.concatenate([i, grain]), np.concatenate([j, np.full(len(grain), ball)])
-    x = sim.state["x"]
-    d = x[i] - x[j]
-    if sim.cell is not None:
-        axes = list(sim.cell.axes)
-        d[:, axes] -= sim.state.lanes("shift")[rows] * sim.cell.edges(sim.time)[axes]
-    return rows, i, j, d
+    return rows, i, j, sim.distances(rows, i, j)
 
 
 def _strike_in(sim, contacts, old, new):
@@ -73,7 +69,9 @@ def _strike_in(sim, contacts, old, new):
     (rows, _, _, d), walls = contacts
     state, load = sim.state.lanes("state"), sim.state.lanes("load")
     change = state[:, sim.layout.graze + 1, None] * (1.0 / new - 1.0 / old)
-    load[rows, :3] += change[rows] * _unit(d)
+    push = change[rows] * unit(d)
+    load[rows, :3] += push
+    load[rows, 6:9] -= push
     if walls is not None:
         rows, _, wall = walls
         load[rows, :3] += change[rows] * sim.box.normal[wall]
@@ -86,15 +84,15 @@ def _set_speeds(sim, pairs, walls, v, new):
     if not (layout.damping or layout.asperities):
         return
     state = sim.state.lanes("state")
-    touches = np.sum(state[:, :3] ** 2, axis=1) > 0.5
+    touches = touching(layout, state)
     rows, i, j, d = pairs
     dv = v[i] - v[j]
     if sim.cell is not None:
         axes = list(sim.cell.axes)
         speeds = sim.cell.speeds(sim.time - 0.5 * new)[axes]
         dv[:, axes] -= sim.state.lanes("shift")[rows] * speeds
-    back = _unit(d - 0.5 * new * dv)
-    u = np.sum(dv * back, axis=1), np.sum(dv * _unit(d), axis=1)
+    back = unit(d - 0.5 * new * dv)
+    u = np.sum(dv * back, axis=1), np.sum(dv * unit(d), axis=1)
     _put_speeds(layout, state, touches, rows, u)
     if walls is not None:
         rows, grain, wall = walls
@@ -111,7 +109,3 @@ def _put_speeds(layout, state, touches, rows, speeds):
     if layout.asperities:
         struck = state[rows, layout.graze + 1] != 0.0
         state[rows, layout.graze] = np.where(struck, now, 0.0)
-
-
-def _unit(d):
-    return d / np.linalg.norm(d, axis=1)[:, None]

@@ -150,9 +150,11 @@ class Simulation(Readout):
             self.sphere.place()
         self.search.now(0)
         if sample.contacts is not None:
-            state.take_contacts(sample.contacts)
+            i, j = state.pairs()
+            state.take_contacts(sample.contacts, self.distances(np.arange(len(i)), i, j))
         if sample.wall_contacts is not None:
-            state.take_wall_contacts(sample.wall_contacts)
+            radii = np.broadcast_to(self.radii, self.grains)
+            state.take_wall_contacts(sample.wall_contacts, radii, self.box.normal)
         self._load_once()
         state.clear_sums()
         self.push.begin(state["x"], self.contact_loads()[0])

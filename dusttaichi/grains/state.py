@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dusttaichi.grains.kept import of_pairs, of_walls, unit
 from dusttaichi.grains.kernels.declare import SUMS
 from dusttaichi.grains.kernels.store import (
     FIRST_SPHERE,
@@ -160,8 +161,9 @@ class GrainState:
         a = contacts.reshape(-1, self.layout.width, contacts.shape[1]).transpose(0, 2, 1)
         self[name] = a
 
-    def take_contacts(self, contacts):
-        """Pointers and twist of contacts that a sample brings along."""
+    def take_contacts(self, contacts, d):
+        """Pointers and twist of contacts that a sample brings along; d: distance vectors of all
+        listed pairs, (pairs, 3)."""
         rank = np.empty(self.grains, np.int64)
         rank[self.order] = np.arange(self.grains)
         i, j = rank[contacts["i"]], rank[contacts["j"]]
@@ -176,10 +178,15 @@ class GrainState:
         wanted = low.astype(np.int64) * self.grains + high
         place = np.minimum(np.searchsorted(key, wanted), len(key) - 1)
         known = key[place] == wanted
-        self._put_springs(place[known], known, contacts, first, second)
+        rows = place[known]
+        kept = of_pairs(self.layout, first[known], second[known], unit(d[rows]))
+        self._put_springs(rows, known, contacts, *kept)
 
-    def take_wall_contacts(self, contacts):
-        """Pointers, foot points and twist of contacts with walls that a sample brings along."""
+    def take_wall_contacts(self, contacts, radii, normals):
+        """Pointers, foot points and twist of contacts with walls that a sample brings along.
+
+        radii [um]: of all grains, (N,), in the sample's order; normals: of the walls, (6, 3).
+        """
         lanes = self.wall_lanes()
         rank = np.empty(self.grains, np.int64)
         rank[self.order] = np.arange(self.grains)
@@ -191,16 +198,21 @@ class GrainState:
         place = order[np.minimum(np.searchsorted(key[order], wanted), len(key) - 1)]
         known = key[place] == wanted
         rows = place[known] + lanes.rows.start
-        self._put_springs(rows, known, contacts, contacts["pointer"], contacts["foot"] / LENGTH)
+        grain, wall = contacts["grain"][known], contacts["wall"][known]
+        around = self["x"][rank[grain]], radii[grain, None], normals[wall]
+        pointer, foot = contacts["pointer"][known], contacts["foot"][known] / LENGTH
+        self._put_springs(rows, known, contacts, *of_walls(self.layout, pointer, foot, around))
 
     def _put_springs(self, rows, known, contacts, first, second):
         """Into these rows of `lanes` the contacts that are known: pointers and what else is stored.
 
-        first, second: all of the vectors of `Layout.pointer` and `Layout.second`, (C, 3).
+        first, second: what they keep in `Layout.first` and `Layout.second`, (rows, 3).
         """
         state, layout = self.lanes("state"), self.layout
-        state[rows, layout.pointer : layout.pointer + 3] = first[known]
-        state[rows, layout.second : layout.second + 3] = second[known]
+        state[rows, layout.first : layout.first + 3] = first
+        state[rows, layout.second : layout.second + 3] = second
+        if layout.deviations:
+            state[rows, layout.touched] = 1.0
         if layout.twist >= 0:
             state[rows, layout.twist] = contacts["twist"][known]
         if layout.approach >= 0:

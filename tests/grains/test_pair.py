@@ -10,6 +10,8 @@ MASS, INERTIA = ref.mass_and_inertia()
 E_C = PAIR.F_c * PAIR.delta0
 STICKING = np.sqrt(2 * 0.77224 * E_C / (MASS / 2))
 SPACING = 10 * RADIUS
+# closed forms are met as well by both: what single precision adds is below what the step leaves
+BOTH = pytest.mark.parametrize("precision", ["f64", "mixed"])
 
 
 def pairs(distance, relative, spin1=(0, 0, 0), spin2=(0, 0, 0)):
@@ -31,7 +33,8 @@ def run(x, v, w, **keys):
 # Sticking and restitution.
 
 
-def test_sticking_speed_and_restitution():
+@BOTH
+def test_sticking_speed_and_restitution(precision):
     """At 0.999 v_s a pair sticks, above 1.001 it leaves with e = sqrt(1 - (v_s/v)^2).
 
     The pairs start at the very first touch, so that U(0) is lost. The step is 0.5 ps because the
@@ -42,7 +45,7 @@ def test_sticking_speed_and_restitution():
     speeds = factors * STICKING
     touch = 2 * RADIUS - 1e-6 * PAIR.delta0
     x, v, w = pairs(touch, speeds[:, None] * [1, 0, 0])
-    probe = run(x, v, w, dt="0.5 ps")
+    probe = run(x, v, w, dt="0.5 ps", numerics={"precision": precision})
     probe.advance(40000)  # 20 ns: two normal periods
     assert set(probe.contacts()) == {(0, 1)}
     e = (probe.v[0::2, 0] - probe.v[1::2, 0]) / speeds
@@ -71,7 +74,8 @@ SPRINGS = {  # which pair rings, its w^2, steps between samples
 }
 
 
-def test_periods_of_all_springs():
+@BOTH
+def test_periods_of_all_springs(precision):
     """Normal 10.77 ns, sliding with both grains turning 4.68 ns (w^2 = 7 k_s/m), rolling
     w^2 = 2 k_r R^2/I, twisting w^2 = 2 k_t/I."""
     x, v, w = pairs(2 * RADIUS - PAIR.delta0, 0.0)
@@ -79,7 +83,7 @@ def test_periods_of_all_springs():
     w[2, 2] = w[3, 2] = 10.0
     w[4, 2], w[5, 2] = 10.0, -10.0
     w[6, 0], w[7, 0] = 10.0, -10.0
-    probe = run(x, v, w, dt="0.2 ns")
+    probe = run(x, v, w, dt="0.2 ns", numerics={"precision": precision})
     seen = []
     for _ in range(1000):
         v, w = probe.v, probe.w
@@ -168,6 +172,7 @@ def spinning(kind, rate):
     return x, v, w
 
 
+@BOTH
 @pytest.mark.parametrize(
     "kind, rate, dt",
     [
@@ -176,13 +181,13 @@ def spinning(kind, rate):
         ("twisting", 2e7, "0.02 ns"),
     ],
 )
-def test_limits_are_hit_exactly(kind, rate, dt):
+def test_limits_are_hit_exactly(kind, rate, dt, precision):
     """A steady motion past the limit keeps the displacement at it and loses force x way.
 
     The way: what the spins turned (the reference's definition), less what the spring took up.
     """
     x, v, w = spinning(kind, rate)
-    probe = run(x, v, w, dt=dt)
+    probe = run(x, v, w, dt=dt, numerics={"precision": precision})
     number = {"rolling": 3, "sliding": 4, "twisting": 5}[kind]
     force = {
         "rolling": PAIR.k_r * PAIR.xi_crit,

@@ -65,8 +65,8 @@ def test_fewer_newton_steps_are_less_exact():
 
 
 @pytest.mark.parametrize("kind", SCENES)
-def test_mixed_precision_is_the_law_in_single(kind):
-    """Two hundred steps: what the contacts did agrees to the rounding of forces.
+def test_mixed_precision_is_the_same_model(kind):
+    """Two hundred steps with deviations in single precision against pointers in double.
 
     A force is a sum of a few terms that nearly cancel at rest, each rounded to 1e-7 of F_c; over
     half a period that grows by a factor of a few. Geometry in single precision would show 1e-4.

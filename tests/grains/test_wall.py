@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import reference as ref
 from scenes import RADIUS, Probe, box, make_scene, sample_of
-from test_pair import compare
+from test_pair import BOTH, compare
 
 WALL = ref.numbers(wall=True)
 MASS, INERTIA = ref.mass_and_inertia()
@@ -44,7 +44,8 @@ def reference_of(probe, x, v, w, wall, damping):
     )
 
 
-def test_sticking_speed_and_restitution():
+@BOTH
+def test_sticking_speed_and_restitution(precision):
     """As for pairs (see there for step and tolerances): 0.124 m/s, full mass instead of half.
 
     A box has to be as high as a grain is wide, so the grains start delta0 away from the wall and
@@ -55,7 +56,7 @@ def test_sticking_speed_and_restitution():
     factors = np.array([0.998, 1.002, 1.05, 1.5, 5.0, 20.0])
     gap = 1.001 * WALL.delta0  # the smallest the checks of the scene allow
     v = (factors * sticking)[:, None] * -DOWN
-    probe, *_ = under_a_wall(gap, v, dt="0.5 ps")
+    probe, *_ = under_a_wall(gap, v, dt="0.5 ps", numerics={"precision": precision})
     probe.advance(60000)
     assert set(probe.contacts()) == {(0, -6)}
     e = -probe.v[:, 2] / v[:, 2]

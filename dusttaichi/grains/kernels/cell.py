@@ -23,7 +23,7 @@ def make_cell(fields, layout):
             return 0.0
 
         return no_frame, None, None
-    cell, shift = fields["cell"], fields["shift"]
+    cell, shift, law = fields["cell"], fields["shift"], layout.law
 
     @ti.func
     def frame(step, dt):
@@ -55,7 +55,7 @@ def make_cell(fields, layout):
 
     @ti.func
     def power(b, f, frame):
-        """Power of the faces on a block of pairs with forces f."""
+        """Power of the faces on a block of pairs with forces f, in the precision of the laws."""
         out = 0.0 * f.x
         for k in ti.static(range(len(axes))):
             a = ti.static(axes[k])
@@ -64,7 +64,7 @@ def make_cell(fields, layout):
                 force = f.y
             elif ti.static(a == 2):
                 force = f.z
-            out += shift[b, k] * force * frame[2, a]
+            out += ti.cast(shift[b, k], law) * force * ti.cast(frame[2, a], law)
         return out
 
     return frame, across, power
@@ -73,7 +73,7 @@ def make_cell(fields, layout):
 def make_wrap(fields, layout, walls):
     """Kernel `wrap(low, edges, speeds, mass)`: grains that have left the cell come in again on the
     other side, with the speed that the edge has (T19 eqs 12-15); the foot points of their wall
-    contacts go with them.
+    contacts go with them, where they are kept.
     """
     x, v, wraps, wrap_work = fields["x"], fields["v"], fields["wraps"], fields["wrap_work"]
     masses, wall_slot, state = fields.get("mass"), fields.get("wall_slot"), fields["state"]
@@ -98,7 +98,7 @@ def make_wrap(fields, layout, walls):
             n = ti.floor((place[a] - low[a]) / edges[a])
             crossed += ti.abs(n)
             place[a] -= n * edges[a]
-            if ti.static(walls):
+            if ti.static(walls and not layout.deviations):
                 if n != 0.0:
                     move_feet(g, a, n * edges[a])
             velocity[a] -= n * speeds[a]

@@ -5,12 +5,12 @@ limits kept, their forces added up and their losses put into the ledger sums.
 """
 
 from types import SimpleNamespace
+from typing import NamedTuple
 
 import taichi as ti
 
 from dusttaichi.grains.kernels.lanes import vec3
 from dusttaichi.physics.contact.constants import PULL_OFF
-from dusttaichi.physics.contact.limit import restoring
 
 FORMING, BREAKING, DAMPING, ROLLING, SLIDING, TWISTING, ASPERITIES = range(7)
 
@@ -27,47 +27,32 @@ def add_to(field: ti.template(), row, column: ti.template(), value):
     field[row, column] = field[row, column] + value
 
 
-def make_precision(layout):
-    """Functions that make lanes (`one`), and 3-vectors of lanes (`three`), numbers of the laws.
-
-    Where laws and geometry have one precision they do nothing.
-    """
-    if layout.law == layout.geometry:
-
-        @ti.func
-        def one(a):
-            return a
-
-        return SimpleNamespace(one=one, three=one)
-    V3, real = vec3(layout.width, layout.law), layout.law
-
-    @ti.func
-    def cast(a):
-        return ti.cast(a, real)
-
-    @ti.func
-    def cast3(a):
-        return V3(ti.cast(a.x, real), ti.cast(a.y, real), ti.cast(a.z, real))
-
-    return SimpleNamespace(one=cast, three=cast3)
-
-
 def make_access(fields, layout):
-    """Functions that read and write 3-vectors of lanes, of the type V3.
+    """Functions that read and write 3-vectors of lanes, and make them numbers of the laws.
 
-    gather(field, index): of the grains of a block; get(b, first), put(field, b, first, a): columns
-    of the state, and of the state or the loads.
+    gather(field, index): of the grains of a block, in the precision of positions; one(a), three(a):
+    a number and a 3-vector of lanes in the precision of the laws, as they are where that is the
+    same; get(b, first), put(field, b, first, a): columns of the state, and of the state or the
+    loads. Wide, V3: the types of what is gathered and of what is kept of a contact.
     """
-    W, state = layout.width, fields["state"]
-    V3 = vec3(W, layout.geometry)
+    W, state, law = layout.width, fields["state"], layout.law
+    Wide, V3 = vec3(W, layout.geometry), vec3(W, law)
 
     @ti.func
     def gather(field: ti.template(), index):
-        return V3(
+        return Wide(
             ti.Vector([field[index[k]][0] for k in ti.static(range(W))]),
             ti.Vector([field[index[k]][1] for k in ti.static(range(W))]),
             ti.Vector([field[index[k]][2] for k in ti.static(range(W))]),
         )
+
+    @ti.func
+    def one(a):
+        return ti.cast(a, law)
+
+    @ti.func
+    def three(a):
+        return V3(ti.cast(a.x, law), ti.cast(a.y, law), ti.cast(a.z, law))
 
     @ti.func
     def get(b, first: ti.template()):
@@ -79,29 +64,39 @@ def make_access(fields, layout):
         field[b, first + 1] = a.y
         field[b, first + 2] = a.z
 
-    return SimpleNamespace(V3=V3, gather=gather, get=get, put=put)
+    return SimpleNamespace(Wide=Wide, V3=V3, gather=gather, one=one, three=three, get=get, put=put)
+
+
+class SumTables(NamedTuple):
+    """Tables that a pass adds to by tiles: loss, of the ledger; virial, of the stress, from column
+    `first` on."""
+
+    loss: object
+    virial: object
+    first: int = 0
 
 
 @ti.data_oriented
 class ContactPass:
     """What pairs and walls share: touch, normal force, limits, springs, twist.
 
-    loss, virial: the tables of the ledger and of the stress that the pass adds to. at: of a block,
+    at: of a block,
     the struct that the passes make: b and tile (numbers of the block and of its tile), dt, overlap,
     u (speed along the normal half a step ago), u_now, u_then (along the normal of now and of the
     last step), was (1 where the lanes touched a step ago), weight (of the springs but the normal
     one). on: the struct that `touch` returns. w1, w2: spins.
     """
 
-    def __init__(self, fields, layout, laws, *, loss, virial):
-        self.laws, self.loss, self.virial = laws, loss, virial
+    def __init__(self, fields, layout, laws, tables):
+        self.laws = laws
+        self.loss, self.virial, self.VIRIAL = tables.loss, tables.virial, tables.first
         self.state, self.load = fields["state"], fields["load"]
         self.x, self.v, self.w = fields["x"], fields["v"], fields["w"]
-        access, precision = make_access(fields, layout), make_precision(layout)
-        self.V3, self.gather, self.get, self.put = access.V3, access.gather, access.get, access.put
-        self.law, self.law3, self.geometry = precision.one, precision.three, layout.geometry
+        access = make_access(fields, layout)
+        self.Wide, self.V3, self.gather = access.Wide, access.V3, access.gather
+        self.one, self.three, self.get, self.put = access.one, access.three, access.get, access.put
         self.contact_radius = laws.normal.contact_radius(laws.newton_steps)
-        self.N1, self.N2, self.TWIST = layout.pointer, layout.second, layout.twist
+        self.FIRST, self.SECOND, self.TWIST = layout.first, layout.second, layout.twist
         self.APPROACH, self.GRAZE = layout.approach, layout.graze
         self.ledger, self.stress = layout.ledger, layout.stress
         for effect in ("rolling", "sliding", "twisting", "asperities"):
@@ -154,11 +149,11 @@ class ContactPass:
 
         struck: the speed before, with what the impulse of a first touch has made of it.
         """
-        before = self.law(self.state[at.b, self.APPROACH])
+        before = self.state[at.b, self.APPROACH]
         struck = before
         if ti.static(self.has_asperities):
-            struck += self.law(self.state[at.b, self.GRAZE + 1]) * (1.0 / p.mass)
-        force_before = self.law(self.state[at.b, self.APPROACH + 1])
+            struck += self.state[at.b, self.GRAZE + 1] * (1.0 / p.mass)
+        force_before = self.state[at.b, self.APPROACH + 1]
         ahead = at.u + 0.5 * at.was * (at.u - struck)
         force = on.now * self.laws.damping.coefficient(on.s, p) * ahead
         self.state[at.b, self.APPROACH] = on.now * at.u
@@ -187,27 +182,6 @@ class ContactPass:
         return impulse * (1.0 / ti.max(at.dt, 1e-30))
 
     @ti.func
-    def roll(self, at: ti.template(), turn: ti.template(), p):
-        """The pointers put back to the limit of rolling; what that costs goes into the ledger.
-        turn: n1, n2 (turned already), w1, w2.
-
-        n_i <- n_i - alpha_i (xi - xi_c)/r_i moves xi by R/r1 + R/r2 = 1 times the excess, and
-        r1 dn1 - r2 dn2 = 0: sliding sees nothing of it but what keeping the pointers at unit length
-        does, tilt (n1 - n2). Returns n1, n2 and that factor.
-        """
-        n1, n2, tilt = turn.n1, turn.n2, 0.0 * turn.n1.x
-        if ti.static(self.has_rolling):
-            xi = self.laws.rolling.displacement(n1, n2, p)
-            rate = turn.w1.cross(n1).plus(turn.w2.cross(n2)).times(p.R)
-            past = self.laws.rolling.correct(xi, rate, p)
-            self.lose(at.tile, ROLLING, at.weight * past.lost)
-            a1, a2 = restoring(n1, xi, past.inverse), restoring(n2, xi, past.inverse)
-            tilt = past.over * a1 * n1.dot(xi)
-            n1 = n1.plus(xi.times(-past.over * p.inv_r1 * a1))
-            n2 = n2.plus(xi.times(-past.over * p.inv_r2 * a2))
-        return n1, n2, tilt
-
-    @ti.func
     def slip(self, at: ti.template(), zeta, rate, p):
         """How far sliding is past its limit; what that costs goes into the ledger."""
         past = self.laws.sliding.correct(zeta, rate, p)
@@ -215,29 +189,28 @@ class ContactPass:
         return past
 
     @ti.func
-    def springs(self, turn: ti.template(), zeta, lean, p):
+    def springs(self, pose: ti.template(), p):
         """Struct of the force on the first grain, the torques on both, the energy stored.
 
-        turn: n1, n2. zeta: sliding displacement. lean: (r1 n1 - r2 n2).n_c over the distance of the
-        centres (S12 eq 13); -1 on a wall.
+        pose: pointers n1, n2; one, two: the pointers or their deviations, of which a law of rolling
+        makes the same; zeta; lean: (r1 n1 - r2 n2).n_c over the distance of the centres (S12 eq
+        13), -1 on a wall.
         """
-        stored = self.law(0.0 * turn.n1.x)
-        force = self.law3(turn.n1).times(stored)
+        stored = 0.0 * pose.n1.x
+        force = pose.n1.times(stored)
         a1, a2 = force, force
         if ti.static(self.has_rolling):
-            xi = self.law3(self.laws.rolling.displacement(turn.n1, turn.n2, p))
+            xi = self.laws.rolling.displacement(pose.one, pose.two, p)
             stored += self.laws.rolling.energy(xi, p)
-            a1 = xi.times(self.law(p.R * self.laws.rolling.stiffness(xi, p)))
+            a1 = xi.times(p.R * self.laws.rolling.stiffness(xi, p))
             a2 = a1
         if ti.static(self.has_sliding):
-            shear = self.law3(zeta)
-            k = self.laws.sliding.stiffness(shear, p)
-            stored += self.laws.sliding.energy(shear, p)
-            force = shear.times(k * lean)
-            a1 = a1.plus(shear.times(self.law(p.r1 * k)))
-            a2 = a2.minus(shear.times(self.law(p.r2 * k)))
-        torque1 = a1.cross(self.law3(turn.n1))
-        torque2 = a2.cross(self.law3(turn.n2))
+            k = self.laws.sliding.stiffness(pose.zeta, p)
+            stored += self.laws.sliding.energy(pose.zeta, p)
+            force = pose.zeta.times(k * pose.lean)
+            a1 = a1.plus(pose.zeta.times(p.r1 * k))
+            a2 = a2.minus(pose.zeta.times(p.r2 * k))
+        torque1, torque2 = a1.cross(pose.n1), a2.cross(pose.n2)
         return ti.Struct(force=force, torque1=torque1, torque2=torque2, stored=stored)
 
     @ti.func
@@ -245,20 +218,28 @@ class ContactPass:
         """(torque along the normal, energy stored), the twist carried on by `way` and put back to
         its limit; what that costs goes into the ledger."""
         past = self.laws.twisting.correct(at.was * (self.state[at.b, self.TWIST] + way), rate, p)
-        phi = self.law(past.phi)
-        self.state[at.b, self.TWIST] = on.kept * past.phi
+        phi = past.phi
+        self.state[at.b, self.TWIST] = on.kept * phi
         self.lose(at.tile, TWISTING, at.weight * past.lost)
         return -self.laws.twisting.stiffness(phi, p) * phi, self.laws.twisting.energy(phi, p)
 
     @ti.func
     def add_virial(self, tile, branch, force, dt):
         """Sum branch x force over time (T19 eq 23)."""
-        self.add_row(tile, 0, branch.x * dt, force)
-        self.add_row(tile, 3, branch.y * dt, force)
-        self.add_row(tile, 6, branch.z * dt, force)
+        self.add_row(tile, self.VIRIAL, branch.x * dt, force)
+        self.add_row(tile, self.VIRIAL + 3, branch.y * dt, force)
+        self.add_row(tile, self.VIRIAL + 6, branch.z * dt, force)
 
     @ti.func
     def add_row(self, tile, first: ti.template(), way, force):
         add_to(self.virial, tile, first, way * force.x)
         add_to(self.virial, tile, first + 1, way * force.y)
         add_to(self.virial, tile, first + 2, way * force.z)
+
+    @ti.func
+    def begin_tile(self, tile):
+        """What a pass over a tile begins with."""
+
+    @ti.func
+    def end_tile(self, tile):
+        """What it ends with."""

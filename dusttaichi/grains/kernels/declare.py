@@ -37,8 +37,8 @@ class Variable:
 
 class Sizes(NamedTuple):
     """Lengths that fields have: of grains, of these and what moves beside them, their chunks,
-    blocks of pairs (with the sphere, too) and of wall contacts; and element types: lanes of numbers
-    and of indices, of what is of type `geometry`."""
+    blocks of pairs (with the sphere, too) and of wall contacts; and element types: lanes of sums,
+    of indices and of what a contact has; of what a grain has."""
 
     grains: int
     moving: int
@@ -47,6 +47,7 @@ class Sizes(NamedTuple):
     walls: int
     lane: tuple
     lane_i: tuple
+    law: tuple
     own: str
 
 
@@ -57,8 +58,8 @@ def declare(grains, layout, walls):
     lane, lane_i = ("f64", layout.width), ("i32", layout.width)
     pairs += sphere_capacity(grains, layout)
     moving = grains + SPHERE + layout.sphere  # two far-away grains that fill the empty lanes
-    chunks, own = -(-grains // CHUNK), layout.element
-    n = Sizes(grains, moving, chunks, pairs, wall_blocks, lane, lane_i, own)
+    chunks, law, own = -(-grains // CHUNK), (layout.law_name, layout.width), layout.geometry_name
+    n = Sizes(grains, moving, chunks, pairs, wall_blocks, lane, lane_i, law, own)
     rows = [*_grains(n), *_contacts(n, layout)]
     rows += _walls(n, layout) if walls else []
     rows += [("scene", "number of the scene", "1", ("i32", 0), (grains,))] * layout.batch
@@ -67,6 +68,7 @@ def declare(grains, layout, walls):
     rows += _sphere(n) if layout.sphere else []
     rows += _polydisperse(n, layout) if layout.polydisperse else []
     rows += _stress(n, layout, walls) if layout.stress else []
+    rows += _tile_sums(n, layout, walls) if layout.deviations else []
     return [Variable(*row) for row in rows]
 
 
@@ -82,18 +84,18 @@ def _grains(n):
 
 
 def _contacts(n, layout):
-    lanes, blocks, tiles = (n.own, layout.width), n.pairs + n.walls, n.pairs // layout.tile
-    entries = (2 * n.pairs + n.walls) * layout.width
+    blocks, tiles = n.pairs + n.walls, n.pairs // layout.tile
+    entries = (2 * n.pairs + n.walls) * layout.width + n.grains
     size = layout.state_size
     return [
         ("pair_i", "first grain of a pair", "1", n.lane_i, (n.pairs,)),
         ("pair_j", "second grain of a pair", "1", n.lane_i, (n.pairs,)),
         ("pair_start", "first pair of a grain", "1", ("i32", 0), (n.grains + 1,)),
-        ("state", "pointers, twist, approach", "1, rad, um/us", lanes, (blocks, size)),
-        # with room for a state
-        ("load", "force and two torques of a contact", "nN, nN um", lanes, (blocks, max(9, size))),
+        ("state", "pointers or deviations, twist, speed", "1, rad, um/us", n.law, (blocks, size)),
+        # with room for a state: the search keeps it there
+        ("load", "force and torque on both grains of a contact", "nN, nN um", n.law, (blocks, 12)),
         ("entry_start", "first contact of a grain's list", "1", ("i32", 0), (n.grains + 1,)),
-        ("entry", "2 contact + side", "1", ("i32", 0), (entries,)),
+        ("entry", "row and lane of the loads, -1 at the end", "1", ("i32", 0), (entries,)),
         ("loss", "losses by tile", "fJ", n.lane, (tiles, len(layout.channels))),
         ("sync", "meeting places of the workers", "1", ("i32", 0), (8,)),
         ("counts", "numbers of contacts and their room", "1", ("i32", 0), (COUNTS,)),
@@ -158,8 +160,11 @@ def _polydisperse(n, layout):
         ("mass", "mass of a grain", "pg", ("f64", 0), (n.moving,)),
         ("inertia", "moment of inertia of a grain", "pg um^2", ("f64", 0), (n.grains,)),
         ("material", "number of its material", "1", ("i32", 0), (n.grains,)),
-        ("constants", "numbers of a contact: the layout's `stored`", "um, nN, fJ", n.lane, numbers),
-    ]
+        ("constants", "numbers of a contact: the layout's `stored`", "um, nN, fJ", n.law, numbers),
+    ] + [
+        # of numbers in single precision this one is not
+        ("touch", "sum of the radii of a contact", "um", n.lane, (n.pairs + n.walls,)),
+    ] * layout.deviations
 
 
 def _stress(n, layout, walls):
@@ -171,6 +176,14 @@ def _stress(n, layout, walls):
         ("flux", "time integral of v v by chunk: xx xy xz yy yz zz", "um^2/us", ("f64", 0),
          (n.chunks, 6)),
         *(on_walls if walls else []),
+    ]
+
+
+def _tile_sums(n, layout, walls):
+    meaning, columns = "losses, branch x force and work of the faces in a step", layout.tile_columns
+    sizes = [("tile_sums", n.pairs)] + [("wall_tile_sums", n.walls)] * walls
+    return [
+        (name, meaning, "fJ", n.law, (blocks // layout.tile, columns)) for name, blocks in sizes
     ]
 # fmt: on
 

@@ -59,15 +59,29 @@ class ContactSums:
 
     def __init__(self, fields, layout, laws):
         access = make_access(fields, layout)
-        self.V3, self.gather, self.get = access.V3, access.gather, access.get
+        self.Wide, self.gather, self.get = access.Wide, access.gather, access.get
+        self.V3 = access.V3
         self.laws, self.layout, self.width = laws, layout, layout.width
         self.x, self.state, self.load = fields["x"], fields["state"], fields["load"]
         self.contact_radius = laws.normal.contact_radius(laws.newton_steps)
-        self.N1, self.N2, self.TWIST = layout.pointer, layout.second, layout.twist
-        self.APPROACH, self.GRAZE = layout.approach, layout.graze
+        self.FIRST, self.SECOND, self.TWIST = layout.first, layout.second, layout.twist
+        self.APPROACH, self.GRAZE, self.TOUCHED = layout.approach, layout.graze, layout.touched
+        self.deviations = layout.deviations
         self.columns, self.polydisperse = columns_of(layout), layout.polydisperse
         for effect in ("rolling", "sliding", "twisting", "damping", "asperities"):
             setattr(self, f"has_{effect}", getattr(laws, effect) is not None)
+
+    @ti.func
+    def kept(self, b):
+        """What the contacts of a block have kept, and 1 where they touch: pointers, or deviations,
+        of which the laws make the same displacements."""
+        first, second = self.get(b, self.FIRST), self.get(b, self.SECOND)
+        now = 0.0 * first.x
+        if ti.static(self.deviations):
+            now = self.state[b, self.TOUCHED]
+        else:
+            now = step01(first.dot(first) - 0.5)
+        return first, second, now
 
     @ti.func
     def clear(self, table: ti.template(), tile):
@@ -197,10 +211,10 @@ def make_measure_pairs(fields, sums, layout, contacts):
             d = across(b, d, 0, frame)
             contacts.add(table, tile, FACES, power(b, contacts.force(b), frame))
         distance = ti.sqrt(d.dot(d))
-        n1, n2 = contacts.get(b, contacts.N1), contacts.get(b, contacts.N2)
+        n1, n2, now = contacts.kept(b)
         at = ti.Struct(
             tile=tile, b=b, overlap=p.touch - distance, nc=d.times(1.0 / distance),
-            now=step01(n1.dot(n1) - 0.5), dt=dt, n1=n1, n2=n2, weight=1.0,
+            now=now, dt=dt, n1=n1, n2=n2, weight=1.0,
         )  # fmt: skip
         contacts.normal(table, at, p)
         contacts.springs(table, at, n1.times(p.r1).minus(n2.times(p.r2)), p)
@@ -246,16 +260,20 @@ def make_measure_walls(fields, sums, layout, contacts):
         b, k = counts[FIRST_WALL] + c, wall_of[c]
         place = contacts.gather(contacts.x, wall_grain[c])
         one = 1.0 + 0.0 * place.x
-        nw = contacts.V3(one * box.normal[k, 0], one * box.normal[k, 1], one * box.normal[k, 2])
+        nw = contacts.Wide(one * box.normal[k, 0], one * box.normal[k, 1], one * box.normal[k, 2])
         distance = place.dot(nw) - box.offset[k] - box.speed[k] * time + wall_gap[c]
-        n1, foot = contacts.get(b, contacts.N1), contacts.get(b, contacts.N2)
-        now = step01(n1.dot(n1) - 0.5)
+        n1, second, now = contacts.kept(b)
+        n2, arm = nw, second
+        if ti.static(layout.deviations):
+            n2 = nw.times(0.0)
+        else:
+            arm = place.plus(n1.times(p.r1)).minus(second)
         at = ti.Struct(
             tile=tile, b=b, overlap=p.touch - distance, nc=nw,
-            now=now, dt=dt, n1=n1, n2=nw, weight=box.strength[k] * now,
+            now=now, dt=dt, n1=n1, n2=n2, weight=box.strength[k] * now,
         )  # fmt: skip
         contacts.normal(table, at, p)
-        contacts.springs(table, at, place.plus(n1.times(p.r1)).minus(foot), p)
+        contacts.springs(table, at, arm, p)
 
     @ti.kernel
     def measure_walls(box: Walls, time: ti.f64, p: ContactParams, dt: ti.f64):

@@ -12,16 +12,17 @@ from dusttaichi import units
 from dusttaichi.physics.contact.numbers import Number
 
 RADII = {
-    "r1": Number("m", "radius of the first grain", geometry=True),
-    "r2": Number("m", "radius of the second grain, 0 for a wall", geometry=True),
-    "inv_r1": Number("m^-1", "one over r1", geometry=True),
-    "inv_r2": Number("m^-1", "one over r2, 0 for a wall", geometry=True),
-    "R": Number("m", "reduced radius, r1 on a wall", geometry=True),
-    "touch": Number("m", "distance of centres (centre and wall) at first touch", geometry=True),
-    "inv_touch": Number("m^-1", "one over touch", geometry=True),
+    "r1": Number("m", "radius of the first grain"),
+    "r2": Number("m", "radius of the second grain, 0 for a wall"),
+    "inv_r1": Number("m^-1", "one over r1"),
+    "inv_r2": Number("m^-1", "one over r2, 0 for a wall"),
+    "R": Number("m", "reduced radius, r1 on a wall"),
+    "touch": Number("m", "distance of centres (centre and wall) at first touch"),
+    "inv_touch": Number("m^-1", "one over touch"),
     "mass": Number("kg", "reduced mass"),
 }
 """What every contact has, whatever its laws."""
+WIDE = ("touch",)  # in the precision of positions: overlaps are small differences from it
 
 
 def declared(laws):
@@ -32,9 +33,7 @@ def declared(laws):
 @cache
 def params_type(laws, geometry=ti.f64, law=ti.f64):
     """The struct ContactParams of these laws with these float types."""
-    return ti.types.struct(
-        **{name: geometry if n.geometry else law for name, n in declared(laws).items()}
-    )
+    return ti.types.struct(**{name: geometry if name in WIDE else law for name in declared(laws)})
 
 
 @cache
@@ -42,8 +41,8 @@ def lanes_type(laws, width, geometry=ti.f64, law=ti.f64):
     """The same with a vector of `width` lanes for each number."""
     return ti.types.struct(
         **{
-            name: ti.types.vector(width, geometry if n.geometry else law)
-            for name, n in declared(laws).items()
+            name: ti.types.vector(width, geometry if name in WIDE else law)
+            for name in declared(laws)
         }
     )
 

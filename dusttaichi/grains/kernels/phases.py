@@ -4,9 +4,10 @@ import taichi as ti
 
 from dusttaichi.compute.scan import CHUNK, first_of, whole
 from dusttaichi.grains.kernels.cell import make_cell
+from dusttaichi.grains.kernels.deviations import DeviationPairs, DeviationWalls
 from dusttaichi.grains.kernels.grains import make_flux, make_grain_pass
-from dusttaichi.grains.kernels.pairs import PairPass
 from dusttaichi.grains.kernels.params import params_type
+from dusttaichi.grains.kernels.pointers import PointerPairs, PointerWalls
 from dusttaichi.grains.kernels.polydisperse import make_numbers
 from dusttaichi.grains.kernels.sphere import make_sphere
 from dusttaichi.grains.kernels.store import (
@@ -17,7 +18,6 @@ from dusttaichi.grains.kernels.store import (
     PAIRS,
     WALL_BLOCKS,
 )
-from dusttaichi.grains.kernels.walls import WallPass
 
 StepNumbers = ti.types.struct(
     dt=ti.f64,
@@ -46,8 +46,11 @@ class Phases:
         self.add_flux = make_flux(fields, layout) if layout.stress else None
         # a stress is summed by chunks of grains, so that its bits do not depend on the workers
         self.part_size = CHUNK if layout.stress else 1
-        self.pairs, self.has_walls = PairPass(fields, layout, laws), walls
-        self.walls = WallPass(fields, layout, laws) if walls else None
+        pairs, on_walls = PointerPairs, PointerWalls
+        if layout.deviations:
+            pairs, on_walls = DeviationPairs, DeviationWalls
+        self.pairs, self.has_walls = pairs(fields, layout, laws), walls
+        self.walls = on_walls(fields, layout, laws) if walls else None
         self.sphere, self.has_sphere = make_sphere(fields, layout), layout.sphere
         self.of_pairs, self.of_walls = make_numbers(fields, layout, laws)
 
@@ -84,23 +87,35 @@ class Phases:
     def touch_pairs(self, tile, dt, pair, frame):
         """Turns the pointers of a tile of pairs and computes their loads."""
         last = ti.min((tile + 1) * self.tile, whole(self.counts[PAIRS], self.width))
+        self.pairs.begin_tile(tile)
         for b in range(tile * self.tile, last):
             self.pairs.block(b, tile, self.of_pairs(b, pair), dt, frame)
+        self.pairs.end_tile(tile)
 
     @ti.func
     def touch_sphere(self, tile, dt, sphere, frame):
         """The same of contacts with the sphere."""
         first, blocks = self.counts[FIRST_SPHERE], whole(self.counts[ON_SPHERE], self.width)
         own = first // self.tile + tile
+        self.pairs.begin_tile(own)
         for c in range(tile * self.tile, ti.min((tile + 1) * self.tile, blocks)):
             self.pairs.block(first + c, own, self.of_pairs(first + c, sphere), dt, frame)
+        self.pairs.end_tile(own)
 
     @ti.func
     def touch_walls(self, tile, step, dt, wall, box):
         """The same of wall contacts."""
-        for c in range(tile * self.tile, ti.min((tile + 1) * self.tile, self.counts[WALL_BLOCKS])):
+        first, last = (
+            tile * self.tile,
+            ti.min((tile + 1) * self.tile, self.counts[WALL_BLOCKS]),
+        )
+        self.walls.begin_tile(tile)
+        for c in range(first, last):
             plane = self.walls.plane(c, box, dt * step)
             self.walls.block(c, tile, plane, self.of_walls(self.counts[FIRST_WALL] + c, wall), dt)
+        for c in range(first, last):
+            self.walls.add_impulse(c, dt)
+        self.walls.end_tile(tile)
 
     # -- the share of one worker -----------------------------------------------------------------
 

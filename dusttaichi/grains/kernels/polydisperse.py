@@ -110,38 +110,40 @@ def make_numbers(fields, layout, laws):
 
 def make_lane_numbers(fields, layout, laws):
     """The same where each contact has its own."""
-    table = fields["constants"]
+    table, touch = fields["constants"], fields.get("touch")
     Lanes = lanes_type(laws, layout.width, layout.geometry, layout.law)
     column = {name: n for n, name in enumerate(stored(laws))}
-    of_laws = [
-        (name, column[name], layout.geometry if number.geometry else layout.law)
-        for name, number in laws.numbers.items()
-    ]
     R1, R2, MASS = (column[name] for name in ("r1", "r2", "mass"))
-    geometry = layout.geometry
+    of_laws = [(name, column[name]) for name in laws.numbers]
 
     @ti.func
-    def long(a):
-        return ti.cast(a, geometry)
+    def kept(b, touch_of_table):
+        return touch[b]
+
+    @ti.func
+    def made(b, touch_of_table):
+        return touch_of_table
+
+    touching_at = kept if layout.deviations else made
 
     @ti.func
     def own(b):
         """Numbers of the laws, by name."""
-        return {name: ti.cast(table[b, n], real) for name, n, real in of_laws}
+        return {name: table[b, n] for name, n in of_laws}
 
     @ti.func
     def lanes(b, r2, inv_r2, R):
         """All numbers; r2, inv_r2: of the second grain, 0 of a wall. R: the reduced radius."""
         r1 = table[b, R1]
         return Lanes(
-            r1=long(r1),
-            r2=long(r2),
-            inv_r1=long(1.0 / r1),
-            inv_r2=long(inv_r2),
-            R=long(R),
-            touch=long(r1 + r2),
-            inv_touch=long(1.0 / (r1 + r2)),
-            mass=ti.cast(table[b, MASS], layout.law),
+            r1=r1,
+            r2=r2,
+            inv_r1=1.0 / r1,
+            inv_r2=inv_r2,
+            R=R,
+            touch=touching_at(b, r1 + r2),
+            inv_touch=1.0 / (r1 + r2),
+            mass=table[b, MASS],
             **own(b),
         )
 
@@ -165,10 +167,10 @@ def make_write_constants(fields, interfaces, scene, laws):
 
     interfaces: field of `interface_table` of the scene.
     """
-    materials, table = len(scene.all_materials), fields["constants"]
+    materials, table, touch = len(scene.all_materials), fields["constants"], fields.get("touch")
     radius, mass, material = fields["radius"], fields["mass"], fields["material"]
-    write = make_write(table, interfaces, scene, laws)
-    columns = len(stored(laws))
+    write = make_write(fields, interfaces, scene, laws)
+    columns, wide = len(stored(laws)), touch is not None
 
     @ti.func
     def write_two(b, k, row, g, j):
@@ -195,19 +197,22 @@ def make_write_constants(fields, interfaces, scene, laws):
 
     @ti.func
     def write_empty(b, k):
+        if ti.static(wide):
+            touch[b][k] = 1.0
         for n in ti.static(range(columns)):
             table[b, n][k] = 1.0
 
     return SimpleNamespace(pair=write_pair, wall=write_wall, sphere=write_sphere, empty=write_empty)
 
 
-def make_write(table, interfaces, scene, laws):
+def make_write(fields, interfaces, scene, laws):
     """Returns `write(b, k, row, two)`: the numbers of one contact, made by the laws.
 
     row: of the table of interfaces. two: radii and masses of the two by the names that
     ContactConstants has for them.
     """
-    columns = own_columns(laws, scene.interaction)
+    table, touch = fields["constants"], fields.get("touch")
+    columns, wide = own_columns(laws, scene.interaction), touch is not None
     of_laws = [(law, columns[effect]) for effect, law in laws.on]
     column = {name: n for n, name in enumerate(stored(laws))}
 
@@ -230,6 +235,8 @@ def make_write(table, interfaces, scene, laws):
     @ti.func
     def write(b, k, row, two: ti.template()):
         c = contact(row, two)
+        if ti.static(wide):
+            touch[b][k] = c.r1 + c.r2
         table[b, column["r1"]][k] = c.r1
         table[b, column["r2"]][k] = c.r2
         table[b, column["mass"]][k] = c.mass

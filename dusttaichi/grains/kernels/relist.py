@@ -16,7 +16,7 @@ class PairLists:
 
     def __init__(self, fields, scratch, layout, write_constants):
         self.width, self.size, self.axes = layout.width, layout.state_size, layout.periodic
-        self.polydisperse, self.real = layout.polydisperse, layout.geometry
+        self.polydisperse, self.real = layout.polydisperse, layout.law
         self.x, self.counts = fields["x"], fields["counts"]
         self.pair_i, self.pair_j = fields["pair_i"], fields["pair_j"]
         self.pair_start, self.shift = fields["pair_start"], fields.get("shift")
@@ -97,8 +97,8 @@ class PairLists:
 
     @ti.func
     def entries_of(self, g):
-        """How many contacts a grain has on its list."""
-        n = self.near_count[g]
+        """How long the list of a grain's contacts is, with the number that ends it."""
+        n = self.near_count[g] + 1
         if ti.static(self.walls):
             for k in range(6):
                 n += ti.cast(self.wall_slot[g][k] >= 0, ti.i32)
@@ -107,23 +107,30 @@ class PairLists:
         return n
 
     @ti.func
+    def entry_of(self, contact, side):
+        """Row and lane of the loads of a contact on its first (side 0) or second grain (1)."""
+        return (2 * (contact // self.width) + side) * self.width + contact % self.width
+
+    @ti.func
     def write_entries(self, g):
         e = self.entry_start[g]
         for k in range(self.near_count[g]):
             j = self.neighbour(g, k)
             contact = self.contact_of(ti.min(g, j), ti.max(g, j))
-            self.entry[e] = 2 * contact + ti.cast(j < g, ti.i32)
+            self.entry[e] = self.entry_of(contact, ti.cast(j < g, ti.i32))
             e += 1
         if ti.static(self.walls):
             for n in range(6):
                 if self.wall_slot[g][n] >= 0:
                     first = self.counts[FIRST_WALL] * self.width
-                    self.entry[e] = 2 * (first + self.wall_slot[g][n])
+                    self.entry[e] = self.entry_of(first + self.wall_slot[g][n], 0)
                     e += 1
         if ti.static(self.sphere):
             if self.sphere_slot[g] >= 0:
                 first = self.counts[FIRST_SPHERE] * self.width
-                self.entry[e] = 2 * (first + self.sphere_slot[g])
+                self.entry[e] = self.entry_of(first + self.sphere_slot[g], 0)
+                e += 1
+        self.entry[e] = -1
 
 
 def make_relist(fields, scratch, layout, write_constants=None):

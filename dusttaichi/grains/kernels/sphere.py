@@ -44,7 +44,7 @@ def make_sphere(fields, layout):
     def loads():
         first, n = counts[FIRST_SPHERE], whole(counts[ON_SPHERE], W)
         force = ti.Vector([along(first, n, 0), along(first, n, 1), along(first, n, 2)])
-        torque = ti.Vector([along(first, n, 6), along(first, n, 7), along(first, n, 8)])
+        torque = ti.Vector([along(first, n, 9), along(first, n, 10), along(first, n, 11)])
         return -force, torque
 
     @ti.func
@@ -75,7 +75,7 @@ class SphereLists:
 
     def __init__(self, fields, layout, write_constants):
         self.width, self.size, self.axes = layout.width, layout.state_size, layout.periodic
-        self.polydisperse, self.real = layout.polydisperse, layout.geometry
+        self.polydisperse, self.real = layout.polydisperse, layout.law
         self.x, self.counts, self.slot = fields["x"], fields["counts"], fields["sphere_slot"]
         self.pair_i, self.pair_j = fields["pair_i"], fields["pair_j"]
         self.state, self.load = fields["state"], fields["load"]

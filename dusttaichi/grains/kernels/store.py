@@ -53,28 +53,37 @@ class Layout:
         return self.gravity != ""
 
     @property
+    def deviations(self):
+        """Whether contacts keep deviations (physics.contact.deviation) in place of pointers."""
+        return self.precision == "mixed"
+
+    @property
     def geometry(self):
-        """Float type of positions, velocities, pointers and what is formed from them: overlaps and
-        displacements are small differences of these."""
+        """Float type of positions, velocities and spins."""
         return ti.f32 if self.precision == "f32" else ti.f64
 
     @property
     def law(self):
-        """Float type of the forces, which are functions of overlaps and displacements."""
+        """Float type of contacts: what they keep, their numbers, their loads."""
         return ti.f64 if self.precision == "f64" else ti.f32
 
     @property
-    def element(self):
-        """Name of the element type of what is of type `geometry`."""
+    def geometry_name(self):
+        """Name of the type `geometry`."""
         return "f32" if self.precision == "f32" else "f64"
 
     @property
-    def pointer(self):
-        return 0  # n1: 0 1 2
+    def law_name(self):
+        """Name of the type `law`."""
+        return "f64" if self.precision == "f64" else "f32"
+
+    @property
+    def first(self):
+        return 0  # n1, or e1: 0 1 2
 
     @property
     def second(self):
-        return 3  # n2 of a pair, foot point of a wall contact: 3 4 5
+        return 3  # n2 of a pair, foot of a wall contact; or e2, zeta: 3 4 5
 
     @property
     def twist(self):
@@ -91,8 +100,18 @@ class Layout:
         return 6 + self.twisting + 2 * self.damping if self.asperities else -2
 
     @property
+    def touched(self):
+        """1 where a contact touches: a deviation of zero does not tell."""
+        return self.state_size - 1 if self.deviations else -1
+
+    @property
     def state_size(self):
-        return 6 + self.twisting + 2 * self.damping + 2 * self.asperities
+        return 6 + self.twisting + 2 * self.damping + 2 * self.asperities + self.deviations
+
+    @property
+    def tile_columns(self):
+        """Sums over a tile and step: losses, virial, work of the faces."""
+        return len(self.channels) + 9 * self.stress + bool(self.periodic)
 
     @property
     def channels(self):

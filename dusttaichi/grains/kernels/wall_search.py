@@ -24,7 +24,7 @@ class WallLists:
 
     def __init__(self, fields, scratch, layout, write_constants):
         self.width, self.size = layout.width, layout.state_size
-        self.polydisperse, self.real = layout.polydisperse, layout.geometry
+        self.polydisperse, self.real = layout.polydisperse, layout.law
         for name in ("x", "counts", "state", "load", "impulse", "impulse_total"):
             setattr(self, name, fields[name])
         for name in ("wall_grain", "wall_gap", "wall_of", "wall_slot"):

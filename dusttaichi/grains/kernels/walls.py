@@ -2,7 +2,7 @@
 
 import taichi as ti
 
-from dusttaichi.grains.kernels.contacts import BREAKING, ContactPass, add_to, step01
+from dusttaichi.grains.kernels.contacts import BREAKING, ContactPass, add_to
 from dusttaichi.grains.kernels.store import FIRST_WALL
 
 Walls = ti.types.struct(
@@ -19,91 +19,72 @@ class WallPass(ContactPass):
 
     c counts wall blocks; their state and loads stand behind those of the pairs.
     plane: the struct that `plane` returns. p: the numbers of the contacts. step: the time step.
+
+    Like PairPass, with held(b), pose(at, held, way, p), keep(b, on, way, pose, p), tables(fields,
+    layout) of kernels.pointers or kernels.deviations; way: place, dv, w1, turn1, nw, distance.
     """
 
     def __init__(self, fields, layout, laws):
-        loss, virial = fields["wall_loss"], fields.get("wall_virial")
-        super().__init__(fields, layout, laws, loss=loss, virial=virial)
+        super().__init__(fields, layout, laws, self.tables(fields, layout))
         self.counts = fields["counts"]
         self.grain, self.gap, self.of = fields["wall_grain"], fields["wall_gap"], fields["wall_of"]
-        self.impulse = fields["impulse"]
+        self.impulse, self.geometry = fields["impulse"], layout.geometry
 
     @ti.func
     def plane(self, c, box, time):
         """Of the wall of block c: unit normal (a lane each), offset at `time`, speed, strength."""
         k = self.of[c]
         one = ti.cast(1.0 + 0.0 * self.gap[c], self.geometry)
-        normal = self.V3(one * box.normal[k, 0], one * box.normal[k, 1], one * box.normal[k, 2])
+        normal = self.Wide(one * box.normal[k, 0], one * box.normal[k, 1], one * box.normal[k, 2])
         offset = box.offset[k] + box.speed[k] * time
         return ti.Struct(nw=normal, offset=offset, speed=box.speed[k], strength=box.strength[k])
 
     @ti.func
-    def slide(self, n1, foot, place, nw, p):
-        """zeta on a wall (S12 eq 24)."""
-        zeta = place.plus(n1.times(p.r1)).minus(foot)
-        if ti.static(self.has_sliding):
-            zeta = self.laws.sliding.displacement(zeta, nw, p)
-        return zeta
-
-    @ti.func
-    def limit(self, at: ti.template(), turn: ti.template(), way: ti.template(), p):
-        """Pointer and foot put back to the limits: the foot takes all of what slides (S12 eq 25).
-
-        The foot goes with the pointer: rolling must not load the sliding spring.
-        """
-        foot = way.foot
-        if ti.static(self.has_sliding):
-            zeta = self.slide(turn.n1, foot, way.place, turn.n2, p)
-            arm_rate = way.dv.plus(turn.w1.cross(turn.n1).times(p.r1))
-            rate = self.laws.sliding.displacement(arm_rate, turn.n2, p)
-            past = self.slip(at, zeta, rate, p)
-            foot = foot.plus(zeta.times(past.over))
-        n1, _n2, _tilt = self.roll(at, turn, p)
-        n1 = n1.unit()
-        return n1, foot.plus(n1.minus(turn.n1).times(p.r1))
+    def ways(self, c, plane: ti.template(), step):
+        """Where the grains are and how they move, in the precision of the laws; on a wall n_c is
+        its normal nw."""
+        i = self.grain[c]
+        place, w1 = self.gather(self.x, i), self.three(self.gather(self.w, i))
+        distance = place.dot(plane.nw) - plane.offset + self.gap[c]
+        dv = self.three(self.gather(self.v, i).minus(plane.nw.times(plane.speed)))
+        return ti.Struct(
+            place=self.three(place), dv=dv, w1=w1, turn1=w1.times(self.one(step)),
+            nw=self.three(plane.nw), distance=distance,
+        )  # fmt: skip
 
     @ti.func
     def block(self, c, tile, plane: ti.template(), p, step):
-        b, i, nw = self.counts[FIRST_WALL] + c, self.grain[c], plane.nw
-        place, w1 = self.gather(self.x, i), self.gather(self.w, i)
-        dt, long = self.law(step), ti.cast(step, self.geometry)
-        distance = place.dot(nw) - plane.offset + self.gap[c]
-        dv = self.gather(self.v, i).minus(nw.times(plane.speed))
-        u = self.law(dv.dot(nw))
-        n1, foot = self.get(b, self.N1), self.get(b, self.N2)
-        was = self.law(step01(n1.dot(n1) - 0.5))
-        # the pointer of a lane that did not touch a step ago is zero: weight masks its springs
+        b, dt = self.counts[FIRST_WALL] + c, self.one(step)
+        way, strength = self.ways(c, plane, step), self.one(plane.strength)
+        u, held = way.dv.dot(way.nw), self.held(b)
+        # weight masks the springs of lanes that did not touch a step ago
         at = ti.Struct(
-            b=b, tile=tile, dt=dt, overlap=self.law(p.touch - distance), u=u, u_now=u, u_then=u,
-            was=was, weight=self.law(was * plane.strength),
+            b=b, tile=tile, dt=dt, overlap=self.one(p.touch - way.distance), u=u, u_now=u, u_then=u,
+            was=held.was, weight=held.was * strength,
         )  # fmt: skip
         on = self.touch(at, p)
         push = self.push(at, on, p)
 
-        turn1 = w1.times(long)
-        turn = ti.Struct(n1=n1.turned(turn1), n2=nw, w1=w1, w2=w1.times(0.0))
-        way = ti.Struct(foot=foot, place=place, dv=dv)
-        turn.n1, foot = self.limit(at, turn, way, p)
-        start = place.minus(nw.times(p.r1))
-        self.put(self.state, b, self.N1, turn.n1.times(on.kept).minus(nw.times(on.formed)))
-        self.put(self.state, b, self.N2, foot.times(on.kept).plus(start.times(on.formed)))
-
-        zeta = self.slide(turn.n1, foot, place, nw, p)
-        found = self.springs(turn, zeta, -1.0, p)
+        pose = self.pose(at, held, way, p)
+        self.keep(b, on, way, pose, p)
+        found = self.springs(pose, p)
         if ti.static(self.has_twisting):
-            axial, stored = self.twist(at, on, turn1.dot(nw), w1.dot(nw), p)
-            found.torque1 = found.torque1.plus(self.law3(nw).times(axial))
+            axial, stored = self.twist(at, on, way.turn1.dot(way.nw), way.w1.dot(way.nw), p)
+            found.torque1 = found.torque1.plus(way.nw.times(axial))
             found.stored += stored
         # a spring that breaks has worked for half a step less than its displacement says
-        work = self.law(dt * found.force.dot(dv) + found.torque1.dot(turn1))
-        lost = on.broken * plane.strength * (found.stored + 0.5 * work)
-        self.lose(tile, BREAKING, lost)
-        weight = self.law(on.kept * plane.strength)
-        force = self.law3(nw).times(push).plus(found.force.times(weight))
+        work = dt * found.force.dot(way.dv) + found.torque1.dot(way.turn1)
+        self.lose(tile, BREAKING, on.broken * strength * (found.stored + 0.5 * work))
+        weight = on.kept * strength
+        force = way.nw.times(push).plus(found.force.times(weight))
         self.put(self.load, b, 0, force)
         self.put(self.load, b, 3, found.torque1.times(weight))
-        add_to(self.impulse, c, 0, step * force.x)
-        add_to(self.impulse, c, 1, step * force.y)
-        add_to(self.impulse, c, 2, step * force.z)
         if ti.static(self.stress):
-            self.add_virial(tile, nw.times(distance), force, step)
+            self.add_virial(tile, way.nw.times(self.one(way.distance)), force, dt)
+
+    @ti.func
+    def add_impulse(self, c, step):
+        """Sum the force on a block over time, once its loads are there."""
+        b = self.counts[FIRST_WALL] + c
+        for a in ti.static(range(3)):
+            add_to(self.impulse, c, a, step * self.load[b, a])

@@ -5,12 +5,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Number:
-    """One number of a contact: its SI unit, such as "N/m", and what it is.
-
-    geometry: True for lengths and angles that displacements are compared with, which stay in double
-    precision where forces are in single.
-    """
+    """One number of a contact: its SI unit, such as "N/m", and what it is."""
 
     unit: str
     meaning: str
-    geometry: bool = False

@@ -11,7 +11,7 @@ from dusttaichi.physics.contact.numbers import Number
 
 NUMBERS = {
     "k_r": Number("N/m", "rolling stiffness"),
-    "xi_crit": Number("m", "rolling displacement past which rolling costs energy", geometry=True),
+    "xi_crit": Number("m", "rolling displacement past which rolling costs energy"),
 }
 
 

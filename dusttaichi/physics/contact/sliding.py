@@ -13,7 +13,7 @@ from dusttaichi.physics.contact.numbers import Number
 
 NUMBERS = {
     "k_s": Number("N/m", "sliding stiffness"),
-    "zeta_crit": Number("m", "sliding displacement past which sliding costs energy", geometry=True),
+    "zeta_crit": Number("m", "sliding displacement past which sliding costs energy"),
 }
 
 

@@ -10,7 +10,7 @@ from dusttaichi.physics.contact.numbers import Number
 
 NUMBERS = {
     "k_t": Number("N m", "twisting stiffness"),
-    "phi_crit": Number("rad", "twist past which twisting costs energy", geometry=True),
+    "phi_crit": Number("rad", "twist past which twisting costs energy"),
 }
 
 

@@ -1,0 +1,122 @@
+"""Instructions of a step: what `dust bench --counts` prints.
+
+They do not depend on how busy a machine is, as times do. Linux counts them (perf_event) where it
+may; else valgrind does where it is installed, on the processor that it shows to programs, which has
+vectors of four doubles at most; else there is no count.
+"""
+
+import ctypes
+import json
+import os
+import platform
+import re
+import shutil
+import struct
+import subprocess
+import sys
+from dataclasses import dataclass
+
+from dusttaichi.errors import DustError
+from dusttaichi.studies.bench import sample as bench_sample
+
+GRAINS, FILLING_FACTOR, STEPS = 1000, 0.35, 100
+PRECISIONS = ("f64", "mixed")
+_SYSCALLS = {"x86_64": 298, "aarch64": 241}  # of perf_event_open
+_INSTRUCTIONS, _DISABLED_KERNEL_INHERIT = 1, 1 << 5 | 1 << 6 | 1 << 1
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Instructions of one step of a scene of so many grains and listed pairs; counted `by`."""
+
+    precision: str
+    grains: int
+    pairs: int
+    step: float
+    by: str
+
+    def text(self) -> str:
+        a_pair, a_grain = self.step / self.pairs, self.step / self.grains
+        return (
+            f"{self.precision}: {a_pair:.0f} instructions a listed pair and step, {a_grain:.0f} a "
+            f"grain ({self.grains} grains, {self.pairs} pairs, by {self.by})"
+        )
+
+
+def main(log) -> list[Counts]:
+    """The Counts of every precision. Raises DustError where nothing can count."""
+    recipe = bench_sample.Recipe(GRAINS, FILLING_FACTOR)
+    if bench_sample.load(recipe.path) is None:
+        log(f"{GRAINS} grains at a filling factor of {FILLING_FACTOR} are made")
+        _child("make", PRECISIONS[0], 0)
+    return [_counted(precision, log) for precision in PRECISIONS]
+
+
+def _counted(precision, log):
+    log(f"{precision}: a step is counted")
+    found, _ = _child("count", precision, STEPS)
+    by, steps = "perf_event", STEPS
+    if found["instructions"] is None:
+        if shutil.which("valgrind") is None:
+            raise DustError(
+                "instructions cannot be counted here: the system has no counter for programs "
+                "(perf_event), and valgrind is not installed. Try it on the machine itself rather "
+                "than a virtual one, or install valgrind"
+            )
+        by = "valgrind"
+        log(f"{precision}: by valgrind, some minutes")
+        once, twice = (_child("count", precision, n, valgrind=True)[1] for n in (STEPS, 2 * STEPS))
+        found["instructions"] = twice - once
+    return Counts(precision, found["grains"], found["pairs"], found["instructions"] / steps, by)
+
+
+def _child(what, precision, steps, valgrind=False):
+    """(what the child found, instructions that valgrind has counted) of a process of its own."""
+    command = [sys.executable, "-m", __name__, what, precision, str(steps)]
+    if valgrind:
+        head = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null"]
+        command = [*head, "--smc-check=all-non-file", *command]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise DustError(f"counting instructions failed: {done.stderr.strip().splitlines()[-1]}")
+    collected = re.search(r"Collected : (\d+)", done.stderr)
+    return json.loads(done.stdout or "{}"), int(collected[1]) if collected else 0
+
+
+# -- in the child ----------------------------------------------------------------------------------
+
+
+def _counter():
+    """File descriptor of a counter of this process and its threads to come; -1 where there is
+    none."""
+    number = _SYSCALLS.get(platform.machine())
+    if number is None or sys.platform != "linux":
+        return -1
+    attributes = struct.pack("IIQQQQQ", 0, 112, _INSTRUCTIONS, 0, 0, 0, _DISABLED_KERNEL_INHERIT)
+    block = ctypes.create_string_buffer(attributes, 112)
+    return ctypes.CDLL(None, use_errno=True).syscall(number, block, 0, -1, -1, 0)
+
+
+def _read(counter):
+    return struct.unpack("Q", os.read(counter, 8))[0]
+
+
+def _run(what, precision, steps):
+    from dusttaichi.grains.build import build
+
+    recipe = bench_sample.Recipe(GRAINS, FILLING_FACTOR)
+    sample = bench_sample.make(recipe)
+    if what == "make":
+        return
+    counter = _counter()  # before the threads that it is to count
+    sim = build(bench_sample.bench_scene(GRAINS, threads=1, precision=precision), sample)
+    sim.advance(STEPS)
+    before = None if counter < 0 else _read(counter)
+    sim.advance(steps)
+    found = None if counter < 0 else _read(counter) - before
+    pairs = sim.state.pair_count
+    print(json.dumps({"instructions": found, "grains": sim.grains, "pairs": pairs}))
+
+
+if __name__ == "__main__":
+    _run(sys.argv[1], sys.argv[2], int(sys.argv[3]))

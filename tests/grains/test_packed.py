@@ -1,0 +1,56 @@
+"""The pair pass is compiled to packed arithmetic. LLVM finds the lanes from the stores of a block,
+and one line of the source can make it find them no more: it would be three times slower, silently.
+"""
+
+import re
+from collections import Counter
+
+import pytest
+import taichi as ti
+from scenes import make_scene
+
+from dusttaichi.compute.backend import LOOPS, start_taichi
+from dusttaichi.domain.pushes import make_push
+from dusttaichi.grains.build import chosen_layout
+from dusttaichi.grains.kernels.declare import declare, place
+from dusttaichi.grains.kernels.phases import Phases
+from dusttaichi.physics.contact.registry import chosen_laws
+
+ARITHMETIC = re.compile(
+    r"= (?:fadd|fsub|fmul|fdiv|fneg|tail call|call) [a-z ]*(<\d+ x )?(float|double)>? ?(.*)"
+)
+
+
+def operations(precision, folder, monkeypatch):
+    """Counter of the arithmetic of the compiled pair pass by (lanes, type)."""
+    monkeypatch.chdir(folder)
+    monkeypatch.setenv("TI_PRINT_KERNEL_LLVM_IR_OPTIMIZED", "1")
+    monkeypatch.setenv("TI_OFFLINE_CACHE", "0")
+    scene = make_scene(damping="viscoelastic", numerics={"precision": precision})
+    laws = chosen_laws(scene.interaction, scene.numerics.newton_steps)
+    push = make_push(scene.push, {}, [], 1.0)
+    layout = chosen_layout(scene, laws, LOOPS["cpu"], push, polydisperse=False)
+    start_taichi(scene, 1)
+    phases = Phases(place(declare(64, layout, False)), layout, laws, False)
+    ContactParams = phases.ContactParams
+
+    @ti.kernel
+    def pass_over_pairs(dt: ti.f64, pair: ContactParams):
+        for tile in range(phases.pair_tiles()):
+            phases.touch_pairs(tile, dt, pair, 0.0)
+
+    pass_over_pairs(0.0, ContactParams())
+    found = Counter()
+    for file in folder.glob("*optimized*.ll"):
+        for lanes, kind, rest in ARITHMETIC.findall(file.read_text()):
+            if "@" not in rest or "@llvm.sqrt" in rest:
+                found[int(lanes[1:-3] or 1) if lanes else 1, kind] += 1
+    return found
+
+
+@pytest.mark.parametrize("precision, kind", [("mixed", "float"), ("f64", "double")])
+def test_contacts_are_packed(precision, kind, tmp_path, monkeypatch):
+    found = operations(precision, tmp_path, monkeypatch)
+    packed = sum(n for (lanes, own), n in found.items() if lanes > 1)
+    assert packed > 0.9 * found.total()
+    assert found[8, "float"] > 0.8 * found.total() or precision == "f64"
