@@ -1,11 +1,12 @@
 """Pushes from outside on some grains, in internal units and order: forces, carried grains.
 
-A force acts from the start of the run until its last step, on half of which it acts; its work is
-force times way. A carried grain keeps its velocity and does not turn, whatever pulls at it; what
-carries it does the work that the contacts take from it.
+A force acts from the start of the run, or of its stage, until its last step, on half of which it
+acts; its work is force times way. A carried grain keeps its velocity and does not turn, whatever
+pulls at it; what carries it does the work that the contacts take from it.
 """
 
-from dataclasses import dataclass
+import copy
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,36 +16,96 @@ from dusttaichi.names import NEVER
 
 @dataclass(frozen=True)
 class Force:
-    """The same force [nN] (3,) on each of some grains until the step `end`."""
+    """The same force [nN] (3,) on each of some grains until the step `end`.
+
+    start: of that of a stage, positions of its grains at its beginning [um], (n, 3).
+    """
 
     grains: np.ndarray
     each: np.ndarray
     end: int
+    start: np.ndarray | None = None
 
 
 class Push:
     """All pushes of a scene of `grains` grains; none where the scene has none.
 
-    forces: list of Force. speeds: dict grain -> velocity (3,) [um/us] that it is carried at.
+    forces: list of Force. speeds: dict grain -> velocity (3,) [um/us] that it is carried at. kinds:
+    of pushes that stages bring.
     """
 
-    def __init__(self, grains, forces=(), speeds=None):
-        speeds = speeds or {}
-        self.grains, self.forces = grains, tuple(forces)
+    def __init__(self, grains, forces=(), speeds=None, kinds=()):
+        self.grains, self.forces, self.kinds = grains, tuple(forces), frozenset(kinds)
+        self.own_speeds = speeds or {}
+        self._carry(self.own_speeds)
+
+    def _carry(self, speeds):
         self.held = np.array(sorted(speeds), dtype=int)
         self.velocity = np.array([speeds[g] for g in self.held]).reshape(-1, 3)
 
     @property
     def forced(self):
-        return bool(self.forces)
+        """Whether forces act in this run."""
+        return bool(self.forces) or "force" in self.kinds
 
     @property
     def carried(self):
-        return len(self.held) > 0
+        """Whether grains are carried in this run."""
+        return len(self.held) > 0 or "speed" in self.kinds
+
+    @property
+    def of_stage(self):
+        """Whether some of it ends with the stage."""
+        own = set(self.held.tolist()) != set(self.own_speeds)
+        return own or any(force.start is not None for force in self.forces)
 
     @property
     def works(self):
-        return self.forced or self.carried
+        return self.forced or self.carried or bool(self.kinds)
+
+    # -- stages ----------------------------------------------------------------------------------
+
+    def next_stage(self, forces, speeds):
+        """The Push of the next stage: what does not end with the present one, and these."""
+        out = copy.copy(self)
+        out.forces = (*(f for f in self.forces if f.start is None), *forces)
+        out._carry(self.own_speeds | speeds)
+        return out
+
+    def work_of_stage(self, x, held, force, step, dt):
+        """Work since the start of the stage [fJ] of what ends with it, and of all that is carried;
+        arguments: as of `work`."""
+        ends = [f for f in self.forces if f.start is not None]
+        out = copy.copy(self)
+        out.forces = tuple(ends)
+        return out.work(x, held, force, step, dt)
+
+    def numbers(self):
+        """What JSON can hold of it, for a checkpoint."""
+        forces = [
+            [
+                f.grains.tolist(),
+                f.each.tolist(),
+                f.end,
+                None if f.start is None else f.start.tolist(),
+            ]
+            for f in self.forces
+        ]
+        speeds = list(zip(self.held.tolist(), self.velocity.tolist(), strict=True))
+        return {"forces": forces, "speeds": speeds, "first": self.first.tolist()}
+
+    def restored(self, numbers):
+        """The Push of these numbers."""
+        out = copy.copy(self)
+        out.forces = tuple(
+            Force(np.array(g, int), np.array(each), end, None if s is None else np.array(s))
+            for g, each, end, s in numbers["forces"]
+        )
+        out._carry({g: np.array(speed) for g, speed in numbers["speeds"]})
+        out.first = np.array(numbers["first"]).reshape(-1, 3)
+        return out
+
+    # -- forces and work -------------------------------------------------------------------------
 
     def force(self, step):
         """Forces on all grains after a step [nN], (N, 3)."""
@@ -54,10 +115,10 @@ class Push:
                 out[force.grains] += force.each
         return out
 
-    def place(self, fields):
-        """Fill the fields of a push, as they are at the start."""
+    def place(self, fields, step=0):
+        """Fill the fields of a push, as they are at the start of the run or of a stage."""
         if self.forced:
-            fields["push_force"].from_numpy(self.force(0))
+            fields["push_force"].from_numpy(self.force(step))
         if self.carried:
             free = np.ones(self.grains)
             free[self.held] = 0.0
@@ -80,7 +141,8 @@ class Push:
         return min([f.end for f in self.forces if step < f.end < end], default=end)
 
     def _work(self, force, x):
-        way = x[force.grains] - self.start[force.grains]
+        start = self.start[force.grains] if force.start is None else force.start
+        way = x[force.grains] - start
         return float(np.sum(way @ force.each))
 
     def work(self, x, held, force, step, dt):
@@ -107,18 +169,38 @@ class Push:
         return sum(self._work(f, x) for f in over), kick
 
 
-def make_push(entries, info, order, dt):
-    """Push for the `push` block of a scene and a sample's info (samples.pushed), order, dt [us]."""
+def rank_of(order):
+    """Internal number of each grain of the sample."""
     rank = np.empty(len(order), int)
     rank[order] = np.arange(len(order))
+    return rank
+
+
+def forces_and_speeds(entries, groups, dt, first=0):
+    """([Force], {grain: velocity}) of blocks `push` with the internal numbers of their grains; dt
+    [us], first: the step at which they begin."""
     forces, speeds = [], {}
-    for entry, group in zip(entries, info.get("push", ()), strict=bool(entries)):
-        grains = rank[np.array(group["grains"])]
+    for entry, grains in zip(entries, groups, strict=True):
         if entry.force is not None:
             each = np.array(entry.force) / units.FORCE / len(grains)
             duration = entry.duration
-            end = NEVER if duration is None else max(1, round(duration / units.TIME / dt))
-            forces.append(Force(grains, each, end))
+            steps = NEVER if duration is None else max(1, round(duration / units.TIME / dt))
+            forces.append(Force(grains, each, NEVER if steps == NEVER else first + steps))
         elif entry.speed is not None:
             speeds |= {int(g): np.array(entry.speed) / units.SPEED for g in grains}
-    return Push(len(order), forces, speeds)
+    return forces, speeds
+
+
+def at_stage(forces, x):
+    """The same Forces, which end with their stage; x: positions [um] at its start."""
+    return [replace(force, start=x[force.grains]) for force in forces]
+
+
+def make_push(entries, info, order, dt, kinds=()):
+    """Push for the `push` block of a scene and a sample's info (samples.pushed), order, dt [us].
+
+    kinds: of the pushes that stages bring.
+    """
+    rank, found = rank_of(order), info.get("push", ()) if entries else ()
+    groups = [rank[np.array(group["grains"])] for group in found]
+    return Push(len(order), *forces_and_speeds(entries, groups, dt), kinds=kinds)

@@ -38,6 +38,7 @@ from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.names import AXES
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import chosen_laws
+from dusttaichi.scene.push import of_stages
 
 _LAST = LastCompiled()
 RESOLVED = 0.005  # of the overlap at rest by which positions may be uncertain
@@ -61,7 +62,8 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
     step = step or chosen_step(scene, sample, own, scenes)
     radius = scene.material.radius / units.LENGTH if own is None else float(np.median(own.radius))
     order = grain_order(sample.positions / units.LENGTH, 4.0 * radius, scenes)
-    push = make_push(scene.push, sample.info, order, step.dt / units.TIME)
+    kinds = {push.kind for push in of_stages(scene)}
+    push = make_push(scene.push, sample.info, order, step.dt / units.TIME, kinds)
     threads = threads_of(scene, len(order))
     laws = chosen_laws(scene.interaction, scene.numerics.newton_steps)
     loops = loops or LOOPS[scene.numerics.backend]

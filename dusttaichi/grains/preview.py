@@ -20,6 +20,7 @@ from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import chosen_laws
 from dusttaichi.scene import quantities
 from dusttaichi.scene.material import DEFAULT
+from dusttaichi.scene.push import of_stages
 
 
 def preview(scene):
@@ -116,7 +117,9 @@ def _state_memory(scene, sample, own, step):
     """What the state takes; the scratch of the search comes beside it."""
     loops = LOOPS[scene.numerics.backend]
     laws = chosen_laws(scene.interaction, scene.numerics.newton_steps)
-    push = make_push(scene.push, sample.info, np.arange(len(sample)), step.dt / units.TIME)
+    kinds = {push.kind for push in of_stages(scene)}
+    order = np.arange(len(sample))
+    push = make_push(scene.push, sample.info, order, step.dt / units.TIME, kinds)
     layout = chosen_layout(scene, laws, loops, push, polydisperse=own is not None)
     room = room_for(len(sample))
     size = sum(

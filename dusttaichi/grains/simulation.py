@@ -16,6 +16,7 @@ from dusttaichi.grains.kernels.walls import Walls
 from dusttaichi.grains.measure import Readout
 from dusttaichi.grains.search import Search
 from dusttaichi.grains.sphere import MovingSphere
+from dusttaichi.grains.stage_push import push_anew
 from dusttaichi.grains.state import GrainState, LedgerSums
 from dusttaichi.names import NEVER
 
@@ -185,6 +186,8 @@ class Simulation(Readout):
             sums.sphere_work = self.sphere.work(force, impulse)
             sums.sphere_force, sums.sphere_impulse = force, impulse
         self._move(drive)
+        if drive.push or self.push.of_stage:
+            push_anew(self, drive.push)
         sums.face_jumps += 0.5 * self.dt * (self.face_power() - power)
         self.search.ask()
 
@@ -269,6 +272,7 @@ class Simulation(Readout):
             else [self.box.offset.tolist(), self.box.speed.tolist()],
             "cell": None if self.cell is None else self.cell.rows.tolist(),
             "sphere": None if self.sphere is None else self.sphere.numbers(),
+            "push": self.push.numbers() if self.push.kinds else None,
         }
 
     def restore(self, arrays, numbers):
@@ -287,3 +291,5 @@ class Simulation(Readout):
             self.cell = replace(self.cell, **rows)
         if self.sphere is not None:
             self.sphere.restore(numbers["sphere"])
+        if numbers["push"] is not None:
+            self.push = self.push.restored(numbers["push"])

@@ -12,6 +12,7 @@ from dusttaichi.grains.grain_contacts import contact_constants, moving, size_ran
 from dusttaichi.grains.sphere import sphere_contact, sphere_contacts
 from dusttaichi.physics import encounter, stability
 from dusttaichi.physics.contact import constants
+from dusttaichi.scene.push import of_stages
 
 BALANCED = 0.2  # step_fraction that physics.encounter is made for
 SAFE = 1.4  # a step that strong damping limits may be this much nearer to its limit
@@ -172,10 +173,12 @@ def fastest(scene, sample, radii, scenes=None):
     spin = float(np.max(np.linalg.norm(sample.spins, axis=1), initial=0.0))
     wall = max(abs(plan.drive.wall_speed or 0.0) for plan in scene.stage_plans)
     face = max(_face_speed(scene, plan.drive, sample, radii) for plan in scene.stage_plans)
-    own = float(np.max(np.linalg.norm(v, axis=1), initial=0.0))
+    later = [p.velocity or p.speed or (0.0,) * 3 for p in of_stages(scene)]
+    later = max((float(np.linalg.norm(speed)) for speed in later), default=0.0)
+    own = float(np.max(np.linalg.norm(v, axis=1), initial=0.0)) + later
     grains = len(sample) if scenes is None else int(np.bincount(scenes).max())
     loose = sample.info.get("coordination", 2.0 * LOOSE) < LOOSE
-    meet = apart + surface + face + (2.0 * wall if scene.boundary.walls else 0.0)
+    meet = apart + later + surface + face + (2.0 * wall if scene.boundary.walls else 0.0)
     ball = _sphere_speed(scene)
     # a sphere throws grains at twice its speed at most, as a wall does
     meet += 2.0 * ball

@@ -12,7 +12,7 @@ from dusttaichi.samples import (  # noqa: F401, each registers its kind
     rbd,
 )
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.push import pushed
+from dusttaichi.samples.push import group_of, pushed
 from dusttaichi.samples.registry import AnySample, SampleBlock, made, reads_samples, register
 from dusttaichi.samples.sample import (
     Sample,
@@ -36,6 +36,7 @@ __all__ = [
     "describe",
     "filling_factor",
     "fractal_dimension",
+    "group_of",
     "make",
     "pushed",
     "radius_of_gyration",

@@ -24,7 +24,7 @@ def pushed(scene, sample: Sample) -> Sample:
     x, v, w = sample.positions.copy(), sample.velocities.copy(), sample.spins.copy()
     delta0 = pair_constants(scene.material, scene.interaction).delta0
     groups = [
-        _group(n, push, sample.positions, scene.material.radius)
+        group_of(f"push[{n}]", push, sample.positions, scene.material.radius)
         for n, push in enumerate(scene.push)
     ]
     _check_carried(scene.push, groups)
@@ -42,8 +42,8 @@ def pushed(scene, sample: Sample) -> Sample:
     return replace(sample, positions=x, velocities=v, spins=w, info=info)
 
 
-def _group(number: int, push, positions: np.ndarray, radius: float) -> np.ndarray:
-    """Numbers of the grains of a push, sorted."""
+def group_of(where: str, push, positions: np.ndarray, radius: float) -> np.ndarray:
+    """Numbers of the grains of a push, sorted; where: its path in the YAML. Raises DustError."""
     if push.face is not None:
         face = WALLS.index(push.face)
         sign = -1.0 if face % 2 else 1.0
@@ -54,8 +54,7 @@ def _group(number: int, push, positions: np.ndarray, radius: float) -> np.ndarra
     group = np.unique(push.grains)
     if group[-1] >= len(positions):
         raise DustError(
-            f"push[{number}].grains: there is no grain {group[-1]}; allowed: 0 to "
-            f"{len(positions) - 1}"
+            f"{where}.grains: there is no grain {group[-1]}; allowed: 0 to {len(positions) - 1}"
         )
     return group
 

@@ -6,9 +6,9 @@ from pydantic import Field, field_validator, model_validator
 
 from dusttaichi.names import AXES, WALLS
 from dusttaichi.scene.fields import Block, Number, needed, problems
+from dusttaichi.scene.push import Push, WallName
 from dusttaichi.scene.quantities import Quantity, Vector
 
-WallName = Literal[WALLS]
 AxisName = Literal[AXES]
 
 
@@ -38,6 +38,12 @@ class Drive(Block):
 
     sphere_speed: Annotated[Vector, Quantity("speed", count=3)] | None = Field(
         None, description="velocity of a sphere that is driven, default its own `speed`"
+    )
+
+    push: tuple[Push, ...] = Field(
+        (),
+        description="pushes on grains that last as long as the stage, each as in `push` of the "
+        "scene; a duration counts from its start",
     )
 
     @model_validator(mode="after")
@@ -216,9 +222,8 @@ class PeriodicBoundary(Block):
 
 def own_drive(boundary: Block) -> Drive:
     """The drive that a boundary gives itself, in a scene without stages."""
-    return Drive.model_construct(
-        **{name: getattr(boundary, name, None) for name in Drive.model_fields}
-    )
+    given = {name: getattr(boundary, name, None) for name in Drive.model_fields}
+    return Drive.model_construct(**given | {"push": ()})
 
 
 def bounded_axes(boundary: Block) -> tuple[str, ...]:

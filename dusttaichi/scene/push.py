@@ -1,15 +1,17 @@
 """Pushes on some grains from the start of the run: on a face of the sample, or on single grains."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from dusttaichi.scene.boundary import WallName
+from dusttaichi.names import WALLS
 from dusttaichi.scene.fields import Block, Number, problems
 from dusttaichi.scene.quantities import Quantity, Vector
 
+WallName = Literal[WALLS]
 Grain = Annotated[int, Number(whole=True, ge=0)]
 Plain = Annotated[float, Number()]
+OF_A_STAGE = ("velocity", "force", "speed")
 KINDS = ("displacement", "displacement_delta0", "velocity", "force", "speed")
 
 
@@ -70,13 +72,25 @@ class Push(Block):
 
 def check(scene) -> list[tuple[str, str]]:
     """Problems of the pushes of a scene with its other blocks, as (dotted path, text)."""
+    found, given = [], [(f"push.{n}", push) for n, push in enumerate(scene.push)]
+    for number, stage in enumerate(scene.stages):
+        where = f"stages.{number}.drive.push"
+        own = [(f"{where}.{n}", push) for n, push in enumerate(stage.drive.push)]
+        if own and number == 0:
+            found.append((where, "the run begins with this stage; write it as the scene's push"))
+        text = f"it is for the start of the run; allowed in a stage: {', '.join(OF_A_STAGE)}"
+        found += [
+            (f"{path}.{push.kind}", text) for path, push in own if push.kind not in OF_A_STAGE
+        ]
+        given += own
     if scene.boundary.kind != "periodic":
-        return []
-    return [
-        (
-            f"push.{n}.{push.kind}",
-            "it needs open space, a box or plates; in a periodic cell use displacement or velocity",
-        )
-        for n, push in enumerate(scene.push)
-        if push.kind in ("force", "speed")
+        return found
+    text = "it needs open space, a box or plates; in a periodic cell use displacement or velocity"
+    return found + [
+        (f"{path}.{push.kind}", text) for path, push in given if push.kind in ("force", "speed")
     ]
+
+
+def of_stages(scene) -> tuple[Push, ...]:
+    """All pushes that stages bring."""
+    return tuple(push for stage in scene.stages for push in stage.drive.push)

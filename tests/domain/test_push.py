@@ -165,6 +165,63 @@ def test_work_on_a_free_grain_is_its_kinetic_energy():
     assert m["push_work"] == pytest.approx(m["kinetic_translation"], rel=1e-11)
 
 
+# Pushes of a stage: they begin and end with it.
+
+
+def staged(*later):
+    """A Probe of three free grains and the drives of its stages after the first."""
+    x = np.zeros((3, 3))
+    x[:, 1] = 0.0, 5e-6, 10e-6
+    stages = [{"name": "rest", "stop": {"steps": 1}}]
+    stages += [
+        {"name": f"s{n}", "drive": {"push": push}, "stop": {"steps": 1}}
+        for n, push in enumerate(later)
+    ]
+    scene = make_scene(stages=stages, stop=None, damping="none")
+    v = [[0.1, 0.0, 0.0]] * 3
+    return Probe(scene, sample_of(x, v)), [plan.drive for plan in scene.stage_plans[1:]], x
+
+
+def test_pushes_of_a_stage():
+    """A force, a kick and a grain that is carried from step 100 to 200: closed forms to rounding,
+    and the work is all of the kinetic energy."""
+    kick, speed = np.array([0.0, 0.02, 0.0]), np.array([0.0, 0.0, 0.3])
+    pushes = [
+        {"grains": [0], "force": newton(FORCE)},
+        {"grains": [1], "velocity": [f"{a:.17g} m/s" for a in kick]},
+        {"grains": [2], "speed": [f"{a:.17g} m/s" for a in speed]},
+    ]
+    probe, (on, off), x = staged(pushes, [])
+    probe.advance(100)
+    before = probe.sim.measure()
+    probe.sim.drive(on)
+    probe.advance(60)
+    kept = probe.sim.arrays(), probe.sim.numbers()
+    probe.advance(40)
+    expected = probe.x
+    probe.sim.restore(*kept)
+    probe.advance(40)
+    assert np.array_equal(probe.x, expected), "the same bits from a checkpoint"
+    probe.sim.drive(off)
+    probe.advance(100)
+    t, v = 100 * probe.dt, np.array([0.1, 0.0, 0.0])
+    pull = FORCE / MASS * t
+    ways = [v * 3 * t + pull * 1.5 * t, v * 3 * t + 2 * kick * t, v * t + 2 * speed * t]
+    np.testing.assert_allclose(probe.x - x, ways, rtol=1e-11, atol=1e-18)
+    np.testing.assert_allclose(probe.v, [v + pull, v + kick, speed], rtol=1e-11)
+    after = probe.sim.measure()
+    gained = after["kinetic_translation"] - before["kinetic_translation"]
+    assert after["push_work"] == pytest.approx(gained, rel=1e-10) and before["push_work"] == 0.0
+
+
+def test_refused_in_a_stage():
+    with pytest.raises(DustError, match="it is for the start of the run"):
+        staged([{"grains": [0], "displacement": ["1 nm"] * 3}])
+    first = {"drive": {"push": [{"grains": [0], "velocity": ["1 m/s"] * 3}]}}
+    with pytest.raises(DustError, match="write it as the scene's push"):
+        make_scene(stages=[first | {"name": "a", "stop": {"steps": 1}}], stop=None)
+
+
 # Runs.
 
 CHAIN = {

@@ -20,6 +20,11 @@ KINDS = {
     ("sample", "collision"): {"target": PAIR, "projectile": PAIR, "speed": "1 m/s"},
     ("sample", "explicit"): {"file": "grains.csv"},
 }
+# Blocks that a scene may do without, with what they need.
+MORE = {
+    "sphere": {"radius": "6 um", "gap": "1 nm"},
+    "gravity": {"central": {"mass": "1 kg"}},
+}
 STAGES = {"stages": [{"name": "a", "stop": {"steps": 1}}], "stop": None}
 
 
@@ -38,6 +43,8 @@ def scene_with(key, kind):
     elif below == ["name"]:
         data["material"] = {**from_yaml(BASE).model_dump(mode="json")["material"]}
         del data["material"]["name"], data["material"]["asperity_volume"]
+    elif block in MORE and below:
+        data[block] = MORE[block]
     data["output"] = {}
     data = {name: value for name, value in data.items() if value is not None}
     return Scene.from_dict(data)

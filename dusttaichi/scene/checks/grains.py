@@ -84,7 +84,7 @@ def _mass_scaling(scene) -> Found:
         any(plan.drive.moves for plan in scene.stage_plans) if scene.stop or scene.stages else True
     ) or scene.sphere is not None
     why = None
-    if scene.push:
+    if scene.push or push.of_stages(scene):
         why = "a push is answered by the inertia of the grains"
     elif scene.sphere is not None and not scene.sphere.driven:
         why = "a free sphere is answered by the inertia of the grains"

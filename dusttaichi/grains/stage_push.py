@@ -1,0 +1,54 @@
+"""Pushes that a stage brings: grains are kicked, pushed or carried from one step on."""
+
+import numpy as np
+
+from dusttaichi import samples, units
+from dusttaichi.domain.pushes import at_stage, forces_and_speeds, rank_of
+
+
+def push_anew(sim, entries):
+    """The pushes of a Simulation's last stage end, and `entries` (scene.Push) begin.
+
+    Velocities and spins stand half a step back: they are brought to the step of now by the loads
+    that have acted, changed there, and set back by those that act from now on. The work of the
+    pushes up to now, and the kinetic energy that the change itself gives or takes, go into the
+    ledger sums.
+    """
+    state, half = sim.state, 0.5 * sim.dt
+    v, w = (state.of_grains(name) for name in "vw")
+    force, torque = sim.loads()
+    v, w = v + half / sim.mass * force, w + half / sim.inertia * torque
+    before = _kinetic(sim, v, w)
+    contact, x = sim.contact_loads()[0], state["x"]
+    held = state["held"] if "held" in state else None
+    work = sim.push.work_of_stage(x, held, contact, sim.step, sim.dt)
+
+    groups = _groups(sim, entries)
+    forces, speeds = forces_and_speeds(entries, groups, sim.dt, sim.step)
+    sim.push = sim.push.next_stage(at_stage(forces, x), speeds)
+    sim.push.first = contact[sim.push.held]
+    sim.push.place(sim.fields, sim.step)
+    for entry, grains in zip(entries, groups, strict=True):
+        if entry.velocity is not None:
+            v[grains] += np.array(entry.velocity) / units.SPEED
+    v[sim.push.held], w[sim.push.held] = sim.push.velocity, 0.0
+
+    force, torque = sim.loads()
+    state["v"] = v - half / sim.mass * force
+    state["w"] = w - half / sim.inertia * torque
+    sim.ledger_sums.push_work += work + _kinetic(sim, v, w) - before
+
+
+def _groups(sim, entries):
+    """Internal numbers of the grains of each push; faces are those of now."""
+    x, rank = sim.grain_state()[0] * units.LENGTH, rank_of(sim.order)
+    radius = sim.radius * units.LENGTH
+    return [
+        rank[samples.group_of(f"drive.push[{n}]", entry, x, radius)]
+        for n, entry in enumerate(entries)
+    ]
+
+
+def _kinetic(sim, v, w):
+    """Kinetic energy of all grains [fJ]."""
+    return 0.5 * float(np.sum(sim.mass * v**2) + np.sum(sim.inertia * w**2))
