@@ -5,8 +5,10 @@ import csv
 import numpy as np
 import yaml
 
+from dusttaichi.analysis import dynamic
 from dusttaichi.analysis.arrival import arrival, sound_speed
 from dusttaichi.analysis.continuum import numbers as continuum
+from dusttaichi.analysis.drive import is_dynamic
 from dusttaichi.analysis.summary import summary
 from dusttaichi.errors import DustError
 
@@ -22,7 +24,8 @@ def compare(runs, at=AT):
     anything else than compression under a wall is among them). Where one of the runs is compressed
     under a wall: p_m, delta and their sigma, rms and mean distance from the laboratory's law with
     the share of 1-100 kPa covered, the pressure on the top wall, contacts a grain and kinetic
-    energy a grain at the filling factors `at`. Where one is stretched: strength, its sigma,
+    energy a grain at the filling factors `at`. Where one is pressed by a fast wall: the numbers of
+    `analysis.dynamic`. Where one is stretched: strength, its sigma,
     filling factor and strain there, phi_init, T19 eq 33 (`strength_law`), strength_passed. Where
     one is pressed from all sides: ratio of the pressure to T19 eq 9 and its scatter. Where one is
     of the continuum: its material and resolution, and the numbers of `analysis.continuum.numbers`.
@@ -30,8 +33,12 @@ def compare(runs, at=AT):
     Where one is pushed: sound_speed and its sigma. Then worst ledger residual, steps, simulated and
     wall time, version. None or nan for what a run has not.
     """
-    parts = [does for does in COLUMNS if any(getattr(run, does) for run in runs)]
+    parts = [part for part in COLUMNS if any(_has(run, part) for run in runs)]
     return [_row(run, parts, at) for run in runs]
+
+
+def _has(run, part):
+    return is_dynamic(run) if part == FAST else getattr(run, part)
 
 
 def _row(run, parts, at):
@@ -39,7 +46,7 @@ def _row(run, parts, at):
     row = {"name": run.name}
     if parts != ["is_continuum"]:
         row |= _of_grains(run, scene)
-        if parts != ["compresses"]:
+        if not set(parts) <= {"compresses", FAST}:
             row["drive"] = _drive(scene)
     for part in parts:
         row |= COLUMNS[part](run, numbers, at)
@@ -81,6 +88,10 @@ def _compression(run, numbers, at):
     return row
 
 
+def _dynamic(run, numbers, at):
+    return {key: numbers[key] for key in dynamic.NUMBERS}
+
+
 def _tension(run, numbers, at):
     keys = (
         "strength",
@@ -119,8 +130,10 @@ def _sound(run, numbers, at):
     }
 
 
+FAST = "fast wall"
 COLUMNS = {
     "compresses": _compression,
+    FAST: _dynamic,
     "stretches": _tension,
     "shrinks": _isotropic,
     "collides": _collision,

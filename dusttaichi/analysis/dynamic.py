@@ -13,6 +13,7 @@ import numpy as np
 from dusttaichi.analysis.compression import compression_curve, fit_compression
 from dusttaichi.analysis.drive import SLOWEST, is_dynamic, wall_speed
 from dusttaichi.errors import DustError
+from dusttaichi.physics.laws import S12_STATIC
 
 PLATEAU = (0.2, 0.4)
 """Filling factors of the box between which the layer has formed and not yet met the bottom."""
@@ -25,9 +26,9 @@ class Dynamic:
     """What a compression at constant wall speed shows; SI units, nan where it does not tell.
 
     speed: of the top wall [m/s]. plateau, plateau_sigma [Pa]: mean pressure on the top wall between
-    the filling factors PLATEAU of the box, and its standard error. momentum [Pa]: what the layer
-    needs by the balance of momentum. front, front_sigma [m/s]: speed of the compaction front.
-    layer: filling factor of the layer behind it, by the balance of mass.
+    the filling factors PLATEAU of the box, and its standard error. momentum [Pa]: what a layer
+    as dense as the law's phi2 needs by the balance of momentum. front, front_sigma [m/s]: speed of the compaction front.
+    layer: mean filling factor between it and the wall.
     fits: (range, weights) -> compression.Fit or None; range "plateau" (bins up to PLATEAU[1]) or
     "whole"; weights "bins" (every bin of the filling factor alike) or "decades" (every decade of
     pressure alike).
@@ -56,7 +57,7 @@ def dynamic(run):
     speed, phi0 = wall_speed(run), float(run.start.filling_factor)
     plateau, sigma = _plateau(run)
     front, front_sigma, layer = compaction_front(run)
-    momentum = run.material.density * phi0 * speed**2 / (1.0 - phi0 / layer)
+    momentum = run.material.density * phi0 * speed**2 / (1.0 - phi0 / S12_STATIC.phi2)
     curve = compression_curve(run)
     fits = {
         (extent, weights): _fit(curve, extent, weights)
