@@ -103,11 +103,13 @@ def _subject(data, apart):
     for name, text, units, options in (
         ("stress", "stress along {axis}, positive in tension", PRESSURES, _components(data)),
         ("pressure", "pressure on the top wall", PRESSURES, [{"wall": "top"}]),
+        ("sphere_position", "height of the sphere", style.LENGTHS, [{"xyz": "z"}]),
         ("body_position", "height of the {rigid}", style.LENGTHS, _bodies(data)),
         ("coordination_number", "coordination number", ((1.0, ""),), [{}]),
         ("kinetic", "kinetic energy", style.ENERGIES, [{}]),
     ):
-        sizes = [_largest(data[name].sel(chosen)) for chosen in options] if name in data else []
+        there = options if name in data else []
+        sizes = [_largest(data[name].sel(chosen)) for chosen in there]
         if max(sizes, default=0.0) > 0.0:
             chosen = options[int(np.argmax(sizes))]
             return _bands(data, apart, name, **chosen), text.format(**chosen), units
@@ -128,7 +130,7 @@ def _components(data):
 
 def _bodies(data):
     """Those rigid bodies that move."""
-    if "body_position" not in data:
+    if "rigid" not in data.dims or "body_position" not in data:
         return []
     x = data.attrs["coordinate"]
     height = data.body_position.sel(xyz="z")

@@ -12,10 +12,10 @@ from matplotlib.collections import LineCollection, PathCollection, PolyCollectio
 from matplotlib.colors import to_hex, to_rgba
 from matplotlib.container import ErrorbarContainer
 
-from dusttaichi.report.layout import PER_POINT, in_data, layout_of
+from dusttaichi.report.layout import PER_POINT, in_data, layout_of, stroke
 from dusttaichi.report.text import css, html
 
-DASHES = {"-": "solid", "--": "dash", ":": "dot", "-.": "dashdot", "None": "solid"}
+SHAPES = {"steps": "vh", "steps-pre": "vh", "steps-mid": "hvh", "steps-post": "hv"}
 SYMBOLS = {"o": "circle", ".": "circle", "s": "square", "^": "triangle-up", "v": "triangle-down",
            "D": "diamond", "d": "diamond", "*": "star", "X": "x", "x": "x-thin", "+": "cross-thin",
            "P": "cross"}  # fmt: skip
@@ -105,18 +105,12 @@ def _line(line, label):
     lines, marks = dashed not in ("None", "", " "), marker not in ("None", "", " ", None)
     if not (lines or marks):
         return None
-    pattern = getattr(line, "_unscaled_dash_pattern", (0, None))[1]
-    dash = "solid" if pattern is None else ",".join(f"{2.0 * p:g}px" for p in pattern)
     trace = {
         "type": "scatter",
         "mode": "+".join(["lines"] * lines + ["markers"] * marks),
         "x": _numbers(line.get_xdata()),
         "y": _numbers(line.get_ydata()),
-        "line": {
-            "color": to_hex(line.get_color()),
-            "width": line.get_linewidth() * PER_POINT,
-            "dash": dash,
-        },
+        "line": stroke(line) | {"shape": SHAPES.get(line.get_drawstyle(), "linear")},
         "opacity": line.get_alpha() or 1.0,
     }
     if marks:

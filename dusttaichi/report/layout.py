@@ -51,7 +51,7 @@ def layout_of(figure, axes):
 def _legend_rows(axes, width):
     """Rows that a legend of all names takes below a figure of a width [pixels]."""
     names = {label for one in axes for label in one.get_legend_handles_labels()[1]}
-    if len(names) < 2:
+    if not names:
         return 0
     widest = 56.0 + 6.6 * max(len(html(name)) for name in names)
     return -(-len(names) // max(1, int(width / widest)))
@@ -63,7 +63,11 @@ def _axis(axes, which):
     limits = [float(np.log10(v)) if log else float(v) for v in getattr(axes, f"get_{which}lim")()]
     shown = own.get_tick_params().get("labelbottom" if which == "x" else "labelleft", True)
     about = {
-        "title": {"text": html(getattr(axes, f"get_{which}label")())},
+        "title": {
+            "text": html(getattr(axes, f"get_{which}label")()),
+            "font": {"size": 12},
+            "standoff": 6,
+        },
         "type": "log" if log else "linear",
         "range": limits,
         "showline": True,
@@ -84,6 +88,16 @@ def _axis(axes, which):
         about["tickvals"] = [float(tick.get_loc()) for tick in shown]
         about["ticktext"] = [html(tick.label1.get_text()) for tick in shown]
     return about
+
+
+def stroke(line):
+    """Colour, width and dashes of a line of matplotlib, for plotly.js."""
+    pattern = getattr(line, "_unscaled_dash_pattern", (0, None))[1]
+    return {
+        "color": to_hex(line.get_color()),
+        "width": line.get_linewidth() * PER_POINT,
+        "dash": "solid" if pattern is None else ",".join(f"{2.0 * p:g}px" for p in pattern),
+    }
 
 
 def _note(text, **where):
@@ -125,8 +139,7 @@ def _across(axes, end):
         x, y = np.atleast_1d(line.get_xdata()), np.atleast_1d(line.get_ydata())
         shape = _shape("line", (x, y), in_data(line, axes), end) if len(x) == 2 else None
         if shape is not None:
-            width = line.get_linewidth() * PER_POINT
-            shapes.append(shape | {"line": {"color": to_hex(line.get_color()), "width": width}})
+            shapes.append(shape | {"line": stroke(line)})
     for patch in axes.patches:
         if isinstance(patch, (Rectangle, Polygon)):
             box = patch.get_path().get_extents(patch.get_patch_transform())

@@ -23,7 +23,8 @@ def particles(run, most=MOST):
     """The viewer's data of a Run, None where it kept no snapshots; most: particles times snapshots.
 
     count, frames; said: a line for each snapshot; position (frames, count, 3), radius; quantities:
-    what may colour; pairs: contacts of all snapshots one after another; room, periodic: faces.
+    what may colour; pairs: contacts of all snapshots one after another; room, periodic: faces;
+    sphere: radius and centres of a rigid one among the grains.
     """
     frames = run.snapshots
     if frames is None:
@@ -52,6 +53,7 @@ def particles(run, most=MOST):
         "quantities": about,
         "pairs": pairs,
         "room": _room(frames, scale),
+        "sphere": _sphere(run, frames, scale),
         "periodic": [axis in run.attrs.get("periodic_axes", "").split() for axis in AXES],
     }
 
@@ -160,6 +162,13 @@ def _room(frames, scale):
         return None
     faces = frames.box.values / scale
     return [[round(v, 6) if np.isfinite(v) else None for v in row] for row in faces.tolist()]
+
+
+def _sphere(run, frames, scale):
+    if "sphere_position" not in frames:
+        return None
+    centres = np.round(frames.sphere_position.values / scale, 6).tolist()
+    return {"radius": float(run.attrs["sphere_radius"]) / scale, "centres": centres}
 
 
 # -- contacts of grains --------------------------------------------------------------------------

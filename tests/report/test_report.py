@@ -149,7 +149,9 @@ def test_figures_become_interactive():
     axes.plot([1, 2], [2, np.nan], "o", label="_unnamed")
     axes.fill_between([1, 2], [1, 1], [2, 2], alpha=0.2, label="scatter")
     axes.bar([5], [3], label="bar")
-    axes.axhline(2.5)
+    axes.step([3, 4, 5], [1, 2, 3], label="steps")
+    axes.errorbar([1], [2], [0.5], fmt="o", label="with a bar")
+    axes.axhline(2.5, linestyle="--")
     axes.axvspan(3, 4, color="grey")
     axes.set(xscale="log", xlabel=r"pressure $p_{\rm m}$ (kPa)")
     found = interactive(figure, "one", "One")
@@ -161,6 +163,8 @@ def test_figures_become_interactive():
     assert names[""]["y"] == [2.0, None] and names[""]["mode"] == "markers"
     assert found["layout"]["xaxis"]["type"] == "log"
     assert found["layout"]["xaxis"]["title"]["text"] == "pressure p<sub>m</sub> (kPa)"
+    assert names["steps"]["line"]["shape"] == "vh" and names["with a bar"]["showlegend"]
+    assert "px" in found["layout"]["shapes"][0]["line"]["dash"]
     assert [s["type"] for s in found["layout"]["shapes"]] == ["line", "rect"]
     assert html(r"$-1 \pm 2$, $E_{\rm roll}/r^3$") == "−1 ± 2, E<sub>roll</sub>/r<sup>3</sup>"
 

@@ -8,29 +8,21 @@ const VIRIDIS = [
 
 // Okabe & Ito 2008
 const CLASSES = ["56b4e9", "e69f00", "009e73", "cc79a7", "f0e442", "0072b2", "d55e00", "999999"].map(
-  (hex) => [0, 2, 4].map((k) => parseInt(hex.slice(k, k + 2), 16)),
+  (hex) => packed(...[0, 2, 4].map((k) => parseInt(hex.slice(k, k + 2), 16))),
 );
 
-// 256 steps of it, as bytes
-const STEPS = Uint8Array.from({ length: 3 * 256 }, (_, n) => {
-  const x = (Math.floor(n / 3) / 255) * (VIRIDIS.length - 1);
+// Colours as one number of four bytes, as the buffers of the graphics card have them.
+export function packed(red, green, blue) {
+  return ((255 << 24) | (blue << 16) | (green << 8) | red) >>> 0;
+}
+
+const STEPS = Uint32Array.from({ length: 256 }, (_, n) => {
+  const x = (n / 255) * (VIRIDIS.length - 1);
   const k = Math.min(Math.floor(x), VIRIDIS.length - 2);
-  return Math.round(VIRIDIS[k][n % 3] + (x - k) * (VIRIDIS[k + 1][n % 3] - VIRIDIS[k][n % 3]));
+  const [a, b] = [VIRIDIS[k], VIRIDIS[k + 1]];
+  return packed(...a.map((v, c) => Math.round(v + (x - k) * (b[c] - v))));
 });
 
-// Both write three bytes into out, from `at` on.
-export function ofNumber(share, out, at) {
-  const k = 3 * Math.round(255 * Math.min(Math.max(share, 0), 1));
-  for (let c = 0; c < 3; c++) out[at + c] = STEPS[k + c];
-}
-
-export function ofClass(number, out, at) {
-  const colour = CLASSES[number % CLASSES.length];
-  for (let c = 0; c < 3; c++) out[at + c] = colour[c];
-}
-
-export function css(fill, value) {
-  const rgb = [0, 0, 0];
-  fill(value, rgb, 0);
-  return `rgb(${rgb.join(",")})`;
-}
+export const ofNumber = (share) => STEPS[Math.round(255 * Math.min(Math.max(share, 0), 1))];
+export const ofClass = (number) => CLASSES[number % CLASSES.length];
+export const css = (colour) => `rgb(${colour & 255},${(colour >> 8) & 255},${(colour >> 16) & 255})`;

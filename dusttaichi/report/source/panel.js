@@ -103,12 +103,12 @@ function showLegend(legend, about) {
   if (!about) return;
   if (about.kind === "class") {
     for (const [n, name] of Object.entries(about.names || {})) {
-      const spot = make("i", { style: `background:${css(ofClass, Number(n))}` });
+      const spot = make("i", { style: `background:${css(ofClass(Number(n)))}` });
       legend.append(make("span", {}, spot, `${name}`));
     }
     return;
   }
-  const stops = Array.from({ length: 9 }, (_, k) => css(ofNumber, k / 8)).join(",");
+  const stops = Array.from({ length: 9 }, (_, k) => css(ofNumber(k / 8))).join(",");
   const [low, high] = about.range;
   legend.append(
     make("span", {}, short(low)),

@@ -89,8 +89,10 @@ class Instances extends Mesh {
     this.show(0);
   }
 
+  // the numbers of an attribute, colours as one each
   array(name) {
-    return this.geometry.getAttribute(name).array;
+    const { array } = this.geometry.getAttribute(name);
+    return name === "tint" ? new Uint32Array(array.buffer) : array;
   }
 
   // write(array) sets the numbers of one attribute, which then go to the graphics card

@@ -5,7 +5,7 @@ import {
   LineSegments, OrthographicCamera, Scene, Vector3, Vector4, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { ofClass, ofNumber } from "./colours.js";
+import { ofClass, ofNumber, packed } from "./colours.js";
 import { unpack } from "./data.js";
 import { panel } from "./panel.js";
 import { rods, spheres } from "./shapes.js";
@@ -19,9 +19,8 @@ const EDGES = [0, 1, 2].flatMap((axis) =>
     [0, 1].map((end) => [0, 1, 2].map((n) => (n === axis ? end : n === (axis + 1) % 3 ? a : b))),
   ),
 );
-const bytes = (...colour) => [...colour.map((v) => Math.round(255 * v)), 255];
-const GREY = bytes(0.72, 0.72, 0.74), PICKED = bytes(1, 0.1, 0.1), ROD = bytes(0.35, 0.35, 0.4);
-const PUSHED = bytes(0.75, 0.16, 0.1), PULLED = bytes(0.13, 0.4, 0.75);
+const GREY = packed(184, 184, 189), PICKED = packed(255, 26, 26), ROD = packed(89, 89, 102);
+const PUSHED = packed(191, 41, 26), PULLED = packed(33, 102, 191), RIGID = packed(140, 148, 158);
 
 export class Viewer {
   // host: an element; data: see dusttaichi/report/particles.py
@@ -80,7 +79,8 @@ export class Viewer {
     const most = this.data.pairs ? Math.max(...this.data.pairs.counts, 1) : 1;
     this.rods = rods(most);
     this.room = this.#lines();
-    this.scene.add(this.spheres, this.rods, this.room);
+    this.sphere = spheres(1); // a rigid one among the grains
+    this.scene.add(this.spheres, this.rods, this.room, this.sphere);
     let down = [0, 0];
     this.canvas.addEventListener("pointerdown", (e) => (down = [e.clientX, e.clientY]));
     this.canvas.addEventListener("pointerup", (e) => {
@@ -115,6 +115,7 @@ export class Viewer {
     this.#place(bare);
     this.#tint();
     this.#updateRods(bare, show === "forces");
+    this.#updateSphere();
     this.#updateRoom();
     this.panel.refresh();
     this.draw();
@@ -157,14 +158,13 @@ export class Viewer {
       const [low, high] = about?.range || [0, 1];
       const gap = about?.data.gap ?? -Infinity; // below it there is none
       const scale = high > low ? 1 / (high - low) : 0;
-      const first = about ? this.#row(values) * this.count : 0;
+      const first = about ? Math.max(this.#row(values), 0) * this.count : 0;
       for (let n = 0; n < this.count; n++) {
-        const v = about ? values[Math.max(first, 0) + n] : -Infinity;
-        if (v < gap || !about) tint.set(GREY, 4 * n);
-        else if (about.kind === "class") ofClass(v, tint, 4 * n);
-        else ofNumber(scale ? (v - low) * scale : 0.5, tint, 4 * n);
+        const v = about ? values[first + n] : -Infinity;
+        if (v < gap || !about) tint[n] = GREY;
+        else tint[n] = about.kind === "class" ? ofClass(v) : ofNumber(scale ? (v - low) * scale : 0.5);
       }
-      if (picked >= 0) tint.set(PICKED, 4 * picked);
+      if (picked >= 0) tint[picked] = PICKED;
     });
   }
 
@@ -188,11 +188,20 @@ export class Viewer {
       if (way > reach * reach) continue; // through a periodic face
       const share = byForce && force ? Math.min(Math.abs(force[k]) / most, 1) : -1;
       width[rows] = r * (share < 0 ? 0.13 : 0.06 + 0.6 * Math.sqrt(share));
-      tint.set(share < 0 ? ROD : force[k] >= 0 ? PUSHED : PULLED, 4 * rows);
+      tint[rows] = share < 0 ? ROD : force[k] >= 0 ? PUSHED : PULLED;
       rows++;
     }
     this.rodCount = rows;
     this.rods.show(rows, "from", "to", "width", "tint");
+  }
+
+  #updateSphere() {
+    const { sphere } = this.data;
+    if (!sphere || !this.#stale("sphere", this.frame)) return;
+    this.sphere.fill("centre", (to) => to.set(sphere.centres[this.frame]));
+    this.sphere.fill("radius", (to) => to.fill(sphere.radius));
+    this.sphere.fill("tint", (to) => to.fill(RIGID));
+    this.sphere.show(1);
   }
 
   #updateRoom() {
@@ -200,8 +209,7 @@ export class Viewer {
     const faces = this.data.room && this.data.room[this.frame];
     this.room.visible = Boolean(faces) && faces.some((f) => f !== null);
     if (!this.room.visible) return;
-    const [low, high] = this.ends();
-    const side = (n, end) => faces[2 * n + end] ?? (end ? high : low).getComponent(n);
+    const side = (n, end) => faces[2 * n + end] ?? this.ends()[end].getComponent(n);
     const places = EDGES.flatMap((corner) => corner.map((end, n) => side(n, end)));
     const { geometry } = this.room;
     geometry.setAttribute("position", new Float32BufferAttribute(places, 3));
@@ -219,8 +227,13 @@ export class Viewer {
           if (x[k + c] > high[c]) high[c] = x[k + c];
         }
       }
-      const r = this.data.largest_radius;
+      const r = this.data.largest_radius, { sphere } = this.data;
       this.corners = [new Vector3(...low).subScalar(r), new Vector3(...high).addScalar(r)];
+      if (sphere) {
+        const centre = new Vector3(...sphere.centres[this.frame]);
+        this.corners[0].min(centre.clone().subScalar(sphere.radius));
+        this.corners[1].max(centre.addScalar(sphere.radius));
+      }
     }
     return this.corners.map((corner) => corner.clone());
   }
@@ -282,10 +295,14 @@ export class Viewer {
     });
   }
 
+  #cut() {
+    return [this.spheres, this.rods, this.sphere];
+  }
+
   #setPlane() {
     const axis = ["x", "y", "z"].indexOf(this.state.plane);
     this.camera.updateMatrixWorld();
-    for (const part of [this.spheres, this.rods]) part.uniforms.cut.value = axis >= 0;
+    for (const part of this.#cut()) part.uniforms.cut.value = axis >= 0;
     if (axis < 0) return;
     const [low, high] = this.ends();
     const at = low.getComponent(axis) + this.state.share * (high.getComponent(axis) - low.getComponent(axis));
@@ -296,7 +313,7 @@ export class Viewer {
     point.applyMatrix4(this.camera.matrixWorldInverse);
     normal.multiplyScalar(sign).transformDirection(this.camera.matrixWorldInverse);
     const plane = new Vector4(normal.x, normal.y, normal.z, normal.dot(point));
-    for (const part of [this.spheres, this.rods]) part.uniforms.plane.value.copy(plane);
+    for (const part of this.#cut()) part.uniforms.plane.value.copy(plane);
   }
 
   // -- one particle -----------------------------------------------------------------------------
