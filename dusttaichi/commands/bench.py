@@ -13,6 +13,9 @@ def bench(
     parts: Annotated[
         bool, typer.Option("--parts", help="what each part of a scene costs instead")
     ] = False,
+    continuum: Annotated[
+        bool, typer.Option("--continuum", help="a particle-step of the continuum instead")
+    ] = False,
     counts: Annotated[
         bool,
         typer.Option("--counts", help="instructions a pair and a grain instead, where they count"),
@@ -23,6 +26,7 @@ def bench(
     ] = None,
 ):
     """Measure: ns a contact and a grain-step by size, filling factor, threads; beside LAMMPS."""
+    from dusttaichi.studies.bench import continuum as continuum_bench
     from dusttaichi.studies.bench import measure
     from dusttaichi.studies.bench import parts as parts_bench
 
@@ -31,7 +35,11 @@ def bench(
 
         print("\n".join(found.text() for found in counting.main(log=say)))
         return
-    if parts:
+    if parts and continuum:
+        raise typer.BadParameter("--parts is of grains; name one of --parts and --continuum")
+    if continuum:
+        table = continuum_bench.main(quick=quick, out=output, log=say)
+    elif parts:
         table = parts_bench.main(quick=quick, out=output, log=say)
     else:
         table = measure.main(quick=quick, lammps=lammps, out=output, log=say)

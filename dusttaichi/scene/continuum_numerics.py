@@ -21,7 +21,7 @@ class Viscosity(Block):
         0.0, description="coefficient alpha of all other pairs"
     )
     grid: Annotated[float, Number(ge=0, le=1)] = Field(
-        0.005,
+        0.02,
         description="coefficient of a viscosity that acts on the part of velocity differences "
         "that no velocity linear in place explains: on grid noise",
     )

@@ -11,13 +11,14 @@ TASK = "dusttaichi.studies.bench.task:answer"
 class Timed:
     """A worker process that holds one simulation and times it.
 
-    kernels: the folder where compiled kernels are kept, Taichi's own by default.
+    kernels: the folder where compiled kernels are kept, Taichi's own by default. task: what
+    answers it, "module:function".
     A context manager: the process ends with it, by itself, so that it writes its kernels to the
     cache, or killed where something failed.
     """
 
-    def __init__(self, kernels: Path | None = None):
-        self._worker = Worker(TASK, kernels=kernels)
+    def __init__(self, kernels: Path | None = None, task: str = TASK):
+        self._worker = Worker(task, kernels=kernels)
 
     def ask(self, do: str, **arguments) -> dict:
         """The answer of a method of `task.Benchmark`. Raises DustError with what went wrong."""

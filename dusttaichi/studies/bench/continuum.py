@@ -1,0 +1,154 @@
+"""Speed of the continuum: what `dust bench --continuum` prints.
+
+A bead falls into a bed, in two dimensions and in three. Each size stays ready in processes with one
+thread and with two, which are timed in turn, round after round; a ratio is that of two neighbours
+in a round. With one thread the time of the processor is taken, which does not count what other
+programs do with it; what two threads gain is told by the real clock.
+"""
+
+import statistics
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+from dusttaichi.scene import Scene, quantities
+from dusttaichi.studies.bench.table import Column, Table, csv_text, digits
+from dusttaichi.studies.bench.timing import Timed, check_file, machine
+
+TASK = "dusttaichi.studies.bench.continuum_task:answer"
+SIZES = {2: (5_000, 20_000, 65_000), 3: (20_000,)}  # particles of the bed, about, by dimension
+QUICK = {2: (5_000, 20_000), 3: (5_000,)}
+THREADS = (1, 2)
+ROUNDS, QUICK_ROUNDS = 7, 5
+PARTICLE_STEPS = 1_000_000  # of a timed stretch, some second
+LEAST_STEPS = 24
+ROOM = {2: 8.0 * 5.0, 3: 4.0 * 4.0 * 2.5}  # mm^2, mm^3
+SIZE = {2: ["8 mm", "5 mm"], 3: ["4 mm", "4 mm", "2.5 mm"]}
+
+
+@dataclass(frozen=True)
+class Row:
+    """Speed of one size: medians over the rounds.
+
+    neighbours: within reach of the kernel, of a particle. microseconds: a particle and step of the
+    method, one thread, time of the processor. nanoseconds: the same over the neighbours. search:
+    time of a search, a particle [us]. speed_up: real time of one thread over that of two. spread:
+    largest minus smallest round over the median [%].
+    """
+
+    dimension: int
+    particles: int
+    neighbours: float
+    microseconds: float
+    nanoseconds: float
+    search: float
+    speed_up: float
+    spread: float
+
+
+COLUMNS = (
+    Column(("dimen-", "sions"), "dimension"),
+    Column(("particles",), "particles"),
+    Column(("neigh-", "bours"), "neighbours", "", digits(1)),
+    Column(("us a", "particle-step"), "microseconds", "us", digits(2)),
+    Column(("ns a", "neighbour"), "nanoseconds", "ns", digits(1)),
+    Column(("a search,", "us a particle"), "search", "us", digits(2)),
+    Column(("speed-up of", "two threads"), "speed_up", "1", digits(2)),
+    Column(("spread", "%"), "spread", "%", digits(0)),
+)
+
+
+@dataclass(frozen=True)
+class ContinuumTable(Table):
+    """speed: a Row each; nothing on start."""
+
+    @property
+    def _parts(self):
+        return [("Speed of the continuum", COLUMNS, self.speed)]
+
+    def csv(self) -> str:
+        """One line a size; machine and notes are lines that begin with #."""
+        rows = [[f"{getattr(row, c.name):.6g}" for c in COLUMNS] for row in self.speed]
+        return csv_text(self, COLUMNS, rows)
+
+
+def scene_of(dimension: int, particles: int, threads: int) -> Scene:
+    """A bead of 1.1 mm at 0.65 m/s above a bed of about so many particles."""
+    spacing = 1e-3 * (ROOM[dimension] / particles) ** (1.0 / dimension)
+    length = quantities.format(spacing, "length")
+    layer = quantities.format(4.0 * spacing, "length")
+    sides = ("bottom", "x_min", "x_max", *(("y_min", "y_max") if dimension == 3 else ()))
+    return Scene.from_dict(
+        {
+            "name": f"bench_{dimension}d",
+            "method": "continuum",
+            "dimension": dimension,
+            "material": "dust_g09",
+            "sample": {
+                "kind": "impact",
+                "target": {"kind": "block", "size": SIZE[dimension]},
+                "projectile": {"kind": "rigid", "diameter": "1.1 mm", "density": "2540 kg/m^3"},
+                "speed": "0.65 m/s",
+            },
+            "gravity": "9.81 m/s^2",
+            "boundary": {"kind": "faces"} | {face: {"layer": layer} for face in sides},
+            "numerics": {"spacing": length, "threads": threads},
+            "stop": {"steps": 1},
+        }
+    )
+
+
+def main(
+    sizes: dict[int, tuple[int, ...]] | None = None,
+    *,
+    steps: int | None = None,
+    rounds: int | None = None,
+    out: str | Path | None = None,
+    quick: bool = False,
+    log: Callable[[str], None] = lambda line: None,
+) -> ContinuumTable:
+    """Measure every size; some three minutes, `quick` one. Returns a ContinuumTable.
+
+    sizes: dimension -> numbers of particles. steps: of a timed stretch. rounds: 7, quick 5. out:
+    CSV file to write. log: called with a line on what goes on.
+    """
+    rounds = rounds or (QUICK_ROUNDS if quick else ROUNDS)
+    check_file(out)
+    rows = []
+    for dimension, numbers in (sizes or (QUICK if quick else SIZES)).items():
+        for particles in numbers:
+            log(f"{dimension} dimensions, {particles} particles")
+            rows.append(_measure(dimension, particles, steps, rounds))
+    notes = (
+        f"A bead falls into a bed; medians of {rounds} rounds. One thread: time of the processor "
+        "in both passes and the motion; a neighbour: within reach of the kernel. Speed-up: ratios "
+        "of real times of one round, which other programs disturb.",
+    )
+    table = ContinuumTable(tuple(rows), (), machine(), notes)
+    if out is not None:
+        table.to_csv(out)
+    return table
+
+
+def _measure(dimension, particles, steps, rounds) -> Row:
+    with ExitStack() as stack:
+        processes = [stack.enter_context(Timed(task=TASK)) for _ in THREADS]
+        for process, threads in zip(processes, THREADS, strict=True):
+            built = process.ask("build", scene=scene_of(dimension, particles, threads).to_yaml())
+        steps = steps or max(LEAST_STEPS, PARTICLE_STEPS // built["particles"])
+        for process in processes:
+            process.ask("timed", steps=max(1, steps // 5))
+        found = [[p.ask("timed", steps=steps) for p in processes] for _ in range(rounds)]
+    used = [one["used"] for one, _ in found]
+    step = statistics.median(used) / built["particles"]
+    return Row(
+        dimension=dimension,
+        particles=built["particles"],
+        neighbours=built["neighbours"],
+        microseconds=1e6 * step,
+        nanoseconds=1e9 * step / built["neighbours"],
+        search=1e6 * built["search"] / built["particles"],
+        speed_up=statistics.median(one["real"] / two["real"] for one, two in found),
+        spread=100.0 * (max(used) - min(used)) / statistics.median(used),
+    )
