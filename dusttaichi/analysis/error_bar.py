@@ -15,10 +15,11 @@ QUANTITIES = {  # name -> (what it is, unit); loss_CHANNEL beside these
     "stress_yy": ("stress yy", "Pa"),
     "stress_zz": ("stress zz", "Pa"),
     "filling_factor": ("filling factor between the plates", "1"),
+    "body_height": ("height of the first rigid body", "m"),
     "kinetic_energy": ("kinetic energy", "J"),
     "coordination_number": ("coordination number", "1"),
     "losses": ("energy lost", "J"),
-    "work": ("work done on the grains", "J"),
+    "work": ("work done from outside", "J"),
     "energy_end": ("energy at the end", "J"),
 }
 SHOWN = (
@@ -28,6 +29,7 @@ SHOWN = (
     "stress_yy",
     "stress_zz",
     "filling_factor",
+    "body_height",
     "kinetic_energy",
     "losses",
 )

@@ -59,10 +59,10 @@ def build(scene, particles):
     return sim
 
 
-def chosen_kernels(scene, n, threads):
-    """The Compiled of a scene of n particles."""
+def layout_of(scene):
+    """What is compiled into the kernels of a scene."""
     numerics, boundary = scene.numerics, scene.boundary
-    layout = Layout(
+    return Layout(
         dimension=scene.dimension,
         kernel=numerics.kernel,
         ghosts=bool(boundary.periodic_axes or getattr(boundary, "mirrors", ())),
@@ -70,6 +70,11 @@ def chosen_kernels(scene, n, threads):
         viscous=numerics.viscosity.contact > 0.0 or numerics.viscosity.bulk > 0.0,
         artificial_stress=numerics.artificial_stress is not None,
     )
+
+
+def chosen_kernels(scene, n, threads):
+    """The Compiled of a scene of n particles."""
+    layout, numerics = layout_of(scene), scene.numerics
     room = room_for(n)
     crowd = (numerics.h_over_spacing / 1.3) ** scene.dimension
     entries = int(room * LONGEST_LIST[scene.dimension] * max(1.0, crowd))

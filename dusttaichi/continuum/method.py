@@ -23,6 +23,24 @@ def _reopen(scene, state):
     return reopen(scene, state)
 
 
+def _preview(scene):
+    from dusttaichi.continuum.preview import preview
+
+    return preview(scene)
+
+
+def _parts(scene):
+    """Dimension, images or none, contact, what else is compiled in."""
+    numerics = scene.numerics
+    images = bool(scene.boundary.periodic_axes or getattr(scene.boundary, "mirrors", ()))
+    more = {
+        "images": images,
+        "separate": numerics.contact == "separate",
+        "artificial stress": numerics.artificial_stress is not None,
+    }
+    return (f"{scene.dimension}D", *(name for name, there in more.items() if there))
+
+
 METHOD = Method(
     name="continuum",
     scene=ContinuumScene,
@@ -30,4 +48,6 @@ METHOD = Method(
     build=_build,
     reopen=_reopen,
     variables=VARIABLES,
+    preview=_preview,
+    parts=_parts,
 )

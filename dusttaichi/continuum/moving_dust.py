@@ -8,15 +8,16 @@ from dusttaichi import units
 from dusttaichi.compute.worker_choice import WorkerChoice
 from dusttaichi.continuum import measure, record, trust
 from dusttaichi.continuum.build import build
-from dusttaichi.continuum.kernels.store import CHANNELS
+from dusttaichi.continuum.kernels.store import CENTRE, CHANNELS, FACES
 from dusttaichi.continuum.surroundings import domain_of
 from dusttaichi.continuum.variables import VARIABLES
 from dusttaichi.method import SimpleSimulation, State
-from dusttaichi.names import AXES
+from dusttaichi.names import AXES, WALLS
 from dusttaichi.results.provenance import yaml_text
 from dusttaichi.results.variables import select
 from dusttaichi.samples.continuum.particles import ARRAYS, COMPONENTS, Body, Particles
 
+BOTTOM, TOP = WALLS.index("bottom"), WALLS.index("top")
 BEFORE = "sample_"  # of the names of the arrays of the sample in a State
 BODY = ("centre", "velocity", "spin", "inertia")
 
@@ -29,10 +30,13 @@ class MovingDust(SimpleSimulation):
     def __init__(self, scene, sample, sim):
         self.scene, self.sample, self.sim = scene, sample, sim
         self.size, self.dt = sim.n, sim.beat / units.TIME
+        self._first = sim.beat, sim.numbers
         self.workers = WorkerChoice(sim, fixed=scene.numerics.threads != "auto")
         self.around = domain_of(scene, sample, self.dt)
         self.variables = select(VARIABLES, self._features())
         self.started = measure.energies(sim)["loss"]
+        # walls whose force is summed: over the particles that they move
+        self._pressed = {WALLS[face] for face in np.unique(sample.face) if face >= 0}
         self.drive(scene.stage_plans[0].drive)
 
     def _features(self):
@@ -76,10 +80,16 @@ class MovingDust(SimpleSimulation):
         return {"impulse": self.sim.impulses() / units.TIME}
 
     def series(self, measurement, window):
+        return record.series(self.sim, measurement.parts, window, self._areas())
+
+    def _areas(self):
+        """Areas of the walls whose force is known [m^2], (6,); 0 of the others: on an open face
+        nothing acts, and what acts on a mirror is not summed."""
         areas = np.zeros(6)
         if self.around.box is not None:
             areas = self.around.wall_areas(self.step) * units.LENGTH**2
-        return record.series(self.sim, measurement.parts, window, areas)
+            areas[[wall not in self._pressed for wall in WALLS]] = 0.0
+        return areas
 
     def snapshot(self):
         return record.snapshot(self.sim)
@@ -108,12 +118,44 @@ class MovingDust(SimpleSimulation):
         return State(arrays | self.sim.arrays(), numbers)
 
     def restore(self, state):
+        self.sim.beat, self.sim.numbers = self._first
+        self._take_step()
         self.sim.restore(state.arrays, state.numbers["step"])
         self.started = np.array(state.numbers["started"])
         if state.numbers["box"] is not None:
             offset, speed = (np.array(row) for row in state.numbers["box"])
             box = replace(self.around.box, offset=offset, speed=speed)
             self.around = replace(self.around, box=box)
+
+    # -- half the step ---------------------------------------------------------------------------
+
+    def halve_step(self):
+        self.sim.halve_step()
+        self._take_step()
+
+    def _take_step(self):
+        """The step of the run is a beat of the simulation."""
+        self.dt = self.sim.beat / units.TIME
+        self.around = replace(self.around, dt=self.dt)
+
+    def positions(self):
+        x = self.sim.raised(self.sim.of_particles("x"))
+        return self.sim.in_order(x) / units.LENGTH
+
+    def ends(self):
+        heights = self.sim.rigid(CENTRE)[FACES:, 2]
+        return self.sums() | {"areas": self._areas(), "heights": heights}
+
+    def compared(self, window, moments):
+        mean, areas = -window.mean("impulse"), window.after["areas"]
+        out = {}
+        if areas[TOP] > 0.0:
+            out["pressure"] = -mean[TOP, 2] / areas[TOP]
+        elif areas[BOTTOM] > 0.0:
+            out["wall_force"] = mean[BOTTOM, 2]
+        if len(window.after["heights"]):
+            out["body_height"] = window.after["heights"][0]
+        return out
 
     # -- result ----------------------------------------------------------------------------------
 

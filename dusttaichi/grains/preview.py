@@ -6,6 +6,7 @@ from dusttaichi import samples, units
 from dusttaichi.compute.backend import LOOPS
 from dusttaichi.compute.memory import TYPES, room_for
 from dusttaichi.domain.domain import Domain
+from dusttaichi.domain.plan import planned
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.grains import network
 from dusttaichi.grains.build import build, chosen_layout, surroundings
@@ -15,7 +16,6 @@ from dusttaichi.grains.kernels.declare import declare
 from dusttaichi.grains.sphere import sphere_contacts, sphere_of
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.method import Preview
-from dusttaichi.names import NEVER
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import chosen_laws
 from dusttaichi.scene import quantities
@@ -45,7 +45,7 @@ def preview(scene):
     sections.append(("Time step", _step(step)))
     sections.append(("Memory", [("state", _state_memory(scene, sample, own, step))]))
     domain = _domain(scene, sample, own, far, step)
-    return Preview(sections, len(sample), domain.dt, _plan(scene, domain))
+    return Preview(sections, len(sample), domain.dt, planned(scene, domain))
 
 
 def internals(scene):
@@ -194,19 +194,6 @@ def _sample(scene, sample):
         if not info["hit"]:
             rows[-1] = ("flight to the touch", "never: the bodies miss each other")
     return rows + [("note", text) for text in info.get("remarks", ())]
-
-
-def _plan(scene, domain):
-    """(name, steps at most, reason) of every stage, from the edges that each leaves behind."""
-    first, out = 0, []
-    for plan in scene.stage_plans:
-        domain = domain.driven(plan.drive, first)
-        end, reason = domain.clock(first).last_step(plan.stop)
-        out.append((plan.name, end - first if end < NEVER else NEVER, reason))
-        if end == NEVER:
-            break
-        first = end
-    return out
 
 
 def state_bytes(sim):

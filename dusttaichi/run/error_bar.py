@@ -210,7 +210,7 @@ class ErrorBar:
         out["losses"] = own.lost * units.ENERGY
         out["energy_end"] = last.energy * units.ENERGY
         out["residual"] = ledger(own, first)[1]
-        if any(v.name.endswith("_work") for v in self.sim.variables):
+        if any(v.name.endswith("work") for v in self.sim.variables):
             out["work"] = work * units.ENERGY
         return out
 

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -31,6 +32,17 @@ def test_it_begins_with_sample_contacts_step_and_cost(fresh):
     assert "steps at most                              4,000" in text
     assert "nothing has run on this machine yet" in text
     assert "Compiled in" not in text and "critical_rolling" not in text
+
+
+def test_of_a_continuum_it_says_particles_material_and_step(fresh):
+    text = said(str(Path(__file__).parents[2] / "configs/guettler2009/bead.yaml"))
+    for line in (
+        "4,752: 3,657 dust, 112 rigid, 983 held",
+        "compressive strength Sigma                 37.12 Pa",  # p_m = 1.3 kPa at 0.15
+        "step of the method at the start            1.592 us",  # 0.5 h / 40.82 m/s
+        "steps at most                              353",
+    ):
+        assert line in text
 
 
 def test_it_compiles_nothing():

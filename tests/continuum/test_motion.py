@@ -99,6 +99,27 @@ def test_a_resumed_run_and_two_threads_have_the_same_bits(clash):
         np.testing.assert_array_equal(values, whole[name], err_msg=name)
 
 
+def test_the_error_bar_goes_on_at_half_the_step(clash):
+    """The same time in twice the steps, hardly elsewhere; a state brings the whole step back."""
+    motion, _, _, kept = clash
+    end = motion.state()
+    ends = {}
+    for level in range(2):
+        motion.restore(kept)
+        before, began = motion.sim.substeps, motion.time
+        if level:
+            motion.halve_step()
+            assert motion.time == pytest.approx(began, rel=1e-12)
+        motion.advance(4 * 2**level)
+        ends[level] = motion.positions(), motion.sim.substeps - before, motion.time
+    assert ends[1][2] == pytest.approx(ends[0][2], rel=1e-12)
+    assert ends[1][1] == pytest.approx(2 * ends[0][1], rel=0.15)
+    apart = np.abs(ends[1][0] - ends[0][0]).max() * units.LENGTH
+    assert 0.0 < apart < 0.01 * dust.SPACING
+    motion.restore(end)
+    assert motion.dt == end.numbers["dt"]
+
+
 def test_guards_stop_what_has_no_meaning():
     x, area = dust.disc(3 * dust.SPACING)
     motion = dust.moving(dust.scene(**OPEN), dust.particles(x, area))
@@ -236,6 +257,7 @@ def test_a_contact_may_open():
             material={"base": "dust_g09", "bulk_modulus": "4.5 kPa"},
             boundary={"kind": "faces", "bottom": "rigid"},
             contact=contact,
+            **OPEN,  # of so small a disc more takes nearly all that it could leave with
         )
         motion = dust.moving(scene, sample)
         start = motion.measure()

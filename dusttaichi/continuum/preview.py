@@ -1,0 +1,113 @@
+"""What `dust check` prints of a continuum: particles, material, step and memory."""
+
+from math import pi
+
+import numpy as np
+
+from dusttaichi import units
+from dusttaichi.compute.memory import TYPES, room_for
+from dusttaichi.continuum import time_step
+from dusttaichi.continuum.build import layout_of
+from dusttaichi.continuum.kernels.rates import DAMPED
+from dusttaichi.continuum.kernels.store import declare
+from dusttaichi.continuum.surroundings import domain_of
+from dusttaichi.domain.plan import planned
+from dusttaichi.method import Preview
+from dusttaichi.physics.continuum import elasticity, strength
+from dusttaichi.physics.continuum.numbers import MaterialNumbers
+from dusttaichi.samples.continuum import make
+from dusttaichi.samples.continuum.particles import DUST, HELD, ROLES
+from dusttaichi.scene import quantities
+
+
+def preview(scene):
+    """The Preview of a scene (dusttaichi.method): its particles are made, nothing is compiled."""
+    sample = make(scene)
+    m = MaterialNumbers.of(scene.material)
+    dust = np.isin(sample.role, (DUST, HELD))
+    sound = elasticity.sound_speed(sample.density[dust], sample.reference[dust], m)
+    fastest = float(sound.max(initial=0.0)) * _damped(scene.numerics.viscosity)
+    beat = time_step.beat(scene, fastest)
+    sections = [
+        ("Sample", _sample(scene, sample)),
+        ("Dust at the start", _dust(sample, dust, sound, m)),
+        ("Particles", _particles(scene)),
+        ("Time step", _step(scene, fastest, beat)),
+        ("Memory", [("state", _memory(scene, len(sample)))]),
+    ]
+    domain = domain_of(scene, sample, beat / units.TIME)
+    return Preview(sections, len(sample), domain.dt, planned(scene, domain))
+
+
+def _damped(viscosity):
+    """What a viscosity makes of the speed of signals."""
+    return max(1.0, viscosity.contact, viscosity.bulk, DAMPED * viscosity.grid)
+
+
+def _sample(scene, sample):
+    counts = np.bincount(sample.role, minlength=len(ROLES))
+    kinds = ", ".join(f"{n:,} {role}" for role, n in zip(ROLES, counts, strict=True) if n)
+    extent = np.ptp(sample.position[:, list(sample.axes)], axis=0) + sample.spacing
+    rows = [
+        ("particles", f"{len(sample):,}: {kinds}"),
+        ("extent", " x ".join(f"{e * 1e3:.4g}" for e in extent) + " mm"),
+    ]
+    for body in sample.bodies:
+        if np.any(body.velocity):
+            speed = quantities.format(float(np.linalg.norm(body.velocity)), "speed", digits=4)
+            rows.append((f"speed of {body.name}", speed))
+    carried = sample.info.get("gravity_carried")
+    if carried is not None:
+        rows.append(("weight that the dust carries", f"{100.0 * carried:.3g} %"))
+    return rows
+
+
+def _dust(sample, dust, sound, m):
+    """Filling factor, modulus and strengths, from the loosest to the densest particle."""
+    density, reference = sample.density[dust], sample.reference[dust]
+    phi = density / m.rho_s
+
+    def ends(values, dimension):
+        low, high = (quantities.format(float(v), dimension, digits=4) for v in
+                     (values.min(), values.max()))  # fmt: skip
+        return low if low == high else f"{low} to {high}"
+
+    low, high = phi.min(), phi.max()
+    return [
+        ("filling factor", f"{low:.4g}" if high - low < 1e-6 else f"{low:.4g} to {high:.4g}"),
+        ("bulk modulus", ends(elasticity.bulk_modulus(reference, m), "pressure")),
+        ("longitudinal speed of sound", ends(sound, "speed")),
+        ("compressive strength Sigma", ends(strength.compressive(phi, m), "pressure")),
+        ("tensile strength -T", ends(-strength.tensile(phi, m), "pressure")),
+        ("shear strength Y", ends(strength.shear(phi, m), "pressure")),
+    ]
+
+
+def _particles(scene):
+    numerics, d = scene.numerics, scene.dimension
+    reach = numerics.support / numerics.spacing
+    # of the densest lattice: a particle has sqrt(3)/2 of a spacing squared, or 1/sqrt(2) cubed
+    around = pi * reach**2 * 2.0 / 3.0**0.5 if d == 2 else 4.0 / 3.0 * pi * reach**3 * 2.0**0.5
+    return [
+        ("spacing", quantities.format(numerics.spacing, "length", digits=4)),
+        ("smoothing length h", quantities.format(numerics.smoothing_length, "length", digits=4)),
+        ("neighbours in reach of the kernel", f"about {around - 1.0:.0f}"),
+    ]
+
+
+def _step(scene, fastest, beat):
+    own = scene.numerics.cfl * scene.numerics.smoothing_length / fastest if fastest else beat
+    return [
+        ("step of the method at the start", f"{own * 1e6:.4g} us, shorter where dust is denser"),
+        ("a step of the run", f"{beat * 1e6:.4g} us, {beat / own:.3g} of these at the start"),
+    ]
+
+
+def _memory(scene, particles):
+    """What the state takes; neighbour lists come beside it."""
+    room = room_for(particles)
+    each = sum(
+        max(v.element[1], 1) * np.dtype(TYPES[v.element[0]]).itemsize
+        for v in declare(layout_of(scene))
+    )
+    return f"{each * room / 2**20:.3g} MiB with room for {room:,} particles, and its lists"
