@@ -16,6 +16,8 @@ from dusttaichi.scene.scene import Scene
 class ContinuumScene(Scene):
     """A run of dust as a continuum (Güttler et al. 2009); all quantities are SI floats."""
 
+    SERIES_STEPS: ClassVar[int] = 5  # which the method divides into eight and more
+
     order: ClassVar[tuple[str, ...]] = (
         "name",
         "extensions",

@@ -47,12 +47,15 @@ _SWITCH = Switch(
 OptionalInterval = Annotated[Interval | None, _SWITCH]
 
 
-def default_intervals(boundary: Block, drive: Drive) -> dict[str, Any]:
-    """Intervals of what the YAML does not mention, for one drive."""
+def default_intervals(boundary: Block, drive: Drive, steps: int = 1000) -> dict[str, Any]:
+    """Intervals of what the YAML does not mention, for one drive.
+
+    steps: of the time series where no strain tells how often.
+    """
     still = {"profiles": "off", "snapshots": "off"}
     if boundary.kind == "box" and filling_direction(boundary, drive) > 0:
         return still | {"series": {"filling_factor": 0.002}, "profiles": {"filling_factor": 0.05}}
-    return still | {"series": {"strain": 0.005} if strains(boundary, drive) else {"steps": 1000}}
+    return still | {"series": {"strain": 0.005} if strains(boundary, drive) else {"steps": steps}}
 
 
 def applies(interval: Interval | None, boundary: Block, drive: Drive) -> bool:
@@ -75,7 +78,8 @@ class Output(Block):
     series: OptionalInterval = Field(
         "auto",
         description="interval of the time series; auto: filling_factor 0.002 in a closed box "
-        "whose top wall moves down, strain 0.005 where else something moves, else 1000 steps",
+        "whose top wall moves down, strain 0.005 where else something moves, else 1000 steps, "
+        "of a continuum 5",
     )
     profiles: OptionalInterval = Field(
         "auto",

@@ -4,7 +4,7 @@ import copy
 import html
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import yaml
 from pydantic import (
@@ -39,6 +39,8 @@ class Scene(Block):
     chooses by the key `method`.
     source: the text of the YAML file as read ("" without one). path: that file, or None.
     """
+
+    SERIES_STEPS: ClassVar[int] = 1000  # between records where nothing is strained
 
     name: str = Field(
         description="name of the run and of its directory: letters, digits, `.`, `_`, `-`",
@@ -96,7 +98,9 @@ class Scene(Block):
         stress = boundary.kind == "periodic" and bounded_axes(boundary) == AXES
         filled = {"directory": f"runs/{info.data['name']}", "stress": stress, **value}
         if not info.data.get("stages"):
-            for name, interval in default_intervals(boundary, own_drive(boundary)).items():
+            for name, interval in default_intervals(
+                boundary, own_drive(boundary), cls.SERIES_STEPS
+            ).items():
                 if filled.get(name, "auto") == "auto":
                     filled[name] = interval
         return filled
@@ -120,7 +124,7 @@ class Scene(Block):
         return tuple(self._stage_plan(s.name, s.drive, s.stop, s.output) for s in self.stages)
 
     def _stage_plan(self, name, drive, stop, own) -> StagePlan:
-        defaults = default_intervals(self.boundary, drive)
+        defaults = default_intervals(self.boundary, drive, self.SERIES_STEPS)
 
         def interval(key):
             if own is not None and getattr(own, key) != "auto":

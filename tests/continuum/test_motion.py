@@ -84,21 +84,6 @@ def test_the_ledger_closes(clash):
     assert (m.losses > -0.001 * start.kinetic).all()
 
 
-def test_a_resumed_run_and_two_threads_have_the_same_bits(clash):
-    motion, _, _, kept = clash
-    whole = motion.state().arrays
-    whole = {name: a.copy() for name, a in whole.items()}
-    scene, sample = motion.scene, motion.sample
-    again = method.of(scene).reopen(scene, kept)
-    again.advance(30)
-    for name, values in again.state().arrays.items():
-        np.testing.assert_array_equal(values, whole[name], err_msg=name)
-    two = dust.moving(scene.with_value("numerics.threads", 2), sample)
-    two.advance(50)
-    for name, values in two.state().arrays.items():
-        np.testing.assert_array_equal(values, whole[name], err_msg=name)
-
-
 def test_the_error_bar_goes_on_at_half_the_step(clash):
     """The same time in twice the steps, hardly elsewhere; a state brings the whole step back."""
     motion, _, _, kept = clash
@@ -118,6 +103,21 @@ def test_the_error_bar_goes_on_at_half_the_step(clash):
     assert 0.0 < apart < 0.01 * dust.SPACING
     motion.restore(end)
     assert motion.dt == end.numbers["dt"]
+
+
+def test_a_resumed_run_and_two_threads_have_the_same_bits(clash):
+    motion, _, _, kept = clash
+    whole = motion.state().arrays
+    whole = {name: a.copy() for name, a in whole.items()}
+    scene, sample = motion.scene, motion.sample
+    again = method.of(scene).reopen(scene, kept)
+    again.advance(30)
+    for name, values in again.state().arrays.items():
+        np.testing.assert_array_equal(values, whole[name], err_msg=name)
+    two = dust.moving(scene.with_value("numerics.threads", 2), sample)
+    two.advance(50)
+    for name, values in two.state().arrays.items():
+        np.testing.assert_array_equal(values, whole[name], err_msg=name)
 
 
 def test_guards_stop_what_has_no_meaning():
