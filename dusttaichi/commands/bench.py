@@ -9,6 +9,7 @@ from dusttaichi.commands.console import say, say_written
 
 
 def bench(
+    *,
     quick: Annotated[bool, typer.Option("--quick", help="small sizes only, two minutes")] = False,
     parts: Annotated[
         bool, typer.Option("--parts", help="what each part of a scene costs instead")
