@@ -19,6 +19,7 @@ except ImportError:  # not a POSIX system: runs there go without a lock
 
 MEMORY = Path("/dev/shm")  # files in memory, where the system has them
 WORK = "dusttaichi-"  # how their names begin
+BLOCK = 1 << 20  # bytes that are read at a time
 FORGOTTEN = 3600.0  # s after which a file there is of a process that has been killed
 RESULT, CHECKPOINT = "result.nc", "checkpoint.bin"  # the files of a run directory
 
@@ -85,18 +86,25 @@ def _sync_folder(folder):
 def write_whole(path, data):
     """Put bytes into the place of the file at `path`, which is whole at any moment.
 
-    Raises OSError; the file is then as it was.
+    data: bytes, or blocks of them one after the other. Raises OSError; the file is then as it was.
     """
     path = Path(path)
     temporary = path.with_name(f".{path.name}.tmp")
     try:
-        with open(temporary, "wb") as file:
-            file.write(data)
+        with open(temporary, "wb", buffering=0) as file:
+            for block in (data,) if isinstance(data, bytes) else data:
+                _write_all(file, block)
         replace_atomically(temporary, path)
     except OSError:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
         raise
+
+
+def _write_all(file, block):
+    view = memoryview(block)
+    while view:
+        view = view[file.write(view) :]
 
 
 class WorkFile:
@@ -132,10 +140,14 @@ class WorkFile:
             self.path.unlink()
             self._hidden = True
 
-    def read(self):
-        """The bytes of the file, once the library has closed it."""
-        with open(self._descriptor, "rb", closefd=False) as file:
-            return file.read()
+    def blocks(self):
+        """The bytes of the file, once the library has closed it, in blocks; each is overwritten by
+        the next."""
+        buffer = memoryview(bytearray(BLOCK))
+        with open(self._descriptor, "rb", buffering=0, closefd=False) as file:
+            file.seek(0)
+            while count := file.readinto(buffer):
+                yield buffer[:count]
 
     def __enter__(self):
         return self

@@ -29,10 +29,11 @@ def chunk_rows(variable, sizes, ragged):
     return min(max(65536 // row, 1), 512) if row else 512
 
 
-def define(file, layout, dimensions, static, compressed=True):
+def define(file, layout, dimensions, static, checked=True):
     """Dimensions, variables with their attributes, and what does not grow, in an empty file.
 
-    dimensions: name -> length, or the names of the entries. compressed: large records are.
+    dimensions: name -> length, or the names of the entries. checked: each chunk has a sum of its
+    own, for files that become too large to be looked at whole (seal.py).
     """
     growing = {record_dimension(v.group) for v in layout.values()}
     sizes = {}
@@ -49,21 +50,17 @@ def define(file, layout, dimensions, static, compressed=True):
         folder = file if group == "series" else file.createGroup(group)
         folder.createDimension(record_dimension(group), None)
         for variable in (v for v in layout.values() if v.group == group):
-            _define_variable(folder, variable, sizes, group in ragged, compressed)
+            _define_variable(folder, variable, sizes, group in ragged, checked)
     for key, values in static.items():
         file[key][:] = values
 
 
-def _define_variable(folder, variable, sizes, ragged, compressed):
-    options = {"fletcher32": True}  # a damaged chunk is noticed when it is read
+def _define_variable(folder, variable, sizes, ragged, checked):
+    options = {"fletcher32": checked}  # a damaged chunk is noticed when it is read
     if variable.grows:
         rows = chunk_rows(variable, sizes, ragged)
         shape = (rows, *(sizes[d] for d in variable.dims[1:]))
         options["chunksizes"] = tuple(max(n, 1) for n in shape)
-        # only where a chunk is one whole record: a compressed chunk that a later flush fills
-        # further moves, and leaves its old place unused
-        if rows == 1 and compressed:
-            options |= {"compression": "zlib", "complevel": 1, "shuffle": True}
     fill = np.nan if variable.dtype == "f8" else None
     new = folder.createVariable(
         variable.name, variable.dtype, variable.dims, fill_value=fill, **options

@@ -19,26 +19,34 @@ from pathlib import Path
 import netCDF4
 
 from dusttaichi.errors import DustError
+from dusttaichi.files import BLOCK
 
 DIGEST = "digest"  # global attribute: SHA-256 of the texts in a file without a seal
 SEALED = "SHA-256 of the file, at its end"  # its value in a file that has one
 MAGIC = b"dustseal"
 END = 32 + 8 + len(MAGIC)  # bytes behind the JSON text
-BLOCK = 1 << 20
 LARGEST = 4e9  # bytes up to which a file is read whole before it is opened
 
 _checked = {}  # path -> identity of the file that was found whole
 
 
-def sealed(image, about):
-    """The bytes of a file and their seal. about: what it is to say besides, as JSON can hold."""
-    return b"".join((image, _seal(hashlib.sha256(image), len(image), about)))
+def sealed(blocks, about):
+    """The blocks of bytes of a file, and behind them their seal.
+
+    about: what it is to say besides, as JSON can hold.
+    """
+    digest, size = hashlib.sha256(), 0
+    for block in blocks:
+        digest.update(block)
+        size += len(block)
+        yield block
+    yield _seal(digest, size, about)
 
 
 def seal_file(path, about):
     """Put the seal behind the end of a file. OSError is let out."""
     size = os.path.getsize(path)
-    with open(path, "r+b") as file:
+    with open(path, "r+b", buffering=0) as file:
         digest = _digest(file, size)
         file.seek(size)
         file.write(_seal(digest, size, about))
@@ -83,7 +91,7 @@ def check(path):
 
     OSError is let out; DustError where it is damaged.
     """
-    with open(path, "rb") as file:
+    with open(path, "rb", buffering=0) as file:
         now = os.fstat(file.fileno())
         about = seal_of(path)
         identity = now.st_dev, now.st_ino, now.st_size, now.st_mtime_ns
@@ -152,14 +160,11 @@ def _digest_of_texts(file):
 
 def _digest(file, size):
     """SHA-256 of the first `size` bytes of an open file."""
-    digest = hashlib.sha256()
+    digest, buffer = hashlib.sha256(), memoryview(bytearray(BLOCK))
     file.seek(0)
-    while size > 0:
-        block = file.read(min(BLOCK, size))
-        if not block:
-            break
-        digest.update(block)
-        size -= len(block)
+    while size > 0 and (count := file.readinto(buffer[: min(BLOCK, size)])):
+        digest.update(buffer[:count])
+        size -= count
     return digest
 
 

@@ -223,17 +223,16 @@ class Writer:
         try:
             if not self._alone:
                 pieces.remove_parts(self.path, number)
-            image = self._image(blocks, number, starts)
             if number:
                 file.parent.mkdir(exist_ok=True)
-            write_whole(file, image)
+            self._write(blocks, number, starts)
         except (OSError, RuntimeError) as error:
             reason = explain(error, self.path)
             raise DustError(self._failure(reason)) from error
         # a break between the rename and here is harmless: the same records are written to the
         # same places again
         self._records, self._buffer = counts, {group: [] for group in counts}
-        self._number, self._starts, self._size = number, starts, len(image)
+        self._number, self._starts, self._size = number, starts, file.stat().st_size
         self._as_it_is = self._alone = True
         self._changed = False
         if "series" in blocks:
@@ -285,8 +284,8 @@ class Writer:
     def _file(self, number):
         return parts_folder(self.path) / f"{number:06}.nc" if number else self.path
 
-    def _image(self, blocks, number, starts):
-        """The bytes of a piece that holds its records of before and `blocks`."""
+    def _write(self, blocks, number, starts):
+        """Write a piece that holds its records of before and `blocks`."""
         before = {group: n - starts[group] for group, n in self._records.items()}
         goes_on = self._as_it_is and number == self._number
         room = self._room(blocks) + 2 * (self._size if number == self._number else 0)
@@ -306,11 +305,11 @@ class Writer:
                         folder[name][start : start + len(data)] = data
                 held = record_counts(file)
             place = pieces.place(self._identity, held, starts if number else None)
-            return seal.sealed(work.read(), place)
+            write_whole(self._file(number), seal.sealed(work.blocks(), place))
 
     def _define(self, new, number, before):
         """Make a file anew, with the records of the old one as far as they count."""
-        define(new, self._layout, self._dimensions, self._static, compressed=number == 0)
+        define(new, self._layout, self._dimensions, self._static, checked=number == 0)
         if any(before.values()):
             with seal.opened(self._file(number)) as old:
                 copy_records(old, new, self._layout, before)

@@ -27,8 +27,8 @@ def handled_by(handler):
 class Interrupts:
     """Takes the signals while it is entered.
 
-    Until `collect` is called a signal raises KeyboardInterrupt; from then on it sets `asked`, which
-    the run sees at its next pause.
+    A signal sets `asked`, which a run sees at its next pause, and until `collect` is called it
+    raises KeyboardInterrupt as well: Python loses that where an object is just being deleted.
     """
 
     def __init__(self):
@@ -43,13 +43,13 @@ class Interrupts:
         self._handled.__exit__(*error)
 
     def collect(self):
-        """From here on a signal only sets `asked`."""
+        """From here on a signal raises no KeyboardInterrupt."""
         self._collects = True
 
     def _take(self, *_):
+        self.asked = True
         if not self._collects:
             raise KeyboardInterrupt
-        self.asked = True
 
 
 @contextmanager

@@ -88,7 +88,7 @@ class ExplicitSample(SampleBlock):
         if context.get("folder"):
             value = Path(context["folder"]) / value
         try:
-            there = not context.get("check_files") or value.exists()
+            there = value.exists() or not context.get("check_files")
         except OSError as error:  # such as a path that is too long
             raise needed(f"it cannot be a file: {error.strerror}") from None
         if not there:

@@ -103,9 +103,12 @@ def test_a_large_result_is_written_in_parts_and_read_as_one(tmp_path, monkeypatc
     monkeypatch.setattr(writing, "PIECE", 100_000)
     path, written = tmp_path / "result.nc", []
     real = writing.write_whole
-    monkeypatch.setattr(
-        writing, "write_whole", lambda file, data: written.append(len(data)) or real(file, data)
-    )
+
+    def write_whole(file, data):
+        real(file, data)
+        written.append(file.stat().st_size)
+
+    monkeypatch.setattr(writing, "write_whole", write_whole)
     with synthetic.writer(path, GRAINS) as writer:
         for step in range(0, 300, 60):
             fill(writer, step, step + 60, rows=1)

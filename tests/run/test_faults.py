@@ -157,6 +157,22 @@ def test_an_interrupt_during_the_build_says_that_nothing_was_computed(tmp_path, 
     assert frames(tmp_path / "run")[-1] == 2000
 
 
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_an_interrupt_that_python_loses_during_the_build_ends_the_run(tmp_path):
+    class Gone:
+        def __del__(self):
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    def build(scene, sample):
+        Gone()
+        return spring.Spring(scene, sample)
+
+    method.register(replace(spring.METHOD, build=build))
+    with pytest.raises(Interrupted) as stop:
+        execute(from_yaml(PLAIN), tmp_path / "run")
+    assert stop.value.kept
+
+
 # -- damaged stages ------------------------------------------------------------------------------
 
 

@@ -342,7 +342,8 @@ def test_files_that_hold_no_sample(tmp_path, kind, message):
         load(file=file)
 
 
-def test_a_path_that_no_system_takes(tmp_path):
+@pytest.mark.parametrize("check_files", [True, False])
+def test_a_path_that_no_system_takes(tmp_path, check_files):
     with pytest.raises(DustError, match="it cannot be a file: File name too long"):
         Scene.from_dict(
             {
@@ -353,5 +354,5 @@ def test_a_path_that_no_system_takes(tmp_path):
                 "stop": {"steps": 1},
             },
             tmp_path,
-            check_files=True,
+            check_files=check_files,
         )

@@ -94,8 +94,16 @@ class Dask:
         self._client.subscribe_topic(self._link.name, lambda event: report(*event[1]))
 
     def share(self, inputs):
-        """Files that are sent to the cluster once, however many jobs read them."""
-        return self._client.scatter(inputs, hash=False) if inputs else inputs
+        """Files that are sent to the cluster once, however many jobs read them.
+
+        The result of a task, and not scattered data, which would need a worker that is there
+        already, and would be gone with it.
+        """
+        if not inputs:
+            return inputs
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", message="Sending large graph")
+            return self._client.submit(dict, inputs, pure=False)
 
     def submit(self, job, inputs):
         """A Future of the JobResult."""

@@ -199,7 +199,10 @@ def _bytes(path):
 
 def _result_of(future, number):
     """Of a future that is done; a worker that was lost is a failure like others."""
-    error = future.exception() if not future.cancelled() else "the cluster gave the task up"
+    if future.cancelled():
+        lost = "the cluster has given it up, its scheduler may be gone: go on with --resume"
+        return JobResult(number, 1, lost)
+    error = future.exception()
     return future.result() if error is None else JobResult(number, 1, str(error) or repr(error))
 
 
