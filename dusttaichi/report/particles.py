@@ -131,7 +131,7 @@ def _quantities(run, frames, radius, unit):
     if "material" in frames:
         names = dict(enumerate(str(run.attrs.get("materials", "")).replace(",", " ").split()))
         found.append(_class("material", frames.material.values, names, rows))
-    if "body" in frames:
+    if "body" in frames and frames.body.dtype.kind in "iu":  # not names of bodies of a series
         bodies = frames.body.values
         names = {n + 1: f"body {n}" if n >= 0 else "fixed" for n in np.unique(bodies)}
         found.append(_class("body", bodies + 1, names, rows))
