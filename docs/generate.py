@@ -42,6 +42,8 @@ FEATURES = {
     "forces": "with `output.forces`",
     "bodies": "with rigid bodies",
     "open": "with nothing around the grains",
+    "shear": "with a shear in some stage",
+    "tilt": "in cells that are sheared",
 }
 
 

@@ -30,6 +30,7 @@ from dusttaichi.analysis.fragments import (
 from dusttaichi.analysis.frame import Frame, frame_count, grain_masses, read_frame
 from dusttaichi.analysis.isotropic import Isotropic, Ratio, isotropic
 from dusttaichi.analysis.ledger import Ledger, ledger
+from dusttaichi.analysis.loads import Friction, Held, Shearing, friction, held_loads, shearings
 from dusttaichi.analysis.losses import Losses, losses_against_filling_factor
 from dusttaichi.analysis.profile import profile
 from dusttaichi.analysis.restitution import Restitution, restitution, wall_restitution
@@ -55,6 +56,8 @@ __all__ = [
     "Fractal",
     "Fragments",
     "Frame",
+    "Friction",
+    "Held",
     "Isotropic",
     "Ledger",
     "Losses",
@@ -64,6 +67,7 @@ __all__ = [
     "Release",
     "Restitution",
     "Run",
+    "Shearing",
     "SoundSpeed",
     "StrengthFit",
     "Structure",
@@ -81,11 +85,13 @@ __all__ = [
     "fit_strength",
     "fractal",
     "fragments",
+    "friction",
     "front",
     "frame_count",
     "gather",
     "grain_masses",
     "growth_efficiency",
+    "held_loads",
     "is_ensemble",
     "is_trade",
     "isotropic",
@@ -103,6 +109,7 @@ __all__ = [
     "restitution",
     "rms_from_law",
     "save_ensemble",
+    "shearings",
     "sound_speed",
     "structure",
     "summary",

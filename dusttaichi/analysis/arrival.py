@@ -84,7 +84,8 @@ def _motion(run, start):
     for n, cell in enumerate(cells):  # one at a time: all positions may not fit into memory
         moved = snapshots.position[start.number + n].values - start.position
         edges = cell.reshape(3, 2) @ (-1.0, 1.0)
-        displaced[n] = np.linalg.norm(nearest_image(moved, edges, start.periodic), axis=1)
+        tilt = float(snapshots.tilt[start.number + n]) if "tilt" in snapshots else 0.0
+        displaced[n] = np.linalg.norm(nearest_image(moved, edges, start.periodic, tilt), axis=1)
     return times, displaced, np.abs(cells - start.cell.ravel())
 
 

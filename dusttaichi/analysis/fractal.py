@@ -42,6 +42,8 @@ def fractal(run, snapshots=None, radii=None, stage=None):
     frames = part.snapshots
     if frames is None or not frames.sizes["snapshot"]:
         raise DustError(f"{run.path} has no snapshots: set output: snapshots in the scene.")
+    if "tilt" in frames:
+        raise DustError(f"{run.path}: its cell is sheared; allowed: cells that stay upright.")
     if snapshots is None:
         snapshots = np.unique(np.linspace(0, frames.sizes["snapshot"] - 1, 5).round().astype(int))
     r = float(frames.radius.max())

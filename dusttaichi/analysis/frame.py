@@ -18,7 +18,8 @@ class Frame:
     (N, 3). radius [m]: (N,). cell [m]: (3, 2), lower and upper coordinate of the walls or periodic
     faces of each axis, not a number where there is none. periodic: (3,) bool. contacts: xr.Dataset
     with grain_i, grain_j, overlap ... (C,), or None where the run kept none. sphere: centre (3,)
-    and radius of a rigid sphere among the grains [m], (4,), or None.
+    and radius of a rigid sphere among the grains [m], (4,), or None. tilt [m]: how much further
+    along x the image above a sheared cell stands.
     """
 
     number: int
@@ -32,6 +33,7 @@ class Frame:
     periodic: np.ndarray
     contacts: xr.Dataset | None
     sphere: np.ndarray | None = None
+    tilt: float = 0.0
 
     @property
     def pairs(self):
@@ -53,17 +55,20 @@ class Frame:
 
     def nearest(self, vectors):
         """Differences of positions [m], (..., 3), to the nearest image along periodic axes."""
-        return nearest_image(vectors, self.edges, self.periodic)
+        return nearest_image(vectors, self.edges, self.periodic, self.tilt)
 
 
-def nearest_image(vectors, edges, periodic):
+def nearest_image(vectors, edges, periodic, tilt=0.0):
     """Differences of positions [m], (..., 3), to the nearest image along the axes `periodic` (3,).
 
-    edges [m]: (3,) of the cell.
+    edges [m]: (3,) of the cell. tilt [m]: see Frame.
     """
     vectors = np.array(vectors, dtype=float)
-    for axis in np.flatnonzero(periodic):
-        vectors[..., axis] -= edges[axis] * np.round(vectors[..., axis] / edges[axis])
+    for axis in np.flatnonzero(periodic)[::-1]:
+        count = np.round(vectors[..., axis] / edges[axis])
+        vectors[..., axis] -= edges[axis] * count
+        if axis == 2 and tilt:
+            vectors[..., 0] -= tilt * count
     return vectors
 
 
@@ -102,6 +107,7 @@ def read_frame(run, snapshot=-1, contacts=True):
         periodic=np.array([axis in named for axis in AXES]),
         contacts=run.contacts(number) if kept else None,
         sphere=_sphere(run, data),
+        tilt=float(data.tilt) if "tilt" in data else 0.0,
     )
 
 

@@ -78,6 +78,8 @@ def grain_test(run):
         )
     if run.material is None or run.grains is None:
         raise DustError(f"{run.path} does not tell its material: it is no run of grains.")
+    if run.sheared:
+        raise DustError(f"{run.path} is no confined test: its cell is sheared.")
     segments = tuple(filter(None, (_segment(run, part) for part in run.parts)))
     sideways = max((np.abs(s.strain[:, :2]).max() for s in segments), default=0.0)
     along = max((np.abs(s.strain[:, 2]).max() for s in segments), default=0.0)

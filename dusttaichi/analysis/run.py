@@ -164,6 +164,11 @@ class Run:
         return self._does(lambda part: part._before is not None and part._lets_go)
 
     @property
+    def sheared(self):
+        """True where a stage shears."""
+        return bool(np.ptp(self.series.get("shear_strain", np.zeros(1))) > 0.0)
+
+    @property
     def has_forces(self):
         """True where the last snapshot holds contacts with their forces."""
         if self.tree is None or "contacts" not in self.tree.children:

@@ -22,7 +22,7 @@ class Structure:
     that touch 0, 1, ... K - 1 others. normal_force [N]: (C,), positive where it pushes; empty where
     the file has none. distance: (BINS,), middles of the bins in mean diameters; correlation:
     (BINS,), g(r), grains at that distance from a grain over what the mean density makes expected
-    (not a number in a room that is not periodic or bounded along all axes).
+    (not a number in a room that is not periodic or bounded along all axes, or has been sheared).
     """
 
     fabric: np.ndarray
@@ -67,7 +67,7 @@ def pair_correlation(frame):
     diameter = 2.0 * float(frame.radius.mean())
     edges = np.linspace(0.0, FARTHEST, BINS + 1)
     middle = 0.5 * (edges[1:] + edges[:-1])
-    if not np.isfinite(frame.edges).all():
+    if not np.isfinite(frame.edges).all() or frame.tilt:
         return middle, np.full(BINS, np.nan)
     x, reach = frame.position - frame.cell[:, 0], FARTHEST * diameter
     inside = np.ones(len(x), dtype=bool)

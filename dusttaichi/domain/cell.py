@@ -5,11 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from dusttaichi import units
 from dusttaichi.errors import DustError
 from dusttaichi.geometry import pairs_within
 from dusttaichi.names import AXES
 from dusttaichi.physics.contact.constants import CLOSEST
+
+MOVING = ("start", "rate", "growth", "tilt", "tilt_rate", "strain", "shear_rate")
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,6 +18,8 @@ class Cell:
     """A periodic cell: edge L(t) = start exp(growth t) + rate t along the periodic axes, centred.
 
     start [um], rate [um/us], growth [1/us], centre [um]: (3,). Along the other axes start is 0.
+    The image above it stands tilt + tilt_rate t further along x; tilted: so it may in this run.
+    strain + shear_rate t: how far it has been sheared since the start of the run.
     """
 
     start: np.ndarray
@@ -24,11 +27,17 @@ class Cell:
     growth: np.ndarray
     centre: np.ndarray
     axes: tuple
+    tilted: bool = False
+    tilt: float = 0.0
+    tilt_rate: float = 0.0
+    strain: float = 0.0
+    shear_rate: float = 0.0
 
     @property
     def rows(self):
         """Contents of the `cell` field (kernels.cell)."""
-        return np.array([self.start, self.rate, self.growth, self.centre])
+        tilt = [self.tilt, self.tilt_rate, 0.0]
+        return np.array([self.start, self.rate, self.growth, self.centre, tilt])
 
     def edges(self, time):
         """Lengths at a time [um], (3,)."""
@@ -38,24 +47,93 @@ class Cell:
         """Their speeds of growth [um/us], (3,)."""
         return self.growth * self.start * np.exp(self.growth * time) + self.rate
 
+    def offset(self, time):
+        """How much further along x the image above stands at a time [um]."""
+        return self.tilt + self.tilt_rate * time
+
+    def sheared(self, time):
+        """Shear strain since the start of the run."""
+        return self.strain + self.shear_rate * time
+
     def low(self, time):
         """Lower faces at a time [um], (3,)."""
         return self.centre - 0.5 * self.edges(time)
 
-    def driven(self, drive, time, t_c):
-        """The same cell, moving as `drive` says from `time` on; t_c [us]: see Drive."""
+    def outside(self, x, time):
+        """How many edges each of the positions x [um] (N, 3) is out of the cell: (N, 3) floats.
+
+        Of a tilted cell the faces across x lean as its edge along z does.
+        """
+        edges, out = self.edges(time), np.zeros(np.shape(x))
+        low, x = self.low(time), np.array(x, float)
+        for n in sorted(self.axes, reverse=True):
+            out[:, n] = np.floor((x[:, n] - low[n]) / edges[n])
+            x[:, n] -= out[:, n] * edges[n]
+            if n == 2 and self.tilted:
+                lean = self.offset(time) / edges[2]
+                x[:, 0] -= out[:, 2] * self.offset(time) + lean * (x[:, 2] - self.centre[2])
+        return out
+
+    def across(self, counts, time):
+        """Vectors [um] (N, 3) of these numbers of edges along the axes."""
+        out = counts * self.edges(time)
+        out[:, 0] += counts[:, 2] * self.offset(time)
+        return out
+
+    def speeds_across(self, counts, time):
+        """What the images that these numbers of edges lead to are faster by [um/us], (N, 3)."""
+        out = counts * self.speeds(time)
+        out[:, 0] += counts[:, 2] * self.tilt_rate
+        return out
+
+    def nearest(self, d, time):
+        """Distance vectors [um], (N, 3), to the nearest image."""
+        edges, d = self.edges(time), np.array(d, float)
+        for n in sorted(self.axes, reverse=True):
+            count = np.round(d[:, n] / edges[n])
+            d[:, n] -= edges[n] * count
+            if n == 2 and self.tilted:
+                d[:, 0] -= self.offset(time) * count
+        return d
+
+    def driven(self, time, *, rate=0.0, growth=0.0, shear=0.0):
+        """The same cell, moving in another way from `time` on: rate [um/us] and growth [1/us], one
+        or (3,), shear [1/us]."""
         periodic = np.isin(np.arange(3), self.axes)
-        growth, rate = np.zeros(3), np.zeros(3)
-        if drive.compression_rate is not None:
-            growth[:] = -2.0 * drive.compression_rate / t_c
-        elif drive.strain_rate is not None:
-            growth = np.array(drive.strain_rate) * units.TIME
-        elif drive.face_speed is not None:
-            rate = 2.0 * np.array(drive.face_speed) / units.SPEED
         growth, rate = np.where(periodic, growth, 0.0), np.where(periodic, rate, 0.0)
-        now = self.edges(time)
+        now, offset = self.edges(time), self.offset(time)
         start = (now - rate * time) * np.exp(-growth * time)
-        return replace(self, start=start, rate=rate, growth=growth)
+        # the even flow that the faces follow: what leans along x grows with the edge there
+        tilt_rate = shear * now[2] + growth[0] * offset if self.tilted else 0.0
+        return replace(
+            self,
+            start=start,
+            rate=rate,
+            growth=growth,
+            tilt=offset - tilt_rate * time,
+            tilt_rate=float(tilt_rate),
+            strain=self.sheared(time) - shear * time,
+            shear_rate=float(shear),
+        )
+
+    def upright(self, time):
+        """The same lattice of images, of which the one above stands nearest to above."""
+        turns = np.round(self.offset(time) / self.edges(time)[0]) if self.tilted else 0.0
+        if not turns:
+            return self
+        faster = turns * self.speeds(time)[0]
+        tilt = self.offset(time) - turns * self.edges(time)[0]
+        rate = self.tilt_rate - faster
+        return replace(self, tilt=float(tilt - rate * time), tilt_rate=float(rate))
+
+    def to_numbers(self):
+        """What of it changes in a run, as JSON can hold it."""
+        return {name: np.asarray(getattr(self, name)).tolist() for name in MOVING}
+
+    def with_numbers(self, numbers):
+        """The same cell where `to_numbers` says."""
+        own = {n: np.array(v) if isinstance(v, list) else v for n, v in numbers.items()}
+        return replace(self, **own)
 
 
 def check_images(positions, cell, radius):

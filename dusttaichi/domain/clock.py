@@ -16,7 +16,9 @@ class Clock:
 
     Length along axis k at a step: start[k] exp(growth[k] t) + rate[k] t with t = dt step; not a
     number where the room is open. volume of the grains [um^3]; least: lengths [um] below which the
-    room is not driven; first: step at which the stage began.
+    room is not driven; first: step at which the stage began. held: numbers of the axes along which
+    a load is held: how they go on is not known, and what is said here holds now. shear: rate
+    [1/us], which strain counts too.
     """
 
     dt: float
@@ -26,6 +28,8 @@ class Clock:
     growth: tuple = (0.0, 0.0, 0.0)
     least: tuple = (0.0, 0.0, 0.0)
     first: int = 0
+    held: tuple = ()
+    shear: float = 0.0
 
     def lengths(self, step):
         """Lengths of the room [um], a list of three."""
@@ -45,8 +49,8 @@ class Clock:
 
     @property
     def moves(self):
-        """True where some length changes."""
-        return any((*self.rate, *self.growth))
+        """True where some length changes, or a shear."""
+        return any((*self.rate, *self.growth, self.shear))
 
     @property
     def bounded(self):
@@ -59,11 +63,15 @@ class Clock:
         return self.volume / (x * y * z) if x > 0.0 and y > 0.0 and z > 0.0 else inf
 
     def strain_at(self, step):
-        """Largest change of a length over its value at the start of the stage."""
+        """Largest change of a length over its value at the start of the stage, or shear since
+        then; without lengths that follow a load."""
         now, before = self.lengths(step), self.lengths(self.first)
-        return max(
-            (abs(b / a - 1.0) for a, b in zip(before, now, strict=True) if a == a), default=0.0
-        )
+        changes = [
+            abs(now[n] / before[n] - 1.0)
+            for n in range(3)
+            if before[n] == before[n] and n not in self.held
+        ]
+        return max([abs(self.shear) * self.dt * (step - self.first), *changes])
 
     def step_of_filling_factor(self, phi):
         """First step of the stage at which the filling factor has come to phi, from either side."""
@@ -130,11 +138,12 @@ class Clock:
             ends.append((first + steps, f"time {stop.time * 1e6:.6g} us"))
         if stop.strain is not None:
             ends.append((self.step_of_strain(stop.strain), f"strain {stop.strain:.4g}"))
-        if stop.filling_factor is not None and self.bounded:
+        if stop.filling_factor is not None and self.bounded and not self.held:
             step = self.step_of_filling_factor(stop.filling_factor)
             ends.append((step, f"filling factor {stop.filling_factor:.4g}"))
         for axis, way in enumerate(("wide", "deep", "high")):
-            if self.start[axis] == self.start[axis] and self.moves:
+            known = self.start[axis] == self.start[axis] and axis not in self.held
+            if known and self.moves:
                 step = self.step_of_length(self.least[axis], axis)
                 ends.append((step, f"the room is two grains {way}"))
         return min(ends)

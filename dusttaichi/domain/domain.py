@@ -9,10 +9,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from dusttaichi import units
 from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.clock import Clock
+from dusttaichi.domain.servo import EVEN, WALL, Servo, make_servo
 from dusttaichi.domain.walls import TOP, Box
-from dusttaichi.errors import DustError
+from dusttaichi.errors import DustError, GuardStop
+from dusttaichi.names import AXES
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +23,8 @@ class Domain:
     """Walls and periodic cell of a run, or neither.
 
     dt: time step [us]. volume: of all particles [um^3]. radius: of the largest of them [um].
-    t_c: time that a compression_rate counts in [us] (scene.Drive).
+    t_c: time that a compression_rate counts in [us] (scene.Drive). servo: what holds a pressure or
+    stress, or None.
     """
 
     dt: float
@@ -29,13 +33,71 @@ class Domain:
     box: Box | None = None
     cell: Cell | None = None
     t_c: float = 1.0
+    servo: Servo | None = None
 
-    def driven(self, drive, step):
-        """The same domain, moving as `drive` (scene.Drive) says from that step on."""
+    def driven(self, drive, step, integral=None):
+        """The same domain, moving as `drive` (scene.Drive) says from that step on.
+
+        integral: see servo.make_servo; needed where a load is held.
+        """
+        servo = make_servo(drive, self, step, integral)
+        return self._moving(replace(self, servo=servo), drive, step)
+
+    def _moving(self, new, drive, step):
+        time, box, cell, servo = self.dt * step, self.box, self.cell, new.servo
+        if box is not None:
+            held = servo is not None and servo.kind == WALL
+            speed = servo.speed[0] if held else (drive.wall_speed or 0.0) / units.SPEED
+            box = box.driven(speed, (drive.shear_speed or 0.0) / units.SPEED, time)
+        if cell is not None:
+            cell = cell.driven(time, **_face_motion(drive, self.t_c, servo))
+        return replace(new, box=box, cell=cell)
+
+    def steered(self, integral):
+        """The same domain after the servo has changed its speeds, which is due at this step.
+
+        integral: see Servo.before. Raises GuardStop where the room is as narrow as it may be.
+        """
+        servo, step = self.servo, self.servo.due
+        load = (integral - servo.before) / (servo.every * self.dt) / self._measured_over(step)
+        servo = servo.changed(load, integral)
+        time, new = self.dt * step, replace(self, servo=servo)
+        if servo.kind == WALL:
+            box = self.box.driven(servo.speed[0], self.box.along[TOP, 0], time)
+            new = replace(new, box=box)
+        else:
+            growth, held = self.cell.growth.copy(), np.isin(np.arange(3), servo.axes)
+            growth[held] = -servo.speed
+            moved = self.cell.driven(time, growth=growth, shear=self.cell.shear_rate)
+            # edges that go on as before do so to the last bit: intervals may count their strain
+            start = np.where(held, moved.start, self.cell.start)
+            new = replace(new, cell=replace(moved, start=start))
+        new._check_narrow(step)
+        return new
+
+    def _measured_over(self, step):
+        """Area [um^2] or volume [um^3] that the load is a mean over."""
+        if self.servo.kind == WALL:
+            return self.wall_areas(step)[TOP]
+        return np.prod(self.lengths(step))
+
+    def _check_narrow(self, step):
+        clock, lengths = self.clock(step), self.lengths(step)
+        for axis in range(3):
+            if clock.narrows(axis) and lengths[axis] <= clock.least[axis]:
+                raise GuardStop(
+                    f"At {self.dt * step:.6g} us the room is {lengths[axis]:.4g} um along "
+                    f"{AXES[axis]}, two grains, and the load that is to be held is not reached. "
+                    "Try a larger sample or a lower pressure or stress."
+                )
+
+    def approach(self, servo, step):
+        """Speeds of now of what a Servo moves, positive where the room shrinks, (n,)."""
+        if servo.kind == WALL:
+            return np.array([self.box.speed[TOP]])
         time = self.dt * step
-        box = None if self.box is None else self.box.driven(drive, time)
-        cell = None if self.cell is None else self.cell.driven(drive, time, self.t_c)
-        return replace(self, box=box, cell=cell)
+        rates = -self.cell.speeds(time) / self.cell.edges(time)
+        return rates[:1] if servo.kind == EVEN else rates[list(servo.axes)]
 
     # -- where it is -----------------------------------------------------------------------------
 
@@ -90,9 +152,7 @@ class Domain:
         """Distance vectors [um], (n, 3), to the nearest periodic image."""
         if self.cell is None:
             return d
-        edges = self.cell.edges(self.dt * step)
-        whole = np.where(edges > 0.0, edges, 1.0)
-        return d - np.where(edges > 0.0, edges * np.round(d / whole), 0.0)
+        return self.cell.nearest(d, self.dt * step)
 
     # -- how it moves ----------------------------------------------------------------------------
 
@@ -103,12 +163,37 @@ class Domain:
 
     @property
     def fastest_wall(self):
-        """Speed of the fastest wall [um/us]."""
-        return 0.0 if self.box is None else float(np.max(np.abs(self.box.speed)))
+        """Speed of the fastest wall along its normal, now or as its servo may have it [um/us]."""
+        if self.box is None:
+            return 0.0
+        held = self.servo is not None and self.servo.kind == WALL
+        fastest = float(np.max(np.abs(self.box.speed)))
+        return max(fastest, float(self.servo.largest[0])) if held else fastest
 
     def closing_speed(self, step):
-        """Speed at which faces may bring particles together [um/us]."""
-        return 0.0 if self.cell is None else float(np.abs(self.cell.speeds(self.dt * step)).sum())
+        """Speed at which faces may bring particles together, now or as a servo may have it
+        [um/us]."""
+        if self.cell is None:
+            return 0.0
+        time = self.dt * step
+        speeds = np.abs(self.cell.speeds(time))
+        if self.servo is not None and self.servo.kind != WALL:
+            axes = list(self.servo.axes)
+            speeds[axes] = self.servo.largest * self.cell.edges(time)[axes]
+        return float(speeds.sum()) + abs(self.cell.tilt_rate)
+
+    def shear_strain(self, step):
+        """Shear strain since the start: of the cell, or the way of the top wall along x over the
+        height of now; 0 without either."""
+        time = self.dt * step
+        if self.cell is not None and self.cell.tilted:
+            return self.cell.sheared(time)
+        height = self.lengths(step)[2]
+        return float(self.box.way(time)[TOP, 0] / height) if self.has_top else 0.0
+
+    def tilt(self, step):
+        """How much further along x the image above the cell stands [um]."""
+        return 0.0 if self.cell is None else self.cell.offset(self.dt * step)
 
     def check_way(self):
         """Raises DustError where the drive ends at once: walls or faces are as near to each other
@@ -143,5 +228,40 @@ class Domain:
                 growth[n] = float(self.cell.growth[n])
                 least[n] = 4.1 * self.radius
         return Clock(
-            self.dt, self.volume, tuple(start), tuple(rate), tuple(growth), tuple(least), first
+            self.dt,
+            self.volume,
+            tuple(start),
+            tuple(rate),
+            tuple(growth),
+            tuple(least),
+            first,
+            held=self._held(),
+            shear=self._shear_rate(start[2] + rate[2] * self.dt * first),
         )
+
+    def _held(self):
+        """Numbers of the axes along which a servo moves what bounds the room."""
+        if self.servo is None:
+            return ()
+        return (2,) if self.servo.kind == WALL else self.servo.axes
+
+    def _shear_rate(self, height):
+        """Rate of shear [1/us]; of walls that over the height [um] at the start of the stage."""
+        if self.cell is not None and self.cell.tilted:
+            return self.cell.shear_rate
+        return float(self.box.along[TOP, 0] / height) if self.has_top and height == height else 0.0
+
+
+def _face_motion(drive, t_c, servo):
+    """How the edges of a cell move, as Cell.driven takes it."""
+    growth, rate = np.zeros(3), np.zeros(3)
+    if drive.compression_rate is not None:
+        growth[:] = -2.0 * drive.compression_rate / t_c
+    elif drive.strain_rate is not None:
+        growth = np.array(drive.strain_rate) * units.TIME
+    elif drive.face_speed is not None:
+        rate = 2.0 * np.array(drive.face_speed) / units.SPEED
+    if servo is not None and servo.kind != WALL:
+        growth[list(servo.axes)] = -servo.speed
+    shear = (drive.shear_rate or 0.0) * units.TIME
+    return {"rate": rate, "growth": growth, "shear": shear}

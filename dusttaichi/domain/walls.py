@@ -1,37 +1,63 @@
 """Walls: up to six planes around the particles, of which the top one may be driven."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dusttaichi import units
 from dusttaichi.names import WALLS
 
 NORMALS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
 TOP = WALLS.index("top")
+MOVING = ("offset", "speed", "slid", "along")
 
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """Up to six walls; plane of wall n: x.normal = offset + speed t."""
+    """Up to six walls; plane of wall n: x.normal = offset + speed t.
+
+    A wall may move along itself too: it has gone by slid + along t, (6, 3), and its velocity is
+    speed normal + along.
+    """
 
     normal: np.ndarray
     offset: np.ndarray
     speed: np.ndarray
     strength: np.ndarray
     present: np.ndarray
+    slid: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
+    along: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
+
+    @property
+    def velocity(self):
+        """Velocities of the walls [um/us], (6, 3)."""
+        return self.speed[:, None] * self.normal + self.along
+
+    def way(self, time):
+        """How far each wall has gone along itself at a time [us]: (6, 3) [um]."""
+        return self.slid + self.along * time
 
     def planes(self, time):
         """Coordinates of the six walls at a time [us]."""
         return (self.offset + self.speed * time) * self.normal.sum(axis=1)
 
-    def driven(self, drive, time):
-        """The same walls, moving as `drive` says from `time` on."""
-        speed = np.zeros(6)
+    def driven(self, speed, along, time):
+        """The same walls, the top one of which moves down at `speed` and along x at `along`
+        [um/us] from `time` on."""
+        speeds, ways = np.zeros(6), np.zeros((6, 3))
         if self.present[TOP]:
             # the normal of the top wall points down, as wall_speed does
-            speed[TOP] = (drive.wall_speed or 0.0) / units.SPEED
-        return replace(self, offset=self.offset + (self.speed - speed) * time, speed=speed)
+            speeds[TOP], ways[TOP, 0] = speed, along
+        offset = self.offset + (self.speed - speeds) * time
+        slid = self.slid + (self.along - ways) * time
+        return replace(self, offset=offset, speed=speeds, slid=slid, along=ways)
+
+    def to_numbers(self):
+        """What of it changes in a run, as JSON can hold it."""
+        return {name: getattr(self, name).tolist() for name in MOVING}
+
+    def with_numbers(self, numbers):
+        """The same walls where `to_numbers` says."""
+        return replace(self, **{name: np.array(numbers[name]) for name in MOVING})
 
 
 def wall_strengths(boundary):

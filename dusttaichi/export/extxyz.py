@@ -34,10 +34,10 @@ def atoms(frame, masses):
         numbers=np.zeros(len(masses), dtype=int),  # "X": no chemical element
         positions=frame.position / ANGSTROM,
         masses=masses / DALTON,
-        cell=np.where(bounded, frame.edges, 0.0) / ANGSTROM,
+        cell=_cell(frame, bounded) / ANGSTROM,
         pbc=frame.periodic,
         info={
-            "Origin": np.where(bounded, frame.cell[:, 0], 0.0) / ANGSTROM,
+            "Origin": (np.where(bounded, frame.cell[:, 0], 0.0) - _lean(frame)) / ANGSTROM,
             "time_s": frame.time,
             "step": frame.step,
             "units": UNITS,
@@ -50,3 +50,15 @@ def atoms(frame, masses):
     if frame.contacts is not None:
         image.set_array("coordination", frame.coordination)
     return image
+
+
+def _cell(frame, bounded):
+    """Vectors of the cell [m], (3, 3); that along z leans where it has been sheared."""
+    out = np.diag(np.where(bounded, frame.edges, 0.0))
+    out[2, 0] = frame.tilt
+    return out
+
+
+def _lean(frame):
+    """How far the lower corner stands from that of the cell upright: it leans about its centre."""
+    return np.array([0.5 * frame.tilt, 0.0, 0.0])

@@ -67,7 +67,14 @@ def _bounds(frame):
             ends.append(free if np.isnan(at) else at)
         walls = ["s" if np.isnan(at) else "f" for at in frame.cell[axis]]
         kinds.append("pp" if frame.periodic[axis] else "".join(walls))
+        # of a cell that leans about its centre the bounds are those of all its corners
+        wider = 0.5 * abs(frame.tilt) if axis == 0 else 0.0
+        ends = [ends[0] - wider, ends[1] + wider]
         lines.append(f"{ends[0] / LENGTH:.16g} {ends[1] / LENGTH:.16g}\n")
+    if frame.tilt:
+        tilts = ("0", f"{frame.tilt / LENGTH:.16g}", "0")
+        lines = [f"{line[:-1]} {tilt}\n" for line, tilt in zip(lines, tilts, strict=True)]
+        kinds = ["xy xz yz", *kinds]
     return f"ITEM: BOX BOUNDS {' '.join(kinds)}\n" + "".join(lines)
 
 

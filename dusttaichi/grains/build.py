@@ -123,6 +123,7 @@ def chosen_layout(scene, laws, loops, push, polydisperse):
         twisting=laws.twisting is not None,
         damping=laws.damping is not None,
         periodic=tuple(AXES.index(axis) for axis in scene.boundary.periodic_axes),
+        tilted=leans(scene),
         stress=scene.output.stress,
         asperities=laws.asperities is not None,
         forced=push.forced,
@@ -132,6 +133,11 @@ def chosen_layout(scene, laws, loops, push, polydisperse):
         sphere=scene.sphere is not None,
         gravity="" if scene.gravity is None else scene.gravity.kind,
     )
+
+
+def leans(scene):
+    """True where the cell of a scene is sheared in some stage."""
+    return any(plan.drive.shear_rate for plan in scene.stage_plans)
 
 
 def chosen_kernels(scene, layout, laws, running):
@@ -192,7 +198,7 @@ def surroundings(scene, sample, own, scenes, contacts):
     if own is not None:
         radius, overlap = own.radius[alone], wall_overlaps(scene, own)[alone]
     period, room = sample.info.get("period"), sample.info.get("room")
-    return make_surroundings(
+    box, cell = make_surroundings(
         scene.boundary,
         sample.positions[alone] / units.LENGTH,
         radius,
@@ -201,6 +207,7 @@ def surroundings(scene, sample, own, scenes, contacts):
         period=None if period is None else np.array(period) / units.LENGTH,
         room=None if room is None else np.array(room) / units.LENGTH,
     )
+    return box, cell if cell is None else replace(cell, tilted=leans(scene))
 
 
 def check_precision(scene, sample, delta0):

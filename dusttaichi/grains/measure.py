@@ -169,10 +169,10 @@ class Readout:
     def _energy_of_images(self):
         """What the kinetic energy changes by where grains that have left a moving cell since the
         last search are taken at their images inside, as in snapshots [fJ]."""
-        if not self.cell.speeds(self.time).any():
+        if not self.cell.speeds(self.time).any() and not self.cell.tilt_rate:
             return 0.0
         x, v = self._moving()
-        shift = self._outside(x) * self.cell.speeds(self.time)
+        shift = self.cell.speeds_across(self.cell.outside(x, self.time), self.time)
         return float(np.sum(0.5 * self.mass * (shift - 2.0 * v) * shift))
 
     def _moving(self):
@@ -180,12 +180,6 @@ class Readout:
         that are followed."""
         kick = 0.5 * self.dt / self.mass
         return self.state.of_grains("x"), self.state.of_grains("v") + kick * self.loads()[0]
-
-    def _outside(self, x):
-        """How many edges each of the positions x [um] (N, 3) is out of the cell."""
-        edges = self.cell.edges(self.time)
-        out = np.floor((x - self.cell.low(self.time)) / np.where(edges > 0.0, edges, np.inf))
-        return np.where(edges > 0.0, out, 0.0)
 
     def _pair_sums(self):
         """Sums over the pairs that the last measurement has filled, (tiles, columns)."""
@@ -196,14 +190,13 @@ class Readout:
         """Work of the walls since the start, with their force of now and impulse up to now."""
         if self.box is None:
             return 0.0
-        velocity = self.box.speed[:, None] * self.box.normal
         # the force of a step acts half before and half after it
         own = (
             impulse
             - self.ledger_sums.impulse
             + 0.5 * self.dt * (self.ledger_sums.wall_force - force)
         )
-        return self.ledger_sums.wall_work + float(np.sum(velocity * own))
+        return self.ledger_sums.wall_work + float(np.sum(self.box.velocity * own))
 
     def _push_work(self):
         """Work of the pushes since the start."""
@@ -256,9 +249,9 @@ class Readout:
         v = self.state.of_grains("v") + half / self.mass * force
         w = self.state.of_grains("w") + half / self.inertia * torque
         if self.cell is not None:
-            out_of = self._outside(x)
-            x = x - out_of * self.cell.edges(self.time)
-            v = v - out_of * self.cell.speeds(self.time)
+            out_of = self.cell.outside(x, self.time)
+            x = x - self.cell.across(out_of, self.time)
+            v = v - self.cell.speeds_across(out_of, self.time)
         out = np.empty((3, n, 3))
         out[:, self.order] = x, v, w
         return out
@@ -294,9 +287,14 @@ class Readout:
         x = self.state["x"]
         d = x[i] - x[j]
         if self.cell is not None:
-            axes = list(self.cell.axes)
-            d[:, axes] -= self.state.lanes("shift")[rows] * self.cell.edges(self.time)[axes]
+            d -= self.cell.across(self.edges_between(rows), self.time)
         return d
+
+    def edges_between(self, rows):
+        """Edges of the cell from the second grains to the first of pairs in these rows, (n, 3)."""
+        out = np.zeros((len(rows), 3))
+        out[:, list(self.cell.axes)] = self.state.lanes("shift")[rows]
+        return out
 
     def touch(self, i, j):
         """Distance of the centres of these grains (the sample's numbers) at first touch [um]."""
@@ -325,14 +323,16 @@ class Readout:
         load = self.state.lanes("load")[rows][on].astype(float)
         x, normal = self.state["x"][grain], self.box.normal[wall]
         radius = np.broadcast_to(self.radii, self.grains)[self.order[grain]]
-        pointer, foot = pointers_and_feet(self.layout, state, x, radius[:, None], normal)
+        # foot points are kept where they stand on the wall, wherever it has gone along itself
+        way = self.box.way(self.time)[wall]
+        pointer, foot = pointers_and_feet(self.layout, state, x - way, radius[:, None], normal)
         offset = self.box.offset + self.box.speed * self.time
         distance = np.sum(x * normal, axis=1) - offset[wall]
         return {
             "grain": self.order[grain],
             "wall": wall,
             "pointer": pointer,
-            "foot": foot,
+            "foot": foot + way,
             "overlap": radius - distance,
             "normal_force": np.sum(load[:, :3] * normal, axis=1),
             "force": load[:, :3],

@@ -32,9 +32,9 @@ class MovingGrains(SimpleSimulation):
         self.workers = WorkerChoice(sim, fixed=scene.numerics.threads != "auto")
         features = features_of(scene, self.sample, sim)
         self.variables = select(VARIABLES.values(), features)
-        self.clock, self.bins = sim.domain.clock(), None
+        self.bins = None
         if "profiles" in features:
-            self.bins = record.bin_edges(self.clock, sim.radius)
+            self.bins = record.bin_edges(sim.domain.clock(), sim.radius)
         self._first = sim.dt, sim.push  # which halving the step changes
 
     @property
@@ -54,7 +54,6 @@ class MovingGrains(SimpleSimulation):
 
     def drive(self, drive):
         self.sim.drive(drive)
-        self.clock = self.domain.clock(self.sim.step)
 
     # -- measuring -------------------------------------------------------------------------------
 
@@ -82,7 +81,8 @@ class MovingGrains(SimpleSimulation):
     def records(self, group):
         now = (self.began + self.sim.time) * units.TIME
         if group == "profiles":
-            return [("profiles", record.profile(self.sim, self.clock, self.bins, now))]
+            clock = self.domain.clock(self.sim.step)
+            return [("profiles", record.profile(self.sim, clock, self.bins, now))]
         found = record.snapshot(self.sim, self.scene.output.contacts, now)
         named = {(v.group, v.name) for v in self.variables}
         return [(g, {k: a for k, a in own.items() if (g, k) in named}) for g, own in found]
@@ -98,7 +98,6 @@ class MovingGrains(SimpleSimulation):
     def restore(self, state):
         self.sim.dt, self.sim.push = self._first
         self.sim.restore(*state)
-        self.clock = self.domain.clock(self.sim.step)
 
     # -- half the step ---------------------------------------------------------------------------
 
@@ -200,6 +199,8 @@ def features_of(scene, sample, sim):
         "pair": first_body(scene, sample) is not None,
         "sphere": sim.sphere is not None,
         "stages": bool(scene.stages),
+        "shear": any(plan.drive.shears for plan in scene.stage_plans),
+        "tilt": sim.layout.tilted,
         "profiles": bounded and any(plan.profiles is not None for plan in scene.stage_plans),
     }
     return {name for name, there in asked.items() if there}

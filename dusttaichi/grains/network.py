@@ -75,8 +75,7 @@ def _normals(sim, i, j, distance):
     x[sim.order] = sim.state.of_grains("x")
     d = x[i] - x[j]
     if sim.cell is not None:
-        axes, edges = list(sim.cell.axes), sim.cell.edges(sim.time)
-        d[:, axes] -= np.round(d[:, axes] / edges[axes]) * edges[axes]
+        d = sim.cell.nearest(d, sim.time)
     return d / np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-300)
 
 

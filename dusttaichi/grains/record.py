@@ -72,6 +72,8 @@ def series(sim, m, window, plates=None):
     }
     if not sim.domain.there:
         record |= _momenta(sim)
+    if sim.domain.there:
+        record["shear_strain"] = sim.domain.shear_strain(sim.step)
     if sim.cell is not None:
         record["face_work"] = m["face_work"] * units.ENERGY
     if sim.push.works:
@@ -248,6 +250,7 @@ def snapshot(sim, contacts, time):
     if sim.sphere is not None:
         force = sim.sphere.load()[0] * units.FORCE
         record |= _sphere_motion(sim.sphere) | {"sphere_force": force}
+        record["tilt"] = sim.domain.tilt(sim.step) * units.LENGTH
     if not contacts:
         return out
     pairs = sim.contact_state()

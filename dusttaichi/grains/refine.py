@@ -40,6 +40,7 @@ def halve_time_step(sim):
     _set_speeds(sim, pairs, walls, sim.state["v"], new)
     sim.search.searched_at *= 2
     sim.push = _later(sim.push)
+    sim.servo = None if sim.servo is None else sim.servo.halved()
     sim.search.ask()  # when a face has gone its part of the skin is counted in steps
 
 
@@ -88,9 +89,7 @@ def _set_speeds(sim, pairs, walls, v, new):
     rows, i, j, d = pairs
     dv = v[i] - v[j]
     if sim.cell is not None:
-        axes = list(sim.cell.axes)
-        speeds = sim.cell.speeds(sim.time - 0.5 * new)[axes]
-        dv[:, axes] -= sim.state.lanes("shift")[rows] * speeds
+        dv -= sim.cell.speeds_across(sim.edges_between(rows), sim.time - 0.5 * new)
     back = unit(d - 0.5 * new * dv)
     u = np.sum(dv * back, axis=1), np.sum(dv * unit(d), axis=1)
     _put_speeds(layout, state, touches, rows, u)

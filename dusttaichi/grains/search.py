@@ -88,12 +88,14 @@ class Search:
     def _list(self, step, low, extent, edges, reach):
         """Pairs within `reach` of their centres (of the largest grains), and grains near walls."""
         sim = self.sim
-        cells, width = self._cells(extent, edges, reach)
+        tilt = 0.0 if sim.cell is None else sim.cell.offset(step * sim.dt)
+        cells, width = self._cells(extent, edges, reach, tilt)
         grid = Grid(
             origin=low.tolist(),
             inv_edge=(1.0 / width).tolist(),
             cells=cells.tolist(),
             edges=edges.tolist(),
+            tilt=tilt,
         )
         equal = sim.polydisperse is None
         # grains of their own radius are listed by the distance of their surfaces
@@ -103,7 +105,7 @@ class Search:
             reach**2 if equal else reach - 2.0 * sim.radius,
         )
         self._check_room()
-        sim.kernels.relist(edges.tolist())
+        sim.kernels.relist(edges.tolist(), tilt)
         if sim.box is not None:
             wall_reach = sim.radius + self.skin + PULL_OFF / sim.wall.inv_delta0
             wall_reach -= 0.0 if equal else sim.radius
@@ -116,10 +118,11 @@ class Search:
             sim.kernels.relist_sphere(far + (sim.radius if equal else 0.0), edges.tolist())
         sim.kernels.list_entries()
 
-    def _cells(self, extent, edges, reach):
+    def _cells(self, extent, edges, reach, tilt):
         """Numbers and widths of the cells of the grid: no cell is narrower than `reach`, and whole
-        numbers of them fill a periodic edge."""
-        width = reach * 1.000001
+        numbers of them fill a periodic edge. Where cells lean, that is their width across."""
+        width = reach * 1.000001 * np.ones(3)
+        width[0] *= np.hypot(1.0, tilt / edges[2]) if tilt else 1.0
         while True:
             cells = np.floor(extent / width) + np.where(edges > 0.0, 0.0, 1.0)
             if self.sim.scenes * np.prod(cells) <= CELLS_PER_GRAIN * self.sim.grains + 60:
@@ -132,6 +135,7 @@ class Search:
         """Grains back into the cell; returns its edges. No pair may meet across two faces."""
         sim = self.sim
         time = step * sim.dt
+        sim.set_upright(time)
         edges = sim.cell.edges(time)
         shortest = edges[list(sim.cell.axes)].min()
         most = 0.5 * shortest - touch
@@ -148,6 +152,7 @@ class Search:
             sim.cell.low(time).tolist(),
             np.where(edges > 0, edges, 1.0).tolist(),
             speeds.tolist(),
+            [sim.cell.offset(time), sim.cell.tilt_rate],
             sim.unit_mass,
         )
         return edges

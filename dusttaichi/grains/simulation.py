@@ -4,14 +4,18 @@ The box (walls) and the cell (periodic faces) of its domain move as the drive of
 `drive` changes it between two steps, and the ledger goes on.
 """
 
-from dataclasses import dataclass, replace
+from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from dusttaichi import units
 from dusttaichi.domain.domain import Domain
+from dusttaichi.domain.servo import EVEN, WALL, Servo
+from dusttaichi.domain.walls import TOP
 from dusttaichi.grains.kernels.phases import DONE, StepNumbers
+from dusttaichi.grains.kernels.store import FIRST_WALL
 from dusttaichi.grains.kernels.walls import Walls
 from dusttaichi.grains.measure import Readout
 from dusttaichi.grains.search import Search
@@ -31,6 +35,8 @@ def walls_argument(box):
         offset=box.offset.tolist(),
         speed=box.speed.tolist(),
         strength=box.strength.tolist(),
+        slid=float(box.slid[TOP, 0]),
+        along=float(box.along[TOP, 0]),
     )
 
 
@@ -103,7 +109,7 @@ class Simulation(Readout):
         self.gravity = gravity
         self.dt, self.threads, self.step = dt, threads, 0
         self.search = Search(self, skin)
-        self.ledger_sums = LedgerSums()
+        self.ledger_sums, self.servo = LedgerSums(), None
         self._move(drive)
         self._start(sample)
 
@@ -131,7 +137,7 @@ class Simulation(Readout):
     @property
     def domain(self):
         """What surrounds the grains and how it moves, a Domain."""
-        return Domain(self.dt, self.volume, self.radius, self.box, self.cell, self.t_c)
+        return Domain(self.dt, self.volume, self.radius, self.box, self.cell, self.t_c, self.servo)
 
     # -- start -----------------------------------------------------------------------------------
 
@@ -177,27 +183,65 @@ class Simulation(Readout):
 
     def drive(self, drive):
         """Move walls and faces as `drive` (scene.Drive) says from this step on."""
-        force, power = self.wall_forces(), self.face_power()
+        if self.sphere is not None:
+            force, impulse = self.sphere.load()[0], self.sphere.impulses()[:3]
+            self.ledger_sums.sphere_work = self.sphere.work(force, impulse)
+            self.ledger_sums.sphere_force, self.ledger_sums.sphere_impulse = force, impulse
+        with self._booked(self.wall_forces()):
+            self._move(drive)
+            if drive.push or self.push.of_stage:
+                push_anew(self, drive.push)
+        self.search.ask()
+
+    @contextmanager
+    def _booked(self, force):
+        """Walls and faces get other speeds inside; the ledger goes on. force: of the walls now."""
+        power = self.face_power()
         impulse, sums = self.impulses(), self.ledger_sums
         sums.wall_work = self.wall_work(force, impulse)
         sums.wall_force, sums.impulse = force, impulse
-        if self.sphere is not None:
-            force, impulse = self.sphere.load()[0], self.sphere.impulses()[:3]
-            sums.sphere_work = self.sphere.work(force, impulse)
-            sums.sphere_force, sums.sphere_impulse = force, impulse
-        self._move(drive)
-        if drive.push or self.push.of_stage:
-            push_anew(self, drive.push)
+        yield
         sums.face_jumps += 0.5 * self.dt * (self.face_power() - power)
-        self.search.ask()
 
     def _move(self, drive):
-        domain = self.domain.driven(drive, self.step)
-        self.box, self.cell = domain.box, domain.cell
-        if self.cell is not None:
-            self.state["cell"] = self.cell.rows
+        self._surround(self.domain.driven(drive, self.step, self._load_integral))
         if self.sphere is not None:
             self.sphere.drive(drive)
+
+    def _steer(self):
+        """What holds a load changes the speeds, within those that the search knows of."""
+        with self._booked(self._wall_loads()):
+            self._surround(self.domain.steered(self._load_integral(self.servo)))
+
+    def _wall_loads(self):
+        """The same as `wall_forces`, added up here: sooner done, in another order."""
+        out = np.zeros((6, 3))
+        if self.box is not None:
+            rows, first = self.state.wall_blocks, int(self.state["counts"][FIRST_WALL])
+            load = self.fields["load"].to_numpy(first + rows)[first:, :3]
+            of = self.fields["wall_of"].to_numpy(rows)
+            np.add.at(out, of, load.sum(axis=2, dtype=float))
+        return out
+
+    def _load_integral(self, servo):
+        """What the load of a Servo is measured by, up to now: see Servo.before."""
+        if servo.kind == WALL:
+            return (self.impulses()[TOP : TOP + 1] * self.box.normal[TOP]).sum(axis=1)
+        flux = np.diag(self.momentum_flux())
+        return np.array([flux.mean()]) if servo.kind == EVEN else flux[list(servo.axes)]
+
+    def _surround(self, domain):
+        self.box, self.cell, self.servo = domain.box, domain.cell, domain.servo
+        if self.cell is not None:
+            self.state["cell"] = self.cell.rows
+
+    def set_upright(self, time):
+        """A cell that leans by more than half its edge goes on as the same lattice of images that
+        leans less; the lists of pairs must be made anew after it."""
+        cell = self.cell.upright(time)
+        if cell is not self.cell:
+            self.cell = cell
+            self.state["cell"] = cell.rows
 
     @property
     def walls_argument(self):
@@ -212,11 +256,15 @@ class Simulation(Readout):
         pending = 0
         while self.step < end:
             until = self.push.next_end(self.step, end)
+            if self.servo is not None:
+                until = min(until, self.servo.due)
             done, due = self._call(until - self.step, pending, self.dt)
             self.step += done
             pending = 0
             if self.step == until and until < NEVER:
                 self._end_pushes()
+                if self.servo is not None and until == self.servo.due:
+                    self._steer()
             if due:
                 with self.search.around:
                     self.search.now(self.step + 1)
@@ -267,10 +315,9 @@ class Simulation(Readout):
             "step": self.step,
             "search": self.search.numbers(),
             "ledger_sums": self.ledger_sums.to_numbers(),
-            "box": None
-            if self.box is None
-            else [self.box.offset.tolist(), self.box.speed.tolist()],
-            "cell": None if self.cell is None else self.cell.rows.tolist(),
+            "box": None if self.box is None else self.box.to_numbers(),
+            "cell": None if self.cell is None else self.cell.to_numbers(),
+            "servo": None if self.servo is None else self.servo.to_numbers(),
             "sphere": None if self.sphere is None else self.sphere.numbers(),
             "push": self.push.numbers() if self.push.kinds else None,
         }
@@ -281,14 +328,13 @@ class Simulation(Readout):
         self.step = numbers["step"]
         self.search.restore(numbers["search"])
         self.ledger_sums = LedgerSums.from_numbers(numbers["ledger_sums"])
+        self.servo = None
+        if numbers["servo"] is not None:
+            self.servo = Servo.from_numbers(numbers["servo"])
         if self.box is not None:
-            offset, speed = (np.array(row) for row in numbers["box"])
-            self.box = replace(self.box, offset=offset, speed=speed)
+            self.box = self.box.with_numbers(numbers["box"])
         if self.cell is not None:
-            rows = dict(
-                zip(("start", "rate", "growth", "centre"), np.array(numbers["cell"]), strict=True)
-            )
-            self.cell = replace(self.cell, **rows)
+            self.cell = self.cell.with_numbers(numbers["cell"])
         if self.sphere is not None:
             self.sphere.restore(numbers["sphere"])
         if numbers["push"] is not None:

@@ -12,6 +12,7 @@ from dusttaichi.grains.grain_contacts import contact_constants, moving, size_ran
 from dusttaichi.grains.sphere import sphere_contact, sphere_contacts
 from dusttaichi.physics import encounter, stability
 from dusttaichi.physics.contact import constants
+from dusttaichi.scene.drive import STRAIN_RATE, WALL_SPEED
 from dusttaichi.scene.push import of_stages
 
 BALANCED = 0.2  # step_fraction that physics.encounter is made for
@@ -171,7 +172,7 @@ def fastest(scene, sample, radii, scenes=None):
     )
     surface = float(np.max(np.linalg.norm(sample.spins, axis=1) * radii, initial=0.0))
     spin = float(np.max(np.linalg.norm(sample.spins, axis=1), initial=0.0))
-    wall = max(abs(plan.drive.wall_speed or 0.0) for plan in scene.stage_plans)
+    wall = max(_wall_speed(plan.drive) for plan in scene.stage_plans)
     face = max(_face_speed(scene, plan.drive, sample, radii) for plan in scene.stage_plans)
     later = [p.velocity or p.speed or (0.0,) * 3 for p in of_stages(scene)]
     later = max((float(np.linalg.norm(speed)) for speed in later), default=0.0)
@@ -197,10 +198,16 @@ def _sphere_speed(scene):
     return max(own, *(float(norm(speed)) for speed in driven))
 
 
+def _wall_speed(drive):
+    """Largest speed of a wall under a drive [m/s]."""
+    most = abs(drive.wall_speed or (WALL_SPEED if drive.pressure is not None else 0.0))
+    return float(np.hypot(most, drive.shear_speed or 0.0))
+
+
 def _face_speed(scene, drive, sample, radii):
     """Largest speed of an image against the cell [m/s]."""
     axes = ["xyz".index(axis) for axis in scene.boundary.periodic_axes]
-    if not axes or not drive.moving_faces:
+    if not axes or not (drive.moving_faces or drive.shears or drive.held):
         return 0.0
     if drive.face_speed is not None:
         return float(np.linalg.norm(2.0 * np.array(drive.face_speed)[axes]))
@@ -209,7 +216,12 @@ def _face_speed(scene, drive, sample, radii):
     if not isinstance(size, str):
         given = zip(size, edges, strict=True)
         edges = np.array([own if isinstance(edge, str) else edge for edge, own in given])
+    rate = np.zeros(3)
     if drive.strain_rate is not None:
-        return float(np.linalg.norm((np.array(drive.strain_rate) * edges)[axes]))
-    rate = 2.0 * drive.compression_rate / constants.characteristic_time(scene.material)
-    return float(np.linalg.norm(rate * edges[axes]))
+        rate = np.array(drive.strain_rate)
+    elif drive.compression_rate is not None:
+        rate[:] = 2.0 * drive.compression_rate / constants.characteristic_time(scene.material)
+    elif drive.held and len(axes) == 3:
+        rate[:] = STRAIN_RATE
+    faces = float(np.linalg.norm((rate * edges)[axes]))
+    return faces + abs(drive.shear_rate or 0.0) * float(edges[2])

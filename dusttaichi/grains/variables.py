@@ -15,9 +15,9 @@ _S12, _PHYS = "S12 section 3.2", "docs, Physics"
 
 # Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (a finite
 # one), "filling" (a filling factor), "plates", "stress", "stages", "push" (forces, carried grains),
-# "gravity", "sphere" (a rigid one), "pair" (two bodies that fly at each other), "open" (nothing
-# around), "polydisperse" (grains of different radius or material), "profiles", "snapshots",
-# "contacts" (kept with the snapshots), "forces" (of these).
+# "gravity", "sphere" (a rigid one), "pair" (two bodies that fly at each other), "shear" (in some
+# stage), "tilt" (of the cell), "open" (nothing around), "polydisperse" (grains of different radius
+# or material), "profiles", "snapshots", "contacts" (kept with the snapshots), "forces" (of these).
 _TABLE = {
     "series": [
         "time",
@@ -54,6 +54,8 @@ _TABLE = {
          _PHYS, "walls"),
         ("face_work", "time", "J", "work of the moving faces of the cell on the grains since the "
          "start", _PHYS, "cell"),
+        ("shear_strain", "time", "1", "shear strain since the start: of the cell, or the way of "
+         "the top wall along x over the height", "", "shear"),
         ("momentum", "time xyz", "kg m/s", "momentum of all grains and the sphere", "", "open"),
         ("angular_momentum", "time xyz", "kg m2/s", "angular momentum of all grains and the sphere "
          "about the origin, spins included", "", "open"),
@@ -118,6 +120,8 @@ _TABLE = {
          "sphere snapshots"),
         ("sphere_force", "snapshot xyz", "N", "force of the grains on the sphere at that moment",
          _PHYS, "sphere snapshots"),
+        ("tilt", "snapshot", "m", "how much further along x the image above the cell stands", "",
+         "tilt snapshots"),
         ("contact_count", "snapshot", "1", "rows of /contacts that belong to the snapshot", "",
          "snapshots contacts"),
         ("wall_contact_count", "snapshot", "1", "rows of /wall_contacts that belong to the "

@@ -5,7 +5,7 @@ Each function returns a matplotlib Figure of its own, without pyplot and without
 
 from pathlib import Path
 
-from dusttaichi.analysis import arrival
+from dusttaichi.analysis import arrival, held_loads
 from dusttaichi.analysis import sound_speed as fit_speed
 from dusttaichi.analysis.drive import is_dynamic
 from dusttaichi.analysis.ensemble_tables import axes_of
@@ -35,6 +35,7 @@ from dusttaichi.plots.fragments import mass_spectrum, restitution, sound_speed
 from dusttaichi.plots.grains import grains
 from dusttaichi.plots.isotropic import isotropic
 from dusttaichi.plots.ledger import ledger
+from dusttaichi.plots.loads import loads, shear
 from dusttaichi.plots.losses import losses
 from dusttaichi.plots.numbers import numbers
 from dusttaichi.plots.penetration import sphere, sphere_column
@@ -74,6 +75,7 @@ __all__ = [
     "isotropic",
     "kinetic",
     "ledger",
+    "loads",
     "losses",
     "mass_spectrum",
     "numbers",
@@ -85,6 +87,7 @@ __all__ = [
     "save_all",
     "save_ensemble",
     "save_together",
+    "shear",
     "sound_speed",
     "sound_speeds",
     "sphere",
@@ -112,7 +115,8 @@ def figures_of(run):
     """Every figure that a Run has something for, by name.
 
     ledger; compression and coordination (compressed under a wall); isotropic and coordination
-    (pressed from all sides); cycles (let go again); tensile and losses (stretched), and
+    (pressed from all sides); cycles (let go again); loads (pressures that are held); shear (stages
+    that shear); tensile and losses (stretched), and
     with two snapshots of the stretching fractal; bodies, collision and fragments (two bodies that
     fly at each other); sound_speed (after a push that snapshots show to arrive); stress (where it
     was written); structure (of the last snapshot, with the forces of its contacts); profile (where
@@ -135,10 +139,14 @@ def figures_of(run):
         figures["coordination"] = coordination([run])
     if run.unloads:
         figures["cycles"] = cycles(run)
+    if held_loads(run):
+        figures["loads"] = loads(run)
+    if run.sheared:
+        figures["shear"] = shear(run)
     if run.stretches:
         figures |= {"tensile": tensile([run]), "losses": losses(run)}
         frames = run.part_that("stretches").snapshots
-        if frames is not None and frames.sizes["snapshot"] > 1:
+        if frames is not None and frames.sizes["snapshot"] > 1 and "tilt" not in frames:
             figures["fractal"] = fractal(run)
     if several and "stress" in run.series:
         figures["stress"] = stress(run)

@@ -26,6 +26,9 @@ def cell_segments(frame):
             segment = np.empty((2, 3))
             segment[:, axis] = ends[axis]
             segment[:, b], segment[:, c] = ends[b, side[0]], ends[c, side[1]]
+            if frame.tilt:  # it leans about its centre
+                height = (segment[:, 2] - ends[2, 0]) / (ends[2, 1] - ends[2, 0])
+                segment[:, 0] += frame.tilt * (height - 0.5)
             segments.append(segment)
             dashed.append(not (wall[b, side[0]] or wall[c, side[1]]))
     return np.array(segments).reshape(-1, 2, 3), np.array(dashed, dtype=bool)

@@ -57,10 +57,14 @@ class Run:
         return found + ([activities.KeptStates(self, states)] if states is not None else [])
 
     def plan_stage(self):
-        """The present stage: its plan, its clock, and when it ends."""
+        """The present stage: its plan, and when it ends."""
         self.plan = self.scene.stage_plans[self.state.stage]
-        self.clock = self.sim.domain.clock(self.state.first)
         self.end = End(self.plan, self.clock, self.state, self.sim.step)
+
+    @property
+    def clock(self):
+        """The Clock of the present stage, as walls and faces move now."""
+        return self.sim.domain.clock(self.state.first)
 
     def begin(self):
         """Step 0: the first records and the first state."""

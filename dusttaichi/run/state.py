@@ -24,7 +24,8 @@ class RunState:
     start: energies of step 0. stage: its number; first: its first step; ended: why it has ended
     before its last step was known, or "". last_snapshot: step of the last frame written, or -1.
     opened: step at which the average of the next record begins; sums: of that step. pressures
-    [Pa]: of the last points of the stage, for stop.plateau. wall_clock: real time spent [s].
+    [Pa]: of the last points of the stage, for stop.plateau; settling: (time [s], logarithm of the
+    filling factor, load over that held) of these, for stop.creep. wall_clock: real time spent [s].
     """
 
     start: Start
@@ -36,12 +37,13 @@ class RunState:
     sums: dict[str, np.ndarray] = field(default_factory=dict)
     tension: Tension = field(default_factory=Tension)
     pressures: list[float] = field(default_factory=list)
+    settling: list[list[float]] = field(default_factory=list)
     wall_clock: float = 0.0
 
     def begin_stage(self, stage, step):
         """The next stage begins at this step."""
         self.stage, self.first, self.ended, self.tension = stage, step, "", Tension()
-        self.pressures = []
+        self.pressures, self.settling = [], []
 
     def to_meta(self):
         """Plain data that JSON can hold."""

@@ -3,10 +3,12 @@
 import numpy as np
 
 from dusttaichi import units
+from dusttaichi.domain.servo import EVEN, WALL
 from dusttaichi.names import AXES, NEVER, WALLS
 from dusttaichi.run.state import Tension
 
-TENSIONS = 10  # points of the series that stop.past_maximum and stop.plateau average over
+TENSIONS = 10  # points of the series that stop.past_maximum, plateau and creep look at
+HELD = 0.02  # share by which a load may differ from what is held
 TOP = WALLS.index("top")
 
 
@@ -31,6 +33,7 @@ class End:
         domain, step = sim.domain, sim.step
         self.pressure = pressure(record, domain)
         reason = self._reached(record, domain, step) or self._settled(measurement)
+        reason = reason or self._crept(record, domain)
         if reason:
             self.step, self.reason, self.state.ended = step, reason, reason
 
@@ -45,8 +48,9 @@ class End:
         for name, bounds in stop.stress.given.items() if stop.stress is not None else ():
             if level := bounds.crossed(component(record["stress"], name)):
                 reason = f"stress {name} {level}"
-        if stop.filling_factor is not None and not self.clock.bounded:
-            way = 1.0 if domain.wall_speed > 0.0 else -1.0
+        if stop.filling_factor is not None and (self.clock.held or not self.clock.bounded):
+            grows = domain.servo.presses if self.clock.held else domain.wall_speed > 0.0
+            way = 1.0 if grows else -1.0
             if way * (record["filling_factor"] - stop.filling_factor) >= 0.0:
                 reason = f"filling factor {stop.filling_factor:.4g}"
         if stop.past_maximum is not None and past_maximum(
@@ -64,6 +68,31 @@ class End:
         if stop.plateau is not None and plateau(state.pressures, self.pressure, stop.plateau):
             return f"plateau: the pressure changes by less than {stop.plateau:.3g}"
         return ""
+
+    def _crept(self, record, domain):
+        """Why the stage ends because what is under load has settled, or ""."""
+        if self.plan.stop.creep is None:
+            return ""
+        point = [float(record["time"]), float(np.log(record["filling_factor"]))]
+        last = [*self.state.settling, [*point, self._load_held(record, domain)]][-TENSIONS:]
+        self.state.settling = last
+        if len(last) < TENSIONS:
+            return ""
+        (begin, first, _), (end, now, _) = last[0], last[-1]
+        held = abs(np.mean([load for _, _, load in last]) - 1.0) <= HELD
+        settled = abs(now - first) <= self.plan.stop.creep * (end - begin)
+        return f"settled: creep below {self.plan.stop.creep:.3g} s^-1" if held and settled else ""
+
+    def _load_held(self, record, domain):
+        """Load of a record over that which is held."""
+        servo = domain.servo
+        if servo.kind == WALL:
+            own = [record["pressure"][TOP]]
+        elif servo.kind == EVEN:
+            own = [pressure(record, domain)]
+        else:
+            own = [-record["stress"][n, n] for n in servo.axes]
+        return float(np.sum(own) / units.PRESSURE / np.sum(servo.load))
 
     def _tension(self, record, step):
         """Tension of a record along the axis that strains most [Pa]."""

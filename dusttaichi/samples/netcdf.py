@@ -164,10 +164,26 @@ class _Snapshot:
             axes = str(self.tree.attrs.get("periodic_axes", "")).split()
             for k in (AXES.index(axis) for axis in axes if axis in AXES):
                 period[k] = room[2 * k + 1] - room[2 * k]
+        self._check_upright()
         time = self.frame.get("snapshot_time")
         if time is not None and time.ndim == 1 and len(time):
             found["time"] = float(time[self._place(len(time))].values)
         return found | {"period": period}
+
+    def _check_upright(self) -> None:
+        """Refuse the snapshot of a sheared cell: edges alone do not tell what lies across."""
+        tilt = self.frame.get("tilt")
+        if tilt is None:
+            return
+        leans = self._plain(tilt.values, "tilt").reshape(-1)
+        own = leans[self._place(len(leans))] if len(leans) else 0.0
+        if own:
+            upright = ", ".join(map(str, np.flatnonzero(leans == 0.0))) or "none here"
+            raise DustError(
+                f"{self.where}: the cell of this snapshot has been sheared, its image above stands "
+                f"{own * 1e6:.4g} um further along x; allowed: snapshots in which it is upright "
+                f"({upright})."
+            )
 
     def _rows(self, group: str, count: str, names: dict) -> dict[str, np.ndarray]:
         """The rows of a group that belong to the snapshot, by our names."""

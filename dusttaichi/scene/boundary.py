@@ -5,66 +5,23 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from dusttaichi.names import AXES, WALLS
+from dusttaichi.scene.drive import (
+    FACE_LAWS,
+    Drive,
+    Gain,
+    Pressed,
+    Rate,
+    Rates,
+    Speed,
+    Speeds,
+    Stresses,
+    together,
+)
 from dusttaichi.scene.fields import Block, Number, needed, problems
-from dusttaichi.scene.push import Push, WallName
+from dusttaichi.scene.push import WallName
 from dusttaichi.scene.quantities import Quantity, Vector
 
 AxisName = Literal[AXES]
-
-
-Rates = Annotated[Vector, Quantity("rate", count=3, spread=True)]
-Speeds = Annotated[Vector, Quantity("speed", count=3, spread=True)]
-FACE_LAWS = ("compression_rate", "strain_rate", "face_speed")
-
-
-class Drive(Block):
-    """How walls and faces move; what is not given rests. Each boundary knows some of these."""
-
-    wall_speed: Annotated[float, Quantity("speed")] | None = Field(
-        None, description="speed of the top wall downwards; negative pulls it up"
-    )
-    compression_rate: Annotated[float, Number(gt=0)] | None = Field(
-        None,
-        description="C_v of Kataoka et al. 2013: every periodic edge shrinks as exp(-2 C_v t/t_c)",
-    )
-    strain_rate: Rates | None = Field(
-        None, description="every periodic edge grows as exp(rate t): one rate, or one for each axis"
-    )
-    face_speed: Speeds | None = Field(
-        None,
-        description="outward speed v_b of both faces of a periodic axis (T19): L = L_0 + 2 v_b t; "
-        "one speed, or one for each axis",
-    )
-
-    sphere_speed: Annotated[Vector, Quantity("speed", count=3)] | None = Field(
-        None, description="velocity of a sphere that is driven, default its own `speed`"
-    )
-
-    push: tuple[Push, ...] = Field(
-        (),
-        description="pushes on grains that last as long as the stage, each as in `push` of the "
-        "scene; a duration counts from its start",
-    )
-
-    @model_validator(mode="after")
-    def _one_law(self) -> "Drive":
-        laws = [n for n in FACE_LAWS if getattr(self, n) is not None]
-        if len(laws) > 1:
-            raise problems([(laws[1], f"it is not allowed together with {laws[0]}")])
-        return self
-
-    @property
-    def moving_faces(self) -> bool:
-        """True where some periodic edge changes."""
-        laws = (getattr(self, name) for name in FACE_LAWS)
-        return any(
-            law is not None and bool(any(law) if isinstance(law, tuple) else law) for law in laws
-        )
-
-    @property
-    def moves(self) -> bool:
-        """True where anything moves."""
-        return bool(self.wall_speed) or self.moving_faces
 
 
 class OpenBoundary(Block):
@@ -106,6 +63,9 @@ class BoxBoundary(Block):
     side_walls: Annotated[float, Number(ge=0)] = Field(
         1e-3, description="factor on rolling, sliding and twisting at the four side walls"
     )
+    pressure: Pressed | None = Drive.model_fields["pressure"]
+    gain: Gain | None = Drive.model_fields["gain"]
+    shear_speed: Speed | None = Drive.model_fields["shear_speed"]
 
     @field_validator("omit", mode="after")
     @classmethod
@@ -113,6 +73,12 @@ class BoxBoundary(Block):
         if set(value) == set(WALLS):
             raise needed("at least one wall must remain; without walls write kind: open")
         return tuple(wall for wall in WALLS if wall in value)
+
+    @model_validator(mode="after")
+    def _check(self) -> "BoxBoundary":
+        if found := together(self):
+            raise problems(found)
+        return self
 
     @property
     def closed(self) -> bool:
@@ -125,7 +91,7 @@ class BoxBoundary(Block):
 
     @property
     def drives(self) -> tuple[str, ...]:
-        return ("wall_speed",) if "top" in self.walls else ()
+        return ("wall_speed", "pressure", "gain", "shear_speed") if "top" in self.walls else ()
 
     @property
     def periodic_axes(self) -> tuple[str, ...]:
@@ -150,6 +116,7 @@ class PlatesBoundary(Block):
         description="radius of PD08's inner cylinder, in which a filling factor is measured too; "
         "auto: the sample's less one grain radius",
     )
+    shear_speed: Speed | None = Drive.model_fields["shear_speed"]
 
     @property
     def walls(self) -> tuple[str, ...]:
@@ -157,7 +124,7 @@ class PlatesBoundary(Block):
 
     @property
     def drives(self) -> tuple[str, ...]:
-        return ("wall_speed",)
+        return ("wall_speed", "shear_speed")
 
     @property
     def periodic_axes(self) -> tuple[str, ...]:
@@ -184,6 +151,11 @@ class PeriodicBoundary(Block):
     compression_rate: Annotated[float, Number(gt=0)] | None = Drive.model_fields["compression_rate"]
     strain_rate: Rates | None = Drive.model_fields["strain_rate"]
     face_speed: Speeds | None = Drive.model_fields["face_speed"]
+    pressure: Pressed | None = Drive.model_fields["pressure"]
+    stress: Stresses | None = Drive.model_fields["stress"]
+    gain: Gain | None = Drive.model_fields["gain"]
+    shear_speed: Speed | None = Drive.model_fields["shear_speed"]
+    shear_rate: Rate | None = Drive.model_fields["shear_rate"]
 
     @field_validator("axes", mode="after")
     @classmethod
@@ -204,16 +176,16 @@ class PeriodicBoundary(Block):
             for wall in self.walls
             if AXES[WALLS.index(wall) // 2] in self.axes
         ]
-        laws = [name for name in FACE_LAWS if getattr(self, name) is not None]
-        if len(laws) > 1:
-            found.append((laws[1], f"it is not allowed together with {laws[0]}"))
+        found += together(self)
         if found:
             raise problems(found)
         return self
 
     @property
     def drives(self) -> tuple[str, ...]:
-        return (*(("wall_speed",) if "top" in self.walls else ()), *FACE_LAWS)
+        of_top = ("wall_speed", "pressure", "gain", "shear_speed") if "top" in self.walls else ()
+        of_cell = ("pressure", "stress", "gain", "shear_rate") if self.axes == AXES else ()
+        return (*of_top, *FACE_LAWS, *of_cell)
 
     @property
     def periodic_axes(self) -> tuple[str, ...]:
@@ -236,14 +208,22 @@ def bounded_axes(boundary: Block) -> tuple[str, ...]:
 
 
 def strains(boundary: Block, drive: Drive) -> bool:
-    """True where some length, the height between bottom and top or an edge, changes."""
+    """True where some length, the height between bottom and top or an edge, changes in a way that
+    is known beforehand, or a shear does."""
+    if drive.shears:
+        return True
     height = {"bottom", "top"} <= set(boundary.walls) and bool(drive.wall_speed)
+    if drive.held:
+        rates = drive.strain_rate or (0.0,) * 3
+        return bool(drive.held_axes) and any(
+            rate for n, rate in enumerate(rates) if n not in drive.held_axes
+        )
     return height or drive.moving_faces
 
 
 def filling_direction(boundary: Block, drive: Drive) -> int:
     """1 where the filling factor of a bounded room only grows, -1 where it only falls, else 0."""
-    if bounded_axes(boundary) != AXES:
+    if bounded_axes(boundary) != AXES or drive.held:
         return 0
     ways = [drive.wall_speed or 0.0] if "top" in boundary.walls else []
     if drive.compression_rate is not None:

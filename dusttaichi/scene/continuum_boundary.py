@@ -53,6 +53,9 @@ class FacesBoundary(Block):
     )
 
     DRIVEN: ClassVar[str] = "top"
+    WITHOUT_LOADS: ClassVar[str] = (
+        "it is for grains; the faces of a continuum move at a wall_speed, or rest"
+    )
 
     @field_validator("periodic", mode="after")
     @classmethod

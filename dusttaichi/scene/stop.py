@@ -88,6 +88,12 @@ class Stop(Block):
         description="share by which the pressure, averaged over ten points of the series, differs "
         "at most from that of the ten before it",
     )
+    creep: Annotated[float, Quantity("rate", gt=0, example="20 s^-1")] | None = Field(
+        None,
+        description="rate at which the filling factor still grows (its logarithm), over ten points "
+        "of the series, below which what is under a pressure or stress that is held has settled; "
+        "the pressure must be within 2 % of what is held",
+    )
     strain: Annotated[float, Number(gt=0)] | None = Field(
         None,
         description="change of the height, or of the edge that changes most, over its length at "

@@ -5,7 +5,7 @@ import taichi as ti
 from dusttaichi.compute.scan import CHUNK, whole
 from dusttaichi.grains.kernels.store import FIRST_WALL, GRAINS
 
-START, RATE, GROWTH, CENTRE = range(4)  # rows of the `cell` field; RATE and GROWTH by time
+START, RATE, GROWTH, CENTRE, TILT = range(5)  # rows of the `cell` field; RATE and GROWTH by time
 
 
 def make_cell(fields, layout):
@@ -13,7 +13,7 @@ def make_cell(fields, layout):
 
     An edge is L(t) = L_start exp(g t) + c t, centred about a point that rests. A pair keeps the
     number of edges between its grains (`shift`) from one search to the next, so that nothing is
-    rounded or wrapped in a step.
+    rounded or wrapped in a step. Of a tilted cell the edge along z leans along x: fourth column.
     """
     axes = layout.periodic
     if not axes:
@@ -23,20 +23,7 @@ def make_cell(fields, layout):
             return 0.0
 
         return no_frame, None, None
-    cell, shift, law = fields["cell"], fields["shift"], layout.law
-
-    @ti.func
-    def frame(step, dt):
-        """Rows: the edges at `step`, their speeds half a step before (where v is), and now."""
-        out = ti.Matrix.zero(ti.f64, 3, 3)
-        for a in ti.static(axes):
-            start, rate, growth = cell[START, a], cell[RATE, a], cell[GROWTH, a]
-            now = start * ti.exp(growth * (dt * step))
-            before = start * ti.exp(growth * (dt * (ti.cast(step, ti.f64) - 0.5)))
-            out[0, a] = now + rate * (dt * step)
-            out[1, a] = growth * before + rate
-            out[2, a] = growth * now + rate
-        return out
+    shift, tilted, law = fields["shift"], layout.tilted, layout.law
 
     @ti.func
     def across(b, d, row, frame):
@@ -51,6 +38,8 @@ def make_cell(fields, layout):
                 out.y -= part
             else:
                 out.z -= part
+                if ti.static(tilted):
+                    out.x -= shift[b, k] * frame[row, 3]
         return out
 
     @ti.func
@@ -65,21 +54,51 @@ def make_cell(fields, layout):
             elif ti.static(a == 2):
                 force = f.z
             out += ti.cast(shift[b, k], law) * force * ti.cast(frame[2, a], law)
+            if ti.static(tilted and a == 2):
+                out += ti.cast(shift[b, k], law) * f.x * ti.cast(frame[2, 3], law)
         return out
 
-    return frame, across, power
+    return make_frame(fields, layout), across, power
+
+
+def make_frame(fields, layout):
+    """Returns `frame(step, dt)`, the edges of a periodic cell and how they move."""
+    axes, cell, tilted = layout.periodic, fields["cell"], layout.tilted
+
+    @ti.func
+    def frame(step, dt):
+        """Rows: the edges at `step`, their speeds half a step before (where v is), and now."""
+        out = ti.Matrix.zero(ti.f64, 3, 3 + tilted)
+        for a in ti.static(axes):
+            start, rate, growth = cell[START, a], cell[RATE, a], cell[GROWTH, a]
+            now = start * ti.exp(growth * (dt * step))
+            before = start * ti.exp(growth * (dt * (ti.cast(step, ti.f64) - 0.5)))
+            out[0, a] = now + rate * (dt * step)
+            out[1, a] = growth * before + rate
+            out[2, a] = growth * now + rate
+        if ti.static(tilted):
+            lean_rate = cell[TILT, 1]
+            out[0, 3] = cell[TILT, 0] + lean_rate * (dt * step)
+            out[1, 3] = lean_rate
+            out[2, 3] = lean_rate
+        return out
+
+    return frame
 
 
 def make_wrap(fields, layout, walls):
-    """Kernel `wrap(low, edges, speeds, mass)`: grains that have left the cell come in again on the
-    other side, with the speed that the edge has (T19 eqs 12-15); the foot points of their wall
-    contacts go with them, where they are kept.
+    """Kernel `wrap(low, edges, speeds, lean, mass)`: grains that have left the cell come in again
+    on the other side, with the speed that the edge has (T19 eqs 12-15); the foot points of their
+    wall contacts go with them, where they are kept. lean: how much further along x the image above
+    stands, and how much faster it is; the faces across x of a tilted cell lean so.
     """
     x, v, wraps, wrap_work = fields["x"], fields["v"], fields["wraps"], fields["wrap_work"]
     masses, wall_slot, state = fields.get("mass"), fields.get("wall_slot"), fields["state"]
     counts = fields["counts"]
     W, FOOT = layout.width, layout.second
-    vector = ti.types.vector(3, ti.f64)
+    vector, pair = ti.types.vector(3, ti.f64), ti.types.vector(2, ti.f64)
+    # what crosses a face across z of a tilted cell moves along x
+    axes = sorted(layout.periodic, reverse=layout.tilted)
 
     @ti.func
     def move_feet(g, a: ti.template(), way):
@@ -90,18 +109,24 @@ def make_wrap(fields, layout, walls):
                 state[b, FOOT + a][k] = state[b, FOOT + a][k] - way
 
     @ti.func
-    def wrap_grain(g, low, edges, speeds):
+    def wrap_grain(g, low, edges, speeds, lean):
         """Moves the grain; returns the change of v^2 (of m v^2 where masses differ)."""
         place, velocity, count = x[g], v[g], wraps[g]
         before, crossed = velocity.dot(velocity), 0.0
-        for a in ti.static(layout.periodic):
-            n = ti.floor((place[a] - low[a]) / edges[a])
+        for a in ti.static(axes):
+            face = low[a]
+            if ti.static(layout.tilted and a == 0):
+                face += lean[0] * ((place[2] - low[2]) / edges[2] - 0.5)
+            n = ti.floor((place[a] - face) / edges[a])
             crossed += ti.abs(n)
             place[a] -= n * edges[a]
             if ti.static(walls and not layout.deviations):
                 if n != 0.0:
                     move_feet(g, a, n * edges[a])
             velocity[a] -= n * speeds[a]
+            if ti.static(layout.tilted and a == 2):
+                place[0] -= ti.cast(n * lean[0], layout.geometry)
+                velocity[0] -= ti.cast(n * lean[1], layout.geometry)
             count[a] += ti.cast(n, ti.i32)
         x[g], v[g], wraps[g] = place, velocity, count
         change = 0.0 * before
@@ -112,12 +137,12 @@ def make_wrap(fields, layout, walls):
         return change
 
     @ti.kernel
-    def wrap(low: vector, edges: vector, speeds: vector, mass: ti.f64):
+    def wrap(low: vector, edges: vector, speeds: vector, lean: pair, mass: ti.f64):
         grains = counts[GRAINS]
         for chunk in range(whole(grains, CHUNK)):
             total = ti.cast(0.0, ti.f64)
             for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
-                total += wrap_grain(g, low, edges, speeds)
+                total += wrap_grain(g, low, edges, speeds, lean)
             wrap_work[chunk] = wrap_work[chunk] + 0.5 * mass * total
 
     return wrap

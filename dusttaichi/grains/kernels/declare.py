@@ -120,7 +120,7 @@ def _cell(n, layout):
     return [
         ("shift", "edges between a pair, along each periodic axis", "1", n.lane, (n.pairs, axes)),
         ("wraps", "how often a grain has crossed a face", "1", ("i32", 3), (n.grains,)),
-        ("cell", "how the edges go: rows of kernels.cell", "um, um/us, 1/us", ("f64", 0), (4, 3)),
+        ("cell", "how the edges go: rows of kernels.cell", "um, um/us, 1/us", ("f64", 0), (5, 3)),
         ("face_work", "work of the faces by tile", "fJ", n.lane, (tiles,)),
         ("wrap_work", "energy given to grains that crossed, by chunk", "fJ", ("f64", 0),
          (n.chunks,)),

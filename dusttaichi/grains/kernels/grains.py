@@ -3,7 +3,7 @@
 import taichi as ti
 
 from dusttaichi.compute.scan import CHUNK
-from dusttaichi.grains.kernels.cell import CENTRE, GROWTH, RATE, START
+from dusttaichi.grains.kernels.cell import CENTRE, GROWTH, RATE, START, TILT
 from dusttaichi.grains.kernels.gravity import make_gravity
 from dusttaichi.grains.kernels.store import GRAINS
 
@@ -94,8 +94,8 @@ def make_flux(fields, layout):
 
     The kinetic part of the stress, with the velocities of the half step; 1 if a search is due.
     Where grains have masses of their own (layout.polydisperse) it is m v v dt. In a periodic cell v
-    is measured from the even flow of its edges, L'/L (x - centre) along each periodic axis: that is
-    the same for all images of a grain.
+    is measured from the even flow of its edges, L'/L (x - centre) along each periodic axis, and of
+    a shear of the cell: that is the same for all images of a grain.
     """
     x, v, flux, mass = fields["x"], fields["v"], fields["flux"], fields.get("mass")
     counts, cell = fields["counts"], fields.get("cell")
@@ -112,8 +112,17 @@ def make_flux(fields, layout):
         return out
 
     @ti.func
+    def shear(step, dt, rate):
+        """Rate of the shear of a tilted cell, in the middle of the step."""
+        time = dt * (ti.cast(step, ti.f64) - 0.5)
+        height = cell[START, 2] * ti.exp(cell[GROWTH, 2] * time) + cell[RATE, 2] * time
+        return (cell[TILT, 1] - rate[0] * (cell[TILT, 0] + cell[TILT, 1] * time)) / height
+
+    @ti.func
     def add_flux(chunk, move: ti.template(), step, numbers):
-        due, rate = 0, flow(step, numbers.dt)
+        due, rate, sheared = 0, flow(step, numbers.dt), 0.0
+        if ti.static(layout.tilted):
+            sheared = shear(step, numbers.dt, rate)
         sums = ti.Vector.zero(ti.f64, 6)
         for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, counts[GRAINS])):
             due = ti.max(due, move(g, numbers.kick, numbers.turn, numbers.dt, numbers.reach2))
@@ -121,6 +130,8 @@ def make_flux(fields, layout):
             for a in ti.static(layout.periodic):
                 middle = x[g][a] - 0.5 * numbers.dt * v[g][a]
                 u[a] -= ti.cast(rate[a] * (middle - cell[CENTRE, a]), layout.geometry)
+                if ti.static(layout.tilted and a == 2):
+                    u[0] -= ti.cast(sheared * (middle - cell[CENTRE, 2]), layout.geometry)
             if ti.static(layout.polydisperse):
                 u *= ti.sqrt(mass[g])
             sums += ti.Vector([u.x * u.x, u.x * u.y, u.x * u.z, u.y * u.y, u.y * u.z, u.z * u.z])

@@ -20,7 +20,7 @@ from dusttaichi.grains.kernels.store import (
     capacity,
     sphere_capacity,
 )
-from dusttaichi.grains.kernels.walls import Walls
+from dusttaichi.grains.kernels.walls import TOP, Walls
 
 # columns of a contact sum
 NORMAL, ROLLING, SLIDING, TWISTING, CONTACTS, PENDING, DEEPEST, FACES = range(8)
@@ -262,6 +262,8 @@ def make_measure_walls(fields, sums, layout, contacts):
         one = 1.0 + 0.0 * place.x
         nw = contacts.Wide(one * box.normal[k, 0], one * box.normal[k, 1], one * box.normal[k, 2])
         distance = place.dot(nw) - box.offset[k] - box.speed[k] * time + wall_gap[c]
+        if k == TOP:  # foot points stand where they do on the wall
+            place.x -= box.slid + box.along * time
         n1, second, now = contacts.kept(b)
         n2, arm = nw, second
         if ti.static(layout.deviations):

@@ -16,6 +16,7 @@ class PairLists:
 
     def __init__(self, fields, scratch, layout, write_constants):
         self.width, self.size, self.axes = layout.width, layout.state_size, layout.periodic
+        self.tilted = layout.tilted
         self.polydisperse, self.real = layout.polydisperse, layout.law
         self.x, self.counts = fields["x"], fields["counts"]
         self.pair_i, self.pair_j = fields["pair_i"], fields["pair_j"]
@@ -48,14 +49,23 @@ class PairLists:
         self.old_j[b] = self.pair_j[b]
 
     @ti.func
-    def write_pair(self, g, j, c, edges):
+    def write_pair(self, g, j, c, edges, tilt):
         b, k = c // self.width, c % self.width
         self.pair_i[b][k], self.pair_j[b][k] = g, j
         if ti.static(self.polydisperse):
             self.write_constants(b, k, g, j)
-        for n in ti.static(range(len(self.axes))):
+        lean = ti.cast(0.0, ti.f64)
+        for m in ti.static(range(len(self.axes))):
+            # from the last axis to the first: what a face across z adds along x is known then
+            n = ti.static(len(self.axes) - 1 - m)
             a = ti.static(self.axes[n])
-            self.shift[b, n][k] = ti.floor((self.x[g][a] - self.x[j][a]) / edges[a] + 0.5)
+            way = self.x[g][a] - self.x[j][a]
+            if ti.static(self.tilted and a == 0):
+                way -= lean
+            turns = ti.floor(way / edges[a] + 0.5)
+            self.shift[b, n][k] = turns
+            if ti.static(self.tilted and a == 2):
+                lean = turns * tilt
         old = -1
         for o in range(self.old_start[g], self.old_start[g + 1]):
             if self.old_j[o // self.width][o % self.width] == j:
@@ -67,11 +77,11 @@ class PairLists:
             self.state[b, n][k] = value
 
     @ti.func
-    def write_pairs(self, g, edges):
+    def write_pairs(self, g, edges, tilt):
         c = self.pair_start[g]
         for k in range(self.near_count[g]):
             if self.neighbour(g, k) > g:
-                self.write_pair(g, self.neighbour(g, k), c, edges)
+                self.write_pair(g, self.neighbour(g, k), c, edges, tilt)
                 c += 1
 
     @ti.func
@@ -134,20 +144,20 @@ class PairLists:
 
 
 def make_relist(fields, scratch, layout, write_constants=None):
-    """Kernels `relist(edges)`: pairs and their history, and `list_entries()`: the contacts of every
-    grain. edges: of the periodic cell. write_constants: see PairLists."""
+    """Kernels `relist(edges, tilt)`: pairs and their history, and `list_entries()`: the contacts of
+    every grain. edges, tilt: of the periodic cell. write_constants: see PairLists."""
     W, counts, entry_start = layout.width, fields["counts"], fields["entry_start"]
     own_count, old_start = scratch["own_count"], scratch["old_start"]
     pair_start, scan = fields["pair_start"], Scan(scratch["chunk_sum"])
     lists = PairLists(fields, scratch, layout, write_constants)
 
     @ti.kernel
-    def relist(edges: ti.types.vector(3, ti.f64)):
+    def relist(edges: ti.types.vector(3, ti.f64), tilt: ti.f64):
         grains = counts[GRAINS]
         for b in range(whole(old_start[grains], W)):
             lists.keep_old(b)
         for g in range(grains):
-            lists.write_pairs(g, edges)
+            lists.write_pairs(g, edges, tilt)
         for _ in range(1):
             pairs = pair_start[grains]
             counts[PAIRS] = pairs

@@ -21,6 +21,7 @@ Grid = ti.types.struct(
     inv_edge=ti.types.vector(3, ti.f64),
     cells=ti.types.vector(3, ti.i32),
     edges=ti.types.vector(3, ti.f64),  # of the periodic cell, 0 along other axes
+    tilt=ti.f64,  # how much further along x the image above it stands
 )
 
 CELLS_PER_GRAIN = 4
@@ -83,10 +84,14 @@ class Cells:
     def __init__(self, fields, scratch, layout):
         self.x, self.scene, self.batch = fields["x"], fields.get("scene"), layout.batch
         self.start, self.grain = scratch["cell_start"], scratch["cell_grain"]
+        self.tilted = layout.tilted
 
     @ti.func
     def cell_of(self, p, grid):
-        c = ti.cast((p - grid.origin) * grid.inv_edge, ti.i32)
+        d = p - grid.origin
+        if ti.static(self.tilted):  # the cells lean as the periodic cell does
+            d[0] -= grid.tilt * (d[2] / grid.edges[2] - 0.5)
+        c = ti.cast(d * grid.inv_edge, ti.i32)
         return ti.max(0, ti.min(c, grid.cells - 1))
 
     @ti.func
@@ -190,7 +195,9 @@ class Neighbours:
                         there[n] < 0, ti.i32
                     )
                     there[n] -= turn * grid.cells[n]
-                    image[n] = turn * grid.edges[n]
+                    image[n] += turn * grid.edges[n]
+                    if ti.static(self.cells.tilted and n == 2):
+                        image[0] += turn * grid.tilt
                 if there.min() >= 0 and (grid.cells - 1 - there).min() >= 0:
                     here = self.cells.number(there, grid)
                     self.take(g, here, here, image, reach2, counting)

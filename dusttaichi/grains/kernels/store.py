@@ -31,6 +31,7 @@ class Layout:
     twisting: bool
     damping: bool
     periodic: tuple = ()  # numbers of the axes along which the cell repeats
+    tilted: bool = False  # the cell may lean: its image above moves along x
     stress: bool = False
     asperities: bool = False
     forced: bool = False  # a force from outside acts on some grains

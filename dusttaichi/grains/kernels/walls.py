@@ -4,13 +4,18 @@ import taichi as ti
 
 from dusttaichi.grains.kernels.contacts import BREAKING, ContactPass, add_to
 from dusttaichi.grains.kernels.store import FIRST_WALL
+from dusttaichi.names import WALLS
 
 Walls = ti.types.struct(
     normal=ti.types.matrix(6, 3, ti.f64),  # unit normals, into the sample
     offset=ti.types.vector(6, ti.f64),  # plane: x.n = offset + speed t
     speed=ti.types.vector(6, ti.f64),  # along the normal
     strength=ti.types.vector(6, ti.f64),  # of rolling, sliding, twisting
+    slid=ti.f64,  # the top wall has gone along x by slid + along time
+    along=ti.f64,
 )
+
+TOP = WALLS.index("top")
 
 
 @ti.data_oriented
@@ -32,21 +37,37 @@ class WallPass(ContactPass):
 
     @ti.func
     def plane(self, c, box, time):
-        """Of the wall of block c: unit normal (a lane each), offset at `time`, speed, strength."""
+        """Of the wall of block c: unit normal (a lane each), offset at `time`, speed, strength, how
+        far it has gone along itself and how fast it does."""
         k = self.of[c]
         one = ti.cast(1.0 + 0.0 * self.gap[c], self.geometry)
         normal = self.Wide(one * box.normal[k, 0], one * box.normal[k, 1], one * box.normal[k, 2])
-        offset = box.offset[k] + box.speed[k] * time
-        return ti.Struct(nw=normal, offset=offset, speed=box.speed[k], strength=box.strength[k])
+        slid, along = self.lateral(k, box, time)
+        return ti.Struct(
+            nw=normal, offset=box.offset[k] + box.speed[k] * time, speed=box.speed[k],
+            strength=box.strength[k], slid=self.Wide(one * slid, 0.0 * one, 0.0 * one),
+            along=self.Wide(one * along, 0.0 * one, 0.0 * one),
+        )  # fmt: skip
+
+    @ti.func
+    def lateral(self, k, box: ti.template(), time):
+        """How far wall k has gone along x, and how fast it does."""
+        slid, along = ti.cast(0.0, self.geometry), ti.cast(0.0, self.geometry)
+        if k == TOP:
+            slid = ti.cast(box.slid + box.along * time, self.geometry)
+            along = ti.cast(box.along, self.geometry)
+        return slid, along
 
     @ti.func
     def ways(self, c, plane: ti.template(), step):
         """Where the grains are and how they move, in the precision of the laws; on a wall n_c is
         its normal nw."""
         i = self.grain[c]
-        place, w1 = self.gather(self.x, i), self.three(self.gather(self.w, i))
+        # foot points stand where they do on the wall, wherever it has gone along itself
+        place, w1 = self.gather(self.x, i).minus(plane.slid), self.three(self.gather(self.w, i))
         distance = place.dot(plane.nw) - plane.offset + self.gap[c]
-        dv = self.three(self.gather(self.v, i).minus(plane.nw.times(plane.speed)))
+        speed = plane.nw.times(plane.speed).plus(plane.along)
+        dv = self.three(self.gather(self.v, i).minus(speed))
         return ti.Struct(
             place=self.three(place), dv=dv, w1=w1, turn1=w1.times(self.one(step)),
             nw=self.three(plane.nw), distance=distance,

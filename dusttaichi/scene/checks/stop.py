@@ -24,11 +24,15 @@ def stop(scene, path, plan) -> Found:
     if stop.stress is not None and not scene.output.stress:
         found.append((f"{where}.stress", "no stress is measured; set output.stress: true"))
     found += _states(scene, stop, ends_anyway or stop.filling_factor is not None, where)
+    if stop.creep is not None and not (plan.drive.held and bounded_axes(scene.boundary) == AXES):
+        text = "no load is held in a room that is bounded; give drive a pressure or a stress"
+        found.append((f"{where}.creep", text))
     moving = strains(scene.boundary, plan.drive)
     if stop.strain is not None and not moving:
-        found.append(
-            (f"{where}.strain", "nothing strains: no wall or face moves; stop by time or steps")
-        )
+        text = "nothing strains: no wall or face moves; stop by time or steps"
+        if plan.drive.held:
+            text = "strains follow the load here; stop by time, steps, creep or a filling factor"
+        found.append((f"{where}.strain", text))
     if stop.past_maximum is not None:
         pulls = isinstance(scene.boundary, PlatesBoundary) or scene.output.stress
         if not moving:
@@ -63,7 +67,7 @@ def _filling_factor(boundary, drive, where) -> Found:
                 "kind: plates, or kind: periodic, or stop by time or steps",
             )
         ]
-    elif filling_direction(boundary, drive):
+    elif filling_direction(boundary, drive) or drive.held:
         return []
     if isinstance(boundary, PeriodicBoundary):
         text = (
@@ -81,13 +85,13 @@ def _filling_factor(boundary, drive, where) -> Found:
 
 
 def _states(scene, stop, ends_anyway, where) -> Found:
-    """Rest and plateau, which may never come."""
+    """Rest, plateau and creep, which may never come to an end."""
     found = []
     if stop.plateau is not None and "top" not in scene.boundary.walls and not scene.output.stress:
         found.append(
             (f"{where}.plateau", "no pressure is measured; use a top wall or output.stress")
         )
-    for name in ("rest", "plateau"):
+    for name in ("rest", "plateau", "creep"):
         if getattr(stop, name) is not None and not ends_anyway:
             text = "it may never come; add a time or steps as the latest end"
             found.append((f"{where}.{name}", text))

@@ -1,0 +1,164 @@
+"""Tests under load: where dust settles under a pressure that is held, its strength in shear."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dusttaichi.analysis.cycles import pressure_of
+from dusttaichi.errors import DustError
+from dusttaichi.scene.quantities import parse
+
+LAST = 10
+"""Points of the series at the end of a stage that a load is averaged over."""
+FLOWING = 0.5
+"""Share of the shear of a stage, at its end, over which shear and normal stress are averaged."""
+
+
+@dataclass(frozen=True)
+class Held:
+    """One stage under a pressure that is held.
+
+    stage: its name. wanted, pressure [Pa]: the one asked for, and the mean over the LAST points.
+    overshoot: largest mean over LAST points in a row over that asked for, less 1. filling_factor:
+    at its end. creep [1/s]: rate of its logarithm over the LAST points. time [s]: how long it took.
+    """
+
+    stage: str
+    wanted: float
+    pressure: float
+    overshoot: float
+    filling_factor: float
+    creep: float
+    time: float
+
+
+def held_loads(run):
+    """The Held of every stage of a Run that holds a pressure, in order; [] where none does."""
+    drives = [stage.get("drive", {}) for stage in run.scene.get("stages", [])]
+    found = []
+    for part in run.parts:
+        drive = drives[run.stages.index(part.stage_name)] if drives else run.scene["boundary"]
+        if drive.get("pressure") and len(part.series.time) > LAST:
+            found.append(_held(part, parse(drive["pressure"], "pressure")))
+    return found
+
+
+def _held(part, wanted):
+    series = part.series
+    pressure = np.array([pressure_of(series.isel(time=k)) for k in range(len(series.time))])
+    mean = np.convolve(pressure, np.ones(LAST) / LAST, "valid")
+    time, phi = series.time.values, series.filling_factor.values
+    return Held(
+        stage=part.stage_name,
+        wanted=wanted,
+        pressure=float(mean[-1]),
+        overshoot=float(mean.max() / wanted - 1.0),
+        filling_factor=float(phi[-1]),
+        creep=float(np.log(phi[-1] / phi[-LAST]) / (time[-1] - time[-LAST])),
+        time=float(time[-1] - part.start.time),
+    )
+
+
+@dataclass(frozen=True)
+class Shearing:
+    """One stage that shears, in n records.
+
+    stage: its name. strain (n,): shear strain since its start. shear, normal [Pa] (n,): shear
+    stress along the way of what moves, and stress across it, positive in compression; of a wall its
+    forces over its area. filling_factor (n,). strength, strength_sigma [Pa]: mean of the shear
+    stress over the last FLOWING of the strain and its standard error, from the scatter of ten parts
+    in a row; load [Pa], density: means of the normal stress and of the filling factor there.
+    """
+
+    stage: str
+    strain: np.ndarray
+    shear: np.ndarray
+    normal: np.ndarray
+    filling_factor: np.ndarray
+    strength: float
+    strength_sigma: float
+    load: float
+    density: float
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Line through the strengths of several loads: strength = cohesion + slope x load.
+
+    cohesion [Pa], slope: with their 1-sigma uncertainties by the scatter about the line, not a
+    number for two loads.
+    """
+
+    cohesion: float
+    cohesion_sigma: float
+    slope: float
+    slope_sigma: float
+
+    @property
+    def angle(self):
+        """Friction angle [degrees]."""
+        return float(np.degrees(np.arctan(self.slope)))
+
+
+def shearings(run):
+    """The Shearing of every stage of a Run that shears, in their order.
+
+    Raises DustError where none does.
+    """
+    found = []
+    for part in run.parts if "shear_strain" in run.series else []:
+        way = np.diff(part.series.shear_strain.values, prepend=float(part.start.shear_strain))
+        if np.any(way != 0.0) and len(part.series.time) > 2:
+            found.append(_shearing(part))
+    if not found:
+        raise DustError(f"{run.path}: no stage shears; it needs a shear_rate or a shear_speed.")
+    return found
+
+
+def friction(found):
+    """The Friction of several Shearing; None for fewer than two loads."""
+    load, strength = (np.array([getattr(s, name) for s in found]) for name in ("load", "strength"))
+    if len(found) < 2 or np.ptp(load) == 0.0:
+        return None
+    if len(found) == 2:
+        slope, cohesion = np.polyfit(load, strength, 1)
+        return Friction(float(cohesion), np.nan, float(slope), np.nan)
+    (slope, cohesion), covariance = np.polyfit(load, strength, 1, cov=True)
+    own, other = np.sqrt(np.diag(covariance))
+    return Friction(float(cohesion), float(other), float(slope), float(own))
+
+
+def _shearing(part):
+    series = part.series
+    strain = series.shear_strain.values - float(part.start.shear_strain)
+    shear, normal = _stresses(series)
+    way = np.sign(strain[-1])
+    strain, shear = way * strain, way * shear
+    phi = (
+        series.filling_factor.values if "filling_factor" in series else np.full(len(strain), np.nan)
+    )
+    flowing = strain > (1.0 - FLOWING) * strain[-1]
+    parts = [np.mean(p) for p in np.array_split(shear[flowing], 10) if len(p)]
+    return Shearing(
+        stage=part.stage_name,
+        strain=strain,
+        shear=shear,
+        normal=normal,
+        filling_factor=phi,
+        strength=float(np.mean(shear[flowing])),
+        strength_sigma=float(np.std(parts, ddof=1) / np.sqrt(len(parts)))
+        if len(parts) > 1
+        else np.nan,
+        load=float(np.mean(normal[flowing])),
+        density=float(np.mean(phi[flowing])),
+    )
+
+
+def _stresses(series):
+    """Shear and normal stress [Pa], (n,) each: of the cell, or on the top wall."""
+    if "wall_force" in series:
+        force = series.wall_force.sel(wall="top")
+        pressure = series.pressure.sel(wall="top").values
+        return force.sel(xyz="x").values / -force.sel(xyz="z").values * pressure, pressure
+    stress = series.stress.values
+    return 0.5 * (stress[:, 0, 2] + stress[:, 2, 0]), -stress[:, 2, 2]

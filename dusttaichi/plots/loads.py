@@ -1,0 +1,93 @@
+"""Dust under load: steps of load beside a constant speed, and shear strength."""
+
+import numpy as np
+
+from dusttaichi.analysis.cycles import pressure_of
+from dusttaichi.analysis.loads import friction, held_loads, shearings
+from dusttaichi.errors import DustError
+from dusttaichi.plots import style
+
+
+@style.styled
+def loads(run, others=(), labels=None):
+    """Filling factor against pressure where a Run holds pressures, step by step.
+
+    Its path is thin, its points are where each load had settled. others: runs of the same sample at
+    a constant speed, drawn as lines; labels: one for each of these (default: their names).
+    Raises DustError where no pressure is held.
+    """
+    found = held_loads(run)
+    if not found:
+        raise DustError(f"{run.path}: no stage holds a pressure; it needs drive: pressure.")
+    figure, (axes,) = style.new_figure()
+    axes.plot(*_path(run), color=style.GREY, linewidth=0.7, label="under load, on the way")
+    names = labels or [other.name for other in others]
+    for number, (other, label) in enumerate(zip(others, names, strict=True)):
+        axes.plot(*_path(other), label=label, **style.run_style(number))
+    axes.plot(
+        [held.pressure / 1e3 for held in found],
+        [held.filling_factor for held in found],
+        "o",
+        color=style.ORANGE,
+        markersize=6,
+        label="under load, settled",
+    )
+    axes.set_xscale("log")
+    lowest = min(held.wanted for held in found) / 1e3
+    axes.set_xlim(0.1 * lowest, 2.0 * max(held.wanted for held in found) / 1e3)
+    axes.set_xlabel("pressure (kPa)")
+    axes.set_ylabel(r"filling factor $\phi$")
+    style.legend(axes)
+    return figure
+
+
+def _path(run):
+    """Pressure [kPa] and filling factor of all records with a positive pressure."""
+    series = run.series
+    pressure = np.array([pressure_of(series.isel(time=k)) for k in range(len(series.time))]) / 1e3
+    shown = pressure > 0.0
+    return pressure[shown], series.filling_factor.values[shown]
+
+
+@style.styled
+def shear(run):
+    """Shear stress of a Run against the shear strain of each stage that shears; below, the strength
+    against the normal stress, with the line of friction, and against the filling factor.
+
+    Raises DustError where nothing is sheared.
+    """
+    found = shearings(run)
+    figure, (curves, line, density) = style.new_figure(
+        height=7.2, rows=3, ratios=(1.4, 1.0, 1.0), shared=False
+    )
+    largest = max(float(np.abs(s.shear).max()) for s in found)
+    scale, unit = style.scaled(largest, style.PRESSURES)
+    for number, one in enumerate(found):
+        own = style.run_style(number)
+        curves.plot(one.strain, one.shear * scale, label=f"{one.load / 1e3:.3g} kPa", **own)
+        for axes, x in ((line, one.load * scale), (density, one.density)):
+            axes.errorbar(
+                x, one.strength * scale, one.strength_sigma * scale, fmt="o",
+                color=own["color"], markersize=5,
+            )  # fmt: skip
+    fit = friction(found)
+    if fit is not None:
+        x = np.array([0.0, 1.05 * max(one.load for one in found)])
+        text = rf"$\tau = {fit.cohesion * scale:.2g}$ {unit} $+ {fit.slope:.2f}\,\sigma_n$"
+        line.plot(
+            x * scale,
+            (fit.cohesion + fit.slope * x) * scale,
+            color=style.BLACK,
+            linewidth=1.0,
+            label=f"{text}, friction angle {fit.angle:.0f}°",
+        )
+        style.legend(line)
+    curves.set_xlabel("shear strain of the stage")
+    curves.set_ylabel(f"shear stress ({unit})")
+    style.legend(curves, title="normal stress", ncols=2)
+    line.set_xlabel(f"normal stress ({unit})")
+    density.set_xlabel(r"filling factor $\phi$")
+    for axes in (line, density):
+        axes.set_ylabel(f"strength ({unit})")
+        axes.set_ylim(bottom=0.0)
+    return figure

@@ -1,0 +1,239 @@
+"""What holds a pressure or a stress, and what is sheared: against closed forms, to the last bit."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import RADIUS, Probe, box, make_scene, sample_of
+
+from dusttaichi import units
+from dusttaichi.errors import DustError, GuardStop
+from dusttaichi.grains.grain_contacts import contact_constants
+from dusttaichi.method import State, of
+from dusttaichi.physics.contact import normal
+from dusttaichi.samples import make
+from dusttaichi.scene import from_yaml
+
+PAIR, WALL = contact_constants(make_scene(damping="viscoelastic"))
+REST = 2 * RADIUS - PAIR.delta0
+SIDE = 2.4e-6  # of the box of one grain [m]
+
+
+def lattice(n, distance):
+    return distance * np.array(np.meshgrid(*[np.arange(n)] * 3)).reshape(3, -1).T
+
+
+def overlap_under(force, contact):
+    """Overlap [m] at which a contact pushes with a force [N] (JKR, stable branch)."""
+    roots = np.roots([1.0, 0.0, 0.0, -1.0, 0.0, 0.0, -force / (4.0 * contact.F_c)])
+    s = max(r.real for r in roots if abs(r.imag) < 1e-9)
+    assert normal.force(s) * 4.0 * contact.F_c == pytest.approx(force)
+    return (3.0 * s**4 - 2.0 * s) * contact.delta0
+
+
+def ledger(m):
+    own = m["kinetic_translation"] + m["kinetic_rotation"] + m["potential"].sum()
+    own += m["potential_wall"].sum()
+    work = m["wall_work"] + m["face_work"]
+    return np.array([own, m["loss"].sum() + m["loss_wall"].sum(), work])
+
+
+def residual(before, after):
+    own, lost, work = ledger(after) - ledger(before)
+    return own + lost - work
+
+
+LOAD, COLUMN = 200e3, np.array([[0.0, 0.0, RADIUS - WALL.delta0 + n * REST] for n in range(3)])
+
+
+def plates(**drive):
+    """Two plates that touch the column of three grains, wide enough not to matter."""
+    size = (SIDE, SIDE, 2 * REST + 2 * RADIUS - 2 * WALL.delta0)
+    sides = ["x_min", "x_max", "y_min", "y_max"]
+    return box("bottom", "top", size=size) | {"omit": sides} | drive
+
+
+@pytest.fixture(scope="module")
+def column():
+    """The column under a pressure: springs with known forces, and nothing else."""
+    boundary = plates(pressure=f"{LOAD} Pa", wall_speed="1 cm/s")
+    probe = Probe(make_scene(damping="viscoelastic", boundary=boundary), sample_of(COLUMN))
+    sim, loads, start = probe.sim, [], probe.sim.measure()
+    area = sim.domain.wall_areas(0)[5]
+    for _ in range(40):
+        before = sim.impulses()
+        sim.advance(500)
+        mean = (sim.impulses() - before)[5, 2] / (500 * sim.dt)
+        loads.append(-mean / area * units.PRESSURE)
+    return sim, np.array(loads), start, area * units.LENGTH**2
+
+
+def test_a_load_is_held_without_overshoot(column):
+    _, loads, _, _ = column
+    assert loads.max() < 1.05 * LOAD
+    np.testing.assert_allclose(loads[-10:], LOAD, rtol=0.02)
+
+
+def test_the_wall_stands_where_the_springs_have_the_load(column):
+    sim, _, _, area = column
+    force = LOAD * area
+    least = 6 * RADIUS - 2 * overlap_under(force, WALL) - 2 * overlap_under(force, PAIR)
+    way = 2 * REST + 2 * RADIUS - 2 * WALL.delta0 - least
+    assert sim.lengths()[2] * units.LENGTH == pytest.approx(least, abs=0.02 * way)
+
+
+def test_the_work_of_a_load_closes_the_ledger(column):
+    sim, _, start, _ = column
+    m = sim.measure()
+    assert m["wall_work"] > 0.0
+    assert abs(residual(start, m)) < 1e-4 * m["wall_work"]
+
+
+CAKE = """
+name: cake
+material: silicate_s12
+interaction: {rolling: {modifier: 8}, sliding: {modifier: 2.5}, damping: viscoelastic}
+sample: {kind: rbd, grains: 60, seed: 3}
+boundary: {kind: periodic, %s}
+stop: {time: 5 us}
+numerics: {time_step: 0.2 ns, threads: 1}
+"""
+MIXED = "stress: [-20 kPa, -20 kPa, free], strain_rate: [3e4 s^-1, 3e4 s^-1, -5e4 s^-1]"
+
+
+class TestCell:
+    """One compiled scene: two axes under a stress, one at a rate, and sheared."""
+
+    @pytest.fixture(scope="class")
+    def scene(self):
+        return from_yaml(CAKE % f"{MIXED}, shear_rate: 1e5 s^-1")
+
+    def test_mixed_control(self, scene):
+        sim = of(scene).build(scene, make(scene))
+        start, first = sim.sim.measure(), sim.sim.lengths()
+        sim.advance(3000)
+        after, held = sim.sim.measure(), sim.sim.servo
+        assert abs(residual(start, after)) < 1e-3 * np.abs(ledger(after) - ledger(start)).max()
+        ratio = sim.sim.lengths() / first
+        assert ratio[2] == pytest.approx(np.exp(-5e4 * sim.time * units.TIME), rel=1e-12)
+        assert (held.speed != 0.0).all() and (np.abs(held.speed) <= held.largest).all()
+        assert sim.domain.shear_strain(sim.step) == pytest.approx(1e5 * sim.time * units.TIME)
+
+    def test_goes_on_with_the_same_bits(self, scene):
+        """However it is cut into calls, and after a checkpoint between two changes of speed."""
+        one = of(scene).build(scene, make(scene))
+        one.advance(620)
+        state = one.state()
+        state = State({k: v.copy() for k, v in state.arrays.items()}, state.numbers)
+        for part in (1, 29, 350, 500):
+            one.advance(part)
+        x, numbers = np.array(one.sim.grain_state()), one.sim.numbers()
+        again = of(scene).reopen(scene, state)
+        again.advance(880)
+        assert np.array_equal(np.array(again.sim.grain_state()), x)
+        assert again.sim.numbers()["servo"] == numbers["servo"]
+        assert again.sim.numbers()["cell"] == numbers["cell"]
+
+
+def sheared(rate, n=4):
+    scene = make_scene(
+        boundary={
+            "kind": "periodic",
+            "size": [f"{n * REST:.17g} m"] * 3,
+            "shear_rate": f"{rate} s^-1",
+        },
+        damping="viscoelastic",
+        dt="0.2 ns",
+    )
+    return Probe(scene, sample_of(lattice(n, REST))).sim
+
+
+def test_lattice_in_shear_has_the_stress_of_its_springs():
+    """Simple cubic: grains turn half as fast as the cell shears, so that each sliding spring of a
+    contact across x or z has the displacement gamma d/2: stress k_s gamma/(2 d), up to the limit
+    k_s zeta_crit/d^2, at which they slide. It is symmetric, and its work is all that goes in."""
+    sim, begin = sheared(2e3), None
+    k_s, zeta = PAIR.numbers["k_s"], PAIR.numbers["zeta_crit"]
+    start, found = sim.measure(), []
+    volume = np.prod(sim.lengths())
+    for _ in range(4):
+        flux, begin = sim.momentum_flux(), sim.time
+        sim.advance(1000)
+        stress = -(sim.momentum_flux() - flux) / (volume * (sim.time - begin)) * units.PRESSURE
+        gamma = sim.cell.sheared(0.5 * (sim.time + begin))
+        found.append((gamma, stress))
+    for gamma, stress in found[:2]:
+        # the faces begin to move at once: what swings is averaged over ten periods
+        assert stress[0, 2] == pytest.approx(k_s * gamma / (2.0 * REST), rel=0.01)
+    assert found[-1][1][0, 2] == pytest.approx(k_s * zeta / REST**2, rel=2e-3)
+    for _, stress in found:
+        assert stress[0, 2] == pytest.approx(stress[2, 0], rel=1e-3)  # grains spin up
+    m = sim.measure()
+    assert m["contacts"] == 3 * 64
+    assert abs(residual(start, m)) < 1e-5 * m["face_work"]
+    power = volume * sum(s[0, 2] for _, s in found) / units.PRESSURE * 2e-3 * (1000 * sim.dt)
+    assert m["face_work"] == pytest.approx(power, rel=1e-3)
+
+
+def test_neighbours_across_leaning_faces():
+    """All pairs of a cell that leans, and has leaned over, against all images of all grains."""
+    sim = sheared(2e6)
+    for _ in range(4):
+        sim.advance(1000)
+        x, time = sim.grain_state()[0], sim.time
+        assert not sim.cell.outside(x, time).any()
+        edges = np.diag(sim.cell.edges(time))
+        edges[2, 0] = sim.cell.offset(time)
+        images = np.array(np.meshgrid(*[[-1, 0, 1]] * 3)).reshape(3, -1).T @ edges
+        apart = np.linalg.norm(x[:, None, None] - x[None, :, None] + images, axis=3).min(axis=2)
+        i, j = np.triu_indices(len(x), 1)
+        own = sim.contact_state()
+        pairs = np.sort(np.stack([own["grain_i"], own["grain_j"]]), axis=0)
+        distance = 2 * sim.radius - own["overlap"]
+        np.testing.assert_allclose(apart[tuple(pairs)], distance, atol=1e-12)
+        assert np.sum(own["overlap"] > 0.0) == np.sum(apart[i, j] < 2 * sim.radius)
+    assert abs(sim.cell.offset(time)) <= 0.5 * sim.cell.edges(time)[0]
+    assert sim.cell.sheared(time) == pytest.approx(1.6)
+
+
+def test_wall_that_moves_along_itself():
+    """What slides on a wall that moves along itself slides as on one at rest, and the way of the
+    wall times its force is its work."""
+    boundary = plates(shear_speed="2 cm/s")
+    scene = make_scene(damping="viscoelastic", boundary=boundary)
+    sim = Probe(scene, sample_of(COLUMN)).sim
+    start, before, first = sim.measure(), sim.impulses(), sim.wall_forces()
+    sim.advance(4000)
+    impulse = sim.impulses() - before + 0.5 * sim.dt * (first - sim.wall_forces())
+    m = sim.measure()
+    assert m["wall_work"] == pytest.approx(0.02 * impulse[5, 0], rel=1e-9) and m["wall_work"] > 0.0
+    assert abs(residual(start, m)) < 1e-4 * m["wall_work"]
+    walls = sim.wall_contact_state()
+    top = list(walls["wall"]).index(5)
+    x = sim.grain_state()[0][walls["grain"][top], 0]
+    assert x > 0.0 and walls["foot"][top, 0] == pytest.approx(0.02 * sim.time, rel=0.3)
+    assert sim.domain.shear_strain(sim.step) == pytest.approx(0.02 * sim.time / sim.lengths()[2])
+
+
+@pytest.mark.parametrize(
+    ("boundary", "text"),
+    [
+        ("{kind: plates, shear_rate: 1 s^-1}", "shear_rate.*unknown key"),
+        ("{kind: box, omit: [top], pressure: 5 kPa}", "pressure.*nothing that it could move"),
+        ("{kind: periodic, stress: [free, free, free]}", "stress.*it sets the scale"),
+        ("{kind: periodic, axes: [x, y], shear_rate: 1 s^-1}", "shear_rate.*no cell that it"),
+        ("{kind: periodic, gain: 3}", "gain.*neither is held"),
+        ("{kind: periodic, pressure: 1 kPa, stress: -1 kPa}", "not allowed together with stress"),
+        ("{kind: box, pressure: 1 kPa, shear_speed: 1 m/s, gain: 0}", "gain.*above 0"),
+    ],
+)
+def test_what_cannot_be_held_is_refused(boundary, text):
+    with pytest.raises(DustError, match=f"(?s)boundary.{text}|{text}"):
+        from_yaml(CAKE.replace("{kind: periodic, %s}", boundary))
+
+
+def test_a_load_that_is_not_reached_stops_where_the_room_ends(column):
+    domain = column[0].domain
+    flat = replace(domain, radius=0.25 * domain.lengths(column[0].step)[2])
+    with pytest.raises(GuardStop, match="along z, two grains, and the load that is to be held"):
+        flat.steered(flat.servo.before)
