@@ -45,6 +45,7 @@ def make_surroundings(boundary, positions, radius, *, contact, overlap, period=N
     if room is not None:
         room_low, room_high = _kept(room, room_low, room_high, axes)
         low, high, size = room_low, room_high, room_high - room_low
+    _put_planes(boundary, room_low, room_high, size)
     box = make_box(boundary, room_low, room_high, size) if boundary.walls else None
     if not axes:
         return box, None
@@ -54,6 +55,25 @@ def make_surroundings(boundary, positions, radius, *, contact, overlap, period=N
     cell = Cell(np.where(periodic, size, 0.0), np.zeros(3), np.zeros(3), centre, axes)
     check_images(positions, cell, radius)
     return box, cell
+
+
+def _put_planes(boundary, low, high, size):
+    """Put the ends and sizes (3,) of a room [um] where the scene says that walls stand."""
+    planes = getattr(boundary, "at", None)
+    for n, axis in enumerate(AXES):
+        ends = None if planes is None else getattr(planes, axis)
+        if ends is None:
+            continue
+        first, last = (end / units.LENGTH for end in ends)
+        # as in _check_room, far below any length of a contact
+        margin = 1e-9 * (high[n] - low[n])
+        if low[n] < first - margin or high[n] > last + margin:
+            raise DustError(
+                f"boundary.at.{axis}: the sample does not fit: it reaches from {low[n]:.4g} um to "
+                f"{high[n]:.4g} um along {axis}, the walls stand at {first:.4g} um and {last:.4g} "
+                "um; move them apart"
+            )
+        low[n], high[n], size[n] = first, last, last - first
 
 
 def _kept(room, low, high, axes):

@@ -19,7 +19,7 @@ import numpy as np
 from dusttaichi import units
 from dusttaichi.scene import drive as given
 
-EVERY, SHARE = 50, 0.3
+EVERY, SHARE = 50, 0.05
 STIFF, DAMPED = 1000.0, 0.7
 WALL, CELL, EVEN = "wall", "cell", "even"
 ARRAYS = ("load", "gain", "largest", "speed", "before")

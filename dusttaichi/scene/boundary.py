@@ -44,6 +44,28 @@ class OpenBoundary(Block):
         return ()
 
 
+Ends = Annotated[tuple[float, float], Quantity("length", count=2, example="0 um")]
+
+
+class Planes(Block):
+    """Where the two walls across an axis stand, in the coordinates of the sample."""
+
+    x: Ends | None = Field(None, description="x_min and x_max, for example [0 um, 40 um]")
+    y: Ends | None = Field(None, description="y_min and y_max")
+    z: Ends | None = Field(None, description="bottom and top")
+
+    @model_validator(mode="after")
+    def _check(self) -> "Planes":
+        found = [
+            (axis, "the first must lie below the second, for example [0 um, 40 um]")
+            for axis in AXES
+            if (ends := getattr(self, axis)) is not None and not ends[0] < ends[1]
+        ]
+        if found:
+            raise problems(found)
+        return self
+
+
 class BoxBoundary(Block):
     """A box of flat walls that stick like grains (S12 section 2.2); the top wall may move."""
 
@@ -55,6 +77,10 @@ class BoxBoundary(Block):
         "fit",
         description="inner size [Lx, Ly, Lz], or fit: as large as the sample, also of some of the "
         "three: [fit, fit, 40 um]",
+    )
+    at: Planes | None = Field(
+        None,
+        description="where walls stand, in place of a size along these axes: {z: [0 um, 40 um]}",
     )
     omit: tuple[WallName, ...] = Field((), description="walls that are left out")
     wall_speed: Annotated[float, Quantity("speed", ge=0)] = Field(
@@ -76,7 +102,12 @@ class BoxBoundary(Block):
 
     @model_validator(mode="after")
     def _check(self) -> "BoxBoundary":
-        if found := together(self):
+        found = together(self)
+        sizes = ("fit",) * 3 if self.size == "fit" else self.size
+        for axis, size in zip(AXES, sizes, strict=True):
+            if self.at is not None and getattr(self.at, axis) is not None and size != "fit":
+                found.append((f"at.{axis}", f"size gives a length along {axis}; write fit there"))
+        if found:
             raise problems(found)
         return self
 

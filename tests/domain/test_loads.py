@@ -60,7 +60,7 @@ def column():
     probe = Probe(make_scene(damping="viscoelastic", boundary=boundary), sample_of(COLUMN))
     sim, loads, start = probe.sim, [], probe.sim.measure()
     area = sim.domain.wall_areas(0)[5]
-    for _ in range(40):
+    for _ in range(50):
         before = sim.impulses()
         sim.advance(500)
         mean = (sim.impulses() - before)[5, 2] / (500 * sim.dt)

@@ -37,6 +37,18 @@ def test_what_fit_makes_may_be_written_out(kind):
     np.testing.assert_allclose(part, [fit[0], 9.0, fit[2]], rtol=1e-12)
 
 
+def test_walls_stand_where_the_scene_says():
+    made = domain("{kind: box, size: [fit, 9 um, fit], at: {z: [-1 um, 40 um]}}")
+    np.testing.assert_allclose(made.room(0)[4:], [-1.0, 40.0], rtol=1e-12)
+    assert made.lengths(0)[1] == pytest.approx(9.0)
+    with pytest.raises(DustError, match="boundary.at.x: the sample does not fit: it reaches from"):
+        domain("{kind: box, at: {x: [0 um, 1.3 um]}}")
+    with pytest.raises(DustError, match="boundary.at.x.*size gives a length along x"):
+        domain("{kind: box, size: [9 um, 9 um, 9 um], at: {x: [0 um, 9 um]}}")
+    with pytest.raises(DustError, match="boundary.at.x.*the first must lie below the second"):
+        domain("{kind: box, at: {x: [1 um, 0 um]}}")
+
+
 def test_a_room_of_two_grains_cannot_be_pressed():
     flat = domain("{kind: box, size: [fit, fit, 40 um], wall_speed: 1 m/s}")
     flat.check_way()
