@@ -229,8 +229,14 @@ class RunLock:
                 f"Cannot write in {self.path.parent}: {explain(error, self.path)}."
             ) from error
         self._folder = self._take_folder()
-        os.ftruncate(self._descriptor, 0)
-        os.pwrite(self._descriptor, f"{os.getpid()} on {socket.gethostname()}\n".encode(), 0)
+        try:
+            os.ftruncate(self._descriptor, 0)
+            os.pwrite(self._descriptor, f"{os.getpid()} on {socket.gethostname()}\n".encode(), 0)
+        except OSError as error:
+            self.release()
+            raise DustError(
+                f"Cannot write in {self.path.parent}: {explain(error, self.path)}."
+            ) from error
 
     def _take_folder(self):
         """The folder is locked as well, so that it helps nobody to delete the lock file; None where

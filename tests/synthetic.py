@@ -44,7 +44,7 @@ def writer(
     return Writer.create(
         path,
         select(VARIABLES.values(), features),
-        {"grain": grains, "bin": bins},
+        {"grain": grains, "bin": bins, "body": 2},
         coords,
         known | {"grains": grains} | dict(attrs),
         **options,

@@ -79,7 +79,7 @@ def test_round_trip_through_xarray(tmp_path):
 
 
 def test_every_variable_has_units_and_a_name(tmp_path):
-    features = synthetic.FEATURES | synthetic.POLYDISPERSE | {"forces", "open"}
+    features = frozenset().union(*(variable.needs for variable in VARIABLES.values()))
     synthetic.writer(tmp_path / "result.nc", features=features).close()
     with netCDF4.Dataset(tmp_path / "result.nc") as file:
         for key in VARIABLES:
@@ -265,6 +265,18 @@ def test_second_writer_is_refused(tmp_path):
         synthetic.writer(path, GRAINS, force=True, lock=lock).close()
         with pytest.raises(DustError, match="Another run"):
             files.RunLock(tmp_path)
+
+
+@pytest.mark.parametrize("call", ["ftruncate", "pwrite"])
+def test_a_lock_that_cannot_be_written(tmp_path, monkeypatch, call):
+    def fail(*_):
+        raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr(files.os, call, fail)
+    with pytest.raises(DustError, match="Cannot write in .*Input/output error"):
+        files.RunLock(tmp_path)
+    monkeypatch.undo()
+    files.RunLock(tmp_path).release()
 
 
 def test_a_lock_that_is_deleted_by_hand_still_holds(tmp_path):

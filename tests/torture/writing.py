@@ -29,7 +29,7 @@ GRAINS, CONTACTS = 100_000, 240_000
 STEPS = """
 name: steps
 material: silicate_s12
-sample: {kind: lattice, lattice: fcc, grains: 100000}
+sample: {kind: lattice, structure: sc, grains: 100000}
 boundary: {kind: open}
 stop: {steps: 1200}
 numerics: {threads: 1}
@@ -84,10 +84,11 @@ def measured(frames, folder):
 
 def steps_cost():
     """Processor time of 1000 steps of a lattice [s]."""
-    from dusttaichi.method import build
+    from dusttaichi.method import make_sample, of
     from dusttaichi.scene import from_yaml
 
-    sim = build(from_yaml(STEPS))
+    scene = from_yaml(STEPS)
+    sim = of(scene).build(scene, make_sample(scene))
     sim.advance(200)  # compiles
     return 5.0 * cost_of(sim.advance, 200)
 
