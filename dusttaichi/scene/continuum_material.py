@@ -104,14 +104,14 @@ NAMED = {
     "dust_static": _DUST,
     # From grain runs: docs/validation/dust_grains.yaml has the source of every number.
     "dust_grains": {
-        "bulk_modulus": "10380 Pa",
-        "exponent": 6.936,
+        "bulk_modulus": "8206 Pa",
+        "exponent": 7.103,
         "solid_density": "2650 kg/m^3",
-        "density": "402.8 kg/m^3",
-        "shear_ratio": 0.7632,
-        "compressive": {"phi_1": 0.1512, "phi_2": 0.58, "p_m": "8030 Pa", "delta": 0.6983},
-        "tensile": {"a": 1.918, "b": 3.96},
-        "shear": {"factor": 1.526, "exponent": 0.6703},
+        "density": "396.5 kg/m^3",
+        "shear_ratio": 0.7747,
+        "compressive": {"phi_1": 0.1411, "phi_2": 0.58, "p_m": "7672 Pa", "delta": 0.759},
+        "tensile": {"a": 1.91, "b": 3.989},
+        "shear": {"factor": 1.581, "exponent": 0.666},
     },
 }
 
