@@ -247,10 +247,10 @@ def snapshot(sim, contacts, time):
     out = [("snapshots", record)]
     if sim.box is not None or sim.cell is not None:
         record["box"] = sim.domain.room(sim.step) * units.LENGTH
+        record["tilt"] = sim.domain.tilt(sim.step) * units.LENGTH
     if sim.sphere is not None:
         force = sim.sphere.load()[0] * units.FORCE
         record |= _sphere_motion(sim.sphere) | {"sphere_force": force}
-        record["tilt"] = sim.domain.tilt(sim.step) * units.LENGTH
     if not contacts:
         return out
     pairs = sim.contact_state()

@@ -101,38 +101,40 @@ numerics: {time_step: 0.2 ns, threads: 1}
 MIXED = "stress: [-20 kPa, -20 kPa, free], strain_rate: [3e4 s^-1, 3e4 s^-1, -5e4 s^-1]"
 
 
-class TestCell:
-    """One compiled scene: two axes under a stress, one at a rate, and sheared."""
+@pytest.fixture(scope="module")
+def mixed():
+    """Two axes under a stress, one at a rate, and sheared."""
+    return from_yaml(CAKE % f"{MIXED}, shear_rate: 1e5 s^-1")
 
-    @pytest.fixture(scope="class")
-    def scene(self):
-        return from_yaml(CAKE % f"{MIXED}, shear_rate: 1e5 s^-1")
 
-    def test_mixed_control(self, scene):
-        sim = of(scene).build(scene, make(scene))
-        start, first = sim.sim.measure(), sim.sim.lengths()
-        sim.advance(3000)
-        after, held = sim.sim.measure(), sim.sim.servo
-        assert abs(residual(start, after)) < 1e-3 * np.abs(ledger(after) - ledger(start)).max()
-        ratio = sim.sim.lengths() / first
-        assert ratio[2] == pytest.approx(np.exp(-5e4 * sim.time * units.TIME), rel=1e-12)
-        assert (held.speed != 0.0).all() and (np.abs(held.speed) <= held.largest).all()
-        assert sim.domain.shear_strain(sim.step) == pytest.approx(1e5 * sim.time * units.TIME)
+def test_mixed_control(mixed):
+    sim = of(mixed).build(mixed, make(mixed))
+    start, first = sim.sim.measure(), sim.sim.lengths()
+    sim.advance(3000)
+    after, held = sim.sim.measure(), sim.sim.servo
+    assert abs(residual(start, after)) < 1e-3 * np.abs(ledger(after) - ledger(start)).max()
+    ratio = sim.sim.lengths() / first
+    assert ratio[2] == pytest.approx(np.exp(-5e4 * sim.time * units.TIME), rel=1e-12)
+    assert (held.speed != 0.0).all() and (np.abs(held.speed) <= held.largest).all()
+    assert sim.domain.shear_strain(sim.step) == pytest.approx(1e5 * sim.time * units.TIME)
+    snapshot = dict(sim.records("snapshots"))["snapshots"]
+    assert snapshot["tilt"] == pytest.approx(sim.sim.cell.offset(sim.time) * units.LENGTH)
 
-    def test_goes_on_with_the_same_bits(self, scene):
-        """However it is cut into calls, and after a checkpoint between two changes of speed."""
-        one = of(scene).build(scene, make(scene))
-        one.advance(620)
-        state = one.state()
-        state = State({k: v.copy() for k, v in state.arrays.items()}, state.numbers)
-        for part in (1, 29, 350, 500):
-            one.advance(part)
-        x, numbers = np.array(one.sim.grain_state()), one.sim.numbers()
-        again = of(scene).reopen(scene, state)
-        again.advance(880)
-        assert np.array_equal(np.array(again.sim.grain_state()), x)
-        assert again.sim.numbers()["servo"] == numbers["servo"]
-        assert again.sim.numbers()["cell"] == numbers["cell"]
+
+def test_goes_on_with_the_same_bits(mixed):
+    """However it is cut into calls, and after a checkpoint between two changes of speed."""
+    one = of(mixed).build(mixed, make(mixed))
+    one.advance(620)
+    state = one.state()
+    state = State({k: v.copy() for k, v in state.arrays.items()}, state.numbers)
+    for part in (1, 29, 350, 500):
+        one.advance(part)
+    x, numbers = np.array(one.sim.grain_state()), one.sim.numbers()
+    again = of(mixed).reopen(mixed, state)
+    again.advance(880)
+    assert np.array_equal(np.array(again.sim.grain_state()), x)
+    assert again.sim.numbers()["servo"] == numbers["servo"]
+    assert again.sim.numbers()["cell"] == numbers["cell"]
 
 
 def sheared(rate, n=4):
