@@ -98,15 +98,7 @@ def compression(runs, labels=None, laws=(), raw=None):
         curve = compression_curve(run)
         line_style = style.run_style(number)
         if raw or (raw is None and len(runs) == 1):
-            axes.plot(
-                curve.raw_pressure / 1e3,
-                curve.raw_filling_factor,
-                ".",
-                markersize=3.5,
-                color=line_style["color"],
-                alpha=0.5,
-                markeredgewidth=0,
-            )
+            style.records(axes, curve.raw_pressure / 1e3, curve.raw_filling_factor, number)
         axes.plot(curve.pressure / 1e3, curve.filling_factor, label=label, **line_style)
         if "inner_filling_factor" in run.series:
             inner = compression_curve(run, of="inner_filling_factor")

@@ -121,7 +121,7 @@ def filling_factors(run):
     axes.set_yscale("log")
     axes.set_xlabel(r"filling factor $\phi$")
     axes.set_ylabel("share of the volume")
-    axes.legend()
+    style.legend(axes)
     return figure
 
 
@@ -162,5 +162,5 @@ def wall_forces(run):
         )
     axes.set_xlabel(f"time ({unit})")
     axes.set_ylabel(f"pressure on the face ({pressure_unit})")
-    axes.legend()
+    style.legend(axes)
     return figure

@@ -62,7 +62,7 @@ def continuum_fit(fit):
         panel.set_yscale("log")
         style.legend(panel)
     for panel, text in zip(axes, ("stress", "shear stress", "modulus", "tension"), strict=True):
-        panel.set_ylabel(f"{text} [kPa]")
+        panel.set_ylabel(f"{text} (kPa)")
     style.few_ticks(axes[3].yaxis)
     axes[-1].set_xlabel("filling factor")
     return figure
@@ -107,9 +107,9 @@ def pressing_speeds(curves):
                 )
     for panel, text in zip(axes, ("axial stress", "mean pressure"), strict=True):
         panel.set_yscale("log")
-        panel.set_ylabel(f"{text} [kPa]")
+        panel.set_ylabel(f"{text} (kPa)")
         panel.set_ylim(0.02, 60)
         title = "nearest p_m of G09's law"
-        panel.legend(loc="lower right", fontsize=7, title=title, title_fontsize=7)
+        style.legend(panel, title=title)
     axes[-1].set_xlabel("filling factor")
     return figure

@@ -30,7 +30,7 @@ def cycles(run):
     path.set_xscale("log")
     path.set_xlabel("pressure (kPa)")
     path.set_ylabel(r"filling factor $\phi$")
-    path.legend(loc="upper left")
+    style.legend(path)
     known = [release for release in found if np.isfinite(release.modulus)]
     phi = [release.filling_factor for release in known]
     scale, unit = style.scaled(max((r.modulus for r in known), default=1.0), style.PRESSURES)

@@ -42,5 +42,5 @@ def drops(runs):
         style.few_ticks(one.yaxis)
         style.few_ticks(one.xaxis)
     axes[1].set_xlabel(r"momentum over cross-section $m v / A$ (kg m$^{-1}$ s$^{-1}$)")
-    axes[0].legend(loc="upper left")
+    style.legend(axes[0])
     return figure

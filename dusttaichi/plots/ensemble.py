@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib import colormaps
 
 from dusttaichi.analysis.ensemble_tables import axes_of, bands
 from dusttaichi.physics.laws import S12_STATIC, UNIDIRECTIONAL, CompressionLaw
@@ -193,7 +192,7 @@ def _looks(count):
     """Colour and dashes of each of `count` bands."""
     if count <= len(style.RUN_COLOURS):
         return [style.run_style(number) for number in range(count)]
-    return [{"color": c} for c in colormaps["viridis"](np.linspace(0.0, 0.9, count))]
+    return [{"color": colour} for colour in style.gradient(count)]
 
 
 def _label(band):

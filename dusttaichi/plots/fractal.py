@@ -1,7 +1,6 @@
 """Number of grains around a grain against distance (T19 Fig 10)."""
 
 import numpy as np
-from matplotlib import colormaps
 
 from dusttaichi.analysis import fractal as fractal_of
 from dusttaichi.plots import style
@@ -16,7 +15,7 @@ def fractal(run, snapshots=None, stage=None):
     result = fractal_of(run, snapshots, stage=stage)
     figure, (axes, below) = style.new_figure(height=4.8, rows=2, ratios=[2.4, 1])
     x = result.radius_in / result.grain_radius
-    colours = colormaps["viridis"](np.linspace(0.0, 0.85, len(result.number)))
+    colours = style.gradient(len(result.number))
     phi = result.filling_factor
     per_time, time_unit = style.scaled(result.time.max(), style.TIMES)
     for number, colour in enumerate(colours):

@@ -51,15 +51,7 @@ def isotropic(runs, labels=None, stage=None):
         look = style.run_style(number)
         if len(runs) == 1:
             up = t.raw_pressure > 0
-            axes.plot(
-                t.raw_filling_factor[up],
-                t.raw_pressure[up],
-                ".",
-                markersize=2.5,
-                color=look["color"],
-                alpha=0.3,
-                markeredgewidth=0,
-            )
+            style.records(axes, t.raw_filling_factor[up], t.raw_pressure[up], number)
         axes.plot(t.filling_factor, t.pressure, label=label, **look)
     axes.set_xscale("log")
     axes.set_yscale("log")

@@ -1,7 +1,6 @@
 """The numbers of the runs of an ensemble or a sweep against the swept keys: a panel for each."""
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.ticker import MaxNLocator
 
 from dusttaichi.analysis.ensemble_tables import Against, against, table_numbers
@@ -53,7 +52,7 @@ def _look(number, count):
     look = {"marker": "o", "markersize": 3.5, "linewidth": 1.1, "capsize": 2, "elinewidth": 1.0}
     if count <= len(style.RUN_COLOURS):
         return look | style.run_style(number)
-    return look | {"color": colormaps["viridis"](0.9 * number / (count - 1))}
+    return look | {"color": style.gradient(count)[number]}
 
 
 def _axes(panel, one):

@@ -1,8 +1,5 @@
 """Vertical profile of the filling factor at several times (S12 Fig 5)."""
 
-import numpy as np
-from matplotlib import colormaps
-
 from dusttaichi.analysis import profile as profile_of
 from dusttaichi.analysis.profile import without_cut_bins
 from dusttaichi.plots import style
@@ -19,7 +16,7 @@ def profile(run, most=8):
     written = run.profiles.sizes["profile"]
     figure, (axes,) = style.new_figure(height=4.0)
     count = profiles.sizes["profile"]
-    colours = colormaps["viridis"](np.linspace(0.0, 0.85, count))
+    colours = style.gradient(count)
     for number in range(count):
         one = profiles.isel(profile=number)
         axes.plot(

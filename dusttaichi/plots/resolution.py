@@ -36,6 +36,6 @@ def resolution(runs):
         one.set_ylabel(name)
         one.set_xlim(left=0.0)
         if one.get_legend_handles_labels()[0]:
-            one.legend(title="at spacing zero", loc="best")
+            style.legend(one, title="at spacing zero")
     axes[1].set_xlabel("spacing of particles (µm)")
     return figure

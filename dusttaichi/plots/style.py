@@ -6,7 +6,7 @@ from functools import wraps
 from pathlib import Path
 
 import numpy as np
-from matplotlib import rc_context
+from matplotlib import colormaps, rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -244,6 +244,17 @@ def save(figure, path):
     except (OSError, ValueError) as error:
         raise DustError(f"The figure cannot be written to {path}: {error}.") from error
     return path
+
+
+def records(axes, x, y, number=0):
+    """Draw the single records behind the averages of run `number`, small and faint."""
+    colour = run_style(number)["color"]
+    axes.plot(x, y, ".", markersize=2.5, color=colour, alpha=0.35, markeredgewidth=0)
+
+
+def gradient(count):
+    """Colours of `count` curves in an order, from dark to light."""
+    return colormaps["viridis"](np.linspace(0.0, 0.87, count))
 
 
 LENGTHS = ((1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"))

@@ -25,15 +25,7 @@ def tensile(runs, labels=None, stage=None):
     for number, (t, label) in enumerate(zip(results, labels, strict=True)):
         line_style = style.run_style(number)
         if len(runs) == 1:
-            axes.plot(
-                t.raw_filling_factor,
-                t.raw_stress * scale,
-                ".",
-                markersize=2.5,
-                color=line_style["color"],
-                alpha=0.3,
-                markeredgewidth=0,
-            )
+            style.records(axes, t.raw_filling_factor, t.raw_stress * scale, number)
         _averages(axes, t, scale, label=label, number=number)
         axes.plot(
             t.strength_phi,

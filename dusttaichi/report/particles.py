@@ -24,7 +24,8 @@ def particles(run, most=MOST):
 
     count, frames; said: a line for each snapshot; position (frames, count, 3), radius; quantities:
     what may colour; pairs: contacts of all snapshots one after another; room, periodic: faces;
-    sphere: radius and centres of a rigid one among the grains.
+    tilt: how much further along x the upper faces of a cell stand; sphere: radius and centres of
+    a rigid one among the grains.
     """
     frames = run.snapshots
     if frames is None:
@@ -53,6 +54,7 @@ def particles(run, most=MOST):
         "quantities": about,
         "pairs": pairs,
         "room": _room(frames, scale),
+        "tilt": (frames.tilt.values / scale).tolist() if "tilt" in frames else None,
         "sphere": _sphere(run, frames, scale),
         "periodic": [axis in run.attrs.get("periodic_axes", "").split() for axis in AXES],
     }
@@ -76,23 +78,39 @@ def radii(run, frames):
 
 
 def said(run, frames):
-    """A line for each snapshot: time, filling factor and pressure where the series has them."""
+    """A line for each snapshot: time, filling factor and pressure where the series has them, and
+    the shear of what is sheared."""
     series, lines = run.series, []
     factor, unit = style.scaled(float(frames.snapshot_time.values[-1]) or 1.0, style.TIMES)
-    steps = series.step.values
-    pressed = "pressure" in series and bool((series.pressure.sel(wall="top") != 0).any())
+    steps, pressure = series.step.values, _pressure(series)
     for time, step in zip(frames.snapshot_time.values, frames.step.values, strict=True):
         words = [f"t = {time * factor:.4g} {unit}"]
         if len(steps):
-            now = series.isel(time=int(np.argmin(np.abs(steps - step))))
+            number = int(np.argmin(np.abs(steps - step)))
+            now = series.isel(time=number)
             if "filling_factor" in series and np.isfinite(now.filling_factor):
                 words.append(f"φ = {float(now.filling_factor):.3f}")
-            if pressed and np.isfinite(now.pressure.sel(wall="top")):
-                pressure = float(now.pressure.sel(wall="top"))
-                scale, pascal = style.scaled(abs(pressure), style.PRESSURES)
-                words.append(f"P = {pressure * scale:.3g} {pascal}")
+            if pressure is not None and np.isfinite(pressure[number]):
+                scale, pascal = style.scaled(abs(pressure[number]), style.PRESSURES)
+                words.append(f"P = {pressure[number] * scale:.3g} {pascal}")
+            if "shear_strain" in series:
+                words.append(f"γ = {float(now.shear_strain):.3g}")
         lines.append("   ".join(words))
     return lines
+
+
+def _pressure(series):
+    """Pressure over the series [Pa], (times,): on the top wall, or the mean one of a cell without
+    walls; None where neither is known or all is 0."""
+    if "stress" in series:
+        found = (
+            -np.trace(series.stress.transpose("time", "xyz", "axis").values, axis1=1, axis2=2) / 3
+        )
+    elif "pressure" in series:
+        found = series.pressure.sel(wall="top").values
+    else:
+        return None
+    return found if np.nanmax(np.abs(found), initial=0.0) > 0.0 else None
 
 
 def _number(label, unit, values, rows):
@@ -131,7 +149,7 @@ def _quantities(run, frames, radius, unit):
     if "material" in frames:
         names = dict(enumerate(str(run.attrs.get("materials", "")).replace(",", " ").split()))
         found.append(_class("material", frames.material.values, names, rows))
-    if "body" in frames and frames.body.dtype.kind in "iu":  # not names of bodies of a series
+    if "body" in frames and frames.body.dtype.kind in "iu":  # no names
         bodies = frames.body.values
         names = {n + 1: f"body {n}" if n >= 0 else "fixed" for n in np.unique(bodies)}
         found.append(_class("body", bodies + 1, names, rows))

@@ -210,7 +210,8 @@ export class Viewer {
     this.room.visible = Boolean(faces) && faces.some((f) => f !== null);
     if (!this.room.visible) return;
     const side = (n, end) => faces[2 * n + end] ?? this.ends()[end].getComponent(n);
-    const places = EDGES.flatMap((corner) => corner.map((end, n) => side(n, end)));
+    const tilt = this.data.tilt ? this.data.tilt[this.frame] : 0;
+    const places = EDGES.flatMap(([x, y, z]) => [side(0, x) + z * tilt, side(1, y), side(2, z)]);
     const { geometry } = this.room;
     geometry.setAttribute("position", new Float32BufferAttribute(places, 3));
     this.room.computeLineDistances();
