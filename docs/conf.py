@@ -79,7 +79,7 @@ html_theme_options = {
     "pygments_light_style": "friendly",
     "pygments_dark_style": "github-dark",
 }
-html_sidebars = {"index": [], "getting_started": [], "tutorial": []}
+html_sidebars = {page: [] for page in ("index", "getting_started", "tutorial", "gallery")}
 copybutton_exclude = ".linenos, .gp, .go"
 
 
