@@ -379,7 +379,7 @@ print(json.dumps([messages, kept, test_results.check(path)]))
 @pytest.mark.parametrize("piece, work", [(1e9, "memory"), (2e5, "memory"), (1e9, "disk")])
 def test_no_room_left(tmp_path, piece, work):
     """A file size limit stands for a full disk: the same calls fail at the same places."""
-    out, problem = run_child(FULL, tmp_path / "result.nc", piece, work).communicate(timeout=60)
+    out, problem = run_child(FULL, tmp_path / "result.nc", piece, work).communicate(timeout=600)
     assert out, problem
     messages, kept, finally_there = json.loads(out)
     assert len(messages) == 2 and all("kept and readable (up to t = 29 s)" in m for m in messages)

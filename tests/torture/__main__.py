@@ -37,7 +37,7 @@ def main():
     module.run(count, given.seed, tally)
     print(tally.text(given.kind, began))
     if given.write:
-        options = f" --count {count} --seed {given.seed}" if given.kind in COUNTS else ""
+        options = f" --count {count} --seed {given.seed}" if count else ""
         write_row(given.kind, tally, f"python tests/torture {given.kind}{options}")
     return bool(tally.failures)
 

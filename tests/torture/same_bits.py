@@ -17,10 +17,10 @@ SCENE = """
 name: bits
 material: silicate_s12
 interaction: {rolling: on}
-sample: {kind: bcca, grains: 512, seed: 2}
+sample: {kind: bcca, grains: 256, seed: 2}
 boundary: {kind: box, size: fit, wall_speed: 10 m/s}
-stop: {steps: 600}
-output: {series: {steps: 50}, snapshots: {steps: 200}}
+stop: {steps: 300}
+output: {series: {steps: 50}, snapshots: {steps: 100}}
 """
 
 
@@ -42,14 +42,18 @@ def run(count, seed, tally):
             "a narrow window": {"terminal": True, "COLUMNS": "20", "LINES": "5"},
             "foreign TI_*": {"TI_ARCH": "vulkan", "TI_DEBUG": "1", "TI_DEFAULT_FP": "f32"},
         }
+        # the first is what the others are compared with
         for name, way in ways.items():
+            if name != "1 thread" and name in tally.known:
+                continue
             problem = _go(folder, name.replace(" ", "_"), dict(way))
             if problem is None and name != "1 thread":
                 try:
                     assert_same_bits(folder / "1_thread/result.nc", _result(folder, name))
                 except AssertionError as error:
                     problem = str(error)[:300]
-            tally.case(name, f"{name}: {problem}" if problem else None)
+            if name not in tally.known:
+                tally.case(name, f"{name}: {problem}" if problem else None, name)
 
 
 def _result(folder, name):

@@ -2,13 +2,14 @@
 
 import csv
 import json
+import subprocess
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 TABLE = ROOT / "docs" / "validation" / "reliability.csv"
-HEAD = ("torture", "tried", "failed", "command")
+HEAD = ("torture", "tried", "failed", "command", "commit")
 
 
 @dataclass
@@ -61,7 +62,10 @@ def write_row(name, tally, command):
     if TABLE.exists():
         with TABLE.open(newline="") as file:
             rows = {row[0]: row for row in list(csv.reader(file))[1:]}
-    rows[name] = [name, tally.tried, len(tally.failures), command]
+    commit = subprocess.run(
+        ["git", "-C", ROOT, "describe", "--always", "--dirty"], capture_output=True, text=True
+    ).stdout.strip()
+    rows[name] = [name, tally.tried, len(tally.failures), command, commit]
     with TABLE.open("w", newline="") as file:
         write = csv.writer(file, lineterminator="\n").writerow
         write(HEAD)
