@@ -99,11 +99,12 @@ class Column:
     sphere: float
 
 
-def column(run, snapshot=-1, *, width=0.7, slices=1.2e-6):
-    """The Column of a snapshot: of the radius `width` times the sphere's, slices so thick [m].
+def column(run, snapshot=-1, *, width=0.7, slices=0.25):
+    """The Column of a snapshot: `width` times the sphere's radius wide, in slices that are `slices`
+    times it high.
 
-    Grains count with the volume that is inside; particles of a continuum with theirs, that of the
-    solid, where their centre is inside.
+    Grains count with the volume that is inside; of a continuum it is the mean of the particles
+    whose centre is inside.
     """
     way = penetration(run)
     frames = run.snapshots.isel(snapshot=snapshot)
@@ -114,11 +115,9 @@ def column(run, snapshot=-1, *, width=0.7, slices=1.2e-6):
         record = int(np.argmin(np.abs(series.time.values - float(frames.snapshot_time))))
         place = series.body_position.sel(rigid=name).values[record]
     lowest, reach = place[2] - way.radius, width * way.radius
-    edges = np.arange(lowest, way.surface - 1e3 * way.radius, -slices)
-    floor = _floor(run)
-    edges = edges[edges >= floor - 1e-12]
-    volume = _solid(run, snapshot, place[:2], reach, edges)
-    phi = volume / (np.pi * reach**2 * slices)
+    count = int((lowest - _floor(run)) / (slices * way.radius) + 1e-6)
+    edges = lowest - slices * way.radius * np.arange(count + 1)
+    phi = _filling(run, snapshot, place[:2], reach, edges)
     return Column(way.surface - 0.5 * (edges[:-1] + edges[1:]), phi, way.surface - lowest)
 
 
@@ -131,22 +130,25 @@ def _floor(run):
     return float(low if np.isfinite(low) else np.min(frame.position[:, 2] - frame.radius))
 
 
-def _solid(run, snapshot, axis, reach, edges):
-    """Volume of the solid in the slices of a cylinder [m^3]; edges: heights, falling."""
+def _filling(run, snapshot, axis, reach, edges):
+    """Filling factor in the slices of a cylinder; edges: heights, falling."""
     if run.is_continuum:
         found = read_particles(run, snapshot)
         x = found.position[found.is_dust]
         way = x[:, :2] - axis
         inside = np.hypot(*way.T) <= reach
-        solid = (found.mass / run.attrs["solid_density"])[found.is_dust]
-        return np.histogram(x[inside, 2], edges[::-1], weights=solid[inside])[0][::-1]
+        volume, phi = (a[found.is_dust][inside] for a in (found.volume, found.filling_factor))
+        weights = (volume * phi, volume)
+        solid, all_ = (np.histogram(x[inside, 2], edges[::-1], weights=a)[0] for a in weights)
+        return (solid / np.where(all_ > 0.0, all_, np.nan))[::-1]
     frame = read_frame(run, snapshot, contacts=False)
     around = np.append(axis, 0.0)
     x = frame.nearest(frame.position - around) + around
     pairs = zip(edges[1:], edges[:-1], strict=True)
-    return np.array(
+    volume = np.array(
         [geometry.cylinder_volume(x, frame.radius, axis, reach, low=a, high=b) for a, b in pairs]
     )
+    return volume / (np.pi * reach**2 * -np.diff(edges))
 
 
 NAMES = ("sphere_depth", "sphere_stopping_time", "sphere_largest_depth", "sphere_force")

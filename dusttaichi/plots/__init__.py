@@ -236,6 +236,7 @@ def figures_together(runs):
     compression, isotropic, tensile and strength, of those runs that have them, where two have;
     dynamic_speeds of boxes pressed by a fast wall;
     deceleration, bead_profile, compacted_volume, drops and resolution of beads that fall on dust;
+    sphere and sphere_column where one of two is a sphere among grains;
     sound_speeds of pushes; kinetic of collisions, and of runs that have nothing else in common.
     """
     figures = {}
@@ -260,6 +261,9 @@ def figures_together(runs):
     fast = [run for run in runs if is_dynamic(run)]
     if len(fast) > 1:
         figures["dynamic_speeds"] = dynamic_speeds(fast)
+    with_sphere = [run for run in runs if run.has_sphere or run.intrudes]
+    if len(with_sphere) > 1 and any(run.has_sphere for run in with_sphere):
+        figures |= {"sphere": sphere(with_sphere), "sphere_column": sphere_column(with_sphere)}
     return figures | _of_any_kind(runs, figures)
 
 

@@ -104,8 +104,8 @@ def check(scene) -> Found:
         found.append(("sphere.material", text))
     if sphere.radius < scene.material.radius:
         found.append(("sphere.radius", "it is smaller than a grain; make it one of the sample"))
-    if scene.numerics.precision != "f64":
-        text = f"precision {scene.numerics.precision} has no contacts with a sphere; allowed: f64"
+    if scene.numerics.precision == "f32":
+        text = "single precision does not resolve contacts with a sphere; allowed: f64, mixed"
         found.append(("numerics.precision", text))
     if isinstance(scene.boundary, PeriodicBoundary):
         moving = any(plan.drive.moving_faces for plan in scene.stage_plans)

@@ -6,18 +6,21 @@ without gravity have one of 0 m/s^2.
 
 from functools import cache
 
+import bits
 import numpy as np
 import pytest
 import reference as ref
 from scenes import RADIUS, make_scene, polydisperse, sample_of
 
-from dusttaichi import samples, units
+from dusttaichi import analysis, plots, samples, units
+from dusttaichi.analysis import table
 from dusttaichi.errors import DustError
 from dusttaichi.grains.build import build
 from dusttaichi.grains.measured import measurement
 from dusttaichi.grains.moving_grains import make
 from dusttaichi.method import Start
 from dusttaichi.physics.contact import constants
+from dusttaichi.run import execute
 from dusttaichi.run.ledger import ledger
 from dusttaichi.scene.boundary import Drive
 
@@ -245,8 +248,8 @@ def test_refused(sphere, named):
 
 def test_refused_with_others():
     ball = {"radius": "6 um", "gap": "1 nm"}
-    with pytest.raises(DustError, match="mixed has no contacts with a sphere"):
-        make_scene(sphere=ball, numerics={"precision": "mixed"})
+    with pytest.raises(DustError, match="single precision does not resolve"):
+        make_scene(sphere=ball, numerics={"precision": "f32"})
     cell = {"kind": "periodic", "size": ["9 um"] * 3}
     with pytest.raises(DustError, match=r"gravity.acceleration.2: the cell repeats along z"):
         make_scene(gravity={"acceleration": ["0 m/s^2", "0 m/s^2", "1 m/s^2"]}, boundary=cell)
@@ -284,3 +287,39 @@ def test_bodies_share_the_angular_momentum():
         )
         turned.append(np.abs(record["body_angular_momentum"]).max(axis=1))
     assert (turned[0] == 0.0).all() and (turned[1] > 0.0).all()
+
+
+# A run on disk: resumed with the same bits, measured, drawn.
+
+
+def fall(folder, steps, **how):
+    x = [vector(row, "m") for row in cluster()]
+    scene = scene_with(
+        (0.0, 0.0, 7.85e-6),
+        (0.0, 0.0, -5.0),
+        sample={"kind": "explicit", "positions": x},
+        stop={"steps": steps},
+        output={"series": {"steps": 20}, "snapshots": {"steps": 200}},
+    )
+    execute(scene, folder, **how)
+    return folder
+
+
+def test_a_run_on_disk(tmp_path):
+    whole = fall(tmp_path / "whole", 600)
+    parts = fall(fall(tmp_path / "parts", 400), 600, resume=True)
+    bits.assert_same_bits(whole / "result.nc", parts / "result.nc")
+    with analysis.open_run(whole) as run:
+        way = analysis.penetration(run)
+        assert way.radius == pytest.approx(BALL) and way.stop is None
+        top = np.max(cluster()[:, 2]) + RADIUS
+        assert way.surface == pytest.approx(top, rel=1e-12)
+        # it has lost less than a hundredth of its speed: the depth is that of a straight way
+        at = run.series.time.values[-1]
+        assert way.depth[-1] == pytest.approx(top - 1.85e-6 + 5.0 * at, rel=1e-2)
+        below = analysis.column(run)
+        assert below.sphere == pytest.approx(way.depth[-1], rel=1e-9)
+        assert "largest depth of the sphere" in dict(r[:2] for r in table(analysis.summary(run)))
+        assert {"sphere", "sphere_column"} <= set(plots.figures_of(run))
+        assert analysis.read_frame(run).sphere[3] == pytest.approx(BALL)
+        plots.grains(run, color="uniform", dpi=40)
