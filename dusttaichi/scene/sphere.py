@@ -108,7 +108,8 @@ def check(scene) -> Found:
         text = "single precision does not resolve contacts with a sphere; allowed: f64, mixed"
         found.append(("numerics.precision", text))
     if isinstance(scene.boundary, PeriodicBoundary):
-        moving = any(plan.drive.moving_faces for plan in scene.stage_plans)
-        if moving:
+        drives = [plan.drive for plan in scene.stage_plans]
+        top = "top" in scene.boundary.walls
+        if any(d.moving_faces or d.shear_rate or (d.held and not top) for d in drives):
             found.append(("sphere", "the faces of its cell must rest; wall_speed may be used"))
     return found
