@@ -99,7 +99,7 @@ def _several(data, axes):
 
 def _labels(data, axes):
     """ "key = value, ..." for each point of a grid of swept keys, in order."""
-    keys = [axis.split(".")[-1] for axis in axes]
+    keys = [key_of(data, axis).split(".")[-1] for axis in axes]
     return [
         ", ".join(f"{key} = {value}" for key, value in zip(keys, values, strict=True))
         for values in itertools.product(*(_axis_texts(data, axis) for axis in axes))
@@ -115,6 +115,24 @@ def axes_of(data):
     """Names of the swept keys."""
     dims = data[data.attrs["summary_numbers"].split()[0]].dims
     return dims[: dims.index("replica")]
+
+
+def key_of(data, axis):
+    """The swept key behind the name of a dimension."""
+    return data[axis].attrs.get("key", axis) if axis in data.coords else axis
+
+
+def missing(data):
+    """(name of the point, "2 of 3 runs", why) where the fit of a compression has failed, in order;
+    runs that failed are not among them."""
+    if "fit_problem" not in data:  # of an older version
+        return []
+    rows = data.fit_problem.transpose(*axes_of(data), "replica").values
+    found = []
+    for label, row in zip(point_labels(data), rows.reshape(-1, rows.shape[-1]), strict=True):
+        for why in dict.fromkeys(text for text in row.tolist() if text):
+            found.append((label, f"{row.tolist().count(why)} of {len(row)} runs", why))
+    return found
 
 
 def _axis_texts(data, axis):
@@ -171,13 +189,19 @@ def table_numbers(data):
 
 
 def number_texts(data, name):
-    """ "mean ± std" of one number for each point, in order; "-" where no run has it."""
+    """ "mean ± std" of one number for each point, in order; "-" where no run has it, and "(2 of 3)"
+    behind it where not all replicas have."""
     mean, std = data[f"mean_{name}"].values.ravel(), data[f"std_{name}"].values.ravel()
-    unit = data[name].attrs.get("units")
+    known = np.isfinite(data[name].transpose(*axes_of(data), "replica").values)
+    counts, unit = known.sum(axis=-1).ravel(), data[name].attrs.get("units")
     return [
-        quantity_text(m, unit, s) if math.isfinite(m) else "-"
-        for m, s in zip(mean.tolist(), std.tolist(), strict=True)
+        quantity_text(m, unit, s) + _of(count, known.shape[-1]) if math.isfinite(m) else "-"
+        for m, s, count in zip(mean.tolist(), std.tolist(), counts.tolist(), strict=True)
     ]
+
+
+def _of(count, replicas):
+    return "" if count == replicas else f" ({count} of {replicas})"
 
 
 @dataclass(frozen=True)
@@ -233,7 +257,7 @@ def against(data, name):
     x, x_unit, ticks = _place(data, key)
     lines = _labels(data, _several(data, others))
     mean, std = spread.mean_y.values, spread.std_y.values
-    return Against(name, unit, key, x_unit, x, ticks, lines, mean, std, runs)
+    return Against(name, unit, key_of(data, key), x_unit, x, ticks, lines, mean, std, runs)
 
 
 def _place(data, key):

@@ -13,6 +13,7 @@ def run_plan(plan, onward, *, quiet, **how):
     GuardStop or DustError for runs that failed.
     """
     from dusttaichi.analysis.ensemble import save_ensemble
+    from dusttaichi.analysis.ensemble_tables import missing
     from dusttaichi.plots import ensemble, save
     from dusttaichi.studies.ensemble import gather_plan, run_all
 
@@ -31,6 +32,8 @@ def run_plan(plan, onward, *, quiet, **how):
     figure = plan.file.with_suffix(".png")
     save(ensemble(data), figure)
     say(_table(data))
+    for label, runs, why in missing(data):
+        say(f"no fit for {runs}{f', {label}' if label else ''}: {why}")
     say_written((plan.file, figure))
     if failed:
         raise failure(plan, failed)
@@ -66,7 +69,7 @@ def _table(data):
     if not axes:
         return _table_of_replicas(data, names)
     table = plain_table(
-        *({"header": axis.split(".")[-1], "no_wrap": True} for axis in axes),
+        *({"header": tables.key_of(data, axis).split(".")[-1], "no_wrap": True} for axis in axes),
         *({"header": name.replace("_", " "), "justify": "right"} for name in names),
         title=data.attrs["title"],
     )

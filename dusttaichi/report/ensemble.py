@@ -30,7 +30,7 @@ def ensemble_data(data, file):
 
 def _lead(data):
     axes, replicas = tables.axes_of(data), data.sizes["replica"]
-    said = [f"{axis} at {data.sizes[axis]} values" for axis in axes]
+    said = [f"{tables.key_of(data, axis)} at {data.sizes[axis]} values" for axis in axes]
     many = f"{replicas} replicas" if replicas > 1 else ""
     return ", ".join([*said, *([many] if many else [])])
 
@@ -43,7 +43,7 @@ def _table(data):
     if not axes:
         rows = [[head, *column] for head, column in zip(heads, columns, strict=True)]
         return [["", "mean ± standard deviation"], *rows]
-    keys = [axis.split(".")[-1].replace("_", " ") for axis in axes]
+    keys = [tables.key_of(data, axis).split(".")[-1].replace("_", " ") for axis in axes]
     points = zip(tables.point_values(data), zip(*columns, strict=True), strict=True)
     return [[*keys, *heads], *([*point, *numbers] for point, numbers in points)]
 

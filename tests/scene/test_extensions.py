@@ -232,7 +232,7 @@ def test_a_law_runs_from_the_shell_with_workers(folder, capsys):
     code, said = dust(away, "sweep", folder / "my.yaml", "--set", values, "-q", "-o", folder / "s")
     assert code == 0, said
     with xr.open_dataset(folder / "s/sweep.nc") as data:
-        assert data["interaction.rolling.speed"].values.tolist() == [0.01, 1.0]
+        assert data.interaction_rolling_speed.values.tolist() == [0.01, 1.0]
         assert data.attrs["extensions"].startswith("rolling_with_speed.py sha256:")
     app(["check", str(folder / "my.yaml")], standalone_mode=False)
     assert "slowness" in capsys.readouterr().out

@@ -12,6 +12,7 @@ from scenes import scene
 from dusttaichi import analysis, plots
 from dusttaichi.analysis.ensemble import common_coordinate, interpolate
 from dusttaichi.analysis.ensemble_tables import (
+    missing,
     number_texts,
     point_labels,
     quantity_text,
@@ -78,7 +79,7 @@ def test_sweep_is_the_full_grid(tmp_path):
     assert rolling.coordinate.tolist() == ["on", "off"]
     assert len(plan.members) == 8 and len({m.directory for m in plan.members}) == 8
     labels = [m.label for m in plan.members]
-    assert labels[0] == "boundary.wall_speed=1cm_s,interaction.rolling=on/replica_0"
+    assert labels[0] == "boundary.wall_speed=1cm_s__interaction.rolling=on/replica_0"
     for n, member in enumerate(plan.members):
         assert member.scene.boundary.wall_speed == (0.01, 0.05)[n // 4]
         assert (member.scene.interaction.rolling is None) == (n // 2 % 2 == 1)
@@ -287,6 +288,22 @@ def test_grid_of_a_sweep_has_its_dimensions():
     assert (
         "final_height" not in table_numbers(data) and len(number_texts(data, "final_height")) == 6
     )
+
+
+def test_a_mean_says_how_many_runs_it_is_of_and_why_others_have_none():
+    axes = {"boundary_wall_speed": xr.Variable("boundary_wall_speed", [0.01, 0.05])}
+    axes["boundary_wall_speed"].attrs |= {"units": "m/s", "key": "boundary.wall_speed"}
+    runs = [made(0.1, 0.2, 1.0), made(0.1, 0.2, 3.0), None, *(made(0.1, 0.2, 2.0),) * 3]
+    why = ["", "too rough", "", "", "too short", "too short"]
+    data = analysis.gather(runs, axes, {"fit_problem": why}, {"title": "t"})
+    texts = number_texts(data, "final_height")
+    assert texts[0].endswith("(2 of 3)") and "of" not in texts[1]
+    assert point_labels(data) == ["wall_speed = 1 cm/s", "wall_speed = 5 cm/s"]
+    assert missing(data) == [
+        ("wall_speed = 1 cm/s", "1 of 3 runs", "too rough"),
+        ("wall_speed = 5 cm/s", "2 of 3 runs", "too short"),
+    ]
+    assert data.sel(boundary_wall_speed=0.05).mean_height.notnull().all()
 
 
 def test_nothing_to_gather():

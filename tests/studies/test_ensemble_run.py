@@ -93,9 +93,9 @@ def test_a_run_that_fails_does_not_end_the_others(tmp_path, capsys):
         dust("sweep", tmp_path / "tiny.yaml", *setting, "-q", "-o", tmp_path / "s")
     assert "wall_speed" in capsys.readouterr().out
     with xr.open_dataset(tmp_path / "s/sweep.nc") as data:
-        np.testing.assert_array_equal(data["boundary.wall_speed"], [1.0, 20.0])
-        assert data["boundary.wall_speed"].attrs["units"] == "m/s"
-        assert data.height.dims[:2] == ("boundary.wall_speed", "replica")
+        np.testing.assert_array_equal(data.boundary_wall_speed, [1.0, 20.0])
+        assert data.boundary_wall_speed.attrs["units"] == "m/s"
+        assert data.height.dims[:2] == ("boundary_wall_speed", "replica")
         assert data.height[0].notnull().all() and data.height[1].isnull().all()
         assert data.status.values[0, 0].startswith("finished")
         assert data.status.values[1, 0].startswith("At ")

@@ -18,7 +18,7 @@ from dusttaichi.scene import from_yaml, load
 from dusttaichi.studies.trade import knobs, scenes
 from dusttaichi.studies.trade.judge import Judge
 from dusttaichi.studies.trade.measure import share_of
-from dusttaichi.studies.trade.path import Row, offers, walk
+from dusttaichi.studies.trade.path import Row, cheapest, offers, walk
 from dusttaichi.studies.trade.point import KINDS, NUMERICAL, PHYSICAL, Point, PointResult
 from dusttaichi.studies.trade.runner import Runner
 from dusttaichi.studies.trade.trade import DEFAULT, trade, yaml_of
@@ -202,6 +202,8 @@ class Model:
 
     def result(self, point):
         c = point.changes
+        if point.again:
+            return PointResult(0, "finished", 12.5, 1.25, measured=Measured({"strength": 104.0}))
         if c.get("numerics.precision") == "f32":
             return PointResult(2, "refused: f32")
         if c.get("numerics.precision") == "mixed":
@@ -251,6 +253,31 @@ def test_trade_takes_the_cheapest_within_the_tolerance():
     assert found.anything.point.label == "speed = 4"
     assert by["step_fraction = 0.3 + speed = 4"].result.ratio == pytest.approx(1 / 6)
     assert not judge.accepts(by["step_fraction = 0.3 + speed = 4"])
+
+
+def test_noise_without_companions_is_that_of_a_second_run():
+    """A quarter: rolling left out, at 0.8 of the cost, is not combined, and not the cheapest."""
+    assert modelled()[0].noise == 0.02
+    found, model = modelled(paired=False)
+    assert found.noise == 0.25 and "default again" in model.asked
+    assert found.anything.point.label == "speed = 4"
+    assert modelled(paired=False, names=("rolling",))[0].anything.point.label == "default"
+
+
+def test_the_cheapest_is_not_dearer_than_the_scene_as_it_is():
+    def row(label, ratio, error):
+        measured = Measured({"p_m": 1.0 + error})
+        result = PointResult(0, "", ratio, ratio, measured=measured, ledger=0.0)
+        return Row(Point(label, label.split()[0], "", 0.0, NUMERICAL), result)
+
+    judge = Judge(Measured({"p_m": 1.0}), "p_m", {"p_m": 0.001}, {"p_m": 0.0}, 0.05)
+    # the default ran beside itself while the machine was busy
+    rows = [row("default", 1.1, 0.01), row("skin = 0.1", 1.05, 0.01), row("skin = 0.2", 0.99, 0.0)]
+    assert cheapest(rows, judge, (NUMERICAL,), 0.02) is rows[0]
+    assert cheapest([*rows, row("skin = 0.3", 0.9, 0.01)], judge, (NUMERICAL,), 0.02) is not rows[0]
+    # where the scene itself errs too much, what does not may be dearer
+    rows[0] = row("default", 1.0, 0.3)
+    assert cheapest(rows, judge, (NUMERICAL,), 0.02) is rows[2]
 
 
 def test_what_is_combined_holds_together():

@@ -23,7 +23,8 @@ def gather_plan(plan, results):
         for run, result in zip(runs, results, strict=True)
     ]
     labels["directory"] = [member.label for member in plan.members]
-    axes = {axis.key: _variable(axis) for axis in plan.axes}
+    labels["fit_problem"] = ["" if run is None else _fit_problem(run) for run in runs]
+    axes = {axis.dimension: _variable(axis) for axis in plan.axes}
     scene = plan.scene
     attrs = {
         "title": scene.name,
@@ -36,6 +37,7 @@ def gather_plan(plan, results):
         data[name].attrs["long_name"] = f"sample.{name.replace('_', '.')} of the run"
     data["directory"].attrs["long_name"] = "directory of the run, from that of this file"
     data["status"].attrs["long_name"] = "how the run ended"
+    data["fit_problem"].attrs["long_name"] = "why there is no fit of a compression, if so"
     return data
 
 
@@ -44,8 +46,12 @@ def _read(directory):
         return run  # its series stays in memory
 
 
+def _fit_problem(run):
+    return analysis.summary(run).get("fit_problem") or ""
+
+
 def _variable(axis):
-    attrs = {"long_name": f"{axis.key} of the scene"}
+    attrs = {"long_name": f"{axis.key} of the scene", "key": axis.key}
     if axis.coordinate.dtype.kind in "fi":
         attrs["units"] = axis.unit or "1"
-    return xr.Variable((axis.key,), axis.coordinate, attrs)
+    return xr.Variable((axis.dimension,), axis.coordinate, attrs)

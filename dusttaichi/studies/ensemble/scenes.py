@@ -37,6 +37,11 @@ class Axis:
     coordinate: np.ndarray
     unit: str | None
 
+    @property
+    def dimension(self) -> str:
+        """The key as the name of a dimension, which works as a keyword: boundary_wall_speed."""
+        return re.sub(r"\W", "_", self.key)
+
 
 @dataclass(frozen=True)
 class Member:
@@ -81,8 +86,8 @@ def ensemble_plan(scene: Scene, directory: Path) -> Plan:
 def sweep_plan(scene: Scene, settings: list[str], directory: Path) -> Plan:
     """The full grid over `settings`, texts "key=value,value,...", times the scene's replicas.
 
-    Each point goes to directory/<key=value,...>. Raises DustError, for all that cannot be used
-    at once, with the path and what is allowed.
+    Each point goes to directory/<key=value__key=value...>. Raises DustError, for all that cannot be
+    used at once, with the path and what is allowed.
     """
     axes = _axes(scene, _settings(settings))
     points = list(itertools.product(*(range(len(axis.values)) for axis in axes)))
@@ -243,12 +248,12 @@ def _point(scene: Scene, axes: tuple[Axis, ...], point: tuple[int, ...]) -> Scen
 
 
 def _labels(axes: tuple[Axis, ...], points: list[tuple[int, ...]]) -> list[str]:
-    """Names of the directories of the points, fit for any file system and all different."""
+    """Names of the directories of the points, fit for any file system and shell, all different."""
     texts = [
-        ",".join(f"{axis.key}={axis.texts[i]}" for axis, i in zip(axes, point, strict=True))
+        "__".join(f"{axis.key}={axis.texts[i]}" for axis, i in zip(axes, point, strict=True))
         for point in points
     ]
-    labels = [re.sub(r"[^\w.,=+\[\]{}-]", "_", text.replace(" ", "")) for text in texts]
+    labels = [re.sub(r"[^\w.=+-]", "_", text.replace(" ", "")) for text in texts]
     if len(set(labels)) == len(labels) and max(map(len, labels)) <= LONGEST:
         return labels
     return [f"point_{number}" for number in range(len(points))]

@@ -85,7 +85,7 @@ def measure(scene, directory, wanted, *, jobs=None, pairs=True, force=False, wat
         if force:
             shutil.rmtree(directory / POINTS, ignore_errors=True)
         front, behind, _ = plan(base, wanted.names, wanted.quick, wanted.seeds)
-        watcher.begin(1 + len(front) + len(behind))
+        watcher.begin(1 + len(front) + len(behind) + (not pairs))
         runner = Runner(base, directory, jobs, pairs, report=watcher.report)
         found = trade(
             base,
@@ -95,6 +95,7 @@ def measure(scene, directory, wanted, *, jobs=None, pairs=True, force=False, wat
             seeds=wanted.seeds,
             tolerance=wanted.tolerance,
             observable=wanted.observable,
+            paired=pairs,
             log=watcher.log,
         )
         pairing = "side by side" if jobs > 1 else "one after the other"

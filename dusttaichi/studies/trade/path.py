@@ -70,11 +70,17 @@ def walk(start, knobs, run, judge):
     return tried, here
 
 
-def cheapest(rows, judge, kinds):
-    """The cheapest accepted Row of these kinds, or None."""
+def cheapest(rows, judge, kinds, noise):
+    """The cheapest accepted Row of these kinds, or None.
+
+    The default where it is accepted and none is cheaper by more than the noise of a cost.
+    """
     able = [
         row
         for row in rows
         if row.point.kind in kinds and row.result.ratio is not None and judge.accepts(row)
     ]
+    default = [row for row in able if row.point.knob == "default"]
+    if default:
+        able = [row for row in able if row.result.ratio < 1.0 - noise] or default
     return min(able, key=lambda row: row.result.ratio, default=None)

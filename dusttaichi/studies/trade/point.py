@@ -14,7 +14,8 @@ sample is driven; the sample itself."""
 class Point:
     """One scene to run. changes: as `scenes.changed` takes them.
 
-    paired: its cost is wanted, so a run of the default goes beside it.
+    paired: its cost is wanted, so a run of the default goes beside it. again: it is run though an
+    equal scene has been.
     """
 
     label: str
@@ -24,6 +25,7 @@ class Point:
     kind: str
     changes: dict = field(default_factory=dict)
     paired: bool = True
+    again: bool = False
 
 
 @dataclass(frozen=True)

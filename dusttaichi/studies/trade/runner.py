@@ -106,7 +106,9 @@ class Runner:
         core.pop("name", None)
         paired = point.paired and self.pairs
         code = [package_hash(), *scene.imported_texts]
-        return json.dumps([core, paired, code], sort_keys=True, default=str)
+        return json.dumps(
+            [core, paired, code, *["again"] * point.again], sort_keys=True, default=str
+        )
 
     def folder(self, point):
         """Where the run of a point and what is kept of it lie."""

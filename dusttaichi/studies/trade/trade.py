@@ -13,6 +13,7 @@ from dusttaichi.studies.trade.path import Row, cheapest, offers, walk
 from dusttaichi.studies.trade.point import KINDS, NUMERICAL, Point, PointResult
 
 LEAST_NOISE = 0.02  # of a cost, that is always reckoned with
+AGAIN = Point("default again", "default", "", math.nan, NUMERICAL, paired=False, again=True)
 DEFAULT = Point("default", "default", "", math.nan, NUMERICAL)
 
 
@@ -53,12 +54,14 @@ def trade(
     seeds=4,
     tolerance=0.05,
     observable=None,
+    paired=True,
     log=lambda text: None,
 ):
     """The Trade of a base scene (`scenes.base`).
 
-    run: list of Points -> label -> PointResult. seeds: how many in all. Raises DustError where the
-    scene itself or its reference does not run, or has no such observable.
+    run: list of Points -> label -> PointResult. seeds: how many in all. paired: points run beside
+    the default, which so tells the noise of a cost; else it runs again for that. Raises DustError
+    where the scene or its reference does not run, or has no such observable.
     """
     front, behind, left_out = plan(scene, names, quick, seeds)
     default = run([DEFAULT])[DEFAULT.label]
@@ -83,9 +86,8 @@ def trade(
             f"another --observable ({', '.join(reference.measured.names)})"
         )
     rows = [Row(DEFAULT, default), *(Row(p, results[p.label]) for p in front)]
-    noise = max(abs(default.ratio - 1.0), LEAST_NOISE)
-    singles = [row for row in rows if row.point.knob in knobs.NAMES]
-    start = None
+    noise = _noise(default if paired else run([AGAIN])[AGAIN.label])
+    singles, start = [row for row in rows if row.point.knob in knobs.NAMES], None
     for kinds in ((NUMERICAL,), KINDS[1:]):
         found = offers([r for r in singles if r.point.kind in kinds], judge, noise)
         if found:
@@ -98,11 +100,16 @@ def trade(
         tuple(rows),
         tuple(measured),
         half,
-        cheapest(rows, judge, (NUMERICAL,)),
-        cheapest(rows, judge, KINDS),
+        cheapest(rows, judge, (NUMERICAL,), noise),
+        cheapest(rows, judge, KINDS, noise),
         left_out,
         noise,
     )
+
+
+def _noise(repeated):
+    """The noise of a cost from a run of the default that was compared with itself."""
+    return max(abs((repeated.ratio or 1.0) - 1.0), LEAST_NOISE)
 
 
 def _needed(result, what):
