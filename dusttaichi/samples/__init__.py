@@ -10,6 +10,7 @@ from dusttaichi.samples import (  # noqa: F401, each registers its kind
     pca,
     random_packing,
     rbd,
+    space_filling,
 )
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.push import group_of, pushed

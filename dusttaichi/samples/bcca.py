@@ -4,13 +4,14 @@
 collisions, in which each cluster has grown on its own. Both partners of a collision are turned at
 random, one flies at the other along a straight line at a random impact parameter, even over the
 disc whose radius is the sum of their outer radii, and stays where it first touches. After a miss
-both are turned and shot again.
+both are turned and shot again. With a `mass_ratio` below 1 the two that meet have that ratio of
+grains, as in the quasi-BCCA of Okuzumi et al. (2009), but each has grown on its own.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
@@ -31,7 +32,7 @@ from dusttaichi.samples.mixture import (
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
 from dusttaichi.samples.values import Seed
-from dusttaichi.scene.fields import Count
+from dusttaichi.scene.fields import Count, Number
 
 MOST_GRAINS = 2**20  # a minute or two
 
@@ -43,6 +44,11 @@ class BccaSample(SampleBlock):
     grains: Count = Field(
         description="number of grains; where it is no power of two, clusters halve as nearly as "
         "they can"
+    )
+    mass_ratio: Annotated[float, Number(ge=0.05, le=1)] = Field(
+        1.0,
+        description="grains of the smaller over those of the larger of two clusters that meet "
+        "(quasi-BCCA); 1: equal ones",
     )
     sizes: SizesField = None
     shares: SharesField = None
@@ -107,8 +113,9 @@ def make(spec: BccaSample, materials: Materials) -> Sample:
     check_grains(spec.grains, "sample.grains")
     rng = np.random.Generator(np.random.PCG64(spec.seed))
     info = {"kind": "bcca", "shape": "aggregate", "seed": int(spec.seed), "grains": spec.grains}
-    if mixed(spec) or spec.grains & (spec.grains - 1):
+    if mixed(spec) or spec.grains & (spec.grains - 1) or spec.mass_ratio != 1.0:
         grains = drawn(spec, materials, spec.grains, rng)
-        return sized(unequal.clusters(grains, rng), grains, materials, info)
+        x = unequal.clusters(grains, rng, spec.mass_ratio)
+        return sized(x, grains, materials, info)
     *_, clusters = generations(spec.grains, materials.distance, rng)
     return Sample.at_rest(clusters[0], info | {"equilibrium_distance": materials.distance})

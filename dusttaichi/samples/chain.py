@@ -10,8 +10,17 @@ from pydantic import Field
 from dusttaichi.names import AXES
 from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
+from dusttaichi.samples.mixture import (
+    SharesField,
+    SizesField,
+    drawn,
+    mixed,
+    sized,
+    unknown_shares,
+)
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
+from dusttaichi.samples.values import Seed
 from dusttaichi.scene.boundary import AxisName
 from dusttaichi.scene.fields import Count
 
@@ -22,6 +31,14 @@ class ChainSample(SampleBlock):
     kind: Literal["chain"]
     grains: Count = Field(description="number of grains")
     axis: AxisName = Field("z", description="direction of the chain")
+    sizes: SizesField = None
+    shares: SharesField = None
+    seed: Seed | None = Field(
+        None, description="seed of the sizes and materials that are drawn, default 1"
+    )
+
+    def conflicts(self, scene) -> list[tuple[str, str]]:
+        return unknown_shares(self.shares, scene)
 
 
 @register(ChainSample)
@@ -29,7 +46,15 @@ def make(spec: ChainSample, materials: Materials) -> Sample:
     """Grains at rest along the axis x, y or z, in order, the first at the origin."""
     check_grains(spec.grains, "sample.grains")
     positions = np.zeros((spec.grains, 3))
-    positions[:, AXES.index(spec.axis)] = np.arange(spec.grains) * materials.distance
+    along = positions[:, AXES.index(spec.axis)]
+    if mixed(spec):
+        seed = 1 if spec.seed is None else int(spec.seed)
+        grains = drawn(spec, materials, spec.grains, np.random.Generator(np.random.PCG64(seed)))
+        n = np.arange(1, spec.grains)
+        along[1:] = np.cumsum(grains.distance(n - 1, n))
+        info = {"kind": "chain", "grains": spec.grains, "axis": spec.axis, "seed": seed}
+        return sized(positions, grains, materials, info)
+    along[:] = np.arange(spec.grains) * materials.distance
     sample = Sample.at_rest(positions)
     sample.info.update(
         kind="chain",

@@ -42,7 +42,7 @@ from dusttaichi.samples.mixture import (
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import ROUNDING, Sample, extent
 from dusttaichi.samples.values import CutGrains, CutSize, Seed, shape_of
-from dusttaichi.scene.fields import Number, problems
+from dusttaichi.scene.fields import Count, Number, problems
 
 BULK = 0.15  # filling factor of the bulk; only to guess how large an aggregate to cut from
 MOST_GRAINS = 2e6  # of the aggregate: minutes
@@ -65,6 +65,16 @@ class PcaSample(SampleBlock):
     aspect: Annotated[float, Number(gt=0)] = Field(
         1.0, description="height over width of a cut, with grains"
     )
+    cluster: Count = Field(
+        1,
+        description="grains of what is shot at the aggregate: 1, or a small cluster (BCCA) of so "
+        "many",
+    )
+    impact_parameter: Annotated[float, Number(ge=0, lt=1)] | None = Field(
+        None,
+        description="of every shot, over the sum of the outer radii; by default any, even over the "
+        "disc",
+    )
     sizes: SizesField = None
     shares: SharesField = None
     seed: Seed = Field(1, description="seed of the random numbers")
@@ -81,8 +91,8 @@ class PcaSample(SampleBlock):
         found = cut.problems(self)
         if self.shape == "aggregate" and self.size is None and self.aspect != 1.0:
             found.append(("aspect", "it is allowed only with shape box or cylinder"))
-        if self.shape != "aggregate" and mixed(self):
-            found.append(("shape", "grains that are not all alike grow as an aggregate only"))
+        if self.cluster > 1 and self.shape != "aggregate":
+            found.append(("cluster", "it is allowed only with shape aggregate"))
         if found:
             raise problems(found)
         return self
@@ -146,13 +156,8 @@ def make(spec: PcaSample, materials: Materials) -> Sample:
     """
     radius, equilibrium_distance = materials.radius, materials.distance
     rng = np.random.Generator(np.random.PCG64(spec.seed))
-    if mixed(spec):
-        _check_grains(spec.grains * SLOWER)
-        grains = drawn(spec, materials, spec.grains, rng)
-        x = unequal.aggregate(grains, rng)
-        info = {"kind": "pca", "shape": spec.shape, "seed": int(spec.seed), "grains": len(x)}
-        centre = (grains.radii**3 @ x) / np.sum(grains.radii**3)
-        return sized(x - centre, grains, materials, info)
+    if mixed(spec) or spec.cluster > 1 or spec.impact_parameter is not None:
+        return _one_by_one(spec, materials, rng)
     aggregate = Aggregate(equilibrium_distance)
     if spec.shape == "aggregate":
         _check_grains(spec.grains)
@@ -180,27 +185,61 @@ def make(spec: PcaSample, materials: Materials) -> Sample:
     return sample
 
 
+def _one_by_one(spec, materials: Materials, rng) -> Sample:
+    """The same of grains that are not all alike, of clusters, at an impact parameter: shot after
+    shot."""
+    info = {"kind": "pca", "shape": spec.shape, "seed": int(spec.seed)}
+    if spec.shape == "aggregate":
+        _check_grains(spec.grains * SLOWER)
+        grains = drawn(spec, materials, spec.grains, rng)
+        x = unequal.aggregate(grains, rng, spec.cluster, spec.impact_parameter)
+        return sized(x, grains, materials, info | {"grains": len(x)})
+    radius = float(np.mean(drawn(spec, materials, 10_000, rng).radii ** 3) ** (1 / 3))
+    edges = cut.proportions(spec, radius)
+    _check_grains(_guessed_grains(spec, radius, edges) * SLOWER)
+    grown = unequal.Aggregate(drawn(spec, materials, 1, rng), spec.impact_parameter)
+    needed = None
+    while needed is None:
+        for _ in range(max(20, len(grown.positions) // 10)):
+            grown.add(np.zeros((1, 3)), drawn(spec, materials, 1, rng), rng)
+        scale = cut.scale(grown.positions, spec.shape, edges, grown.grains.radii, centred=True)
+        needed = _settled(spec, edges, scale, grown.reach)
+    kept = np.flatnonzero(scale <= needed)
+    if len(kept) == 0:
+        raise cut.nothing_inside(edges, radius, spec.seed)
+    x = grown.positions[kept] + [0.0, 0.0, needed * edges[2] / 2]
+    info |= {"grains": len(kept), "aggregated": len(scale)}
+    return sized(x, grown.grains.taken(kept), materials, info)
+
+
 def _cut(spec, radius, aggregate: Aggregate, rng) -> np.ndarray:
     edges = cut.proportions(spec, radius)
     _check_grains(_guessed_grains(spec, radius, edges))
-    while True:
+    needed = None
+    while needed is None:
         aggregate.shoot(rng)
-        positions = aggregate.positions
-        scale = cut.scale(positions, spec.shape, edges, radius, centred=True)
-        if spec.grains is None:
-            needed = 1.0
-        elif len(positions) > spec.grains:
-            needed = np.partition(scale, spec.grains - 1)[spec.grains - 1]
-        else:
-            continue
-        last = scale[int((1 - LAST) * len(positions)) :]
-        # Corners of the cut that the aggregate has not reached yet would stay empty too.
-        corner = needed * np.linalg.norm(edges * _corner(spec.shape)) / 2
-        inside = scale <= needed
-        latecomers = np.count_nonzero(last <= needed)
-        if aggregate.reach > corner and latecomers <= FEW * np.count_nonzero(inside):
-            break
-    return positions[inside] + [0.0, 0.0, needed * edges[2] / 2]
+        scale = cut.scale(aggregate.positions, spec.shape, edges, radius, centred=True)
+        needed = _settled(spec, edges, scale, aggregate.reach)
+    return aggregate.positions[scale <= needed] + [0.0, 0.0, needed * edges[2] / 2]
+
+
+def _settled(spec, edges, scale, reach) -> float | None:
+    """By how much the cut is to be scaled, once no more grains come to rest in it; None before.
+
+    scale: of the cut that each grain needs; reach: of the aggregate [m].
+    """
+    if spec.grains is None:
+        needed = 1.0
+    elif len(scale) > spec.grains:
+        needed = np.partition(scale, spec.grains - 1)[spec.grains - 1]
+    else:
+        return None
+    last = scale[int((1 - LAST) * len(scale)) :]
+    # Corners of the cut that the aggregate has not reached yet would stay empty too.
+    corner = needed * np.linalg.norm(edges * _corner(spec.shape)) / 2
+    latecomers = np.count_nonzero(last <= needed)
+    done = reach > corner and latecomers <= FEW * np.count_nonzero(scale <= needed)
+    return needed if done else None
 
 
 def _corner(shape: str) -> np.ndarray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy
 
-from dusttaichi.geometry import pairs_within
+from dusttaichi.geometry import grains_within, pairs_within, power
 
 ROUNDING = 1e-9  # of the touching distance: far above rounding, far below the overlap delta0
 
@@ -107,40 +107,13 @@ def radius_of_gyration(sample: Sample, radius) -> float:
     return float(np.sqrt((apart**2).sum(axis=1).mean() + 0.6 * radius**2))
 
 
-LEAST_FRACTAL = 100  # grains: in fewer there is no range of radii to fit a power law to
-SHELLS = 8  # radii of the fit
-MOST_DISTANCES = 2e7  # between centres and all grains: below a second
-
-
 def fractal_dimension(sample: Sample, radius) -> float:
-    """D of N(<R) ~ R^D about grains of the core; nan for a sample too small to say.
+    """D of N(<R) ~ R^D about grains of the core (geometry.grains_within).
 
-    N(<R) is the mean number of grains within R of a grain of the core, itself not counted; the
-    core are the grains within R_g/2 of the centre of mass. D is the slope of ln N(<R) in ln R
-    by least squares, for 8 radii evenly spaced in ln R from 3 r to 3/4 R_g. In a ball or cube
-    all of these spheres lie inside, so a homogeneous body has D = 3, a plate 2, a chain 1, up to
-    the first shells of neighbours. Of one fractal aggregate it scatters by some 0.2. r is the mean
-    radius of polydisperse grains.
+    nan for a sample too small to say. Of one fractal aggregate it scatters by some 0.2.
     """
-    radius = float(np.mean(radius))
-    core_reach = radius_of_gyration(sample, radius) / 2
-    largest = 1.5 * core_reach
-    if len(sample) < LEAST_FRACTAL or largest < 5 * radius:
-        return float("nan")
-    x = sample.positions
-    core = np.flatnonzero(np.linalg.norm(x - x.mean(axis=0), axis=1) <= core_reach)
-    if len(core) == 0:
-        return float("nan")
-    most = max(20, int(MOST_DISTANCES / len(sample)))
-    core = core[:: -(-len(core) // most)]
-    radii = np.geomspace(3 * radius, largest, SHELLS)
-    counts = np.zeros(SHELLS)
-    for centre in x[core]:
-        distance = np.sqrt(((x - centre) ** 2).sum(axis=1))
-        counts += np.searchsorted(np.sort(distance[distance <= largest]), radii, "right") - 1
-    if counts[0] == 0:
-        return float("nan")
-    return float(np.polyfit(np.log(radii), np.log(counts), 1)[0])
+    found = grains_within(sample.positions, radius, radius_of_gyration(sample, radius))
+    return float("nan") if found is None else power(*found)
 
 
 def describe(sample: Sample, radius, touch: float | None) -> dict:

@@ -22,43 +22,93 @@ from dusttaichi.samples.sample import ROUNDING
 SHOTS = 8  # of one grain at once; the first that hits counts
 
 
-def aggregate(grains: Grains, rng) -> np.ndarray:
-    """Centres (N, 3) [m] of particle-cluster aggregation, the first grain at the origin."""
-    x = np.zeros((len(grains), 3))
-    reach = grains.radii[0]
-    for k in range(1, len(grains)):
-        earlier = np.arange(k)
-        touch = grains.distance(k, earlier)
-        cover = reach + grains.radii[k]
-        x[k] = _shot(x[:k], touch, cover, rng)
-        reach = max(reach, float(np.linalg.norm(x[k])) + grains.radii[k])
-    return x
+class Aggregate:
+    """A cluster that grows by what is shot at it, from all sides, and stays where it touches.
+
+    positions: (N, 3) [m], the first grain at the origin. grains: Grains so far. impact_parameter:
+    of every shot, over the sum of the outer radii about the centre of mass; None: any, even over
+    the disc.
+    """
+
+    def __init__(self, first: Grains, impact_parameter=None):
+        self.positions, self.grains = np.zeros((1, 3)), first
+        self.impact = impact_parameter
+
+    @property
+    def reach(self) -> float:
+        """Of the farthest centre from the first grain [m]."""
+        return float(np.sqrt((self.positions**2).sum(axis=1)).max())
+
+    def add(self, body, grains: Grains, rng) -> None:
+        """Shoot a body (n, 3) of grains, about its centre, at the aggregate."""
+        x, before = self.positions, len(self.positions)
+        together = _joined(self.grains, grains)
+        touch = together.distance(np.arange(before, len(together))[:, None], np.arange(before))
+        # any disc that covers all does, where the impact parameter is even over it
+        centre = np.zeros(3) if self.impact is None else self._centre()
+        outer = np.sqrt(((x - centre) ** 2).sum(axis=1)) + self.grains.radii
+        cover = outer.max() + (np.sqrt((body**2).sum(axis=1)) + grains.radii).max()
+        landed = _shot(x, (body, touch), (centre, cover), self.impact, rng)
+        self.positions, self.grains = np.concatenate([x, landed]), together
+
+    def centred(self) -> np.ndarray:
+        """Positions about the centre of the grains' volume, (N, 3) [m]."""
+        return self.positions - self._centre()
+
+    def _centre(self):
+        volume = self.grains.radii**3
+        return volume @ self.positions / volume.sum()
 
 
-def _shot(targets, touch, cover, rng):
-    """Where a grain that is shot from afar comes to rest; misses are shot again."""
+def aggregate(grains: Grains, rng, cluster: int = 1, impact_parameter=None) -> np.ndarray:
+    """Centres (N, 3) [m] of particle-cluster aggregation about the centre of their volume.
+
+    cluster: grains of what is shot; of more than one, a cluster that has grown by `clusters`.
+    """
+    first = grains.taken(slice(0, cluster))
+    out = Aggregate(first, impact_parameter)
+    out.positions = clusters(first, rng)
+    for begin in range(cluster, len(grains), cluster):
+        own = grains.taken(slice(begin, begin + cluster))
+        out.add(clusters(own, rng), own, rng)
+    return out.centred()
+
+
+def _shot(targets, flying, about, impact, rng):
+    """Where a body that is shot from afar comes to rest, (n, 3); misses are shot again.
+
+    flying: its centres about their mean (n, 3), and where each touches each target (n, targets).
+    about: centre of the targets and the sum of the outer radii.
+    """
+    (body, touch), (centre, cover) = flying, about
+    shots = SHOTS if len(body) == 1 else 1
     while True:
-        directions = random_directions(rng, SHOTS)
-        off = random_in_disc(rng, SHOTS) * cover
+        directions = random_directions(rng, shots)
+        off = random_in_disc(rng, shots)
+        if impact is not None:
+            off *= impact / np.linalg.norm(off, axis=1, keepdims=True)
+        turned = body if len(body) == 1 else body @ random_rotations(rng, 1)[0].T
         u, v = across(directions)
-        starts = off[:, :1] * u + off[:, 1:] * v - 2.0 * cover * directions
-        apart = targets[None] - starts[:, None]
-        along = np.einsum("skc,sc->sk", apart, directions)
-        square = (apart**2).sum(axis=2) - along**2
-        hits = arrival(along, square, touch).min(axis=1)
+        starts = centre + cover * (off[:, :1] * u + off[:, 1:] * v - 2.0 * directions)
+        apart = targets - starts[:, None, None] - turned[:, None]
+        along = np.einsum("sbtc,sc->sbt", apart, directions)
+        square = (apart**2).sum(axis=3) - along**2
+        hits = arrival(along, square, touch).min(axis=(1, 2))
         hit = np.flatnonzero(np.isfinite(hits))
         if len(hit):
-            return starts[hit[0]] + hits[hit[0]] * directions[hit[0]]
+            return starts[hit[0]] + turned + hits[hit[0]] * directions[hit[0]]
 
 
-def clusters(grains: Grains, rng) -> np.ndarray:
-    """Centres (N, 3) [m] of cluster-cluster aggregation about their mean: halves that have grown on
-    their own, of any number of grains."""
+def clusters(grains: Grains, rng, mass_ratio: float = 1.0) -> np.ndarray:
+    """Centres (N, 3) [m] of cluster-cluster aggregation about their mean, of any number of grains:
+    two parts that have grown on their own meet, the second with mass_ratio (up to 1) times as many
+    grains as the first."""
     count = len(grains)
     if count == 1:
         return np.zeros((1, 3))
-    half = np.arange(count) < (count + 1) // 2
-    one, other = (clusters(grains.taken(part), rng) for part in (half, ~half))
+    larger = min(max(round(count / (1.0 + mass_ratio) + 1e-9), 1), count - 1)
+    first = np.arange(count) < max(larger, count - larger)
+    one, other = (clusters(grains.taken(part), rng, mass_ratio) for part in (first, ~first))
     joined = np.concatenate(_collided(one, other, grains, rng))
     return joined - joined.mean(axis=0)
 

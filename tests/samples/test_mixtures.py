@@ -41,7 +41,17 @@ def gaps(scene, sample, period=None):
     return out
 
 
-@pytest.mark.parametrize("kind", ["kind: pca, grains: 60", "kind: bcca, grains: 50"])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "kind: pca, grains: 60",
+        "kind: pca, grains: 60, impact_parameter: 0.7",
+        "kind: pca, grains: 60, cluster: 7",
+        "kind: bcca, grains: 50",
+        "kind: bcca, grains: 50, mass_ratio: 0.2",
+        "kind: chain, grains: 50",
+    ],
+)
 def test_an_aggregate_is_a_tree_of_exact_contacts(kind):
     """Each grain or cluster stays where it first touches: N - 1 contacts at the equilibrium
     distance of their pair (to rounding of positions of 10 um), no pair nearer than that."""
@@ -51,6 +61,63 @@ def test_an_aggregate_is_a_tree_of_exact_contacts(kind):
     assert np.count_nonzero(np.abs(gap) < 1e-15) == 2 * (len(sample) - 1)
     assert set(sample.materials) == {0, 1} and 0.3e-6 <= sample.radii.min() < sample.radii.max()
     assert len(sample) in (50, 60)
+
+
+def test_a_cut_of_a_mixture():
+    """As many as asked for, wholly in the smallest box of the proportions, on exact contacts."""
+    scene, sample = made("kind: pca, shape: box, grains: 40, aspect: 0.5")
+    low, high = (sample.positions - sample.radii[:, None]).min(0), sample.positions.max(0)
+    assert len(sample) == 40 and low[2] == pytest.approx(0.0, abs=1e-6) and low[2] > -1e-15
+    assert sample.info["aggregated"] > 80 and high[2] < 0.8 * np.ptp(sample.positions[:, 0])
+    gap = gaps(scene, sample)
+    assert gap.min() > -1e-15 and np.count_nonzero(np.abs(gap) < 1e-15) > 40
+
+
+def bodies(text, seed):
+    """The sample of a kind for equal grains."""
+    plain = TEXT.replace("{SAMPLE, sizes: SIZES, shares: {default: 3, ice: 1}, seed: 4}", "{BODY}")
+    return make(from_yaml(plain.replace("BODY", f"{text}, seed: {seed}")))
+
+
+def test_an_impact_parameter_makes_aggregates_open():
+    """Shots at the middle go deep, grazing ones stay outside: the radius of gyration grows."""
+    head, graze = (
+        np.mean([bodies(f"kind: pca, grains: 150, impact_parameter: {b}", n).info[
+            "radius_of_gyration"] for n in range(3)])
+        for b in (0.0, 0.9)
+    )  # fmt: skip
+    assert graze > 1.15 * head
+
+
+def test_partners_of_unequal_mass():
+    """Quasi-BCCA of 100 grains at 0.25: a cluster of 20 meets one of 80 in the end."""
+    sample = bodies("kind: bcca, grains: 100, mass_ratio: 0.25", 3)
+    x = sample.positions
+    d = np.linalg.norm(x[:, None] - x[None], axis=2) + np.eye(100)
+    touch = np.abs(d - d.min()) < 1e-12
+    assert touch[:80, :80].sum() == 2 * 79 and touch[80:, 80:].sum() == 2 * 19
+    assert touch[:80, 80:].sum() == 1
+
+
+def test_dust_of_a_wished_filling_factor():
+    """Its volume, evenly over the box, and one tree of exact contacts."""
+    for text in ("grains: 120, filling_factor: 0.1", "grains: 60, filling_factor: 0.17"):
+        scene, sample = made(f"kind: space_filling, {text}, aspect: 2")
+        edges = np.array([sample.info[k] for k in ("width", "depth", "height")])
+        wished = float(text.split()[-1])
+        volume = np.sum(4 / 3 * np.pi * sample.radii**3)
+        assert volume / edges.prod() == pytest.approx(wished, rel=1e-9)
+        assert edges[2] == pytest.approx(2 * edges[0])
+        low = sample.positions - sample.radii[:, None] + [edges[0] / 2, edges[1] / 2, 0.0]
+        assert low.min() > -1e-15
+        gap = gaps(scene, sample)
+        assert gap.min() > -1e-15
+        assert np.count_nonzero(np.abs(gap) < 1e-15) == 2 * (len(sample) - 1)
+        lower = sample.positions[:, 2] < edges[2] / 2
+        share = np.sum(sample.radii[lower] ** 3) / np.sum(sample.radii**3)
+        assert share == pytest.approx(0.5, abs=0.15)
+    with pytest.raises(DustError, match="no room is left for more grains"):
+        made("kind: space_filling, grains: 30, filling_factor: 0.4")
 
 
 def test_a_deposit_rests_on_exact_contacts():
@@ -95,7 +162,8 @@ def test_laws_of_sizes():
         ),
         ("kind: pca, grains: 9", "{kind: list, radii: [1 um], shares: [1, 2]}", ["1 and not 2"]),
         ("kind: pca, grains: 9", "{kind: normal}", ["sizes.kind", "power", "lognormal"]),
-        ("kind: pca, grains: 9, shape: box", POWER, ["sample.shape", "as an aggregate only"]),
+        ("kind: pca, grains: 9, shape: box, cluster: 2", POWER, ["sample.cluster", "aggregate"]),
+        ("kind: bcca, grains: 9, mass_ratio: 0.01", POWER, ["sample.mass_ratio", "0.05"]),
     ],
 )
 def test_refused(sample, sizes, words):

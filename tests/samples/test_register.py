@@ -65,7 +65,7 @@ def test_a_registered_kind_is_known_everywhere():
     assert {key.path for key in rows() if key.kinds == ("ring",)} >= {"sample.spread"}
     assert "sample.grains = 0: a whole number of at least 1" in refused(kind="ring", grains=0)
     assert 'did you mean "spread"?' in refused(kind="ring", grains=3, spred=2)
-    assert '"rbd" or "ring" is needed' in refused(kind="rings")
+    assert '"ring" or "space_filling" is needed' in refused(kind="rings")
 
 
 def test_a_registered_kind_can_collide():

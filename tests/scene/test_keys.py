@@ -16,6 +16,7 @@ KINDS = {
     ("sample", "pca"): {"grains": 9},
     ("sample", "bcca"): {"grains": 8},
     ("sample", "random_packing"): {"grains": 9},
+    ("sample", "space_filling"): {"grains": 9},
     ("sample", "chain"): {"grains": 9},
     ("sample", "collision"): {"target": PAIR, "projectile": PAIR, "speed": "1 m/s"},
     ("sample", "explicit"): {"file": "grains.csv"},

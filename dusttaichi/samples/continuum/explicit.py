@@ -114,6 +114,8 @@ def _snapshot(path: Path, where: str) -> dict:
             names |= {"reference": "reference_density", "deviator": "deviator"}
             table = {name: group[key][-1].values[dust] for name, key in names.items()}
             table["mass"] = group["mass"].values[dust]
+    except DustError as error:
+        raise DustError(f"{where}: {error}") from None
     except (OSError, RuntimeError, ValueError, IndexError, KeyError) as error:
         raise DustError(
             f"{where}: it is not the result of a run of the continuum with snapshots: {error}."
