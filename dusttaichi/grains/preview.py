@@ -8,6 +8,7 @@ from dusttaichi.compute.memory import TYPES, room_for
 from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.plan import planned
 from dusttaichi.domain.pushes import make_push
+from dusttaichi.domain.walls import glued
 from dusttaichi.grains import network
 from dusttaichi.grains.build import build, chosen_layout, surroundings
 from dusttaichi.grains.grain_contacts import contact_constants, farthest_contacts, grain_properties
@@ -30,12 +31,7 @@ def preview(scene):
     step = chosen_step(scene, samples.pushed(scene, sample), own)
     contacts = contact_constants(scene)
     far = contacts if own is None else farthest_contacts(scene, own)
-    sections = [
-        ("Sample", _sample(scene, sample)),
-        ("Contact of two grains", _contact(contacts[0], scene)),
-    ]
-    if scene.boundary.walls:
-        sections.append(("Contact of a grain and a wall", _contact(contacts[1], scene)))
+    sections = [("Sample", _sample(scene, sample)), *_contacts(scene, own, contacts)]
     if scene.sphere is not None:
         sections.append(("Sphere", _sphere(scene, sample, own)))
         farthest = max(sphere_contacts(scene, own), key=lambda c: c.delta0)
@@ -46,6 +42,45 @@ def preview(scene):
     sections.append(("Memory", [("state", _state_memory(scene, sample, own, step))]))
     domain = _domain(scene, sample, own, far, step)
     return Preview(sections, len(sample), domain.dt, planned(scene, domain))
+
+
+def _contacts(scene, own, contacts):
+    """Sections of what touches what: of the scene's material, or, where grains differ, of every two
+    materials that they have, at their median radii; each with a wall."""
+    if own is None:
+        pairs, walls = {"two grains": contacts[0]}, {"a grain and a wall": contacts[1]}
+    else:
+        pairs, walls = _of_materials(scene, own)
+    sections = {f"Contact of {name}": c for name, c in pairs.items()}
+    if scene.boundary.walls:
+        sections |= {f"Contact of {name}": c for name, c in walls.items()}
+    return [(title, _contact(c, scene)) for title, c in sections.items()]
+
+
+def _of_materials(scene, own):
+    """(name -> ContactConstants of every two materials, and of each and a wall)."""
+    kinds, names = scene.all_materials, [DEFAULT, *scene.materials]
+    used = [int(n) for n in np.unique(own.material)]
+    radius = {n: float(np.median(own.radius[own.material == n])) * units.LENGTH for n in used}
+
+    def named(n):
+        return f"{names[n]} ({quantities.format(radius[n], 'length', digits=3)})"
+
+    pairs = {
+        f"two grains, {named(a)} and {named(b)}": constants.mixed_constants(
+            kinds[a], radius[a], kinds[b], radius[b], scene.interaction
+        )
+        for k, a in enumerate(used)
+        for b in used[k:]
+    }
+    walls = {
+        f"a grain, {named(n)}, and a wall": glued(
+            constants.wall_constants(kinds[n], scene.interaction, radius[n], scene.material),
+            scene.boundary,
+        )
+        for n in used
+    }
+    return pairs, walls
 
 
 def internals(scene):

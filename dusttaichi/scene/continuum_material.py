@@ -210,7 +210,10 @@ class ContinuumMaterial(Block):
             **block["properties"],
             "poisson_ratio": {"type": "number", "description": "Poisson's ratio"},
         }
-        some = {key: {"type": "object"} for key in ("compressive", "tensile")}
+        some = {
+            key: {"type": "object", "description": f"what of the {key} strength is changed"}
+            for key in ("compressive", "tensile")
+        }
         partial = {**block, "properties": {**numbers, **some}, "required": ["base"]}
         return {
             "description": cls.__doc__,

@@ -9,6 +9,7 @@ import yaml
 from dusttaichi import method
 from dusttaichi.errors import DustError
 from dusttaichi.scene import extensions, problems, shipped, yaml_text
+from dusttaichi.scene.readable_schema import readable, told_apart
 from dusttaichi.scene.scene import Scene
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
@@ -114,12 +115,16 @@ def json_schema() -> dict[str, Any]:
     schemas = [
         _without_titles(method.named(name).scene.model_json_schema()) for name in method.METHODS
     ]
-    title = {"$schema": DRAFT, "title": "dusttaichi scene"}
-    if len(schemas) == 1:
-        return {**title, **schemas[0], "description": "One run of dusttaichi."}
+    head = {"$schema": DRAFT, "title": "dusttaichi scene", "description": "One run of dusttaichi."}
     blocks = {name: block for schema in schemas for name, block in schema.pop("$defs").items()}
-    text = {"description": "One run of dusttaichi."}
-    return {**title, **text, "oneOf": schemas, "$defs": blocks}
+    blocks = {name: readable(block, blocks) for name, block in blocks.items()}
+    scenes = {
+        name: readable(schema, blocks) for name, schema in zip(method.METHODS, schemas, strict=True)
+    }
+    whole = told_apart("method", scenes, method.DEFAULT)
+    about = next(iter(scenes.values()))["properties"]["method"].get("description", "method")
+    whole["properties"]["method"]["description"] = about
+    return {**head, **whole, "$defs": blocks}
 
 
 def schema_text() -> str:

@@ -27,6 +27,45 @@ def test_schema_describes_every_key_and_gives_an_example_of_every_quantity():
                 assert field["examples"], name
 
 
+def _described(node, where=""):
+    """Yield the places of all keys of a schema that say nothing."""
+    if isinstance(node, dict):
+        properties = node.get("properties", {})
+        for name, field in properties.items() if isinstance(properties, dict) else ():
+            if not {"description", "const", "enum"} & set(field):
+                yield f"{where}.{name}"
+        for name, part in node.items():
+            yield from _described(part, f"{where}.{name}" if name != "properties" else where)
+    elif isinstance(node, list):
+        for part in node:
+            yield from _described(part, where)
+
+
+def test_every_key_says_what_it_is():
+    assert not list(_described(json_schema()))
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        ("boundary: {kind: box, wall_sped: 1 m/s}", "'wall_sped' was unexpected"),
+        ("boundary: {kind: box, wall_speed: 1}", "1 is not of type 'string'"),
+        ("boundary: {kind: torus}", "'torus' is not one of ['box', 'open'"),
+        ("sample: {kind: rbd, grains: 0}", "0 is less than the minimum of 1"),
+        ("sample: {kind: rbd, sizes: {kind: power}}", "'exponent' is a required property"),
+        ("interaction: {rolling: {modifer: 2}}", "'modifer' was unexpected"),
+        ("interaction: {damping: {model: viscous, kapa: 1 g/s}}", "'kapa' was unexpected"),
+        ("material: {base: ice_t19, gamma: 1 J/m^2}", "'gamma' was unexpected"),
+        ("output: {series: {stepps: 3}}", "'stepps' was unexpected"),
+    ],
+)
+def test_an_editor_says_what_is_wrong_inside_of_alternatives(text, said):
+    data = read(edited(text.split(":")[0], text)).data
+    found = [e.message for e in jsonschema.Draft202012Validator(json_schema()).iter_errors(data)]
+    assert any(said in message for message in found), found
+    assert not any("any of the given schemas" in m for m in found if "null" not in m), found
+
+
 SHORTHANDS = [
     {},
     *({"material": name} for name in NAMED),
