@@ -248,3 +248,39 @@ def held_together(positions, graph, starts, nearest):
         for point in order[1:]:
             out[point] = out[parent[point]] + nearest(positions[point] - positions[parent[point]])
     return out
+
+
+LEAST_FRACTAL = 100  # grains: in fewer there is no range of radii to fit a power law to
+SHELLS = 8  # radii of the fit
+MOST_DISTANCES = 2e7  # between centres and all grains: below a second
+
+
+def grains_within(positions, radius, gyration):
+    """(R, N): radii and the mean number of grains within them of a grain of the core, itself not
+    counted, (SHELLS,) each; None for bodies too small to say.
+
+    radius: mean radius of the grains, or (N,); gyration: radius of gyration. The core are the
+    grains within gyration/2 of the centre. R is evenly spaced in ln R from 3 radii to 3/4 of
+    gyration. In a ball or cube all of these spheres lie inside, so N ~ R^3 of a homogeneous body,
+    R^2 of a plate, R of a chain, up to the first shells of neighbours.
+    """
+    radius, reach = float(np.mean(radius)), gyration / 2
+    largest = 1.5 * reach
+    if len(positions) < LEAST_FRACTAL or largest < 5 * radius:
+        return None
+    core = np.flatnonzero(np.linalg.norm(positions - positions.mean(axis=0), axis=1) <= reach)
+    if len(core) == 0:
+        return None
+    most = max(20, int(MOST_DISTANCES / len(positions)))
+    core = core[:: -(-len(core) // most)]
+    radii = np.geomspace(3 * radius, largest, SHELLS)
+    counts = np.zeros(SHELLS)
+    for centre in positions[core]:
+        distance = np.sqrt(((positions - centre) ** 2).sum(axis=1))
+        counts += np.searchsorted(np.sort(distance[distance <= largest]), radii, "right") - 1
+    return None if counts[0] == 0 else (radii, counts / len(core))
+
+
+def power(x, y):
+    """The exponent of y ~ x^D by least squares in the logarithms."""
+    return float(np.polyfit(np.log(x), np.log(y), 1)[0])

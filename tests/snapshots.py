@@ -16,10 +16,12 @@ def write(path, frames, radius, box=None, periodic="", dt=1e-9, scene=SCENE, att
     frames: dicts with position (N, 3), and perhaps velocity, spin (N, 3), pairs (C, 2), overlap,
     twist (C,), pointer_i, pointer_j (C, 3), box (6,), touching: [(grain, wall), ...].
     radius: (N,) or a number. box: (6,), of all frames that name none; None: no walls.
-    attrs: further global attributes (dict).
+    attrs: further global attributes (dict). With force, torque_i, torque_j (C, 3) of the pairs and
+    wall_force, wall_torque of what touches the walls in each frame the result has forces.
     """
     count = len(frames[0]["position"])
     features = {"snapshots", "contacts"} | ({"walls", "room"} if box is not None else set())
+    features |= {"forces"} if "force" in frames[0] else set()
     known = provenance(scene, scene, title="made", seed=1, backend="cpu", precision="f64")
     attrs = known | {"periodic_axes": periodic} | dict(attrs)
     coords = {"snapshots/radius": np.broadcast_to(radius, count)}
@@ -44,6 +46,9 @@ def _records(frame, number, dt, count, box):
     contacts = {"grain_i": pairs[:, 0], "grain_j": pairs[:, 1], "approach": np.zeros(rows)}
     for name, tail in (("overlap", ()), ("twist", ()), ("pointer_i", (3,)), ("pointer_j", (3,))):
         contacts[name] = frame.get(name, np.zeros((rows, *tail)))
+    if "force" in frame:
+        load = {n: frame[n] for n in ("force", "torque_i", "torque_j")}
+        contacts |= load | {"normal_force": np.zeros(rows), "step": np.zeros(rows)}
     records = {"contacts": contacts}
     if box is not None:
         touching = np.asarray(frame.get("touching", []), dtype=int).reshape(-1, 2)
@@ -58,4 +63,7 @@ def _records(frame, number, dt, count, box):
             "approach": zero,
             "overlap": zero,
         }
+        if "wall_force" in frame:
+            load = {"force": frame["wall_force"], "torque": frame["wall_torque"]}
+            records["wall_contacts"] |= load | {"normal_force": zero, "step": zero}
     return {"snapshots": snapshot, **records}

@@ -28,6 +28,7 @@ def writer(
     scene="name: test\n",
     attrs=(),
     radius=RADIUS,
+    asked=(),
     **options,
 ):
     """An empty result file for `grains` grains. attrs: further global attributes (dict)."""
@@ -43,7 +44,7 @@ def writer(
     known = provenance(scene, scene, title="test", seed=1, backend="cpu", precision="f64")
     return Writer.create(
         path,
-        select(VARIABLES.values(), features),
+        select(VARIABLES.values(), features, asked),
         {"grain": grains, "bin": bins, "body": 2},
         coords,
         known | {"grains": grains} | dict(attrs),

@@ -16,7 +16,7 @@ LINES, FUNCTION, POSITIONAL, TOP = 350, 60, 5, 8
 SHARED = {"errors", "units", "geometry", "names", "files"}
 MAY_KNOW = {
     "physics": set(),
-    "scene": {"samples", "physics", "method"},
+    "scene": {"samples", "physics", "method", "results"},
     "samples": {"scene", "physics", "results"},
     "domain": {"scene", "physics"},
     "compute": set(),

@@ -20,9 +20,11 @@ from dusttaichi.analysis.error_bar import ErrorBar, Estimate, error_bar
 from dusttaichi.analysis.fractal import Fractal, fractal
 from dusttaichi.analysis.fragments import (
     Compaction,
+    FragmentDimension,
     Fragments,
     MassSpectrum,
     compaction,
+    fragment_dimension,
     fragments,
     growth_efficiency,
     mass_spectrum,
@@ -32,6 +34,7 @@ from dusttaichi.analysis.isotropic import Isotropic, Ratio, isotropic
 from dusttaichi.analysis.ledger import Ledger, ledger
 from dusttaichi.analysis.loads import Friction, Held, Shearing, friction, held_loads, shearings
 from dusttaichi.analysis.losses import Losses, losses_against_filling_factor
+from dusttaichi.analysis.pores import Pores, pores
 from dusttaichi.analysis.profile import profile
 from dusttaichi.analysis.restitution import Restitution, restitution, wall_restitution
 from dusttaichi.analysis.run import Run, open_run
@@ -54,6 +57,7 @@ __all__ = [
     "Estimate",
     "Fit",
     "Fractal",
+    "FragmentDimension",
     "Fragments",
     "Frame",
     "Friction",
@@ -63,6 +67,7 @@ __all__ = [
     "Losses",
     "MassSpectrum",
     "Penetration",
+    "Pores",
     "Ratio",
     "Release",
     "Restitution",
@@ -84,6 +89,7 @@ __all__ = [
     "fit_compression",
     "fit_strength",
     "fractal",
+    "fragment_dimension",
     "fragments",
     "friction",
     "front",
@@ -103,6 +109,7 @@ __all__ = [
     "open_run",
     "open_trade",
     "penetration",
+    "pores",
     "profile",
     "read_frame",
     "releases",

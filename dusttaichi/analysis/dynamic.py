@@ -27,8 +27,8 @@ class Dynamic:
 
     speed: of the top wall [m/s]. plateau, plateau_sigma [Pa]: mean pressure on the top wall between
     the filling factors PLATEAU of the box, and its standard error. momentum [Pa]: what a layer
-    as dense as the law's phi2 needs by the balance of momentum. front, front_sigma [m/s]: speed of the compaction front.
-    layer: mean filling factor between it and the wall.
+    as dense as the law's phi2 needs by the balance of momentum. front, front_sigma [m/s]: speed of
+    the compaction front. layer: mean filling factor between it and the wall.
     fits: (range, weights) -> compression.Fit or None; range "plateau" (bins up to PLATEAU[1]) or
     "whole"; weights "bins" (every bin of the filling factor alike) or "decades" (every decade of
     pressure alike).

@@ -6,7 +6,7 @@ import numpy as np
 
 from dusttaichi.analysis.frame import grain_masses, read_frame
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import connected, held_together
+from dusttaichi.geometry import connected, grains_within, held_together, power
 
 
 @dataclass(frozen=True)
@@ -101,6 +101,44 @@ def _unwrapped(frame, graph, label):
         return frame.position
     starts = np.unique(label, return_index=True)[1]
     return held_together(frame.position, graph, starts, frame.nearest)
+
+
+@dataclass(frozen=True)
+class FragmentDimension:
+    """The fractal dimension of a fragment: N(<R) ~ R^dimension about the grains of its core.
+
+    radius [m], number: (R,), of geometry.grains_within. grains: of the fragment. grain_radius [m]:
+    the mean.
+    """
+
+    radius: np.ndarray
+    number: np.ndarray
+    dimension: float
+    grains: int
+    grain_radius: float
+
+
+def fragment_dimension(run, snapshot=-1, fragment=0):
+    """The FragmentDimension of a fragment of a snapshot of a Run.
+
+    fragment: its number in the order of falling mass. Raises DustError for a fragment that is not
+    there, or has fewer than a hundred grains or too little room for a range of radii.
+    """
+    frame = read_frame(run, snapshot)
+    parts = fragments_of(frame, grain_masses(run))
+    if not 0 <= fragment < len(parts):
+        raise DustError(f"There is no fragment {fragment}; allowed: 0 to {len(parts) - 1}.")
+    own, graph = parts.label == fragment, connected(frame.pairs, len(parts.label))[2]
+    x = held_together(frame.position, graph, np.flatnonzero(own)[:1], frame.nearest)[own]
+    mean = float(frame.radius[own].mean())
+    # grains are balls, not points
+    gyration = np.sqrt(parts.radius_of_gyration[fragment] ** 2 + 0.6 * mean**2)
+    found = grains_within(x, mean, gyration)
+    if found is None:
+        raise DustError(
+            f"Fragment {fragment} of {run.path} has {own.sum()} grains: too small for a dimension."
+        )
+    return FragmentDimension(*found, power(*found), int(own.sum()), mean)
 
 
 @dataclass(frozen=True)

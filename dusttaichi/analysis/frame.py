@@ -7,7 +7,11 @@ import xarray as xr
 
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES
+from dusttaichi.physics.contact.parts import pair_parts, wall_parts
 from dusttaichi.scene import quantities
+
+# unit vectors from each wall into the room, in the order of names.WALLS
+INWARD = np.repeat(np.eye(3), 2, axis=0) * np.tile([1.0, -1.0], 3)[:, None]
 
 
 @dataclass(frozen=True)
@@ -17,9 +21,10 @@ class Frame:
     number: of the snapshot, from 0. time [s], step. position [m], velocity [m/s], spin [rad/s]:
     (N, 3). radius [m]: (N,). cell [m]: (3, 2), lower and upper coordinate of the walls or periodic
     faces of each axis, not a number where there is none. periodic: (3,) bool. contacts: xr.Dataset
-    with grain_i, grain_j, overlap ... (C,), or None where the run kept none. sphere: centre (3,)
-    and radius of a rigid sphere among the grains [m], (4,), or None. tilt [m]: how much further
-    along x the image above a sheared cell stands.
+    with grain_i, grain_j, overlap ... (C,), or None where the run kept none; wall_contacts alike.
+    sphere: centre (3,) and radius of a rigid sphere among the grains [m], (4,), or None. tilt [m]:
+    how much further along x the image above a sheared cell stands. material: (N,) int, 0 where all
+    are alike. orientation: (N, 4), or None where it was not asked for.
     """
 
     number: int
@@ -34,6 +39,9 @@ class Frame:
     contacts: xr.Dataset | None
     sphere: np.ndarray | None = None
     tilt: float = 0.0
+    wall_contacts: xr.Dataset | None = None
+    material: np.ndarray | None = None
+    orientation: np.ndarray | None = None
 
     @property
     def pairs(self):
@@ -47,6 +55,35 @@ class Frame:
     def coordination(self):
         """Number of grains that each grain touches, (N,) int. Walls are not counted."""
         return np.bincount(self.pairs.ravel(), minlength=len(self.radius))
+
+    @property
+    def forces(self):
+        """Sum of the forces of contacts and walls on each grain [N], (N, 3), and parts of those of
+        the contacts and of the wall contacts (physics.contact.parts), dicts; None where the
+        snapshots hold no forces, the last also where there are no walls."""
+        if self.contacts is None or "force" not in self.contacts:
+            return None
+        (i, j), total = self.pairs.T, np.zeros((len(self.radius), 3))
+        load = [self.contacts[k].values.astype(float) for k in ("force", "torque_i", "torque_j")]
+        np.add.at(total, i, load[0])
+        np.add.at(total, j, -load[0])
+        branch = self.nearest(self.position[i] - self.position[j])
+        normal = branch / np.linalg.norm(branch, axis=1)[:, None]
+        pairs, walls = pair_parts(normal, load, (self.radius[i], self.radius[j])), None
+        if self.wall_contacts is not None:
+            grain, wall = (self.wall_contacts[k].values.astype(int) for k in ("grain", "wall"))
+            load = [self.wall_contacts[k].values.astype(float) for k in ("force", "torque")]
+            np.add.at(total, grain, load[0])
+            walls = wall_parts(INWARD[wall], load, self.radius[grain])
+        return total, pairs, walls
+
+    @property
+    def wall_points(self):
+        """Where wall contacts touch their wall [m], (W, 3)."""
+        grain, wall = (self.wall_contacts[k].values.astype(int) for k in ("grain", "wall"))
+        points = self.position[grain]
+        points[np.arange(len(wall)), wall // 2] = self.cell.ravel()[wall]
+        return points
 
     @property
     def edges(self):
@@ -93,22 +130,33 @@ def read_frame(run, snapshot=-1, contacts=True):
     number = snapshot % count
     data = run.tree["snapshots"].to_dataset(inherit=False).isel(snapshot=number).load()
     kept = contacts and "contacts" in run.tree.children
+    on_walls = contacts and "wall_contacts" in run.tree.children
     named = run.attrs.get("periodic_axes", "").split()
     cell = data.box.values.reshape(3, 2) if "box" in data else np.full((3, 2), np.nan)
     return Frame(
         number=number,
         time=float(data.snapshot_time),
         step=int(data.step),
-        position=data.position.values,
-        velocity=data.velocity.values,
-        spin=data.spin.values,
+        position=data.position.values.astype(float),
+        velocity=_left_out(data, "velocity"),
+        spin=_left_out(data, "spin"),
         radius=data.radius.values,
         cell=cell,
         periodic=np.array([axis in named for axis in AXES]),
         contacts=run.contacts(number) if kept else None,
         sphere=_sphere(run, data),
         tilt=float(data.tilt) if "tilt" in data else 0.0,
+        wall_contacts=run.contacts(number, "wall_contacts") if on_walls else None,
+        material=data.material.values if "material" in data else np.zeros(data.sizes["grain"], int),
+        orientation=data.orientation.values if "orientation" in data else None,
     )
+
+
+def _left_out(data, name):
+    """(N, 3) of a snapshot; not a number where output.variables has left it out."""
+    if name in data:
+        return data[name].values.astype(float)
+    return np.full(data.position.shape, np.nan)
 
 
 def _sphere(run, data):

@@ -18,14 +18,16 @@ class Structure:
     """What a snapshot of N grains with C contacts between them looks like.
 
     fabric: (3, 3), mean of n n over the contacts, n the unit vector between the centres: a third
-    of the unit matrix where they point everywhere alike. coordination: (K,), share of the grains
-    that touch 0, 1, ... K - 1 others. normal_force [N]: (C,), positive where it pushes; empty where
-    the file has none. distance: (BINS,), middles of the bins in mean diameters; correlation:
-    (BINS,), g(r), grains at that distance from a grain over what the mean density makes expected
-    (not a number in a room that is not periodic or bounded along all axes, or has been sheared).
+    of the unit matrix where they point everywhere alike. normal: (C, 3), these vectors.
+    coordination: (K,), share of the grains that touch 0, 1, ... K - 1 others. normal_force [N]:
+    (C,), positive where it pushes; empty where the file has none. distance: (BINS,), middles of the
+    bins in mean diameters; correlation: (BINS,), g(r), grains at that distance from a grain over
+    what the mean density makes expected (not a number in a room that is not periodic or bounded
+    along all axes, or has been sheared).
     """
 
     fabric: np.ndarray
+    normal: np.ndarray
     coordination: np.ndarray
     normal_force: np.ndarray
     distance: np.ndarray
@@ -50,6 +52,7 @@ def structure(run, snapshot=-1):
     distance, correlation = pair_correlation(frame)
     return Structure(
         fabric=normal.T @ normal / len(normal),
+        normal=normal,
         coordination=np.bincount(frame.coordination) / len(frame.radius),
         normal_force=np.asarray(forces, dtype=float),
         distance=distance,

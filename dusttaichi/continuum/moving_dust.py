@@ -33,7 +33,7 @@ class MovingDust(SimpleSimulation):
         self._first = sim.beat, sim.numbers
         self.workers = WorkerChoice(sim, fixed=scene.numerics.threads != "auto")
         self.around = domain_of(scene, sample, self.dt)
-        self.variables = select(VARIABLES, self._features())
+        self.variables = select(VARIABLES, self._features(), *scene.output.chosen)
         self.started = measure.energies(sim)["loss"]
         # walls whose force is summed: over the particles that they move
         self._pressed = {WALLS[face] for face in np.unique(sample.face) if face >= 0}

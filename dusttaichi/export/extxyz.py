@@ -3,7 +3,8 @@
 Positions, radii and cell in Angstrom, masses in u, momenta in ASE's units, so that
 `atoms.get_velocities()` is right; beside them `velocity_m_per_s` and `spin_rad_per_s` as they
 are called. `Origin` is the lower corner of the cell, as OVITO reads it; ASE's cells begin at 0.
-The format has no place for contacts; each grain has its `coordination`.
+The format has no place for contacts; each grain has its `coordination`, its number of
+`wall_contacts`, and the `force_N` of all of them; `material` is the number of its material.
 """
 
 import numpy as np
@@ -47,8 +48,16 @@ def atoms(frame, masses):
     image.set_array("radius", frame.radius / ANGSTROM)
     image.set_array("velocity_m_per_s", frame.velocity)
     image.set_array("spin_rad_per_s", frame.spin)
+    image.set_array("material", frame.material)
+    if frame.orientation is not None:
+        image.set_array("orientation", frame.orientation)
     if frame.contacts is not None:
         image.set_array("coordination", frame.coordination)
+    if frame.wall_contacts is not None:
+        touching = frame.wall_contacts.grain.values.astype(int)
+        image.set_array("wall_contacts", np.bincount(touching, minlength=len(masses)))
+    if (forces := frame.forces) is not None:
+        image.set_array("force_N", forces[0])
     return image
 
 

@@ -2,41 +2,63 @@
 
 Lengths in um, times in us, masses in pg, so velocities in m/s and spins in rad/us.
 grains.dump is a `dump custom`, contacts.dump a `dump local` whose batom1 and batom2 are the ids
-of the grains: OVITO takes it with the modifier "Load trajectory".
+of the grains: OVITO takes it with the modifier "Load trajectory"; wall_contacts.dump has the grain
+and the wall, by its number, of every wall contact. Forces are in nN: the sum over all contacts of a
+grain, and those of each contact, on its first grain. The type is the number of the material, from 1
+on.
 """
+
+from contextlib import ExitStack
 
 import numpy as np
 
 from dusttaichi.analysis.frame import grain_masses
-from dusttaichi.units import LENGTH, MASS, SPEED, SPIN, TIME
+from dusttaichi.units import FORCE, LENGTH, MASS, SPEED, SPIN, TIME
 
-GRAINS, CONTACTS = "grains.dump", "contacts.dump"
+GRAINS, CONTACTS, WALL_CONTACTS = "grains.dump", "contacts.dump", "wall_contacts.dump"
 GRAIN_COLUMNS = "id type x y z vx vy vz radius mass omegax omegay omegaz"
 CONTACT_COLUMNS = "index batom1 batom2 overlap twist approach"
+WALL_COLUMNS = "index id wall overlap twist approach"
+TOTAL, OF_EACH = " fx fy fz", " normal fx fy fz"  # where the result has forces
 
 
 def write(run, frames, folder):
     """Write the frames to `folder`. Returns the paths, that of the grains first."""
     masses = grain_masses(run) / MASS
-    paths = [folder / GRAINS]
-    contacts = None
-    with paths[0].open("w", encoding="ascii") as grains:
-        try:
-            for frame in frames:
-                bounds = _bounds(frame)
-                header = _header(frame, bounds, "ATOMS")
-                _item(grains, header, GRAIN_COLUMNS, _grains(frame, masses))
-                if frame.contacts is None:
-                    continue
-                if contacts is None:
-                    paths.append(folder / CONTACTS)
-                    contacts = paths[-1].open("w", encoding="ascii")
-                header = _header(frame, bounds, "ENTRIES")
-                _item(contacts, header, CONTACT_COLUMNS, _contacts(frame))
-        finally:
-            if contacts is not None:
-                contacts.close()
-    return paths
+    with ExitStack() as stack:
+        files = {}
+
+        def file(name):
+            if name not in files:
+                files[name] = stack.enter_context((folder / name).open("w", encoding="ascii"))
+            return files[name]
+
+        for frame in frames:
+            bounds, forces = _bounds(frame), frame.forces
+            header = _header(frame, bounds, "ATOMS")
+            rows, more = _with(_grains(frame, masses), None if forces is None else forces[0])
+            _item(file(GRAINS), header, GRAIN_COLUMNS + TOTAL * more, rows)
+            header = _header(frame, bounds, "ENTRIES")
+            if frame.contacts is not None:
+                pushes = None if forces is None else _forces(frame.contacts, forces[1])
+                rows, more = _with(_contacts(frame), pushes)
+                _item(file(CONTACTS), header, CONTACT_COLUMNS + OF_EACH * more, rows)
+            if frame.wall_contacts is not None:
+                pushes = None if forces is None else _forces(frame.wall_contacts, forces[2])
+                rows, more = _with(_wall_contacts(frame), pushes)
+                _item(file(WALL_CONTACTS), header, WALL_COLUMNS + OF_EACH * more, rows)
+    return [folder / name for name in files]
+
+
+def _with(rows, forces):
+    """(rows with forces [N] as further columns [nN], True); or (rows, False) without any."""
+    if forces is None:
+        return rows, False
+    return np.column_stack([rows, forces / FORCE]), True
+
+
+def _forces(contacts, parts):
+    return np.column_stack([parts["normal_force"], contacts.force.values.astype(float)])
 
 
 def _header(frame, bounds, kind):
@@ -51,7 +73,7 @@ def _header(frame, bounds, kind):
 def _item(file, header, columns, rows):
     """One snapshot: its header and its rows."""
     file.write(f"{header.format(len(rows))}{columns}\n")
-    whole = {"id", "type", "index", "batom1", "batom2"}
+    whole = {"id", "type", "index", "batom1", "batom2", "wall"}
     formats = ["%d" if name in whole else "%.16g" for name in columns.split()]
     np.savetxt(file, rows, fmt=" ".join(formats))
 
@@ -83,7 +105,7 @@ def _grains(frame, masses):
     return np.column_stack(
         [
             np.arange(1, count + 1),
-            np.ones(count),
+            frame.material + 1,
             frame.position / LENGTH,
             frame.velocity / SPEED,
             frame.radius / LENGTH,
@@ -94,11 +116,19 @@ def _grains(frame, masses):
 
 
 def _contacts(frame):
-    contacts = frame.contacts
+    return _touching(frame.contacts, frame.pairs + 1)
+
+
+def _wall_contacts(frame):
+    contacts = frame.wall_contacts
+    return _touching(contacts, np.column_stack([contacts.grain.values + 1, contacts.wall.values]))
+
+
+def _touching(contacts, who):
     return np.column_stack(
         [
-            np.arange(1, len(frame.pairs) + 1),
-            frame.pairs + 1,
+            np.arange(1, len(who) + 1),
+            who,
             contacts.overlap.values / LENGTH,
             contacts.twist.values,
             contacts.approach.values / SPEED,

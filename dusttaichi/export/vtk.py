@@ -2,7 +2,7 @@
 
 Everything is in SI, as in the result. Points are grains, or particles of a continuum: vertex cells,
 and point data. Contacts are line cells between their grains, with cell data; vertex cells have "not
-a number" there.
+a number" there. Contacts with walls are points of files of their own, where they touch the wall.
 """
 
 import xml.etree.ElementTree as ET
@@ -10,9 +10,23 @@ import xml.etree.ElementTree as ET
 import meshio
 import numpy as np
 
+from dusttaichi.analysis.frame import grain_masses
+from dusttaichi.names import WALLS as NAMES_OF_WALLS
 from dusttaichi.physics.contact.constants import reduced_radius
 
 POINT_UNITS = {"radius": "m", "velocity": "m/s", "spin": "rad/s", "coordination": "1"}
+MORE_POINTS = {
+    "material": "number of the material, 0 the scene's material",
+    "mass": "kg",
+    "force": "N, of contacts and walls together",
+    "orientation": "rotation since the start, a unit quaternion w x y z",
+}
+FORCE_UNITS = {
+    "normal_force": "N, positive where it pushes",
+    "sliding_force": "N, on the first grain",
+    "rolling_moment": "N m, on the first grain",
+    "twisting_moment": "N m, on the first grain",
+}
 CELL_UNITS = {
     "overlap": "m",
     "twist": "rad",
@@ -31,24 +45,43 @@ PARTICLE_UNITS = {
     "body": "number of the body",
 }
 COLLECTION = "grains.pvd"
-_UNITS = {"points": "m", "time": "s", **POINT_UNITS, **CELL_UNITS, **PARTICLE_UNITS}
+WALLS = "wall_contacts.pvd"
+_UNITS = {
+    "points": "m",
+    "time": "s",
+    **POINT_UNITS,
+    **MORE_POINTS,
+    **CELL_UNITS,
+    **FORCE_UNITS,
+    **PARTICLE_UNITS,
+    "wall": f"number of the wall: {', '.join(NAMES_OF_WALLS)}",
+}
 _COMMENT = "<!-- Units\n" + "".join(f"{name}: {unit}\n" for name, unit in _UNITS.items()) + "-->"
 
 
 def write(run, frames, folder):
     """Write the frames to `folder`. Returns the paths, that of the collection first."""
+    if run.is_continuum:
+        return _collection(folder / "dust.pvd", ((f, particles(f)) for f in frames))
+    masses, frames = grain_masses(run), list(frames)
+    paths = _collection(folder / COLLECTION, ((f, mesh(f, masses)) for f in frames))
+    if any(f.wall_contacts is not None for f in frames):
+        paths += _collection(folder / WALLS, ((f, wall_mesh(f)) for f in frames))
+    return paths
+
+
+def _collection(path, meshes):
+    """Write meshes, (frame, meshio.Mesh), and the collection at `path`. Returns the paths."""
     listed = ET.Element("VTKFile", type="Collection", version="0.1")
-    collection = ET.SubElement(listed, "Collection")
-    paths = [folder / ("dust.pvd" if run.is_continuum else COLLECTION)]
-    for frame in frames:
-        name, drawn = ("dust", particles) if run.is_continuum else ("grains", mesh)
-        paths.append(folder / f"{name}_{frame.number:04d}.vtu")
-        drawn(frame).write(paths[-1])
+    collection, paths = ET.SubElement(listed, "Collection"), [path]
+    for frame, drawn in meshes:
+        paths.append(path.with_name(f"{path.stem}_{frame.number:04d}.vtu"))
+        drawn.write(paths[-1])
         _state_units(paths[-1])
         ET.SubElement(collection, "DataSet", timestep=repr(frame.time), file=paths[-1].name)
     ET.indent(listed)
-    ET.ElementTree(listed).write(paths[0], encoding="utf-8", xml_declaration=True)
-    _state_units(paths[0])
+    ET.ElementTree(listed).write(path, encoding="utf-8", xml_declaration=True)
+    _state_units(path)
     return paths
 
 
@@ -68,10 +101,13 @@ def particles(frame):
     return meshio.Mesh(frame.position, cells, point_data=points | {"deviator": tensor})
 
 
-def mesh(frame):
-    """A Frame as a meshio.Mesh, SI."""
-    grains = len(frame.radius)
+def mesh(frame, masses):
+    """A Frame as a meshio.Mesh, SI; the masses of its grains [kg], (N,)."""
+    grains, forces = len(frame.radius), frame.forces
     points = {"radius": frame.radius, "velocity": frame.velocity, "spin": frame.spin}
+    points |= {"material": frame.material.astype(float), "mass": masses}
+    points |= {} if frame.orientation is None else {"orientation": frame.orientation}
+    points |= {} if forces is None else {"force": forces[0]}
     cells = [("vertex", np.arange(grains)[:, None])]
     data = {}
     if frame.contacts is not None:
@@ -79,9 +115,21 @@ def mesh(frame):
         # a block without cells confuses readers
         if len(frame.pairs):
             cells.append(("line", frame.pairs))
-            blank = np.full(grains, np.nan)
-            data = {name: [blank, values] for name, values in _contact_data(frame).items()}
+            found = _contact_data(frame) | ({} if forces is None else forces[1])
+            data = {
+                name: [np.full((grains, *values.shape[1:]), np.nan), values]
+                for name, values in found.items()
+            }
     return meshio.Mesh(frame.position, cells, point_data=points, cell_data=data)
+
+
+def wall_mesh(frame):
+    """The wall contacts of a Frame as a meshio.Mesh of points on the walls, SI."""
+    contacts, forces = frame.wall_contacts, frame.forces
+    points = {name: contacts[name].values.astype(float) for name in ("grain", "wall", "overlap")}
+    points |= {} if forces is None else forces[2]
+    at = frame.wall_points
+    return meshio.Mesh(at, [("vertex", np.arange(len(at))[:, None])], point_data=points)
 
 
 def _contact_data(frame):

@@ -132,6 +132,8 @@ def chosen_layout(scene, laws, loops, push, polydisperse):
         precision=scene.numerics.precision,
         sphere=scene.sphere is not None,
         gravity="" if scene.gravity is None else scene.gravity.kind,
+        orientation=scene.output.asks_for("orientation"),
+        contact_loss=scene.output.asks_for("loss"),
     )
 
 

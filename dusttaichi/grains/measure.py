@@ -22,6 +22,7 @@ from dusttaichi.grains.kernels.measure import (
     TWISTING,
 )
 from dusttaichi.grains.kernels.store import FIRST_SPHERE, ON_SPHERE
+from dusttaichi.physics.contact.parts import pair_parts, wall_parts
 
 
 class Readout:
@@ -259,8 +260,8 @@ class Readout:
     def contact_state(self):
         """Contacts between grains now, a dict of arrays; grains by the sample's numbers.
 
-        force [nN]: on the first grain; torque_i, torque_j [nN um]: on both; normal_force [nN]: the
-        part of the force along the line of centres, positive where it pushes.
+        force [nN]: on the first grain; torque_i, torque_j [nN um]: on both, and the parts of these
+        (physics.contact.parts).
         """
         i, j = self.state.pairs()
         state = self.state.lanes("state")[: len(i)]
@@ -269,18 +270,24 @@ class Readout:
         d = self.distances(np.flatnonzero(on), i, j)
         distance = np.linalg.norm(d, axis=1)
         load = self.state.lanes("load")[: len(on)][on].astype(float)
-        pointer = pointers(self.layout, state, d / distance[:, None])
-        return {
-            "grain_i": self.order[i],
-            "grain_j": self.order[j],
-            "pointer_i": pointer[0],
-            "pointer_j": pointer[1],
-            "overlap": self.touch(self.order[i], self.order[j]) - distance,
-            "normal_force": np.sum(load[:, :3] * d, axis=1) / distance,
-            "force": load[:, :3],
-            "torque_i": load[:, 3:6],
-            "torque_j": load[:, 9:12],
-        } | self._twist_and_approach(state)
+        load, normal = (load[:, :3], load[:, 3:6], load[:, 9:12]), d / distance[:, None]
+        pointer = pointers(self.layout, state, normal)
+        i, j = self.order[i], self.order[j]
+        radii = np.broadcast_to(self.radii, self.grains)
+        found = dict(
+            zip(("grain_i", "grain_j", "pointer_i", "pointer_j"), (i, j, *pointer), strict=True)
+        )
+        return (
+            found
+            | {
+                "overlap": self.touch(i, j) - distance,
+                "force": load[0],
+                "torque_i": load[1],
+                "torque_j": load[2],
+                **pair_parts(normal, load, (radii[i], radii[j])),
+            }
+            | self._history(state)
+        )
 
     def distances(self, rows, i, j):
         """Distance vectors from grains j to i now [um], of the pairs in these rows of `lanes`."""
@@ -302,19 +309,20 @@ class Readout:
             return 2.0 * self.radius
         return self.radii[i] + self.radii[j]
 
-    def _twist_and_approach(self, state):
+    def _history(self, state):
+        """Twist, approach and, where they are followed, losses [fJ] of contacts."""
         zero = np.zeros(len(state))
         twist, approach = self.layout.twist, self.layout.approach
         return {
             "twist": state[:, twist] if twist >= 0 else zero,
             # stored as speed of separation
             "approach": -state[:, approach] if approach >= 0 else zero,
-        }
+        } | ({"loss": state[:, self.layout.lost :]} if self.layout.contact_loss else {})
 
     def wall_contact_state(self):
         """Contacts with walls now, a dict of arrays; feet and overlaps in um.
 
-        force [nN], torque [nN um]: on the grain; normal_force [nN]: positive where it pushes.
+        force [nN], torque [nN um]: on the grain, and the parts of these (physics.contact.parts).
         """
         rows, grain, wall = self.state.wall_lanes()
         state = self.state.lanes("state")[rows]
@@ -328,16 +336,10 @@ class Readout:
         pointer, foot = pointers_and_feet(self.layout, state, x - way, radius[:, None], normal)
         offset = self.box.offset + self.box.speed * self.time
         distance = np.sum(x * normal, axis=1) - offset[wall]
-        return {
-            "grain": self.order[grain],
-            "wall": wall,
-            "pointer": pointer,
-            "foot": foot + way,
-            "overlap": radius - distance,
-            "normal_force": np.sum(load[:, :3] * normal, axis=1),
-            "force": load[:, :3],
-            "torque": load[:, 3:6],
-        } | self._twist_and_approach(state)
+        found = {"grain": self.order[grain], "wall": wall, "pointer": pointer}
+        found |= {"force": load[:, :3], "torque": load[:, 3:6], "foot": foot + way}
+        parts = wall_parts(normal, (found["force"], found["torque"]), radius)
+        return found | {"overlap": radius - distance} | parts | self._history(state)
 
     def wall_distances(self):
         """Distance of every centre from every wall [um], (N, 6), in the sample's order."""

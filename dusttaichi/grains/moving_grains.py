@@ -31,7 +31,7 @@ class MovingGrains(SimpleSimulation):
         self.plates = record.plates_of(scene.boundary, self.sample, sim.radius)
         self.workers = WorkerChoice(sim, fixed=scene.numerics.threads != "auto")
         features = features_of(scene, self.sample, sim)
-        self.variables = select(VARIABLES.values(), features)
+        self.variables = select(VARIABLES.values(), features, *scene.output.chosen)
         self.bins = None
         if "profiles" in features:
             self.bins = record.bin_edges(sim.domain.clock(), sim.radius)

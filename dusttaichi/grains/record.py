@@ -244,6 +244,9 @@ def snapshot(sim, contacts, time):
         "velocity": v * units.SPEED,
         "spin": w * units.SPIN,
     }
+    if sim.layout.orientation:
+        record["orientation"] = np.empty((sim.grains, 4))
+        record["orientation"][sim.order] = sim.state["orientation"]
     out = [("snapshots", record)]
     if sim.box is not None or sim.cell is not None:
         record["box"] = sim.domain.room(sim.step) * units.LENGTH
@@ -271,6 +274,10 @@ UNITS = {
     "torque": units.TORQUE,
     "torque_i": units.TORQUE,
     "torque_j": units.TORQUE,
+    "sliding_force": units.FORCE,
+    "rolling_moment": units.TORQUE,
+    "twisting_moment": units.TORQUE,
+    "loss": units.ENERGY,
 }
 """What a column of contacts is multiplied by to be in SI."""
 

@@ -147,6 +147,8 @@ class Simulation(Readout):
         state.put_grains("x", sample.positions[order] / units.LENGTH, far=True)
         state.put_grains("v", sample.velocities[order] / units.SPEED)
         state.put_grains("w", sample.spins[order] / units.SPIN)
+        if self.layout.orientation:
+            state["orientation"] = np.tile([1.0, 0.0, 0.0, 0.0], (self.grains, 1))
         self.push.place(self.fields)
         if self.gravity is not None:
             state["gravity"] = self.gravity.numbers

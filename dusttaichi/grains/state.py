@@ -110,6 +110,10 @@ class GrainState:
         for name in SUMS:
             if name in self.fields:
                 self.fields[name].fill(0.0)
+        if self.layout.contact_loss:
+            state = self.lanes("state")
+            state[:, self.layout.lost :] = 0.0
+            self.put_lanes("state", state)
 
     # -- contacts --------------------------------------------------------------------------------
 

@@ -9,6 +9,7 @@ _TYPES = {
     "material": "i4", "grain_i": "i4", "grain_j": "i4", "grain": "i4", "wall": "i4",
     # seven digits are enough for what is only looked at
     "normal_force": "f4", "force": "f4", "torque": "f4", "torque_i": "f4", "torque_j": "f4",
+    "sliding_force": "f4", "rolling_moment": "f4", "twisting_moment": "f4",
 }  # fmt: skip
 _COUNTS = {"contact_count": "contact", "wall_contact_count": "wall_contact"}
 _S12, _PHYS = "S12 section 3.2", "docs, Physics"
@@ -17,7 +18,8 @@ _S12, _PHYS = "S12 section 3.2", "docs, Physics"
 # one), "filling" (a filling factor), "plates", "stress", "stages", "push" (forces, carried grains),
 # "gravity", "sphere" (a rigid one), "pair" (two bodies that fly at each other), "shear" (in some
 # stage), "tilt" (of the cell), "open" (nothing around), "polydisperse" (grains of different radius
-# or material), "profiles", "snapshots", "contacts" (kept with the snapshots), "forces" (of these).
+# or material), "profiles", "snapshots", "contacts" (kept with the snapshots), "forces" (of these),
+# "asked" (on request).
 _TABLE = {
     "series": [
         "time",
@@ -111,6 +113,8 @@ _TABLE = {
         ("position", "snapshot grain xyz", "m", "centre of the grain", "", "snapshots"),
         ("velocity", "snapshot grain xyz", "m/s", "velocity of the grain", "", "snapshots"),
         ("spin", "snapshot grain xyz", "rad/s", "angular velocity of the grain", "", "snapshots"),
+        ("orientation", "snapshot grain quaternion", "1", "rotation of the grain since the start, "
+         "a unit quaternion", _PHYS, "snapshots asked"),
         ("box", "snapshot wall", "m", "coordinate of the wall, or of the face of a periodic cell, "
          "along its normal; not a number where there is neither", "", "room snapshots"),
         ("sphere_position", "snapshot xyz", "m", "centre of the sphere", "", "sphere snapshots"),
@@ -149,6 +153,14 @@ _TABLE = {
          "pushes", _PHYS, "snapshots contacts forces"),
         ("force", "contact xyz", "N", "force on the first grain, minus that on the second", _PHYS,
          "snapshots contacts forces"),
+        ("sliding_force", "contact xyz", "N", "part of force across the line of centres", _PHYS,
+         "snapshots contacts asked"),
+        ("rolling_moment", "contact xyz", "N m", "torque of rolling on the first grain", _PHYS,
+         "snapshots contacts asked"),
+        ("twisting_moment", "contact", "N m", "torque on the first grain about the line of centres",
+         _PHYS, "snapshots contacts asked"),
+        ("loss", "contact channel", "J", "energy lost in the contact since it formed", _PHYS,
+         "snapshots contacts asked"),
         ("torque_i", "contact xyz", "N m", "torque on the first grain", _PHYS,
          "snapshots contacts forces"),
         ("torque_j", "contact xyz", "N m", "torque on the second grain", _PHYS,
@@ -173,6 +185,14 @@ _TABLE = {
          "it pushes", _PHYS, "walls snapshots contacts forces"),
         ("force", "wall_contact xyz", "N", "force on the grain", _PHYS,
          "walls snapshots contacts forces"),
+        ("sliding_force", "wall_contact xyz", "N", "part of force along the wall", _PHYS,
+         "walls snapshots contacts asked"),
+        ("rolling_moment", "wall_contact xyz", "N m", "torque of rolling on the grain", _PHYS,
+         "walls snapshots contacts asked"),
+        ("twisting_moment", "wall_contact", "N m", "torque on the grain about the normal", _PHYS,
+         "walls snapshots contacts asked"),
+        ("loss", "wall_contact channel", "J", "energy lost in the contact since it formed", _PHYS,
+         "walls snapshots contacts asked"),
         ("torque", "wall_contact xyz", "N m", "torque on the grain", _PHYS,
          "walls snapshots contacts forces"),
     ],

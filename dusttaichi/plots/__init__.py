@@ -31,7 +31,12 @@ from dusttaichi.plots.dynamic import dynamic_speeds
 from dusttaichi.plots.ensemble import ensemble, points
 from dusttaichi.plots.extremes import extremes
 from dusttaichi.plots.fractal import fractal
-from dusttaichi.plots.fragments import mass_spectrum, restitution, sound_speed
+from dusttaichi.plots.fragments import (
+    fragment_dimension,
+    mass_spectrum,
+    restitution,
+    sound_speed,
+)
 from dusttaichi.plots.grains import grains
 from dusttaichi.plots.isotropic import isotropic
 from dusttaichi.plots.ledger import ledger
@@ -39,6 +44,7 @@ from dusttaichi.plots.loads import loads, shear
 from dusttaichi.plots.losses import losses
 from dusttaichi.plots.numbers import numbers
 from dusttaichi.plots.penetration import sphere, sphere_column
+from dusttaichi.plots.pores import pores
 from dusttaichi.plots.profile import profile
 from dusttaichi.plots.resolution import resolution
 from dusttaichi.plots.stress import stress
@@ -70,6 +76,7 @@ __all__ = [
     "extremes",
     "filling_factors",
     "fractal",
+    "fragment_dimension",
     "grains",
     "impact",
     "isotropic",
@@ -80,6 +87,7 @@ __all__ = [
     "mass_spectrum",
     "numbers",
     "points",
+    "pores",
     "profile",
     "resolution",
     "restitution",
@@ -119,8 +127,9 @@ def figures_of(run):
     that shear); tensile and losses (stretched), and
     with two snapshots of the stretching fractal; bodies, collision and fragments (two bodies that
     fly at each other); sound_speed (after a push that snapshots show to arrive); stress (where it
-    was written); structure (of the last snapshot, with the forces of its contacts); profile (where
-    profiles were written); sphere and sphere_column (of a sphere that goes into grains).
+    was written); structure (of the last snapshot, with the forces of its contacts), pores of a room
+    or fragment_dimension of a body in the open; profile (where profiles were written); sphere and
+    sphere_column (of a sphere that goes into grains).
     Of a run of the continuum: wall_forces, dust (a map), filling_factors; where a bead falls on
     dust impact, bead_profile, deceleration and compacted_volume.
     """
@@ -152,6 +161,7 @@ def figures_of(run):
         figures["stress"] = stress(run)
     if run.has_forces:
         figures["structure"] = structure(run)
+        figures |= _spaces(run)
     if run.pushes:
         figures |= _sound(run)
     if run.profiles is not None:
@@ -170,6 +180,18 @@ def _sphere(run):
         return figures if run.snapshots is None else figures | {"sphere_column": sphere_column(run)}
     except DustError:
         return {}
+
+
+def _spaces(run):
+    """Pores in a room, the dimension of a body in the open: of the last snapshot."""
+    figures = {}
+    for name, draw in (("pores", pores), ("fragment_dimension", fragment_dimension)):
+        try:
+            if (name == "pores") == ("box" in run.tree["snapshots"]):
+                figures[name] = draw(run)
+        except DustError:
+            pass  # a room that is open, a body that is small
+    return figures
 
 
 def _continuum(run, several):

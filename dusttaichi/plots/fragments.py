@@ -1,7 +1,8 @@
-"""Figures of collisions and of sound: mass spectrum, restitution, speed of sound."""
+"""Figures of collisions and of sound: mass spectrum, dimension, restitution, speed of sound."""
 
 import numpy as np
 
+from dusttaichi.analysis.fragments import fragment_dimension as dimension_of
 from dusttaichi.plots import style
 
 
@@ -110,5 +111,26 @@ def restitution(speeds, coefficients, sticking_speed=None, label="run"):
     axes.set_ylim(0.0, 1.02)
     axes.set_xlabel("speed of approach (m/s)")
     axes.set_ylabel("coefficient of restitution")
+    style.legend(axes)
+    return figure
+
+
+@style.styled
+def fragment_dimension(run, snapshot=-1, fragment=0):
+    """N(<R) of a fragment of a snapshot of a Run, with the line whose slope is its dimension.
+
+    fragment: its number in the order of falling mass. Raises DustError for one that is too small.
+    """
+    found = dimension_of(run, snapshot, fragment)
+    figure, (axes,) = style.new_figure(height=3.4)
+    x = found.radius / found.grain_radius
+    axes.plot(x, found.number, "o", color=style.BLUE, label=f"{found.grains} grains")
+    line = np.exp(np.mean(np.log(found.number)) - found.dimension * np.mean(np.log(x)))
+    axes.plot(x, line * x**found.dimension, color=style.ORANGE, label=f"D = {found.dimension:.2f}")
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    style.few_ticks(axes.xaxis)
+    axes.set_xlabel("R over the mean radius of a grain")
+    axes.set_ylabel("grains within R of a grain of the core")
     style.legend(axes)
     return figure

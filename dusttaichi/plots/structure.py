@@ -1,6 +1,7 @@
 """Directions and forces of the contacts of a snapshot, neighbours, and distances of grains."""
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
 from dusttaichi.analysis.structure import structure as structure_of
 from dusttaichi.plots import style
@@ -8,24 +9,38 @@ from dusttaichi.plots import style
 
 @style.styled
 def structure(run, snapshot=-1):
-    """Neighbours of a grain, normal forces of contacts and the pair correlation of a snapshot of a
-    Run, as far as it has them. Raises DustError where it has no contacts."""
+    """Neighbours of a grain, directions and normal forces of contacts and the pair correlation of
+    a snapshot of a Run, as far as it has them. Raises DustError where it has no contacts."""
     found = structure_of(run, snapshot)
-    drawn = [_neighbours]
+    drawn = [_neighbours, _directions]
     drawn += [_forces] if len(found.normal_force) else []
     drawn += [_correlation] if np.isfinite(found.correlation).any() else []
     figure, axes = style.new_figure(height=1.2 + 1.9 * len(drawn), rows=len(drawn), shared=False)
     for draw, place in zip(drawn, axes, strict=True):
         draw(found, place)
-    diagonal = ", ".join(f"{value:.3f}" for value in np.diag(found.fabric))
-    axes[0].set_title(f"fabric tensor, diagonal {diagonal}", fontsize=8)
     return figure
 
 
 def _neighbours(found, axes):
     axes.bar(np.arange(len(found.coordination)), found.coordination, color=style.BLUE, width=0.8)
+    axes.xaxis.set_major_locator(MaxNLocator(10, integer=True))
     axes.set_xlabel("grains that a grain touches")
     axes.set_ylabel("share of the grains")
+
+
+def _directions(found, axes):
+    """Share of the contacts by the cosine of their angle to each axis: level where they point
+    everywhere alike."""
+    bins = np.linspace(0.0, 1.0, 11)
+    for column, name in enumerate("xyz"):
+        share = np.histogram(np.abs(found.normal[:, column]), bins)[0] / len(found.normal)
+        label = f"{name}: fabric {found.fabric[column, column]:.3f}"
+        axes.stairs(10.0 * share, bins, label=label, **style.run_style(column))
+    axes.axhline(1.0, color=style.GREY, linewidth=0.8)
+    axes.set_ylim(0, None)
+    axes.set_xlabel("cosine of the angle of a contact to an axis")
+    axes.set_ylabel("contacts over isotropic")
+    style.legend(axes)
 
 
 def _forces(found, axes):

@@ -139,10 +139,11 @@ def _quantities(run, frames, radius, unit):
     found = []
     if "density" in frames:
         found += _of_continuum(run, frames, rows)
-    speed = np.linalg.norm(frames.velocity.values, axis=-1)
-    largest = float(np.nanmax(speed, initial=0.0))
-    factor, name = style.scaled(largest, ((1.0, "m/s"), (1e-2, "cm/s"), (1e-3, "mm/s")))
-    found.append(_number("speed", name, speed * factor, rows))
+    if "velocity" in frames:
+        speed = np.linalg.norm(frames.velocity.values, axis=-1)
+        largest = float(np.nanmax(speed, initial=0.0))
+        factor, name = style.scaled(largest, ((1.0, "m/s"), (1e-2, "cm/s"), (1e-3, "mm/s")))
+        found.append(_number("speed", name, speed * factor, rows))
     found.append(_number("height", unit, x[..., 2] / SCALE[unit], rows))
     if np.ptp(radius) > 1e-6 * np.max(radius) and "radius" in frames:
         found.append(_number("radius", unit, radius, rows))

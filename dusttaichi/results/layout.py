@@ -61,7 +61,7 @@ def _define_variable(folder, variable, sizes, ragged, checked):
         rows = chunk_rows(variable, sizes, ragged)
         shape = (rows, *(sizes[d] for d in variable.dims[1:]))
         options["chunksizes"] = tuple(max(n, 1) for n in shape)
-    fill = np.nan if variable.dtype == "f8" else None
+    fill = np.nan if variable.dtype in ("f8", "f4") else None
     new = folder.createVariable(
         variable.name, variable.dtype, variable.dims, fill_value=fill, **options
     )

@@ -4,14 +4,25 @@ Each method declares its own beside them (for the grains: grains/variables.py); 
 derive from the declarations.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from dusttaichi.names import AXES, CHANNELS, SPRINGS, WALLS
 
+ASKED = "asked"  # feature of what is written on request alone
+CHOSEN = ("snapshots", "contacts", "wall_contacts")  # groups that `output.variables` chooses from
+NEEDED = {"snapshot_time", "step", "position", "box", "grain_i", "grain_j", "grain", "wall"}
+EACH = {"grain", "particle", "contact", "wall_contact"}  # dimensions with many entries
 # dimensions whose entries have names, where a method says nothing else
-LABELS = {"wall": WALLS, "spring": SPRINGS, "channel": CHANNELS, "xyz": AXES, "axis": AXES}
+LABELS = {
+    "wall": WALLS,
+    "spring": SPRINGS,
+    "channel": CHANNELS,
+    "xyz": AXES,
+    "axis": AXES,
+    "quaternion": ("w", "x", "y", "z"),
+}
 _RECORDS = {  # group -> the dimension that grows
     "series": "time",
     "profiles": "profile",
@@ -76,9 +87,35 @@ def declare(group, rows, integers=(), counts=()):
     )
 
 
-def select(variables, features):
-    """Those of the variables whose needs are among the features, in their order."""
-    return tuple(v for v in variables if v.needs <= set(features))
+def select(variables, features, chosen=(), precision="f64"):
+    """Those of the variables whose needs are among the features, in their order.
+
+    chosen: names as `output.variables` has them, of variables that are written on request alone
+    (feature ASKED), and, with a minus in front, of those that are left out. precision: "f32": what
+    there is of every grain, particle or contact is in single precision.
+    """
+    features = {*features, ASKED}
+    asked = [v for v in variables if v.needs <= features and _wanted(v, chosen)]
+    if precision == "f64":
+        return tuple(asked)
+    return tuple(replace(v, dtype="f4") if v.dtype == "f8" and _of_each(v) else v for v in asked)
+
+
+def _wanted(variable, chosen):
+    if any(name[1:] in (variable.key, variable.name) for name in chosen if name[:1] == "-"):
+        return not optional(variable)
+    on_request = ASKED in variable.needs
+    return not on_request or bool({variable.key, variable.name} & set(chosen))
+
+
+def optional(variable):
+    """True where a result may be without the variable, or with it on request."""
+    needed = variable.name in NEEDED or variable.counts or not variable.grows
+    return variable.group in CHOSEN and not needed
+
+
+def _of_each(variable):
+    return variable.grows and bool(EACH & set(variable.dims))
 
 
 def reference_energy(work, kinetic_start, potential_start, losses):

@@ -95,6 +95,16 @@ class Output(Block):
     forces: bool = Field(
         True, description="contacts in snapshots have their forces, in single precision"
     )
+    variables: tuple[str, ...] = Field(
+        (),
+        description="what snapshots and contacts hold beside what they hold anyway, as "
+        "[orientation, loss], and with a minus in front what they leave out, as [-spin]",
+    )
+    precision: Literal["f64", "f32"] = Field(
+        "f64",
+        description="of what snapshots hold of every grain and contact; f32 has seven digits and "
+        "takes half the space",
+    )
     window: Annotated[int | Literal["interval"], Number(whole=True, ge=1, word="interval")] = Field(
         "interval",
         description="steps over which wall pressures and stresses are averaged (S12: 100), or "
@@ -108,3 +118,12 @@ class Output(Block):
     checkpoint: Annotated[float, Quantity("time", gt=0, example="60 s")] = Field(
         "60 s", description="wall-clock time between two checkpoints"
     )
+
+    @property
+    def chosen(self) -> tuple[tuple[str, ...], str]:
+        """`variables` and `precision`, as results.variables.select takes them."""
+        return self.variables, self.precision
+
+    def asks_for(self, name: str) -> bool:
+        """True where a variable of that name, of any group, is written on request."""
+        return any(asked.split("/")[-1] == name for asked in self.variables)

@@ -35,7 +35,24 @@ def frame(rng):
         "twist": rng.normal(size=3),
         "pointer_i": turned[0],
         "pointer_j": turned[1],
+        "force": 1e-9 * rng.normal(size=(3, 3)).astype(np.float32),
+        "torque_i": 1e-16 * rng.normal(size=(3, 3)).astype(np.float32),
+        "torque_j": 1e-16 * rng.normal(size=(3, 3)).astype(np.float32),
+        "touching": [(0, 4), (3, 4), (0, 5)],
+        "wall_force": 1e-9 * rng.normal(size=(3, 3)).astype(np.float32),
+        "wall_torque": 1e-16 * rng.normal(size=(3, 3)).astype(np.float32),
     }
+
+
+def total(own):
+    """Force on each grain, contact by contact."""
+    out = np.zeros((5, 3))
+    for (i, j), force in zip(PAIRS, own["force"], strict=True):
+        out[i] += force
+        out[j] -= force
+    for (i, _), force in zip(own["touching"], own["wall_force"], strict=True):
+        out[i] += force
+    return out
 
 
 @pytest.fixture(scope="module")
@@ -60,6 +77,8 @@ def test_vtk(made, tmp_path):
 
     run, frames = made
     collection, *paths = export(run, "vtk", tmp_path)
+    walls, *on_walls = paths[3:]
+    paths = paths[:3]
     sets = ET.parse(collection).getroot().findall("Collection/DataSet")
     assert [float(s.get("timestep")) for s in sets] == [0.0, 1.5e-7, 3e-7]
     assert [s.get("file") for s in sets] == [path.name for path in paths]
@@ -72,6 +91,11 @@ def test_vtk(made, tmp_path):
         np.testing.assert_array_equal(mesh.point_data["velocity"], own["velocity"])
         np.testing.assert_array_equal(mesh.point_data["spin"], own["spin"])
         np.testing.assert_array_equal(mesh.point_data["coordination"], coordination())
+        np.testing.assert_allclose(mesh.point_data["force"], total(own), rtol=1e-12)
+        np.testing.assert_array_equal(mesh.point_data["material"], 0.0)
+        parts = [mesh.cell_data[n][1] for n in ("normal_force", "sliding_force")]
+        size = np.sqrt(parts[0] ** 2 + (parts[1] ** 2).sum(axis=1))
+        np.testing.assert_allclose(size, np.linalg.norm(own["force"], axis=1), rtol=1e-6)
         vertices, lines = mesh.cells
         assert (vertices.type, lines.type) == ("vertex", "line")
         np.testing.assert_array_equal(vertices.data[:, 0], np.arange(5))
@@ -86,6 +110,17 @@ def test_vtk(made, tmp_path):
         np.testing.assert_allclose(
             mesh.cell_data["rolling"][1], np.sqrt((xi**2).sum(axis=1)), rtol=1e-12
         )
+
+    assert walls.name == "wall_contacts.pvd" and len(on_walls) == 3
+    for path, own in zip(on_walls, frames, strict=True):
+        mesh = meshio.read(path)
+        np.testing.assert_array_equal(mesh.points[:, 2], [0.0, 0.0, 7e-6])
+        np.testing.assert_array_equal(mesh.points[:, :2], own["position"][[0, 3, 0], :2])
+        data = mesh.point_data
+        np.testing.assert_array_equal(data["wall"], [4, 4, 5])
+        up = own["wall_force"][:, 2] * [1, 1, -1]
+        np.testing.assert_allclose(data["normal_force"], up, rtol=1e-7)
+        assert np.all(data["sliding_force"][:, 2] == 0.0)
 
 
 def test_vtk_without_contacts(tmp_path):
@@ -117,6 +152,7 @@ def test_extxyz(made, tmp_path):
         np.testing.assert_allclose(image.arrays["spin_rad_per_s"], own["spin"], rtol=0, atol=1e-8)
         np.testing.assert_allclose(image.arrays["radius"] * 1e-10, R, rtol=1e-12)
         np.testing.assert_array_equal(image.arrays["coordination"], coordination())
+        np.testing.assert_array_equal(image.arrays["wall_contacts"], [2, 0, 0, 1, 0])
         mass = 4 / 3 * np.pi * R**3 * snapshots.DENSITY
         np.testing.assert_allclose(image.get_masses() / units.kg, mass, rtol=1e-12)
         assert image.info["time_s"] == pytest.approx(number * 1.5e-7)
@@ -132,7 +168,7 @@ def test_lammps(made, tmp_path):
     from ase.io import read
 
     run, frames = made
-    path, local = export(run, "lammps", tmp_path)
+    path, local, walls = export(run, "lammps", tmp_path)
     assert path.read_text().startswith("ITEM: UNITS\nmicro\nITEM: TIME\n0\nITEM: TIMESTEP\n0\n")
     assert "ITEM: BOX BOUNDS pp ss ff\n-1 9\n" in path.read_text()
     images = read(path, index=":", format="lammps-dump-text", units="micro")
@@ -154,6 +190,13 @@ def test_lammps(made, tmp_path):
     np.testing.assert_array_equal(rows[:, 1:3], PAIRS + 1)
     np.testing.assert_allclose(rows[:, columns.index("overlap")], own["overlap"] * 1e6)
     np.testing.assert_allclose(rows[:, columns.index("twist")], own["twist"])
+    np.testing.assert_allclose(rows[:, -3:], own["force"] * 1e9, rtol=1e-6)
+    columns, rows = tables(walls, "ENTRIES")[1]
+    assert columns[:3] == ["index", "id", "wall"]
+    np.testing.assert_array_equal(rows[:, 1:3], [[1, 4], [4, 4], [1, 5]])
+    np.testing.assert_allclose(rows[:, -3:], own["wall_force"] * 1e9, rtol=1e-6)
+    columns, rows = tables(path, "ATOMS")[1]
+    np.testing.assert_allclose(rows[:, columns.index("fx") :], total(own) * 1e9, rtol=1e-12)
 
 
 def tables(path, kind):
@@ -169,7 +212,7 @@ def tables(path, kind):
 def test_lammps_itself_reads_the_dump(made, tmp_path):
     """read_dump, and written again by LAMMPS."""
     run, frames = made
-    path, _ = export(run, "lammps", tmp_path, snapshot=-1)
+    path, *_ = export(run, "lammps", tmp_path, snapshot=-1)
     (tmp_path / "in.lammps").write_text(f"""
 units micro
 atom_style sphere
@@ -190,7 +233,7 @@ write_dump all custom again.dump id x y z vx vy vz modify sort id format float %
 
 def test_one_snapshot(made, tmp_path):
     run, _ = made
-    assert [p.name for p in export(run, "vtk", tmp_path, snapshot=-2)][1:] == ["grains_0001.vtu"]
+    assert export(run, "vtk", tmp_path, snapshot=-2)[1].name == "grains_0001.vtu"
     with pytest.raises(DustError, match="no snapshot 3; allowed: 0 to 2"):
         export(run, "vtk", tmp_path, snapshot=3)
 

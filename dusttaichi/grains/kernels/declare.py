@@ -62,6 +62,7 @@ def declare(grains, layout, walls):
     n = Sizes(grains, moving, chunks, pairs, wall_blocks, lane, lane_i, law, own)
     rows = [*_grains(n), *_contacts(n, layout)]
     rows += _walls(n, layout) if walls else []
+    rows += _orientation(n) if layout.orientation else []
     rows += [("scene", "number of the scene", "1", ("i32", 0), (grains,))] * layout.batch
     rows += _cell(n, layout) if layout.periodic else []
     rows += [*_pushes(n, layout), *_gravity(layout)]
@@ -83,6 +84,11 @@ def _grains(n):
     ]
 
 
+def _orientation(n):
+    meaning = "rotation since the start, a quaternion w x y z"
+    return [("orientation", meaning, "1", (n.own, 4), (n.grains,))]
+
+
 def _contacts(n, layout):
     blocks, tiles = n.pairs + n.walls, n.pairs // layout.tile
     entries = (2 * n.pairs + n.walls) * layout.width + n.grains
@@ -93,7 +99,7 @@ def _contacts(n, layout):
         ("pair_start", "first pair of a grain", "1", ("i32", 0), (n.grains + 1,)),
         ("state", "pointers or deviations, twist, speed", "1, rad, um/us", n.law, (blocks, size)),
         # with room for a state: the search keeps it there
-        ("load", "force and torque on both grains of a contact", "nN, nN um", n.law, (blocks, 12)),
+        ("load", "force and torque on both grains", "nN, nN um", n.law, (blocks, max(12, size))),
         ("entry_start", "first contact of a grain's list", "1", ("i32", 0), (n.grains + 1,)),
         ("entry", "row and lane of the loads, -1 at the end", "1", ("i32", 0), (entries,)),
         ("loss", "losses by tile", "fJ", n.lane, (tiles, len(layout.channels))),

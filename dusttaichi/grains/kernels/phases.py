@@ -6,6 +6,7 @@ from dusttaichi.compute.scan import CHUNK, first_of, whole
 from dusttaichi.grains.kernels.cell import make_cell
 from dusttaichi.grains.kernels.deviations import DeviationPairs, DeviationWalls
 from dusttaichi.grains.kernels.grains import make_flux, make_grain_pass
+from dusttaichi.grains.kernels.on_request import ContactLosses, Orientations
 from dusttaichi.grains.kernels.params import params_type
 from dusttaichi.grains.kernels.pointers import PointerPairs, PointerWalls
 from dusttaichi.grains.kernels.polydisperse import make_numbers
@@ -53,6 +54,13 @@ class Phases:
         self.walls = on_walls(fields, layout, laws) if walls else None
         self.sphere, self.has_sphere = make_sphere(fields, layout), layout.sphere
         self.of_pairs, self.of_walls = make_numbers(fields, layout, laws)
+        self.orientation, self.contact_loss = layout.orientation, layout.contact_loss
+        self.turned = Orientations(fields, layout) if layout.orientation else None
+        if layout.contact_loss:
+            self.lost = ContactLosses(fields, layout, fields["loss"])
+            self.lost_on_walls = (
+                ContactLosses(fields, layout, fields["wall_loss"]) if walls else None
+            )
 
     # -- how much there is -----------------------------------------------------------------------
 
@@ -81,6 +89,10 @@ class Phases:
             due = self.add_flux(part, self.move, step, numbers)
         else:
             due = self.move(part, numbers.kick, numbers.turn, numbers.dt, numbers.reach2)
+        if ti.static(self.orientation):
+            first = part * self.part_size
+            for g in range(first, ti.min(first + self.part_size, self.counts[GRAINS])):
+                self.turned.carry_on(g, numbers.dt)
         return due
 
     @ti.func
@@ -89,7 +101,11 @@ class Phases:
         last = ti.min((tile + 1) * self.tile, whole(self.counts[PAIRS], self.width))
         self.pairs.begin_tile(tile)
         for b in range(tile * self.tile, last):
+            if ti.static(self.contact_loss):
+                self.lost.before(b, tile)
             self.pairs.block(b, tile, self.of_pairs(b, pair), dt, frame)
+            if ti.static(self.contact_loss):
+                self.lost.after(b, tile)
         self.pairs.end_tile(tile)
 
     @ti.func
@@ -111,8 +127,12 @@ class Phases:
         )
         self.walls.begin_tile(tile)
         for c in range(first, last):
-            plane = self.walls.plane(c, box, dt * step)
-            self.walls.block(c, tile, plane, self.of_walls(self.counts[FIRST_WALL] + c, wall), dt)
+            plane, b = self.walls.plane(c, box, dt * step), self.counts[FIRST_WALL] + c
+            if ti.static(self.contact_loss):
+                self.lost_on_walls.before(b, tile)
+            self.walls.block(c, tile, plane, self.of_walls(b, wall), dt)
+            if ti.static(self.contact_loss):
+                self.lost_on_walls.after(b, tile)
         for c in range(first, last):
             self.walls.add_impulse(c, dt)
         self.walls.end_tile(tile)

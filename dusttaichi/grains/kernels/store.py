@@ -42,6 +42,8 @@ class Layout:
     stored: tuple = ()  # numbers of each contact, where grains have their own radius and material
     precision: str = "f64"
     ledger: bool = True  # only a benchmark does without
+    orientation: bool = False  # rotations of the grains are followed
+    contact_loss: bool = False  # what each contact has lost is kept with it
 
     @property
     def polydisperse(self):
@@ -106,13 +108,18 @@ class Layout:
         return self.state_size - 1 if self.deviations else -1
 
     @property
-    def state_size(self):
-        return 6 + self.twisting + 2 * self.damping + 2 * self.asperities + self.deviations
-
-    @property
     def tile_columns(self):
         """Sums over a tile and step: losses, virial, work of the faces."""
         return len(self.channels) + 9 * self.stress + bool(self.periodic)
+
+    @property
+    def lost(self):
+        """Losses of the contact since it formed, one a channel."""
+        return 6 + self.twisting + 2 * self.damping + 2 * self.asperities
+
+    @property
+    def state_size(self):
+        return self.lost + self.contact_loss * len(self.channels) + self.deviations
 
     @property
     def channels(self):

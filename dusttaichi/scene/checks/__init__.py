@@ -12,7 +12,7 @@ def check(scene) -> Found:
         for path, plan in zip(_paths(scene), scene.stage_plans, strict=True):
             found += [*drive.drive(scene, path, plan), *stop.stop(scene, path, plan)]
             found += output.intervals(scene, path, plan)
-    return [*found, *output.stress(scene)]
+    return [*found, *output.stress(scene), *output.variables(scene)]
 
 
 def _paths(scene) -> list[str]:

@@ -18,8 +18,15 @@ def check(scene) -> Found:
     """Every problem of the blocks that belong to the method `grains`, as (dotted path, text)."""
     sample = [(f"sample.{path}", text) for path, text in scene.sample.conflicts(scene)]
     found = [*push.check(scene), *sphere.check(scene), *gravity.check(scene)]
-    found += [*_asperities(scene), *_contacts(scene), *_damping(scene)]
+    found += [*_lost(scene), *_asperities(scene), *_contacts(scene), *_damping(scene)]
     return [*found, *_mass_scaling(scene), *sample, *_sizes(scene), *_room(scene)]
+
+
+def _lost(scene) -> Found:
+    """Losses of a contact are small differences of large sums."""
+    if scene.numerics.precision == "f64" or not scene.output.asks_for("loss"):
+        return []
+    return [("output.variables", "loss of each contact needs numerics.precision: f64")]
 
 
 def _asperities(scene) -> Found:

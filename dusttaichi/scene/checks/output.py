@@ -1,6 +1,8 @@
 """What is written must come due, and what is measured must mean something."""
 
+from dusttaichi import method
 from dusttaichi.names import AXES
+from dusttaichi.results.variables import optional
 from dusttaichi.scene.boundary import bounded_axes
 from dusttaichi.scene.output import applies
 
@@ -27,6 +29,19 @@ def intervals(scene, path, plan) -> Found:
         step = scene.numerics.time_step
         if interval.time is not None and step != "auto" and interval.time < step:
             found.append((f"{where}.time", "it is shorter than numerics.time_step"))
+    return found
+
+
+def variables(scene) -> Found:
+    """Names of what is written on request, or left out."""
+    known = [v for v in method.of(scene).variables if optional(v)]
+    names = {name: v for v in known for name in (v.key, v.name)}
+    allowed = ", ".join(dict.fromkeys(v.name for v in known))
+    found = []
+    for number, name in enumerate(scene.output.variables):
+        if name.removeprefix("-") not in names:
+            text = f"there is nothing of that name to choose; allowed: {allowed}"
+            found.append((f"output.variables.{number}", text))
     return found
 
 

@@ -1,0 +1,122 @@
+"""What a result holds on request: orientations, losses of each contact, parts of its load; what it
+leaves out, and single precision."""
+
+import numpy as np
+import pytest
+
+from dusttaichi import samples
+from dusttaichi.analysis import open_run, read_frame
+from dusttaichi.errors import DustError
+from dusttaichi.grains.build import build
+from dusttaichi.physics.contact.constants import pair_constants
+from dusttaichi.physics.contact.parts import wall_parts
+from dusttaichi.run import execute
+from dusttaichi.samples import make
+from dusttaichi.scene import from_yaml
+
+SPIN = 3e6  # rad/s
+TEXT = """
+name: asked
+material: silicate_s12
+sample:
+  kind: explicit
+  positions: [[0 m, 0 m, 0 m], [1.1998 um, 0 m, 0 m], [0 m, 9 um, 0 m]]
+  velocities: [[0 m/s, 0 m/s, 0 m/s], [0 m/s, 1.5 m/s, 0 m/s], [0 m/s, 0 m/s, 0 m/s]]
+  spins: [[1e6 rad/s, 0 rad/s, -6e5 rad/s], [-1e6 rad/s, 0 rad/s, 2e5 rad/s],
+          [1e6 rad/s, 2e6 rad/s, 2e6 rad/s]]
+boundary: {kind: open}
+stop: {steps: 400}
+numerics: {threads: 1, time_step: 0.1 ns}
+output:
+  series: {steps: 100}
+  variables: [orientation, loss, sliding_force, rolling_moment, twisting_moment, -spin]
+  precision: f32
+"""
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """Two grains that slide, roll and twist about each other, and one that spins on its own."""
+    with open_run(execute(from_yaml(TEXT), tmp_path_factory.mktemp("asked") / "run")) as found:
+        yield found
+
+
+def test_a_free_grain_turns_about_its_spin(run):
+    frame = read_frame(run)
+    angle = SPIN * frame.time
+    axis = np.array([1.0, 2.0, 2.0]) / 3.0
+    wanted = np.array([np.cos(angle / 2), *(np.sin(angle / 2) * axis)])
+    # the same rotation by exact steps; seven digits are kept
+    np.testing.assert_allclose(frame.orientation[2], wanted, atol=1e-6)
+    np.testing.assert_allclose(np.linalg.norm(frame.orientation, axis=1), 1.0, rtol=1e-6)
+    np.testing.assert_allclose(read_frame(run, 0).orientation[:, 0], 1.0)
+
+
+def test_losses_of_contacts_are_those_of_the_ledger(run):
+    """One contact that holds: what has been lost by rolling, sliding and twisting is its own."""
+    (own,) = run.contacts().loss.values
+    whole = run.series.loss.values[-1]
+    names = list(run.series.channel.values)
+    for name in ("rolling", "sliding", "twisting"):
+        n = names.index(name)
+        assert own[n] == pytest.approx(whole[n], rel=1e-6) and whole[n] > 0.0
+    assert own[names.index("breaking")] == 0.0
+    assert not run.contacts(0).loss.values.any()
+
+
+def test_the_load_of_a_contact_taken_apart(run):
+    """Sliding force k_s zeta, rolling moment k_r R xi, twisting moment -k_t phi (S12 eqs 17-20)."""
+    scene, frame = from_yaml(TEXT), read_frame(run)
+    c, row = pair_constants(scene.material, scene.interaction), run.contacts().isel(contact=0)
+    n1, n2 = row.pointer_i.values.astype(float), row.pointer_j.values.astype(float)
+    nc = frame.position[0] - frame.position[1]
+    nc /= np.linalg.norm(nc)
+    arm = 0.6e-6 * (n1 - n2)
+    zeta, xi = arm - nc * (arm @ nc), c.R * (n1 + n2)
+    # pointers have seven digits, and their sum is small; 1 + 1e-4: the lever of the torques
+    found = np.linalg.norm(row.sliding_force), np.linalg.norm(row.rolling_moment)
+    k = c.numbers
+    assert found[0] == pytest.approx(k["k_s"] * np.linalg.norm(zeta), rel=2e-3)
+    assert found[1] == pytest.approx(k["k_r"] * c.R * np.linalg.norm(xi), rel=2e-3)
+    assert row.twisting_moment == pytest.approx(-k["k_t"] * float(row.twist), rel=1e-3)
+    sim = build(scene, samples.make(scene))
+    sim.advance(50)
+    held = sim.contact_state()
+    parts = held["normal_force"][:, None] * (sim.grain_state()[0][:1] - sim.grain_state()[0][1:2])
+    parts /= np.linalg.norm(parts, axis=1)[:, None] / np.abs(held["normal_force"])
+    np.testing.assert_allclose(parts + held["sliding_force"], held["force"], rtol=1e-9, atol=1e-12)
+
+
+def test_a_wall_that_is_slid_along_makes_no_rolling_moment():
+    """Sliding force F at the lever r: all of the torque is its own."""
+    normal, force = np.array([[0.0, 0.0, 1.0]]), np.array([[2.0, 1.0, 5.0]])
+    torque = np.cross(-0.5 * normal, force) + 0.25 * normal
+    found = wall_parts(normal, (force, torque), 0.5)
+    assert found["normal_force"] == [5.0] and found["twisting_moment"] == [0.25]
+    np.testing.assert_allclose(found["sliding_force"], [[2.0, 1.0, 0.0]])
+    np.testing.assert_allclose(found["rolling_moment"], 0.0, atol=1e-15)
+
+
+def test_what_is_left_out_and_single_precision(run, tmp_path):
+    frames = run.tree["snapshots"]
+    assert "spin" not in frames and frames.position.dtype == np.float32
+    assert frames.snapshot_time.dtype == np.float64 and run.series.time.dtype == np.float64
+    assert np.isnan(read_frame(run).spin).all()
+    data = from_yaml(TEXT)._given | {"sample": {"kind": "explicit", "file": str(run.path.parent)}}
+    taken = make(type(from_yaml(TEXT)).from_dict(data))
+    np.testing.assert_allclose(taken.positions, read_frame(run).position)
+    assert not taken.spins.any() and len(taken.contacts["i"]) == 1
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("variables: [colour]", "output.variables.0: there is nothing of that name to choose"),
+        ("variables: [-position]", "output.variables.0.*nothing of that name to choose"),
+        ("precision: f16", "output.precision"),
+    ],
+)
+def test_what_cannot_be_chosen_is_refused(text, message):
+    head = TEXT[: TEXT.index("output:")]
+    with pytest.raises(DustError, match=message):
+        from_yaml(f"{head}output: {{{text}}}\n")
