@@ -14,7 +14,8 @@ from dusttaichi.errors import DustError
 
 AT = (0.2, 0.3, 0.4, 0.45)  # filling factors at which pressure and contacts are told
 HALF_WIDTH = 0.006  # of filling factor, averaged over
-DRIVES = ("wall_speed", "face_speed", "strain_rate", "compression_rate")
+DRIVES = ("wall_speed", "face_speed", "strain_rate", "compression_rate", "pressure", "stress")
+DRIVES += ("shear_speed", "shear_rate")
 
 
 def compare(runs, at=AT):

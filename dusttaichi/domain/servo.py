@@ -1,8 +1,8 @@
 """What holds a pressure or a stress: how fast walls and faces move, from what is measured.
 
 Every EVERY steps the load, its mean over these steps, tells the speed that is wanted: the largest
-speed times gain times the share of the load that is missing, within the largest speed; the speed
-then goes the part SHARE of the way there. So the wall is a piston that the load drives, with a
+speed times gain times the share of the load that is missing; the speed then goes the part SHARE of
+the way there, within the largest. So the wall is a piston that the load drives, with a
 damper (the gain) and an inertia (the lag of EVERY / SHARE steps). Where grains give way at a share
 f of the largest speed the load that is held is lower by f / gain.
 
@@ -19,7 +19,7 @@ import numpy as np
 from dusttaichi import units
 from dusttaichi.scene import drive as given
 
-EVERY, SHARE = 50, 0.05
+EVERY, SHARE = 50, 0.15
 STIFF, DAMPED = 1000.0, 0.7
 WALL, CELL, EVEN = "wall", "cell", "even"
 ARRAYS = ("load", "gain", "largest", "speed", "before")
@@ -56,10 +56,12 @@ class Servo:
         """The same after a change of speed; load [kPa]: the mean since the last, (n,); integral:
         what `before` is going to be."""
         missing = (self.load - load) / self.scale
-        wanted = np.clip(self.gain * missing, -1.0, 1.0) * self.largest
+        wanted = self.gain * missing * self.largest
+        # within bounds after the mean, not before: the load of few contacts swings about its mean
+        speed = np.clip(self.speed + SHARE * (wanted - self.speed), -self.largest, self.largest)
         return replace(
             self,
-            speed=self.speed + SHARE * (wanted - self.speed),
+            speed=speed,
             due=self.due + self.every,
             before=np.array(integral, float),
         )

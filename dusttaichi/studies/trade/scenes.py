@@ -3,11 +3,11 @@
 from dusttaichi.errors import DustError
 from dusttaichi.samples.values import CylinderSize
 from dusttaichi.scene import quantities
-from dusttaichi.scene.boundary import FACE_LAWS
 from dusttaichi.scene.continuum import ContinuumScene
+from dusttaichi.scene.drive import FACE_LAWS, SHEARS
 from dusttaichi.scene.numerics import PRESETS
 
-DRIVES = ("wall_speed", *FACE_LAWS)
+DRIVES = ("wall_speed", *FACE_LAWS, *SHEARS)
 # what a preset fills; what else the user gives in numerics stays
 PRESET_KEYS = ("accuracy", "time_step", *PRESETS["reference"])
 # what does not touch the result: the reference keeps only these
@@ -84,7 +84,7 @@ def faster(scene, factor):
     changes = {}
     for path, plan in zip(stage_paths(scene), scene.stage_plans, strict=True):
         where = f"{path}drive" if path else "boundary"
-        if not plan.drive.moves:
+        if not plan.drive.moves or plan.drive.held:  # a load says by itself how fast it moves
             continue
         for law in DRIVES:
             value = getattr(plan.drive, law)
@@ -98,7 +98,7 @@ def faster(scene, factor):
 def _written(law, value, factor):
     if law == "compression_rate":
         return value * factor
-    dimension = "rate" if law == "strain_rate" else "speed"
+    dimension = "rate" if law in ("strain_rate", "shear_rate") else "speed"
     if isinstance(value, tuple):
         return [quantities.format(v * factor, dimension) for v in value]
     return quantities.format(value * factor, dimension)

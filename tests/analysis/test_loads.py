@@ -1,0 +1,56 @@
+"""Strengths in shear and loads that are held, from series with known stresses."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from dusttaichi.analysis import Run, friction, held_loads, shearings
+from dusttaichi.errors import DustError
+from dusttaichi.plots import loads, shear
+
+N = 40
+SCENE = "boundary: {kind: box, pressure: 5 kPa}"
+
+
+def run(scene="", **variables):
+    time = np.linspace(0.0, 1e-5, N)
+    dims = {1: ("time",), 3: ("time", "xyz", "axis")}
+    data = {name: (dims[np.ndim(v)], v) for name, v in variables.items()}
+    data["step"] = ("time", np.arange(N))
+    series = xr.Dataset(data, {"time": time}, {"scene_resolved": scene, "title": "made"})
+    return Run("nowhere/result.nc", series)
+
+
+def sheared(load, strength):
+    """A cell that yields at once, at this normal stress [Pa] and this strength [Pa]."""
+    stress = np.zeros((N, 3, 3))
+    stress[:, 0, 2] = stress[:, 2, 0] = -strength  # against the way of the image above
+    stress[:, 2, 2] = -load
+    strain = -np.linspace(0.0, 0.2, N)
+    return run(stress=stress, shear_strain=strain, filling_factor=np.full(N, 0.3))
+
+
+def test_strength_and_friction():
+    found = [shearings(sheared(load, 1e3 + 0.5 * load))[0] for load in (2e3, 5e3, 1e4)]
+    assert [one.strength for one in found] == pytest.approx([2e3, 3.5e3, 6e3])
+    assert [one.load for one in found] == pytest.approx([2e3, 5e3, 1e4])
+    assert (found[0].strain >= 0.0).all() and found[0].density == pytest.approx(0.3)
+    fit = friction(found)
+    assert fit.cohesion == pytest.approx(1e3) and fit.angle == pytest.approx(26.565, abs=1e-3)
+    assert friction(found[:1]) is None
+    assert shear(sheared(2e3, 2e3)).axes[0].get_xlabel() == "shear strain of the stage"
+    with pytest.raises(DustError, match="no stage shears"):
+        shearings(run(filling_factor=np.full(N, 0.3)))
+
+
+def test_held_loads():
+    phi = 0.2 * np.exp(np.linspace(0.0, 1e-3, N))
+    stress = -np.eye(3) * np.linspace(0.0, 1.0, N).clip(max=0.5)[:, None, None] * 1e4
+    one = run(SCENE, stress=stress, filling_factor=phi)
+    (held,) = held_loads(one)
+    assert held.pressure == pytest.approx(5e3) and held.wanted == 5e3
+    assert held.overshoot == pytest.approx(0.0, abs=1e-12)
+    assert held.creep == pytest.approx(1e-3 / 1e-5)
+    assert len(loads(one, [one]).axes) == 1
+    with pytest.raises(DustError, match="no stage holds a pressure"):
+        loads(run("boundary: {kind: box}", stress=stress, filling_factor=phi))
