@@ -28,13 +28,12 @@ def bench(
 ):
     """Measure: ns a contact and a grain-step by size, filling factor, threads; beside LAMMPS."""
     from dusttaichi.studies.bench import continuum as continuum_bench
+    from dusttaichi.studies.bench import counts as counts_bench
     from dusttaichi.studies.bench import measure
     from dusttaichi.studies.bench import parts as parts_bench
 
     if counts:
-        from dusttaichi.studies.bench import counts as counting
-
-        print("\n".join(found.text() for found in counting.main(log=say)))
+        print("\n".join(found.text() for found in counts_bench.main(log=say)))
         return
     if parts and continuum:
         raise typer.BadParameter("--parts is of grains; name one of --parts and --continuum")

@@ -8,8 +8,8 @@ from dusttaichi.scene.fields import Block, Number
 from dusttaichi.scene.quantities import Quantity
 
 PRESETS: dict[str, dict[str, Any]] = {
-    "fast": {"step_fraction": 0.28, "precision": "f64", "newton_steps": 1},
-    "balanced": {"step_fraction": 0.2, "precision": "f64", "newton_steps": 2},
+    "fast": {"step_fraction": 0.28, "precision": "mixed", "newton_steps": 1},
+    "balanced": {"step_fraction": 0.2, "precision": "mixed", "newton_steps": 1},
     "reference": {"step_fraction": 0.05, "precision": "f64", "newton_steps": 3},
 }
 """What `accuracy` sets where the YAML does not say otherwise: numerics alone, no physics."""
@@ -69,7 +69,7 @@ class Numerics(CommonNumerics):
     )
     precision: Literal["f64", "mixed", "f32"] = Field(
         PRESETS[default]["precision"],
-        description="f64; mixed: positions, velocities and pointers in f64, forces in f32; "
+        description="f64; mixed: positions, velocities, spins and sums in f64, contacts in f32; "
         "f32: everything but the energy ledger",
     )
     newton_steps: Annotated[int, Number(whole=True, ge=0, le=3)] = Field(

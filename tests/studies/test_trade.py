@@ -206,7 +206,7 @@ class Model:
             return PointResult(0, "finished", 12.5, 1.25, measured=Measured({"strength": 104.0}))
         if c.get("numerics.precision") == "f32":
             return PointResult(2, "refused: f32")
-        if c.get("numerics.precision") == "mixed":
+        if c.get("numerics.precision") == "f64":
             return PointResult(3, "a guard", cost=1.0, ratio=0.1)
         block = c.get("numerics", {})
         preset = {"reference": 0.05, "fast": 0.28}.get(block.get("accuracy"), 0.2)
@@ -301,8 +301,8 @@ def test_what_is_combined_holds_together():
 def test_refused_and_guarded_points_are_results():
     found, _ = modelled()
     bad = {row.point.label: row.result.status for row in found.rows if not row.result.ok}
-    assert bad == {"precision = mixed": "a guard", "precision = f32": "refused: f32"}
-    guarded = next(r for r in found.rows if r.point.label == "precision = mixed")
+    assert bad == {"precision = f64": "a guard", "precision = f32": "refused: f32"}
+    guarded = next(r for r in found.rows if r.point.label == "precision = f64")
     assert not found.judge.accepts(guarded) and math.isnan(found.judge.error(guarded.result))
 
 

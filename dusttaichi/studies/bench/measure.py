@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from dusttaichi.errors import DustError
+from dusttaichi.scene.numerics import PRESETS
 from dusttaichi.studies.bench import lammps as lammps_bench
 from dusttaichi.studies.bench import sample as bench_sample
 from dusttaichi.studies.bench.plan import Plan, prepare
@@ -55,7 +56,7 @@ def main(
     threads: Sequence[int] = (1, 2),
     *,
     steps: int | None = None,
-    precisions: Sequence[str] = ("f64",),
+    precisions: Sequence[str] = (PRESETS["balanced"]["precision"],),
     lammps: bool = True,
     out: str | Path | None = None,
     quick: bool = False,
