@@ -5,6 +5,7 @@ from collections.abc import Callable
 import yaml
 
 from dusttaichi.errors import DustError
+from dusttaichi.scene.grains import GrainsScene
 from dusttaichi.studies.bench.parts import GRAIN_STEPS, LEAST_STEPS, Part, Variant, measure_pair
 
 ROUNDS = 7
@@ -18,7 +19,15 @@ PLAIN = {
 
 
 def parts_of(scene) -> list[Part]:
-    """The parts that a scene has and could do without, each with the scene without it."""
+    """The parts that a scene has and could do without, each with the scene without it.
+
+    Raises DustError for a scene whose parts are not known.
+    """
+    if not isinstance(scene, GrainsScene):
+        raise DustError(
+            f"--costs times scenes of grains; this one is of the method {scene.method}. The step "
+            "of the continuum is timed by dust bench --continuum."
+        )
     stress = scene.output.stress
     # as it begins, however long it is timed: a wall that goes on would crush the sample
     still = [
