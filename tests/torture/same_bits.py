@@ -19,8 +19,8 @@ material: silicate_s12
 interaction: {rolling: on}
 sample: {kind: bcca, grains: 256, seed: 2}
 boundary: {kind: box, size: fit, wall_speed: 10 m/s}
-stop: {steps: 300}
-output: {series: {steps: 50}, snapshots: {steps: 100}}
+stop: {steps: 60}
+output: {series: {steps: 10}, snapshots: {steps: 20}}
 """
 
 
