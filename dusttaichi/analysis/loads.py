@@ -37,7 +37,9 @@ def held_loads(run):
     drives = [stage.get("drive", {}) for stage in run.scene.get("stages", [])]
     found = []
     for part in run.parts:
-        drive = drives[run.stages.index(part.stage_name)] if drives else run.scene["boundary"]
+        drive = (
+            drives[run.stages.index(part.stage_name)] if drives else run.scene.get("boundary", {})
+        )
         if drive.get("pressure") and len(part.series.time) > LAST:
             found.append(_held(part, parse(drive["pressure"], "pressure")))
     return found

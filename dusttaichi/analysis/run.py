@@ -166,7 +166,8 @@ class Run:
     @property
     def sheared(self):
         """True where a stage shears."""
-        return bool(np.ptp(self.series.get("shear_strain", np.zeros(1))) > 0.0)
+        strain = self.series["shear_strain"].values if "shear_strain" in self.series else ()
+        return len(strain) > 1 and bool(np.ptp(strain) > 0.0)
 
     @property
     def has_forces(self):

@@ -177,7 +177,7 @@ def _of_continuum(run, frames, rows):
 
 
 def _room(frames, scale):
-    if "box" not in frames or bool(np.any(frames.get("tilt", 0.0))):  # an upright box it draws
+    if "box" not in frames:
         return None
     faces = frames.box.values / scale
     return [[round(v, 6) if np.isfinite(v) else None for v in row] for row in faces.tolist()]

@@ -23,6 +23,7 @@ from PIL import Image
 
 from dusttaichi import report
 from dusttaichi.analysis import gather, is_ensemble, open_ensemble, open_run, save_ensemble
+from dusttaichi.analysis.run import Run
 from dusttaichi.errors import DustError
 from dusttaichi.report import page
 from dusttaichi.report.interactive import html, interactive
@@ -117,6 +118,12 @@ def test_pages_of_many_particles_keep_fewer_snapshots():
     frames = xr.Dataset({"position": (("snapshot", "grain", "xyz"), np.zeros((50, 40_000, 1)))})
     numbers = chosen(frames)
     assert len(numbers) == 15 and numbers[0] == 0 and numbers[-1] == 49
+
+
+def test_what_is_sheared_is_known():
+    series = xr.Dataset({"shear_strain": ("time", [0.0, 0.1])})
+    assert Run("run", series, None, None).sheared
+    assert not Run("run", xr.Dataset(), None, None).sheared
 
 
 def test_a_run_has_its_figures_and_numbers(tmp_path, monkeypatch):
