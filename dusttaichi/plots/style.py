@@ -128,7 +128,8 @@ def new_grid(panels, columns, height, shared=False):
 
 
 def legend(axes, handles=None, labels=None, *, title=None, ncols=1):
-    """The legend of an Axes: inside where it hides nothing that is drawn, else below the figure."""
+    """The legend of an Axes: inside where it hides nothing that is drawn, else below the figure,
+    where there is room for that of one Axes alone."""
     if handles is None:
         handles, labels = axes.get_legend_handles_labels()
     if not handles:
@@ -136,6 +137,8 @@ def legend(axes, handles=None, labels=None, *, title=None, ncols=1):
     inside = axes.legend(handles, labels, loc="best", title=title, ncols=ncols)
     figure = axes.figure
     figure.draw_without_rendering()
+    if figure.legends:
+        return
     box = inside.get_window_extent(figure.canvas.get_renderer())
     if not any(box.contains(*point) for line in axes.lines for point in _along(line, axes)):
         return
