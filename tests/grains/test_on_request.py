@@ -26,7 +26,7 @@ sample:
           [1e6 rad/s, 2e6 rad/s, 2e6 rad/s]]
 boundary: {kind: open}
 stop: {steps: 400}
-numerics: {threads: 1, time_step: 0.1 ns}
+numerics: {threads: 1, time_step: 0.1 ns, precision: f64}
 output:
   series: {steps: 100}
   variables: [orientation, loss, sliding_force, rolling_moment, twisting_moment, -spin]
