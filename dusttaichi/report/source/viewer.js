@@ -241,8 +241,21 @@ export class Viewer {
 
   // -- camera -----------------------------------------------------------------------------------
 
+  // the corners of all that is there now, the room included
+  #around() {
+    const [low, high] = this.ends(), faces = this.data.room?.[this.frame] ?? [];
+    const tilt = this.data.tilt ? this.data.tilt[this.frame] : 0;
+    faces.forEach((face, n) => {
+      if (face === null) return;
+      const axis = Math.floor(n / 2), lean = axis === 0 ? tilt : 0;
+      low.setComponent(axis, Math.min(low.getComponent(axis), face, face + lean));
+      high.setComponent(axis, Math.max(high.getComponent(axis), face, face + lean));
+    });
+    return [low, high];
+  }
+
   look(name) {
-    const [low, high] = this.ends();
+    const [low, high] = this.#around();
     this.middle = low.clone().add(high).multiplyScalar(0.5);
     this.extent = Math.max(high.distanceTo(low), 1e-12);
     const way = new Vector3(...VIEWS[name]).normalize();
