@@ -166,8 +166,7 @@ class Run:
     @property
     def sheared(self):
         """True where a stage shears."""
-        strain = self.series["shear_strain"].values if "shear_strain" in self.series else ()
-        return len(strain) > 1 and bool(np.ptp(strain) > 0.0)
+        return bool(np.ptp(np.asarray(self.series.get("shear_strain", [0.0]))) > 0.0)
 
     @property
     def has_forces(self):
