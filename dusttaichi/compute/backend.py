@@ -1,7 +1,7 @@
 """Taichi as a scene asks for it: backend, threads, and how the loops are laid out there."""
 
 import os
-from contextlib import redirect_stdout
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
 
@@ -45,6 +45,18 @@ def threads_of(scene, grains):
     return 1 if grains < SMALL else max(1, min(cores, grains // (SMALL // 2)))
 
 
+@contextmanager
+def _only_our_settings():
+    """Variables TI_* of other work in the shell are not there: they would take another backend, or
+    compile in another way. Those of the kernels on disk stay."""
+    foreign = [n for n in os.environ if n.startswith("TI_") and "OFFLINE_CACHE" not in n]
+    hidden = {name: os.environ.pop(name) for name in foreign}
+    try:
+        yield
+    finally:
+        os.environ.update(hidden)
+
+
 def start_taichi(scene, threads):
     """Initialise Taichi for this scene, quietly, with the kernels cached on disk."""
     read_quickly()
@@ -52,7 +64,7 @@ def start_taichi(scene, threads):
     os.environ.setdefault("TI_OFFLINE_CACHE_CLEANING_POLICY", "lru")
     try:
         # Taichi prints where it starts; the output of a run belongs to the user
-        with redirect_stdout(StringIO()):
+        with redirect_stdout(StringIO()), _only_our_settings():
             ti.init(
                 arch=arch,
                 cpu_max_num_threads=threads,

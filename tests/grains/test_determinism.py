@@ -1,11 +1,15 @@
 """The same bits on any number of threads."""
 
+import os
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scenes import Probe, box, make_scene, sample_of
 from test_search import FREE, same_bits, state, stirred
 
 from dusttaichi import samples
+from dusttaichi.compute import backend
 
 
 def gas(threads):
@@ -38,3 +42,15 @@ def test_threads_change_no_bit(make, most):
         expected = expected or found
         same_bits(expected[0], found[0])
         assert np.array_equal(expected[1], found[1])
+
+
+def test_settings_of_taichi_in_the_shell_change_nothing(monkeypatch):
+    seen = []
+    monkeypatch.setattr(backend.ti, "init", lambda **how: seen.append(dict(os.environ)))
+    monkeypatch.setattr(backend, "current_cfg", SimpleNamespace)
+    for name, value in {"TI_ARCH": "vulkan", "TI_DEBUG": "1"}.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setenv("TI_OFFLINE_CACHE_FILE_PATH", "/here")
+    backend.start_taichi(make_scene(**FREE), 1)
+    assert not {"TI_ARCH", "TI_DEBUG"} & set(seen[0])
+    assert seen[0]["TI_OFFLINE_CACHE_FILE_PATH"] == "/here" and os.environ["TI_ARCH"] == "vulkan"
