@@ -377,7 +377,7 @@ def test_energies_and_stress_are_those_of_the_images_of_a_snapshot():
     for _ in range(60):
         sim.advance(3)
         at, now, _ = sim.grain_state()
-        outside += np.any(sim._outside(sim.state.of_grains("x")))
+        outside += np.any(sim.cell.outside(sim.state.of_grains("x"), sim.time))
         m = sim.measure()
         worst = max(worst, abs(0.5 * sim.mass * np.sum(now**2) / m["kinetic_translation"] - 1.0))
         gentle = now - rate / sim.lengths() * (at - sim.cell.centre)
