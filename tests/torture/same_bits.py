@@ -18,7 +18,7 @@ name: bits
 material: silicate_s12
 interaction: {rolling: on}
 sample: {kind: bcca, grains: 256, seed: 2}
-boundary: {kind: box, size: fit, wall_speed: 10 m/s}
+boundary: {kind: box, size: fit, wall_speed: 1 m/s}
 stop: {steps: 60}
 output: {series: {steps: 10}, snapshots: {steps: 20}}
 """
