@@ -115,7 +115,7 @@ interaction: {rolling: {modifier: 8}, sliding: {modifier: 2.5}, damping: viscoel
 sample: {kind: rbd, grains: 200, seed: 3}
 boundary: {kind: periodic, %s}
 stop: {steps: 1}
-numerics: {time_step: 0.2 ns, threads: %d}
+numerics: {time_step: 0.2 ns, threads: %d, precision: f64}
 """
 DRIVEN = "size: fit, face_speed: [-1 m/s, 0.5 m/s, 0 m/s]"
 STEPS = 6000
