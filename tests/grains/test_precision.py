@@ -84,6 +84,16 @@ def test_same_bits_on_one_and_two_threads_in_mixed_precision():
     assert np.array_equal(one.x, two.x) and np.array_equal(one.w, two.w)
 
 
+@pytest.mark.parametrize("precision", ["f64", "mixed"])
+def test_grains_that_fly_past_each_other_lose_nothing(precision):
+    """Listed, and never nearer than a gap of 10 nm: a step turns the line of their centres by 1e-3,
+    a displacement past the limit of sliding if they did touch."""
+    x, v = [[0, 0, 0], [0, 0, 2 * R + 1e-8]], [[5.0, 0, 0], [-5.0, 0, 0]]
+    probe = Probe(make_scene(numerics={"precision": precision}), sample_of(x, v))
+    probe.advance(300)
+    assert measurement(probe.sim).lost == 0.0
+
+
 def test_single_precision_keeps_the_ledger_of_a_small_cluster():
     """Positions of 3 um are known to 0.2 pm, 1e-3 of the overlap at rest: the ledger shows it."""
     single, exact = (outcome("pairs", 500, precision=precision) for precision in ("f32", "f64"))

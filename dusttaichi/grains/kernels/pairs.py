@@ -50,14 +50,15 @@ class PairPass(ContactPass):
         overlap, u_then = self.overlap(way, p), u
         if ti.static(self.has_asperities):
             u_then = self.speed_then(way, dt)
+        # weight masks what lanes that did not touch a step ago would lose: deviations of zero are
+        # those of pointers along the line of centres, which a grain that flies past turns
         at = ti.Struct(
             b=b, tile=tile, dt=dt, overlap=overlap, u=u, u_now=way.dv.dot(way.nc), u_then=u_then,
-            was=held.was, weight=1.0,
+            was=held.was, weight=held.was,
         )  # fmt: skip
         on = self.touch(at, p)
         push = self.push(at, on, p)
 
-        # what lanes that did not touch a step ago have kept is zero, and so are their loads
         pose = self.pose(at, held, way, p)
         self.keep(b, on, way, pose)
         found = self.springs(pose, p)
