@@ -34,12 +34,10 @@ class Held:
 
 def held_loads(run):
     """The Held of every stage of a Run that holds a pressure, in order; [] where none does."""
-    drives = [stage.get("drive", {}) for stage in run.scene.get("stages", [])]
+    drives = {stage["name"]: stage.get("drive", {}) for stage in run.scene.get("stages", [])}
     found = []
     for part in run.parts:
-        drive = (
-            drives[run.stages.index(part.stage_name)] if drives else run.scene.get("boundary", {})
-        )
+        drive = drives.get(part.stage_name, {}) if drives else run.scene.get("boundary", {})
         if drive.get("pressure") and len(part.series.time) > LAST:
             found.append(_held(part, parse(drive["pressure"], "pressure")))
     return found

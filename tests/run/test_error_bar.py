@@ -234,7 +234,7 @@ sample: {{kind: chain, grains: 3}}
 push: [{{grains: [0], velocity: [2 mm/s, 3 mm/s, 0 m/s]}}]
 boundary: {{kind: open}}
 stop: {{time: 60 ns}}
-numerics: {{time_step: {dt} ns, threads: 1}}
+numerics: {{time_step: {dt} ns, threads: 1, accuracy: reference}}  # errors of 1e-29 J
 output: {{series: {{time: 3 ns}}}}
 """
 

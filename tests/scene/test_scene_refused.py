@@ -48,8 +48,11 @@ REFUSED = [
     ("interaction: {damping: {model: viscous, kappa: 1 m/s}}", ["kappa", '"1e-6 g/s"']),
     ("interaction: {shear_modulus: x}", ["shear_modulus", '"mindlin" or "printed" is needed']),
     ("interaction:", ["interaction", "nothing is written here"]),
-    ("sample: {kind: bam}", ['sample.kind = "bam"', '"explicit"', '"rbd" is needed']),
-    ("sample: {grains: 5}", ["sample", "kind is missing", '"explicit"', 'or "rbd" is']),
+    (
+        "sample: {kind: bam}",
+        ['sample.kind = "bam"', '"explicit"', '"rbd" or "space_filling" is needed'],
+    ),
+    ("sample: {grains: 5}", ["sample", "kind is missing", '"explicit"', 'or "space_filling" is']),
     ("sample: [1]", ["sample = [1]", "a block is needed"]),
     ("sample: {kind: rbd}", ["sample", "exactly one of grains and size"]),
     ("sample: {kind: rbd, grains: 0}", ["sample.grains = 0", "a whole number of at least 1"]),
@@ -106,7 +109,7 @@ REFUSED = [
     ),
     (
         "stop: {}",
-        ["stop", "at least one of filling_factor, pressure, stress, rest, plateau, strain"],
+        ["stop", "at least one of filling_factor, pressure, stress, rest, plateau, creep, strain"],
     ),
     ("stop: 5", ["stop = 5", "a block is needed, with keys from filling_factor"]),
     ("stop: {filling_factor: 0.8}", ["stop.filling_factor = 0.8", "at most 0.74"]),

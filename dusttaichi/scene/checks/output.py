@@ -2,7 +2,6 @@
 
 from dusttaichi import method
 from dusttaichi.names import AXES
-from dusttaichi.results.variables import optional
 from dusttaichi.scene.boundary import bounded_axes
 from dusttaichi.scene.output import applies
 
@@ -34,6 +33,8 @@ def intervals(scene, path, plan) -> Found:
 
 def variables(scene) -> Found:
     """Names of what is written on request, or left out."""
+    from dusttaichi.results.variables import optional  # with libraries that names do not wait for
+
     known = [v for v in method.of(scene).variables if optional(v)]
     names = {name: v for v in known for name in (v.key, v.name)}
     allowed = ", ".join(dict.fromkeys(v.name for v in known))
