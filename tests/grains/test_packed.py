@@ -8,6 +8,7 @@ from collections import Counter
 import pytest
 import taichi as ti
 from scenes import make_scene
+from taichi.lang.impl import current_cfg
 
 from dusttaichi.compute.backend import LOOPS, start_taichi
 from dusttaichi.domain.pushes import make_push
@@ -24,13 +25,13 @@ ARITHMETIC = re.compile(
 def operations(precision, folder, monkeypatch):
     """Counter of the arithmetic of the compiled pair pass by (lanes, type)."""
     monkeypatch.chdir(folder)
-    monkeypatch.setenv("TI_PRINT_KERNEL_LLVM_IR_OPTIMIZED", "1")
-    monkeypatch.setenv("TI_OFFLINE_CACHE", "0")
     scene = make_scene(damping="viscoelastic", numerics={"precision": precision})
     laws = chosen_laws(scene.interaction, scene.numerics.newton_steps)
     push = make_push(scene.push, {}, [], 1.0)
     layout = chosen_layout(scene, laws, LOOPS["cpu"], push, polydisperse=False)
     start_taichi(scene, 1)
+    current_cfg().print_kernel_llvm_ir_optimized = True
+    current_cfg().offline_cache = False  # what comes from the cache is not printed
     phases = Phases(place(declare(64, layout, False)), layout, laws, False)
     ContactParams = phases.ContactParams
 
