@@ -11,8 +11,12 @@ import numpy as np
 import xarray as xr
 
 from dusttaichi import plots
+from dusttaichi.physics.continuum.numbers import MaterialNumbers
+from dusttaichi.plots.continuum_fit import continuum_fit, pressing_speeds
 from dusttaichi.plots.tensile import strengths
+from dusttaichi.scene.continuum_material import ContinuumMaterial
 from dusttaichi.scene.material import NAMED, Material
+from dusttaichi.studies.continuum_fit.speeds import Curve
 from dusttaichi.studies.extremes.groups import GROUPS
 
 HERE = Path(__file__).parent
@@ -80,11 +84,41 @@ def tensile_strength():
     return strengths(results, labels, [Material(**NAMED["ice_t19"])])
 
 
+def dust_grains():
+    """A material fitted to grains, and their curves at each rate of pressing."""
+    seen = [
+        (
+            SimpleNamespace(seed=int(row["seed"])),
+            SimpleNamespace(
+                quantity=row["quantity"],
+                phi=float(row["filling factor"]),
+                value=float(row["grains show [Pa]"]),
+            ),
+        )
+        for row in rows("dust_grains.csv")
+    ]
+    numbers_of = MaterialNumbers.of(ContinuumMaterial.model_validate("dust_grains"))
+    fit = SimpleNamespace(numbers=numbers_of, rows=seen)
+    return continuum_fit(fit), pressing_speeds(curves())
+
+
+def curves():
+    """The curves of docs/validation/dust_grains_speeds.csv."""
+    groups = {}
+    for row in rows("dust_grains_speeds.csv"):
+        key = (row["run"], int(row["seed"]), int(row["grains"]), float(row["rate [1/s]"]))
+        groups.setdefault(key, []).append(row)
+    names = ("filling factor", "p [Pa]", "axial stress [Pa]")
+    return [Curve(*key, *(numbers(of, name) for name in names)) for key, of in groups.items()]
+
+
 def main():
     """Entry point."""
     plots.save(trade(), FIGURES / "trade_omni.png")
     plots.save(extremes(), FIGURES / "extremes.png")
     plots.save(tensile_strength(), FIGURES / "tensile_strength.png")
+    for name, figure in zip(("dust_grains", "dust_grains_speeds"), dust_grains(), strict=True):
+        plots.save(figure, FIGURES / f"{name}.png")
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from dusttaichi.analysis.fragments import fragments, mass_spectrum
 from dusttaichi.analysis.frame import frame_count, read_frame
 from dusttaichi.plots import fragments as spectra
 from dusttaichi.plots import style
-from dusttaichi.plots.frame_of_picture import nice_length
+from dusttaichi.plots.frame_of_picture import scale_bar
 from dusttaichi.plots.grains import FOOT, MARGIN
 from dusttaichi.plots.spheres import Camera, axes_of, picture
 
@@ -63,7 +63,7 @@ def collision(run, snapshots=None, view=(0.0, 0.0, 1.0)):
             aspect="auto",
         )
         panel.set_axis_off()
-    _scale_bar(figure, scale, widest)
+    scale_bar(figure, widest, scale, MARGIN, FOOT)
     return figure
 
 
@@ -81,31 +81,6 @@ def _camera(low, high, widest, axes, scale):
     # the rounded number of pixels sees a little more, so that pixels stay square
     far = np.array([left + columns / (scale * DPI), bottom + rows / (scale * DPI)])
     return Camera(axes, np.array([left, bottom]), far, columns, rows)
-
-
-def _scale_bar(figure, scale, widest):
-    """A bar of a round length at the foot of the figure."""
-    width, height = figure.get_size_inches()
-    length = nice_length(0.25 * widest)
-    factor, unit = style.scaled(length * (1 + 1e-9), style.LENGTHS)
-    axes = figure.add_axes((0.0, 0.0, 1.0, FOOT / height))
-    axes.set(xlim=(0.0, width), ylim=(0.0, FOOT))
-    axes.set_axis_off()
-    axes.plot(
-        [MARGIN, MARGIN + length * scale],
-        [0.22, 0.22],
-        color="black",
-        linewidth=2.4,
-        solid_capstyle="butt",
-    )
-    axes.text(
-        MARGIN + length * scale + 0.08,
-        0.22,
-        f"{length * factor:g} {unit}",
-        ha="left",
-        va="center_baseline",
-        fontsize=9,
-    )
 
 
 def collision_spectrum(run):

@@ -60,7 +60,8 @@ def _way(axes, runs, labels):
         stop = way.without_gravity or way.stop
         if stop is None:
             continue
-        said = f"{label}:\nT = {stop.time * 1e3:.2f} ms, D = {stop.depth * 1e3:.2f} mm"
+        said = f"T = {stop.time * 1e3:.2f} ms, D = {stop.depth * 1e3:.2f} mm"
+        said = f"{label}:\n{said}" if label else said
         axes.plot(*stop.normalised, label=said, **style.run_style(number))
     axes.set_xlabel("time over stopping time t / T")
     axes.set_ylabel("height over depth h / D")
@@ -131,14 +132,15 @@ def impact(run, color=EVERYDAY):
 
     Raises DustError where the run has no rigid projectile.
     """
-    figure = Figure(figsize=(10.0, 3.3), layout="constrained")
+    figure = Figure(figsize=(10.0, 3.2), layout="constrained")
+    figure.get_layout_engine().set(w_pad=0.08)
     FigureCanvasAgg(figure)
     wide, *beside = figure.subplots(1, 3, width_ratios=[1.7, 1.0, 1.0])
     frame = read_particles(run, -1)
     image = paint(wide, run, frame, color, limits_of([frame], color), extent=extent_of([frame]))
     figure.colorbar(image, ax=wide, label=COLOURS[color][0], extend="max", shrink=0.85)
-    _profile(beside[0], [run], ["run"])
-    _way(beside[1], [run], ["run"])
+    _profile(beside[0], [run], ["_"])
+    _way(beside[1], [run], [None])
     return figure
 
 

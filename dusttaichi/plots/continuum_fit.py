@@ -64,7 +64,7 @@ def continuum_fit(fit):
     for panel, text in zip(axes, ("stress", "shear stress", "modulus", "tension"), strict=True):
         panel.set_ylabel(f"{text} (kPa)")
     style.few_ticks(axes[3].yaxis)
-    axes[-1].set_xlabel("filling factor")
+    axes[-1].set_xlabel(r"filling factor $\phi$")
     return figure
 
 
@@ -91,7 +91,7 @@ def pressing_speeds(curves):
     axes[1].plot(phi, calibrated, ":", color=style.BLACK, label="Σ calibrated by G09: 1.3 kPa")
     for number, ((rate, grains), group) in enumerate(sorted(groups.items())):
         colour = style.RUN_COLOURS[number % len(style.RUN_COLOURS)]
-        said = "at rest" if rate == 0 else f"{rate:.2g}/s"
+        said = "at rest" if rate == 0 else _rate(rate)
         for panel, which in zip(axes, ("axial", "p"), strict=True):
             known = [p_m for curve in group if np.isfinite(p_m := curve.p_m(which))]
             number_said = f": {np.exp(np.log(known).mean()) / 1e3:.1f} kPa" if known else ""
@@ -109,7 +109,13 @@ def pressing_speeds(curves):
         panel.set_yscale("log")
         panel.set_ylabel(f"{text} (kPa)")
         panel.set_ylim(0.02, 60)
-        title = "nearest p_m of G09's law"
-        style.legend(panel, title=title)
-    axes[-1].set_xlabel("filling factor")
+        style.legend(panel, title=r"nearest $p_{\rm m}$ of G09's law")
+    axes[-1].set_xlabel(r"filling factor $\phi$")
     return figure
+
+
+def _rate(rate):
+    """A rate [1/s] as a label."""
+    first, power = f"{rate:.1e}".split("e")
+    first = "" if first == "1.0" else rf"{first.removesuffix('.0')} \times "
+    return f"${first}10^{{{int(power)}}}$ s$^{{-1}}$"

@@ -12,7 +12,7 @@ def cycles(run):
     stage that lets go against its filling factor. Raises DustError where nothing is let go."""
     found = releases(run)
     figure, (path, moduli) = style.new_figure(height=5.6, rows=2, ratios=(1.6, 1.0), shared=False)
-    names = {True: "let go", False: "pressed"}
+    names = {True: "unloading", False: "loading"}
     for part in run.parts:
         lets_go = part.unloads
         records = [part.start] + [part.series.isel(time=k) for k in range(len(part.series.time))]
@@ -44,7 +44,7 @@ def cycles(run):
         linewidth=1.0,
     )
     moduli.set_xlabel(r"filling factor $\phi$")
-    moduli.set_ylabel(f"modulus of letting go ({unit})")
+    moduli.set_ylabel(f"unloading modulus ({unit})")
     if known:
         moduli.set_yscale("log")
         style.few_ticks(moduli.yaxis)

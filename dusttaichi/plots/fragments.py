@@ -25,6 +25,8 @@ def mass_spectrum(spectra, labels=None):
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_ylim(0.8, None)
+    style.few_ticks(axes.xaxis)
+    style.few_ticks(axes.yaxis)
     axes.set_xlabel("mass of the fragment / mass of the largest")
     axes.set_ylabel("fragments of at least this mass")
     if any(labels):
@@ -130,6 +132,7 @@ def fragment_dimension(run, snapshot=-1, fragment=0):
     axes.set_xscale("log")
     axes.set_yscale("log")
     style.few_ticks(axes.xaxis)
+    style.few_ticks(axes.yaxis)
     axes.set_xlabel("R over the mean radius of a grain")
     axes.set_ylabel("grains within R of a grain of the core")
     style.legend(axes)

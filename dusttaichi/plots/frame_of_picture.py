@@ -47,15 +47,18 @@ def nice_length(largest):
     return float(max(m for m in (1, 2, 5) if m * power <= largest * (1 + 1e-9)) * power)
 
 
-def scale_bar(figure, camera, dpi, margin, foot):
-    """A bar of a round length below the picture, at its left; margin, foot [inches]: room there."""
+def scale_bar(figure, widest, scale, margin, foot):
+    """A bar of a round length below the picture, at its left.
+
+    widest [m]: of what is seen; scale [inches/m]: of the picture; margin, foot [inches]: room.
+    """
     width, height = figure.get_size_inches()
-    length = nice_length(0.25 * camera.width / camera.scale)
+    length = nice_length(0.25 * widest)
     factor, unit = style.scaled(length * (1 + 1e-9), style.LENGTHS)
     axes = figure.add_axes((0.0, 0.0, 1.0, foot / height))
     axes.set(xlim=(0.0, width), ylim=(0.0, foot))
     axes.set_axis_off()
-    long = length * camera.scale / dpi
+    long = length * scale
     axes.plot(
         [margin, margin + long], [0.22, 0.22], color="black", linewidth=2.4, solid_capstyle="butt"
     )

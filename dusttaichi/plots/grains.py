@@ -162,7 +162,8 @@ def draw(frame, appearance, masses=None, note=None):
     axes = figure.add_axes((MARGIN / width, FOOT / height, *part))
     axes.imshow(image, interpolation="none", aspect="auto")
     axes.set_axis_off()
-    scale_bar(figure, camera, appearance.dpi, MARGIN, FOOT)
+    widest = camera.width / camera.scale
+    scale_bar(figure, widest, camera.scale / appearance.dpi, MARGIN, FOOT)
     if note:
         figure.text(MARGIN / width, 1.0 - MARGIN / height, note, ha="left", va="top", fontsize=9)
     if colouring.bar is not None:

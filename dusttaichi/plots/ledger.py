@@ -44,7 +44,7 @@ def ledger(run):
     handles, labels = axes.get_legend_handles_labels()
     work = labels.index(done)
     order = [work, work + 1, *reversed(range(work))]  # as they lie above each other
-    style.legend(axes, [handles[i] for i in order], [labels[i] for i in order])
+    style.legend(axes, [handles[i] for i in order], [labels[i] for i in order], ncols=2)
     shown = np.where(energies.relative == 0, np.nan, np.abs(energies.relative))
     below.semilogy(time, shown, color=style.RED, linewidth=1.0)
     top = np.max(shown[np.isfinite(shown)], initial=0.0)

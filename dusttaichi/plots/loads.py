@@ -73,7 +73,7 @@ def shear(run):
     fit = friction(found)
     if fit is not None:
         x = np.array([0.0, 1.05 * max(one.load for one in found)])
-        text = rf"$\tau = {fit.cohesion * scale:.2g}$ {unit} $+ {fit.slope:.2f}\,\sigma_n$"
+        text = rf"$\tau = {fit.cohesion * scale:.2g}$ {unit} + ${fit.slope:.2f}\,\sigma_n$"
         line.plot(
             x * scale,
             (fit.cohesion + fit.slope * x) * scale,

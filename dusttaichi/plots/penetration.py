@@ -52,6 +52,7 @@ def sphere_column(runs, labels=None, snapshot=-1):
         raise DustError("There are no snapshots: set output: snapshots in the scene.")
     figure, (axes,) = style.new_figure(height=4.4)
     per_length, metres = style.scaled(max(penetration(run).radius for run in runs), style.LENGTHS)
+    before, lowest = {"linewidth": 0.8, "linestyle": (0, (1, 2))}, {"linewidth": 0.6}
     for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
         line, now, first = style.run_style(number), column(run, snapshot), column(run, 0)
         axes.plot(now.filling_factor, now.depth * per_length, label=label, marker=".", **line)
@@ -60,10 +61,11 @@ def sphere_column(runs, labels=None, snapshot=-1):
             first.filling_factor[below],
             first.depth[below] * per_length,
             color=line["color"],
-            linewidth=0.8,
-            linestyle=(0, (1, 2)),
+            **before,
         )
-        axes.axhline(now.sphere * per_length, color=line["color"], linewidth=0.6)
+        axes.axhline(now.sphere * per_length, color=line["color"], **lowest)
+    axes.plot([], [], color=style.GREY, label="before the impact", **before)
+    axes.plot([], [], color=style.GREY, label="lowest point of the sphere", **lowest)
     axes.invert_yaxis()
     axes.set_xlabel(r"filling factor $\phi$ below the sphere")
     axes.set_ylabel(f"depth below the surface ({metres})")

@@ -16,7 +16,10 @@ def pores(run, snapshot=-1):
     axes.plot(found.radius * factor, found.share, color=style.BLUE)
     axes.axvline(found.median * factor, color=style.GREY, linewidth=0.8, linestyle=(0, (4, 2)))
     axes.annotate(
-        f" half of the void: {found.median * factor:.3g} {unit}", (found.median * factor, 0.5)
+        f"half of the void: {found.median * factor:.3g} {unit}",
+        (found.median * factor, 0.5),
+        (6, 4),
+        textcoords="offset points",
     )
     axes.set_xlabel(f"radius of the pore ({unit})")
     axes.set_ylabel("share in pores at least as large")

@@ -35,7 +35,7 @@ def _directions(found, axes):
     for column, name in enumerate("xyz"):
         share = np.histogram(np.abs(found.normal[:, column]), bins)[0] / len(found.normal)
         label = f"{name}: fabric {found.fabric[column, column]:.3f}"
-        axes.stairs(10.0 * share, bins, label=label, **style.run_style(column))
+        axes.stairs(10.0 * share, bins, baseline=None, label=label, **style.run_style(column))
     axes.axhline(1.0, color=style.GREY, linewidth=0.8)
     axes.set_ylim(0, None)
     axes.set_xlabel("cosine of the angle of a contact to an axis")

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib import colormaps, rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -128,8 +129,8 @@ def new_grid(panels, columns, height, shared=False):
 
 
 def legend(axes, handles=None, labels=None, *, title=None, ncols=1):
-    """The legend of an Axes: inside where it hides nothing that is drawn, else below the figure,
-    where there is room for that of one Axes alone."""
+    """The legend of an Axes: inside where it hides nothing that is drawn; else below the figure, or
+    where that has several Axes above what is drawn, for which the y axis becomes longer."""
     if handles is None:
         handles, labels = axes.get_legend_handles_labels()
     if not handles:
@@ -137,15 +138,36 @@ def legend(axes, handles=None, labels=None, *, title=None, ncols=1):
     inside = axes.legend(handles, labels, loc="best", title=title, ncols=ncols)
     figure = axes.figure
     figure.draw_without_rendering()
-    if figure.legends:
-        return
     box = inside.get_window_extent(figure.canvas.get_renderer())
-    if not any(box.contains(*point) for line in axes.lines for point in _along(line, axes)):
+    if not _hides(box, axes):
         return
     inside.remove()
+    if len(figure.axes) > 1:
+        _make_room(axes, box.height / axes.get_window_extent().height)
+        axes.legend(handles, labels, loc="upper left", title=title, ncols=ncols)
+        return
     longest = max([len(text) for text in labels])
     columns = max(1, min(len(labels), int(figure.get_figwidth() * 13 / (longest + 8))))
     figure.legend(handles, labels, loc="outside lower center", title=title, ncols=columns)
+
+
+def _hides(box, axes):
+    """Whether a box of the screen hides a part of a line or of an area of an Axes."""
+    if any(box.contains(*point) for line in axes.lines for point in _along(line, axes)):
+        return True
+    areas = (area for area in axes.collections if isinstance(area, PolyCollection))
+    outlines = (
+        path.transformed(area.get_transform()) for area in areas for path in area.get_paths()
+    )
+    return any(outline.intersects_bbox(box, filled=True) for outline in outlines)
+
+
+def _make_room(axes, share):
+    """Lengthen the y axis so that this share of an Axes, at its top, is empty."""
+    share = min(share + 0.04, 0.6)
+    bottom, top = (axes.transAxes.transform((0.0, y))[1] for y in (0.0, 1.0))
+    beyond = bottom + (top - bottom) / (1.0 - share)
+    axes.set_ylim(top=axes.transData.inverted().transform((0.0, beyond))[1])
 
 
 def _along(line, axes):
@@ -211,13 +233,15 @@ def few_ticks(axis):
     """Label 1, 2 and 5 of each decade of a logarithmic `axis` (axes.xaxis ...), as plain numbers.
 
     For an axis of a decade or two, where matplotlib labels the decades alone, or all at once; on
-    one of less than a decade all of 1 to 9.
+    one of less than a decade all of 1 to 9, on one of more than three the decades, as powers.
     """
 
     def said(value, _):
         low, high = sorted(axis.get_view_interval())
-        shown = np.array([1, 2, 5]) if high > 6.0 * low else np.arange(1, 10)
         first = value / 10 ** np.floor(np.log10(value) + 1e-9)
+        if high > 1e3 * low:
+            return f"$10^{{{np.log10(value):.0f}}}$" if abs(first - 1) < 1e-6 else ""
+        shown = np.array([1, 2, 5]) if high > 7.0 * low else np.arange(1, 10)
         return f"{value:g}" if np.min(np.abs(first - shown)) < 1e-6 else ""
 
     axis.set_major_formatter(said)
