@@ -41,17 +41,14 @@ class Domain:
         integral: see servo.make_servo; needed where a load is held.
         """
         servo = make_servo(drive, self, step, integral)
-        return self._moving(replace(self, servo=servo), drive, step)
-
-    def _moving(self, new, drive, step):
-        time, box, cell, servo = self.dt * step, self.box, self.cell, new.servo
+        time, box, cell = self.dt * step, self.box, self.cell
         if box is not None:
             held = servo is not None and servo.kind == WALL
             speed = servo.speed[0] if held else (drive.wall_speed or 0.0) / units.SPEED
             box = box.driven(speed, (drive.shear_speed or 0.0) / units.SPEED, time)
         if cell is not None:
             cell = cell.driven(time, **_face_motion(drive, self.t_c, servo))
-        return replace(new, box=box, cell=cell)
+        return replace(self, servo=servo, box=box, cell=cell)
 
     def steered(self, integral):
         """The same domain after the servo has changed its speeds, which is due at this step.

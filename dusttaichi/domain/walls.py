@@ -36,9 +36,13 @@ class Box:
         """How far each wall has gone along itself at a time [us]: (6, 3) [um]."""
         return self.slid + self.along * time
 
+    def offsets(self, time):
+        """x.normal on the six walls at a time [us]."""
+        return self.offset + self.speed * time
+
     def planes(self, time):
         """Coordinates of the six walls at a time [us]."""
-        return (self.offset + self.speed * time) * self.normal.sum(axis=1)
+        return self.offsets(time) * self.normal.sum(axis=1)
 
     def driven(self, speed, along, time):
         """The same walls, the top one of which moves down at `speed` and along x at `along`

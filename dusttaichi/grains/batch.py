@@ -243,7 +243,7 @@ class Batch:
                 "A collision needs two bodies; allowed: sample.kind pair or collision, or a "
                 "boundary with a wall."
             )
-        distance = x @ box.normal.T - (box.offset + box.speed * self.sim.time)
+        distance = x @ box.normal.T - box.offsets(self.sim.time)
         distance = np.where(box.present == 1, distance, np.inf).min(axis=0)
         return int(np.argmin(distance)), float(distance.min())
 

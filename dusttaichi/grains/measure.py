@@ -271,23 +271,21 @@ class Readout:
         distance = np.linalg.norm(d, axis=1)
         load = self.state.lanes("load")[: len(on)][on].astype(float)
         load, normal = (load[:, :3], load[:, 3:6], load[:, 9:12]), d / distance[:, None]
-        pointer = pointers(self.layout, state, normal)
+        first, second = pointers(self.layout, state, normal)
         i, j = self.order[i], self.order[j]
         radii = np.broadcast_to(self.radii, self.grains)
-        found = dict(
-            zip(("grain_i", "grain_j", "pointer_i", "pointer_j"), (i, j, *pointer), strict=True)
-        )
-        return (
-            found
-            | {
-                "overlap": self.touch(i, j) - distance,
-                "force": load[0],
-                "torque_i": load[1],
-                "torque_j": load[2],
-                **pair_parts(normal, load, (radii[i], radii[j])),
-            }
-            | self._history(state)
-        )
+        return {
+            "grain_i": i,
+            "grain_j": j,
+            "pointer_i": first,
+            "pointer_j": second,
+            "overlap": self.touch(i, j) - distance,
+            "force": load[0],
+            "torque_i": load[1],
+            "torque_j": load[2],
+            **pair_parts(normal, load, (radii[i], radii[j])),
+            **self._history(state),
+        }
 
     def distances(self, rows, i, j):
         """Distance vectors from grains j to i now [um], of the pairs in these rows of `lanes`."""
@@ -334,8 +332,7 @@ class Readout:
         # foot points are kept where they stand on the wall, wherever it has gone along itself
         way = self.box.way(self.time)[wall]
         pointer, foot = pointers_and_feet(self.layout, state, x - way, radius[:, None], normal)
-        offset = self.box.offset + self.box.speed * self.time
-        distance = np.sum(x * normal, axis=1) - offset[wall]
+        distance = np.sum(x * normal, axis=1) - self.box.offsets(self.time)[wall]
         found = {"grain": self.order[grain], "wall": wall, "pointer": pointer}
         found |= {"force": load[:, :3], "torque": load[:, 3:6], "foot": foot + way}
         parts = wall_parts(normal, (found["force"], found["torque"]), radius)
@@ -344,7 +341,6 @@ class Readout:
     def wall_distances(self):
         """Distance of every centre from every wall [um], (N, 6), in the sample's order."""
         x = self.state.of_grains("x")
-        offset = self.box.offset + self.box.speed * self.time
         out = np.empty((self.grains, 6))
-        out[self.order] = x @ self.box.normal.T - offset
+        out[self.order] = x @ self.box.normal.T - self.box.offsets(self.time)
         return out

@@ -97,10 +97,7 @@ def bodies(sim, first):
     """Centres of mass, their velocities and the angular momenta about them of two bodies, (2, 3)
     each, SI; the grains of the one stand before number `first` of the sample, wherever they go."""
     x, v, w = sim.grain_state()
-    back = np.argsort(sim.order)
-    mass, inertia = (
-        np.broadcast_to(a[back] if np.ndim(a) else a, (len(x), 1)) for a in (sim.mass, sim.inertia)
-    )
+    mass, inertia = _inertia(sim)
     centres, velocities, spins = [], [], []
     for own in (slice(0, first), slice(first, None)):
         share = mass[own] / mass[own].sum()
@@ -115,6 +112,14 @@ def bodies(sim, first):
         "body_velocity": np.array(velocities),
         "body_angular_momentum": np.array(spins),
     }
+
+
+def _inertia(sim):
+    """Masses [pg] and moments of inertia [pg um^2] of the grains, (N, 1), in the sample's order."""
+    return (
+        np.broadcast_to(a[sim.state.rank] if np.ndim(a) else a, (sim.grains, 1))
+        for a in (sim.mass, sim.inertia)
+    )
 
 
 def _sphere(sim, m, window):
@@ -144,9 +149,8 @@ def _sphere_motion(ball):
 def _momenta(sim):
     """Momentum and angular momentum about the origin of all grains and the sphere (3,), SI."""
     x, v, w = sim.grain_state()
-    back = np.argsort(sim.order)
-    mass, inertia = (a[back] if np.ndim(a) else a for a in (sim.mass, sim.inertia))
-    momentum = np.broadcast_to(mass, (len(x), 1)) * v
+    mass, inertia = _inertia(sim)
+    momentum = mass * v
     angular = np.cross(x, momentum).sum(axis=0) + (inertia * w).sum(axis=0)
     momentum = momentum.sum(axis=0)
     if (ball := sim.sphere) is not None:

@@ -8,7 +8,7 @@ from dusttaichi import units
 from dusttaichi.errors import DustError
 from dusttaichi.grains.grain_contacts import moving, size_ranges
 from dusttaichi.grains.kernels.store import SPHERE
-from dusttaichi.names import WALLS
+from dusttaichi.names import AXES, WALLS
 from dusttaichi.physics.contact import constants
 from dusttaichi.scene.sphere import SMOOTH
 
@@ -106,7 +106,7 @@ def _check_free(block, place, positions, radii):
 
 def _check_cell(scene, sample, radius):
     """A grain must not touch the sphere across two faces."""
-    axes = ["xyz".index(axis) for axis in scene.boundary.periodic_axes]
+    axes = [AXES.index(axis) for axis in scene.boundary.periodic_axes]
     size = getattr(scene.boundary, "size", "fit")
     edges = np.ptp(sample.positions, axis=0) + 2.0 * radius
     if not isinstance(size, str):
@@ -115,7 +115,7 @@ def _check_cell(scene, sample, radius):
     short = [n for n in axes if edges[n] < need]
     if short:
         raise DustError(
-            f"sphere.radius: the periodic edge along {'xyz'[short[0]]} is "
+            f"sphere.radius: the periodic edge along {AXES[short[0]]} is "
             f"{edges[short[0]] * 1e6:.4g} um, and a grain would touch the sphere across both "
             f"faces; allowed: edges of {need * 1e6:.4g} um and more, or a smaller sphere"
         )
@@ -200,8 +200,12 @@ class MovingSphere:
     def now(self):
         """Position [um], velocity [um/us] and spin [rad/us] at the time of the positions."""
         kick, turn = self._half_kicks()
-        x, v, w = (self.sim.state[name][self.row] for name in "xvw")
+        x, v, w = self._row()
         return x, v + kick, w + turn
+
+    def _row(self):
+        """Position, and velocity and spin of half a step before."""
+        return (self.sim.state[name][self.row] for name in "xvw")
 
     def energies(self):
         """(kinetic energy, the part of it that is `kick`) [fJ] (see method.Measurement); 0 of a
@@ -209,7 +213,8 @@ class MovingSphere:
         if self.speed is not None:
             return 0.0, 0.0
         kick, turn = self._half_kicks()
-        _, v, w = self.now()
+        _, v, w = self._row()
+        v, w = v + kick, w + turn
         kinetic = self.mass * (v @ v) + self.inertia * (w @ w)
         return 0.5 * kinetic, 0.5 * (self.mass * (kick @ kick) + self.inertia * (turn @ turn))
 
@@ -227,7 +232,6 @@ class MovingSphere:
         sim = self.sim
         if sim.box is None:
             return []
-        offset = sim.box.offset + sim.box.speed * sim.time
-        distance = sim.box.normal @ sim.state["x"][self.row] - offset
+        distance = sim.box.normal @ sim.state["x"][self.row] - sim.box.offsets(sim.time)
         there = (distance < self.radius) & (sim.box.present == 1)
         return [name for name, past in zip(WALLS, there, strict=True) if past]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from dusttaichi import samples, units
-from dusttaichi.domain.pushes import at_stage, forces_and_speeds, rank_of
+from dusttaichi.domain.pushes import at_stage, forces_and_speeds
 
 
 def push_anew(sim, entries):
@@ -41,7 +41,7 @@ def push_anew(sim, entries):
 
 def _groups(sim, entries):
     """Internal numbers of the grains of each push; faces are those of now."""
-    x, rank = sim.grain_state()[0] * units.LENGTH, rank_of(sim.order)
+    x, rank = sim.grain_state()[0] * units.LENGTH, sim.state.rank
     radius = sim.radius * units.LENGTH
     return [
         rank[samples.group_of(f"drive.push[{n}]", entry, x, radius)]

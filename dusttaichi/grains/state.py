@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dusttaichi.domain.pushes import rank_of
 from dusttaichi.grains.kept import of_pairs, of_walls, unit
 from dusttaichi.grains.kernels.declare import SUMS
 from dusttaichi.grains.kernels.store import (
@@ -79,12 +80,12 @@ class GrainState:
     """The state of a scene of `grains` grains, in internal units and order.
 
     fields: memory.Table by name, see kernels.declare. order: the sample's number of each
-    grain.
+    grain, rank: the internal number of each grain of the sample.
     """
 
     def __init__(self, fields, layout, order):
         self.fields, self.layout, self.order = fields, layout, order
-        self.grains = len(order)
+        self.grains, self.rank = len(order), rank_of(order)
 
     def __contains__(self, name):
         return name in self.fields
@@ -168,9 +169,7 @@ class GrainState:
     def take_contacts(self, contacts, d):
         """Pointers and twist of contacts that a sample brings along; d: distance vectors of all
         listed pairs, (pairs, 3)."""
-        rank = np.empty(self.grains, np.int64)
-        rank[self.order] = np.arange(self.grains)
-        i, j = rank[contacts["i"]], rank[contacts["j"]]
+        i, j = self.rank[contacts["i"]], self.rank[contacts["j"]]
         swap = i > j
         low, high = np.minimum(i, j), np.maximum(i, j)
         first = np.where(swap[:, None], contacts["pointer_j"], contacts["pointer_i"])
@@ -192,18 +191,16 @@ class GrainState:
         radii [um]: of all grains, (N,), in the sample's order; normals: of the walls, (6, 3).
         """
         lanes = self.wall_lanes()
-        rank = np.empty(self.grains, np.int64)
-        rank[self.order] = np.arange(self.grains)
         key = lanes.wall.astype(np.int64) * (self.grains + 1) + lanes.grain
         if len(key) == 0:
             return
-        wanted = contacts["wall"] * (self.grains + 1) + rank[contacts["grain"]]
+        wanted = contacts["wall"] * (self.grains + 1) + self.rank[contacts["grain"]]
         order = np.argsort(key, kind="stable")
         place = order[np.minimum(np.searchsorted(key[order], wanted), len(key) - 1)]
         known = key[place] == wanted
         rows = place[known] + lanes.rows.start
         grain, wall = contacts["grain"][known], contacts["wall"][known]
-        around = self["x"][rank[grain]], radii[grain, None], normals[wall]
+        around = self["x"][self.rank[grain]], radii[grain, None], normals[wall]
         pointer, foot = contacts["pointer"][known], contacts["foot"][known] / LENGTH
         self._put_springs(rows, known, contacts, *of_walls(self.layout, pointer, foot, around))
 

@@ -32,50 +32,45 @@ def roll(by: ti.template(), at: ti.template(), pose: ti.template(), way: ti.temp
     return off1, off2
 
 
-def place_tables(by, fields, layout, where):
-    """Gives a pass the columns of its sums over a tile; where: "" of pairs, "wall_" of walls."""
-    by.channels = len(layout.channels) * layout.ledger
-    first = len(layout.channels)
-    by.FACES = first + 9 * layout.stress
-    by.total_loss, by.total_virial = fields[where + "loss"], fields.get(where + "virial")
-    by.face_work = fields.get("face_work")
-    table = fields[where + "tile_sums"]
-    return SumTables(table, table, first)
-
-
-@ti.func
-def clear(by: ti.template(), tile, columns: ti.template()):
-    for n in ti.static(range(columns)):
-        by.loss[tile, n] = 0.0 * by.loss[tile, n]
-
-
-@ti.func
-def flush(by: ti.template(), tile):
-    """Adds the sums of a tile and step to those of all steps."""
-    for n in ti.static(range(by.channels)):
-        add_to(by.total_loss, tile, n, by.loss[tile, n])
-    if ti.static(by.stress):
-        for n in ti.static(range(9)):
-            add_to(by.total_virial, tile, n, by.loss[tile, by.VIRIAL + n])
-
-
 @ti.data_oriented
-class DeviationPairs(PairPass):
-    """Pairs that keep e1 and e2."""
+class TileSums:
+    """A pass whose sums of a tile and step stand in single precision, in columns of one table.
+
+    where: of the names of its tables, "" of pairs, "wall_" of walls.
+    """
+
+    where = ""
 
     def tables(self, fields, layout):
         self.columns, self.TOUCHED = layout.tile_columns, layout.touched
-        return place_tables(self, fields, layout, "")
+        self.channels, first = len(layout.channels) * layout.ledger, len(layout.channels)
+        self.FACES, self.across = first + 9 * layout.stress, bool(layout.periodic and not self.where)
+        self.total_loss = fields[self.where + "loss"]
+        self.total_virial = fields.get(self.where + "virial")
+        self.face_work = fields.get("face_work")
+        table = fields[self.where + "tile_sums"]
+        return SumTables(table, table, first)
 
     @ti.func
     def begin_tile(self, tile):
-        clear(self, tile, self.columns)
+        for n in ti.static(range(self.columns)):
+            self.loss[tile, n] = 0.0 * self.loss[tile, n]
 
     @ti.func
     def end_tile(self, tile):
-        flush(self, tile)
-        if ti.static(self.periodic):
+        """Adds the sums of a tile and step to those of all steps."""
+        for n in ti.static(range(self.channels)):
+            add_to(self.total_loss, tile, n, self.loss[tile, n])
+        if ti.static(self.stress):
+            for n in ti.static(range(9)):
+                add_to(self.total_virial, tile, n, self.loss[tile, self.VIRIAL + n])
+        if ti.static(self.across):
             self.face_work[tile] = self.face_work[tile] + self.loss[tile, self.FACES]
+
+
+@ti.data_oriented
+class DeviationPairs(TileSums, PairPass):
+    """Pairs that keep e1 and e2."""
 
     @ti.func
     def add_face_work(self, tile, value):
@@ -150,20 +145,10 @@ class DeviationPairs(PairPass):
 
 
 @ti.data_oriented
-class DeviationWalls(WallPass):
+class DeviationWalls(TileSums, WallPass):
     """Contacts with walls that keep e1 and zeta; n2 is the normal of the wall, and so e2 is 0."""
 
-    def tables(self, fields, layout):
-        self.columns, self.TOUCHED = layout.tile_columns, layout.touched
-        return place_tables(self, fields, layout, "wall_")
-
-    @ti.func
-    def begin_tile(self, tile):
-        clear(self, tile, self.columns)
-
-    @ti.func
-    def end_tile(self, tile):
-        flush(self, tile)
+    where = "wall_"
 
     @ti.func
     def held(self, b):

@@ -2,6 +2,8 @@
 
 import taichi as ti
 
+from dusttaichi.grains.kernels.contacts import step01
+
 
 @ti.data_oriented
 class Orientations:
@@ -50,7 +52,7 @@ class ContactLosses:
         square = 0.0 * self.state[b, self.pointer]
         for a in ti.static(range(3)):
             square += self.state[b, self.pointer + a] * self.state[b, self.pointer + a]
-        touching = ti.min(ti.max((square - 0.5) * 1e20, 0.0), 1.0)
+        touching = step01(square - 0.5)
         for c in ti.static(range(self.channels)):
             lost = self.state[b, self.first + c] + self.loss[tile, c]
             self.state[b, self.first + c] = touching * lost
