@@ -95,7 +95,7 @@ def write_whole(path, data):
             for block in (data,) if isinstance(data, bytes) else data:
                 _write_all(file, block)
         replace_atomically(temporary, path)
-    except OSError:
+    except BaseException:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
         raise
@@ -111,28 +111,25 @@ class WorkFile:
     """A file that a library works on which does not recover from a write that fails (HDF5).
 
     It is in memory (MEMORY) where that has room for it, else on disk, beside the file at `beside`,
-    with its room reserved as far as the system can. room: bytes that may be written. A context
-    manager; at its end the file is gone. Raises OSError where there is no room.
+    after a try whether its room is there. room: bytes that may be written. A context manager; at
+    its end the file is gone. Raises OSError where there is no room.
     """
 
     def __init__(self, beside, room):
-        self._room, self._hidden = int(room), False
-        if _free(MEMORY) > 2 * self._room:
+        self._hidden = False
+        if _free(MEMORY) > 2 * room:
             _remove_forgotten()
             self._descriptor, name = tempfile.mkstemp(prefix=WORK, dir=MEMORY)
-            self.path, self._in_memory = Path(name), True
+            self.path = Path(name)
         else:
             self.path = Path(beside).with_name(f".{Path(beside).name}.work")
             flags = os.O_RDWR | os.O_CREAT | os.O_TRUNC
-            self._descriptor, self._in_memory = os.open(self.path, flags, 0o666), False
-
-    def begin_with(self, source, prepare):
-        """Copy a file into it, which the library then appends to. prepare: called with its path,
-        to make it ready for that."""
-        clone(source, self.path)
-        prepare(self.path)
-        if not self._in_memory:
-            reserve(self.path, self._room)
+            self._descriptor = os.open(self.path, flags, 0o666)
+            try:
+                reserve(self.path, room)
+            except OSError:
+                self.__exit__()
+                raise
 
     def hide(self):
         """Once the library has it open: its name goes, so that not even a kill leaves it behind."""

@@ -1,14 +1,20 @@
 """The NetCDF file that the table of variables describes: made, read back, and cut."""
 
 import math
+from contextlib import contextmanager
 
+import netCDF4
 import numpy as np
 
 from dusttaichi.errors import DustError
+from dusttaichi.files import WorkFile
 from dusttaichi.results.seal import DIGEST, SEALED, opened
 from dusttaichi.results.variables import Variable, record_dimension
 
 SOURCE = "Definition: "
+CHUNK = 8192  # entries of a chunk along an axis, at most
+ROOM = 20_000_000  # bytes that a file may need beside its records: tables, chunks partly filled
+COPIED = 4_000_000  # bytes that are copied at a time: memory that is found again by the next
 
 
 def folder_of(file, group):
@@ -21,12 +27,17 @@ def ragged_groups(layout):
     return {dimension[v.counts]: v for v in layout.values() if v.counts}
 
 
-def chunk_rows(variable, sizes, ragged):
-    """Records a chunk: some 64 kB, so that appending touches few chunks and little is empty."""
+def _chunks(variable, sizes, ragged):
+    """Shape of a chunk: some 64 kB, so that appending touches few of them, little is empty, and
+    HDF5 gets the memory of the next from the one before.
+
+    That of a row of many entries is of CHUNK of them.
+    """
+    shape = [min(max(sizes[d], 1), CHUNK) for d in variable.dims[1:]]
     if ragged:
-        return min(max(sizes.get("grain", 0), 256), 65536)
+        return min(max(sizes.get("grain", 0), 256), CHUNK), *shape
     row = 8 * math.prod(sizes[d] for d in variable.dims[1:])
-    return min(max(65536 // row, 1), 512) if row else 512
+    return min(max(65536 // row, 1), 512) if row else 512, *shape
 
 
 def define(file, layout, dimensions, static, checked=True):
@@ -58,9 +69,7 @@ def define(file, layout, dimensions, static, checked=True):
 def _define_variable(folder, variable, sizes, ragged, checked):
     options = {"fletcher32": checked}  # a damaged chunk is noticed when it is read
     if variable.grows:
-        rows = chunk_rows(variable, sizes, ragged)
-        shape = (rows, *(sizes[d] for d in variable.dims[1:]))
-        options["chunksizes"] = tuple(max(n, 1) for n in shape)
+        options["chunksizes"] = _chunks(variable, sizes, ragged)
     fill = np.nan if variable.dtype in ("f8", "f4") else None
     new = folder.createVariable(
         variable.name, variable.dtype, variable.dims, fill_value=fill, **options
@@ -76,32 +85,72 @@ def _define_variable(folder, variable, sizes, ragged, checked):
         new.sample_dimension = variable.counts
 
 
+def image(layout, dimensions, static, rows, attributes, *, checked, beside):
+    """Yield the bytes of a file, made in memory, in blocks. The file is sealed afterwards.
+
+    rows: group -> name -> array, the records. layout, dimensions, static, checked: as in `define`.
+    beside: as of WorkFile. OSError or RuntimeError where there is no room for it.
+    """
+    size = sum(values.nbytes for arrays in rows.values() for values in arrays.values())
+    size += sum(np.asarray(values).nbytes for values in static.values())
+    with WorkFile(beside, 2 * size + ROOM) as work:
+        with netCDF4.Dataset(work.path, "w", format="NETCDF4") as file:
+            work.hide()
+            define(file, layout, dimensions, static, checked)
+            file.set_auto_maskandscale(False)
+            write_attributes(file, attributes)
+            for group, arrays in rows.items():
+                folder = folder_of(file, group)
+                for name, values in arrays.items():
+                    folder[name][: len(values)] = values
+        yield from work.blocks()
+
+
+def read_records(path, layout, counts):
+    """The first `counts` records of each group of a file: group -> name -> array.
+
+    Raises DustError where it cannot be read.
+    """
+    found = {}
+    with _readable(path) as file:
+        file.set_auto_maskandscale(False)
+        for variable in (v for v in layout.values() if v.grows and counts.get(v.group)):
+            values = folder_of(file, variable.group)[variable.name][: counts[variable.group]]
+            found.setdefault(variable.group, {})[variable.name] = values
+    return found
+
+
 def describe(path):
-    """Layout, dimensions, static values, attributes and records of the file at `path`."""
+    """Layout, dimensions, static values and attributes of the file at `path`.
+
+    Raises DustError where it cannot be read.
+    """
+    with _readable(path) as file:
+        file.set_auto_mask(False)
+        lengths = {n: len(d) for n, d in file.dimensions.items() if not d.isunlimited()}
+        sizes = {n: tuple(file[n][:]) if n in file.variables else s for n, s in lengths.items()}
+        present = {"series": file, **file.groups}
+        layout = {
+            v.key: v
+            for group, folder in present.items()
+            for v in _variables(group, folder)
+            if group != "series" or v.name not in sizes
+        }
+        static = {k: file[k][:] for k, v in layout.items() if not v.grows}
+        attributes = {name: file.getncattr(name) for name in file.ncattrs()}
+    return layout, sizes, static, attributes
+
+
+@contextmanager
+def _readable(path):
+    """The file, open for reading; DustError where that fails."""
     try:
         with opened(path) as file:
-            file.set_auto_mask(False)
-            lengths = {n: len(d) for n, d in file.dimensions.items() if not d.isunlimited()}
-            sizes = {n: tuple(file[n][:]) if n in file.variables else s for n, s in lengths.items()}
-            present = {"series": file, **file.groups}
-            layout = {
-                v.key: v
-                for group, folder in present.items()
-                for v in _variables(group, folder)
-                if group != "series" or v.name not in sizes
-            }
-            static = {k: file[k][:] for k, v in layout.items() if not v.grows}
-            attributes, records = attributes_of(file), record_counts(file)
+            yield file
     except (OSError, RuntimeError, KeyError, AttributeError) as error:
-        raise DustError(f"{path} is not a result of dusttaichi that can be read: {error}.") from (
-            error
-        )
-    return layout, sizes, static, attributes, records
-
-
-def attributes_of(file):
-    """Global attributes of an open file."""
-    return {name: file.getncattr(name) for name in file.ncattrs()}
+        raise DustError(
+            f"{path} is not a result of dusttaichi that can be read: {error}."
+        ) from error
 
 
 def write_attributes(file, attributes):
@@ -136,7 +185,7 @@ def _variables(group, folder):
 
 
 def copy_records(old, new, layout, records, starts=()):
-    """The first `records` of each group from one open file to another, in blocks of some 64 MB.
+    """The first `records` of each group from one open file to another.
 
     starts: group -> where they begin in the new file, at 0 by default.
     """
@@ -147,7 +196,7 @@ def copy_records(old, new, layout, records, starts=()):
             continue  # the old file may not even have the group
         source = folder_of(old, variable.group)[variable.name]
         target = folder_of(new, variable.group)[variable.name]
-        block = max(1, 64_000_000 // (8 * max(math.prod(source.shape[1:]), 1)))
+        block = max(1, COPIED // (8 * max(math.prod(source.shape[1:]), 1)))
         begin = dict(starts).get(variable.group, 0)
         for start in range(0, count, block):
             end = min(start + block, count)

@@ -22,7 +22,6 @@ from dusttaichi.errors import DustError
 from dusttaichi.files import clone, explain, parts_folder, replace_atomically, reserve
 from dusttaichi.results import seal
 from dusttaichi.results.layout import (
-    attributes_of,
     copy_records,
     define,
     describe,
@@ -134,13 +133,12 @@ def join(path, lock=None):
 def _put_together(path):
     """Write the joined file in the place of that at `path`. Raises OSError, DustError."""
     pieces, parent = pieces_of(path), os.getppid()
-    layout, sizes, static, _, _ = describe(pieces[-1].path)
-    with seal.opened(pieces[-1].path) as file:
-        attributes = attributes_of(file)
+    layout, sizes, static, attributes = describe(pieces[-1].path)
     first, temporary = pieces[0], path.with_name(f".{path.name}.tmp")
-    grown = describe(path)
-    fits = set(grown[0]) == set(layout)
-    fits = fits and all(grown[-1][g] <= n for g, n in pieces[-1].ends.items())
+    with seal.opened(path) as file:
+        present = record_counts(file)
+    fits = set(describe(path)[0]) == set(layout)
+    fits = fits and all(present[g] <= n for g, n in pieces[-1].ends.items())
     if fits:  # its records stay where they are; those that no longer count are written over
         clone(path, temporary)
         seal.remove(temporary)

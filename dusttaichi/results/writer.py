@@ -3,22 +3,12 @@
 import time as clock
 from pathlib import Path
 
-import netCDF4
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.files import RunLock, WorkFile, explain, parts_folder, write_whole
+from dusttaichi.files import RunLock, explain, parts_folder, write_whole
 from dusttaichi.results import pieces, seal
-from dusttaichi.results.layout import (
-    chunk_rows,
-    copy_records,
-    define,
-    describe,
-    folder_of,
-    ragged_groups,
-    record_counts,
-    write_attributes,
-)
+from dusttaichi.results.layout import describe, image, ragged_groups, read_records
 from dusttaichi.results.variables import LABELS
 
 PIECE = 8_000_000  # bytes from which a file is left as it is, and a further part begins
@@ -31,13 +21,12 @@ def _now():
 class Writer:
     """Appends records to one result; what is on disk is whole at any moment.
 
-    `append` keeps records in memory. `flush` appends them to a copy of the file in memory (HDF5
-    does not recover from a write that fails), and puts the copy in the place of the file by an
-    atomic rename: a kill or a full disk leaves the file as it was at the last flush, and the
-    records since then in memory, for the next flush to try again. A file of PIECE bytes is left as
-    it is, and the records go on in a further one (pieces.py), so that the cost of a flush does not
-    grow with the result; `join` makes one file of them all. Holds the lock of the run directory
-    until `close`.
+    `append` keeps records in memory. `flush` makes the file anew in memory (HDF5 does not recover
+    from a write that fails), and puts it in the place of the old one by an atomic rename: a kill
+    or a full disk leaves the file as it was at the last flush, and the records since then in
+    memory, for the next flush to try again. A file of PIECE bytes is left as it is, and the
+    records go on in a further one (pieces.py), so that the cost of a flush does not grow with the
+    result; `join` makes one file of them all. Holds the lock of the run directory until `close`.
     Use `Writer.create` or `Writer.resume`. A context manager.
     """
 
@@ -51,7 +40,7 @@ class Writer:
         # the piece that is being written: its number (0 is the result itself), its first records
         self._number, self._starts, self._identity = 0, dict.fromkeys(records, 0), ""
         self._size = 0  # of that piece [bytes]
-        self._as_it_is = False  # its file has these variables, and no records that do not count
+        self._written = {}  # its records that are on disk, group -> name -> array
         self._alone = False  # there are no parts after it, of a run that had come further
         self._changed = False
         self._last_time = None
@@ -129,17 +118,13 @@ class Writer:
             )
         while len(found) > 1 and all(n >= counts.get(g, 0) for g, n in found[-1].starts.items()):
             found.pop()  # nothing of it is known to the checkpoint
-        layout, sizes, static, attributes, present = describe(found[-1].path)
+        layout, sizes, static, attributes = describe(found[-1].path)
         attributes["history"] = f"{attributes.get('history', '')}\n{_now()} resumed"
         attributes = {k: v for k, v in attributes.items() if k not in pieces.OWN}
         kept = {group: int(counts.get(group, 0)) for group in found[-1].ends}
         known = {"layout": layout, "sizes": sizes, "static": static, "attributes": attributes}
         writer = cls(path, lock, **known, records=kept)
-        writer._number, writer._starts = len(found) - 1, dict(found[-1].starts)
-        writer._identity = pieces.identity_of(path)
-        writer._size = found[-1].path.stat().st_size
-        counting = {group: n - writer._starts[group] for group, n in kept.items()}
-        writer._as_it_is = counting == present
+        writer._go_on_from(len(found) - 1, found[-1].starts)
         writer.set_status("running")
         return writer
 
@@ -181,7 +166,7 @@ class Writer:
         self._sizes |= dict(sizes)
         for group in dict.fromkeys(v.group for v in variables):
             self._records[group], self._starts[group], self._buffer[group] = 0, 0, []
-        self._as_it_is, self._changed = False, True
+        self._changed = True
 
     def set_status(self, status):
         """State of the run, published by the next flush: "running", "finished: ..." etc."""
@@ -216,16 +201,17 @@ class Writer:
             return 0.0
         began = clock.perf_counter()
         counts, blocks = self.counts(), self._joined()
-        number, starts = self._number, self._starts
+        number, starts, rows = self._number, self._starts, self._written
         if self._size >= PIECE:
-            number, starts = number + 1, dict(self._records)
+            number, starts, rows = number + 1, dict(self._records), {}
+        rows = _appended(rows, blocks)
         file = self._file(number)
         try:
             if not self._alone:
                 pieces.remove_parts(self.path, number)
             if number:
                 file.parent.mkdir(exist_ok=True)
-            self._write(blocks, number, starts)
+            self._write(rows, number, starts)
         except (OSError, RuntimeError) as error:
             reason = explain(error, self.path)
             raise DustError(self._failure(reason)) from error
@@ -233,8 +219,8 @@ class Writer:
         # same places again
         self._records, self._buffer = counts, {group: [] for group in counts}
         self._number, self._starts, self._size = number, starts, file.stat().st_size
-        self._as_it_is = self._alone = True
-        self._changed = False
+        self._written = rows if self._size < PIECE else {}
+        self._alone, self._changed = True, False
         if "series" in blocks:
             self._last_time = blocks["series"]["time"][-1]
         return clock.perf_counter() - began
@@ -244,9 +230,7 @@ class Writer:
         self.flush()
         if self._number:
             pieces.join(self.path, self._lock)
-            self._number, self._starts = 0, dict.fromkeys(self._records, 0)
-            self._identity = pieces.identity_of(self.path)
-            self._size = self.path.stat().st_size
+            self._go_on_from(0, dict.fromkeys(self._records, 0))
 
     def close(self):
         """Flush and give the lock back (the lock also where the flush fails)."""
@@ -284,47 +268,26 @@ class Writer:
     def _file(self, number):
         return parts_folder(self.path) / f"{number:06}.nc" if number else self.path
 
-    def _write(self, blocks, number, starts):
-        """Write a piece that holds its records of before and `blocks`."""
-        before = {group: n - starts[group] for group, n in self._records.items()}
-        goes_on = self._as_it_is and number == self._number
-        room = self._room(blocks) + 2 * (self._size if number == self._number else 0)
-        with WorkFile(self.path, room) as work:
-            if goes_on:
-                work.begin_with(self._file(number), seal.remove)
-            with netCDF4.Dataset(work.path, "a" if goes_on else "w", format="NETCDF4") as file:
-                work.hide()
-                if not goes_on:
-                    self._define(file, number, before)
-                file.set_auto_maskandscale(False)
-                own = {} if number else {pieces.IDENTITY: self._identity}
-                write_attributes(file, self._attributes | {"date_modified": _now()} | own)
-                for group, block in blocks.items():
-                    start, folder = before[group], folder_of(file, group)
-                    for name, data in block.items():
-                        folder[name][start : start + len(data)] = data
-                held = record_counts(file)
-            place = pieces.place(self._identity, held, starts if number else None)
-            write_whole(self._file(number), seal.sealed(work.blocks(), place))
+    def _go_on_from(self, number, starts):
+        """The piece of that number, which is on disk, is the one that is being written."""
+        file = self._file(number)
+        self._number, self._starts = number, dict(starts)
+        self._identity, self._size = pieces.identity_of(self.path), file.stat().st_size
+        counting = {group: n - self._starts[group] for group, n in self._records.items()}
+        self._written = read_records(file, self._layout, counting) if self._size < PIECE else {}
 
-    def _define(self, new, number, before):
-        """Make a file anew, with the records of the old one as far as they count."""
-        define(new, self._layout, self._dimensions, self._static, checked=number == 0)
-        if any(before.values()):
-            with seal.opened(self._file(number)) as old:
-                copy_records(old, new, self._layout, before)
-
-    def _room(self, blocks):
-        """Bytes that HDF5 may need for `blocks`: whole chunks, and some for its own tables."""
-        room, ragged = 2_000_000, ragged_groups(self._layout)
-        room += sum(np.asarray(values).nbytes for values in self._static.values())
-        for variable in self._layout.values():
-            data = blocks.get(variable.group, {}).get(variable.name, ())
-            if len(data):
-                row = data.nbytes // len(data)
-                chunk = chunk_rows(variable, self._sizes, variable.group in ragged)
-                room += data.nbytes + 2 * row * chunk
-        return room
+    def _write(self, rows, number, starts):
+        """Write a piece that holds these rows, group -> name -> array."""
+        own = {} if number else {pieces.IDENTITY: self._identity}
+        attributes = self._attributes | {"date_modified": _now()} | own
+        place = pieces.place(
+            self._identity,
+            {group: n - starts[group] for group, n in self.counts().items()},
+            starts if number else None,
+        )
+        known, options = (self._layout, self._dimensions, self._static), {"beside": self.path}
+        data = image(*known, rows, attributes, checked=number == 0, **options)
+        write_whole(self._file(number), seal.sealed(data, place))
 
     def _failure(self, reason):
         waiting = sum(self._rows_waiting(group) for group in self._records)
@@ -336,6 +299,17 @@ class Writer:
             f"readable{until}; {waiting} records since then are not on disk. "
             "Mend that and go on with --resume."
         )
+
+
+def _appended(rows, blocks):
+    """Both one after the other, each group -> name -> array."""
+    appended = {
+        group: {name: np.concatenate([rows[group][name], new]) for name, new in block.items()}
+        if group in rows
+        else block
+        for group, block in blocks.items()
+    }
+    return rows | appended
 
 
 def _pieces(path):
