@@ -24,6 +24,7 @@ from dusttaichi.continuum.search import Search
 from dusttaichi.continuum.simulation import Simulation, body_row
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES, WALLS
+from dusttaichi.physics.continuum.elasticity import bulk_modulus
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.samples.continuum.particles import DUST, HELD, RIGID, WALL
 
@@ -144,6 +145,7 @@ def put_particles(sim, particles, moving):
         "mass": particles.mass,
         "density": particles.density,
         "reference": particles.reference,
+        "modulus": bulk_modulus(particles.reference, sim.material),
         "volume": np.where(stiff, DOUBLE * volume, volume),
         "deviator": np.where(stiff[:, None], 0.0, full),
         "arm": np.where(rigid[:, None], (particles.position - centre)[:, axes], 0.0),

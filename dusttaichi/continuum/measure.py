@@ -46,12 +46,12 @@ def energies(sim):
 def elastic_energies(sim, dust):
     """Elastic energy of pressure in compression and in tension, and of the deviator [J], (3,).
 
-    p^2/2K and S:S/4mu per volume; K + 4/3 mu is density times the square of the speed of sound.
+    p^2/2K and S:S/4mu per volume.
     """
     ratio = sim.material.mu_over_K
     density = sim.of_particles("density")[dust]
     volume = sim.of_particles("mass")[dust] / density
-    K = density * sim.of_particles("sound")[dust] ** 2 / (1.0 + 4.0 / 3.0 * ratio)
+    K = sim.of_particles("modulus")[dust]
     p, S = sim.of_particles("pressure")[dust], sim.of_particles("deviator")[dust]
     d = sim.dimension
     trace = S[:, :: d + 1].sum(axis=1)

@@ -12,7 +12,9 @@ from dusttaichi.errors import GuardStop
 from dusttaichi.method import moment
 
 SUPPORT = 2.0  # reach of the kernels in smoothing lengths
-SKIN = 0.3  # extra reach of the lists in smoothing lengths
+# extra reach of the lists in smoothing lengths, by dimension: what a longer list costs a step, and
+# what a search costs
+SKIN = {2: 0.6, 3: 0.3}
 MOST_CELLS = 4.0  # cells for each particle that there is room for
 
 
@@ -25,13 +27,14 @@ class Search:
 
     def __init__(self, sim, h, mirrors, edges):
         self.sim, self.h, self.mirrors, self.edges = sim, h, mirrors, edges
-        self.reach, self.count = (SUPPORT + SKIN) * h, 0
+        self.skin = SKIN[sim.dimension] * h
+        self.reach, self.count = SUPPORT * h + self.skin, 0
         self.total = 0  # entries of all lists
 
     @property
     def way2(self):
         """Square of the way that a particle may go before the next search is due [m^2]."""
-        return (0.5 * SKIN * self.h) ** 2
+        return (0.5 * self.skin) ** 2
 
     def now(self):
         """New lists for the present places; particles are put in the order of their cells."""

@@ -17,6 +17,7 @@ import taichi as ti
 
 from dusttaichi.continuum.kernels import tensors
 from dusttaichi.continuum.kernels.smoothing import KERNELS, SHAPES
+from dusttaichi.continuum.kernels.store import near_begin
 from dusttaichi.samples.continuum.particles import DUST, RIGID
 
 CLOSE = 0.01  # of h^2, keeps a viscosity finite where particles meet
@@ -42,8 +43,9 @@ class Forces:
         # sums of what depends on i by a factor only
         places = ti.Vector.zero(ti.f64, self.n)
         motions = ti.Vector.zero(ti.f64, self.n)
-        for k in range(self.lists.first[i], self.lists.first[i + 1]):
-            j = self.lists.entry[k]
+        begin = near_begin(self.lists, i)
+        for k in range(begin, begin + self.lists.near_counts[i]):
+            j = self.lists.near[k]
             d, u = x - self.f.x[j], v - self.f.v[j]
             r2 = d.norm_sqr()
             weight = self.f.volume[j] * self.slope(r2, numbers.inv_h, numbers.scale)

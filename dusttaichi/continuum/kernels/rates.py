@@ -8,7 +8,7 @@ particles count with twice their volume, here as in the second pass.
 import taichi as ti
 
 from dusttaichi.continuum.kernels import tensors
-from dusttaichi.continuum.kernels.store import DT
+from dusttaichi.continuum.kernels.store import DT, VECTOR, near_begin
 from dusttaichi.samples.continuum.particles import DUST, HELD
 
 FEW = 0.05  # determinant of A below which a particle has too few neighbours to correct its gradient
@@ -30,10 +30,28 @@ class Rates:
     def pass_over(self, i, numbers: ti.template(), material: ti.template()):
         """Particle i answers to what moves around it; returns its speed of signals [m/s]."""
         speed = 0.0
+        self.look(i, 4.0 * numbers.h * numbers.h)
         role = self.f.role[i]
         if role == DUST or role == HELD:
             speed = self.answer(i, numbers, material)
         return speed
+
+    @ti.func
+    def look(self, i, reach2):
+        """Write down which listed neighbours of particle i are within reach of the kernel.
+
+        The particle itself fills them up to whole vectors of the processor: it adds nothing.
+        """
+        x, begin = self.f.x[i], near_begin(self.lists, i)
+        found = begin
+        for k in range(self.lists.first[i], self.lists.first[i + 1]):
+            j = self.lists.entry[k]
+            # the place of one out of reach is taken by the next: no branch that nobody foresees
+            self.lists.near[found] = j
+            found += ti.cast((x - self.f.x[j]).norm_sqr() < reach2, ti.i32)
+        for k in ti.static(range(VECTOR - 1)):
+            self.lists.near[found + k] = i
+        self.lists.near_counts[i] = (found - begin + VECTOR - 1) // VECTOR * VECTOR
 
     @ti.func
     def answer(self, i, numbers: ti.template(), material: ti.template()):
@@ -42,8 +60,9 @@ class Rates:
         G = ti.Matrix.zero(ti.f64, self.n, self.n)
         near = 0.0
         closed = self.closed(i)
-        for k in range(self.lists.first[i], self.lists.first[i + 1]):
-            j = self.lists.entry[k]
+        begin = near_begin(self.lists, i)
+        for k in range(begin, begin + self.lists.near_counts[i]):
+            j = self.lists.near[k]
             d, u = x - self.f.x[j], v - self.f.v[j]
             weight = self.f.volume[j] * self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)
             if ti.static(self.layout.separate or self.layout.viscous):
@@ -65,8 +84,7 @@ class Rates:
         L = G @ C
         stress = self.law.respond(i, L, self.f.clock[DT], numbers, material)
         self.f.flux[i] = tensors.rows(stress @ C)
-        impedance = self.f.density[i] * self.f.sound[i]
-        self.f.impedance[i] = impedance
+        impedance = self.f.impedance[i]
         self.f.drag[i] = impedance * tensors.rows(L)
         self.f.alpha[i] = ti.select(near > 0.0, numbers.contact, numbers.bulk)
         if ti.static(self.layout.artificial_stress):
@@ -76,7 +94,7 @@ class Rates:
         D = 0.5 * (L + L.transpose())
         damped = ti.max(self.f.alpha[i], DAMPED * numbers.grid)
         strain = numbers.h * ti.sqrt(tensors.double_dot(D, D) + STRAIN)
-        return self.f.sound[i] * ti.max(1.0, damped) + strain
+        return impedance / self.f.density[i] * ti.max(1.0, damped) + strain
 
     @ti.func
     def closed(self, i):

@@ -30,11 +30,12 @@ class Response:
         growth = L.trace()
         before, S = self.f.pressure[i], tensors.matrix(self.f.deviator[i], self.n)
         density = self.f.density[i] * ti.exp(-growth * dt)
-        reference = self.f.reference[i]
-        p = LAWS.limited_pressure(density, reference, m)
-        if p != LAWS.elastic_pressure(density, reference, m):
+        reference, K = self.f.reference[i], self.f.modulus[i]
+        elastic = LAWS.path_pressure(density, reference, K)
+        p = LAWS.limited_pressure(density, elastic, m)
+        if p != elastic:
             reference = LAWS.reference_density(density, p, m)
-        K = LAWS.bulk_modulus(reference, m)
+            K = LAWS.bulk_modulus(reference, m)
         mu = m.mu_over_K * K
         trial = tensors.turned(S, dt * W) + (2.0 * mu * dt) * (D - numbers.share * growth * one)
         over = LAWS.radial(LAWS.second_invariant(trial), LAWS.shear(density / m.rho_s, m))
@@ -49,6 +50,6 @@ class Response:
             ]
         )
         self.f.density[i], self.f.reference[i], self.f.pressure[i] = density, reference, p
-        self.f.deviator[i] = tensors.rows(after)
-        self.f.sound[i] = ti.sqrt((K + 4.0 / 3.0 * mu) / density)
+        self.f.deviator[i], self.f.modulus[i] = tensors.rows(after), K
+        self.f.impedance[i] = ti.sqrt((K + 4.0 / 3.0 * mu) * density)
         return after - p * one

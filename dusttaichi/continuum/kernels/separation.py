@@ -8,6 +8,8 @@ small.
 
 import taichi as ti
 
+from dusttaichi.continuum.kernels.store import near_begin
+
 CLOSED = -1.0
 
 
@@ -29,8 +31,9 @@ class Separation:
         normal = ti.Vector.zero(ti.f64, self.n)
         place, motion = normal, normal
         total = 0.0
-        for k in range(self.lists.first[i], self.lists.first[i + 1]):
-            j = self.lists.entry[k]
+        begin = near_begin(self.lists, i)
+        for k in range(begin, begin + self.lists.near_counts[i]):
+            j = self.lists.near[k]
             if self.f.impedance[j] == 0.0:
                 d = x - self.f.x[j]
                 weight = -self.f.volume[j] * self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)

@@ -20,7 +20,8 @@ LEAST_GHOSTS = 4096
 MOST_WORKERS = THREAD_CLASSES[-1]
 APART = 8  # numbers between those of two workers in `most`: a line of the cache
 BODIES = 16  # rigid bodies that there is room for
-LONGEST_LIST = {2: 120, 3: 420}  # neighbours on average that there is room for at eta 1.3
+VECTOR = 4  # neighbours that a vector of the processor holds; lists of near ones are multiples
+LONGEST_LIST = {2: 150, 3: 420}  # neighbours on average that there is room for at eta 1.3
 CHANNELS = ("compaction", "tension", "shear", "viscosity", "grid")
 
 # places in the `clock`: length of this step and of the last one, what is left of the beat, the
@@ -80,7 +81,7 @@ def declare(layout):
         ("grid_force", "part of it that acts on grid noise", "N", vector, "own"),
         ("mass", "mass", "kg", one, "own"),
         ("density", "density", "kg/m^3", one, "own"),
-        ("sound", "longitudinal speed of sound, 0 of rigid particles", "m/s", one, "own"),
+        ("modulus", "bulk modulus of the present path", "Pa", one, "own"),
         ("reference", "density at zero pressure on the present path", "kg/m^3", one, "own"),
         ("pressure", "pressure", "Pa", one, "own"),
         ("deviator", "deviator of the stress", "Pa", tensor, "own"),
@@ -112,6 +113,12 @@ WHOLE = {
 }
 
 
+@ti.func
+def near_begin(lists: ti.template(), i):
+    """Where the near neighbours of particle i begin in `near`."""
+    return lists.first[i] + (VECTOR - 1) * i
+
+
 def place(layout, room, entries):
     """Taichi fields by name, with room for so many particles and entries of neighbour lists."""
     types = {"f64": ti.f64, "i32": ti.i32}
@@ -129,6 +136,9 @@ def place(layout, room, entries):
         "first": (ti.i32, (room + 1,)),
         "counts": (ti.i32, (room,)),
         "entry": (ti.i32, (entries,)),
+        # of each list what is within reach of the kernel in this step, and how many
+        "near": (ti.i32, (entries + VECTOR * room,)),
+        "near_counts": (ti.i32, (room,)),
         "members": (ti.i32, (room,)),
         "cell_first": (ti.i32, (4 * seen + 64,)),
         "in_cell": (ti.i32, (seen,)),

@@ -7,12 +7,12 @@ On an elastic path the dust has the density `reference` at zero pressure (rho_0'
 with K constant along the path. The shear modulus is a fixed share of K.
 """
 
-from numpy import sqrt
+from numpy import exp, log, sqrt
 
 
 def bulk_modulus(reference, m):
     """K [Pa] of the elastic path with density `reference` [kg/m^3] at zero pressure (G09 eq 15)."""
-    return m.K_0 * (reference / m.rho_i) ** m.gamma
+    return m.K_0 * exp(m.gamma * log(reference / m.rho_i))
 
 
 def shear_modulus(reference, m):
@@ -22,7 +22,12 @@ def shear_modulus(reference, m):
 
 def elastic_pressure(density, reference, m):
     """p [Pa] on an elastic path (G09 eq 7)."""
-    return bulk_modulus(reference, m) * (density / reference - 1.0)
+    return path_pressure(density, reference, bulk_modulus(reference, m))
+
+
+def path_pressure(density, reference, K):
+    """p [Pa] on the elastic path of modulus K [Pa] (G09 eq 7)."""
+    return K * (density / reference - 1.0)
 
 
 def sound_speed(density, reference, m):

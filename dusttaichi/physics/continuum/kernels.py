@@ -28,6 +28,7 @@ _NAMES = {
     "where": ti.select,
     "sqrt": ti.sqrt,
     "exp": ti.exp,
+    "log": ti.log,
     "unit": _unit,
 }
 

@@ -6,7 +6,7 @@ grows where the dust is compacted and falls where it is torn. The densities rho_
 path ends, are those at which it meets the limits, and need not be stored.
 """
 
-from numpy import maximum, minimum, where
+from numpy import exp, log, maximum, minimum, where
 
 from dusttaichi.physics.continuum.elasticity import bulk_modulus, elastic_pressure
 from dusttaichi.physics.continuum.strength import compressive, tensile
@@ -15,15 +15,14 @@ SOFTEST = 0.5
 """Largest tension over the bulk modulus at the same density."""
 
 
-def limited_pressure(density, reference, m):
-    """Elastic pressure [Pa] between T and Sigma at this density.
+def limited_pressure(density, trial, m):
+    """The pressure `trial` of an elastic path [Pa], kept between T and Sigma at this density.
 
     An elastic path bears no more than a share of its modulus, `bulk_modulus(density)` times q_max
     in compression and SOFTEST in tension: what ends the path of dust that was torn to dust of a
     filling factor of some hundredths, whose modulus has all but vanished.
     """
     phi = density / m.rho_s
-    trial = elastic_pressure(density, reference, m)
     K = bulk_modulus(density, m)
     most = minimum(compressive(phi, m), m.q_max * K)
     return maximum(minimum(trial, most), maximum(tensile(phi, m), -SOFTEST * K))
@@ -39,17 +38,17 @@ def reference_density(density, pressure, m):
     g = m.gamma
     q = pressure / bulk_modulus(density, m)
     d = q / (1.0 - (g - 1.0) * q)
-    slope = (1.0 - d) ** (g - 2.0)
+    slope = exp((g - 2.0) * log(1.0 - d))
     d -= (d * (1.0 - d) * slope - q) / (slope * (1.0 - g * d))
-    slope = (1.0 - d) ** (g - 2.0)
+    slope = exp((g - 2.0) * log(1.0 - d))
     d -= (d * (1.0 - d) * slope - q) / (slope * (1.0 - g * d))
-    slope = (1.0 - d) ** (g - 2.0)
+    slope = exp((g - 2.0) * log(1.0 - d))
     d -= (d * (1.0 - d) * slope - q) / (slope * (1.0 - g * d))
     return (1.0 - d) * density
 
 
 def pressure(density, reference, m):
     """(p [Pa], reference [kg/m^3]) after the density has changed to `density`."""
-    p = limited_pressure(density, reference, m)
-    elastic = p == elastic_pressure(density, reference, m)
-    return p, where(elastic, reference, reference_density(density, p, m))
+    trial = elastic_pressure(density, reference, m)
+    p = limited_pressure(density, trial, m)
+    return p, where(p == trial, reference, reference_density(density, p, m))

@@ -9,13 +9,13 @@ value of phi_floor. It is infinite at phi_2 and stays at its value of phi_cap. A
 of the laboratory is an axial stress, which is Sigma + 2 Y/3 in uniaxial strain, and not Sigma.
 """
 
-from numpy import exp, maximum, minimum
+from numpy import exp, log, maximum, minimum
 
 
 def compressive(phi, m):
     """Sigma [Pa]: the pressure under which the dust is compacted (G09 eq 10)."""
     held = minimum(maximum(phi, m.phi_floor), m.phi_cap)
-    return m.p_m * ((held - m.phi_1) / (m.phi_2 - held)) ** m.power
+    return m.p_m * exp(m.power * log((held - m.phi_1) / (m.phi_2 - held)))
 
 
 def filling_factor(pressure, m):
@@ -37,7 +37,7 @@ def tensile(phi, m):
 def shear(phi, m):
     """Y [Pa]: the largest von Mises stress sqrt(3 J2) (G09 section 4.1)."""
     pull = -tensile(phi, m)
-    return m.C * pull * (compressive(phi, m) / pull) ** m.a
+    return m.C * pull * exp(m.a * log(compressive(phi, m) / pull))
 
 
 def confined(phi, m):
