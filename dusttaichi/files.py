@@ -21,7 +21,13 @@ MEMORY = Path("/dev/shm")  # files in memory, where the system has them
 WORK = "dusttaichi-"  # how their names begin
 BLOCK = 1 << 20  # bytes that are read at a time
 FORGOTTEN = 3600.0  # s after which a file there is of a process that has been killed
+KERNEL_FOLDER = "TI_OFFLINE_CACHE_FILE_PATH"  # the variable of Taichi that says where kernels go
 RESULT, CHECKPOINT = "result.nc", "checkpoint.bin"  # the files of a run directory
+
+
+def cache_folder():
+    """Where what can be made again is kept: $XDG_CACHE_HOME/dusttaichi, or ~/.cache/dusttaichi."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "dusttaichi"
 
 
 def parts_folder(result):

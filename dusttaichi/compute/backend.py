@@ -10,6 +10,7 @@ from taichi.lang.impl import current_cfg
 
 from dusttaichi.compute.reading import read_quickly
 from dusttaichi.errors import DustError
+from dusttaichi.files import KERNEL_FOLDER, cache_folder
 
 THREAD_CLASSES = (32, 1024)  # that compiled kernels are made for
 CACHE_BYTES = 2**30  # of kernels on disk; Taichi keeps 100 MB, some hundred makes of a scene
@@ -57,6 +58,14 @@ def _only_our_settings():
         os.environ.update(hidden)
 
 
+def _kernel_folder():
+    """The folder of the kernels on disk, as ti.init takes it, unless a variable names one. It is
+    our own: another program would cut Taichi's common one down to its 100 MB when it ends."""
+    if os.environ.get(KERNEL_FOLDER):
+        return {}
+    return {"offline_cache_file_path": str(cache_folder() / "kernels")}
+
+
 def start_taichi(scene, threads):
     """Initialise Taichi for this scene, quietly, with the kernels cached on disk."""
     read_quickly()
@@ -73,6 +82,7 @@ def start_taichi(scene, threads):
                 fast_math=True,
                 offline_cache=True,
                 offline_cache_max_size_of_files=CACHE_BYTES,
+                **_kernel_folder(),
                 log_level=ti.ERROR,
                 enable_fallback=False,
             )

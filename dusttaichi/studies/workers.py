@@ -30,6 +30,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import dusttaichi
+from dusttaichi.files import KERNEL_FOLDER
 
 LOST = 1  # code of a process that died, or did not answer in time
 INTERRUPTED = 130  # code of a task that was stopped
@@ -51,7 +52,7 @@ def environment(kernels=None):
     paths = [package, *filter(None, [os.environ.get("PYTHONPATH")])]
     own = {"PYTHONPATH": os.pathsep.join(paths)}
     if kernels is not None:
-        own["TI_OFFLINE_CACHE_FILE_PATH"] = str(kernels)
+        own[KERNEL_FOLDER] = str(kernels)
     return {**os.environ, **own}
 
 

@@ -44,7 +44,8 @@ class TileSums:
     def tables(self, fields, layout):
         self.columns, self.TOUCHED = layout.tile_columns, layout.touched
         self.channels, first = len(layout.channels) * layout.ledger, len(layout.channels)
-        self.FACES, self.across = first + 9 * layout.stress, bool(layout.periodic and not self.where)
+        self.FACES = first + 9 * layout.stress
+        self.across = bool(layout.periodic and not self.where)
         self.total_loss = fields[self.where + "loss"]
         self.total_virial = fields.get(self.where + "virial")
         self.face_work = fields.get("face_work")

@@ -29,6 +29,7 @@ from pathlib import Path
 import numpy as np
 
 from dusttaichi import samples, units
+from dusttaichi.files import cache_folder
 from dusttaichi.physics.contact.constants import pair_constants
 from dusttaichi.scene import Scene
 
@@ -76,12 +77,7 @@ class Recipe:
             ],
         }
         digest = hashlib.sha256(json.dumps(made_with, sort_keys=True).encode()).hexdigest()
-        return cache_directory() / f"bench_{self.grains}_{self.filling_factor:g}_{digest[:16]}.npz"
-
-
-def cache_directory() -> Path:
-    """$XDG_CACHE_HOME/dusttaichi, or ~/.cache/dusttaichi."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "dusttaichi"
+        return cache_folder() / f"bench_{self.grains}_{self.filling_factor:g}_{digest[:16]}.npz"
 
 
 def bench_scene(
