@@ -51,9 +51,9 @@ def releases(run):
 
 def _release(part):
     start, series = part.start, part.series
-    phi0, p0 = float(start.filling_factor), pressure_of(start)
+    phi0, p0 = float(start.filling_factor), float(pressure_of(start))
     ln_volume = np.log(phi0 / series.filling_factor.values)
-    path = np.array([pressure_of(series.isel(time=k)) for k in range(len(series.time))])
+    path = pressure_of(series)
     # a record's pressure is the mean since the one before it
     middle = ln_volume - 0.5 * np.diff(ln_volume, prepend=0.0)
     first = path[0] if len(path) else p0
@@ -74,8 +74,11 @@ def _release(part):
     )
 
 
-def pressure_of(record):
-    """Pressure of a record [Pa]: on the top wall, else of the cell."""
-    if "pressure" in record and np.isfinite(float(record.pressure.sel(wall="top"))):
-        return float(record.pressure.sel(wall="top"))
-    return -float(np.trace(record.stress.values)) / 3.0
+def pressure_of(series):
+    """Pressure [Pa] of a series, (times,), or of one record of it: on the top wall, else the mean
+    one of the cell."""
+    top = series.pressure.sel(wall="top").values if "pressure" in series else np.nan
+    if "stress" not in series:
+        return top
+    stress = series.stress.transpose(..., "xyz", "axis").values
+    return np.where(np.isfinite(top), top, -np.trace(stress, axis1=-2, axis2=-1) / 3.0)

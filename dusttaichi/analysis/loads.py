@@ -45,7 +45,7 @@ def held_loads(run):
 
 def _held(part, wanted):
     series = part.series
-    pressure = np.array([pressure_of(series.isel(time=k)) for k in range(len(series.time))])
+    pressure = pressure_of(series)
     mean = np.convolve(pressure, np.ones(LAST) / LAST, "valid")
     time, phi = series.time.values, series.filling_factor.values
     return Held(

@@ -5,21 +5,34 @@ import numpy as np
 from dusttaichi.analysis.cycles import pressure_of, releases
 from dusttaichi.plots import style
 
+LEAST = 1e-4  # of the largest pressure, down to which the axis reaches at most
+
 
 @style.styled
 def cycles(run):
     """Filling factor against pressure over all stages of a Run, and below it the modulus of every
     stage that lets go against its filling factor. Raises DustError where nothing is let go."""
-    found = releases(run)
-    figure, (path, moduli) = style.new_figure(height=5.6, rows=2, ratios=(1.6, 1.0), shared=False)
-    names = {True: "unloading", False: "loading"}
+    known = [release for release in releases(run) if np.isfinite(release.modulus)]
+    if known:
+        figure, (path, moduli) = style.new_figure(5.6, rows=2, ratios=(1.6, 1.0), shared=False)
+        _moduli(moduli, known)
+    else:
+        figure, (path,) = style.new_figure()
+    _path(path, run)
+    style.legend(path)
+    return figure
+
+
+def _path(axes, run):
+    """Pressure and filling factor of all records of a Run."""
+    largest, names = 0.0, {True: "unloading", False: "loading"}
     for part in run.parts:
         lets_go = part.unloads
-        records = [part.start] + [part.series.isel(time=k) for k in range(len(part.series.time))]
-        pressure = np.array([pressure_of(record) for record in records]) / 1e3
-        phi = np.array([float(record.filling_factor) for record in records])
+        records = (part.start, part.series)
+        pressure = np.hstack([pressure_of(one) for one in records]) / 1e3
+        phi = np.hstack([one.filling_factor.values for one in records])
         shown = pressure > 0.0
-        path.plot(
+        axes.plot(
             pressure[shown],
             phi[shown],
             color=style.ORANGE if lets_go else style.BLUE,
@@ -27,15 +40,19 @@ def cycles(run):
             zorder=3 if lets_go else 2,
             label=names.pop(lets_go, None),
         )
-    path.set_xscale("log")
-    path.set_xlabel("pressure (kPa)")
-    path.set_ylabel(r"filling factor $\phi$")
-    style.legend(path)
-    known = [release for release in found if np.isfinite(release.modulus)]
-    phi = [release.filling_factor for release in known]
-    scale, unit = style.scaled(max((r.modulus for r in known), default=1.0), style.PRESSURES)
-    moduli.errorbar(
-        phi,
+        largest = max(largest, *pressure)
+    axes.set_xscale("log")
+    if largest > 0.0:
+        axes.set_xlim(max(axes.get_xlim()[0], LEAST * largest), 1.5 * largest)
+    axes.set_xlabel("pressure (kPa)")
+    axes.set_ylabel(r"filling factor $\phi$")
+
+
+def _moduli(axes, known):
+    """The modulus of every Release that has one against its filling factor."""
+    scale, unit = style.scaled(max(release.modulus for release in known), style.PRESSURES)
+    axes.errorbar(
+        [release.filling_factor for release in known],
         [release.modulus * scale for release in known],
         [release.modulus_sigma * scale for release in known],
         fmt="o-",
@@ -43,9 +60,7 @@ def cycles(run):
         markersize=4,
         linewidth=1.0,
     )
-    moduli.set_xlabel(r"filling factor $\phi$")
-    moduli.set_ylabel(f"unloading modulus ({unit})")
-    if known:
-        moduli.set_yscale("log")
-        style.few_ticks(moduli.yaxis)
-    return figure
+    axes.set_xlabel(r"filling factor $\phi$")
+    axes.set_ylabel(f"unloading modulus ({unit})")
+    axes.set_yscale("log")
+    style.few_ticks(axes.yaxis)

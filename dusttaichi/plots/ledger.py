@@ -18,21 +18,25 @@ def ledger(run):
     energies = ledger_of(run)
     figure, (axes, below) = style.new_figure(height=4.8, rows=2, ratios=[3, 1])
     per_time, time_unit = style.scaled(np.max(energies.time, initial=0.0), style.TIMES)
-    largest = max(np.max(np.abs(energies.work), initial=0.0), np.max(sum(energies.losses.values())))
+    lost = {name: values for name, values in energies.losses.items() if np.any(values)}
+    kept = energies.work - energies.stored
+    sizes = (energies.work, kept, sum(energies.losses.values()))
+    largest = max(np.max(np.abs(values), initial=0.0) for values in sizes)
     per_energy, energy_unit = style.scaled(largest, style.ENERGIES)
     time = energies.time * per_time
-    axes.stackplot(
-        time,
-        [v * per_energy for v in energies.losses.values()],
-        labels=[f"lost by {name}" for name in energies.losses],
-        colors=[style.CHANNEL_COLOURS.get(name, style.GREY) for name in energies.losses],
-        linewidth=0,
-    )
+    if lost:
+        axes.stackplot(
+            time,
+            [values * per_energy for values in lost.values()],
+            labels=[f"lost by {name}" for name in lost],
+            colors=[style.CHANNEL_COLOURS.get(name, style.GREY) for name in lost],
+            linewidth=0,
+        )
     done = "work of moving faces" if run.is_continuum else "work done on the grains"
     axes.plot(time, energies.work * per_energy, color=style.BLACK, label=done)
     axes.plot(
         time,
-        (energies.work - energies.stored) * per_energy,
+        kept * per_energy,
         color=style.BLACK,
         linewidth=1.2,
         linestyle=(0, (4, 2)),

@@ -43,10 +43,9 @@ def loads(run, others=(), labels=None):
 
 def _path(run):
     """Pressure [kPa] and filling factor of all records with a positive pressure."""
-    series = run.series
-    pressure = np.array([pressure_of(series.isel(time=k)) for k in range(len(series.time))]) / 1e3
+    pressure = pressure_of(run.series) / 1e3
     shown = pressure > 0.0
-    return pressure[shown], series.filling_factor.values[shown]
+    return pressure[shown], run.series.filling_factor.values[shown]
 
 
 @style.styled
@@ -81,13 +80,13 @@ def shear(run):
             linewidth=1.0,
             label=f"{text}, friction angle {fit.angle:.0f}°",
         )
-        style.legend(line)
     curves.set_xlabel("shear strain of the stage")
     curves.set_ylabel(f"shear stress ({unit})")
-    style.legend(curves, title="normal stress", ncols=2)
     line.set_xlabel(f"normal stress ({unit})")
     density.set_xlabel(r"filling factor $\phi$")
     for axes in (line, density):
         axes.set_ylabel(f"strength ({unit})")
         axes.set_ylim(bottom=0.0)
+    style.legend(curves, title="normal stress", ncols=2)
+    style.legend(line)
     return figure

@@ -14,16 +14,17 @@ def pores(run, snapshot=-1):
     figure, (axes,) = style.new_figure(height=3.2)
     factor, unit = style.scaled(found.largest, style.LENGTHS)
     axes.plot(found.radius * factor, found.share, color=style.BLUE)
-    axes.axvline(found.median * factor, color=style.GREY, linewidth=0.8, linestyle=(0, (4, 2)))
-    axes.annotate(
-        f"half of the void: {found.median * factor:.3g} {unit}",
-        (found.median * factor, 0.5),
-        (6, 4),
-        textcoords="offset points",
+    axes.axvline(
+        found.median * factor,
+        color=style.GREY,
+        linewidth=0.8,
+        linestyle=(0, (4, 2)),
+        label=f"half of the void: {found.median * factor:.3g} {unit}",
     )
     axes.set_xlabel(f"radius of the pore ({unit})")
     axes.set_ylabel("share in pores at least as large")
     axes.set_xlim(0, None)
     axes.set_ylim(0, 1.05)
     axes.set_title(f"void: {found.void:.3f} of the room", fontsize=8)
+    style.legend(axes)
     return figure

@@ -4,6 +4,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import wraps
 from pathlib import Path
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from matplotlib import colormaps, rc_context
@@ -69,6 +70,7 @@ STYLES = {
     ),
 }  # fmt: skip
 _style = ContextVar("style", default="page")
+_limits = WeakKeyDictionary()  # of the y axes that were lengthened for a legend
 
 
 @contextmanager
@@ -165,9 +167,16 @@ def _hides(box, axes):
 def _make_room(axes, share):
     """Lengthen the y axis so that this share of an Axes, at its top, is empty."""
     share = min(share + 0.04, 0.6)
+    _limits[axes] = axes.get_ylim()
     bottom, top = (axes.transAxes.transform((0.0, y))[1] for y in (0.0, 1.0))
     beyond = bottom + (top - bottom) / (1.0 - share)
     axes.set_ylim(top=axes.transData.inverted().transform((0.0, beyond))[1])
+
+
+def own_limits(axes, which):
+    """Limits of the "x" or "y" axis of an Axes, without the room that a legend took."""
+    lengthened = which == "y" and axes in _limits
+    return _limits[axes] if lengthened else getattr(axes, f"get_{which}lim")()
 
 
 def _along(line, axes):
@@ -182,17 +191,20 @@ def _along(line, axes):
 
 
 def name_stages(axes, run, per_time):
-    """Mark where the stages of a Run begin, and name them at the top; per_time: as the axis has."""
+    """Mark where the stages of a Run begin, and name them at the top, the longest first, as far as
+    there is room; per_time: as the axis has."""
     if len(run.stages) < 2:
         return
-    for part in run.parts:
-        start = float(part.start.time) * per_time
-        if part is not run.parts[0]:
-            axes.axvline(start, color=GREY, linewidth=0.9, linestyle=(0, (1, 2)))
-        name = run.stages[int(part.series.stage[-1])]
-        axes.annotate(
-            name,
-            (start, 1.0),
+    starts = [float(part.start.time) * per_time for part in run.parts]
+    for start in starts[1:]:
+        axes.axvline(start, color=GREY, linewidth=0.9, linestyle=(0, (1, 2)))
+    lasts = np.diff([*starts, float(run.series.time[-1]) * per_time])
+    axes.figure.draw_without_rendering()
+    renderer, taken = axes.figure.canvas.get_renderer(), []
+    for n in np.argsort(-lasts, kind="stable"):
+        name = axes.annotate(
+            run.stages[int(run.parts[n].series.stage[-1])],
+            (starts[n], 1.0),
             (3, 3),
             xycoords=("data", "axes fraction"),
             textcoords="offset points",
@@ -200,6 +212,11 @@ def name_stages(axes, run, per_time):
             color="#444444",
             annotation_clip=False,
         )
+        box = name.get_window_extent(renderer)
+        if box.x1 > axes.bbox.x1 + 2 * box.height or any(box.overlaps(one) for one in taken):
+            name.remove()
+        else:
+            taken.append(box)
 
 
 def scaled(largest, units):
@@ -287,7 +304,8 @@ def gradient(count):
 LENGTHS = ((1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"))
 TIMES = ((1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
 PRESSURES = ((1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa"))
-ENERGIES = ((1e-6, "µJ"), (1e-9, "nJ"), (1e-12, "pJ"), (1e-15, "fJ"), (1e-18, "aJ"))
+ENERGIES = ((1e-3, "mJ"), (1e-6, "µJ"), (1e-9, "nJ"), (1e-12, "pJ"), (1e-15, "fJ"), (1e-18, "aJ"),
+            (1e-21, "zJ"), (1e-24, "yJ"))  # fmt: skip
 
 
 def run_style(number):

@@ -65,7 +65,7 @@ def _traces(axes):
         if all(in_data(patch, axes)):
             found.append(_patch(patch, label(patch)))
     for line in axes.lines:
-        if all(in_data(line, axes)) and len(line.get_xdata()):
+        if all(in_data(line, axes)):
             found.append(_line(line, label(line)))
     return [trace for trace in found if trace is not None]
 
@@ -103,13 +103,13 @@ def _numbers(values):
 def _line(line, label):
     dashed, marker = line.get_linestyle(), line.get_marker()
     lines, marks = dashed not in ("None", "", " "), marker not in ("None", "", " ", None)
-    if not (lines or marks):
+    if not (lines or marks) or not (len(line.get_xdata()) or _named(label)["name"]):
         return None
     trace = {
         "type": "scatter",
         "mode": "+".join(["lines"] * lines + ["markers"] * marks),
-        "x": _numbers(line.get_xdata()),
-        "y": _numbers(line.get_ydata()),
+        "x": _numbers(line.get_xdata()) or [None],  # it explains what others look like
+        "y": _numbers(line.get_ydata()) or [None],
         "line": stroke(line) | {"shape": SHAPES.get(line.get_drawstyle(), "linear")},
         "opacity": line.get_alpha() or 1.0,
     }
@@ -141,8 +141,8 @@ def _patch(patch, label):
         return None
     places = np.concatenate([np.vstack([ring, [np.nan, np.nan]]) for ring in rings])
     fill = patch.get_fill() and to_rgba(patch.get_facecolor())[3] > 0
-    style = {"color": css(patch.get_edgecolor()), "width": patch.get_linewidth() * PER_POINT}
-    what = {"x": _numbers(places[:, 0]), "y": _numbers(places[:, 1]), "line": style}
+    line = stroke(patch, css(patch.get_edgecolor()))
+    what = {"x": _numbers(places[:, 0]), "y": _numbers(places[:, 1]), "line": line}
     shape = {"fill": "toself", "fillcolor": css(patch.get_facecolor())} if fill else {}
     return {"type": "scatter", "mode": "lines"} | what | shape | _named(label)
 

@@ -5,6 +5,7 @@ from matplotlib.colors import to_hex, to_rgba
 from matplotlib.patches import Polygon, Rectangle
 from matplotlib.ticker import FixedFormatter
 
+from dusttaichi.plots.style import own_limits
 from dusttaichi.report.text import css, html
 
 PER_POINT = 96.0 / 72.0 * 0.9
@@ -60,7 +61,7 @@ def _legend_rows(axes, width):
 def _axis(axes, which):
     log = getattr(axes, f"get_{which}scale")() == "log"
     own = getattr(axes, f"{which}axis")
-    limits = [float(np.log10(v)) if log else float(v) for v in getattr(axes, f"get_{which}lim")()]
+    limits = [float(np.log10(v)) if log else float(v) for v in own_limits(axes, which)]
     shown = own.get_tick_params().get("labelbottom" if which == "x" else "labelleft", True)
     about = {
         "title": {
@@ -90,11 +91,11 @@ def _axis(axes, which):
     return about
 
 
-def stroke(line):
-    """Colour, width and dashes of a line of matplotlib, for plotly.js."""
+def stroke(line, colour=None):
+    """Colour, width and dashes of a line of matplotlib, for plotly.js; colour: in place of its."""
     pattern = getattr(line, "_unscaled_dash_pattern", (0, None))[1]
     return {
-        "color": to_hex(line.get_color()),
+        "color": colour or to_hex(line.get_color()),
         "width": line.get_linewidth() * PER_POINT,
         "dash": "solid" if pattern is None else ",".join(f"{2.0 * p:g}px" for p in pattern),
     }
@@ -139,7 +140,9 @@ def _across(axes, end):
         x, y = np.atleast_1d(line.get_xdata()), np.atleast_1d(line.get_ydata())
         shape = _shape("line", (x, y), in_data(line, axes), end) if len(x) == 2 else None
         if shape is not None:
-            shapes.append(shape | {"line": stroke(line)})
+            label = str(line.get_label())
+            named = {} if label.startswith("_") else {"name": html(label), "showlegend": True}
+            shapes.append(shape | {"line": stroke(line)} | named)
     for patch in axes.patches:
         if isinstance(patch, (Rectangle, Polygon)):
             box = patch.get_path().get_extents(patch.get_patch_transform())

@@ -95,7 +95,7 @@ def said(run, frames):
                 words.append(f"P = {pressure[number] * scale:.3g} {pascal}")
             if "shear_strain" in series:
                 words.append(f"γ = {float(now.shear_strain):.3g}")
-        lines.append("   ".join(words))
+        lines.append(", ".join(words))
     return lines
 
 
@@ -224,7 +224,7 @@ def _contacts(run, frames):
         contacts["force"] = quantised(everything * 1e9)
         squeezed = np.abs(everything) if len(everything) else np.ones(1)
         contacts["largest"] = float(np.percentile(squeezed, OUTLIERS)) * 1e9 or 1.0
-        quantities.append(_number("force (sum of its contacts)", "nN", 1e9 * np.array(load), rows))
+        quantities.append(_number("sum of contact forces", "nN", 1e9 * np.array(load), rows))
     if run.collides:
         body = np.zeros(count, int)
         body[run.bodies()[1]] = 1

@@ -101,7 +101,7 @@ def test_the_viewer_has_what_the_snapshots_have(data):
     view = data["runs"][0]["particles"]
     assert (view["count"], view["frames"], view["length_unit"]) == (27, 4, "µm")
     labels = [q["label"] for q in view["quantities"]]
-    wanted = {"coordination number", "fragment", "force (sum of its contacts)", "speed", "height"}
+    wanted = {"coordination number", "fragment", "sum of contact forces", "speed", "height"}
     assert wanted <= set(labels)
     x = unpacked(view["position"]).reshape(4, 27, 3)
     assert x[0].max() == pytest.approx(2.4, rel=1e-3) and x[3, :, 2].max() < 2.1
