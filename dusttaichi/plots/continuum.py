@@ -122,6 +122,7 @@ def filling_factors(run):
     axes.set_yscale("log")
     axes.set_xlabel(r"filling factor $\phi$")
     axes.set_ylabel("share of the volume")
+    style.few_ticks(axes.yaxis)
     style.legend(axes)
     return figure
 

@@ -110,6 +110,7 @@ def restitution(speeds, coefficients, sticking_speed=None, label="run"):
         colour = style.run_style(number)["color"]
         axes.plot(speeds, row, "o", ms=4, color=colour, label=text, clip_on=False, zorder=3)
     axes.set_xscale("log")
+    style.few_ticks(axes.xaxis)
     axes.set_ylim(0.0, 1.02)
     axes.set_xlabel("speed of approach (m/s)")
     axes.set_ylabel("coefficient of restitution")
