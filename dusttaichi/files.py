@@ -89,6 +89,13 @@ def _sync_folder(folder):
         os.close(descriptor)
 
 
+def remove(path):
+    """Remove a file that does no harm where it cannot be removed, as on a disk that is read-only
+    since an error."""
+    with suppress(OSError):
+        Path(path).unlink()
+
+
 def write_whole(path, data):
     """Put bytes into the place of the file at `path`, which is whole at any moment.
 
@@ -102,8 +109,7 @@ def write_whole(path, data):
                 _write_all(file, block)
         replace_atomically(temporary, path)
     except BaseException:
-        with suppress(OSError):
-            temporary.unlink(missing_ok=True)
+        remove(temporary)
         raise
 
 
@@ -158,7 +164,7 @@ class WorkFile:
     def __exit__(self, *_):
         os.close(self._descriptor)
         if not self._hidden:
-            self.path.unlink(missing_ok=True)
+            remove(self.path)
 
 
 @lru_cache(maxsize=1)
@@ -252,7 +258,7 @@ class RunLock:
         except BlockingIOError as error:
             os.close(folder)
             held = self._held(self._descriptor)
-            self.path.unlink(missing_ok=True)  # it is this one's: the holder's has been deleted
+            remove(self.path)  # it is this one's: the holder's has been deleted
             os.close(self._descriptor)
             raise held from error
         except OSError:  # network file systems lock no folders
@@ -319,7 +325,7 @@ class RunLock:
         """Give the lock back and remove its file. May be called again."""
         if self._descriptor is None:
             return
-        self.path.unlink(missing_ok=True)
+        remove(self.path)
         for descriptor in self.descriptors:
             os.close(descriptor)
         self._descriptor = self._folder = None

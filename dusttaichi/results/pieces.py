@@ -19,7 +19,7 @@ from typing import NamedTuple
 import netCDF4
 
 from dusttaichi.errors import DustError
-from dusttaichi.files import clone, explain, parts_folder, replace_atomically, reserve
+from dusttaichi.files import clone, explain, parts_folder, remove, replace_atomically, reserve
 from dusttaichi.results import seal
 from dusttaichi.results.layout import (
     copy_records,
@@ -98,12 +98,15 @@ def _parts(path):
 
 
 def remove_parts(path, after=0):
-    """Remove the parts of the result at `path` from the one behind number `after` on."""
+    """Remove the parts of the result at `path` behind number `after`. OSError is let out."""
     for part in reversed(_parts(path)):
         if int(part.stem) > after:
             part.unlink(missing_ok=True)
-    if not after:
-        shutil.rmtree(parts_folder(path), ignore_errors=True)
+
+
+def remove_other_parts(path):
+    """Remove the parts of a result that was at `path` before; nobody reads those that stay."""
+    shutil.rmtree(parts_folder(path), ignore_errors=True)
 
 
 def join(path, lock=None):
@@ -122,7 +125,10 @@ def join(path, lock=None):
         start_new_session=True,  # Ctrl-C waits for its end
     )
     if done.returncode != 0:
-        last = (done.stderr.strip().splitlines() or [f"status {done.returncode}"])[-1]
+        remove(_temporary(path))
+        last = (done.stderr.strip().splitlines() or ["it has said nothing"])[-1]
+        if done.returncode < 0:
+            last = f"HDF5 was cut short by signal {-done.returncode}, as where a write fails"
         raise DustError(
             f"The parts of {path} could not be joined into one file: {last}. Nothing is lost: they "
             f"are kept in {parts_folder(path)} and read from there. Mend that and join them with "
@@ -134,7 +140,7 @@ def _put_together(path):
     """Write the joined file in the place of that at `path`. Raises OSError, DustError."""
     pieces, parent = pieces_of(path), os.getppid()
     layout, sizes, static, attributes = describe(pieces[-1].path)
-    first, temporary = pieces[0], path.with_name(f".{path.name}.tmp")
+    first, temporary = pieces[0], _temporary(path)
     with seal.opened(path) as file:
         present = record_counts(file)
     fits = set(describe(path)[0]) == set(layout)
@@ -160,18 +166,22 @@ def _put_together(path):
         records = record_counts(new)
     seal.seal_file(temporary, place(identity, records))
     replace_atomically(temporary, first.path)
-    remove_parts(path)
+    remove_other_parts(path)
 
 
-def main():
-    """Entry point of the process that joins: its argument is the path of the result."""
-    path = Path(sys.argv[1])
+def _temporary(path):
+    return path.with_name(f".{path.name}.tmp")
+
+
+def main(arguments):
+    """Entry point of the process that joins; its argument is the path of the result."""
+    path = Path(*arguments)
     try:
         _put_together(path)
     except (OSError, RuntimeError, DustError) as error:
-        path.with_name(f".{path.name}.tmp").unlink(missing_ok=True)
+        remove(_temporary(path))
         sys.exit(str(error) if isinstance(error, DustError) else explain(error, path))
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

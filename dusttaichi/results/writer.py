@@ -75,7 +75,7 @@ class Writer:
             writer._owns_lock, writer._identity = own, pieces.new_identity()
             writer._changed = True
             writer.flush()
-            pieces.remove_parts(path)  # of the result that was there before
+            pieces.remove_other_parts(path)
         except BaseException:
             if own:
                 lock.release()

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.files import explain, replace_atomically
+from dusttaichi.files import explain, remove, replace_atomically
 
 OLDER = b"dusttaichi checkpoint "
 MAGIC = b"dusttaichi checkpoint 3\n"
@@ -69,7 +69,7 @@ def save(path, arrays, meta):
         replace_atomically(temporary, path)
     except OSError as error:
         reason = explain(error, path)
-        temporary.unlink(missing_ok=True)
+        remove(temporary)
         raise DustError(
             f"The checkpoint {path} could not be written: {reason}. The one before it is kept."
         ) from error
@@ -121,11 +121,22 @@ def load(path):
 
 
 def exists(path):
-    """True where there is a checkpoint, whole or not."""
-    return any(_beside(path, suffix).exists() for suffix in ("", ".tmp", ".previous"))
+    """True where there is a checkpoint, whole or not; a first one that has been begun is none."""
+    if any(_beside(path, suffix).exists() for suffix in ("", ".previous")):
+        return True
+    try:
+        _read(_beside(path, ".tmp"))
+    except (ValueError, OSError):
+        return False
+    return True
 
 
 def discard(path):
-    """Remove the checkpoint and those kept beside it (a run that starts anew)."""
+    """Remove the checkpoint and those kept beside it (a run that starts anew). Raises DustError."""
     for suffix in ("", ".tmp", ".previous"):
-        _beside(path, suffix).unlink(missing_ok=True)
+        try:
+            _beside(path, suffix).unlink(missing_ok=True)
+        except OSError as error:
+            raise DustError(
+                f"The old checkpoint {path} cannot be removed: {explain(error, path)}."
+            ) from error

@@ -15,7 +15,6 @@ import yaml
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT, RESULT, clone, run_files
-from dusttaichi.run.code import Origin
 from dusttaichi.run.same_scene import without, without_paths
 
 FOLDER = ".stages"
@@ -56,12 +55,11 @@ def keep(scene, stage, directory, origin):
         shutil.rmtree(temporary, ignore_errors=True)
 
 
-def kept(scene, directory, origin=None):
+def kept(scene, directory, origin):
     """(number of the stage, folder) of the states that this scene goes through, latest first.
 
-    origin: the Origin of the run, that of now by default.
+    origin: the Origin of the run.
     """
-    origin = Origin.of(scene) if origin is None else origin
     for stage in range(len(scene.stages) - 1, -1, -1):
         folder = folder_of(scene, stage, directory, origin)
         if all((folder / name).exists() for name in (RESULT, CHECKPOINT)):

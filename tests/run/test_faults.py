@@ -11,15 +11,17 @@ from dataclasses import replace
 import netCDF4
 import pytest
 import spring
+import toy
 import xarray as xr
 from bits import assert_same_bits
-from test_method import PLAIN, STAGED
 
 from dusttaichi import method
 from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.files import CHECKPOINT, RESULT
 from dusttaichi.run import code, execute, loop, stages
 from dusttaichi.scene import from_yaml, load
+
+PLAIN, STAGED = toy.plain(), toy.staged()
 
 
 @pytest.fixture(autouse=True)
@@ -102,9 +104,10 @@ def test_a_checkpoint_of_another_step_is_refused(tmp_path):
 
 
 def test_a_stage_of_other_code_is_not_taken_over(tmp_path, monkeypatch):
-    execute(from_yaml(STAGED), tmp_path / "run")
+    scene = from_yaml(STAGED)
+    execute(scene, tmp_path / "run")
     monkeypatch.setattr(code, "code_hash", lambda scene: "another")
-    assert not list(stages.kept(from_yaml(STAGED), tmp_path / "again"))
+    assert not list(stages.kept(scene, tmp_path / "again", code.Origin.of(scene)))
 
 
 # -- nothing to go on from -----------------------------------------------------------------------
@@ -127,6 +130,18 @@ def test_resume_of_a_run_that_was_killed_before_its_first_checkpoint(tmp_path):
     with netCDF4.Dataset(killed / RESULT, "a") as file:
         file.status = "running"
         file.delncattr("digest")  # changed on purpose
+    execute(scene, killed, resume=True)
+    assert_same_bits(whole / RESULT, killed / RESULT)
+
+
+def test_resume_of_a_run_that_was_killed_in_its_first_checkpoint(tmp_path):
+    scene = from_yaml(PLAIN)
+    whole = execute(scene, tmp_path / "whole")
+    killed = execute(scene, tmp_path / "killed")
+    half = (killed / CHECKPOINT).read_bytes()[:100]
+    for file in (RESULT, CHECKPOINT):
+        (killed / file).unlink()
+    (killed / f"{CHECKPOINT}.tmp").write_bytes(half)
     execute(scene, killed, resume=True)
     assert_same_bits(whole / RESULT, killed / RESULT)
 
@@ -180,7 +195,7 @@ def test_an_interrupt_that_python_loses_during_the_build_ends_the_run(tmp_path):
 def test_a_damaged_stage_is_computed_again_with_a_warning(tmp_path, name):
     scene = from_yaml(STAGED)
     whole = execute(scene, tmp_path / "run")
-    ((_, folder),) = stages.kept(scene, tmp_path / "again")
+    ((_, folder),) = stages.kept(scene, tmp_path / "again", code.Origin.of(scene))
     (folder / name).write_bytes((folder / name).read_bytes()[:200])
     log = []
     again = execute(scene, tmp_path / "again", log=log.append)

@@ -11,6 +11,7 @@ import netCDF4
 import numpy as np
 import pytest
 import spring
+import toy
 import xarray as xr
 import yaml
 from bits import assert_same_bits
@@ -21,25 +22,7 @@ from dusttaichi.run import execute, loop
 from dusttaichi.scene import from_yaml
 
 HERE = Path(__file__).parent
-PLAIN = """
-name: spring
-method: spring
-stiffness: 4.0
-boundary: {kind: open}
-stop: {steps: 2000}
-numerics: {time_step: 10 ns}
-output: {series: {steps: 100}, snapshots: {steps: 250}, checkpoint: 1000 s}
-"""
-STAGED = """
-name: spring
-method: spring
-boundary: {kind: open}
-stages:
-  - {name: swing, stop: {time: 7 us}}
-  - {name: on, stop: {steps: 1000}, output: {series: {time: 1 us}}}
-numerics: {time_step: 10 ns}
-output: {series: {steps: 90}, snapshots: {steps: 100}}
-"""
+PLAIN, STAGED = toy.plain(), toy.staged()
 
 
 @pytest.fixture(autouse=True)
@@ -65,7 +48,7 @@ def test_from_the_yaml_to_the_result(tmp_path):
 
 
 def test_the_yaml_of_another_method_is_checked_as_any(tmp_path):
-    with pytest.raises(DustError, match=r"stiffness = -1.*above 0.*line 4"):
+    with pytest.raises(DustError, match=r"stiffness = -1.*above 0.*line 6"):
         from_yaml(PLAIN.replace("4.0", "-1"))
     with pytest.raises(DustError, match=r"sample.*unknown key"):
         from_yaml(PLAIN + "sample: {kind: chain, grains: 3}\n")

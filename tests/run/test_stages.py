@@ -13,6 +13,7 @@ from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.run import execute
 from dusttaichi.run import loop as running
 from dusttaichi.run import stages as kept
+from dusttaichi.run.code import Origin
 from dusttaichi.scene import from_yaml
 
 CELL = """
@@ -85,8 +86,12 @@ def test_finished_stages_are_taken_over_where_only_later_ones_change(whole, tmp_
         ("material.surface_energy", "50 mJ/m^2"),
         ("numerics.time_step", "0.03 ns"),
     ):
-        assert not list(kept.kept(scene.with_value(path, value), tmp_path / "again"))
-    assert list(kept.kept(scene.with_value("numerics.threads", 2), tmp_path / "again"))
+        assert not found(scene.with_value(path, value), tmp_path)
+    assert found(scene.with_value("numerics.threads", 2), tmp_path)
+
+
+def found(scene, folder):
+    return list(kept.kept(scene, folder / "again", Origin.of(scene)))
 
 
 def test_resume_across_stages_ends_with_the_same_bits(whole, tmp_path, monkeypatch):

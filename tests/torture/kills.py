@@ -37,14 +37,7 @@ stop: {steps: 40000}
 numerics: {threads: 1}
 output: {series: {steps: 500}, snapshots: {steps: 2000}, checkpoint: 0.1 s}
 """
-PLAIN = """
-name: spring
-method: spring
-boundary: {kind: open}
-stop: {steps: 4000}
-numerics: {time_step: 10 ns}
-output: {series: {steps: 50}, snapshots: {steps: 250}, checkpoint: 20 ms}
-"""
+PLAIN = toy.plain(steps=4000, series=50, checkpoint="20 ms")
 STAGES = PLAIN.replace(
     "stop: {steps: 4000}",
     """stages:

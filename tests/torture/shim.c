@@ -1,7 +1,7 @@
-/* Calls that write below a directory fail, from the one with a given number on or only that one.
+/* Calls that write below a directory fail, from the one with a given number on up to another.
  *
- * FAULT_DIR: the directory. FAULT_AT: number of the call that fails, from 1; 0: none. FAULT_ERRNO:
- * with which error. FAULT_LAST: number of the last one that fails. Or the same by fault_set(). */
+ * fault_set() says which, and with which error; the first is number 1, and 0 is none. Calls of
+ * processes that fork from this one are counted with it. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -11,36 +11,29 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/types.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
-static long calls, first, last;
+static long *calls, first, last;
 static int error;
 static char below[PATH_MAX];
 
-static void read_environment(void) __attribute__((constructor));
-static void read_environment(void) {
-    const char *folder = getenv("FAULT_DIR"), *at = getenv("FAULT_AT");
-    const char *end = getenv("FAULT_LAST"), *code = getenv("FAULT_ERRNO");
-    if (folder) strncpy(below, folder, PATH_MAX - 1);
-    first = at ? atol(at) : 0;
-    last = end ? atol(end) : first;
-    error = code ? atoi(code) : ENOSPC;
-}
-
 void fault_set(const char *folder, long from, long to, int code) {
+    if (!calls)
+        calls = mmap(0, sizeof *calls, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    first = from; last = to; error = code; *calls = 0;
     strncpy(below, folder, PATH_MAX - 1);
-    first = from; last = to; error = code; calls = 0;
 }
 
-long fault_calls(void) { return calls; }
+long fault_calls(void) { return *calls; }
 
 static int inside(const char *path) { return below[0] && !strncmp(path, below, strlen(below)); }
 
 static int fails(void) {
-    calls++;
-    if (first && calls >= first && calls <= last) { errno = error; return 1; }
+    long number = __atomic_add_fetch(calls, 1, __ATOMIC_SEQ_CST);
+    if (first && number >= first && number <= last) { errno = error; return 1; }
     return 0;
 }
 
@@ -70,6 +63,8 @@ ssize_t copy_file_range(int i, off64_t *a, int d, off64_t *b, size_t n, unsigned
 ssize_t sendfile(int d, int i, off_t *o, size_t n) { REAL("sendfile", ssize_t); return fails_at(d) ? -1 : real(d, i, o, n); }
 ssize_t sendfile64(int d, int i, off64_t *o, size_t n) { REAL("sendfile64", ssize_t); return fails_at(d) ? -1 : real(d, i, o, n); }
 int rename(const char *a, const char *b) { REAL("rename", int); return inside(b) && fails() ? -1 : real(a, b); }
+int unlink(const char *p) { REAL("unlink", int); return inside(p) && fails() ? -1 : real(p); }
+int rmdir(const char *p) { REAL("rmdir", int); return inside(p) && fails() ? -1 : real(p); }
 int mkdir(const char *p, mode_t m) { REAL("mkdir", int); return inside(p) && fails() ? -1 : real(p, m); }
 
 #define OPEN(name) int name(const char *p, int flags, ...) { \

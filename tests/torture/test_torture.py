@@ -20,7 +20,7 @@ def toys(monkeypatch):
     monkeypatch.setattr(method, "METHODS", dict(method.METHODS))
     monkeypatch.setattr(loop, "BURST_SECONDS", loop.BURST_SECONDS)
     monkeypatch.setattr(writer, "PIECE", writer.PIECE)
-    monkeypatch.setattr(pieces, "join", pieces.join)
+    monkeypatch.setattr(pieces, "subprocess", pieces.subprocess)
 
 
 def test_mutated_scenes():
