@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import spring
+import toy
 import xarray as xr
 from bits import assert_same_bits, tree
 from scenes import law_of_the_docs
-from test_method import PLAIN, STAGED
 
 import dusttaichi as dt
 from dusttaichi import method
@@ -20,6 +20,7 @@ from dusttaichi.files import RESULT
 from dusttaichi.run import execute
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
+PLAIN, STAGED = toy.plain(), toy.staged()
 
 
 @pytest.fixture(autouse=True)
