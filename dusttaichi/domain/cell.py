@@ -86,6 +86,10 @@ class Cell:
         out[:, 0] += counts[:, 2] * self.tilt_rate
         return out
 
+    def power(self, loads, time):
+        """Power of the faces [fJ/us] under the loads (3, 3) [nN] of GrainState.loads_across."""
+        return float(np.diag(loads) @ self.speeds(time) + loads[0, 2] * self.tilt_rate)
+
     def nearest(self, d, time):
         """Distance vectors [um], (N, 3), to the nearest image."""
         edges, d = self.edges(time), np.array(d, float)

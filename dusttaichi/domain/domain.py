@@ -12,7 +12,7 @@ import numpy as np
 from dusttaichi import units
 from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.clock import Clock
-from dusttaichi.domain.servo import EVEN, WALL, Servo, make_servo
+from dusttaichi.domain.servo import WALL, Servo, make_servo
 from dusttaichi.domain.walls import TOP, Box
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.names import AXES
@@ -57,7 +57,7 @@ class Domain:
         """
         servo, step = self.servo, self.servo.due
         load = (integral - servo.before) / (servo.every * self.dt) / self._measured_over(step)
-        servo = servo.changed(load, integral)
+        servo = servo.changed(load, integral, self.dt)
         time, new = self.dt * step, replace(self, servo=servo)
         if servo.kind == WALL:
             box = self.box.driven(servo.speed[0], self.box.along[TOP, 0], time)
@@ -87,14 +87,6 @@ class Domain:
                     f"{AXES[axis]}, two grains, and the load that is to be held is not reached. "
                     "Try a larger sample or a lower pressure or stress."
                 )
-
-    def approach(self, servo, step):
-        """Speeds of now of what a Servo moves, positive where the room shrinks, (n,)."""
-        if servo.kind == WALL:
-            return np.array([self.box.speed[TOP]])
-        time = self.dt * step
-        rates = -self.cell.speeds(time) / self.cell.edges(time)
-        return rates[:1] if servo.kind == EVEN else rates[list(servo.axes)]
 
     # -- where it is -----------------------------------------------------------------------------
 

@@ -211,8 +211,7 @@ class Readout:
         """Power of the moving faces now [fJ/us]."""
         if self.cell is None:
             return 0.0
-        self.kernels.measure[1](self.pair, self.step, self.dt)
-        return float(self._pair_sums()[:, FACES].sum())
+        return self.cell.power(self.state.loads_across(self.cell.axes), self.time)
 
     def momentum_flux(self):
         """Time integral since the start of sum m v_a v_b + sum of branch_a force_b over all

@@ -198,12 +198,16 @@ class Simulation(Readout):
     @contextmanager
     def _booked(self, force):
         """Walls and faces get other speeds inside; the ledger goes on. force: of the walls now."""
-        power = self.face_power()
+        before, loads = self.cell, None
+        if before is not None:
+            loads = self.state.loads_across(before.axes)
         impulse, sums = self.impulses(), self.ledger_sums
         sums.wall_work = self.wall_work(force, impulse)
         sums.wall_force, sums.impulse = force, impulse
         yield
-        sums.face_jumps += 0.5 * self.dt * (self.face_power() - power)
+        if before is not None:
+            power = self.cell.power(loads, self.time) - before.power(loads, self.time)
+            sums.face_jumps += 0.5 * self.dt * power
 
     def _move(self, drive):
         self._surround(self.domain.driven(drive, self.step, self._load_integral))

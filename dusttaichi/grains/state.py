@@ -161,6 +161,15 @@ class GrainState:
         a = a.reshape(a.shape[0], a.shape[1], -1)
         return np.ascontiguousarray(a.transpose(0, 2, 1)).reshape(-1, a.shape[1])
 
+    def loads_across(self, axes):
+        """Sum over the pairs of their force times the edges between them along the periodic axes
+        [nN], (3, 3): its product with the speeds of the edges is the power of the faces."""
+        out, blocks = np.zeros((3, 3)), -(-self.pair_count // self.layout.width)
+        force = self.fields["load"].to_numpy(blocks)[:, :3].astype(float)
+        shift = self.fields["shift"].to_numpy(blocks).astype(float)
+        out[:, list(axes)] = np.einsum("bfk,bak->fa", force, shift)
+        return out
+
     def put_lanes(self, name, contacts):
         """The reverse of `lanes`."""
         a = contacts.reshape(-1, self.layout.width, contacts.shape[1]).transpose(0, 2, 1)

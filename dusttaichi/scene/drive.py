@@ -10,7 +10,7 @@ from dusttaichi.scene.quantities import Quantity, Vector
 
 Speed, Rate = Annotated[float, Quantity("speed")], Annotated[float, Quantity("rate")]
 Pressed = Annotated[float, Quantity("pressure", gt=0, example="5 kPa")]
-Gain = Annotated[float, Number(gt=0)]
+Gain = Annotated[float, Number(gt=0, le=0.5)]
 Rates = Annotated[Vector, Quantity("rate", count=3, spread=True)]
 Speeds = Annotated[Vector, Quantity("speed", count=3, spread=True)]
 Stresses = Annotated[
@@ -19,8 +19,8 @@ Stresses = Annotated[
 FACE_LAWS = ("compression_rate", "strain_rate", "face_speed")
 LOADS = ("pressure", "stress")
 SHEARS = ("shear_speed", "shear_rate")
-GAIN = 10.0
-"""Of the servo, where none is given: full speed up to nine tenths of the load."""
+GAIN = 0.15
+"""Of the servo, where none is given: share of a missing load that its next change makes up for."""
 WALL_SPEED, STRAIN_RATE = 0.05, 1000.0
 """Largest speed [m/s] and rate [1/s] of the servo, where none is given."""
 
@@ -40,7 +40,8 @@ class Drive(Block):
     strain_rate: Rates | None = Field(
         None,
         description="every periodic edge grows as exp(rate t): one rate, or one for each axis; "
-        "along an axis whose stress is held the largest one, 1e3 s^-1 if not given",
+        "along an axis whose stress is held the largest one; 1e3 s^-1 or twice the shear_rate, "
+        "whichever is more, if not given",
     )
     face_speed: Speeds | None = Field(
         None,
@@ -60,8 +61,8 @@ class Drive(Block):
     )
     gain: Gain | None = Field(
         None,
-        description="of what holds a pressure or stress: the speed is the largest one times gain "
-        "times the share of the load that is missing, 10 if not given",
+        description="of what holds a pressure or stress: share of a missing load that its next "
+        "change of speed makes up for, by the stiffness that it measures; 0.15 if not given",
     )
     shear_speed: Speed | None = Field(None, description="speed of the top wall along x")
     shear_rate: Rate | None = Field(
