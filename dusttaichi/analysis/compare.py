@@ -90,7 +90,7 @@ def _compression(run, numbers, at):
 
 
 def _dynamic(run, numbers, at):
-    return {key: numbers[key] for key in dynamic.NUMBERS}
+    return {key: numbers[key] for key in dynamic.UNITS}
 
 
 def _tension(run, numbers, at):

@@ -17,6 +17,8 @@ from dusttaichi.physics.laws import S12_STATIC
 
 PLATEAU = (0.2, 0.4)
 """Filling factors of the box between which the layer has formed and not yet met the bottom."""
+FITS = (("plateau", "bins"), ("whole", "bins"), ("whole", "decades"))
+"""Which bins of the curve are fitted, and what weighs alike: see Dynamic."""
 DENSER = 0.2
 """Growth of the filling factor by which the front is known: half the way from 0.15 to 0.58."""
 
@@ -29,9 +31,9 @@ class Dynamic:
     the filling factors PLATEAU of the box, and its standard error. momentum [Pa]: what a layer
     as dense as the law's phi2 needs by the balance of momentum. front, front_sigma [m/s]: speed of
     the compaction front. layer: mean filling factor between it and the wall.
-    fits: (range, weights) -> compression.Fit or None; range "plateau" (bins up to PLATEAU[1]) or
-    "whole"; weights "bins" (every bin of the filling factor alike) or "decades" (every decade of
-    pressure alike).
+    fits: of FITS, (range, weights) -> compression.Fit or None; range "plateau" (bins up to
+    PLATEAU[1]) or "whole"; weights "bins" (every bin of the filling factor alike) or "decades"
+    (every decade of pressure alike).
     """
 
     speed: float
@@ -44,8 +46,8 @@ class Dynamic:
     fits: dict
 
 
-def dynamic(run):
-    """The Dynamic of a Run that is pressed at a constant speed (`is_dynamic`).
+def dynamic(run, fits=FITS):
+    """The Dynamic of a Run that is pressed at a constant speed (`is_dynamic`), with these of FITS.
 
     Raises DustError where it is not, or where the run knows no material.
     """
@@ -59,11 +61,7 @@ def dynamic(run):
     front, front_sigma, layer = compaction_front(run)
     momentum = run.material.density * phi0 * speed**2 / (1.0 - phi0 / S12_STATIC.phi2)
     curve = compression_curve(run)
-    fits = {
-        (extent, weights): _fit(curve, extent, weights)
-        for extent in ("plateau", "whole")
-        for weights in ("bins", "decades")
-    }
+    fits = {which: _fit(curve, *which) for which in fits}
     return Dynamic(speed, plateau, sigma, momentum, front, front_sigma, layer, fits)
 
 
@@ -141,29 +139,31 @@ def _front_of(denser, middle, whole):
     return float(middle[n - 1] + share * (middle[n] - middle[n - 1]))
 
 
-NUMBERS = (
-    "plateau",
-    "plateau_sigma",
-    "plateau_momentum",
-    "front_speed",
-    "front_speed_sigma",
-    "layer",
-    "p_m_plateau",
-    "delta_plateau",
-    "p_m_decades",
-    "delta_decades",
-)
+UNITS = {
+    "plateau": "Pa",
+    "plateau_sigma": "Pa",
+    "plateau_momentum": "Pa",
+    "front_speed": "m/s",
+    "front_speed_sigma": "m/s",
+    "layer": "1",
+    "p_m_plateau": "Pa",
+    "delta_plateau": "1",
+    "p_m_decades": "Pa",
+    "delta_decades": "1",
+}
+"""Of what `numbers` finds, SI."""
 
 
 def numbers(run):
-    """NUMBERS of a Run for `summary`, None where it has none of them: plateau, plateau_sigma,
+    """The numbers of a Run for `summary`, None where it has none of them: plateau, plateau_sigma,
     plateau_momentum [Pa], front_speed, front_speed_sigma [m/s], layer as in Dynamic; p_m_plateau
     [Pa], delta_plateau [dex] of the fit that ends on the plateau, and p_m_decades, delta_decades of
     the fit to the whole curve in which every decade of pressure weighs alike."""
-    found = dict.fromkeys(NUMBERS)
+    found = dict.fromkeys(UNITS)
     if not is_dynamic(run) or run.material is None:
         return found
-    d = dynamic(run)
+    further = {"plateau": ("plateau", "bins"), "decades": ("whole", "decades")}
+    d = dynamic(run, further.values())
     known = {
         "plateau": d.plateau,
         "plateau_sigma": d.plateau_sigma,
@@ -172,7 +172,7 @@ def numbers(run):
         "front_speed_sigma": d.front_sigma,
         "layer": d.layer,
     }
-    for key, which in (("plateau", ("plateau", "bins")), ("decades", ("whole", "decades"))):
+    for key, which in further.items():
         if (fit := d.fits[which]) is not None:
             known |= {f"p_m_{key}": fit.p_m, f"delta_{key}": fit.delta}
     return found | {name: value for name, value in known.items() if np.isfinite(value)}

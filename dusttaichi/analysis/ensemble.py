@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from dusttaichi.analysis import dynamic
 from dusttaichi.analysis.continuum import numbers as continuum
 from dusttaichi.analysis.summary import summary
 from dusttaichi.errors import DustError
@@ -34,6 +35,7 @@ UNITS = (
     )
     | dict.fromkeys(continuum.NAMES, "1")
     | continuum.UNITS
+    | dynamic.UNITS
 )  # fmt: skip
 """Of numbers of `summary`, SI."""
 # global attributes of the runs that the dataset keeps, all values that occur

@@ -18,6 +18,8 @@ NOT_IN_TABLES = {
     "steps_per_second",
     "p_m_sigma",
     "delta_sigma",
+    "plateau_sigma",
+    "front_speed_sigma",
     "law_p_m",
     "law_delta",
     "rms_p_low",
@@ -25,7 +27,10 @@ NOT_IN_TABLES = {
     "rms_covered",
 }
 # these say again what others say, or hardly differ between points: tables of sweeps lack them too
-REPEATED = {"contacts", "coordination_number", "height", "time", "steps", "rms_mean"}
+REPEATED = {
+    *("contacts", "coordination_number", "height", "time", "steps", "rms_mean"),
+    *("plateau_momentum", "p_m_plateau", "delta_plateau", "p_m_decades", "delta_decades"),
+}
 
 
 @dataclass(frozen=True)

@@ -46,5 +46,5 @@ def plain_table(*headings, title=None):
     for n, heading in enumerate(headings):
         if isinstance(heading, str):
             heading = {"header": heading, "justify": "right" if n else "left"}
-        table.add_column(**heading)
+        table.add_column(overflow="fold", **heading)  # no digit is lost where columns are narrow
     return table

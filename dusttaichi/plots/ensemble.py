@@ -53,7 +53,9 @@ def points(data):
                 look = {"color": FAINT, "linewidth": 0.7, "zorder": 1.5}
                 panel.plot(*_line(curves, other), label="_", **look)
         _draw(panel, curves, band, {"color": style.BLUE, "linewidth": 1.4}, "_")
-        panel.set_title(band.label.replace(", ", "\n"), fontsize="small", loc="left", pad=3)
+        panel.set_title(
+            style.superscripts(band.label).replace(", ", "\n"), fontsize="small", loc="left", pad=3
+        )
         panel.tick_params(labelsize="small")
     figure.supxlabel(curves.x_text, fontsize="medium")
     figure.supylabel(curves.y_text, fontsize="medium")
@@ -197,7 +199,7 @@ def _looks(count):
 
 def _label(band):
     if band.label:
-        return band.label
+        return style.superscripts(band.label)
     scatter = " ± standard deviation" if band.replicas > 1 else ""
     runs = "runs" if band.replicas > 1 else "run"
     return f"mean{scatter} of {band.replicas} {runs}"

@@ -44,7 +44,8 @@ def _panel(panel, one: Against):
             dots = {"markersize": 2.5, "markeredgewidth": 0, "alpha": 0.4}
             panel.plot(runs.ravel(), one.runs[n].ravel(), "o", color=look["color"], **dots)
         bars = np.nan_to_num(one.std[n][known])
-        panel.errorbar(one.x[known], one.mean[n][known], bars, label=label or "_", **look)
+        label = style.superscripts(label) or "_"
+        panel.errorbar(one.x[known], one.mean[n][known], bars, label=label, **look)
     _axes(panel, one)
 
 
@@ -62,6 +63,9 @@ def _axes(panel, one):
     elif _wide(one.x):
         panel.set_xscale("log")
         style.few_ticks(panel.xaxis)
+    elif np.ptp(one.x) > 0.0:  # the same in all panels, also where few runs have the number
+        room = 0.06 * np.ptp(one.x)
+        panel.set_xlim(one.x.min() - room, one.x.max() + room)
     if _wide(one.runs):
         panel.set_yscale("log")
         if np.nanmax(one.runs) < 100 * np.nanmin(one.runs):
@@ -75,7 +79,7 @@ def _axes(panel, one):
 
 def _named(name, unit):
     text = FORMULAS.get(name, name.replace("_", " "))
-    return f"{text} ({unit})" if unit else text
+    return f"{text} ({style.superscripts(unit)})" if unit else text
 
 
 def _wide(values):

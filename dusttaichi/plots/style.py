@@ -1,5 +1,6 @@
 """What all figures share: size, fonts, colours, units of the axes."""
 
+import re
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import wraps
@@ -150,7 +151,10 @@ def legend(axes, handles=None, labels=None, *, title=None, ncols=1):
         return
     longest = max([len(text) for text in labels])
     columns = max(1, min(len(labels), int(figure.get_figwidth() * 13 / (longest + 8))))
-    figure.legend(handles, labels, loc="outside lower center", title=title, ncols=columns)
+    below = figure.legend(handles, labels, loc="outside lower center", title=title, ncols=columns)
+    figure.draw_without_rendering()
+    tall = below.get_window_extent(figure.canvas.get_renderer()).height / figure.dpi
+    figure.set_figheight(figure.get_figheight() + tall)  # the Axes keeps its size
 
 
 def _hides(box, axes):
@@ -217,6 +221,12 @@ def name_stages(axes, run, per_time):
             name.remove()
         else:
             taken.append(box)
+
+
+def superscripts(text):
+    """Powers such as m^2 and s^-1 in a text as print has them."""
+    raised = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+    return re.sub(r"\^(-?\d+)", lambda power: power[1].translate(raised), text)
 
 
 def scaled(largest, units):

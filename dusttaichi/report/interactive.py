@@ -15,6 +15,7 @@ from matplotlib.container import ErrorbarContainer
 from dusttaichi.report.layout import PER_POINT, in_data, layout_of, stroke
 from dusttaichi.report.text import css, html
 
+WIDEST = 8.0  # of a picture that has another beside it [inches]
 SHAPES = {"steps": "vh", "steps-pre": "vh", "steps-mid": "hvh", "steps-post": "hv"}
 SYMBOLS = {"o": "circle", ".": "circle", "s": "square", "^": "triangle-up", "v": "triangle-down",
            "D": "diamond", "d": "diamond", "*": "star", "X": "x", "x": "x-thin", "+": "cross-thin",
@@ -28,7 +29,8 @@ def interactive(figure, name, title):
     """
     axes = [a for a in figure.axes if a.has_data() and a.axison]
     if not axes or any(a.images for a in figure.axes):
-        return {"name": name, "title": title, "image": picture(figure)}
+        wide = figure.get_figwidth() > WIDEST
+        return {"name": name, "title": title, "image": picture(figure), "wide": wide}
     layout, ends, height = layout_of(figure, axes)
     data = [
         trace | {"xaxis": f"x{end}", "yaxis": f"y{end}"}

@@ -140,9 +140,7 @@ def _across(axes, end):
         x, y = np.atleast_1d(line.get_xdata()), np.atleast_1d(line.get_ydata())
         shape = _shape("line", (x, y), in_data(line, axes), end) if len(x) == 2 else None
         if shape is not None:
-            label = str(line.get_label())
-            named = {} if label.startswith("_") else {"name": html(label), "showlegend": True}
-            shapes.append(shape | {"line": stroke(line)} | named)
+            shapes.append(shape | {"line": stroke(line)} | _entry(line))
     for patch in axes.patches:
         if isinstance(patch, (Rectangle, Polygon)):
             box = patch.get_path().get_extents(patch.get_patch_transform())
@@ -150,8 +148,15 @@ def _across(axes, end):
             shape = _shape("rect", ends, in_data(patch, axes), end)
             if shape is not None:
                 fill = {"fillcolor": css(to_rgba(patch.get_facecolor())), "line": {"width": 0}}
-                shapes.append(shape | fill | {"layer": "below"})
+                shapes.append(shape | fill | {"layer": "below"} | _entry(patch))
     return shapes
+
+
+def _entry(artist):
+    """The name of a shape in the legend."""
+    label = str(artist.get_label())
+    hidden = not label or label.startswith("_")
+    return {} if hidden else {"name": html(label), "showlegend": True}
 
 
 def in_data(artist, axes):

@@ -178,7 +178,8 @@ export class Viewer {
     let rows = 0;
     for (let k = this.firstPair[this.frame]; k < this.firstPair[this.frame + 1]; k++) {
       const a = ends[2 * k], b = ends[2 * k + 1];
-      const r = this.at(radius, a), reach = 1.5 * (r + this.at(radius, b));
+      const r1 = this.at(radius, a), r2 = this.at(radius, b);
+      const r = Math.min(r1, r2), reach = 1.5 * (r1 + r2);
       let way = 0;
       for (let c = 0; c < 3; c++) {
         from[3 * rows + c] = x[3 * a + c];
