@@ -66,8 +66,12 @@ def _kernel_folder():
     return {"offline_cache_file_path": str(cache_folder() / "kernels")}
 
 
-def start_taichi(scene, threads):
-    """Initialise Taichi for this scene, quietly, with the kernels cached on disk."""
+def start_taichi(scene, threads, simplify=True):
+    """Initialise Taichi for this scene, quietly, with the kernels cached on disk.
+
+    simplify: Taichi goes over a kernel before LLVM does, which takes a third of the time that
+    compiling takes.
+    """
     read_quickly()
     arch = {"cpu": ti.cpu, "cuda": ti.cuda}[scene.numerics.backend]
     os.environ.setdefault("TI_OFFLINE_CACHE_CLEANING_POLICY", "lru")
@@ -80,6 +84,7 @@ def start_taichi(scene, threads):
                 # what a number written in a kernel is: it must not make doubles of single lanes
                 default_fp=ti.f64 if scene.numerics.precision == "f64" else ti.f32,
                 fast_math=True,
+                advanced_optimization=simplify,
                 offline_cache=True,
                 offline_cache_max_size_of_files=CACHE_BYTES,
                 **_kernel_folder(),

@@ -153,7 +153,8 @@ def chosen_kernels(scene, layout, laws, running):
     key = (scene.numerics.backend, threads, room, layout, laws, walls, kind, materials)
     if (last := _LAST.of(key)) is not None:
         return last
-    start_taichi(scene, threads)
+    # what Taichi simplifies LLVM simplifies too: steps take as long, compiling two thirds
+    start_taichi(scene, threads, simplify=False)
     fields = place(declare(room, layout, walls))
     scratch = search.place_search(room, layout, walls)
     sums = place_measure(room, layout, walls)

@@ -29,7 +29,7 @@ def operations(precision, folder, monkeypatch):
     laws = chosen_laws(scene.interaction, scene.numerics.newton_steps)
     push = make_push(scene.push, {}, [], 1.0)
     layout = chosen_layout(scene, laws, LOOPS["cpu"], push, polydisperse=False)
-    start_taichi(scene, 1)
+    start_taichi(scene, 1, simplify=False)
     current_cfg().print_kernel_llvm_ir_optimized = True
     current_cfg().offline_cache = False  # what comes from the cache is not printed
     phases = Phases(place(declare(64, layout, False)), layout, laws, False)
