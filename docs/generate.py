@@ -23,7 +23,7 @@ from dusttaichi.scene.keys import rows
 HERE = Path(__file__).parent
 OUTPUT = HERE / "generated"
 
-GROUPS = ("series", "profiles", "snapshots", "contacts", "wall_contacts")
+GROUPS = ("series", "profiles", "snapshots", "contacts", "wall_contacts", "sphere_contacts")
 # What a scene must have for a variable to be there, in words.
 FEATURES = {
     "walls": "with walls",

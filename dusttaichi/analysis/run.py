@@ -287,17 +287,16 @@ class Run:
         return edges
 
     def contacts(self, snapshot=-1, group="contacts"):
-        """Rows of /contacts (or group="wall_contacts") of one snapshot, as an xr.Dataset.
+        """Rows of /contacts (group: or of wall_contacts, sphere_contacts) of one snapshot.
 
         Raises DustError where the run kept none, IndexError for a snapshot that is not there.
         """
         if self.tree is None or group not in self.tree.children:
             raise DustError(f"{self.path} holds no {group} (output: contacts: false, or no walls).")
         number = self._snapshot_numbers()[snapshot]
-        name = "contact_count" if group == "contacts" else "wall_contact_count"
-        counts = self.tree["snapshots"][name].values
+        dim = group.removesuffix("s")
+        counts = self.tree[f"snapshots/{dim}_count"].values
         end = int(np.sum(counts[: number + 1]))
-        dim = "contact" if group == "contacts" else "wall_contact"
         rows = slice(end - int(counts[number]), end)
         # not with the labels of the root: `wall` there would take the place of the group's own
         kept = self.tree[group].to_dataset(inherit=False).isel({dim: rows})

@@ -32,7 +32,7 @@ from dusttaichi.grains.kernels.relist import make_relist
 from dusttaichi.grains.kernels.sphere import make_sphere_relist
 from dusttaichi.grains.kernels.wall_search import make_wall_relist
 from dusttaichi.grains.simulation import Simulation, Typical
-from dusttaichi.grains.sphere import sphere_contacts, sphere_of, surface_of
+from dusttaichi.grains.sphere import check_inside, sphere_contacts, sphere_of, surface_of
 from dusttaichi.grains.step import make_advance
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.names import AXES
@@ -69,16 +69,16 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
     loops = loops or LOOPS[scene.numerics.backend]
     layout = chosen_layout(scene, laws, loops, push, polydisperse=own is not None)
     layout = replace(layout, batch=scenes is not None, ledger=ledger)
+    pair, wall = contact_constants(scene) if own is None else farthest_contacts(scene, own)
+    box, cell = surroundings(scene, sample, own, scenes, (pair, wall))
     compiled = chosen_kernels(scene, layout, laws, (loops.kind, len(order), threads))
     tables = _LAST.tables(compiled, len(order))
     if own is not None:
         tables[1]["interfaces"].from_numpy(interfaces(scene, laws))
     if scenes is not None:
         tables[0]["scene"].from_numpy(scenes[order].astype(np.int32))
-    pair, wall = contact_constants(scene) if own is None else farthest_contacts(scene, own)
     skin = scene.numerics.skin
     smallest = radius if own is None else own.radius[around(scenes)].min()
-    box, cell = surroundings(scene, sample, own, scenes, (pair, wall))
     return Simulation(
         compiled,
         tables,
@@ -192,7 +192,8 @@ def around(scenes):
 
 
 def surroundings(scene, sample, own, scenes, contacts):
-    """(Box or None, Cell or None) of a scene; own: GrainProperties or None of equal grains.
+    """(Box or None, Cell or None) of a scene; own: GrainProperties or None of equal grains. Raises
+    DustError for a sample, or a sphere, that does not fit.
 
     contacts: ContactConstants of the pair and of the wall contact that reach farthest.
     """
@@ -210,6 +211,8 @@ def surroundings(scene, sample, own, scenes, contacts):
         period=None if period is None else np.array(period) / units.LENGTH,
         room=None if room is None else np.array(room) / units.LENGTH,
     )
+    if scene.sphere is not None:
+        check_inside(sphere_of(scene, sample, radius * units.LENGTH), box)
     return box, cell if cell is None else replace(cell, tilted=leans(scene))
 
 

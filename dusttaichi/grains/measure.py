@@ -57,7 +57,8 @@ class Readout:
         owner = np.repeat(np.arange(self.grains), np.diff(start))
         owner, entry = owner[entry >= 0], entry[entry >= 0]
         row, lane = np.divmod(entry, width)
-        load = self.state.lanes("load").reshape(-1, 2, 2, 3)  # contact, grain, force and torque
+        # contact, grain, force and torque; what contacts keep on request may be wider than that
+        load = self.state.lanes("load")[:, :12].reshape(-1, 2, 2, 3)
         own = load[(row >> 1) * width + lane, row & 1]
         out = np.zeros((2, self.grains, 3))
         np.add.at(out[0], owner, own[:, 0])

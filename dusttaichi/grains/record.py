@@ -236,7 +236,7 @@ def profile(sim, clock, edges, time):
 
 
 def snapshot(sim, contacts, time):
-    """Records of /snapshots, /contacts and /wall_contacts as (group, record) pairs.
+    """Records of /snapshots and of the groups of contacts as (group, record) pairs.
 
     time [s]: recorded.
     """
@@ -267,6 +267,10 @@ def snapshot(sim, contacts, time):
         walls = sim.wall_contact_state()
         record["wall_contact_count"] = len(walls["grain"])
         out.append(("wall_contacts", _in_si(walls, sim.step, len(walls["grain"]))))
+    if sim.sphere is not None:
+        own = sim.sphere.contacts()
+        record["sphere_contact_count"] = len(own["grain"])
+        out.append(("sphere_contacts", _in_si(own, sim.step, len(own["grain"]))))
     return out
 
 

@@ -7,9 +7,11 @@ import numpy as np
 from dusttaichi import units
 from dusttaichi.errors import DustError
 from dusttaichi.grains.grain_contacts import moving, size_ranges
+from dusttaichi.grains.kept import touching
 from dusttaichi.grains.kernels.store import SPHERE
 from dusttaichi.names import AXES, WALLS
 from dusttaichi.physics.contact import constants
+from dusttaichi.physics.contact.parts import pair_parts
 from dusttaichi.scene.sphere import SMOOTH
 
 
@@ -121,6 +123,24 @@ def _check_cell(scene, sample, radius):
         )
 
 
+def check_inside(sphere, box):
+    """Raise DustError where a RigidSphere stands in a wall of a Box, or of None, at the start."""
+    passed = [] if box is None else _passed(box, sphere.position, sphere.radius, 0.0)
+    if passed:
+        raise DustError(
+            f"sphere: it reaches through the wall {passed[0]} at the start, and contacts of sphere "
+            f"and walls are not computed; leave the wall out (boundary: {{kind: box, omit: "
+            f"[{passed[0]}]}}), or give the box a size that has room for the sphere"
+        )
+
+
+def _passed(box, place, radius, time):
+    """Names of the walls of a Box that a sphere at a place (3,) [um] reaches through."""
+    distance = box.normal @ place - box.offsets(time)
+    there = (distance < radius) & (box.present == 1)
+    return [name for name, past in zip(WALLS, there, strict=True) if past]
+
+
 class MovingSphere:
     """The sphere of a Simulation `sim`: it moves in the kernels, and is looked at here.
 
@@ -183,6 +203,26 @@ class MovingSphere:
         found = sim.sums["sphere_load"].to_numpy()
         return found[:3], found[3:]
 
+    def contacts(self):
+        """Grains that touch it now, a dict of arrays: grain (C,), by the sample's numbers; overlap
+        [um]; force [nN] and torque [nN um] on the grain (C, 3), the parts of these
+        (physics.contact.parts), and loss [fJ] by channel where it is followed."""
+        sim = self.sim
+        rows, grain, _ = sim.state.on_sphere()
+        state = sim.state.lanes("state")[rows]
+        on = np.flatnonzero(touching(sim.layout, state))
+        grain, load = grain[on], sim.state.lanes("load")[rows][on].astype(float)
+        d = sim.distances(rows.start + on, grain, np.full(len(on), self.row))
+        distance = np.linalg.norm(d, axis=1)
+        number = sim.order[grain]
+        radius = np.broadcast_to(sim.radii, sim.grains)[number]
+        load = load[:, :3], load[:, 3:6], load[:, 9:12]
+        found = {"grain": number, "overlap": radius + self.radius - distance}
+        found |= pair_parts(d / distance[:, None], load, (radius, self.radius))
+        if sim.layout.contact_loss:
+            found["loss"] = state[on, sim.layout.lost :]
+        return found | {"force": load[0], "torque": load[1]}
+
     def impulses(self):
         """Time integrals of both since the start, (6,)."""
         return self.sim.state["sphere_impulse"]
@@ -232,6 +272,4 @@ class MovingSphere:
         sim = self.sim
         if sim.box is None:
             return []
-        distance = sim.box.normal @ sim.state["x"][self.row] - sim.box.offsets(sim.time)
-        there = (distance < self.radius) & (sim.box.present == 1)
-        return [name for name, past in zip(WALLS, there, strict=True) if past]
+        return _passed(sim.box, sim.state["x"][self.row], self.radius, sim.time)

@@ -11,7 +11,11 @@ _TYPES = {
     "normal_force": "f4", "force": "f4", "torque": "f4", "torque_i": "f4", "torque_j": "f4",
     "sliding_force": "f4", "rolling_moment": "f4", "twisting_moment": "f4",
 }  # fmt: skip
-_COUNTS = {"contact_count": "contact", "wall_contact_count": "wall_contact"}
+_COUNTS = {
+    "contact_count": "contact",
+    "wall_contact_count": "wall_contact",
+    "sphere_contact_count": "sphere_contact",
+}
 _S12, _PHYS = "S12 section 3.2", "docs, Physics"
 
 # Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (a finite
@@ -130,6 +134,8 @@ _TABLE = {
          "snapshots contacts"),
         ("wall_contact_count", "snapshot", "1", "rows of /wall_contacts that belong to the "
          "snapshot", "", "walls snapshots contacts"),
+        ("sphere_contact_count", "snapshot", "1", "rows of /sphere_contacts that belong to the "
+         "snapshot", "", "sphere snapshots contacts"),
         ("radius", "grain", "m", "radius of the grain", "", "snapshots"),
         ("mass", "grain", "kg", "mass of the grain", "", "polydisperse snapshots"),
         ("material", "grain", "1", "number of the grain's material, in the order of the global "
@@ -195,6 +201,27 @@ _TABLE = {
          "walls snapshots contacts asked"),
         ("torque", "wall_contact xyz", "N m", "torque on the grain", _PHYS,
          "walls snapshots contacts forces"),
+    ],
+    "sphere_contacts": [
+        ("grain", "sphere_contact", "1", "grain", "", "sphere snapshots contacts"),
+        ("overlap", "sphere_contact", "m", "sum of the radii less distance of the centres", _PHYS,
+         "sphere snapshots contacts"),
+        ("step", "sphere_contact", "1", "time steps done at the snapshot of this contact", "",
+         "sphere snapshots contacts forces"),
+        ("normal_force", "sphere_contact", "N", "force along the line of centres, positive where "
+         "it pushes", _PHYS, "sphere snapshots contacts forces"),
+        ("force", "sphere_contact xyz", "N", "force on the grain", _PHYS,
+         "sphere snapshots contacts forces"),
+        ("sliding_force", "sphere_contact xyz", "N", "part of force across the line of centres",
+         _PHYS, "sphere snapshots contacts asked"),
+        ("rolling_moment", "sphere_contact xyz", "N m", "torque of rolling on the grain", _PHYS,
+         "sphere snapshots contacts asked"),
+        ("twisting_moment", "sphere_contact", "N m", "torque on the grain about the line of "
+         "centres", _PHYS, "sphere snapshots contacts asked"),
+        ("loss", "sphere_contact channel", "J", "energy lost in the contact since it formed", _PHYS,
+         "sphere snapshots contacts asked"),
+        ("torque", "sphere_contact xyz", "N m", "torque on the grain", _PHYS,
+         "sphere snapshots contacts forces"),
     ],
 }  # fmt: skip
 

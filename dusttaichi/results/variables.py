@@ -11,9 +11,11 @@ import numpy as np
 from dusttaichi.names import AXES, CHANNELS, SPRINGS, WALLS
 
 ASKED = "asked"  # feature of what is written on request alone
-CHOSEN = ("snapshots", "contacts", "wall_contacts")  # groups that `output.variables` chooses from
+# groups that `output.variables` chooses from
+CHOSEN = ("snapshots", "contacts", "wall_contacts", "sphere_contacts")
 NEEDED = {"snapshot_time", "step", "position", "box", "grain_i", "grain_j", "grain", "wall"}
-EACH = {"grain", "particle", "contact", "wall_contact"}  # dimensions with many entries
+# dimensions with many entries
+EACH = {"grain", "particle", "contact", "wall_contact", "sphere_contact"}
 # dimensions whose entries have names, where a method says nothing else
 LABELS = {
     "wall": WALLS,
@@ -29,6 +31,7 @@ _RECORDS = {  # group -> the dimension that grows
     "snapshots": "snapshot",
     "contacts": "contact",
     "wall_contacts": "wall_contact",
+    "sphere_contacts": "sphere_contact",
 }
 
 

@@ -69,6 +69,19 @@ class LatticeSample(SampleBlock):
             raise needed("a list of 3 whole numbers of at least 1 is needed, such as [10, 10, 10]")
         return value
 
+    @model_validator(mode="before")
+    @classmethod
+    def _alike(cls, data: Any) -> Any:
+        given = [name for name in ("sizes", "shares") if isinstance(data, dict) and name in data]
+        if given:
+            text = (
+                "grains that are not all alike cannot all touch at the sites of a lattice: some "
+                "would overlap, others stand apart; take random_packing, rbd, pca or bcca, or "
+                "give each its place (kind: explicit)"
+            )
+            raise problems([(given[0], text)])
+        return data
+
     @model_validator(mode="after")
     def _check(self) -> LatticeSample:
         found = exactly_one(self, ("cells", "grains", "size"), "cells: [10, 10, 10]")

@@ -167,12 +167,6 @@ class _Snapshot:
             for k in (AXES.index(axis) for axis in axes if axis in AXES):
                 period[k] = room[2 * k + 1] - room[2 * k]
         self._check_upright()
-        tilt = self.frame.get("tilt")
-        if tilt is not None and abs(float(tilt[self._place(len(tilt))].values)) > 0.0:
-            raise DustError(
-                f"{self.where}: its cell has been sheared and leans; allowed: a snapshot of an "
-                "upright cell (sample.snapshot)."
-            )
         time = self.frame.get("snapshot_time")
         if time is not None and time.ndim == 1 and len(time):
             found["time"] = float(time[self._place(len(time))].values)

@@ -1,7 +1,7 @@
 """The rigid sphere among the grains, and gravity: closed forms, conservation, one very large grain.
 
 Scenes of one make stand together: what is compiled depends on their structure alone, so those
-without gravity have one of 0 m/s^2.
+without gravity have one of 0 m/s^2, and all in double precision follow what each contact loses.
 """
 
 from functools import cache
@@ -24,6 +24,7 @@ from dusttaichi.run import execute
 from dusttaichi.run.ledger import ledger
 from dusttaichi.scene.boundary import Drive
 
+FOLLOWED = {"variables": ["loss", "sliding_force"]}
 BALL = 6e-6  # radius of the sphere [m], ten grains
 WEIGHTLESS = {"acceleration": ["0 m/s^2"] * 3}
 SILICATE = ref.SILICATE
@@ -39,7 +40,7 @@ def scene_with(place, velocity=None, speed=None, spin=(0, 0, 0), **blocks):
         sphere["speed"] = vector(speed, "m/s")
     else:
         sphere |= {"velocity": vector(velocity or (0, 0, 0), "m/s"), "spin": vector(spin, "rad/s")}
-    return make_scene(sphere=sphere, **{"gravity": WEIGHTLESS, **blocks})
+    return make_scene(sphere=sphere, **{"gravity": WEIGHTLESS, "output": FOLLOWED, **blocks})
 
 
 def cluster():
@@ -77,8 +78,9 @@ def opened(sim, start):
 
 
 @cache
-def hit(threads=1, precision="f64"):
-    scene = scene_with(**HIT, threads=threads, numerics={"precision": precision})
+def hit(precision="f64"):
+    followed = FOLLOWED if precision == "f64" else {}
+    scene = scene_with(**HIT, output=followed, numerics={"precision": precision})
     sim = make(scene, sample_of(cluster())).sim
     start = Start.of(measurement(sim))
     first = momenta(sim)
@@ -130,22 +132,6 @@ def test_momentum_and_ledger_of_a_hit():
     assert abs(residual) < 2e-3
 
 
-def test_mixed_precision_of_a_hit():
-    """Both sides of a contact take the same force, so momentum is kept to rounding of the sums in
-    double precision; torques are rounded to 1e-7 of themselves."""
-    _, before, after, residual, parts = hit(precision="mixed")
-    assert np.abs(after[0] - before[0]).max() < 1e-12 * after[2]
-    assert np.abs(after[1] - before[1]).max() < 1e-7 * after[3]
-    assert abs(residual) < 2e-3
-    # the sphere weighs as much as a hundred times the grains, and hardly feels how they fly
-    assert parts["sphere_kinetic"] == pytest.approx(hit()[4]["sphere_kinetic"], rel=1e-3)
-
-
-def test_threads_change_no_bit():
-    for one, two in zip(hit(1)[0], hit(2)[0], strict=True):
-        assert np.array_equal(one, two)
-
-
 def test_a_restored_sphere_goes_on_with_the_same_bits():
     scene = scene_with(**HIT)
     moving = make(scene, sample_of(cluster()))
@@ -176,6 +162,108 @@ def test_a_driven_sphere_keeps_its_way_and_its_work_closes_the_ledger():
     m = measurement(sim)
     assert m.parts["sphere_work"] > 0 and m.work == m.parts["sphere_work"]
     assert abs(opened(sim, start)) < 5e-3
+
+
+# Two bodies that fly at each other: what the series says of each.
+
+
+def test_bodies_share_the_angular_momentum():
+    """One grain against a pair, off the centre: the grains of each body stay its own."""
+    body = {"kind": "explicit", "positions": [["0 m"] * 3, ["0 m", "1.1998 um", "0 m"]]}
+    single = {"kind": "explicit", "positions": [["0 m"] * 3]}
+    sample = {"kind": "collision", "target": body, "projectile": single, "speed": "0.2 m/s"}
+    sample |= {"impact_parameter": 0.3, "gap": "1 nm", "orientation": "as given"}
+    # the sphere rests far away
+    scene = scene_with((0, 0, 1e-3), sample=sample, numerics={"step_fraction": 0.1})
+    moving = make(scene, samples.make(scene))
+    assert moving.sizes()["body"] == ("target", "projectile")
+    first = moving.series(moving.measure(), None)
+    moving.advance(1500)
+    last = moving.series(moving.measure(), None)
+    mass = moving.sim.mass * units.MASS * np.array([[2.0], [1.0]])
+    turned = []
+    for record in (first, last):
+        linear = mass * record["body_velocity"]
+        scale = np.abs(linear).sum()
+        np.testing.assert_allclose(linear.sum(0), record["momentum"], atol=1e-12 * scale)
+        orbital = np.cross(record["body_position"], linear)
+        both = orbital + record["body_angular_momentum"]
+        np.testing.assert_allclose(
+            both.sum(0), record["angular_momentum"], atol=1e-12 * np.abs(orbital).sum()
+        )
+        turned.append(np.abs(record["body_angular_momentum"]).max(axis=1))
+    assert (turned[0] == 0.0).all() and (turned[1] > 0.0).all()
+
+
+# A run on disk: resumed with the same bits, measured, drawn.
+
+
+def fall(folder, steps, **how):
+    x = [vector(row, "m") for row in cluster()]
+    scene = scene_with(
+        (0.0, 0.0, 7.85e-6),
+        (0.0, 0.0, -5.0),
+        sample={"kind": "explicit", "positions": x},
+        stop={"steps": steps},
+        output={"series": {"steps": 20}, "snapshots": {"steps": 200}, "forces": True} | FOLLOWED,
+    )
+    execute(scene, folder, **how)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def on_disk(tmp_path_factory):
+    return fall(tmp_path_factory.mktemp("fall") / "whole", 600)
+
+
+def test_a_run_on_disk(on_disk, tmp_path):
+    whole, parts = on_disk, fall(fall(tmp_path / "parts", 400), 600, resume=True)
+    bits.assert_same_bits(whole / "result.nc", parts / "result.nc")
+    with analysis.open_run(whole) as run:
+        way = analysis.penetration(run)
+        assert way.radius == pytest.approx(BALL) and way.stop is None
+        top = np.max(cluster()[:, 2]) + RADIUS
+        assert way.surface == pytest.approx(top, rel=1e-12)
+        # it has lost less than a hundredth of its speed: the depth is that of a straight way
+        at = run.series.time.values[-1]
+        assert way.depth[-1] == pytest.approx(top - 1.85e-6 + 5.0 * at, rel=1e-2)
+        below = analysis.column(run)
+        assert below.sphere == pytest.approx(way.depth[-1], rel=1e-9)
+        assert "largest depth of the sphere" in dict(r[:2] for r in table(analysis.summary(run)))
+        assert {"sphere", "sphere_column"} <= set(plots.figures_of(run))
+        assert analysis.read_frame(run).sphere[3] == pytest.approx(BALL)
+        plots.grains(run, color="uniform", dpi=40)
+
+
+def test_what_the_sphere_touches(on_disk):
+    """Its contacts carry the force on it; the parts of each make its force, and what they have lost
+    since they formed is most of what was lost: some have opened before."""
+    with analysis.open_run(on_disk) as run:
+        touched = run.contacts(group="sphere_contacts")
+        force, last = run.snapshots.sphere_force.values[-1], run.series.isel(time=-1)
+    assert len(touched.grain) == int(last.sphere_contact_count) > 0
+    np.testing.assert_allclose(-touched.force.sum("sphere_contact"), force, rtol=1e-5)  # of f4
+    push, across = touched.normal_force.values, touched.sliding_force.values
+    size = np.sqrt(push**2 + np.sum(across**2, axis=1))
+    np.testing.assert_allclose(size, np.linalg.norm(touched.force, axis=1), rtol=1e-5)
+    assert (touched.overlap > 0.0).any() and float(last.loss_sphere.sum()) > 0.0
+    lost = touched.loss.sum("sphere_contact").values
+    assert (lost <= last.loss_sphere.values * (1.0 + 1e-9)).all()
+    assert lost.sum() > 0.5 * float(last.loss_sphere.sum())
+
+
+# The same in mixed precision.
+
+
+def test_mixed_precision_of_a_hit():
+    """Both sides of a contact take the same force, so momentum is kept to rounding of the sums in
+    double precision; torques are rounded to 1e-7 of themselves."""
+    _, before, after, residual, parts = hit("mixed")
+    assert np.abs(after[0] - before[0]).max() < 1e-12 * after[2]
+    assert np.abs(after[1] - before[1]).max() < 1e-7 * after[3]
+    assert abs(residual) < 2e-3
+    # the sphere weighs as much as a hundred times the grains, and hardly feels how they fly
+    assert parts["sphere_kinetic"] == pytest.approx(hit()[4]["sphere_kinetic"], rel=1e-3)
 
 
 # Grains of their own radius, of which the largest is the sphere; open.
@@ -266,71 +354,10 @@ def test_refused_with_others():
         make_scene(gravity={"acceleration": ["0 m/s^2", "0 m/s^2", "1 m/s^2"]}, boundary=cell)
     with pytest.raises(DustError, match="a grain would touch the sphere across both faces"):
         build(make_scene(sphere=ball, boundary=cell), sample_of([[0, 0, 0]]))
+    room = {"kind": "box", "at": {"z": ["-1 um", "12 um"]}}
+    with pytest.raises(
+        DustError, match=r"through the wall (x_min|top) at the start.*leave the wall"
+    ):
+        build(scene_with((0, 0, 7e-6), boundary=room), sample_of([[0, 0, 0]]))
     with pytest.raises(DustError, match=r"overlaps by 0\.6 um with grain 0"):
         build(scene_with((0, 0, 6e-6)), sample_of([[0, 0, 0]]))
-
-
-# Two bodies that fly at each other: what the series says of each.
-
-
-def test_bodies_share_the_angular_momentum():
-    """One grain against a pair, off the centre: the grains of each body stay its own."""
-    body = {"kind": "explicit", "positions": [["0 m"] * 3, ["0 m", "1.1998 um", "0 m"]]}
-    single = {"kind": "explicit", "positions": [["0 m"] * 3]}
-    sample = {"kind": "collision", "target": body, "projectile": single, "speed": "0.2 m/s"}
-    sample |= {"impact_parameter": 0.3, "gap": "1 nm", "orientation": "as given"}
-    scene = make_scene(sample=sample, gravity=WEIGHTLESS, numerics={"step_fraction": 0.1})
-    moving = make(scene, samples.make(scene))
-    assert moving.sizes()["body"] == ("target", "projectile")
-    first = moving.series(moving.measure(), None)
-    moving.advance(1500)
-    last = moving.series(moving.measure(), None)
-    mass = moving.sim.mass * units.MASS * np.array([[2.0], [1.0]])
-    turned = []
-    for record in (first, last):
-        linear = mass * record["body_velocity"]
-        scale = np.abs(linear).sum()
-        np.testing.assert_allclose(linear.sum(0), record["momentum"], atol=1e-12 * scale)
-        orbital = np.cross(record["body_position"], linear)
-        both = orbital + record["body_angular_momentum"]
-        np.testing.assert_allclose(
-            both.sum(0), record["angular_momentum"], atol=1e-12 * np.abs(orbital).sum()
-        )
-        turned.append(np.abs(record["body_angular_momentum"]).max(axis=1))
-    assert (turned[0] == 0.0).all() and (turned[1] > 0.0).all()
-
-
-# A run on disk: resumed with the same bits, measured, drawn.
-
-
-def fall(folder, steps, **how):
-    x = [vector(row, "m") for row in cluster()]
-    scene = scene_with(
-        (0.0, 0.0, 7.85e-6),
-        (0.0, 0.0, -5.0),
-        sample={"kind": "explicit", "positions": x},
-        stop={"steps": steps},
-        output={"series": {"steps": 20}, "snapshots": {"steps": 200}},
-    )
-    execute(scene, folder, **how)
-    return folder
-
-
-def test_a_run_on_disk(tmp_path):
-    whole = fall(tmp_path / "whole", 600)
-    parts = fall(fall(tmp_path / "parts", 400), 600, resume=True)
-    bits.assert_same_bits(whole / "result.nc", parts / "result.nc")
-    with analysis.open_run(whole) as run:
-        way = analysis.penetration(run)
-        assert way.radius == pytest.approx(BALL) and way.stop is None
-        top = np.max(cluster()[:, 2]) + RADIUS
-        assert way.surface == pytest.approx(top, rel=1e-12)
-        # it has lost less than a hundredth of its speed: the depth is that of a straight way
-        at = run.series.time.values[-1]
-        assert way.depth[-1] == pytest.approx(top - 1.85e-6 + 5.0 * at, rel=1e-2)
-        below = analysis.column(run)
-        assert below.sphere == pytest.approx(way.depth[-1], rel=1e-9)
-        assert "largest depth of the sphere" in dict(r[:2] for r in table(analysis.summary(run)))
-        assert {"sphere", "sphere_column"} <= set(plots.figures_of(run))
-        assert analysis.read_frame(run).sphere[3] == pytest.approx(BALL)
-        plots.grains(run, color="uniform", dpi=40)

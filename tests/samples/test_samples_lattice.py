@@ -113,6 +113,10 @@ def test_minimum_image_and_open_distances_agree_inside():
         ({"structure": "sc", "cells": [2, 2, 0]}, "sample.cells[2] = 0: a whole number of at le"),
         ({"structure": "sc", "size": ["1 um"] * 3}, "1 x 1 x 1 um has no room for a grain"),
         ({"structure": "ccp", "size": ["1.3 um"] * 3}, "holds no whole cell of ccp"),
+        (
+            {"structure": "sc", "grains": 8, "shares": {"default": 1}},
+            "sample.shares: grains that are not all alike cannot all touch at the sites",
+        ),
         ({"structure": "sc", "grains": 10**9}, "allowed: 2e+07"),
         ({"structure": "sc", "size": ["1 m"] * 3}, "allowed: 2e+07"),
         ({"structure": "sc", "cells": [10**9, 10**9, 10**9]}, "allowed: 2e+07"),

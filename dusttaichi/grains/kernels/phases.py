@@ -115,7 +115,11 @@ class Phases:
         own = first // self.tile + tile
         self.pairs.begin_tile(own)
         for c in range(tile * self.tile, ti.min((tile + 1) * self.tile, blocks)):
+            if ti.static(self.contact_loss):
+                self.lost.before(first + c, own)
             self.pairs.block(first + c, own, self.of_pairs(first + c, sphere), dt, frame)
+            if ti.static(self.contact_loss):
+                self.lost.after(first + c, own)
         self.pairs.end_tile(own)
 
     @ti.func
