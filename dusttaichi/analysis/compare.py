@@ -5,7 +5,7 @@ import csv
 import numpy as np
 import yaml
 
-from dusttaichi.analysis import dynamic
+from dusttaichi.analysis import dynamic, sphere
 from dusttaichi.analysis.arrival import arrival, sound_speed
 from dusttaichi.analysis.continuum import numbers as continuum
 from dusttaichi.analysis.drive import is_dynamic
@@ -31,7 +31,8 @@ def compare(runs, at=AT):
     one is pressed from all sides: ratio of the pressure to T19 eq 9 and its scatter. Where one is
     of the continuum: its material and resolution, and the numbers of `analysis.continuum.numbers`.
     Where one collides: speed, outcome, fragments, largest_share, growth_efficiency, restitution.
-    Where one is pushed: sound_speed and its sigma. Then worst ledger residual, steps, simulated and
+    Where one is pushed: sound_speed and its sigma. Where one is a sphere among grains: its depth,
+    stopping time and largest force. Then worst ledger residual, steps, simulated and
     wall time, version. None or nan for what a run has not.
     """
     parts = [part for part in COLUMNS if any(_has(run, part) for run in runs)]
@@ -45,7 +46,7 @@ def _has(run, part):
 def _row(run, parts, at):
     numbers, scene = summary(run), run.scene
     row = {"name": run.name}
-    if parts != ["is_continuum"]:
+    if not run.is_continuum or parts != ["is_continuum"]:
         row |= _of_grains(run, scene)
         if not set(parts) <= {"compresses", FAST}:
             row["drive"] = _drive(scene)
@@ -120,6 +121,10 @@ def _collision(run, numbers, at):
     return {"speed": info.get("speed") if run.collides else None} | {k: numbers[k] for k in keys}
 
 
+def _sphere(run, numbers, at):
+    return {key: numbers[key] for key in sphere.NAMES}
+
+
 def _sound(run, numbers, at):
     try:
         fit = sound_speed(arrival(run)) if run.pushes else None
@@ -139,6 +144,7 @@ COLUMNS = {
     "shrinks": _isotropic,
     "collides": _collision,
     "pushes": _sound,
+    "has_sphere": _sphere,
     "is_continuum": _continuum,
 }
 

@@ -4,6 +4,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
 from dusttaichi.commands.console import console, plain_table, say, say_written
@@ -17,39 +18,42 @@ COLUMNS = (  # heading, key of analysis.compare, shown as, unit; only what the r
     ("grains", "grains", "{:,}", 1),
     ("p_m kPa", "p_m", "{:.1f}", 1e3),
     ("Delta", "delta", "{:.2f}", 1),
-    ("rms", "rms", "{:.3f}", 1),
-    ("mean", "rms_mean", "{:+.3f}", 1),
-    ("covered", "rms_covered", "{:.2f}", 1),
+    ("rms in phi", "rms", "{:.3f}", 1),
+    ("mean in phi", "rms_mean", "{:+.3f}", 1),
+    ("law covered", "rms_covered", "{:.2f}", 1),
     ("contacts/grain at 0.3", "contacts_per_grain_at_0.3", "{:.2f}", 1),
-    ("at 0.45", "contacts_per_grain_at_0.45", "{:.2f}", 1),
+    ("contacts/grain at 0.45", "contacts_per_grain_at_0.45", "{:.2f}", 1),
     ("phi_init", "phi_init", "{:.3g}", 1),
     ("strength kPa", "strength", "{:.3g}", 1e3),
-    ("sigma", "strength_sigma", "{:.2g}", 1e3),
-    ("at phi", "strength_phi", "{:.3g}", 1),
-    ("T19 eq 33", "strength_law", "{:.3g}", 1e3),
-    ("past it", "strength_passed", "{!s}", 1),
+    ("± kPa", "strength_sigma", "{:.2g}", 1e3),
+    ("strength at phi", "strength_phi", "{:.3g}", 1),
+    ("T19 eq 33 kPa", "strength_law", "{:.3g}", 1e3),
+    ("maximum passed", "strength_passed", "{!s}", 1),
     ("P/(E_roll/r^3 phi^3)", "ratio", "{:.2f}", 1),
     ("speed m/s", "speed", "{:.3g}", 1),
     ("outcome", "outcome", "{}", 1),
     ("fragments", "fragments", "{}", 1),
-    ("largest", "largest_share", "{:.3f}", 1),
-    ("growth", "growth_efficiency", "{:.3f}", 1),
+    ("largest fragment", "largest_share", "{:.3f}", 1),
+    ("growth efficiency", "growth_efficiency", "{:.3f}", 1),
     ("restitution", "restitution", "{:.3f}", 1),
     ("sound m/s", "sound_speed", "{:.4g}", 1),
     ("± m/s", "sound_speed_sigma", "{:.1g}", 1),
+    ("sphere depth um", "sphere_depth", "{:.4g}", 1e-6),
+    ("sphere so far um", "sphere_largest_depth", "{:.4g}", 1e-6),
+    ("force on it uN", "sphere_force", "{:.4g}", 1e-6),
     ("particles", "particles", "{:,}", 1),
     ("p_m", "material_p_m", "{}", 1),
     ("a of Y", "shear_exponent", "{}", 1),
     ("K_0", "bulk_modulus", "{}", 1),
     ("spacing", "spacing", "{}", 1),
-    ("alpha", "viscosity_contact", "{}", 1),
-    ("T ms", "stopping_time_weightless", "{:.2f}", 1e-3),
-    ("D mm", "depth_weightless", "{:.3f}", 1e-3),
-    ("phi below", "bead_filling_factor", "{:.3f}", 1),
-    ("V(0.22)", "compacted_volume", "{:.2f}", 1),
-    ("e", "dust_restitution", "{:.3f}", 1),
+    ("viscosity alpha", "viscosity_contact", "{}", 1),
+    ("stopping time ms", "stopping_time_weightless", "{:.2f}", 1e-3),
+    ("depth mm", "depth_weightless", "{:.3f}", 1e-3),
+    ("phi below bead", "bead_filling_factor", "{:.3f}", 1),
+    ("bead volumes denser than 0.22", "compacted_volume", "{:.2f}", 1),
+    ("restitution of dust", "dust_restitution", "{:.3f}", 1),
     ("rebound", "largest_rebound", "{:.3f}", 1),
-    ("sticks", "sticking_mass", "{:.2f}", 1),
+    ("share that sticks", "sticking_mass", "{:.2f}", 1),
     ("time us", "time", "{:.4g}", 1e-6),
     ("ledger", "ledger_worst", "{:.0e}", 1),
 )
@@ -58,6 +62,8 @@ COLUMNS = (  # heading, key of analysis.compare, shown as, unit; only what the r
 def _cell(value, text, unit):
     if not _known(value):
         return "-"
+    if isinstance(value, (bool, np.bool_)):
+        return "yes" if value else "no"
     return text.format(value if unit == 1 else value / unit)
 
 
@@ -75,7 +81,7 @@ def _side_by_side(rows):
 
 
 def _known(value):
-    return value is not None and value == value  # not a number is not known
+    return value is not None and value == value and value != ""  # not a number is not known
 
 
 def plot(

@@ -49,8 +49,8 @@ def tensile(runs, labels=None, stage=None):
     else:
         _linear(axes, results, scale)
     axes.set_xlabel(r"filling factor $\phi$ (stretching goes on to the left)")
-    along = results[0].axis if len({t.axis for t in results}) == 1 else "the stretching"
-    axes.set_ylabel(f"stress along {along}, positive in tension ({unit})")
+    along = f" along {results[0].axis}" if len({t.axis for t in results}) == 1 else ""
+    axes.set_ylabel(f"tensile stress{along} ({unit})")
     style.legend(axes)
     return figure
 
