@@ -26,7 +26,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.names import AXES, WALLS
 from dusttaichi.physics.continuum.elasticity import bulk_modulus
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
-from dusttaichi.samples.continuum.particles import DUST, HELD, RIGID, WALL
+from dusttaichi.samples.continuum.particles import DUST, ELASTIC, HELD, RIGID, WALL
 
 _LAST = LastCompiled()
 DOUBLE = 2.0  # times the volume of a rigid particle that kernels see: the dust's stress, mirrored
@@ -129,6 +129,7 @@ def put_particles(sim, particles, moving):
     rigid = role == RIGID
     group[rigid] = FACES + rank[particles.body[rigid]]
     group[role == DUST] = -1
+    elastic = role == ELASTIC
     rows = np.zeros((FACES + len(moving), sim.rigid(0, 36).shape[1]))
     rows[:FACES, TURN] = 1.0
     for k, body in enumerate(moving):
@@ -145,7 +146,10 @@ def put_particles(sim, particles, moving):
         "mass": particles.mass,
         "density": particles.density,
         "reference": particles.reference,
-        "modulus": bulk_modulus(particles.reference, sim.material),
+        "modulus": np.where(
+            elastic, particles.modulus, bulk_modulus(particles.reference, sim.material)
+        ),
+        "shear_ratio": np.where(elastic, particles.shear_ratio, sim.material.mu_over_K),
         "volume": np.where(stiff, DOUBLE * volume, volume),
         "deviator": np.where(stiff[:, None], 0.0, full),
         "arm": np.where(rigid[:, None], (particles.position - centre)[:, axes], 0.0),
@@ -156,12 +160,16 @@ def put_particles(sim, particles, moving):
         "role": role,
         "number": np.arange(n, dtype=np.int32),
     }
+    if "side" in sim.tables:
+        values["side"] = np.where(elastic, 2 + particles.body, np.where(stiff, 1, 0))
     if sim.layout.separate:
         values["gap"] = np.full(n, CLOSED)
     for name, value in values.items():
         sim.put(name, value)
-    if not (np.isin(role, (DUST, HELD)).any()):
-        raise DustError("sample: there is no dust; a sample with dust is needed")
+    if not (np.isin(role, (DUST, HELD, ELASTIC)).any()):
+        raise DustError(
+            "sample: there is nothing that gives way; dust or what is elastic is needed"
+        )
 
 
 def begin(sim, scene):

@@ -5,7 +5,7 @@ import numpy as np
 from dusttaichi import units
 from dusttaichi.continuum.kernels.store import CENTRE, FACES, FORCE, MASS, OLD, SPEED, WORK
 from dusttaichi.method import Measurement
-from dusttaichi.samples.continuum.particles import RIGID, WALL
+from dusttaichi.samples.continuum.particles import DUST, HELD, RIGID, WALL
 
 
 def energies(sim):
@@ -16,7 +16,7 @@ def energies(sim):
     """
     role, mass = sim.of_particles("role"), sim.of_particles("mass")
     v = sim.velocities()
-    dust = (role != RIGID) & (role != WALL)
+    gives = (role != RIGID) & (role != WALL)
     speed2 = np.sum(v * v, axis=1)
     free = sim.of_particles("group") < 0
     kinetic = 0.5 * np.sum(mass[free] * speed2[free])
@@ -27,32 +27,31 @@ def energies(sim):
     g = -sim.numbers["gravity"][-1]
     height = sim.of_particles("x")[:, -1]
     gravity = g * (np.sum(mass[free] * height[free]) + np.sum(own * sim.rigid(CENTRE)[FACES:, 2]))
-    elastic = elastic_energies(sim, dust)
+    elastic = elastic_energies(sim, gives)
     work, loss = sim.of_particles("work").sum(axis=0), sim.of_particles("loss").sum(axis=0)
     loss = loss - half_step(sim, v)
-    density = sim.of_particles("density")[dust]
+    density = sim.of_particles("density")[np.isin(role, (DUST, HELD))]
     return {
         "kinetic": float(kinetic),
         "gravity_energy": float(gravity),
-        "elastic_energy": float(elastic.sum()),
+        "elastic_energy": float(elastic.sum()) + against_artificial_stress(sim, v),
         "loss": np.array([*(work - elastic), *loss]),
         "work": face_work(sim),
         "speed": float(np.sqrt(speed2.max())),
-        "density": float(density.max()),
+        "density": float(density.max(initial=0.0)),
         "momentum": (mass[free] @ v[free]) + own @ speed[FACES:],
     }
 
 
-def elastic_energies(sim, dust):
+def elastic_energies(sim, gives):
     """Elastic energy of pressure in compression and in tension, and of the deviator [J], (3,).
 
     p^2/2K and S:S/4mu per volume.
     """
-    ratio = sim.material.mu_over_K
-    density = sim.of_particles("density")[dust]
-    volume = sim.of_particles("mass")[dust] / density
-    K = sim.of_particles("modulus")[dust]
-    p, S = sim.of_particles("pressure")[dust], sim.of_particles("deviator")[dust]
+    density = sim.of_particles("density")[gives]
+    volume = sim.of_particles("mass")[gives] / density
+    K, ratio = sim.of_particles("modulus")[gives], sim.of_particles("shear_ratio")[gives]
+    p, S = sim.of_particles("pressure")[gives], sim.of_particles("deviator")[gives]
     d = sim.dimension
     trace = S[:, :: d + 1].sum(axis=1)
     squares = np.sum(S * S, axis=1) + trace * trace
@@ -64,6 +63,16 @@ def elastic_energies(sim, dust):
             (volume * squares / (4.0 * ratio * K)).sum(),
         ]
     )
+
+
+def against_artificial_stress(sim, v):
+    """Work against artificial stress since the start [J], with the half step up to now: it comes
+    back where the tension goes; 0 where there is none."""
+    if "taken" not in sim.tables:
+        return 0.0
+    half, mean = 0.5 * sim.clock[OLD], 0.5 * (sim.raised(sim.of_particles("v")) + v)
+    last = half * np.sum(sim.raised(sim.of_particles("pushing")) * mean)
+    return float(sim.of_particles("taken").sum() - last)
 
 
 def half_step(sim, v):
@@ -97,3 +106,23 @@ def measurement(sim, start):
         work=m["work"] / units.ENERGY,
         parts=m | {"loss": losses * units.ENERGY},
     )
+
+
+def elastic_bodies(sim, sample):
+    """Centre [m], velocity [m/s], spin [rad/s] and momentum [kg m/s] of the elastic bodies of a
+    sample as they are now, (bodies, 3) each, as a tuple."""
+    numbers = [k for k, body in enumerate(sample.bodies) if body.elastic]
+    found = np.zeros((4, len(numbers), 3))
+    if not numbers:
+        return tuple(found)
+    label = sample.body[sim.of_particles("number")]
+    x, v, mass = sim.raised(sim.of_particles("x")), sim.velocities(), sim.of_particles("mass")
+    for row, number in enumerate(numbers):
+        own = label == number
+        m = mass[own]
+        centre, velocity = m @ x[own] / m.sum(), m @ v[own] / m.sum()
+        r = x[own] - centre
+        inertia = m @ np.sum(r * r, axis=1) * np.eye(3) - r.T @ (m[:, None] * r)
+        turning = m @ np.cross(r, v[own] - velocity)
+        found[:, row] = centre, velocity, np.linalg.pinv(inertia) @ turning, m.sum() * velocity
+    return tuple(found)

@@ -45,7 +45,7 @@ class MovingDust(SimpleSimulation):
             "walls": domain.box is not None,
             "height": not np.isnan(domain.lengths(0)[2]),
             "stages": bool(self.scene.stages),
-            "bodies": self.sim.bodies > 0,
+            "bodies": len(self._shown()) > 0,
             "snapshots": True,
         }
         return {name for name, has in there.items() if has}
@@ -76,11 +76,20 @@ class MovingDust(SimpleSimulation):
         trust.check(self.sim, measurement)
 
     def sums(self):
-        # over time in us, as a window has it, the mean is a force in N
-        return {"impulse": self.sim.impulses() / units.TIME}
+        # over time in us, as a window has it, the mean is a force in N; that on an elastic body is
+        # the change of its momentum
+        elastic = measure.elastic_bodies(self.sim, self.sample)[3]
+        return {"impulse": np.concatenate([self.sim.impulses(), elastic]) / units.TIME}
 
     def series(self, measurement, window):
-        return record.series(self.sim, measurement.parts, window, self._areas())
+        elastic = measure.elastic_bodies(self.sim, self.sample)
+        return record.series(self.sim, measurement.parts, window, self._areas(), elastic)
+
+    def _shown(self):
+        """Names of the bodies that records tell of: rigid ones, then elastic ones."""
+        bodies = self.sample.bodies
+        rigid = [body.name for body in bodies if body.rigid]
+        return _distinct((*rigid, *(body.name for body in bodies if body.elastic)))
 
     def _areas(self):
         """Areas of the walls whose force is known [m^2], (6,); 0 of the others: on an open face
@@ -160,9 +169,9 @@ class MovingDust(SimpleSimulation):
     # -- result ----------------------------------------------------------------------------------
 
     def sizes(self):
-        rigid = tuple(body.name for body in self.sample.bodies if body.rigid)
+        rigid = self._shown()
         sizes = {"particle": self.sim.n, "channel": self.channels, "component": COMPONENTS}
-        return sizes | ({"rigid": _distinct(rigid)} if rigid else {})
+        return sizes | ({"rigid": rigid} if rigid else {})
 
     def constants(self):
         names = ("mass", "role", "body")

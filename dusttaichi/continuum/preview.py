@@ -16,7 +16,7 @@ from dusttaichi.method import Preview
 from dusttaichi.physics.continuum import elasticity, strength
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.samples.continuum import make
-from dusttaichi.samples.continuum.particles import DUST, HELD, ROLES
+from dusttaichi.samples.continuum.particles import DUST, ELASTIC, HELD, ROLES
 from dusttaichi.scene import quantities
 
 
@@ -26,11 +26,15 @@ def preview(scene):
     m = MaterialNumbers.of(scene.material)
     dust = np.isin(sample.role, (DUST, HELD))
     sound = elasticity.sound_speed(sample.density[dust], sample.reference[dust], m)
-    fastest = float(sound.max(initial=0.0)) * _damped(scene.numerics.viscosity)
+    elastic = sample.role == ELASTIC
+    stiff = sample.modulus[elastic] * (1.0 + 4.0 / 3.0 * sample.shear_ratio[elastic])
+    of_elastic = np.sqrt(stiff / sample.density[elastic])
+    fastest = max(sound.max(initial=0.0), of_elastic.max(initial=0.0))
+    fastest = float(fastest) * _damped(scene.numerics.viscosity)
     beat = time_step.beat(scene, fastest)
     sections = [
         ("Sample", _sample(scene, sample)),
-        ("Dust at the start", _dust(sample, dust, sound, m)),
+        *([("Dust at the start", _dust(sample, dust, sound, m))] if dust.any() else []),
         ("Particles", _particles(scene)),
         ("Time step", _step(scene, fastest, beat)),
         ("Memory", [("state", _memory(scene, len(sample)))]),

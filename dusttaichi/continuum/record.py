@@ -3,7 +3,7 @@
 import numpy as np
 
 from dusttaichi.continuum.kernels.store import CENTRE, FACES
-from dusttaichi.samples.continuum.particles import RIGID, WALL
+from dusttaichi.samples.continuum.particles import DUST, HELD
 
 IN_SPACE = [0, 4, 8, 1, 2, 5]  # xx yy zz xy xz yz of nine rows
 
@@ -18,20 +18,21 @@ def components(S, dimension):
     return out
 
 
-def series(sim, parts, window, areas):
-    """What the continuum adds to a record; areas: of the walls [m^2], (6,)."""
+def series(sim, parts, window, areas, elastic):
+    """What the continuum adds to a record; areas: of the walls [m^2], (6,); elastic: what
+    measure.elastic_bodies tells."""
     role = sim.of_particles("role")
-    dust = (role != RIGID) & (role != WALL)
+    dust = np.isin(role, (DUST, HELD))
     mass, density = sim.of_particles("mass")[dust], sim.of_particles("density")[dust]
     p = sim.of_particles("pressure")[dust]
     volume = mass / density
-    share = volume / volume.sum()
+    share = volume / volume.sum() if len(volume) else volume
     S = share @ components(sim.of_particles("deviator")[dust], sim.dimension)
     pressure = float(share @ p)
     solid = sim.material.rho_s
     keys = ("kinetic", "gravity_energy", "elastic_energy", "loss", "work", "momentum")
     out = {key: parts[key] for key in keys}
-    force = np.zeros((FACES + sim.bodies, 3))
+    force = np.zeros((FACES + sim.bodies + len(elastic[0]), 3))
     if window is not None:
         force = window.mean("impulse")
     speed, spin = sim.body_speeds()
@@ -39,15 +40,15 @@ def series(sim, parts, window, areas):
     inward = np.array([1, -1, 1, -1, 1, -1]) * wall[np.arange(6), np.arange(6) // 2]
     return out | {
         "substeps": sim.substeps,
-        "body_position": sim.rigid(CENTRE)[FACES:],
-        "body_velocity": speed[FACES:],
-        "body_spin": spin[FACES:],
+        "body_position": np.concatenate([sim.rigid(CENTRE)[FACES:], elastic[0]]),
+        "body_velocity": np.concatenate([speed[FACES:], elastic[1]]),
+        "body_spin": np.concatenate([spin[FACES:], elastic[2]]),
         "body_force": force[FACES:],
         "wall_force": wall,
         "pressure": np.divide(inward, areas, out=np.full(6, np.nan), where=areas > 0.0),
         "pressure_mean": pressure,
         "stress_mean": S - pressure * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]),
-        "filling_factor_mean": float(mass @ density / mass.sum() / solid),
+        "filling_factor_mean": float(mass @ density / mass.sum() / solid) if len(mass) else 0.0,
         "largest_filling_factor": parts["density"] / solid,
         "largest_speed": parts["speed"],
     }

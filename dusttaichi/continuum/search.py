@@ -185,6 +185,6 @@ class Search:
         for name in ("flux", "drag", "tension"):
             if name in sim.tables:
                 sim.put_ghosts(name, n, sim.of_particles(name)[source] * both)
-        for name in ("volume", "impedance", "alpha", "gap"):
+        for name in ("volume", "impedance", "alpha", "side", "gap"):
             if name in sim.tables:
                 sim.put_ghosts(name, n, sim.of_particles(name)[source])

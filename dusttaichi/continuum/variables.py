@@ -6,7 +6,7 @@ _INTEGERS = {"role": "i4", "body": "i4", "substeps": "i8"}
 _PHYS, _G09 = "docs, Continuum", "G09 section 4"
 
 # Features: "walls" (any face that moves particles), "height" (a finite one), "stages", "bodies"
-# (rigid ones). In two dimensions masses, energies and forces are per metre of depth.
+# (rigid or elastic ones). In two dimensions masses, energies and forces are per metre of depth.
 _TABLE = {
     "series": [
         "time",
@@ -16,13 +16,14 @@ _TABLE = {
         ("substeps", "time", "1", "time steps of the method since the start", "", ""),
         ("kinetic", "time", "J", "kinetic energy of dust and rigid bodies", "", ""),
         ("gravity_energy", "time", "J", "energy in the field of gravity", "", ""),
-        ("elastic_energy", "time", "J", "elastic energy, p^2/2K + S:S/4mu per volume", _PHYS, ""),
+        ("elastic_energy", "time", "J", "elastic energy, p^2/2K + S:S/4mu per volume, and work "
+         "against artificial stress", _PHYS, ""),
         ("loss", "time channel", "J", "energy lost since the start", _PHYS, ""),
         ("work", "time", "J", "work of moving faces on the dust since the start", _PHYS, ""),
         "energy_residual",
         "energy_residual_relative",
         ("momentum", "time xyz", "kg m/s", "momentum of dust and free rigid bodies", "", ""),
-        ("body_position", "time rigid xyz", "m", "centre of a rigid body", "", "bodies"),
+        ("body_position", "time rigid xyz", "m", "centre of a rigid or elastic body", "", "bodies"),
         ("body_velocity", "time rigid xyz", "m/s", "its velocity", "", "bodies"),
         ("body_spin", "time rigid xyz", "rad/s", "its angular velocity", "", "bodies"),
         ("body_force", "time rigid xyz", "N", "force on it, gravity included, average since the "
@@ -49,7 +50,7 @@ _TABLE = {
         ("pressure", "snapshot particle", "Pa", "its pressure", "", ""),
         ("deviator", "snapshot particle component", "Pa", "deviator of its stress", "", ""),
         ("mass", "particle", "kg", "its mass", "", ""),
-        ("role", "particle", "1", "0 dust, 1 rigid, 2 held, 3 wall", "", ""),
+        ("role", "particle", "1", "0 dust, 1 rigid, 2 held, 3 wall, 4 elastic", "", ""),
         ("body", "particle", "1", "number of its body", "", ""),
     ],
 }  # fmt: skip

@@ -41,7 +41,7 @@ PARTICLE_UNITS = {
     "deviator": "Pa, a tensor xx xy xz yx yy yz zx zy zz",
     "mass": "kg, kg/m in two dimensions",
     "size": "m, distance of particles in a close packing of such volumes",
-    "role": "0 dust, 1 rigid, 2 held, 3 wall",
+    "role": "0 dust, 1 rigid, 2 held, 3 wall, 4 elastic",
     "body": "number of the body",
 }
 COLLECTION = "grains.pvd"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from dusttaichi.analysis import arrival, held_loads
 from dusttaichi.analysis import sound_speed as fit_speed
+from dusttaichi.analysis.continuum import has_dust
 from dusttaichi.analysis.drive import is_dynamic
 from dusttaichi.analysis.ensemble_tables import axes_of
 from dusttaichi.errors import DustError
@@ -201,7 +202,9 @@ def _continuum(run, several):
         figures["wall_forces"] = wall_forces(run)
     if run.snapshots is None:
         return figures
-    figures |= {"dust": dust(run), "filling_factors": filling_factors(run)}
+    figures["dust"] = dust(run)
+    if has_dust(run):
+        figures["filling_factors"] = filling_factors(run)
     if run.intrudes:
         figures |= {
             "impact": impact(run),

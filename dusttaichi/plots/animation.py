@@ -37,7 +37,7 @@ def animation(run, path, color=None, view="oblique", *, rate=None, cell=True, dp
     if rate is None:
         rate = min(max(count / SECONDS, SLOWEST), FASTEST)
     if run.is_continuum:
-        figures = _dust(run, count, color or dust.EVERYDAY, dpi)
+        figures = _dust(run, count, color or dust.everyday(run), dpi)
     else:
         figures = _grains(run, count, color or "coordination", view, cell=cell, dpi=dpi)
     try:

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
 from dusttaichi.analysis.continuum import read_particles, section
-from dusttaichi.analysis.continuum.particles import RIGID, WALL, sample_info
+from dusttaichi.analysis.continuum.particles import WALL, has_dust, sample_info
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
 
@@ -21,7 +21,8 @@ WIDTH, TALLEST = 6.0, 7.0  # of the figure [inches]
 
 
 def values_of(frame, color):
-    """What a ParticleFrame is coloured by, (N,), in SI; not a number of what is not dust.
+    """What a ParticleFrame is coloured by, (N,), in SI; not a number of what is rigid, and of what
+    is elastic no filling factor.
 
     Raises DustError for a colour that there is not.
     """
@@ -30,7 +31,7 @@ def values_of(frame, color):
     if color == "filling_factor":
         return frame.filling_factor
     values = frame.pressure if color == "pressure" else np.linalg.norm(frame.velocity, axis=1)
-    return np.where(frame.is_dust, values, np.nan)
+    return np.where(frame.is_dust | frame.flies, values, np.nan)
 
 
 def limits_of(frames, color):
@@ -50,14 +51,20 @@ def extent_of(frames):
     return low[0], high[0], low[2], high[2]
 
 
+def everyday(run):
+    """The colour of a Run that asks for none: by the filling factor where there is dust."""
+    return EVERYDAY if has_dust(run) else "pressure"
+
+
 @style.styled
-def dust(run, snapshot=-1, color=EVERYDAY, *, limits=None, dpi=200):
+def dust(run, snapshot=-1, color=None, *, limits=None, dpi=200):
     """The plane x-z of a snapshot of a Run of the continuum, in three dimensions its middle.
 
-    color: "filling_factor", "pressure" or "speed". limits: ends of the colours, in SI. Raises
-    DustError for a colour or a snapshot that there is not.
+    color: "filling_factor" (the default), "pressure" (that without dust) or "speed". limits: ends
+    of the colours, in SI. Raises DustError for a colour or a snapshot that there is not.
     """
     frame = read_particles(run, snapshot)
+    color = everyday(run) if color is None else color
     limits = limits_of([frame], color) if limits is None else limits
     return draw(run, frame, color, limits, extent_of([frame]), dpi=dpi)
 
@@ -91,7 +98,7 @@ def paint(axes, run, frame, color, limits, *, extent):
         vmax=limits[1],
         interpolation="none",
     )
-    _rigid(axes, run, frame)
+    _rigid(axes, run, frame, elastic=color == EVERYDAY)
     axes.set_xlim(*extent[:2])
     axes.set_ylim(*extent[2:])
     axes.set_xlabel("x (mm)")
@@ -99,10 +106,11 @@ def paint(axes, run, frame, color, limits, *, extent):
     return image
 
 
-def _rigid(axes, run, frame):
-    """The outline of the projectile, and particles of other rigid bodies as dots."""
+def _rigid(axes, run, frame, *, elastic):
+    """The outline of the projectile, and particles of other rigid bodies as dots, those of elastic
+    ones where they have no colour."""
     bead = sample_info(run).get("projectile", {})
-    rigid = frame.role == RIGID
+    rigid = frame.is_bead
     look = {"facecolor": "#C8C8C8", "edgecolor": style.BLACK, "linewidth": 0.8}
     if rigid.any() and "density" in bead:
         x, _, z = np.average(frame.position[rigid], axis=0, weights=frame.mass[rigid]) * 1e3
@@ -112,5 +120,7 @@ def _rigid(axes, run, frame):
         else:
             axes.add_patch(Rectangle((x - wide / 2, z - tall / 2), wide, tall, **look))
         return
+    if not elastic:
+        rigid &= ~frame.flies
     near = np.abs(frame.position[rigid, 1]) < 1.5 * frame.spacing
     axes.plot(*frame.position[rigid][near][:, [0, 2]].T * 1e3, ".", color=style.GREY, markersize=2)

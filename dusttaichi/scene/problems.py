@@ -160,6 +160,9 @@ def choices(item: FieldInfo) -> list[type[BaseModel]]:
 
 
 def _members(annotation: Any) -> list[type[BaseModel]]:
+    for mark in getattr(annotation, "__metadata__", ()):  # of an entry of a list
+        if hasattr(mark, "blocks"):
+            return mark.blocks
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
     return [block for part in typing.get_args(annotation) for block in _members(part)]

@@ -18,7 +18,7 @@ from dusttaichi.analysis.continuum.intrusion import (
     intrusion,
     momentum_per_area,
 )
-from dusttaichi.analysis.continuum.particles import ParticleFrame, read_particles
+from dusttaichi.analysis.continuum.particles import ParticleFrame, has_dust, read_particles
 from dusttaichi.analysis.continuum.pieces import Bounce, Pieces, bounce, collide, pieces
 
 __all__ = [
@@ -41,6 +41,7 @@ __all__ = [
     "laboratory",
     "momentum_per_area",
     "pieces",
+    "has_dust",
     "read_particles",
     "section",
 ]

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 from scipy.special import erfc
 
-from dusttaichi.analysis.continuum.particles import RIGID, read_particles, sample_info
+from dusttaichi.analysis.continuum.particles import read_particles, sample_info
 from dusttaichi.errors import DustError
 
 BLURRED = 1e-4  # depth below the bead [m] that the kernel blurs in G09, left out of a comparison
@@ -73,7 +73,7 @@ def axis_profile(run, snapshot=-1):
 
 def _centre(frame):
     """Middle of the rigid body of a frame [m], (3,)."""
-    rigid = frame.role == RIGID
+    rigid = frame.is_bead
     return np.average(frame.position[rigid], axis=0, weights=frame.mass[rigid])
 
 
@@ -111,7 +111,7 @@ def cumulated_volume(run, snapshot=-1, *, scatter=0.0, points=400):
     bead, frame = projectile_of(run), read_particles(run, snapshot)
     dust = frame.is_dust
     phi, volume = frame.filling_factor[dust], frame.volume[dust]
-    unit = float(frame.volume[frame.role == RIGID].sum())
+    unit = float(frame.volume[frame.is_bead].sum())
     if not unit:
         unit = bead["mass"] / bead["density"]
     return CumulatedVolume(*denser_than(phi, volume / unit, scatter, points), unit)

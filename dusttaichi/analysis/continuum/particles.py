@@ -8,7 +8,7 @@ import yaml
 from dusttaichi.analysis.frame import frame_count
 from dusttaichi.errors import DustError
 
-DUST, RIGID, HELD, WALL = range(4)  # roles in the file
+DUST, RIGID, HELD, WALL, ELASTIC = range(5)  # roles in the file
 TRIANGULAR, HEXAGONAL = 3**0.5 / 2, 2**-0.5  # volume of a particle in (nearest distance)^d
 
 
@@ -42,6 +42,16 @@ class ParticleFrame:
         return np.isin(self.role, (DUST, HELD))
 
     @property
+    def flies(self):
+        """Which particles move freely: dust that is not held, and elastic ones, (N,) bool."""
+        return np.isin(self.role, (DUST, ELASTIC))
+
+    @property
+    def is_bead(self):
+        """Which particles are of rigid or elastic bodies, (N,) bool."""
+        return np.isin(self.role, (RIGID, ELASTIC))
+
+    @property
     def filling_factor(self):
         """Filling factors (N,); not a number of what is not dust."""
         return np.where(self.is_dust, self.density / self.solid, np.nan)
@@ -61,6 +71,11 @@ class ParticleFrame:
 def sample_info(run):
     """What the result says of its sample, a dict; {} where it says nothing."""
     return yaml.safe_load(run.attrs.get("sample", "")) or {}
+
+
+def has_dust(run):
+    """True where a Run of the continuum with snapshots has dust, and not elastic bodies alone."""
+    return bool(np.isin(run.snapshots.role, (DUST, HELD)).any())
 
 
 def read_particles(run, snapshot=-1):

@@ -7,7 +7,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from dusttaichi.analysis.continuum.particles import DUST, WALL, read_particles
+from dusttaichi.analysis.continuum.particles import HELD, WALL, read_particles
 from dusttaichi.names import AXES, WALLS
 
 APART = 1.6  # spacings, of the present volumes, from which two particles are of two pieces
@@ -63,7 +63,7 @@ def _mirrors(run, snapshot):
 
 def pieces_of(frame, planes=()):
     """The Pieces of a ParticleFrame. planes: (axis, coordinate [m]) of mirrors."""
-    moves = np.flatnonzero(frame.role == DUST)
+    moves = np.flatnonzero(frame.flies)
     x, size = frame.position[moves], frame.size[moves]
     pairs = cKDTree(x).query_pairs(APART * size.max(), output_type="ndarray")
     i, j = pairs.T
@@ -100,7 +100,7 @@ def _touching(frame, x, size, planes):
     for axis, plane in planes:
         # a mirror image is twice as far as the plane
         touching |= 2.0 * np.abs(x[:, axis] - plane) < APART * size
-    held = frame.role >= WALL - 1
+    held = np.isin(frame.role, (HELD, WALL))
     if held.any():
         distance, _ = cKDTree(frame.position[held]).query(x)
         touching |= distance < APART * size
@@ -110,7 +110,7 @@ def _touching(frame, x, size, planes):
 def velocities_at_start(run):
     """Number of each body of dust that moves -> velocity at the start [m/s], (3,)."""
     frame = read_particles(run, 0)
-    moves = frame.role == DUST
+    moves = frame.flies
     return {
         int(n): np.average(frame.velocity[own], axis=0, weights=frame.mass[own])
         for n in np.unique(frame.body[moves])

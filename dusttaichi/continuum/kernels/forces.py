@@ -18,7 +18,7 @@ import taichi as ti
 from dusttaichi.continuum.kernels import tensors
 from dusttaichi.continuum.kernels.smoothing import KERNELS, SHAPES
 from dusttaichi.continuum.kernels.store import near_begin
-from dusttaichi.samples.continuum.particles import DUST, RIGID
+from dusttaichi.samples.continuum.particles import DUST, ELASTIC, RIGID
 
 CLOSE = 0.01  # of h^2, keeps a viscosity finite where particles meet
 
@@ -34,11 +34,12 @@ class Forces:
 
     @ti.func
     def pass_over(self, i, numbers: ti.template()):
-        """The forces on particle i [N]: all of them; what viscosity and artificial stress have of
-        them, and what acts on grid noise."""
+        """The forces on particle i [N]: all of them; what viscosity has of them, what acts on grid
+        noise, and what artificial stress has."""
         x, v, k_i, alpha = self.f.x[i], self.f.v[i], self.f.impedance[i], self.f.alpha[i]
         stress = ti.Vector.zero(ti.f64, self.n)
         viscous = ti.Vector.zero(ti.f64, self.n)
+        pushing = ti.Vector.zero(ti.f64, self.n)
         grid = ti.Vector.zero(ti.f64, self.n)
         # sums of what depends on i by a factor only
         places = ti.Vector.zero(ti.f64, self.n)
@@ -50,11 +51,15 @@ class Forces:
             r2 = d.norm_sqr()
             weight = self.f.volume[j] * self.slope(r2, numbers.inv_h, numbers.scale)
             k_j = self.f.impedance[j]
+            # those of what i does to both, and j, whose contacts open each by itself
+            own, other = weight, weight
             if ti.static(self.layout.separate):
-                weight = ti.select(self.open(i, j, k_i == 0.0, k_j == 0.0), 0.0, weight)
-            wd, wu = weight * d, weight * u
-            places += wd
-            motions += wu
+                foreign = self.f.side[i] != self.f.side[j]
+                own = ti.select(foreign and self.f.gap[i] >= 0.0, 0.0, weight)
+                other = ti.select(foreign and self.f.gap[j] >= 0.0, 0.0, weight)
+            wd, wu = other * d, other * u
+            places += own * d
+            motions += own * u
             Q_j, kL_j = self.f.flux[j], self.f.drag[j]
             for a in ti.static(range(self.n)):
                 grid[a] += k_j * wu[a]
@@ -65,24 +70,24 @@ class Forces:
                 # what is rigid has the impedance of the dust that it touches
                 mean = ti.select(k_i == 0.0, k_j, ti.select(k_j == 0.0, k_i, 0.5 * (k_i + k_j)))
                 closing = ti.min(u.dot(d), 0.0) * numbers.h / (r2 + CLOSE * numbers.h * numbers.h)
-                viscous += (ti.max(alpha, self.f.alpha[j]) * mean * closing) * wd
+                viscous += (
+                    ti.max(alpha, self.f.alpha[j]) * mean * closing * ti.max(own, other)
+                ) * d
             if ti.static(self.layout.artificial_stress):
                 shape = self.shape(ti.sqrt(r2) * numbers.inv_h) * numbers.at_spacing
                 for a, b in ti.static(ti.ndrange(self.n, self.n)):
                     c = ti.static(self.n * a + b)
                     pull = self.f.tension[i][c] + self.f.tension[j][c]
-                    viscous[a] += shape**numbers.exponent * pull * wd[b]
+                    pushing[a] += shape**numbers.exponent * pull * ti.max(own, other) * d[b]
         stress += tensors.matrix(self.f.flux[i], self.n) @ places
         grid += k_i * motions - tensors.matrix(self.f.drag[i], self.n) @ places
         volume = self.f.volume[i]
         viscous *= volume
         grid *= volume * numbers.grid * numbers.h
         self.f.viscous[i], self.f.grid_force[i] = viscous, grid
+        pushing *= volume
+        if ti.static(self.layout.artificial_stress):
+            self.f.pushing[i] = pushing
         role = self.f.role[i]
-        falls = ti.select(role == DUST or role == RIGID, self.f.mass[i], 0.0)
-        self.f.force[i] = volume * stress + viscous + grid + falls * numbers.gravity
-
-    @ti.func
-    def open(self, i, j, stiff, stiff_j):
-        """Whether i and j belong to a contact that has opened."""
-        return (stiff and self.f.gap[j] >= 0.0) or (stiff_j and self.f.gap[i] >= 0.0)
+        falls = ti.select(role == DUST or role == RIGID or role == ELASTIC, self.f.mass[i], 0.0)
+        self.f.force[i] = volume * stress + viscous + grid + pushing + falls * numbers.gravity

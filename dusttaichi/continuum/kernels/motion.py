@@ -26,7 +26,7 @@ from dusttaichi.continuum.kernels.store import (
     WANT,
     WORK,
 )
-from dusttaichi.samples.continuum.particles import DUST, RIGID, WALL
+from dusttaichi.samples.continuum.particles import DUST, ELASTIC, RIGID, WALL
 
 GROWTH = 1.1  # of a step over the one before
 ROUNDING = 1e-9  # of a beat: what is left of it then is nothing
@@ -48,7 +48,7 @@ class Motion:
         dt, half = self.f.clock[DT], 0.5 * (self.f.clock[OLD] + self.f.clock[DT])
         x, v, group, role = self.f.x[i], self.f.v[i], self.f.group[i], self.f.role[i]
         new = v
-        if role == DUST:
+        if role == DUST or role == ELASTIC:
             new = v + (half / self.f.mass[i]) * self.f.force[i]
             x += dt * new
         elif group < FACES:
@@ -60,6 +60,8 @@ class Motion:
             new = self.flat(self.vector(group, SPEED) + self.vector(group, SPIN).cross(arm))
         mean = (0.5 * half) * (v + new)
         self.f.loss[i] -= ti.Vector([self.f.viscous[i].dot(mean), self.f.grid_force[i].dot(mean)])
+        if ti.static(self.layout.artificial_stress):
+            self.f.taken[i] -= self.f.pushing[i].dot(mean)
         self.f.x[i], self.f.v[i] = x, new
         if role != RIGID and role != WALL:
             self.f.volume[i] = self.f.mass[i] / self.f.density[i]

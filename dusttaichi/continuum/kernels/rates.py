@@ -9,7 +9,7 @@ import taichi as ti
 
 from dusttaichi.continuum.kernels import tensors
 from dusttaichi.continuum.kernels.store import DT, VECTOR, near_begin
-from dusttaichi.samples.continuum.particles import DUST, HELD
+from dusttaichi.samples.continuum.particles import DUST, ELASTIC, HELD
 
 FEW = 0.05  # determinant of A below which a particle has too few neighbours to correct its gradient
 DAMPED = 5.0  # viscosity of pairs that allows as long a step as one on grid noise
@@ -32,7 +32,7 @@ class Rates:
         speed = 0.0
         self.look(i, 4.0 * numbers.h * numbers.h)
         role = self.f.role[i]
-        if role == DUST or role == HELD:
+        if role == DUST or role == HELD or role == ELASTIC:
             speed = self.answer(i, numbers, material)
         return speed
 
@@ -66,9 +66,9 @@ class Rates:
             d, u = x - self.f.x[j], v - self.f.v[j]
             weight = self.f.volume[j] * self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)
             if ti.static(self.layout.separate or self.layout.viscous):
-                stiff = self.f.impedance[j] == 0.0
-                weight = ti.select(stiff and not closed, 0.0, weight)
-                near = ti.select(stiff and weight < 0.0, 1.0, near)
+                foreign = self.f.side[j] != self.f.side[i]
+                weight = ti.select(foreign and not closed, 0.0, weight)
+                near = ti.select(foreign and weight < 0.0, 1.0, near)
             for b in ti.static(range(self.n)):
                 wd = weight * d[b]
                 for a in ti.static(range(self.n)):
@@ -98,7 +98,7 @@ class Rates:
 
     @ti.func
     def closed(self, i):
-        """Whether dust touches what is rigid in its reach."""
+        """Whether particle i touches what it may leave, in its reach."""
         out = True
         if ti.static(self.layout.separate):
             out = self.f.gap[i] < 0.0

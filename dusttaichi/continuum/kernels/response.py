@@ -1,13 +1,15 @@
-"""How dust answers to a velocity gradient over a step: density, pressure, deviator, and their work.
+"""How matter answers to a velocity gradient over a step: density, pressure, deviator, their work.
 
 Density by rho exp(-tr L dt); pressure by the path of the equation of state; deviator by Jaumann's
-rate, dS/dt = 2 mu (D - tr D/3) + W S - S W, pulled back to the strength (von Mises).
+rate, dS/dt = 2 mu (D - tr D/3) + W S - S W, pulled back to the strength (von Mises). An elastic
+body has no strengths: it stays on its path, and its deviator is what the rate makes of it.
 """
 
 import taichi as ti
 
 from dusttaichi.continuum.kernels import tensors
 from dusttaichi.physics.continuum.kernels import LAWS
+from dusttaichi.samples.continuum.particles import ELASTIC
 
 
 @ti.data_oriented
@@ -32,13 +34,18 @@ class Response:
         density = self.f.density[i] * ti.exp(-growth * dt)
         reference, K = self.f.reference[i], self.f.modulus[i]
         elastic = LAWS.path_pressure(density, reference, K)
-        p = LAWS.limited_pressure(density, elastic, m)
-        if p != elastic:
-            reference = LAWS.reference_density(density, p, m)
-            K = LAWS.bulk_modulus(reference, m)
-        mu = m.mu_over_K * K
+        p, yields = elastic, self.f.role[i] != ELASTIC
+        if yields:
+            p = LAWS.limited_pressure(density, elastic, m)
+            if p != elastic:
+                reference = LAWS.reference_density(density, p, m)
+                K = LAWS.bulk_modulus(reference, m)
+        mu = self.f.shear_ratio[i] * K
         trial = tensors.turned(S, dt * W) + (2.0 * mu * dt) * (D - numbers.share * growth * one)
-        over = LAWS.radial(LAWS.second_invariant(trial), LAWS.shear(density / m.rho_s, m))
+        over = 1.0
+        if yields:
+            Y = LAWS.shear(density / m.rho_s, m)
+            over = LAWS.radial(LAWS.second_invariant(trial), Y)
         after = trial * (over * ti.select(numbers.over_return > 0.5, over, 1.0))
         power = self.f.volume[i] * dt
         pressed = -0.5 * (before + p) * growth * power

@@ -1,8 +1,9 @@
-"""A contact that opens: dust leaves what is rigid where it would be pulled, and comes back.
+"""A contact that opens: a body leaves what is not of its kind where it would be pulled, and comes
+back. Dust may leave what is rigid or elastic, an elastic body all others.
 
 One number for each particle decides in both passes, so that no work appears from nothing: `gap` is
 -1 where the contact is closed, and else the gap at which it has opened. It opens where the stress
-of the dust along the normal is tensile and the gap grows, and closes when the gap is again as
+of the particle along the normal is tensile and the gap grows, and closes when the gap is again as
 small.
 """
 
@@ -22,10 +23,10 @@ class Separation:
 
     @ti.func
     def follow(self, i, stress: ti.template(), numbers: ti.template()):
-        """Open or close the contact of dust particle i; stress: that of now [Pa].
+        """Open or close the contact of particle i; stress: that of now [Pa].
 
-        Normal: the gradient of the rigid volume around it. Gap and its rate: means over the rigid
-        particles around it, weighted as in the normal.
+        Normal: the gradient of the foreign volume around it. Gap and its rate: means over the
+        foreign particles around it, weighted as in the normal.
         """
         x, v = self.f.x[i], self.f.v[i]
         normal = ti.Vector.zero(ti.f64, self.n)
@@ -34,7 +35,7 @@ class Separation:
         begin = near_begin(self.lists, i)
         for k in range(begin, begin + self.lists.near_counts[i]):
             j = self.lists.near[k]
-            if self.f.impedance[j] == 0.0:
+            if self.f.side[j] != self.f.side[i]:
                 d = x - self.f.x[j]
                 weight = -self.f.volume[j] * self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)
                 total += weight

@@ -83,6 +83,7 @@ def declare(layout):
         ("density", "density", "kg/m^3", one, "own"),
         ("modulus", "bulk modulus of the present path", "Pa", one, "own"),
         ("reference", "density at zero pressure on the present path", "kg/m^3", one, "own"),
+        ("shear_ratio", "shear modulus over bulk modulus", "1", one, "own"),
         ("pressure", "pressure", "Pa", one, "own"),
         ("deviator", "deviator of the stress", "Pa", tensor, "own"),
         (
@@ -96,13 +97,17 @@ def declare(layout):
         ("x_search", "place at the last search", "m", vector, "own"),
         ("arm", "place in the frame of its rigid body", "m", vector, "own"),
         ("group", "face or rigid body that it moves with, -1 of dust", "1", count, "own"),
-        ("role", "dust, rigid, held or wall", "1", count, "own"),
+        ("role", "dust, rigid, held, wall or elastic", "1", count, "own"),
         ("number", "its number in the sample", "1", count, "own"),
     ]
+    if layout.separate or layout.viscous:
+        rows.append(("side", "dust 0, rigid 1, elastic bodies from 2", "1", count, "kind", True))
     if layout.separate:
         rows.append(("gap", "gap at which its contact opened, -1 closed", "m", one, "felt", True))
     if layout.artificial_stress:
         rows.append(("tension", "artificial stress of tension", "Pa", tensor, "felt", True))
+        rows.append(("pushing", "force of artificial stress", "N", vector, "own"))
+        rows.append(("taken", "work against artificial stress so far", "J", one, "own"))
     return [Variable(*row) for row in rows]
 
 

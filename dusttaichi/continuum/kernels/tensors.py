@@ -2,6 +2,9 @@
 
 import taichi as ti
 
+TINY = 1e-30  # [Pa], keeps a stress of zero from being divided by
+ROUND = 1e-6  # deviator over mean, below which a stress is isotropic
+
 
 @ti.func
 def rows(tensor: ti.template()):
@@ -29,12 +32,27 @@ def double_dot(a: ti.template(), b: ti.template()):
 
 @ti.func
 def pulled(S: ti.template(), factor):
-    """The part of a symmetric tensor with positive principal values, times a factor."""
-    values, axes = ti.sym_eig(S)
-    out = ti.Matrix.zero(ti.f64, S.n, S.n)
-    for k in ti.static(range(S.n)):
-        for a, b in ti.static(ti.ndrange(S.n, S.n)):
-            out[a, b] += factor * ti.max(values[k], 0.0) * axes[a, k] * axes[b, k]
+    """The part of a symmetric tensor with positive principal values, times a factor.
+
+    In the plane by S = m + r (n n - t t); in space one that has hardly a deviator, whose principal
+    axes nobody knows, is taken for its mean.
+    """
+    n = ti.static(S.n)
+    one, mean = ti.Matrix.identity(ti.f64, n), S.trace() / n
+    deviator = S - mean * one
+    size = ti.sqrt(double_dot(deviator, deviator))
+    out = factor * ti.max(mean, 0.0) * one
+    if ti.static(n == 2):
+        r = size * ti.sqrt(0.5)
+        high, low = ti.max(mean + r, 0.0), ti.max(mean - r, 0.0)
+        turn = 0.5 * (high - low) / ti.max(r, TINY)
+        out = factor * (0.5 * (high + low) * one + turn * deviator)
+    elif size > ROUND * ti.abs(mean):
+        values, axes = ti.sym_eig(S)
+        out = 0.0 * out
+        for k in ti.static(range(n)):
+            for a, b in ti.static(ti.ndrange(n, n)):
+                out[a, b] += factor * ti.max(values[k], 0.0) * axes[a, k] * axes[b, k]
     return out
 
 

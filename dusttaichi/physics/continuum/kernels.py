@@ -11,7 +11,7 @@ from types import FunctionType, SimpleNamespace
 
 import taichi as ti
 
-from dusttaichi.physics.continuum import deviator, elasticity, path, solid, strength
+from dusttaichi.physics.continuum import deviator, elasticity, path, strength
 from dusttaichi.physics.continuum.numbers import NUMBERS
 
 MATERIAL = ti.types.struct(**dict.fromkeys(NUMBERS, ti.f64))
@@ -49,5 +49,5 @@ def _compiled(*modules):
     return SimpleNamespace(**laws)
 
 
-LAWS = _compiled(strength, elasticity, path, deviator, solid)
+LAWS = _compiled(strength, elasticity, path, deviator)
 """The Taichi functions: LAWS.compressive(phi, m), LAWS.pressure(density, reference, m), ..."""

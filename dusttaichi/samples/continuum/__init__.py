@@ -3,6 +3,7 @@
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.samples.continuum import (  # noqa: F401, each registers its kind
     block,
+    elastic,
     explicit,
     impact,
     rigid,
@@ -14,6 +15,7 @@ from dusttaichi.samples.continuum.gravity import at_rest_under_gravity
 from dusttaichi.samples.continuum.particles import (
     COMPONENTS,
     DUST,
+    ELASTIC,
     HELD,
     RIGID,
     ROLES,
@@ -33,6 +35,7 @@ from dusttaichi.samples.continuum.registry import (
 __all__ = [
     "COMPONENTS",
     "DUST",
+    "ELASTIC",
     "HELD",
     "RIGID",
     "ROLES",

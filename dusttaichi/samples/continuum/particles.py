@@ -6,10 +6,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-DUST, RIGID, HELD, WALL = range(4)
-ROLES = ("dust", "rigid", "held", "wall")
+DUST, RIGID, HELD, WALL, ELASTIC = range(5)
+ROLES = ("dust", "rigid", "held", "wall", "elastic")
 """Names of the roles: dust that moves; part of a rigid body; dust of a layer that moves as its face
-does; a row of a rigid wall."""
+does; a row of a rigid wall; part of an elastic body."""
 COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")  # of a symmetric tensor, in this order
 
 
@@ -31,6 +31,7 @@ class Body:
     inertia: np.ndarray
     size: float
     shape: str = ""
+    elastic: bool = False
 
     def at(self, shift, velocity, spin) -> Body:
         """The body elsewhere, with other motions added to its own (each (3,))."""
@@ -48,10 +49,11 @@ class Particles:
 
     position [m], velocity [m/s]: (N, 3). mass (N,) [kg, in two dimensions kg per metre of depth].
     density (N,) [kg/m^3]; reference (N,): the density without pressure on its elastic path
-    [kg/m^3]. deviator (N, 6) [Pa], in the order of COMPONENTS. role (N,) int8: DUST ...; body (N,)
-    int32: number in `bodies`, -1 of a wall; face (N,) int8: number in names.WALLS of the face that
-    moves the particle, or -1. room (3, 2) [m]: where its faces stand, not a number where there is
-    none. info: plain numbers and texts that say what it is.
+    [kg/m^3]. deviator (N, 6) [Pa], in the order of COMPONENTS. modulus (N,) [Pa], shear_ratio (N,):
+    bulk modulus and shear modulus over it of elastic bodies, not a number elsewhere. role (N,)
+    int8: DUST ...; body (N,) int32: number in `bodies`, -1 of a wall; face (N,) int8: number in
+    names.WALLS of the face that moves the particle, or -1. room (3, 2) [m]: where its faces stand,
+    not a number where there is none. info: plain numbers and texts that say what it is.
     """
 
     position: np.ndarray
@@ -62,6 +64,8 @@ class Particles:
     velocity: np.ndarray = None
     reference: np.ndarray = None
     deviator: np.ndarray = None
+    modulus: np.ndarray = None
+    shear_ratio: np.ndarray = None
     role: np.ndarray = None
     body: np.ndarray = None
     face: np.ndarray = None
@@ -75,6 +79,8 @@ class Particles:
             "velocity": lambda: np.zeros((n, 3)),
             "reference": lambda: np.array(self.density, dtype=np.float64),
             "deviator": lambda: np.zeros((n, 6)),
+            "modulus": lambda: np.full(n, np.nan),
+            "shear_ratio": lambda: np.full(n, np.nan),
             "role": lambda: np.full(n, DUST, np.int8),
             "body": lambda: np.zeros(n, np.int32),
             "face": lambda: np.full(n, -1, np.int8),
@@ -103,7 +109,10 @@ class Particles:
         return (0, 2) if self.dimension == 2 else (0, 1, 2)
 
 
-ARRAYS = ("position", "velocity", "mass", "density", "reference", "deviator", "role", "face")
+ARRAYS = (
+    "position", "velocity", "mass", "density", "reference", "deviator", "modulus", "shear_ratio",
+    "role", "face",
+)  # fmt: skip
 
 
 def joined(parts: list[Particles]) -> Particles:

@@ -1,0 +1,83 @@
+"""An elastic body without strengths: a bead that gives way (G09 section 4.1), a ring of rubber."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from dusttaichi.samples.continuum import lattice
+from dusttaichi.samples.continuum.dust import whole
+from dusttaichi.samples.continuum.particles import ELASTIC, Particles
+from dusttaichi.samples.continuum.registry import FreeBody, Matter, lifted, register
+from dusttaichi.samples.continuum.sphere import volume_of
+from dusttaichi.scene.fields import Number, problems
+from dusttaichi.scene.quantities import Density, Quantity
+
+
+class ElasticSample(FreeBody):
+    """An elastic body about the origin, on a lattice of its own: p = K (rho/rho_0 - 1), and no
+    limit on any stress."""
+
+    kind: Literal["elastic"]
+    diameter: Annotated[float, Quantity("length", gt=0, example="1.1 mm")] = Field(
+        description="diameter of the sphere, in two dimensions of the disc"
+    )
+    hole: Annotated[float, Quantity("length", ge=0, example="0.9 mm")] = Field(
+        "0 m", description="diameter of a hole in its middle: a ring, in three dimensions a shell"
+    )
+    density: Density = Field(description="density at zero pressure")
+    bulk_modulus: Annotated[float, Quantity("pressure", gt=0, le=1e12, example="5 GPa")] = Field(
+        description="bulk modulus K"
+    )
+    shear_ratio: Annotated[float, Number(gt=0, le=1.5)] = Field(
+        description="shear modulus over bulk modulus, 3 (1 - 2 nu)/(2 (1 + nu)) of a Poisson ratio"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> ElasticSample:
+        if not self.hole < self.diameter:
+            raise problems([("hole", "a hole smaller than the diameter is needed")])
+        if not self.density > 0:
+            raise problems([("density", "a density above 0 is needed")])
+        return self
+
+
+@register(ElasticSample)
+def make(spec: ElasticSample, matter: Matter) -> Particles:
+    """The elastic body that spec asks for; its mass is exact, its moments are those of points.
+
+    Raises DustError for more particles than the memory should hold, or a body smaller than one.
+    """
+    dimension = matter.dimension
+    volume = float(volume_of(spec.diameter, dimension) - volume_of(spec.hole, dimension))
+    lattice.check_count(volume, matter.spacing, dimension, "elastic body: diameter, hole")
+    own = "triangular" if dimension == 2 else "hexagonal"
+    points = lattice.ball(spec.diameter, matter.spacing, own, dimension)
+    points = points[np.linalg.norm(points, axis=1) >= spec.hole / 2]
+    position, count = lifted(points - points.mean(axis=0)), len(points)
+    mass = np.full(count, spec.density * volume / count)
+    name = "ring" if spec.hole else "bead"
+    body = replace(whole(name, position, mass, rigid=False, shape="sphere"), elastic=True)
+    particles = Particles(
+        position=position,
+        mass=mass,
+        density=np.full(count, float(spec.density)),
+        modulus=np.full(count, float(spec.bulk_modulus)),
+        shear_ratio=np.full(count, float(spec.shear_ratio)),
+        role=np.full(count, ELASTIC, np.int8),
+        spacing=matter.spacing,
+        dimension=dimension,
+        bodies=(body,),
+        info={
+            "name": name,
+            "shape": "sphere",
+            "diameter": spec.diameter,
+            "hole": spec.hole,
+            "density": spec.density,
+            "mass": float(mass.sum()),
+        },
+    )
+    return spec.placed(particles)
