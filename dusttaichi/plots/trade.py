@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.patheffects import withStroke
+from matplotlib.transforms import Bbox
 
 from dusttaichi.analysis.observables import TEXTS
 from dusttaichi.analysis.trade import front
@@ -152,6 +153,7 @@ def _limits(axes, cost, shown, tolerance, lowest):
 # points from a mark to its label; beyond the first with a line to it
 RINGS = (9, 16, 26, 40, 56, 74)
 WAYS = [np.array([np.cos(a), np.sin(a)]) for a in np.radians(range(-160, 200, 20))]
+SHRUNK = 3.0  # points between the end of that line and the mark
 APART = 2.0  # points between labels, and between a label and a mark that it must not hide
 
 
@@ -176,34 +178,56 @@ def _label_points(figure, axes, data, points, numbers):
             place.append(n)
     for place, those in said.items():
         text, choices = ", ".join(_short(str(data.label.values[n])) for n in those), []
-        for ring, radius in enumerate(RINGS):
-            for way in WAYS:
-                label = _label(axes, text, place, radius * way, ring)
-                box = label.get_window_extent(renderer)
-                label.remove()
-                hidden = 10 * sum(box.overlaps(other) for other in taken)
-                wide = box.padded((APART + 2.0) * pixel)
-                hidden += 3 * sum(wide.contains(*spot) for spot in spots)
-                hidden += 4 * any(box.contains(*spot) for spot in line)
-                hidden += 20 * (not (room.contains(*box.min) and room.contains(*box.max)))
-                choices.append((hidden + 0.4 * ring, len(choices), radius, way, ring, box))
-        hidden, _, radius, way, ring, box = min(choices, key=lambda choice: choice[:2])
+        for ring, way, box in _boxes(axes, text, place, pixel):
+            hidden = 10 * sum(box.overlaps(other) for other in taken)
+            hidden += 3 * np.count_nonzero(_inside(box.padded((APART + 2.0) * pixel), spots))
+            hidden += 4 * bool(np.any(_inside(box, line)))
+            hidden += 20 * (not (room.contains(*box.min) and room.contains(*box.max)))
+            choices.append((hidden + 0.4 * ring, len(choices), ring, way, box))
+        hidden, _, ring, way, box = min(choices, key=lambda choice: choice[:2])
         if hidden < 10 or data.knob.values[those[0]] in MARKED:
-            _label(axes, text, place, radius * way, ring)
+            _label(axes, text, place, RINGS[ring] * way, ring)
             taken.append(box.padded(APART * pixel))
+
+
+def _boxes(axes, text, place, pixel):
+    """Where a label may stand: (ring, way, its Bbox with the line to it, in pixels)."""
+    label = _label(axes, text, place, RINGS[0] * WAYS[0], 0)
+    size = label.get_window_extent(axes.figure.canvas.get_renderer()).size
+    label.remove()
+    mark = axes.transData.transform(place)
+    for ring, radius in enumerate(RINGS):
+        for way in WAYS:
+            edge = {"center": 0.5, "left": 0.0, "right": 1.0}[_side(way)]
+            corner = mark + radius * pixel * way - size * (edge, 0.5)
+            box = Bbox([corner, corner + size])
+            if ring:
+                end = mark + SHRUNK * pixel * way
+                box = Bbox.union([box, Bbox([end, end])])
+            yield ring, way, box
+
+
+def _inside(box, points):
+    """Which of the points, (n, 2), are in a Bbox."""
+    points = np.reshape(points, (-1, 2))
+    return ((points >= box.min) & (points <= box.max)).all(axis=1)
+
+
+def _side(way):
+    """Which side of a label is at the end of its way, (2,), from the mark."""
+    leans = way[0] / np.hypot(*way)
+    return "center" if abs(leans) < 0.1 else ("left" if leans > 0 else "right")
 
 
 def _label(axes, text, place, offset, ring):
     """A label, its near edge `offset`, (2,) in points, from its place in the data."""
-    leans = offset[0] / np.hypot(*offset)
-    side = "center" if abs(leans) < 0.1 else ("left" if leans > 0 else "right")
-    arrow = {"arrowstyle": "-", "linewidth": 0.4, "color": style.GREY, "shrinkB": 3}
+    arrow = {"arrowstyle": "-", "linewidth": 0.4, "color": style.GREY, "shrinkB": SHRUNK}
     label = axes.annotate(
         text,
         place,
         tuple(offset),
         textcoords="offset points",
-        ha=side,
+        ha=_side(offset),
         va="center",
         fontsize=6.5,
         zorder=5,

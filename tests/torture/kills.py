@@ -1,6 +1,5 @@
-"""Kills at random moments: of a plain run, one with stages, one with an error bar, one with
-replicas, one of grains, and one of the continuum. Each goes on by --resume until it ends, with the
-same bits as a whole.
+"""Kills at random moments of the runs in killed.py. Each goes on by --resume until it ends, with
+the same bits as a whole.
 
 A run is a process that forks from this one, so that what it imports is there already; a kill is
 SIGKILL, SIGTERM or SIGINT. Runs that have come to their end begin anew.
@@ -19,6 +18,7 @@ import netCDF4
 import toy
 import yaml
 from bits import assert_same_bits
+from killed import SCENES, SHARES, SOURCE
 
 from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError, Interrupted
@@ -27,49 +27,6 @@ from dusttaichi.scene import from_yaml
 from dusttaichi.studies import ensemble
 
 SIGNALS = (signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
-GRAINS = """
-name: grains
-material: silicate_s12
-interaction: {rolling: on}
-sample: {kind: bcca, grains: 64, seed: 2}
-boundary: {kind: open}
-stop: {steps: 40000}
-numerics: {threads: 1}
-output: {series: {steps: 500}, snapshots: {steps: 2000}, checkpoint: 0.1 s}
-"""
-PLAIN = toy.plain(steps=4000, series=50, checkpoint="20 ms")
-STAGES = PLAIN.replace(
-    "stop: {steps: 4000}",
-    """stages:
-  - {name: swing, stop: {time: 15 us}}
-  - {name: on, stop: {steps: 1250}, output: {series: {time: 1 us}}}
-  - {name: rest, stop: {steps: 1250}}""",
-)
-CONTINUUM = """
-name: continuum
-method: continuum
-dimension: 2
-material: dust_g09
-sample:
-  kind: impact
-  target: {kind: block, size: [2 mm, 1 mm]}
-  projectile: {kind: rigid, shape: sphere, diameter: 0.6 mm, density: 2540 kg/m^3}
-  speed: 0.65 m/s
-gravity: 9.81 m/s^2
-boundary:
-  kind: faces
-  bottom: {layer: 0.45 mm}
-  x_min: {layer: 0.56 mm}
-  x_max: {layer: 0.56 mm}
-numerics: {spacing: 0.1 mm, threads: 1}
-stop: {steps: 1000}
-output: {series: {steps: 50}, snapshots: {steps: 250}, checkpoint: 0.1 s}
-"""
-REPLICAS = GRAINS + "replicas: 2\n"
-SCENES = {"plain": PLAIN, "stages": STAGES, "error bar": PLAIN}
-SCENES |= {"grains": GRAINS, "replicas": REPLICAS, "continuum": CONTINUUM}
-SHARES = {"plain": 0.25, "stages": 0.25, "error bar": 0.2}
-SHARES |= {"replicas": 0.1, "grains": 0.1, "continuum": 0.1}
 
 
 def run(count, seed, tally):
@@ -83,7 +40,10 @@ def run(count, seed, tally):
 
 def _go(name, directory, how):
     """One run, whole or on from where it is."""
-    scene = from_yaml(SCENES[name])
+    source = directory.parents[1] / "source"
+    if "FILE" in SCENES[name] and not source.exists():
+        execute(from_yaml(SOURCE), source)
+    scene = from_yaml(SCENES[name].replace("FILE", str(source)))
     if name == "replicas":
         ensemble.run_all(ensemble.ensemble_plan(scene, directory), **how)
     else:

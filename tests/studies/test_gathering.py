@@ -1,0 +1,286 @@
+"""Ensembles gathered: mean and scatter over a common coordinate, tables, files, figures."""
+
+import math
+
+import numpy as np
+import pytest
+import synthetic
+import xarray as xr
+
+from dusttaichi import analysis, plots
+from dusttaichi.analysis.ensemble import common_coordinate, interpolate
+from dusttaichi.analysis.ensemble_tables import (
+    missing,
+    number_texts,
+    point_labels,
+    quantity_text,
+    table_numbers,
+)
+from dusttaichi.errors import DustError
+from dusttaichi.results import COMMON
+
+# -- gathering -----------------------------------------------------------------------------------
+
+
+class Made(analysis.Run):
+    """A Run whose series is made by hand."""
+
+    def __init__(self, series, **attrs):
+        loss = {"loss": (("time", "channel"), np.zeros((len(series["time"]), 1)))}
+        zero = {
+            "kinetic_translation",
+            "kinetic_rotation",
+            "energy_residual",
+            "energy_residual_relative",
+        }
+        spring = {"potential": (("time", "spring"), np.zeros((len(series["time"]), 1)))}
+        made = xr.Dataset(
+            {
+                k: v if isinstance(v, tuple) else ("time", v)
+                for k, v in series.items()
+                if k != "time"
+            }
+            | {name: ("time", np.zeros(len(series["time"]))) for name in zero}
+            | loss
+            | spring,
+            {"time": series["time"], "channel": ["forming"], "spring": ["normal"]},
+            {"title": "made", "status": "finished", "grains": 10, **attrs},
+        )
+        for name in made.variables.keys() & COMMON.keys():
+            made[name].attrs = {"units": COMMON[name].units, "long_name": COMMON[name].long_name}
+        super().__init__("made", made)
+
+
+def made(first, last, slope=1.0, points=21):
+    """Filling factor from first to last, height = slope * filling factor."""
+    phi = np.linspace(first, last, points)
+    return Made({"time": np.arange(points) * 1.0, "filling_factor": phi, "height": slope * phi})
+
+
+def test_mean_and_scatter_over_ragged_ranges():
+    data = analysis.gather([made(0.1, 0.3), made(0.2, 0.4, 2.0), None, made(0.2, 0.3, 6.0)])
+    assert data.attrs["coordinate"] == "filling_factor"
+    assert data.height.dims == ("replica", "filling_factor") and data.sizes["replica"] == 4
+    phi = data.filling_factor.values
+    assert phi[0] == pytest.approx(0.1) and phi[-1] == pytest.approx(0.4)
+    low, high = phi < 0.2 - 1e-9, phi > 0.3 + 1e-9
+    both = ~low & ~high
+    # height is linear in phi, so that linear interpolation is exact up to rounding
+    np.testing.assert_allclose(data.mean_height[low], phi[low], rtol=1e-12)
+    np.testing.assert_allclose(data.mean_height[both], 3 * phi[both], rtol=1e-12)
+    np.testing.assert_allclose(data.mean_height[high], 2 * phi[high], rtol=1e-12)
+    std = np.std([1.0, 2.0, 6.0], ddof=1)
+    np.testing.assert_allclose(data.std_height[both], std * phi[both], rtol=1e-12)
+    assert data.std_height[low | high].isnull().all()
+    assert data.height[2].isnull().all() and data.height[0][high].isnull().all()
+    assert set(data.replica_count.values[both]) == {3} and set(data.replica_count.values[low]) == {
+        1
+    }
+    # numbers of the summary, next to the series of the same name
+    np.testing.assert_allclose(data.final_height, [0.3, 0.8, np.nan, 1.8])
+    assert float(data.mean_final_height) == pytest.approx((0.3 + 0.8 + 1.8) / 3)
+    assert data.final_height.attrs["units"] == "m"
+    assert {"final_height", "grains", "ledger_worst"} <= set(data.attrs["summary_numbers"].split())
+
+
+def test_a_falling_filling_factor_is_a_coordinate_too():
+    data = analysis.gather([made(0.3, 0.1), made(0.2, 0.1, 3.0)])
+    phi = data.filling_factor.values
+    # the grid has multiples of its step inside the range only
+    assert phi[0] == pytest.approx(0.1, abs=0.01) and phi[-1] == pytest.approx(0.3, abs=0.01)
+    both = phi < 0.2 + 1e-9
+    np.testing.assert_allclose(data.mean_height[both], 2 * phi[both], rtol=1e-12)  # linear
+
+
+def test_time_is_the_coordinate_where_the_filling_factor_goes_both_ways():
+    falling = [
+        Made(
+            {
+                "time": np.arange(n) * 0.1,
+                "filling_factor": 0.3 - 0.01 * np.arange(n) * (-1.0) ** np.arange(n),
+                "stage": np.zeros(n, int),
+            }
+        )
+        for n in (5, 8)
+    ]
+    data = analysis.gather(falling)
+    assert data.attrs["coordinate"] == "time" and "stage" not in data
+    # the shorter one is the beginning of the longer one: no interpolation, the same bits
+    np.testing.assert_array_equal(data.time, falling[1].series.time)
+    np.testing.assert_array_equal(data.filling_factor[0, :5], falling[0].series.filling_factor)
+    assert data.filling_factor[0, 5:].isnull().all()
+
+
+def test_the_last_stage_is_the_one_that_counts():
+    phi = np.concatenate([np.linspace(0.4, 0.2, 11), np.linspace(0.21, 0.3, 10)])
+    stage = np.repeat([0, 1], [11, 10])
+    run = Made({"time": np.arange(21.0), "filling_factor": phi, "stage": stage, "height": phi})
+    data = analysis.gather([run])
+    assert data.attrs["coordinate"] == "filling_factor"
+    np.testing.assert_array_equal(data.filling_factor, phi[11:])
+    assert data.std_height.isnull().all() and data.mean_height.notnull().all()
+
+
+def test_grid_of_a_sweep_has_its_dimensions():
+    axes = {
+        "boundary.wall_speed": xr.Variable("boundary.wall_speed", [0.01, 0.05], {"units": "m/s"}),
+        "interaction.damping": xr.Variable("interaction.damping", ["a", "b", "c"]),
+    }
+    runs = [made(0.1, 0.2, 1.0 + n) for n in range(12)]
+    data = analysis.gather(
+        runs, axes, {"seed": list(range(12)), "status": ["ok"] * 12}, {"title": "t"}
+    )
+    assert data.height.dims == (*axes, "replica", "filling_factor")
+    one = data.sel({"boundary.wall_speed": 0.05, "interaction.damping": "b"})
+    assert one.seed.values.tolist() == [8, 9]
+    np.testing.assert_allclose(one.height.isel(filling_factor=-1), [0.2 * 9, 0.2 * 10])
+    assert data.mean_height.sizes == {
+        "boundary.wall_speed": 2,
+        "interaction.damping": 3,
+        "filling_factor": 21,
+    }
+    assert point_labels(data)[4] == "wall_speed = 5 cm/s, damping = b"
+    assert (
+        "final_height" not in table_numbers(data) and len(number_texts(data, "final_height")) == 6
+    )
+
+
+def test_a_mean_says_how_many_runs_it_is_of_and_why_others_have_none():
+    axes = {"boundary_wall_speed": xr.Variable("boundary_wall_speed", [0.01, 0.05])}
+    axes["boundary_wall_speed"].attrs |= {"units": "m/s", "key": "boundary.wall_speed"}
+    runs = [made(0.1, 0.2, 1.0), made(0.1, 0.2, 3.0), None, *(made(0.1, 0.2, 2.0),) * 3]
+    why = ["", "too rough", "", "", "too short", "too short"]
+    data = analysis.gather(runs, axes, {"fit_problem": why}, {"title": "t"})
+    texts = number_texts(data, "final_height")
+    assert texts[0].endswith("(2 of 3)") and "of" not in texts[1]
+    assert point_labels(data) == ["wall_speed = 1 cm/s", "wall_speed = 5 cm/s"]
+    assert missing(data) == [
+        ("wall_speed = 1 cm/s", "1 of 3 runs", "too rough"),
+        ("wall_speed = 5 cm/s", "2 of 3 runs", "too short"),
+    ]
+    assert data.sel(boundary_wall_speed=0.05).mean_height.notnull().all()
+
+
+def test_nothing_to_gather():
+    with pytest.raises(DustError, match="nothing to gather"):
+        analysis.gather([None, None])
+
+
+def test_common_coordinate_meets_the_points_of_series_written_every_so_often():
+    # written at multiples of 0.002, each late by less than a step, from its own start on
+    rng = np.random.default_rng(1)
+    multiples = [np.arange(60, 150) * 0.002, np.arange(71, 140) * 0.002]
+    late = [np.concatenate([[m[0] - 0.0011], m + 1e-6 * rng.random(len(m))]) for m in multiples]
+    grid = common_coordinate(late)
+    np.testing.assert_allclose(grid, np.arange(60, 150) * 0.002, rtol=1e-12)
+    assert common_coordinate([np.array([0.5]), np.array([0.7])]).tolist() == [0.5, 0.7]
+    assert common_coordinate([np.array([0.5])]).tolist() == [0.5]
+
+
+def test_interpolation_is_that_of_each_column_and_never_outside():
+    x, grid = np.array([0.0, 1.0, 3.0]), np.linspace(-1, 4, 51)
+    y = np.arange(12.0).reshape(3, 2, 2) ** 2
+    found = interpolate(x, y, grid)
+    inside = (grid >= 0) & (grid <= 3)
+    assert np.isnan(found[~inside]).all()
+    for i, j in np.ndindex(2, 2):
+        np.testing.assert_allclose(found[inside, i, j], np.interp(grid[inside], x, y[:, i, j]))
+
+
+def test_file_keeps_everything_and_is_whole(tmp_path):
+    long = "x: 1\n" * 20_000  # attributes of more than 64 kB
+    data = analysis.gather(
+        [made(0.1, 0.3), made(0.2, 0.4)], None, {"seed": [1, 2]}, {"scene_resolved": [long]}
+    )
+    analysis.save_ensemble(data, tmp_path / "deep/ensemble.nc")
+    with xr.open_dataset(tmp_path / "deep/ensemble.nc") as back:
+        xr.testing.assert_identical(back.drop_attrs(), data.drop_attrs())
+        assert back.attrs["scene_resolved"] == long
+        assert back.mean_height.attrs["cell_methods"] == "replica: mean"
+        assert "mean_NAME" in back.attrs["convention"]
+    (tmp_path / "file").write_text("")
+    with pytest.raises(DustError, match="Could not write"):
+        analysis.save_ensemble(data, tmp_path / "file/ensemble.nc")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        ((21934.0, "Pa", 870.0), "21.93 ± 0.87 kPa"),
+        ((0.05, "m/s"), "5 cm/s"),
+        ((0.0, "m/s"), "0 m/s"),
+        ((5e-6, "m", 0.0), "5 ± 0 um"),
+        ((2000.0, "1", math.nan), "2000"),
+        ((1.5e-7, "1", 2e-8), "1.5e-07 ± 2e-08"),
+        ((0.5623, None, 0.0231), "0.562 ± 0.023"),
+        ((1234.0, "1", 150.0), "1230 ± 150"),
+    ],
+)
+def test_numbers_are_told_as_far_as_their_scatter(arguments, text):
+    assert quantity_text(*arguments) == text
+
+
+# -- figures -------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def compressions(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs")
+    found = []
+    for seed in range(4):
+        path = synthetic.compression_run(
+            folder / str(seed) / "result.nc", seed=seed, last=0.5 + 0.01 * seed
+        )
+        with analysis.open_run(path) as run:
+            found.append(run)
+    return found
+
+
+def test_band_of_compression_runs(compressions):
+    """The mean of runs that scatter about one law lies on it."""
+    data = analysis.gather(compressions)
+    (band,) = analysis.bands(data, "pressure", wall="top")
+    assert band.replicas == 4 and band.label == ""
+    from dusttaichi.physics.laws import S12_STATIC
+
+    here = (band.x > 0.17) & (band.x < 0.5)
+    ratio = band.mean[here] / S12_STATIC.pressure(band.x[here])
+    # 0.1 dex of noise, medians of some five points, four runs: 3 % of scatter and 4 % of bias
+    assert np.all(np.abs(ratio - 1) < 0.3) and abs(np.median(ratio) - 1) < 0.05
+    figure = plots.ensemble(data)
+    (axes,) = figure.axes
+    labels = [text.get_text() for text in (axes.get_legend() or axes.figure.legends[0]).get_texts()]
+    assert "mean ± standard deviation of 4 runs" in labels
+    assert axes.get_xscale() == "log" and "kPa" in axes.get_xlabel()
+    assert {"p_m", "delta", "final_pressure"} <= set(table_numbers(data))
+
+
+def test_figure_over_time_shows_stress_or_coordination():
+    time = np.arange(20) * 1e-7
+    stress = np.zeros((20, 3, 3))
+    stress[:, 2, 2], stress[:, 0, 0] = 5e3, -1e3
+    base = {"time": time, "coordination_number": np.full(20, 3.0), "contact_count": np.full(20, 15)}
+    runs = []
+    for factor in (1.0, 2.0):
+        run = Made(base | {"stress": (("time", "xyz", "axis"), factor * stress)})
+        run.series = run.series.assign_coords(xyz=list("xyz"), axis=list("xyz"))
+        runs.append(run)
+    (axes,) = plots.ensemble(analysis.gather(runs)).axes
+    assert axes.get_ylabel() == "stress along z, positive in tension (kPa)"
+    assert axes.get_xlabel() == "time (µs)"
+    np.testing.assert_allclose(axes.lines[0].get_ydata(), 7.5)
+    (axes,) = plots.ensemble(analysis.gather([Made(base)])).axes
+    assert axes.get_ylabel() == "coordination number"
+
+
+def test_many_points_are_thinned_out():
+    axes = {"sample.grains": xr.Variable("sample.grains", np.arange(30))}
+    runs = [
+        Made({"time": np.arange(5.0), "coordination_number": np.full(5, float(n))})
+        for n in range(30)
+    ]
+    (drawn,) = plots.ensemble(analysis.gather(runs, axes)).axes
+    assert len(drawn.lines) == 12
+    assert (
+        drawn.get_legend() or drawn.figure.legends[0]
+    ).get_title().get_text() == "12 of 30 points"

@@ -1,0 +1,193 @@
+"""The trade between speed and accuracy: points that are kept, the command, real runs."""
+
+import json
+import math
+import sys
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from dusttaichi import analysis
+from dusttaichi.analysis.observables import Measured
+from dusttaichi.commands.app import app
+from dusttaichi.errors import DustError
+from dusttaichi.scene import from_yaml
+from dusttaichi.studies.trade import knobs, scenes
+from dusttaichi.studies.trade.point import NUMERICAL, Point, PointResult
+from dusttaichi.studies.trade.runner import Runner
+from dusttaichi.studies.trade.trade import DEFAULT
+from dusttaichi.studies.workers import Answer
+
+PAIR = """
+name: pair
+material: silicate_s12
+interaction: {damping: viscoelastic}
+sample: {kind: pair, gap: 1 nm, speed: 0.3 m/s}
+boundary: {kind: open}
+stop: {time: 40 ns}
+output: {series: {steps: 10}}
+"""
+
+
+# -- runs that are kept --------------------------------------------------------------------------
+
+
+class Counted(Runner):
+    """A Runner whose runs cost nothing; `stop_at` is interrupted."""
+
+    stop_at = None
+
+    def __init__(self, *args, **options):
+        super().__init__(*args, **options)
+        self.ran = []
+
+    def _measure(self, point, scene, folder):
+        if point.label == self.stop_at:
+            self.stopped.set()
+            raise KeyboardInterrupt
+        self.ran.append(point.label)
+        fraction = scene.numerics.step_fraction
+        value = Measured({"restitution": 0.5 + fraction**3})
+        ratio = 0.2 / fraction if point.paired and self.pairs else None
+        return PointResult(0, "finished: 40 ns", 2.0 / fraction, ratio, 100, 1e-10, 1e-4, value)
+
+
+def test_finished_points_are_used_again(tmp_path):
+    base = scenes.base(from_yaml(PAIR))
+    points, _ = knobs.ladder(base, ("step_fraction",))
+    first = Counted(base, tmp_path, jobs=1)
+    first.stop_at = points[2].label
+    first.run([DEFAULT])
+    with pytest.raises(KeyboardInterrupt):
+        first.run(points)
+    assert first.ran == ["default", points[0].label, points[1].label]
+    again = Counted(base, tmp_path, jobs=1)
+    done = []
+    results = again.run([DEFAULT]) | again.run(points, done=lambda p, r: done.append(p.label))
+    assert again.ran == [p.label for p in points[2:]]
+    assert sorted(done) == sorted(p.label for p in points)
+    assert results[points[0].label].ratio == 4.0  # read again
+    other = scenes.base(from_yaml(PAIR.replace("0.3 m/s", "0.4 m/s")))
+    changed = Counted(other, tmp_path, jobs=1)
+    changed.run([DEFAULT])
+    assert changed.ran == ["default"]  # of another scene: run anew
+    (changed.folder(DEFAULT) / "point.json").write_text("{")  # a file that is cut short
+    mended = Counted(other, tmp_path, jobs=1)
+    mended.run([DEFAULT])
+    assert mended.ran == ["default"]
+
+
+def test_equal_scenes_are_run_once_and_refused_ones_not_at_all(tmp_path):
+    base = scenes.base(from_yaml(PAIR))
+    runner = Counted(base, tmp_path, jobs=2, pairs=False)
+    runner.run([DEFAULT])
+    balanced = knobs.presets(base)[1]
+    wrong = Point("wrong", "x", "", math.nan, NUMERICAL, {"numerics.step_fraction": 7.0})
+    results = runner.run([balanced, wrong])
+    assert runner.ran == ["default"]
+    assert results["balanced"].ratio == 1.0  # of the two own costs
+    assert results["wrong"].code == 2 and "step_fraction" in results["wrong"].status
+
+
+def test_noise_of_the_machine_is_divided_out(tmp_path):
+    """The base took 10 s; beside a point of 4 s half of its steps took 10 s instead of 5 s."""
+    runner = Runner(scenes.base(from_yaml(PAIR)), tmp_path)
+    own = PointResult(0, "", 10.0)
+    assert runner._ratio(own, Answer(0, "", {"cost": 8.0})) == 1.25  # the base beside itself
+    assert not runner._long  # the base itself is not stopped on its way
+    runner.default = PointResult(0, "", 1e-3)
+    assert not runner._long  # nor one that is over in a moment
+    runner.default = PointResult(0, "", 10.0, costs=((0, 50, 100), (0.0, 5.0, 10.0)))
+    assert runner._long
+    cut = Answer(130, "", {"cost": 10.0, "costs": [[0, 50], [0.0, 10.0]]})
+    assert runner._ratio(PointResult(0, "", 4.0), cut) == pytest.approx(0.2)
+    assert runner._ratio(PointResult(0, "", 4.0), Answer(0, "", {"cost": 16.0})) == 0.25
+    assert runner._ratio(own, Answer(1)) is None
+
+
+# -- the command ---------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def counted(monkeypatch, tmp_path):
+    monkeypatch.setattr(sys.modules["dusttaichi.studies.trade.measure"], "Runner", Counted)
+    (tmp_path / "pair.yaml").write_text(PAIR)
+    words = [
+        "trade",
+        str(tmp_path / "pair.yaml"),
+        "-o",
+        str(tmp_path / "out"),
+        "--knobs",
+        "step_fraction,damping",
+        "--tolerance",
+        "2%",
+        "--jobs",
+        "1",
+    ]
+    return lambda *more: app([*words, *more], standalone_mode=False)
+
+
+def test_command_writes_file_figure_table_and_advice(counted, tmp_path, capsys, monkeypatch):
+    counted("--quiet")
+    said = capsys.readouterr()
+    # 0.5 + f^3: 0.25 errs by 3.1 %, 0.2 by 1.6 %
+    assert "cheapest within 2 %, numerical knobs only: the scene as it is" in said.out
+    assert "no scatter between seeds" in said.out
+    with xr.open_dataset(tmp_path / "out/trade.nc") as data:
+        assert data.attrs["observable"] == "restitution" and data.attrs["tolerance"] == 0.02
+        labels = data.label.values.tolist()
+        assert labels[:4] == ["default", "fast", "balanced", "reference"]
+        assert float(data.cost_ratio[labels.index("step_fraction = 0.05")]) == pytest.approx(4.0)
+        error = float(data.error[labels.index("step_fraction = 0.3")])
+        assert error == pytest.approx((0.3**3 - 0.05**3) / (0.5 + 0.05**3), rel=1e-9)
+        assert data.accepted.values[labels.index("step_fraction = 0.3")] == 0
+        assert "sample: {kind: pair" in np.atleast_1d(data.attrs["scene_given"])[0]
+    assert (tmp_path / "out/trade.png").stat().st_size > 10_000
+    # plotted again from the file alone
+    monkeypatch.setitem(sys.modules, "taichi", None)
+    app(["plot", str(tmp_path / "out"), "-o", str(tmp_path)], standalone_mode=False)
+    assert (tmp_path / "trade.png").exists()
+
+
+def test_command_tells_of_settings_to_paste_and_of_progress(counted, capsys):
+    counted("--tolerance", "10%", "--no-pairs")
+    said = capsys.readouterr()
+    assert "numerics: {step_fraction: 0.3, time_step: auto}" in said.out.replace(
+        "{time_step: auto, step_fraction: 0.3}", "{step_fraction: 0.3, time_step: auto}"
+    )
+    assert "1 of " in said.err and "step_fraction = 0.3: cost 0.67" in said.err
+
+
+def test_command_that_is_interrupted_says_how_to_go_on(counted, tmp_path, monkeypatch):
+    monkeypatch.setattr(Counted, "stop_at", "step_fraction = 0.3")
+    with pytest.raises(DustError, match=r"interrupted; the points.*Go on with: dust"):
+        counted("--quiet")
+    kept = {
+        json.loads(p.read_text())["result"]["status"]
+        for p in (tmp_path / "out/points").rglob("point.json")
+    }
+    assert kept == {"finished: 40 ns"}
+
+
+# -- real runs -----------------------------------------------------------------------------------
+
+
+def test_real_runs_side_by_side_and_alone(tmp_path):
+    base = scenes.base(from_yaml(PAIR))
+    runner = Runner(base, tmp_path, jobs=2)
+    shares = []
+    runner.report = lambda label, share: shares.append(share)
+    default = runner.run([DEFAULT])["default"]
+    assert default.ok and default.status.startswith("finished")
+    assert default.cost > 0.0 and default.ratio > 0.0 and shares[-1] is None
+    # a pair at 0.3 m/s bounces; e is that of the run itself
+    with analysis.open_run(runner.folder(DEFAULT) / "run") as run:
+        assert default.measured.values["restitution"] == analysis.restitution(run).coefficient
+        assert default.ledger == analysis.ledger(run).worst
+        assert default.steps == int(run.series.step[-1])
+    changes = {"stop": {"time": "40 ns"}, "numerics.time_step": "20 ns"}
+    wild = Point("wild", "step_fraction", "", math.nan, NUMERICAL, changes, paired=False)
+    refused = runner.run([wild])["wild"]
+    assert refused.code == 2 and "not stable" in refused.status  # the build's own words
+    assert [p.name for p in runner.folder(DEFAULT).glob(".beside*")] == []
