@@ -1,5 +1,6 @@
 """The rigid sphere among the grains: a projectile that flies, or an indenter that is driven."""
 
+import math
 from typing import Annotated
 
 from pydantic import Field, model_validator
@@ -81,7 +82,7 @@ class Sphere(Block):
     def surface(self, materials: tuple[Material, ...], names: tuple[str, ...]) -> Material:
         """Its Material, with its own density. materials, names: of the scene, in one order."""
         own = materials[names.index(self.material)]
-        volume = 4.0 / 3.0 * 3.141592653589793 * self.radius**3
+        volume = 4.0 / 3.0 * math.pi * self.radius**3
         density = self.mass / volume if self.mass is not None else self.density or own.density
         return own.model_copy(update={"density": density})
 
