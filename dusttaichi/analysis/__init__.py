@@ -44,6 +44,7 @@ from dusttaichi.analysis.structure import Structure, structure
 from dusttaichi.analysis.summary import summary, table
 from dusttaichi.analysis.tensile import StrengthFit, Tensile, fit_strength, tensile
 from dusttaichi.analysis.trade import front, trade_dataset
+from dusttaichi.analysis.triaxial import Triaxial, is_triaxial, triaxials
 
 __all__ = [
     "Arrival",
@@ -124,5 +125,8 @@ __all__ = [
     "tensile",
     "to_csv",
     "trade_dataset",
+    "Triaxial",
+    "is_triaxial",
+    "triaxials",
     "wall_restitution",
 ]

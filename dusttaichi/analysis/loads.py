@@ -99,6 +99,17 @@ class Friction:
         """Friction angle [degrees]."""
         return float(np.degrees(np.arctan(self.slope)))
 
+    @property
+    def angle_sigma(self):
+        """Its uncertainty [degrees]."""
+        return float(np.degrees(self.slope_sigma / (1.0 + self.slope**2)))
+
+    @property
+    def triaxial_angle(self):
+        """Friction angle [degrees] of a line through deviators over confining stresses: of the
+        circles of Mohr, sin = M/(2 + M) with the slope M."""
+        return float(np.degrees(np.arcsin(self.slope / (2.0 + self.slope))))
+
 
 def shearings(run):
     """The Shearing of every stage of a Run that shears, in their order.
@@ -116,7 +127,8 @@ def shearings(run):
 
 
 def friction(found):
-    """The Friction of several Shearing; None for fewer than two loads."""
+    """The Friction of several Shearing, of one sample or more, or Triaxial; None for fewer than two
+    loads."""
     load, strength = (np.array([getattr(s, name) for s in found]) for name in ("load", "strength"))
     if len(found) < 2 or np.ptp(load) == 0.0:
         return None
@@ -137,8 +149,7 @@ def _shearing(part):
     phi = (
         series.filling_factor.values if "filling_factor" in series else np.full(len(strain), np.nan)
     )
-    flowing = strain > (1.0 - FLOWING) * strain[-1]
-    parts = [np.mean(p) for p in np.array_split(shear[flowing], 10) if len(p)]
+    flowing = last_part(strain)
     return Shearing(
         stage=part.stage_name,
         strain=strain,
@@ -146,12 +157,21 @@ def _shearing(part):
         normal=normal,
         filling_factor=phi,
         strength=float(np.mean(shear[flowing])),
-        strength_sigma=float(np.std(parts, ddof=1) / np.sqrt(len(parts)))
-        if len(parts) > 1
-        else np.nan,
+        strength_sigma=scatter(shear[flowing]),
         load=float(np.mean(normal[flowing])),
         density=float(np.mean(phi[flowing])),
     )
+
+
+def last_part(strain):
+    """True for the records over the last FLOWING of a strain that grows from 0, (n,)."""
+    return strain > (1.0 - FLOWING) * strain[-1]
+
+
+def scatter(values):
+    """Standard error of a mean of values (n,) in a row, from the means of ten parts of them."""
+    parts = [np.mean(p) for p in np.array_split(values, 10) if len(p)]
+    return float(np.std(parts, ddof=1) / np.sqrt(len(parts))) if len(parts) > 1 else np.nan
 
 
 def _stresses(series):

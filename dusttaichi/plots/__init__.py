@@ -5,7 +5,7 @@ Each function returns a matplotlib Figure of its own, without pyplot and without
 
 from pathlib import Path
 
-from dusttaichi.analysis import arrival, held_loads
+from dusttaichi.analysis import arrival, held_loads, is_triaxial
 from dusttaichi.analysis import sound_speed as fit_speed
 from dusttaichi.analysis.continuum import has_dust
 from dusttaichi.analysis.drive import is_dynamic
@@ -41,7 +41,7 @@ from dusttaichi.plots.fragments import (
 from dusttaichi.plots.grains import grains
 from dusttaichi.plots.isotropic import isotropic
 from dusttaichi.plots.ledger import ledger
-from dusttaichi.plots.loads import loads, shear
+from dusttaichi.plots.loads import loads, shear, triaxial
 from dusttaichi.plots.losses import losses
 from dusttaichi.plots.numbers import numbers
 from dusttaichi.plots.penetration import sphere, sphere_column
@@ -106,6 +106,7 @@ __all__ = [
     "structure",
     "tensile",
     "trade",
+    "triaxial",
     "wall_forces",
 ]
 
@@ -125,7 +126,7 @@ def figures_of(run):
 
     ledger; compression and coordination (compressed under a wall); isotropic and coordination
     (pressed from all sides); cycles (let go again); loads (pressures that are held); shear (stages
-    that shear); tensile and losses (stretched), and
+    that shear); triaxial (that hold a stress along two axes); tensile and losses (stretched), and
     with two snapshots of the stretching fractal; bodies, collision and fragments (two bodies that
     fly at each other); sound_speed (after a push that snapshots show to arrive); stress (where it
     was written); structure (of the last snapshot, with the forces of its contacts), pores of a room
@@ -153,6 +154,8 @@ def figures_of(run):
         figures["loads"] = loads(run)
     if run.sheared:
         figures["shear"] = shear(run)
+    if is_triaxial(run):
+        figures["triaxial"] = triaxial(run)
     if run.stretches:
         figures |= {"tensile": tensile([run]), "losses": losses(run)}
         frames = run.part_that("stretches").snapshots

@@ -4,32 +4,39 @@ import numpy as np
 
 from dusttaichi.analysis.cycles import pressure_of
 from dusttaichi.analysis.loads import friction, held_loads, shearings
+from dusttaichi.analysis.triaxial import triaxials
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
 
 
 @style.styled
-def loads(run, others=(), labels=None):
+def loads(run, others=(), labels=None, repeats=()):
     """Filling factor against pressure where a Run holds pressures, step by step.
 
     Its path is thin, its points are where each load had settled. others: runs of the same sample at
-    a constant speed, drawn as lines; labels: one for each of these (default: their names).
-    Raises DustError where no pressure is held.
+    a constant speed, drawn as lines; labels: one for each of these (default: their names). repeats:
+    runs of the same steps on other samples: points are the means of all, their bars the standard
+    deviations between samples. Raises DustError where no pressure is held.
     """
     found = held_loads(run)
     if not found:
         raise DustError(f"{run.path}: no stage holds a pressure; it needs drive: pressure.")
+    samples = [found, *(held_loads(other) for other in repeats)]
+    pressure = np.array([[held.pressure for held in one] for one in samples]) / 1e3
+    density = np.array([[held.filling_factor for held in one] for one in samples])
     figure, (axes,) = style.new_figure()
     axes.plot(*_path(run), color=style.GREY, linewidth=0.7, label="under load, on the way")
     names = labels or [other.name for other in others]
     for number, (other, label) in enumerate(zip(others, names, strict=True)):
         axes.plot(*_path(other), label=label, **style.run_style(number))
-    axes.plot(
-        [held.pressure / 1e3 for held in found],
-        [held.filling_factor for held in found],
-        "o",
+    axes.errorbar(
+        pressure.mean(axis=0),
+        density.mean(axis=0),
+        density.std(axis=0, ddof=1) if repeats else None,
+        fmt="o",
         color=style.ORANGE,
         markersize=6,
+        capsize=3,
         label="under load, settled",
     )
     axes.set_xscale("log")
@@ -49,30 +56,35 @@ def _path(run):
 
 
 @style.styled
-def shear(run):
+def shear(run, others=()):
     """Shear stress of a Run against the shear strain of each stage that shears; below, the strength
     against the normal stress, with the line of friction, and against the filling factor.
 
+    others: runs of the same scene on other samples: open points, and part of the line.
     Raises DustError where nothing is sheared.
     """
     found = shearings(run)
     figure, (curves, line, density) = style.new_figure(
         height=7.2, rows=3, ratios=(1.4, 1.0, 1.0), shared=False
     )
-    largest = max(float(np.abs(s.shear).max()) for s in found)
-    scale, unit = style.scaled(largest, style.PRESSURES)
+    scale, unit = _stress_unit(np.concatenate([one.shear for one in found]))
+    colors = {}
     for number, one in enumerate(found):
         own = style.run_style(number)
+        colors[one.stage] = own["color"]
         curves.plot(one.strain, one.shear * scale, label=f"{one.load / 1e3:.3g} kPa", **own)
+    more = [one for other in others for one in shearings(other)]
+    for number, one in enumerate([*found, *more]):
+        filled = {} if number < len(found) else {"markerfacecolor": "none"}
         for axes, x in ((line, one.load * scale), (density, one.density)):
             axes.errorbar(
                 x, one.strength * scale, one.strength_sigma * scale, fmt="o",
-                color=own["color"], markersize=5,
+                color=colors.get(one.stage, style.GREY), markersize=5, **filled,
             )  # fmt: skip
-    fit = friction(found)
+    fit = friction([*found, *more])
     if fit is not None:
         x = np.array([0.0, 1.05 * max(one.load for one in found)])
-        text = rf"$\tau = {fit.cohesion * scale:.2g}$ {unit} + ${fit.slope:.2f}\,\sigma_n$"
+        text = rf"$\tau = {fit.cohesion * scale:.2g}$ {unit} $+ {fit.slope:.2f}\,\sigma_n$"
         line.plot(
             x * scale,
             (fit.cohesion + fit.slope * x) * scale,
@@ -80,13 +92,38 @@ def shear(run):
             linewidth=1.0,
             label=f"{text}, friction angle {fit.angle:.0f}°",
         )
+        style.legend(line)
     curves.set_xlabel("shear strain of the stage")
     curves.set_ylabel(f"shear stress ({unit})")
+    style.legend(curves, title="normal stress", ncols=2)
     line.set_xlabel(f"normal stress ({unit})")
     density.set_xlabel(r"filling factor $\phi$")
     for axes in (line, density):
         axes.set_ylabel(f"strength ({unit})")
         axes.set_ylim(bottom=0.0)
-    style.legend(curves, title="normal stress", ncols=2)
-    style.legend(line)
+    return figure
+
+
+def _stress_unit(values):
+    return style.scaled(float(np.abs(values).max()), style.PRESSURES)
+
+
+@style.styled
+def triaxial(run):
+    """Deviator and filling factor of a Run against the strain of each triaxial test in it.
+
+    Raises DustError where there is none.
+    """
+    found = triaxials(run)
+    figure, (curves, density) = style.new_figure(rows=2, ratios=(1.4, 1.0))
+    scale, unit = _stress_unit(np.concatenate([one.deviator for one in found]))
+    for number, one in enumerate(found):
+        own = style.run_style(number)
+        label = f"{one.load / 1e3:.3g} kPa"
+        curves.plot(one.strain, one.deviator * scale, label=label, **own)
+        density.plot(one.strain, one.filling_factor, **own)
+    curves.set_ylabel(f"deviator ({unit})")
+    style.legend(curves, title="confining stress")
+    density.set_ylabel(r"filling factor $\phi$")
+    density.set_xlabel("axial strain of the stage")
     return figure

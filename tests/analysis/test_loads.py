@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from dusttaichi.analysis import Run, friction, held_loads, shearings
+from dusttaichi.analysis import Run, friction, held_loads, is_triaxial, shearings, triaxials
 from dusttaichi.errors import DustError
-from dusttaichi.plots import loads, shear
+from dusttaichi.plots import loads, shear, triaxial
 
 N = 40
 SCENE = "boundary: {kind: box, pressure: 5 kPa}"
@@ -38,7 +38,10 @@ def test_strength_and_friction():
     fit = friction(found)
     assert fit.cohesion == pytest.approx(1e3) and fit.angle == pytest.approx(26.565, abs=1e-3)
     assert friction(found[:1]) is None
-    assert shear(sheared(2e3, 2e3)).axes[0].get_xlabel() == "shear strain of the stage"
+    assert (
+        shear(sheared(2e3, 2e3), [sheared(5e3, 3e3)]).axes[0].get_xlabel()
+        == "shear strain of the stage"
+    )
     with pytest.raises(DustError, match="no stage shears"):
         shearings(run(filling_factor=np.full(N, 0.3)))
 
@@ -51,6 +54,31 @@ def test_held_loads():
     assert held.pressure == pytest.approx(5e3) and held.wanted == 5e3
     assert held.overshoot == pytest.approx(0.0, abs=1e-12)
     assert held.creep == pytest.approx(1e-3 / 1e-5)
-    assert len(loads(one, [one]).axes) == 1
+    assert len(loads(one, [one], repeats=[one]).axes) == 1
     with pytest.raises(DustError, match="no stage holds a pressure"):
         loads(run("boundary: {kind: box}", stress=stress, filling_factor=phi))
+
+
+def test_triaxial_test_and_the_circles_of_mohr():
+    """A material that yields where the largest stress is M times the smallest and more."""
+    parts, confined = [], (5e3, 2e4)
+    for load in confined:
+        stress = -np.eye(3) * np.ones(N)[:, None, None] * load
+        stress[:, 2, 2] -= 1e3 + 1.5 * load
+        length = np.ones((N, 3)) * np.exp(-np.linspace(0.0, 0.2, N))[:, None]
+        scene = f"""
+stages:
+  - {{name: test, drive: {{stress: [-{load} Pa, -{load} Pa, free]}}}}
+"""
+        one = run(scene, stress=stress, filling_factor=np.full(N, 0.3), stage=np.zeros(N, int))
+        one.series["box_length"] = (("time", "xyz"), length)
+        one.attrs["stages"] = "test"
+        (found,) = triaxials(one)
+        assert found.axis == "z" and found.strain[-1] == pytest.approx(0.2)
+        parts.append(found)
+    assert [one.strength for one in parts] == pytest.approx([8.5e3, 3.1e4])
+    line = friction(parts)
+    assert line.triaxial_angle == pytest.approx(np.degrees(np.arcsin(1.5 / 3.5)))
+    assert len(triaxial(one).axes) == 2 and is_triaxial(one)
+    with pytest.raises(DustError, match="no stage is a triaxial test"):
+        triaxials(sheared(2e3, 2e3))

@@ -1,0 +1,85 @@
+"""Triaxial tests: one axis of a cell is pressed, and a stress held along the others."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dusttaichi.analysis.loads import last_part, scatter
+from dusttaichi.errors import DustError
+from dusttaichi.names import AXES
+
+
+@dataclass(frozen=True)
+class Triaxial:
+    """One stage that holds a stress along two axes and strains the third, in n records.
+
+    stage: its name; axis: letter of the third. strain (n,): of that axis since the start of the
+    stage, ln of the lengths, positive in compression. deviator [Pa] (n,): stress along it less the
+    mean of the others, positive in compression; confining [Pa] (n,): that mean. filling_factor
+    (n,). strength, strength_sigma, load [Pa], density: of deviator, confining stress and filling
+    factor over the last half of the strain, as in loads.Shearing.
+    """
+
+    stage: str
+    axis: str
+    strain: np.ndarray
+    deviator: np.ndarray
+    confining: np.ndarray
+    filling_factor: np.ndarray
+    strength: float
+    strength_sigma: float
+    load: float
+    density: float
+
+
+def triaxials(run):
+    """The Triaxial of every such stage of a Run, in their order. Raises DustError without one."""
+    free = _free_axes(run)
+    parts = run.parts if "stress" in run.series else []
+    tests = [part for part in parts if part.stage_name in free and len(part.series.time) > 2]
+    found = [_triaxial(part, free[part.stage_name]) for part in tests]
+    if not found:
+        raise DustError(
+            f"{run.path}: no stage is a triaxial test; it needs a stress along two axes and a "
+            "strain_rate along the third (drive: {stress: [-5 kPa, -5 kPa, free], ...})."
+        )
+    return found
+
+
+def is_triaxial(run):
+    """True where a stage of a Run is a triaxial test."""
+    return bool(_free_axes(run)) and "stress" in run.series
+
+
+def _free_axes(run):
+    """Number of the free axis of each stage that holds a stress along both others, by its name."""
+    stresses = {
+        stage["name"]: stage.get("drive", {}).get("stress") for stage in run.scene.get("stages", [])
+    }
+    return {
+        name: list(stress).index("free")
+        for name, stress in stresses.items()
+        if isinstance(stress, (list, tuple)) and list(stress).count("free") == 1
+    }
+
+
+def _triaxial(part, axis):
+    series = part.series
+    length = series.box_length.values[:, axis]
+    strain = np.log(float(part.start.box_length.values[axis]) / length)
+    pressed = -np.diagonal(series.stress.values, axis1=1, axis2=2)
+    confining = np.delete(pressed, axis, axis=1).mean(axis=1)
+    deviator, phi = pressed[:, axis] - confining, series.filling_factor.values
+    late = last_part(np.abs(strain))
+    return Triaxial(
+        stage=part.stage_name,
+        axis=AXES[axis],
+        strain=strain,
+        deviator=deviator,
+        confining=confining,
+        filling_factor=phi,
+        strength=float(np.mean(deviator[late])),
+        strength_sigma=scatter(deviator[late]),
+        load=float(np.mean(confining[late])),
+        density=float(np.mean(phi[late])),
+    )
