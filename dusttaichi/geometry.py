@@ -9,6 +9,19 @@ import scipy
 from dusttaichi.names import AXES
 
 
+def nearest_image(d, period, tilt=0.0):
+    """Distance vectors (..., 3) to the nearest image, of a cell with the edges `period` (3,), inf
+    along axes that are not periodic; the image above it stands `tilt` further along x."""
+    d = np.array(d, float)
+    for n in (2, 1, 0):
+        if np.isfinite(period[n]):
+            count = np.round(d[..., n] / period[n])
+            d[..., n] -= period[n] * count
+            if n == 2 and tilt:
+                d[..., 0] -= tilt * count
+    return d
+
+
 def pairs_within(positions, radii, factor=1.0, period=None):
     """Pairs i < j no farther apart than `factor` times the sum of their radii: i, j, distance.
 

@@ -9,14 +9,17 @@ from dusttaichi.errors import DustError
 from dusttaichi.names import AXES, WALLS
 
 
-def make_surroundings(boundary, positions, radius, *, contact, overlap, period=None, room=None):
+def make_surroundings(
+    boundary, positions, radius, *, contact, overlap, period=None, room=None, tilt=0.0
+):
     """(Box or None, Cell or None) around a sample at rest.
 
     positions (N, 3), radius, contact (distance of two grains in equilibrium contact), overlap (in
     equilibrium with a wall): um; each but the first one number, or (N,) of grains that are not all
     equal. With `size: fit` the outermost grains are in equilibrium contact with their wall, or with
     each other across the faces; a sample that repeats says by what `period`, one that is taken out
-    of a room by `room` (6,) where walls and faces stand [um], NaN where there is none.
+    of a room by `room` (6,) where walls and faces stand [um], NaN where there is none, and by
+    `tilt` [um] how far its cell leans.
     Raises DustError when the sample does not fit.
     """
     low, high = positions.min(axis=0), positions.max(axis=0)
@@ -52,8 +55,14 @@ def make_surroundings(boundary, positions, radius, *, contact, overlap, period=N
     periodic = np.isin(np.arange(3), axes)
     check_edges(size[list(axes)], axes, np.max(radius))
     centre = np.where(periodic, 0.5 * (low + high), 0.0)
-    cell = Cell(np.where(periodic, size, 0.0), np.zeros(3), np.zeros(3), centre, axes)
-    check_images(positions, cell, radius)
+    cell = Cell(np.where(periodic, size, 0.0), np.zeros(3), np.zeros(3), centre, axes, tilt=tilt)
+    if tilt and len(axes) < 3:
+        raise DustError(
+            "sample.keep: the cell of the other run has been sheared and leans; a cell that "
+            "repeats along x, y and z is needed (boundary: {kind: periodic}), or keep no box"
+        )
+    if not tilt:  # one that leans is kept as it was
+        check_images(positions, cell, radius)
     return box, cell
 
 

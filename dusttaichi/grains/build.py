@@ -68,7 +68,7 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
     laws = chosen_laws(scene.interaction, scene.numerics.newton_steps)
     loops = loops or LOOPS[scene.numerics.backend]
     layout = chosen_layout(scene, laws, loops, push, polydisperse=own is not None)
-    layout = replace(layout, batch=scenes is not None, ledger=ledger)
+    layout = replace(layout, batch=scenes is not None, ledger=ledger, tilted=leans(scene, sample))
     pair, wall = contact_constants(scene) if own is None else farthest_contacts(scene, own)
     box, cell = surroundings(scene, sample, own, scenes, (pair, wall))
     compiled = chosen_kernels(scene, layout, laws, (loops.kind, len(order), threads))
@@ -123,7 +123,6 @@ def chosen_layout(scene, laws, loops, push, polydisperse):
         twisting=laws.twisting is not None,
         damping=laws.damping is not None,
         periodic=tuple(AXES.index(axis) for axis in scene.boundary.periodic_axes),
-        tilted=leans(scene),
         stress=scene.output.stress,
         asperities=laws.asperities is not None,
         forced=push.forced,
@@ -137,9 +136,10 @@ def chosen_layout(scene, laws, loops, push, polydisperse):
     )
 
 
-def leans(scene):
-    """True where the cell of a scene is sheared in some stage."""
-    return any(plan.drive.shear_rate for plan in scene.stage_plans)
+def leans(scene, sample):
+    """True where the cell of a scene is sheared in some stage, or its sample brings one along."""
+    sheared = any(plan.drive.shear_rate for plan in scene.stage_plans)
+    return sheared or bool(sample.info.get("tilt"))
 
 
 def chosen_kernels(scene, layout, laws, running):
@@ -210,10 +210,11 @@ def surroundings(scene, sample, own, scenes, contacts):
         overlap=overlap,
         period=None if period is None else np.array(period) / units.LENGTH,
         room=None if room is None else np.array(room) / units.LENGTH,
+        tilt=sample.info.get("tilt", 0.0) / units.LENGTH,
     )
     if scene.sphere is not None:
         check_inside(sphere_of(scene, sample, radius * units.LENGTH), box)
-    return box, cell if cell is None else replace(cell, tilted=leans(scene))
+    return box, cell if cell is None else replace(cell, tilted=leans(scene, sample))
 
 
 def check_precision(scene, sample, delta0):

@@ -13,11 +13,11 @@ MOST_TWIST = 1e3  # rad
 MOST_SPEED = 3e8  # m/s
 
 
-def check_contacts(contacts, positions, radii, period, where):
+def check_contacts(contacts, positions, radii, nearest, where):
     """DustError, naming where they come from, and the row, for a contact that cannot be one.
 
     contacts: as in samples.netcdf, name -> (C,) or (C, 3). positions (N, 3) and radii (N,) or one
-    number [m]: of the grains. period: edges of a periodic cell [m], (3,), inf along other axes.
+    number [m]: of the grains. nearest: of distance vectors (C, 3) those to the nearest image.
     """
     i, j = contacts["i"], contacts["j"]
     n = len(positions)
@@ -27,10 +27,7 @@ def check_contacts(contacts, positions, radii, period, where):
     _refuse(outside, where, lambda k: f"contacts name grain {worst[k]}", f"0 to {n - 1}")
     _refuse(i == j, where, lambda k: f"grain {i[k]} with itself", "two grains")
     both = np.broadcast_to(radii, n)[i] + np.broadcast_to(radii, n)[j]
-    apart = positions[i] - positions[j]
-    images = np.isfinite(period)
-    apart[:, images] -= period[images] * np.round(apart[:, images] / period[images])
-    distance = np.linalg.norm(apart, axis=1)
+    distance = np.linalg.norm(nearest(positions[i] - positions[j]), axis=1)
     _refuse(
         distance > FARTHEST * both,
         where,

@@ -10,7 +10,7 @@ import scipy
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import pairs_within
+from dusttaichi.geometry import nearest_image, pairs_within
 from dusttaichi.physics.contact.constants import CLOSEST
 from dusttaichi.samples import files, taken
 from dusttaichi.samples.contacts import check_contacts
@@ -192,8 +192,7 @@ def _grains(state: dict, materials: Materials, where: str) -> Sample:
     check_apart(positions, radii, where)
     contacts = state.get("contacts")
     if contacts is not None:
-        period = state.get("period", np.full(3, np.inf))
-        check_contacts(contacts, positions, radii, period, where)
+        check_contacts(contacts, positions, radii, _nearest(state), where)
     return Sample(positions, velocities, spins, contacts, **own)
 
 
@@ -201,13 +200,19 @@ def _of_run(spec, sample: Sample, state: dict, materials: Materials, where: str)
     """The sample with what else `spec` takes of the file."""
     walls = state.get("wall_contacts")
     if spec.fragment is not None:
-        masses, period = materials.masses(sample), state.get("period", np.full(3, np.inf))
+        masses = materials.masses(sample)
         before = len(sample)
         sample, walls, count = taken.fragment(
-            sample, walls, spec.fragment, period=period, masses=masses, where=where
+            sample, walls, spec.fragment, nearest=_nearest(state), masses=masses, where=where
         )
         sample.info.update(fragments=count, grains_of_all=before)
     return taken.along(sample, state, walls, spec, where)
+
+
+def _nearest(state: dict):
+    """Function of distance vectors (N, 3) [m]: those to the nearest image of the file's cell."""
+    period = state.get("period", np.full(3, np.inf))
+    return lambda d: nearest_image(d, period, state.get("tilt", 0.0))
 
 
 def _vectors(values, where: str, name: str, n: int | None) -> np.ndarray:

@@ -36,7 +36,8 @@ def read(path: Path, where: str, snapshot=LAST) -> dict:
 
     position, velocity, spin (N, 3), radius and material (N,) as far as it has them. Of a result
     also contacts and wall_contacts, name -> rows; period (3,), edges of its cell [m], inf along
-    axes that are not periodic; room (6,), coordinates of walls and faces [m], NaN where there is
+    axes that are not periodic, and tilt [m], how much further along x the image above stands; room
+    (6,), coordinates of walls and faces [m], NaN where there is
     none; time [s]. where: how errors name the file. snapshot: number from 0, or "last".
     Raises DustError for a file that cannot be used.
     """
@@ -166,26 +167,16 @@ class _Snapshot:
             axes = str(self.tree.attrs.get("periodic_axes", "")).split()
             for k in (AXES.index(axis) for axis in axes if axis in AXES):
                 period[k] = room[2 * k + 1] - room[2 * k]
-        self._check_upright()
         time = self.frame.get("snapshot_time")
         if time is not None and time.ndim == 1 and len(time):
             found["time"] = float(time[self._place(len(time))].values)
-        return found | {"period": period}
+        return found | {"period": period, "tilt": self._tilt()}
 
-    def _check_upright(self) -> None:
-        """Refuse the snapshot of a sheared cell: edges alone do not tell what lies across."""
+    def _tilt(self) -> float:
+        """How much further along x the image above the cell stands, 0 of one that is upright."""
         tilt = self.frame.get("tilt")
-        if tilt is None:
-            return
-        leans = self._plain(tilt.values, "tilt").reshape(-1)
-        own = leans[self._place(len(leans))] if len(leans) else 0.0
-        if own:
-            upright = ", ".join(map(str, np.flatnonzero(leans == 0.0))) or "none here"
-            raise DustError(
-                f"{self.where}: the cell of this snapshot has been sheared, its image above stands "
-                f"{own * 1e6:.4g} um further along x; allowed: snapshots in which it is upright "
-                f"({upright})."
-            )
+        leans = np.zeros(0) if tilt is None else self._plain(tilt.values, "tilt").reshape(-1)
+        return float(leans[self._place(len(leans))]) if len(leans) else 0.0
 
     def _rows(self, group: str, count: str, names: dict) -> dict[str, np.ndarray]:
         """The rows of a group that belong to the snapshot, by our names."""

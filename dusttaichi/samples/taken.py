@@ -19,11 +19,12 @@ from dusttaichi.samples.sample import Sample
 LARGEST = "largest"
 
 
-def fragment(sample: Sample, wall_contacts, which, *, period, masses, where: str):
+def fragment(sample: Sample, wall_contacts, which, *, nearest, masses, where: str):
     """(Sample, wall contacts, all fragments) with the grains of one fragment alone.
 
-    which: "largest", or its number in the order of falling mass, from 0. masses: (N,). period:
-    edges of a cell [m], inf along other axes; the fragment is put together across its faces.
+    which: "largest", or its number in the order of falling mass, from 0. masses: (N,).
+    nearest: of distance vectors [m] those to the nearest image; the fragment is put together across
+    the faces of its cell.
     Raises DustError where the file has no contacts, or no such fragment.
     """
     if sample.contacts is None:
@@ -40,7 +41,7 @@ def fragment(sample: Sample, wall_contacts, which, *, period, masses, where: str
             f"{number - 1}, or {LARGEST}."
         )
     own = np.flatnonzero(label == order[wanted])
-    positions = held_together(sample.positions, graph, own[:1], lambda d: _nearest(d, period))
+    positions = held_together(sample.positions, graph, own[:1], nearest)
     inside = np.isin(sample.contacts["i"], own)
     contacts = _renumbered(sample.contacts, inside, own, ("i", "j"))
     if wall_contacts is not None:
@@ -55,12 +56,6 @@ def fragment(sample: Sample, wall_contacts, which, *, period, masses, where: str
         materials=None if sample.materials is None else sample.materials[own],
     )
     return taken, wall_contacts, number
-
-
-def _nearest(d, period):
-    whole = np.isfinite(period)
-    edges = np.where(whole, period, 1.0)
-    return d - np.where(whole, edges * np.round(d / edges), 0.0)
 
 
 def _renumbered(contacts, rows, own, names):
@@ -86,6 +81,8 @@ def along(sample: Sample, state: dict, wall_contacts, spec, where: str) -> Sampl
         check_wall_contacts(wall_contacts, sample.positions, where)
     if "box" in keep or "walls" in keep:
         info["room"] = room.tolist()
+        if state.get("tilt"):
+            info["tilt"] = state["tilt"]
     if "time" in keep:
         if "time" not in state:
             raise DustError(f"sample.keep: {where} does not tell its time (snapshot_time).")

@@ -7,6 +7,7 @@ import pytest
 from scenes import RADIUS, Probe, box, make_scene, sample_of
 
 from dusttaichi import units
+from dusttaichi.analysis import open_run
 from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.servo import EVERY
@@ -14,6 +15,7 @@ from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.grains.grain_contacts import contact_constants
 from dusttaichi.method import State, of
 from dusttaichi.physics.contact import normal
+from dusttaichi.run import execute
 from dusttaichi.samples import make
 from dusttaichi.scene import from_yaml
 from dusttaichi.scene.boundary import Drive
@@ -264,6 +266,30 @@ def test_lattice_in_shear_has_the_stress_of_its_springs():
     assert abs(residual(start, m)) < 1e-5 * m["face_work"]
     power = volume * sum(s[0, 2] for _, s in found) / units.PRESSURE * 2e-3 * (1000 * sim.dt)
     assert m["face_work"] == pytest.approx(power, rel=1e-3)
+
+
+def test_a_leaning_cell_is_the_sample_of_another_run(tmp_path):
+    """It goes on where it was, with all contacts and what their springs hold; without its box, or
+    in another that cannot lean, it is said what is needed."""
+    text = CAKE.replace("rbd, grains: 60", "random_packing, grains: 60, filling_factor: 0.5")
+    text = text.replace("time: 5 us", "steps: 1000") + "output: {series: {steps: 500}}\n"
+    first = execute(from_yaml(text % "shear_rate: 1e5 s^-1"), tmp_path / "first")
+    taken = text.replace("random_packing, grains: 60, filling_factor: 0.5, seed: 3", "explicit, %s")
+    scene = from_yaml(taken % (f"file: {first}, keep: [box]", "size: fit"))
+    sim = of(scene).build(scene, make(scene)).sim
+    with open_run(first) as run:
+        last = run.series.isel(time=-1)
+        assert sim.cell.offset(0.0) * units.LENGTH == float(run.snapshots.tilt[-1]) != 0.0
+    m = sim.measure()
+    assert m["contacts"] == int(last.contact_count)
+    # velocities are those of half a step ago moved on, springs are as they were kept
+    np.testing.assert_allclose(m["potential"] * units.ENERGY, last.potential, rtol=1e-9)
+    kinetic = (m["kinetic_translation"] + m["kinetic_rotation"]) * units.ENERGY
+    moving = float(last.kinetic_translation + last.kinetic_rotation)
+    assert kinetic == pytest.approx(moving, rel=1e-9)
+    flat = from_yaml(taken % (f"file: {first}, keep: [box]", "axes: [x, y]"))
+    with pytest.raises(DustError, match="leans; a cell that repeats along x, y and z is needed"):
+        of(flat).build(flat, make(flat))
 
 
 def test_neighbours_across_leaning_faces():

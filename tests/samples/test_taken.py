@@ -1,5 +1,7 @@
 """What a sample takes of another run: a snapshot, a fragment, walls and their load, time."""
 
+from functools import partial
+
 import netCDF4
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ import yaml
 
 from dusttaichi.analysis import open_run, read_frame
 from dusttaichi.errors import DustError
+from dusttaichi.geometry import nearest_image
 from dusttaichi.grains.build import build
 from dusttaichi.names import WALLS
 from dusttaichi.results.seal import DIGEST
@@ -124,7 +127,7 @@ def test_a_fragment_is_put_together_across_the_faces_of_a_cell():
         Sample(x, x, x, pairs),
         None,
         "largest",
-        period=np.array([1e-5, np.inf, np.inf]),
+        nearest=partial(nearest_image, period=np.array([1e-5, np.inf, np.inf])),
         masses=np.ones(4),
         where="here",
     )
