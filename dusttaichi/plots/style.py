@@ -140,7 +140,7 @@ def legend(axes, handles=None, labels=None, *, title=None, ncols=1):
         return
     inside = axes.legend(handles, labels, loc="best", title=title, ncols=ncols)
     figure = axes.figure
-    figure.draw_without_rendering()
+    figure.get_layout_engine().execute(figure)
     box = inside.get_window_extent(figure.canvas.get_renderer())
     if not _hides(box, axes):
         return
@@ -152,14 +152,14 @@ def legend(axes, handles=None, labels=None, *, title=None, ncols=1):
     longest = max([len(text) for text in labels])
     columns = max(1, min(len(labels), int(figure.get_figwidth() * 13 / (longest + 8))))
     below = figure.legend(handles, labels, loc="outside lower center", title=title, ncols=columns)
-    figure.draw_without_rendering()
+    figure.get_layout_engine().execute(figure)
     tall = below.get_window_extent(figure.canvas.get_renderer()).height / figure.dpi
     figure.set_figheight(figure.get_figheight() + tall)  # the Axes keeps its size
 
 
 def _hides(box, axes):
     """Whether a box of the screen hides a part of a line or of an area of an Axes."""
-    if any(box.contains(*point) for line in axes.lines for point in _along(line, axes)):
+    if any(_within(box, _along(line, axes)).any() for line in axes.lines):
         return True
     areas = (area for area in axes.collections if isinstance(area, PolyCollection))
     outlines = (
@@ -190,8 +190,12 @@ def _along(line, axes):
     if len(points) > 1 and line.get_linestyle() not in ("None", "", " "):
         between = np.linspace(0.0, 1.0, 8)[:, None, None]
         points = (points[:-1] + between * np.diff(points, axis=0)).reshape(-1, 2)
-    seen = axes.get_window_extent()
-    return points[[bool(seen.contains(*point)) for point in points]]
+    return points[_within(axes.get_window_extent(), points)]
+
+
+def _within(box, points):
+    """Whether points (N, 2) of the screen are in a box of it, (N,)."""
+    return ((points >= box.min) & (points <= box.max)).all(axis=1)
 
 
 def name_stages(axes, run, per_time):
@@ -203,7 +207,7 @@ def name_stages(axes, run, per_time):
     for start in starts[1:]:
         axes.axvline(start, color=GREY, linewidth=0.9, linestyle=(0, (1, 2)))
     lasts = np.diff([*starts, float(run.series.time[-1]) * per_time])
-    axes.figure.draw_without_rendering()
+    axes.figure.get_layout_engine().execute(axes.figure)
     renderer, taken = axes.figure.canvas.get_renderer(), []
     for n in np.argsort(-lasts, kind="stable"):
         name = axes.annotate(

@@ -1,4 +1,5 @@
-"""What the page of a large run costs: `python tests/report/measure.py [GRAINS SNAPSHOTS]...`.
+"""What the page of a large run costs: `PYTHONPATH=tests python tests/report/measure.py
+[GRAINS SNAPSHOTS]...`.
 
 Made-up runs of grains on a lattice with holes, pressed from above, each with the contacts of its
 neighbours: the size of the page, and in headless Chromium the shortest time of many that the page's
@@ -13,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 import snapshots
+from pages import ARGUMENTS, BROWSER, RADIUS, SCENE
 from playwright.sync_api import sync_playwright
 from scipy.spatial import cKDTree
-from test_report import ARGUMENTS, BROWSER, RADIUS, SCENE
 
 from dusttaichi import report
 from dusttaichi.analysis import open_run
@@ -123,6 +124,5 @@ def main(cases):
 
 
 if __name__ == "__main__":
-    sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[2])]
     given = [int(word) for word in sys.argv[1:]]
     main(list(zip(given[::2], given[1::2], strict=True)) or CASES)
