@@ -29,7 +29,7 @@ def interactive(figure, name, title):
     """
     axes = [a for a in figure.axes if a.has_data() and a.axison]
     if not axes or any(a.images for a in figure.axes):
-        wide = figure.get_figwidth() > WIDEST
+        wide = bool(figure.get_figwidth() > WIDEST)
         return {"name": name, "title": title, "image": picture(figure), "wide": wide}
     layout, ends, height = layout_of(figure, axes)
     data = [

@@ -3,6 +3,7 @@
 import numpy as np
 import xarray as xr
 
+from dusttaichi.analysis.continuum.particles import DUST, ELASTIC, HELD, RIGID, WALL
 from dusttaichi.analysis.fragments import fragments_of
 from dusttaichi.analysis.frame import read_frame
 from dusttaichi.names import AXES
@@ -15,7 +16,13 @@ MOST = 600_000  # particles times snapshots in a page: some 25 MB with their con
 LENGTHS = ((1e-2, "m"), (1e-4, "mm"), (0.0, "µm"))  # of the largest extent
 SCALE = {"m": 1.0, "mm": 1e-3, "µm": 1e-6}
 FRAGMENTS = 7  # that have a class of their own; smaller ones share the last
-ROLES = {0: "dust", 1: "rigid body", 2: "held dust", 3: "wall"}
+ROLES = {
+    DUST: "dust",
+    RIGID: "rigid body",
+    HELD: "held dust",
+    WALL: "wall",
+    ELASTIC: "elastic body",
+}
 OUTLIERS = 99.0  # percentile of a skew quantity at which its colours end
 
 
@@ -159,7 +166,7 @@ def _quantities(run, frames, radius, unit):
 
 def _of_continuum(run, frames, rows):
     density, role = frames.density.values, np.broadcast_to(frames.role.values, frames.density.shape)
-    dust = np.isin(role, (0, 2))
+    dust, stressed = np.isin(role, (DUST, HELD)), np.isin(role, (DUST, HELD, ELASTIC))
     found = []
     solid = run.attrs.get("solid_density")
     phi = None if solid is None else density / float(solid)
@@ -168,7 +175,7 @@ def _of_continuum(run, frames, rows):
     else:
         found.append(_number("density", "kg/m³", np.where(dust, density, np.nan), rows))
     if "pressure" in frames:
-        values = np.where(dust, frames.pressure.values, np.nan)
+        values = np.where(stressed, frames.pressure.values, np.nan)
         top = float(np.nanmax(np.abs(values), initial=0.0))
         factor, unit = style.scaled(top, style.PRESSURES)
         found.append(_number("pressure", unit, values * factor, rows))

@@ -124,6 +124,15 @@ def test_figures_become_interactive():
     assert html(r"$-1 \pm 2$, $E_{\rm roll}/r^3$") == "−1 ± 2, E<sub>roll</sub>/r<sup>3</sup>"
 
 
+def test_pictures_stay_pictures():
+    """A wide one has a row of the page to itself."""
+    for width, wide in ((5.0, False), (10.0, True)):
+        figure = Figure(figsize=(width, 1.0))
+        figure.subplots().imshow(np.zeros((2, 2)))
+        shown = json.loads(page.as_json(interactive(figure, "one", "One")))
+        assert shown["image"].startswith("data:image/png") and shown["wide"] is wide
+
+
 def test_a_sweep_has_its_curves_its_numbers_and_its_runs(sweep, tmp_path):
     assert sweep["lead"] == "boundary.wall_speed at 3 values" and "silicate_s12" in sweep["scene"]
     figures = {figure["name"]: figure for figure in sweep["figures"]}
