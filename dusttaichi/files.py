@@ -50,15 +50,17 @@ def explain(error, path):
     """One clause for the user: what the operating system's (or HDF5's) `error` on `path` means."""
     code = getattr(error, "errno", None)
     folder = Path(path).parent
+    if code == errno.EROFS:
+        return f"the disk of {folder} is read-only"
+    if code in (errno.EACCES, errno.EPERM):
+        return f"there is no permission to write in {folder}"
     if not folder.is_dir():
         return f"the folder {folder} does not exist (any more)"
-    if code in (errno.EACCES, errno.EPERM, errno.EROFS):
-        return f"there is no permission to write in {folder}"
     if code == errno.EFBIG:
         return "the file would be larger than this system allows"
     free = shutil.disk_usage(folder).free
     if code in (errno.ENOSPC, errno.EDQUOT) or free < 1_000_000:
-        return f"the disk is full ({free / 1e6:.1f} MB free, or a quota is reached)"
+        return f"the disk has no room for it ({free / 1e6:.1f} MB free, or a quota is reached)"
     return str(error)
 
 

@@ -333,7 +333,7 @@ def open_run(path):
     """
     path = Path(path)
     file = path / "result.nc" if path.is_dir() else path
-    if not file.exists():
+    if not file.exists() or file.suffix in (".yaml", ".yml"):
         raise DustError(f"There is no result at {file}.")
     try:
         with open_tree(file) as tree:

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from dusttaichi.errors import DustError
+from dusttaichi.files import explain
 
 # Okabe and Ito: told apart with any colour vision
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
@@ -299,8 +300,12 @@ def save(figure, path):
     try:
         Path(path).parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path)
-    except (OSError, ValueError) as error:
+    except ValueError as error:  # such as an ending that stands for no format
         raise DustError(f"The figure cannot be written to {path}: {error}.") from error
+    except OSError as error:
+        raise DustError(
+            f"The figure cannot be written to {path}: {explain(error, path)}."
+        ) from error
     return path
 
 

@@ -1,6 +1,8 @@
 """Who may write into a directory, and what is said where nobody can."""
 
+import errno
 import os
+import re
 import shutil
 
 import pytest
@@ -62,3 +64,19 @@ def test_a_place_that_cannot_be_written(tmp_path):
     (tmp_path / "file").write_text("not a folder")
     with pytest.raises(DustError, match="Cannot write in"):
         synthetic.writer(tmp_path / "file" / "run" / "result.nc")
+
+
+@pytest.mark.parametrize(
+    ("code", "said"),
+    [
+        (errno.EROFS, "the disk of .* is read-only"),
+        (errno.EACCES, "no permission to write in"),
+        (errno.ENOSPC, r"no room for it \(.* MB free"),
+        (errno.ENOENT, "does not exist"),
+    ],
+)
+def test_why_a_place_cannot_be_written(tmp_path, code, said):
+    """Also where the folder could not be made for that reason."""
+    missing = tmp_path / "none" / "result.nc"
+    path = tmp_path / "result.nc" if code == errno.ENOSPC else missing
+    assert re.search(said, files.explain(OSError(code, "words of the system"), path))

@@ -24,6 +24,7 @@ def main():
     parser.add_argument("kind", choices=KINDS)
     parser.add_argument("--count", type=int)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", help="kills: of these runs alone, by commas")
     parser.add_argument("--journal", type=Path, help="where to note the cases, and to go on from")
     parser.add_argument("--write", action="store_true", help="put the figures into the docs")
     given = parser.parse_args()
@@ -33,12 +34,16 @@ def main():
     count = COUNTS.get(given.kind, 0) if given.count is None else given.count
     began = time.perf_counter()
     module = importlib.import_module(MODULES.get(given.kind, given.kind))
+    if given.only:
+        module.SHARES = dict.fromkeys(given.only.split(","), 1 / len(given.only.split(",")))
     tally = Tally.of(given.journal)
     module.run(count, given.seed, tally)
     print(tally.text(given.kind, began))
     if given.write:
         options = f" --count {count} --seed {given.seed}" if count else ""
-        write_row(given.kind, tally, f"python tests/torture {given.kind}{options}")
+        options += f" --only '{given.only}'" if given.only else ""
+        name = f"{given.kind} of {given.only}" if given.only else given.kind
+        write_row(name, tally, f"python tests/torture {given.kind}{options}")
     return bool(tally.failures)
 
 
