@@ -30,7 +30,8 @@ def preview(scene):
     stiff = sample.modulus[elastic] * (1.0 + 4.0 / 3.0 * sample.shear_ratio[elastic])
     of_elastic = np.sqrt(stiff / sample.density[elastic])
     fastest = max(sound.max(initial=0.0), of_elastic.max(initial=0.0))
-    fastest = float(fastest) * _damped(scene.numerics.viscosity)
+    speed = np.linalg.norm(sample.velocity, axis=1).max()
+    fastest = max(float(fastest) * _damped(scene.numerics.viscosity), float(speed))
     beat = time_step.beat(scene, fastest)
     sections = [
         ("Sample", _sample(scene, sample)),

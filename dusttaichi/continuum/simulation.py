@@ -5,6 +5,7 @@ from dataclasses import asdict
 import numpy as np
 
 from dusttaichi import units
+from dusttaichi.continuum.kernels.motion import MOST_STEPS
 from dusttaichi.continuum.kernels.store import (
     CENTRE,
     DONE,
@@ -21,6 +22,7 @@ from dusttaichi.continuum.kernels.store import (
     ROW,
     SPEED,
     SPIN,
+    STUCK,
     SUBSTEPS,
     TORQUE,
     TURN,
@@ -28,6 +30,8 @@ from dusttaichi.continuum.kernels.store import (
     WHOLE,
     declare,
 )
+from dusttaichi.errors import GuardStop
+from dusttaichi.method import moment
 from dusttaichi.physics.continuum.kernels import MATERIAL
 
 
@@ -118,7 +122,14 @@ class Simulation:
             way2=self.search.way2,
         )
         self.kernels.advance(beats, pending, self.threads, told, self.told_material)
-        return int(self.lists["sync"].to_numpy()[DONE])
+        sync = self.lists["sync"].to_numpy()
+        if sync[STUCK]:
+            raise GuardStop(
+                f"{moment(self)} a step of the run would take more than {MOST_STEPS:.0e} steps of "
+                "the method: particles move or are strained too fast for any. Try a lower speed, "
+                "or a shorter numerics.time_step if it is a long one."
+            )
+        return int(sync[DONE])
 
     def halve_step(self):
         """Go on from the present state with beats and steps of half the length.

@@ -7,14 +7,15 @@ n - 1/2. A step kicks and drifts to n + 1, lets the dust answer to the velocitie
 The run's step is a beat of fixed length; the method divides it into steps that fit the speed of
 sound of now. `advance(beats, pending, workers, numbers, material)` makes up to `beats` of them;
 with `pending` the first step has drifted already and lacks the rest (a search came between). It
-ends early when a search is due. sync[DONE] tells.
+ends early when a search is due, or where a beat would take too many steps (sync[STUCK]).
+sync[DONE] tells.
 """
 
 import taichi as ti
 
 from dusttaichi.compute.scan import first_of
 from dusttaichi.compute.workers import STRIDE, assemble, barrier
-from dusttaichi.continuum.kernels.store import APART, DONE, DUE, ENDED
+from dusttaichi.continuum.kernels.store import APART, DONE, DUE, ENDED, STUCK
 from dusttaichi.physics.continuum.kernels import MATERIAL
 
 
@@ -72,6 +73,8 @@ def make_advance(motion, rates, forces, StepNumbers):
                     met += present
                     barrier(sync, met)
                     done = sync[ENDED]
+                    if sync[STUCK] == 1:
+                        break
                 if me == 0:
                     sync[DONE] = done
 

@@ -235,3 +235,15 @@ def test_a_scene_without_faces_is_one():
     assert np.isnan(particles.room).all() and (particles.role == DUST).all()
     with pytest.raises(DustError, match="y_min.*no such face"):
         Scene.from_dict(data | {"boundary": {"kind": "faces", "y_min": "mirror"}})
+
+
+def test_a_mirror_that_should_move_is_refused():
+    """Its images stay where they are: at the top in the scene itself, or in one of its stages."""
+    data = {"name": "mirror", "method": "continuum", "material": "dust_g09"}
+    data |= {"sample": {"kind": "sphere", "diameter": "1 mm"}, "numerics": {"spacing": "0.1 mm"}}
+    faces = {"kind": "faces", "top": "mirror", "bottom": "rigid"}
+    with pytest.raises(DustError, match="top.*a mirror does not move"):
+        Scene.from_dict(data | {"boundary": faces | {"wall_speed": "1 m/s"}, "stop": {"steps": 1}})
+    stage = {"name": "down", "drive": {"wall_speed": "1 m/s"}, "stop": {"steps": 1}}
+    with pytest.raises(DustError, match="top.*a mirror does not move"):
+        Scene.from_dict(data | {"boundary": faces, "stages": [stage]})

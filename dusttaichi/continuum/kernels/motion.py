@@ -20,6 +20,7 @@ from dusttaichi.continuum.kernels.store import (
     OLD,
     SPEED,
     SPIN,
+    STUCK,
     SUBSTEPS,
     TORQUE,
     TURN,
@@ -29,6 +30,7 @@ from dusttaichi.continuum.kernels.store import (
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC, RIGID, WALL
 
 GROWTH = 1.1  # of a step over the one before
+MOST_STEPS = 1e4  # in a beat: with more, something moves as nothing should
 ROUNDING = 1e-9  # of a beat: what is left of it then is nothing
 
 
@@ -206,7 +208,8 @@ class Motion:
 
     @ti.func
     def next_step(self, present, numbers: ti.template()):
-        """The length of the next step; returns 1 where this one has ended a beat.
+        """The length of the next step; returns 1 where this one has ended a beat, and writes down
+        where the next ones would be too many or of no length.
 
         C h over the fastest signal of any particle, C h/2 over its viscosity, at most 10 % longer
         than before; what is left of a beat is shared out evenly.
@@ -220,6 +223,9 @@ class Motion:
         if ended == 1:
             left = numbers.beat
         want = ti.min(GROWTH * self.f.clock[WANT], numbers.courant * numbers.h / fastest)
+        if dt > 0.0 and not (left < MOST_STEPS * want):
+            self.lists.sync[STUCK] = 1
+            want = left
         self.f.clock[WANT] = want
         self.f.clock[OLD] = dt
         self.f.clock[LEFT] = left

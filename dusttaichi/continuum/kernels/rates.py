@@ -28,12 +28,13 @@ class Rates:
 
     @ti.func
     def pass_over(self, i, numbers: ti.template(), material: ti.template()):
-        """Particle i answers to what moves around it; returns its speed of signals [m/s]."""
-        speed = 0.0
+        """Particle i answers to what moves around it; returns its speed of signals [m/s], no less
+        than its own: a step must not carry it across what it has not felt."""
+        speed = self.f.v[i].norm()
         self.look(i, 4.0 * numbers.h * numbers.h)
         role = self.f.role[i]
         if role == DUST or role == HELD or role == ELASTIC:
-            speed = self.answer(i, numbers, material)
+            speed = ti.max(speed, self.answer(i, numbers, material))
         return speed
 
     @ti.func

@@ -33,7 +33,7 @@ CENTRE, SPEED, TURN, MOMENTUM, SPIN, FORCE, TORQUE, IMPULSE, WORK, MASS, INERTIA
 )  # fmt: skip
 ROW = 36
 # places in `sync` behind those of compute.workers
-DUE, DONE, ENDED = 3, 4, 5
+DUE, DONE, ENDED, STUCK = 3, 4, 5, 6
 
 
 @dataclass(frozen=True)
