@@ -47,8 +47,10 @@ def watch(
     until_input_ends: Annotated[bool, typer.Option(hidden=True)] = False,
 ):
     """The page of dust report, served on this machine while the run goes on, growing by itself."""
-    from dusttaichi.report.watch import serve
+    from dusttaichi.report.watch import result_of, serve
 
+    if not result_of(run).exists():
+        remark(f"there is no result at {result_of(run)} yet; the page waits for it")
     stop = None
     if until_input_ends:
         stop = threading.Event()

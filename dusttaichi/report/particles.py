@@ -13,7 +13,7 @@ from dusttaichi.plots import style
 from dusttaichi.report.packing import packed, quantised
 
 MOST = 600_000  # particles times snapshots in a page: some 25 MB with their contacts
-LENGTHS = ((1e-2, "m"), (1e-4, "mm"), (0.0, "µm"))  # of the largest extent
+LENGTHS = ((1e-1, "m"), (1e-4, "mm"), (0.0, "µm"))  # of the largest extent
 SCALE = {"m": 1.0, "mm": 1e-3, "µm": 1e-6}
 FRAGMENTS = 7  # that have a class of their own; smaller ones share the last
 ROLES = {

@@ -17,12 +17,17 @@ SHARE = 0.1  # of one core that the page may take: it is made again after ten ti
 LAST = 6.0  # s for which a page may fetch the end, after which a server that is to end does
 
 
+def result_of(path):
+    """The result file of a run, which need not be there yet: of its directory, or itself."""
+    path = Path(path)
+    return path / "result.nc" if path.is_dir() or not path.suffix else path
+
+
 class Source:
     """The data of the page of a run, made again when the result has grown and time allows it."""
 
     def __init__(self, path):
-        path = Path(path)
-        self.path = path / "result.nc" if path.is_dir() or not path.suffix else path
+        self.path = result_of(path)
         self._data, self._next, self._seen = None, 0.0, None
         self._lock = threading.Lock()
 
