@@ -1,8 +1,9 @@
 """Finished stages, kept: a run that begins with the same stages goes on from where they ended.
 
-What a stage leads to is decided by the scene up to its end, by the files that the sample is read
-from, and by the code that computes it: a hash of all that names the folder in `.stages`, beside the
-run directories, which holds the result and the checkpoint of that moment.
+What a stage leads to is decided by the scene up to its end, by what stages still to come have the
+result hold from its start (the lean of a cell that is going to be sheared), by the files that the
+sample is read from, and by the code that computes it: a hash of all that names the folder in
+`.stages`, beside the run directories, which holds the result and the checkpoint of that moment.
 """
 
 import hashlib
@@ -29,6 +30,10 @@ FREE = (
 )
 
 
+# keys of a drive that change what is compiled and written, in every stage
+SHAPING = ("shear_speed", "shear_rate", "push")
+
+
 def folder_of(scene, stage, directory, origin):
     """Where the state at the end of the stage with that number is kept, for runs in `directory`.
 
@@ -36,9 +41,16 @@ def folder_of(scene, stage, directory, origin):
     """
     data = without_paths(yaml.safe_load(scene.to_yaml()))
     stages = data["stages"][: stage + 1]
-    known = [without(data, FREE), stages, origin.inputs, origin.code]
+    known = [without(data, FREE), stages, _shape(data["stages"]), origin.inputs, origin.code]
     digest = hashlib.sha256(json.dumps(known, sort_keys=True).encode())
     return Path(directory).absolute().parent / FOLDER / digest.hexdigest()[:20]
+
+
+def _shape(stages):
+    """What some stage asks for that the result has from its start."""
+    drives = [stage.get("drive") or {} for stage in stages]
+    profiles = any((stage.get("output") or {}).get("profiles") for stage in stages)
+    return [key for key in SHAPING if any(drive.get(key) for drive in drives)], profiles
 
 
 def keep(scene, stage, directory, origin):

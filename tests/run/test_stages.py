@@ -177,3 +177,19 @@ def test_plates_pulled_apart_are_under_tension(plates):
         pulled = series.pressure.sel(wall="top").values[series.stage.values == 2]
         assert pulled.min() < -1e3  # some pull-off forces of 57 nN on the shadow of 120 grains
         assert float(abs(series.energy_residual_relative).max()) < 1e-2  # 2 m/s
+
+
+def test_a_stage_is_not_that_of_a_scene_that_shears_later(tmp_path):
+    """Its result and its cell have another form from the start."""
+    upright, leaning = (
+        cell(),
+        from_yaml(
+            CELL.format(end="strain: 0.3", name="cell").replace(
+                "face_speed: [2 m/s, 0 m/s, 0 m/s]", "shear_rate: 1e4 s^-1"
+            )
+        ),
+    )
+    first, second = (
+        kept.folder_of(scene, 0, tmp_path / "run", Origin.of(scene)) for scene in (upright, leaning)
+    )
+    assert first != second
