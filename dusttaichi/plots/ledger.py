@@ -45,10 +45,6 @@ def ledger(run):
     axes.set_ylabel(f"energy since the start ({energy_unit})")
     axes.set_xlim(time[0], time[-1])
     axes.margins(y=0.05)
-    handles, labels = axes.get_legend_handles_labels()
-    work = labels.index(done)
-    order = [work, work + 1, *reversed(range(work))]  # as they lie above each other
-    style.legend(axes, [handles[i] for i in order], [labels[i] for i in order], ncols=2)
     shown = np.where(energies.relative == 0, np.nan, np.abs(energies.relative))
     below.semilogy(time, shown, color=style.RED, linewidth=1.0)
     top = np.max(shown[np.isfinite(shown)], initial=0.0)
@@ -57,4 +53,8 @@ def ledger(run):
     below.set_ylabel("relative\nresidual")
     style.name_stages(axes, run, per_time)
     below.set_xlabel(f"time ({time_unit})")
+    handles, labels = axes.get_legend_handles_labels()
+    work = labels.index(done)
+    order = [work, work + 1, *reversed(range(work))]  # as they lie above each other
+    style.legend(axes, [handles[i] for i in order], [labels[i] for i in order], ncols=2)
     return figure

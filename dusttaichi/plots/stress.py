@@ -38,7 +38,6 @@ def stress(run):
         )
     for panel in (axes, below):
         panel.axhline(0.0, color=style.GREY, linewidth=0.6)
-        style.legend(panel, ncols=3)
     style.name_stages(axes, run, per_time)
     for part in run.parts[1:]:
         start = float(part.start.time) * per_time
@@ -47,4 +46,6 @@ def stress(run):
     axes.set_ylabel(f"stress, positive in tension ({unit})")
     below.set_ylabel(f"shear ({unit})")
     below.set_xlabel(f"time ({time_unit})")
+    for panel in (axes, below):
+        style.legend(panel, ncols=3)
     return figure

@@ -12,6 +12,7 @@ from matplotlib import colormaps, rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.patches import StepPatch
 from matplotlib.ticker import MaxNLocator
 
 from dusttaichi.errors import DustError
@@ -159,9 +160,13 @@ def legend(axes, handles=None, labels=None, *, title=None, ncols=1):
 
 
 def _hides(box, axes):
-    """Whether a box of the screen hides a part of a line or of an area of an Axes."""
+    """Whether a box of the screen hides a part of a line, of steps or of an area of an Axes."""
     if any(_within(box, _along(line, axes)).any() for line in axes.lines):
         return True
+    for patch in axes.patches:
+        outline = patch.get_path().transformed(patch.get_transform())
+        if isinstance(patch, StepPatch) and outline.intersects_bbox(box, filled=False):
+            return True
     areas = (area for area in axes.collections if isinstance(area, PolyCollection))
     outlines = (
         path.transformed(area.get_transform()) for area in areas for path in area.get_paths()
