@@ -10,6 +10,8 @@ from dusttaichi.scene.quantities import parse
 
 LAST = 10
 """Points of the series at the end of a stage that a load is averaged over."""
+ROUNDING = 1e-9
+"""Shear strain below which nothing has been sheared."""
 FLOWING = 0.5
 """Share of the shear of a stage, at its end, over which shear and normal stress are averaged."""
 
@@ -118,9 +120,9 @@ def shearings(run):
     """
     found = []
     for part in run.parts if "shear_strain" in run.series else []:
-        way = np.diff(part.series.shear_strain.values, prepend=float(part.start.shear_strain))
-        if np.any(way != 0.0) and len(part.series.time) > 2:
-            found.append(_shearing(part))
+        strain = _sheared(part)
+        if np.any(np.abs(strain) > ROUNDING) and len(part.series.time) > 2:
+            found.append(_shearing(part, strain))
     if not found:
         raise DustError(f"{run.path}: no stage shears; it needs a shear_rate or a shear_speed.")
     return found
@@ -140,9 +142,19 @@ def friction(found):
     return Friction(float(cohesion), float(other), float(slope), float(own))
 
 
-def _shearing(part):
+def _sheared(part):
+    """Shear strain since the start of a stage, (n,): of a top wall its ways over the heights that
+    it went them at, since the way over a height changes as that does."""
+    records = [part.start, part.series]
+    strain = np.concatenate([np.atleast_1d(r.shear_strain.values) for r in records])
+    if "wall_force" not in part.series or "height" not in part.series:
+        return strain[1:] - strain[0]
+    height = np.concatenate([np.atleast_1d(r.height.values) for r in records])
+    return np.cumsum(np.diff(strain * height) / (0.5 * (height[1:] + height[:-1])))
+
+
+def _shearing(part, strain):
     series = part.series
-    strain = series.shear_strain.values - float(part.start.shear_strain)
     shear, normal = _stresses(series)
     way = np.sign(strain[-1])
     strain, shear = way * strain, way * shear

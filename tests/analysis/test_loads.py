@@ -6,6 +6,7 @@ import xarray as xr
 
 from dusttaichi.analysis import Run, friction, held_loads, is_triaxial, shearings, triaxials
 from dusttaichi.errors import DustError
+from dusttaichi.names import WALLS
 from dusttaichi.plots import loads, shear, triaxial
 
 N = 40
@@ -44,6 +45,30 @@ def test_strength_and_friction():
     )
     with pytest.raises(DustError, match="no stage shears"):
         shearings(run(filling_factor=np.full(N, 0.3)))
+
+
+def test_a_wall_that_comes_down_has_not_sheared():
+    """The way of a wall over the height changes as the height does; only what it goes counts."""
+    height, way = np.linspace(6e-6, 4e-6, N), np.full(N, 1e-6)
+    force = np.zeros((N, 6, 3))
+    force[:, 5] = 2e-9, 0.0, -1e-8  # of the wall on the grains
+    data = {
+        "shear_strain": ("time", way / height),
+        "height": ("time", height),
+        "wall_force": (("time", "wall", "xyz"), force),
+        "pressure": (("time", "wall"), np.full((N, 6), 5e3)),
+    }
+    coords = {"time": np.linspace(0.0, 1e-5, N), "wall": list(WALLS), "xyz": list("xyz")}
+    still = Run("nowhere/result.nc", xr.Dataset(data, coords, {"scene_resolved": "", "title": "a"}))
+    with pytest.raises(DustError, match="no stage shears"):
+        shearings(still)
+    way = np.linspace(0.0, 1e-6, N)
+    data["shear_strain"] = ("time", way / height)
+    moved = Run("nowhere/result.nc", xr.Dataset(data, coords, {"scene_resolved": "", "title": "a"}))
+    (found,) = shearings(moved)
+    # the integral of dx / h with h = 6 - 2 x: ln(6/4) / 2
+    assert found.strain[-1] == pytest.approx(0.5 * np.log(1.5), rel=1e-3)
+    assert found.strength == pytest.approx(1e3) and found.load == pytest.approx(5e3)
 
 
 def test_held_loads():
