@@ -108,7 +108,7 @@ def test_error_bar(tmp_path):
     assert first / second == pytest.approx(4.0, rel=0.01)
 
 
-def test_a_sweep_in_processes_of_their_own(tmp_path):
+def test_a_sweep_in_a_process_of_its_own(tmp_path):
     """The method is found by its entry point, as that of an installed package."""
     installed = tmp_path / "site" / "spring-1.0.dist-info"
     installed.mkdir(parents=True)
@@ -118,15 +118,13 @@ def test_a_sweep_in_processes_of_their_own(tmp_path):
     path = os.pathsep.join([str(tmp_path / "site"), str(HERE), str(HERE.parents[1])])
     command = [sys.executable, "-m", "dusttaichi", "sweep", "spring.yaml", "--set"]
     done = subprocess.run(
-        [*command, "stiffness=1,4", "-q", "-o", "out"],
+        [*command, "stiffness=2", "-q", "-o", "out"],
         cwd=tmp_path,
         env={**os.environ, "PYTHONPATH": path},
         capture_output=True,
         text=True,
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    runs = sorted((tmp_path / "out").glob("*/result.nc"))
-    assert len(runs) == 2
-    for file, stiffness in zip(runs, (1.0, 4.0), strict=True):
-        with xr.open_dataset(file) as series:
-            assert series.attrs["stiffness"] == stiffness
+    (file,) = (tmp_path / "out").glob("*/result.nc")
+    with xr.open_dataset(file) as series:
+        assert series.attrs["stiffness"] == 2.0

@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 from bits import assert_same_bits
 
+from dusttaichi.commands.app import app, main
 from dusttaichi.errors import DustError, GuardStop, Interrupted
 from dusttaichi.run import execute
 from dusttaichi.run import loop as running
@@ -126,7 +127,7 @@ def test_a_signal_leaves_a_result_and_resume_ends_with_the_same_bits(
     assert_same_bits(uninterrupted / "result.nc", tmp_path / "parts/result.nc")
 
 
-def test_kill_9_leaves_a_result_and_resume_ends_with_the_same_bits(tmp_path):
+def test_kill_9_leaves_a_result_and_resume_ends_with_the_same_bits(tmp_path, monkeypatch):
     (tmp_path / "a.yaml").write_text(
         box(
             stop="{filling_factor: 0.3}",
@@ -147,8 +148,8 @@ def test_kill_9_leaves_a_result_and_resume_ends_with_the_same_bits(tmp_path):
     assert checkpoint.exists()
     with xr.open_dataset(tmp_path / "parts/result.nc") as series:
         before = series.sizes["time"]
-    resumed = dust("run", "a.yaml", "-q", "-o", "parts", "--resume", cwd=tmp_path)
-    assert resumed.wait() == 0, resumed.communicate()
+    monkeypatch.chdir(tmp_path)
+    app(["run", "a.yaml", "-q", "-o", "parts", "--resume"], standalone_mode=False)
     execute(load(tmp_path / "a.yaml"), tmp_path / "whole")
     assert_same_bits(tmp_path / "whole/result.nc", tmp_path / "parts/result.nc")
     assert before >= 1
@@ -229,15 +230,15 @@ def test_one_floor_is_a_scene(tmp_path):
         assert (force == 0).all()
 
 
-def test_bad_input_is_a_sentence_without_traceback(tmp_path):
+def test_bad_input_is_a_sentence_without_traceback(tmp_path, monkeypatch, capsys):
     (tmp_path / "bad.yaml").write_text(box().replace("1 m/s", "1 cm"))
-    process = dust("run", "bad.yaml", cwd=tmp_path)
-    out, problem = process.communicate()
-    assert process.returncode == 2
-    assert "boundary.wall_speed" in problem and "1 cm" in problem and "Traceback" not in problem
-    process = dust("run", "missing.yaml", cwd=tmp_path)
-    problem = process.communicate()[1]
-    assert process.returncode == 2 and "missing.yaml" in problem and "Traceback" not in problem
+    for file, words in (("bad.yaml", ("boundary.wall_speed", "1 cm")), ("missing.yaml", ())):
+        monkeypatch.setattr(sys, "argv", ["dust", "run", str(tmp_path / file)])
+        with pytest.raises(SystemExit) as end:
+            main()
+        said = capsys.readouterr().err
+        assert end.value.code == 2 and "Traceback" not in said
+        assert all(word in said for word in (*words, file))
 
 
 def test_unwritable_directory_is_a_sentence(tmp_path):
