@@ -52,6 +52,16 @@ def scene(**blocks: str) -> Scene:
     return from_yaml(text)
 
 
+PAIR_TEXT = """
+name: pair
+material: silicate_s12
+interaction: {damping: viscoelastic}
+sample: {kind: pair, gap: 1 nm, speed: 0.3 m/s}
+boundary: {kind: open}
+stop: {time: 40 ns}
+output: {series: {steps: 10}}
+"""
+
 OPEN = {"boundary": "{kind: open}", "stop": "{steps: 10}"}
 POSITIONS = "positions: [[0 m, 0 m, 0 m], [1.2 um, 0 m, 0 m]]"
 

@@ -23,6 +23,13 @@ FIRST_HALF = {
 }
 
 
+def fill_parts(writer):
+    """A hundred records, in two parts."""
+    for step in (0, 50):
+        fill(writer, step, step + 50)
+        writer.flush()
+
+
 @pytest.fixture
 def joined_here(monkeypatch):
     """Parts are joined in this process, not in one of its own."""
@@ -86,9 +93,7 @@ def test_a_part_of_another_result_is_not_read(tmp_path, monkeypatch, joined_here
     monkeypatch.setattr(writing, "PIECE", 100_000)
     path = tmp_path / "result.nc"
     with synthetic.writer(path, GRAINS) as writer:
-        for step in range(0, 100, 50):
-            fill(writer, step, step + 50)
-            writer.flush()
+        fill_parts(writer)
     kept = tmp_path / "kept"
     shutil.copytree(files.parts_folder(path), kept)
     with Writer.resume(path, writer.counts()) as writer:
@@ -104,9 +109,7 @@ def test_parts_that_cannot_be_joined_are_kept(tmp_path, monkeypatch):
     monkeypatch.setattr(writing, "PIECE", 100_000)
     path = tmp_path / "result.nc"
     with synthetic.writer(path, GRAINS) as writer:
-        for step in range(0, 100, 50):
-            fill(writer, step, step + 50)
-            writer.flush()
+        fill_parts(writer)
         (tmp_path / ".result.nc.tmp").mkdir()  # where the joined file is to be made
         with pytest.raises(DustError, match="could not be joined.*Nothing is lost.*--resume"):
             writer.join()

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from scenes import CONFIGS, edited
+from scenes import PAIR_TEXT as PAIR
 from scenes import scene as scene_of
 
 from dusttaichi import analysis
@@ -16,15 +17,6 @@ from dusttaichi.studies.trade.measure import share_of
 from dusttaichi.studies.trade.point import KINDS
 
 TRADED = ("omni", "tensile", "collision", "sound")
-PAIR = """
-name: pair
-material: silicate_s12
-interaction: {damping: viscoelastic}
-sample: {kind: pair, gap: 1 nm, speed: 0.3 m/s}
-boundary: {kind: open}
-stop: {time: 40 ns}
-output: {series: {steps: 10}}
-"""
 
 
 # -- errors --------------------------------------------------------------------------------------

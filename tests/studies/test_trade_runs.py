@@ -7,6 +7,7 @@ import sys
 import numpy as np
 import pytest
 import xarray as xr
+from scenes import PAIR_TEXT as PAIR
 
 from dusttaichi import analysis
 from dusttaichi.analysis.observables import Measured
@@ -18,17 +19,6 @@ from dusttaichi.studies.trade.point import NUMERICAL, Point, PointResult
 from dusttaichi.studies.trade.runner import Runner
 from dusttaichi.studies.trade.trade import DEFAULT
 from dusttaichi.studies.workers import Answer
-
-PAIR = """
-name: pair
-material: silicate_s12
-interaction: {damping: viscoelastic}
-sample: {kind: pair, gap: 1 nm, speed: 0.3 m/s}
-boundary: {kind: open}
-stop: {time: 40 ns}
-output: {series: {steps: 10}}
-"""
-
 
 # -- runs that are kept --------------------------------------------------------------------------
 
