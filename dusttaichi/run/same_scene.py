@@ -12,6 +12,7 @@ from dusttaichi.scene.extensions import KEY
 
 # what may differ between a run and its continuation
 FREE_TO_CHANGE = (
+    ("name",),  # a stage that was taken over may be that of a run of another name
     ("stop",),
     ("output", "directory"),
     ("output", "checkpoint"),

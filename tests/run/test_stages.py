@@ -14,6 +14,7 @@ from dusttaichi.run import execute
 from dusttaichi.run import loop as running
 from dusttaichi.run import stages as kept
 from dusttaichi.run.code import Origin
+from dusttaichi.run.same_scene import check_same
 from dusttaichi.scene import from_yaml
 
 CELL = """
@@ -193,3 +194,7 @@ def test_a_stage_is_not_that_of_a_scene_that_shears_later(tmp_path):
         kept.folder_of(scene, 0, tmp_path / "run", Origin.of(scene)) for scene in (upright, leaning)
     )
     assert first != second
+
+
+def test_a_stage_taken_over_of_another_name_goes_on_with_resume():
+    check_same({"scene": cell(name="other").to_yaml(), "inputs": []}, cell(), [], 0)
