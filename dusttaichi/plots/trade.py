@@ -180,9 +180,10 @@ def _label_points(figure, axes, data, points, numbers):
         text, choices = ", ".join(_short(str(data.label.values[n])) for n in those), []
         for ring, way, box in _boxes(axes, text, place, pixel):
             hidden = 10 * sum(box.overlaps(other) for other in taken)
-            hidden += 3 * np.count_nonzero(_inside(box.padded((APART + 2.0) * pixel), spots))
+            wide = box.padded((APART + 2.0) * pixel)
+            hidden += 3 * np.count_nonzero(_inside(wide, spots))
             hidden += 4 * bool(np.any(_inside(box, line)))
-            hidden += 20 * (not (room.contains(*box.min) and room.contains(*box.max)))
+            hidden += 20 * (not (room.contains(*wide.min) and room.contains(*wide.max)))
             choices.append((hidden + 0.4 * ring, len(choices), ring, way, box))
         hidden, _, ring, way, box = min(choices, key=lambda choice: choice[:2])
         if hidden < 10 or data.knob.values[those[0]] in MARKED:

@@ -1,5 +1,6 @@
 """The trade between speed and accuracy: points that are kept, the command, real runs."""
 
+import importlib
 import json
 import math
 import sys
@@ -19,6 +20,8 @@ from dusttaichi.studies.trade.point import NUMERICAL, Point, PointResult
 from dusttaichi.studies.trade.runner import Runner
 from dusttaichi.studies.trade.trade import DEFAULT
 from dusttaichi.studies.workers import Answer
+
+MEASURE = importlib.import_module("dusttaichi.studies.trade.measure")
 
 # -- runs that are kept --------------------------------------------------------------------------
 
@@ -101,7 +104,7 @@ def test_noise_of_the_machine_is_divided_out(tmp_path):
 
 @pytest.fixture
 def counted(monkeypatch, tmp_path):
-    monkeypatch.setattr(sys.modules["dusttaichi.studies.trade.measure"], "Runner", Counted)
+    monkeypatch.setattr(MEASURE, "Runner", Counted)
     (tmp_path / "pair.yaml").write_text(PAIR)
     words = [
         "trade",
