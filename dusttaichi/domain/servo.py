@@ -125,7 +125,7 @@ def make_servo(drive, domain, step, integral):
         scale=float(np.abs(load).max()),
         gain=drive.gain or given.GAIN,
         largest=_largest(drive, kind, axes),
-        length=domain.lengths(step)[2:] if kind == WALL else np.ones(n),
+        length=_height(domain, step) if kind == WALL else np.ones(n),
         speed=np.zeros(n),
         missing=np.full(n, np.nan),
         changes=np.full(n, FIRST**2),
@@ -135,6 +135,12 @@ def make_servo(drive, domain, step, integral):
         before=np.zeros(n),
     )
     return first if integral is None else replace(first, before=integral(first))
+
+
+def _height(domain, step):
+    """Of the room below the top wall [um], (1,), whether it has a bottom or not."""
+    planes = domain.box.planes(domain.dt * step)
+    return planes[5:] - planes[4:5]
 
 
 def _largest(drive, kind, axes):
