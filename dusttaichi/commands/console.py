@@ -39,12 +39,13 @@ def say_written(paths):
 def plain_table(*headings, title=None):
     """A rich Table without lines.
 
-    headings: dicts of `header`, `justify` and `no_wrap`, or the headers alone, right-justified but
+    headings: dicts of `header`, `justify`, `no_wrap` and `overflow`, or the headers alone, right-justified but
     the first.
     """
     table = Table(title=title, title_justify="left", box=None, pad_edge=False)
     for n, heading in enumerate(headings):
         if isinstance(heading, str):
             heading = {"header": heading, "justify": "right" if n else "left"}
-        table.add_column(overflow="fold", **heading)  # no digit is lost where columns are narrow
+        # no digit is lost where columns are narrow
+        table.add_column(**({"overflow": "fold"} | heading))
     return table
