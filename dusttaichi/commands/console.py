@@ -39,8 +39,8 @@ def say_written(paths):
 def plain_table(*headings, title=None):
     """A rich Table without lines.
 
-    headings: dicts of `header`, `justify`, `no_wrap` and `overflow`, or the headers alone, right-justified but
-    the first.
+    headings: dicts of `header`, `justify`, `no_wrap` and `overflow`, or the headers alone,
+    right-justified but the first.
     """
     table = Table(title=title, title_justify="left", box=None, pad_edge=False)
     for n, heading in enumerate(headings):
