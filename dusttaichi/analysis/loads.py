@@ -36,13 +36,17 @@ class Held:
 
 def held_loads(run):
     """The Held of every stage of a Run that holds a pressure, in order; [] where none does."""
-    drives = {stage["name"]: stage.get("drive", {}) for stage in run.scene.get("stages", [])}
-    found = []
+    drives, found = drives_of(run), []
     for part in run.parts:
         drive = drives.get(part.stage_name, {}) if drives else run.scene.get("boundary", {})
         if drive.get("pressure") and len(part.series.time) > LAST:
             found.append(_held(part, parse(drive["pressure"], "pressure")))
     return found
+
+
+def drives_of(run):
+    """What the scene of a Run says of the drive of each stage, by its name; {} without stages."""
+    return {stage["name"]: stage.get("drive", {}) for stage in run.scene.get("stages", [])}
 
 
 def _held(part, wanted):
@@ -161,29 +165,27 @@ def _shearing(part, strain):
     phi = (
         series.filling_factor.values if "filling_factor" in series else np.full(len(strain), np.nan)
     )
-    flowing = last_part(strain)
     return Shearing(
         stage=part.stage_name,
         strain=strain,
         shear=shear,
         normal=normal,
         filling_factor=phi,
-        strength=float(np.mean(shear[flowing])),
-        strength_sigma=scatter(shear[flowing]),
-        load=float(np.mean(normal[flowing])),
-        density=float(np.mean(phi[flowing])),
+        **flow(strain, shear, normal, phi),
     )
 
 
-def last_part(strain):
-    """True for the records over the last FLOWING of a strain that grows from 0, (n,)."""
-    return strain > (1.0 - FLOWING) * strain[-1]
+def flow(strain, stress, load, density):
+    """strength, strength_sigma, load and density over the last FLOWING of a strain that grows from
+    0: means of stress, load and density, (n,) each.
 
-
-def scatter(values):
-    """Standard error of a mean of values (n,) in a row, from the means of ten parts of them."""
-    parts = [np.mean(p) for p in np.array_split(values, 10) if len(p)]
-    return float(np.std(parts, ddof=1) / np.sqrt(len(parts))) if len(parts) > 1 else np.nan
+    The standard error of the strength is that of the means of ten parts of these records.
+    """
+    late = strain > (1.0 - FLOWING) * strain[-1]
+    parts = [np.mean(p) for p in np.array_split(stress[late], 10) if len(p)]
+    sigma = float(np.std(parts, ddof=1) / np.sqrt(len(parts))) if len(parts) > 1 else np.nan
+    means = {"strength": stress, "load": load, "density": density}
+    return {name: float(np.mean(a[late])) for name, a in means.items()} | {"strength_sigma": sigma}
 
 
 def _stresses(series):

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi.analysis.loads import last_part, scatter
+from dusttaichi.analysis.loads import drives_of, flow
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES
 
@@ -53,9 +53,7 @@ def is_triaxial(run):
 
 def _free_axes(run):
     """Number of the free axis of each stage that holds a stress along both others, by its name."""
-    stresses = {
-        stage["name"]: stage.get("drive", {}).get("stress") for stage in run.scene.get("stages", [])
-    }
+    stresses = {name: drive.get("stress") for name, drive in drives_of(run).items()}
     return {
         name: list(stress).index("free")
         for name, stress in stresses.items()
@@ -70,7 +68,6 @@ def _triaxial(part, axis):
     pressed = -np.diagonal(series.stress.values, axis1=1, axis2=2)
     confining = np.delete(pressed, axis, axis=1).mean(axis=1)
     deviator, phi = pressed[:, axis] - confining, series.filling_factor.values
-    late = last_part(np.abs(strain))
     return Triaxial(
         stage=part.stage_name,
         axis=AXES[axis],
@@ -78,8 +75,5 @@ def _triaxial(part, axis):
         deviator=deviator,
         confining=confining,
         filling_factor=phi,
-        strength=float(np.mean(deviator[late])),
-        strength_sigma=scatter(deviator[late]),
-        load=float(np.mean(confining[late])),
-        density=float(np.mean(phi[late])),
+        **flow(np.abs(strain), deviator, confining, phi),
     )

@@ -161,7 +161,7 @@ def legend(axes, handles=None, labels=None, *, title=None, ncols=1):
 
 def _hides(box, axes):
     """Whether a box of the screen hides a part of a line, of steps or of an area of an Axes."""
-    if any(_within(box, _along(line, axes)).any() for line in axes.lines):
+    if any(within(box, _along(line, axes)).any() for line in axes.lines):
         return True
     for patch in axes.patches:
         outline = patch.get_path().transformed(patch.get_transform())
@@ -196,11 +196,12 @@ def _along(line, axes):
     if len(points) > 1 and line.get_linestyle() not in ("None", "", " "):
         between = np.linspace(0.0, 1.0, 8)[:, None, None]
         points = (points[:-1] + between * np.diff(points, axis=0)).reshape(-1, 2)
-    return points[_within(axes.get_window_extent(), points)]
+    return points[within(axes.get_window_extent(), points)]
 
 
-def _within(box, points):
+def within(box, points):
     """Whether points (N, 2) of the screen are in a box of it, (N,)."""
+    points = np.reshape(points, (-1, 2))
     return ((points >= box.min) & (points <= box.max)).all(axis=1)
 
 

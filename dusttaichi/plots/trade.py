@@ -181,8 +181,8 @@ def _label_points(figure, axes, data, points, numbers):
         for ring, way, box in _boxes(axes, text, place, pixel):
             hidden = 10 * sum(box.overlaps(other) for other in taken)
             wide = box.padded((APART + 2.0) * pixel)
-            hidden += 3 * np.count_nonzero(_inside(wide, spots))
-            hidden += 4 * bool(np.any(_inside(box, line)))
+            hidden += 3 * np.count_nonzero(style.within(wide, spots))
+            hidden += 4 * bool(np.any(style.within(box, line)))
             hidden += 20 * (not (room.contains(*wide.min) and room.contains(*wide.max)))
             choices.append((hidden + 0.4 * ring, len(choices), ring, way, box))
         hidden, _, ring, way, box = min(choices, key=lambda choice: choice[:2])
@@ -206,12 +206,6 @@ def _boxes(axes, text, place, pixel):
                 end = mark + SHRUNK * pixel * way
                 box = Bbox.union([box, Bbox([end, end])])
             yield ring, way, box
-
-
-def _inside(box, points):
-    """Which of the points, (n, 2), are in a Bbox."""
-    points = np.reshape(points, (-1, 2))
-    return ((points >= box.min) & (points <= box.max)).all(axis=1)
 
 
 def _side(way):

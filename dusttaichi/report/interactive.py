@@ -12,7 +12,7 @@ from matplotlib.collections import LineCollection, PathCollection, PolyCollectio
 from matplotlib.colors import to_hex, to_rgba
 from matplotlib.container import ErrorbarContainer
 
-from dusttaichi.report.layout import PER_POINT, in_data, layout_of, stroke
+from dusttaichi.report.layout import PER_POINT, in_data, layout_of, shown_name, stroke
 from dusttaichi.report.text import css, html
 
 WIDEST = 8.0  # of a picture that has another beside it [inches]
@@ -88,12 +88,11 @@ def _labels(axes):
 
 def _named(label):
     """Name and place in the legend; what belongs to something named goes and comes with it."""
-    label = str(label)
-    hidden = label.startswith("_") or not label
-    group = html(label.removeprefix("_of ")) if label.startswith("_of ") or not hidden else ""
-    named = {"name": "" if hidden else html(label), "showlegend": not hidden}
+    label, name = str(label), shown_name(label)
+    group = html(label.removeprefix("_of ")) if label.startswith("_of ") else name
+    named = {"name": name, "showlegend": bool(name)}
     named |= {"legendgroup": group} if group else {}
-    return named | ({"hoverinfo": "x+y"} if hidden else {})
+    return named | ({} if name else {"hoverinfo": "x+y"})
 
 
 def _numbers(values):

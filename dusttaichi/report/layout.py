@@ -154,9 +154,14 @@ def _across(axes, end):
 
 def _entry(artist):
     """The name of a shape in the legend."""
-    label = str(artist.get_label())
-    hidden = not label or label.startswith("_")
-    return {} if hidden else {"name": html(label), "showlegend": True}
+    name = shown_name(artist.get_label())
+    return {"name": name, "showlegend": True} if name else {}
+
+
+def shown_name(label):
+    """What the legend calls an artist with that label, "" where it is not in it."""
+    label = str(label)
+    return "" if label.startswith("_") else html(label)
 
 
 def in_data(artist, axes):

@@ -121,7 +121,7 @@ def read_records(path, layout, counts):
 
 
 def describe(path):
-    """Layout, dimensions, static values and attributes of the file at `path`.
+    """Layout, dimensions, static values, attributes and records of the file at `path`.
 
     Raises DustError where it cannot be read.
     """
@@ -138,7 +138,8 @@ def describe(path):
         }
         static = {k: file[k][:] for k, v in layout.items() if not v.grows}
         attributes = {name: file.getncattr(name) for name in file.ncattrs()}
-    return layout, sizes, static, attributes
+        records = record_counts(file)
+    return layout, sizes, static, attributes, records
 
 
 @contextmanager

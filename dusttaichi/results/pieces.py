@@ -139,12 +139,10 @@ def join(path, lock=None):
 def _put_together(path):
     """Write the joined file in the place of that at `path`. Raises OSError, DustError."""
     pieces, parent = pieces_of(path), os.getppid()
-    layout, sizes, static, attributes = describe(pieces[-1].path)
+    layout, sizes, static, attributes, _ = describe(pieces[-1].path)
     first, temporary = pieces[0], _temporary(path)
-    with seal.opened(path) as file:
-        present = record_counts(file)
-    fits = set(describe(path)[0]) == set(layout)
-    fits = fits and all(present[g] <= n for g, n in pieces[-1].ends.items())
+    known, *_, present = describe(path)
+    fits = set(known) == set(layout) and all(present[g] <= n for g, n in pieces[-1].ends.items())
     if fits:  # its records stay where they are; those that no longer count are written over
         clone(path, temporary)
         seal.remove(temporary)

@@ -118,7 +118,7 @@ class Writer:
             )
         while len(found) > 1 and all(n >= counts.get(g, 0) for g, n in found[-1].starts.items()):
             found.pop()  # nothing of it is known to the checkpoint
-        layout, sizes, static, attributes = describe(found[-1].path)
+        layout, sizes, static, attributes, _ = describe(found[-1].path)
         attributes["history"] = f"{attributes.get('history', '')}\n{_now()} resumed"
         attributes = {k: v for k, v in attributes.items() if k not in pieces.OWN}
         kept = {group: int(counts.get(group, 0)) for group in found[-1].ends}
