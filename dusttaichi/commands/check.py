@@ -76,12 +76,12 @@ def _cost(scene, preview, *, measure_it):
     if known is None:
         unknown = "not known: nothing has run on this machine yet; --time measures it"
         return [*rows, ("run time", unknown)]
-    speed, seconds, factor = known
+    speed, (least, seconds, most) = known
     of = "this scene" if speed.name == scene.name else speed.name
     source = f"{of}, {speed.size:,} particles on {_threads(speed.threads)}"
     rows.append(("speed", f"{1.0 / seconds:,.0f} steps/s, measured here before: {source}"))
     if total < NEVER:
-        low, high = (_duration(total * seconds * f) for f in (1.0 / factor, factor))
+        low, high = (_duration(total * each) for each in (least, most))
         rows.append(("run time at most", low if low == high else f"{low} to {high}"))
     return rows
 

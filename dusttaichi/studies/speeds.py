@@ -10,6 +10,7 @@ import time as real_time
 from dataclasses import asdict, dataclass
 from math import exp, log
 from pathlib import Path
+from statistics import quantiles
 
 import platformdirs
 
@@ -18,6 +19,8 @@ from dusttaichi.compute.backend import threads_of
 from dusttaichi.errors import DustError
 
 KEPT = 200  # measurements, the newest
+ALIKE = 9  # measurements that an estimate looks at, the most
+AS_LIKE = 1.0  # about as like: as a size 2.7 times as far, or one part more
 LEAST_SECONDS = 0.5  # of steps that tell a speed
 TRIAL_SECONDS = 1.0
 FOLDER = "DUST_CACHE"  # environment variable that names another folder
@@ -25,7 +28,8 @@ FOLDER = "DUST_CACHE"  # environment variable that names another folder
 
 @dataclass(frozen=True)
 class Speed:
-    """One measurement. seconds: of one particle and one step. parts: as of a Method."""
+    """One measurement. seconds: of one particle and one step, the mean of so many steps. parts: as
+    of a Method."""
 
     name: str
     method: str
@@ -35,6 +39,7 @@ class Speed:
     size: int
     threads: int
     seconds: float
+    steps: int
 
 
 def path():
@@ -64,26 +69,34 @@ def remember(speed):
         pass
 
 
-def speed_of(scene, size, seconds):
+def speed_of(scene, size, seconds, steps=0):
     """The Speed of a scene with `size` particles that took so many seconds a particle and step."""
     n = scene.numerics
     kind = (getattr(n, "backend", "cpu"), getattr(n, "precision", "f64"))
     parts = method.of(scene).parts(scene)
-    return Speed(scene.name, scene.method, *kind, parts, size, threads_of(scene, size), seconds)
+    threads = threads_of(scene, size)
+    return Speed(scene.name, scene.method, *kind, parts, size, threads, seconds, steps)
 
 
 def likely(scene, size):
-    """(Speed, seconds of a step, factor that they may be off by) from the Speed known that is most
-    like the scene: of its method, backend and precision, then like in parts, threads and size, and
-    of equal ones the newest. None where there is none."""
+    """(Speed, (least, likely, most) seconds of a step), None where nothing is known.
+
+    The Speed is the one known that is most like the scene: of its method, backend and precision,
+    then like in parts, threads and size, and of equal ones the newest. The seconds are the median
+    of those that are about as like, so that one run on a busy machine does not decide.
+    """
     wanted = speed_of(scene, size, 0.0)
     same = ("method", "backend", "precision")
     fit = [s for s in reversed(known()) if all(getattr(s, a) == getattr(wanted, a) for a in same)]
     if not fit:
         return None
-    best = min(fit, key=lambda s: _distance(s, wanted))
-    seconds = best.seconds * size * best.threads / wanted.threads
-    return best, seconds, 1.3 * exp(min(0.2 * _distance(best, wanted), 1.5))
+    fit.sort(key=lambda s: _distance(s, wanted))
+    least = _distance(fit[0], wanted)
+    alike = [s for s in fit[:ALIKE] if _distance(s, wanted) <= least + AS_LIKE]
+    low, seconds, high = quantiles([s.seconds * s.threads for s in alike] * 2, n=4)
+    factor = 1.3 * exp(min(0.2 * least, 1.5))
+    step = (min(low, seconds / factor), seconds, max(high, seconds * factor))
+    return fit[0], tuple(s * size / wanted.threads for s in step)
 
 
 def _distance(one, other):
@@ -110,19 +123,21 @@ def measure(scene, plan):
         steps = int(steps * min(10.0, max(2.0, 1.2 * TRIAL_SECONDS / took)))
     if not made:
         raise DustError("--time: the scene ends after one step, which tells nothing of its speed.")
-    speed = speed_of(scene, sim.size, took / made / sim.size)
+    speed = speed_of(scene, sim.size, took / made / sim.size, made)
     remember(speed)
     return speed
 
 
 class Timer:
-    """Times the stretches of a run, and keeps its speed at the end.
+    """Times the stretches of a run, and keeps its speed at the end. The first stretch does not
+    count: it makes the kernels.
 
     `ready` and the Timer itself are what dusttaichi.run.execute takes as ready and advancing.
     """
 
     def __init__(self, scene):
         self.scene, self.sim, self.seconds, self.steps = scene, None, 0.0, 0
+        self._warm = False
 
     def ready(self, sim):
         self.sim = sim
@@ -132,11 +147,13 @@ class Timer:
 
     def __exit__(self, *_):
         first, began = self._from
-        self.seconds += real_time.perf_counter() - began
-        self.steps += self.sim.step - first
+        if self._warm:
+            self.seconds += real_time.perf_counter() - began
+            self.steps += self.sim.step - first
+        self._warm = True
 
     def keep(self):
         """Keep the speed of the run, where it was long enough to tell one."""
         if self.seconds >= LEAST_SECONDS and self.steps:
             each = self.seconds / self.steps / self.sim.size
-            remember(speed_of(self.scene, self.sim.size, each))
+            remember(speed_of(self.scene, self.sim.size, each, self.steps))

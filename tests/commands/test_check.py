@@ -59,11 +59,35 @@ def test_the_run_time_follows_from_the_speed_measured_before(fresh):
     speeds.remember(speeds.speed_of(load("omni_static"), 3000, 1.0))
     text = said("smoke")
     assert "100,000 steps/s, measured here before: this scene, 60 particles on one thread" in text
-    _, seconds, factor = speeds.likely(scene, 60)
-    assert seconds == pytest.approx(1e-5) and factor == pytest.approx(1.3)
+    _, (least, seconds, most) = speeds.likely(scene, 60)
+    assert (least * 1.3, seconds, most / 1.3) == pytest.approx((1e-5, 1e-5, 1e-5))
     # of twice the size nothing is known: twice the time, and less sure
-    _, seconds, factor = speeds.likely(scene, 120)
-    assert seconds == pytest.approx(2e-5) and factor > 1.4
+    _, (least, seconds, most) = speeds.likely(scene, 120)
+    assert seconds == pytest.approx(2e-5) and seconds / least > 1.4 < most / seconds
+
+
+def test_one_run_on_a_busy_machine_does_not_decide(fresh):
+    scene = load("omni_static")
+    for seconds in (5e-8, 6e-8, 2e-6):
+        speeds.remember(speeds.speed_of(scene, 3000, seconds))
+    _, (least, seconds, most) = speeds.likely(scene, 3000)
+    assert seconds == pytest.approx(3000 * 6e-8)
+    assert least < 3000 * 5e-8 and most >= 3000 * 2e-6  # what was seen
+
+
+def test_the_first_stretch_of_a_run_tells_no_speed(fresh):
+    class Sim:
+        step, size = 0, 60
+
+    timer = speeds.Timer(load("smoke"))
+    timer.ready(sim := Sim())
+    for count, seconds in ((1, 0.9), (100, 0.6)):
+        with timer:
+            sim.step += count
+            timer._from = timer._from[0], timer._from[1] - seconds  # as if it had taken so long
+    timer.keep()
+    (speed,) = speeds.known()
+    assert speed.steps == 100 and speed.seconds == pytest.approx(0.6 / 100 / 60, rel=0.1)
 
 
 def test_a_damaged_file_of_speeds_is_no_error(fresh):
