@@ -155,8 +155,8 @@ class Run:
 
     @property
     def stretches(self):
-        """True where the filling factor falls (in a stage) under tension."""
-        return self._does(lambda part: part._opens and part._tension > 0.0)
+        """True where the filling factor falls (in a stage) under tension, past a mere release."""
+        return self._does(lambda p: p._growth < -LEAST_CHANGE and p._opens and p._tension > 0.0)
 
     @property
     def unloads(self):

@@ -170,9 +170,8 @@ def _mean_force(window):
 
 
 def _walls(sim, m, mean_force):
-    inward = np.sum(mean_force * sim.box.normal, axis=1)
     return {
-        "pressure": inward / sim.domain.wall_areas(sim.step) * units.PRESSURE,
+        "pressure": _pressure(sim, mean_force, sim.domain.wall_areas(sim.step)),
         "wall_force": mean_force * units.FORCE,
         "wall_contact_count": m["wall_contacts"],
         "potential_wall": m["potential_wall"] * units.ENERGY,
@@ -181,11 +180,16 @@ def _walls(sim, m, mean_force):
     }
 
 
+def _pressure(sim, mean_force, areas):
+    """Pressure on each wall [Pa], (6,); not a number where there is none."""
+    inward = np.sum(mean_force * sim.box.normal, axis=1)
+    return np.where(sim.box.present == 1, inward / areas * units.PRESSURE, np.nan)
+
+
 def _between_plates(sim, plates, mean_force, height):
     """Shadow of the grains, filling factor from it (S12 section 3.2), and that of PD08."""
     x, _, _ = sim.grain_state()
     area = geometry.union_area(x[:, :2], sim.radii)
-    inward = np.sum(mean_force * sim.box.normal, axis=1)
     bottom = sim.box.planes(sim.time)[WALLS.index("bottom")]
     inside = geometry.cylinder_volume(
         x, sim.radii, plates.centre, plates.inner, low=bottom, high=bottom + height
@@ -195,7 +199,7 @@ def _between_plates(sim, plates, mean_force, height):
         "filling_factor": sim.volume / (area * height),
         "inner_filling_factor": inside / (np.pi * plates.inner**2 * height),
         "outside_count": plates.outside(x),
-        "pressure": inward / area * units.PRESSURE,
+        "pressure": _pressure(sim, mean_force, area),
     }
 
 

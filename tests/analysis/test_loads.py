@@ -107,3 +107,12 @@ stages:
     assert len(triaxial(one).axes) == 2 and is_triaxial(one)
     with pytest.raises(DustError, match="no stage is a triaxial test"):
         triaxials(sheared(2e3, 2e3))
+
+
+def test_a_mere_release_is_no_stretch():
+    """Let go by 5e-4 into a tension of half a kPa; ten times as far is a tensile test."""
+    for way, pulled in ((5e-4, False), (5e-3, True)):
+        stress = np.zeros((N, 3, 3))
+        stress[:, 2, 2] = np.linspace(-1e2, 5e2, N)
+        one = run(stress=stress, filling_factor=0.3 / np.linspace(1.0, 1.0 + way, N))
+        assert one.stretches is pulled and not one.compresses

@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 from bits import assert_same_bits
 
+from dusttaichi.analysis import open_run, summary, table
 from dusttaichi.commands.app import app, main
 from dusttaichi.errors import DustError, GuardStop, Interrupted
 from dusttaichi.run import execute
@@ -228,6 +229,9 @@ def test_one_floor_is_a_scene(tmp_path):
         assert "height" not in series and "filling_factor" not in series
         force = series.wall_force.sel(wall=["x_min", "x_max", "y_min", "y_max", "top"])
         assert (force == 0).all()
+        pressure = series.pressure.sel(wall=["x_min", "x_max", "y_min", "y_max", "top"])
+        assert pressure.isnull().all() and series.pressure.sel(wall="bottom").notnull().all()
+    assert "pressure on the top wall" not in str(table(summary(open_run(tmp_path / "floor"))))
 
 
 def test_bad_input_is_a_sentence_without_traceback(tmp_path, monkeypatch, capsys):
