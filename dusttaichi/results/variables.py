@@ -165,7 +165,8 @@ _SNAPSHOTS = declare(
 _OF_WALLS = declare(
     "series", [
         ("pressure", "time wall", "Pa", "pressure on the wall, positive in compression, average "
-         "since the last entry or over the stated window; not a number where there is no wall", _S12, "walls"),
+         "since the last entry or over the stated window; not a number where there is no wall",
+         _S12, "walls"),
         ("wall_force", "time wall xyz", "N", "force of the wall on the particles, average as for "
          "pressure", _S12, "walls"),
     ],
