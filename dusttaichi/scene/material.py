@@ -41,6 +41,12 @@ NAMED = {
 }
 
 
+_MIXTURE = (
+    "one material is needed; those of a mixture stand beside it, for example "
+    "material: {name}, materials: {{ice: ice_t19}} and sample: shares: {{default: 3, ice: 1}}"
+)
+
+
 def _named(name: Any) -> dict[str, Any]:
     if not isinstance(name, str) or name not in NAMED:
         raise needed(Material.needed)
@@ -84,6 +90,8 @@ class Material(Block):
             return {"name": data, **_named(data)}
         if not isinstance(data, dict):
             return data if isinstance(data, Material) else _named(data)
+        if mixed := [name for name in data if name in NAMED]:
+            raise problems([("", _MIXTURE.format(name=mixed[0]))])
         if "base" not in data:
             return data
         base = data["base"]

@@ -130,24 +130,44 @@ def _text(root: type[BaseModel], item: dict) -> str:
     if kind == "extra_forbidden":
         return _unknown(root, item["loc"])
     if kind == "literal_error":
-        return f"{_either(ctx['expected'])} is needed"
+        return f"{_guess(item['input'], ctx['expected'])}{_either(ctx['expected'])} is needed"
     if kind == "union_tag_invalid":
-        return f"{_either(ctx['expected_tags'])} is needed"
+        tags = ctx["expected_tags"]
+        return f"{_guess(ctx['tag'], tags)}{_either(tags)} is needed"
     if kind == "union_tag_not_found":
         key = ctx["discriminator"].strip("'")
         blocks = _blocks(root, item["loc"])
         tags = [repr(typing.get_args(b.model_fields[key].annotation)[0]) for b in blocks]
         return f"{key} is missing, {_either(', '.join(tags))} is needed"
     if kind in ("model_type", "model_attributes_type"):
-        keys = [name for block in _blocks(root, item["loc"]) for name in block.model_fields]
-        return f"a block is needed, with keys from {', '.join(dict.fromkeys(keys))}"
+        return _block_needed(_blocks(root, item["loc"]), item["input"])
     return _FORM.get(kind, item["msg"])
+
+
+def _block_needed(blocks: list[type[BaseModel]], given: Any) -> str:
+    """What to write where a block belongs; `given` may be the kind of one of them."""
+    for key in ("kind", "model"):
+        for block in blocks:
+            item = block.model_fields.get(key)
+            if item is not None and given in typing.get_args(item.annotation):
+                return f"a block is needed, for example {{{key}: {given}}}"
+    keys = [name for block in blocks for name in block.model_fields]
+    return f"a block is needed, with keys from {', '.join(dict.fromkeys(keys))}"
+
+
+def _words(expected: str) -> list[str]:
+    return re.findall(r"'([^']*)'", expected)
+
+
+def _guess(given: Any, expected: str) -> str:
+    """A question for the word that was meant, where one is like it."""
+    close = difflib.get_close_matches(str(given), _words(expected), 1)
+    return f'did you mean "{close[0]}"? ' if close else ""
 
 
 def _either(expected: str) -> str:
     """'a', 'b' -> "a" or "b", with the quotes of the other texts."""
-    words = re.findall(r"'([^']*)'", expected)
-    quoted = [f'"{word}"' for word in words]
+    quoted = [f'"{word}"' for word in _words(expected)]
     return " or ".join([", ".join(quoted[:-1]), quoted[-1]] if len(quoted) > 1 else quoted)
 
 
