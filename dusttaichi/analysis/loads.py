@@ -114,7 +114,22 @@ class Friction:
     def triaxial_angle(self):
         """Friction angle [degrees] of a line through deviators over confining stresses: of the
         circles of Mohr, sin = M/(2 + M) with the slope M."""
-        return float(np.degrees(np.arcsin(self.slope / (2.0 + self.slope))))
+        return float(np.degrees(np.arcsin(self._sine)))
+
+    @property
+    def triaxial_angle_sigma(self):
+        """Its uncertainty [degrees]."""
+        change = 2.0 / (2.0 + self.slope) ** 2 / np.sqrt(1.0 - self._sine**2)
+        return float(np.degrees(change * self.slope_sigma))
+
+    @property
+    def triaxial_cohesion(self):
+        """Cohesion [Pa] of the line that touches these circles."""
+        return float(self.cohesion * np.sqrt((1.0 - self._sine) / (1.0 + self._sine)) / 2.0)
+
+    @property
+    def _sine(self):
+        return self.slope / (2.0 + self.slope)
 
 
 def shearings(run):

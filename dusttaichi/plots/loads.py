@@ -109,21 +109,53 @@ def _stress_unit(values):
 
 
 @style.styled
-def triaxial(run):
-    """Deviator and filling factor of a Run against the strain of each triaxial test in it.
+def triaxial(run, others=()):
+    """Deviator and filling factor of a Run against the strain of each triaxial test in it; below,
+    the circles of Mohr of their strengths, with the line of friction that touches them.
 
-    Raises DustError where there is none.
+    others: runs of the same scene on other samples: thin circles, and part of the line. Raises
+    DustError where there is no test.
     """
     found = triaxials(run)
-    figure, (curves, density) = style.new_figure(rows=2, ratios=(1.4, 1.0))
+    figure, (curves, density, circles) = style.new_figure(
+        height=7.2, rows=3, ratios=(1.4, 1.0, 1.1), shared=False
+    )
     scale, unit = _stress_unit(np.concatenate([one.deviator for one in found]))
     for number, one in enumerate(found):
         own = style.run_style(number)
         label = f"{one.load / 1e3:.3g} kPa"
         curves.plot(one.strain, one.deviator * scale, label=label, **own)
         density.plot(one.strain, one.filling_factor, **own)
+        circles.plot(*_circle(one, scale), **own)
+        for more in (sample for other in others for sample in triaxials(other)):
+            if more.stage == one.stage:
+                circles.plot(*_circle(more, scale), **(own | {"linewidth": 0.7}))
+    _touching(circles, friction([one for each in (run, *others) for one in triaxials(each)]), scale)
     curves.set_ylabel(f"deviator ({unit})")
     style.legend(curves, title="confining stress")
     density.set_ylabel(r"filling factor $\phi$")
-    density.set_xlabel("axial strain of the stage")
+    for axes in (curves, density):
+        axes.set_xlabel("axial strain of the stage")
+    circles.set_xlabel(f"normal stress ({unit})")
+    circles.set_ylabel(f"shear stress ({unit})")
+    circles.set_aspect("equal", adjustable="datalim")
+    circles.set_ylim(bottom=0.0)
     return figure
+
+
+def _circle(test, scale):
+    """The upper half of the circle of Mohr of a Triaxial: (normal, shear stress)."""
+    turn, radius = np.linspace(0.0, np.pi, 90), 0.5 * test.strength
+    middle = test.load + radius
+    return (middle + radius * np.cos(turn)) * scale, radius * np.sin(turn) * scale
+
+
+def _touching(axes, fit, scale):
+    """Draws the line that touches circles, of their Friction, where there is one."""
+    if fit is None:
+        return
+    x = np.array([0.0, axes.get_xlim()[1]])
+    y = fit.triaxial_cohesion * scale + np.tan(np.radians(fit.triaxial_angle)) * x
+    text = f"friction angle {fit.triaxial_angle:.0f}°"
+    axes.plot(x, y, color=style.BLACK, linewidth=1.0, label=text)
+    style.legend(axes)

@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from dusttaichi.analysis import Run, friction, held_loads, is_triaxial, shearings, triaxials
+from dusttaichi.analysis import (
+    Friction,
+    Run,
+    friction,
+    held_loads,
+    is_triaxial,
+    shearings,
+    triaxials,
+)
 from dusttaichi.errors import DustError
 from dusttaichi.names import WALLS
 from dusttaichi.plots import loads, shear, triaxial
@@ -104,7 +112,17 @@ stages:
     assert [one.strength for one in parts] == pytest.approx([8.5e3, 3.1e4])
     line = friction(parts)
     assert line.triaxial_angle == pytest.approx(np.degrees(np.arcsin(1.5 / 3.5)))
-    assert len(triaxial(one).axes) == 2 and is_triaxial(one)
+    # the line touches both circles: as far from their middles as their radii
+    angle = np.radians(line.triaxial_angle)
+    for part in parts:
+        radius = 0.5 * part.strength
+        distance = (part.load + radius) * np.sin(angle) + line.triaxial_cohesion * np.cos(angle)
+        assert distance == pytest.approx(radius)
+    near = Friction(1e3, 0.0, 1.5 + 1e-6, 1e-6)  # by the difference of angles
+    assert near.triaxial_angle_sigma == pytest.approx(near.triaxial_angle - line.triaxial_angle)
+    assert len(triaxial(one).axes) == 3 and is_triaxial(one)
+    drawn = triaxial(one, [one]).axes[2]
+    assert len(drawn.lines) == 2  # one load: no line of friction
     with pytest.raises(DustError, match="no stage is a triaxial test"):
         triaxials(sheared(2e3, 2e3))
 
