@@ -68,17 +68,17 @@ class Table:
             return self.field.to_numpy()[:rows]
         return self.memory[:rows].copy()
 
-    def from_numpy(self, values):
-        """Write the first rows; `values` may be shorter than the used part, which then keeps its
-        other rows."""
+    def from_numpy(self, values, first=0):
+        """Write rows from `first` on; the used part may be longer, and keeps its other rows."""
         self.lease.check()
-        if len(values) > self.rows:
-            raise ValueError(f"{len(values)} rows for a field of {self.rows}")
+        end = first + len(values)
+        if end > self.rows:
+            raise ValueError(f"{end} rows for a field of {self.rows}")
         if self.memory is not None:
-            self.memory[: len(values)] = values
+            self.memory[first:end] = values
             return
         whole = self.field.to_numpy()
-        whole[: len(values)] = values
+        whole[first:end] = values
         self.field.from_numpy(whole)
 
     @property

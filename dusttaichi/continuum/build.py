@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dusttaichi.compute.backend import start_taichi, threads_of
+from dusttaichi.compute.backend import LOOPS, start_taichi, threads_of
 from dusttaichi.compute.last_compiled import LastCompiled
 from dusttaichi.compute.memory import room_for
 from dusttaichi.continuum import time_step
@@ -32,16 +32,18 @@ _LAST = LastCompiled()
 DOUBLE = 2.0  # times the volume of a rigid particle that kernels see: the dust's stress, mirrored
 
 
-def build(scene, particles):
+def build(scene, particles, *, loops=None):
     """Simulation of a scene with its Particles at step 0, stresses and forces computed.
 
+    loops: backend.Loops other than those of the backend, to compare them.
     Raises DustError for more bodies than there is room for.
     """
     moving = [body for body in particles.bodies if body.rigid]
     if len(moving) > BODIES:
         raise DustError(f"sample: {len(moving)} rigid bodies; there is room for {BODIES}")
     threads, n = threads_of(scene, len(particles)), len(particles)
-    compiled = chosen_kernels(scene, n, threads)
+    kind = (loops or LOOPS[scene.numerics.backend]).kind
+    compiled = chosen_kernels(scene, n, threads, kind)
     sim = Simulation(
         compiled,
         _LAST.tables(compiled, n),
@@ -73,17 +75,17 @@ def layout_of(scene):
     )
 
 
-def chosen_kernels(scene, n, threads):
-    """The Compiled of a scene of n particles."""
+def chosen_kernels(scene, n, threads, kind):
+    """The Compiled of a scene of n particles, with loops of that kind."""
     layout, numerics = layout_of(scene), scene.numerics
     room = room_for(n)
     crowd = (numerics.h_over_spacing / 1.3) ** scene.dimension
     entries = int(room * LONGEST_LIST[scene.dimension] * max(1.0, crowd))
-    key = (layout, room, entries, threads)
+    key = (numerics.backend, layout, room, entries, threads, kind)
     if (last := _LAST.of(key)) is not None:
         return last
     start_taichi(scene, threads)
-    return compiled_for(key, layout, room, entries)
+    return compiled_for(key, layout, room, entries, kind)
 
 
 def numbers_of(scene, dimension):

@@ -6,7 +6,7 @@ from typing import Any
 from dusttaichi.compute.memory import Table, arrays_of
 from dusttaichi.continuum.kernels import store
 from dusttaichi.continuum.kernels.forces import Forces
-from dusttaichi.continuum.kernels.lists import Lists, grid_type, make_list
+from dusttaichi.continuum.kernels.lists import Lists, make_list
 from dusttaichi.continuum.kernels.motion import Motion
 from dusttaichi.continuum.kernels.numbers import numbers_type
 from dusttaichi.continuum.kernels.rates import Rates
@@ -25,13 +25,12 @@ class Fields:
 
 @dataclass(frozen=True)
 class Kernels:
-    """The kernels of a scene, and the types of what they are told."""
+    """The kernels of a scene, and the type of what they are told."""
 
     advance: Any
     count: Any
     write: Any
     StepNumbers: Any
-    Grid: Any
 
 
 @dataclass(frozen=True)
@@ -39,7 +38,8 @@ class Compiled:
     """Fields with room for more particles than a scene has, and the kernels over them.
 
     compile_key: all that they depend on. fields, lists: Taichi fields by name: the state, and what
-    follows from it. memory: arrays that share the memory of the fields, by name.
+    follows from it. memory: arrays that share the memory of the fields, by name; none where a
+    device has its own.
     """
 
     compile_key: tuple
@@ -54,11 +54,11 @@ class Compiled:
         zero and has them until its Lease ends."""
         rows = {v.name: f.shape[0] if v.ghosts else n for v, f in self._declared()}
         fields = {
-            name: Table(field, rows.get(name, field.shape[0]), self.memory[name], lease)
+            name: Table(field, rows.get(name, field.shape[0]), self.memory.get(name), lease)
             for name, field in self.fields.items()
         }
         lists = {
-            name: Table(field, field.shape[0], self.memory[name], lease)
+            name: Table(field, field.shape[0], self.memory.get(name), lease)
             for name, field in self.lists.items()
         }
         for table in (*fields.values(), lists["sync"], lists["most"]):
@@ -69,8 +69,12 @@ class Compiled:
         return [(v, self.fields[v.name]) for v in store.declare(self.layout)]
 
 
-def compiled_for(key, layout, room, entries):
-    """The Compiled of a layout with room for so many particles and list entries; Taichi runs."""
+def compiled_for(key, layout, room, entries, kind):
+    """The Compiled of a layout with room for so many particles and list entries; Taichi runs.
+
+    kind: of the loops (backend.Loops). A kernel a phase is for devices, whose memory is their own:
+    wherever it runs, it looks at none directly.
+    """
     fields, lists = store.place(layout, room, entries)
     f, scratch = Fields(fields), Fields(lists)
     n, smoothing = layout.dimension, KERNELS[layout.kernel]
@@ -78,8 +82,9 @@ def compiled_for(key, layout, room, entries):
     law = Response(f, n)
     rates = Rates(f, scratch, layout, smoothing=smoothing, law=law, contact=contact)
     forces = Forces(f, scratch, layout)
-    StepNumbers, Grid = numbers_type(n), grid_type(n)
-    advance = make_advance(Motion(f, scratch, layout), rates, forces, StepNumbers)
-    count, write = make_list(Lists(f, scratch, n), Grid)
-    kernels = Kernels(advance, count, write, StepNumbers, Grid)
-    return Compiled(key, layout, kernels, fields, lists, arrays_of({**fields, **lists}))
+    StepNumbers = numbers_type(n)
+    advance = make_advance((Motion(f, scratch, layout), rates, forces), StepNumbers, kind)
+    count, write = make_list(Lists(f, scratch, n))
+    kernels = Kernels(advance, count, write, StepNumbers)
+    memory = arrays_of({**fields, **lists}) if kind == "workers" else {}
+    return Compiled(key, layout, kernels, fields, lists, memory)

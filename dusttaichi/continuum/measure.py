@@ -108,21 +108,35 @@ def measurement(sim, start):
     )
 
 
+def elastic_momenta(sim, sample):
+    """Momenta of the elastic bodies of a sample now [kg m/s], (bodies, 3)."""
+    found = _of_elastic(sim, sample)
+    if not found:
+        return np.zeros((0, 3))
+    mass, v = sim.of_particles("mass"), sim.velocities()
+    return np.array([mass[own] @ v[own] for own in found])
+
+
 def elastic_bodies(sim, sample):
-    """Centre [m], velocity [m/s], spin [rad/s] and momentum [kg m/s] of the elastic bodies of a
-    sample as they are now, (bodies, 3) each, as a tuple."""
-    numbers = [k for k, body in enumerate(sample.bodies) if body.elastic]
-    found = np.zeros((4, len(numbers), 3))
+    """Centre [m], velocity [m/s] and spin [rad/s] of the elastic bodies of a sample as they are
+    now, (bodies, 3) each, as a tuple."""
+    numbers = _of_elastic(sim, sample)
+    found = np.zeros((3, len(numbers), 3))
     if not numbers:
         return tuple(found)
-    label = sample.body[sim.of_particles("number")]
     x, v, mass = sim.raised(sim.of_particles("x")), sim.velocities(), sim.of_particles("mass")
-    for row, number in enumerate(numbers):
-        own = label == number
+    for row, own in enumerate(numbers):
         m = mass[own]
         centre, velocity = m @ x[own] / m.sum(), m @ v[own] / m.sum()
         r = x[own] - centre
         inertia = m @ np.sum(r * r, axis=1) * np.eye(3) - r.T @ (m[:, None] * r)
         turning = m @ np.cross(r, v[own] - velocity)
-        found[:, row] = centre, velocity, np.linalg.pinv(inertia) @ turning, m.sum() * velocity
+        found[:, row] = centre, velocity, np.linalg.pinv(inertia) @ turning
     return tuple(found)
+
+
+def _of_elastic(sim, sample):
+    """Which particles, in internal order, are of each elastic body of a sample: a list."""
+    numbers = [k for k, body in enumerate(sample.bodies) if body.elastic]
+    label = sample.body[sim.of_particles("number")] if numbers else None
+    return [np.flatnonzero(label == k) for k in numbers]

@@ -78,8 +78,8 @@ class MovingDust(SimpleSimulation):
     def sums(self):
         # over time in us, as a window has it, the mean is a force in N; that on an elastic body is
         # the change of its momentum
-        elastic = measure.elastic_bodies(self.sim, self.sample)[3]
-        return {"impulse": np.concatenate([self.sim.impulses(), elastic]) / units.TIME}
+        momenta = measure.elastic_momenta(self.sim, self.sample)
+        return {"impulse": np.concatenate([self.sim.impulses(), momenta]) / units.TIME}
 
     def series(self, measurement, window):
         elastic = measure.elastic_bodies(self.sim, self.sample)

@@ -99,10 +99,9 @@ class Search:
         sim.lists["cell_first"].from_numpy(first)
         sim.lists["in_cell"].from_numpy(np.argsort(cell, kind="stable").astype(np.int32))
         self._place_ghosts(x)
-        told = sim.kernels.Grid(
-            origin=low.tolist(), inv_width=[1.0 / width] * sim.dimension, cells=cells.tolist()
-        )
-        sim.kernels.count(n, self.reach**2, told)
+        sim.lists["grid_origin"].from_numpy(low)
+        sim.lists["grid_cells"].from_numpy(cells)
+        sim.kernels.count(n, self.reach**2, 1.0 / width)
         self.total = int(sim.lists["first"].to_numpy(n + 1)[n])
         if self.total > sim.lists["entry"].field.shape[0]:
             raise GuardStop(
@@ -110,7 +109,7 @@ class Search:
                 "more than there is room for: they have come together without limit. Try a smaller "
                 "numerics.cfl, a larger numerics.viscosity.grid or a lower speed."
             )
-        sim.kernels.write(n, self.reach**2, told)
+        sim.kernels.write(n, self.reach**2, 1.0 / width)
         group = sim.of_particles("group")
         members = np.flatnonzero(group >= 0)
         members = members[np.argsort(group[members], kind="stable")].astype(np.int32)

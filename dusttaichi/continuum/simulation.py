@@ -53,6 +53,7 @@ class Simulation:
         self.tables, self.lists = tables
         self.names = [variable.name for variable in declare(self.layout)]
         self.step, self.members, self.search = 0, 0, None
+        self._told = {}, None  # numbers that the kernels were told last, and their struct
 
     @property
     def time(self):
@@ -71,7 +72,7 @@ class Simulation:
 
     def put_ghosts(self, name, first, values):
         """Write a variable of the ghosts, which begin at row `first`."""
-        self.tables[name].memory[first : first + len(values)] = values
+        self.tables[name].from_numpy(values, first)
 
     def reorder(self, order):
         """Put the particles in another order."""
@@ -112,15 +113,22 @@ class Simulation:
                 self.search.now()
                 pending = 1
 
+    def _told_numbers(self):
+        """The StepNumbers of now: the last ones where nothing has changed, since Taichi takes a
+        millisecond to make a struct, and a search comes as often as every step."""
+        numbers = self.numbers | {
+            "count": self.n,
+            "members": self.members,
+            "bodies": self.bodies,
+            "beat": self.beat,
+            "way2": self.search.way2,
+        }
+        if numbers != self._told[0]:
+            self._told = numbers, self.kernels.StepNumbers(**numbers)
+        return self._told[1]
+
     def _call(self, beats, pending):
-        told = self.kernels.StepNumbers(
-            **self.numbers,
-            count=self.n,
-            members=self.members,
-            bodies=self.bodies,
-            beat=self.beat,
-            way2=self.search.way2,
-        )
+        told = self._told_numbers()
         self.kernels.advance(beats, pending, self.threads, told, self.told_material)
         sync = self.lists["sync"].to_numpy()
         if sync[STUCK]:
@@ -148,13 +156,15 @@ class Simulation:
     def load_once(self):
         """Stresses and forces at the present places, without moving anything."""
         clock = self.clock
-        self.tables["clock"].memory[DT] = 0.0
+        self.tables["clock"].from_numpy([0.0], DT)
         self._call(1, 1)
         self.tables["clock"].from_numpy(clock)
 
     def move_faces(self, speeds):
         """Velocities of the six faces from now on [m/s], (6, 3)."""
-        self.tables["rigid"].memory[:FACES, SPEED : SPEED + 3] = speeds
+        rows = self.tables["rigid"].to_numpy(FACES)
+        rows[:, SPEED : SPEED + 3] = speeds
+        self.tables["rigid"].from_numpy(rows)
 
     # -- the state of now ------------------------------------------------------------------------
 

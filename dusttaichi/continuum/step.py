@@ -8,19 +8,25 @@ The run's step is a beat of fixed length; the method divides it into steps that 
 sound of now. `advance(beats, pending, workers, numbers, material)` makes up to `beats` of them;
 with `pending` the first step has drifted already and lacks the rest (a search came between). It
 ends early when a search is due, or where a beat would take too many steps (sync[STUCK]).
-sync[DONE] tells.
+sync[DONE] tells. `most` holds the fastest signals of the step.
 """
 
 import taichi as ti
 
 from dusttaichi.compute.scan import first_of
 from dusttaichi.compute.workers import STRIDE, assemble, barrier
-from dusttaichi.continuum.kernels.store import APART, DONE, DUE, ENDED, STUCK
+from dusttaichi.continuum.kernels.store import APART, DONE, DUE, ENDED, MOST_WORKERS, STUCK
 from dusttaichi.physics.continuum.kernels import MATERIAL
 
 
-def make_advance(motion, rates, forces, StepNumbers):
-    """`advance` over the phases, by workers that pass their share of each (compute.workers)."""
+def make_advance(phases, StepNumbers, kind):
+    """`advance` over (Motion, Rates, Forces): by "workers" (CPU), or by "launches" of a kernel a
+    phase (GPU)."""
+    return {"workers": by_workers, "launches": by_launches}[kind](*phases, StepNumbers)
+
+
+def by_workers(motion, rates, forces, StepNumbers):
+    """Many steps in one kernel: workers that pass their share of every phase (compute.workers)."""
     lists = motion.lists
     sync = lists.sync
 
@@ -77,5 +83,53 @@ def make_advance(motion, rates, forces, StepNumbers):
                         break
                 if me == 0:
                     sync[DONE] = done
+
+    return advance
+
+
+def by_launches(motion, rates, forces, StepNumbers):
+    """A loop in Python over kernels with one parallel loop a phase."""
+    lists = motion.lists
+    sync = lists.sync
+
+    @ti.kernel
+    def kick_and_drift(numbers: StepNumbers):
+        sync[DUE] = 0
+        for _ in range(1):
+            motion.move_bodies(numbers)
+        for i in range(numbers.count):
+            if motion.kick_and_drift(i, numbers) == 1:
+                sync[DUE] = 1
+
+    @ti.kernel
+    def answer(numbers: StepNumbers, material: MATERIAL):
+        for w in range(MOST_WORKERS):
+            lists.most[APART * w] = 0.0
+        for i in range(numbers.count):
+            # the largest of all is the same in whatever order they come
+            ti.atomic_max(lists.most[0], rates.pass_over(i, numbers, material))
+            motion.answer_ghosts(i, numbers)
+
+    @ti.kernel
+    def push(numbers: StepNumbers):
+        for i in range(numbers.count):
+            forces.pass_over(i, numbers)
+        for _ in range(1):
+            motion.add_up(numbers)
+            sync[ENDED] += motion.next_step(1, numbers)
+
+    def advance(beats, pending, _workers, numbers, material):
+        sync.fill(0)
+        now = sync.to_numpy()
+        while now[ENDED] < beats and not now[STUCK]:
+            if not pending:
+                kick_and_drift(numbers)
+                if sync[DUE] == 1:
+                    break
+            pending = 0
+            answer(numbers, material)
+            push(numbers)
+            now = sync.to_numpy()
+        sync[DONE] = now[ENDED]
 
     return advance

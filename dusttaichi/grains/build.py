@@ -32,7 +32,7 @@ from dusttaichi.grains.kernels.relist import make_relist
 from dusttaichi.grains.kernels.sphere import make_sphere_relist
 from dusttaichi.grains.kernels.wall_search import make_wall_relist
 from dusttaichi.grains.simulation import Simulation, Typical
-from dusttaichi.grains.sphere import check_inside, sphere_contacts, sphere_of, surface_of
+from dusttaichi.grains.sphere import placed_sphere, sphere_contacts, surface_of
 from dusttaichi.grains.step import make_advance
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.names import AXES
@@ -71,14 +71,13 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
     layout = replace(layout, batch=scenes is not None, ledger=ledger, tilted=leans(scene, sample))
     pair, wall = contact_constants(scene) if own is None else farthest_contacts(scene, own)
     box, cell = surroundings(scene, sample, own, scenes, (pair, wall))
+    ball = placed_sphere(scene, sample, own, box)
     compiled = chosen_kernels(scene, layout, laws, (loops.kind, len(order), threads))
     tables = _LAST.tables(compiled, len(order))
     if own is not None:
         tables[1]["interfaces"].from_numpy(interfaces(scene, laws))
     if scenes is not None:
         tables[0]["scene"].from_numpy(scenes[order].astype(np.int32))
-    skin = scene.numerics.skin
-    smallest = radius if own is None else own.radius[around(scenes)].min()
     return Simulation(
         compiled,
         tables,
@@ -92,27 +91,32 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
         polydisperse=own,
         pair=contact_params(pair, laws, layout),
         wall=contact_params(wall, laws, layout),
-        sphere=chosen_sphere(scene, sample, own, laws, layout),
+        sphere=chosen_sphere(scene, own, ball, laws, layout),
         gravity=make_gravity(scene.gravity),
         box=box,
         cell=cell,
         t_c=constants.characteristic_time(material) / units.TIME,
         drive=scene.stage_plans[0].drive,
         push=push,
-        skin=None if skin == "auto" else skin * smallest,
+        skin=chosen_skin(scene, radius if own is None else own.radius[around(scenes)].min()),
         dt=step.dt / units.TIME,
         threads=threads,
         scenes=1 if scenes is None else int(scenes[-1]) + 1,
     )
 
 
-def chosen_sphere(scene, sample, own, laws, layout):
+def chosen_skin(scene, smallest):
+    """The skin of the search [um], None where it chooses one; smallest: radius of a grain [um]."""
+    skin = scene.numerics.skin
+    return None if skin == "auto" else skin * smallest
+
+
+def chosen_sphere(scene, own, ball, laws, layout):
     """(RigidSphere, ContactParams of the contact that reaches farthest); None without a sphere."""
-    if scene.sphere is None:
+    if ball is None:
         return None
-    radii = scene.material.radius if own is None else own.radius * units.LENGTH
     farthest = max(sphere_contacts(scene, own), key=lambda c: c.delta0)
-    return sphere_of(scene, sample, radii), contact_params(farthest, laws, layout)
+    return ball, contact_params(farthest, laws, layout)
 
 
 def chosen_layout(scene, laws, loops, push, polydisperse):
@@ -193,7 +197,7 @@ def around(scenes):
 
 def surroundings(scene, sample, own, scenes, contacts):
     """(Box or None, Cell or None) of a scene; own: GrainProperties or None of equal grains. Raises
-    DustError for a sample, or a sphere, that does not fit.
+    DustError for a sample that does not fit.
 
     contacts: ContactConstants of the pair and of the wall contact that reach farthest.
     """
@@ -212,8 +216,6 @@ def surroundings(scene, sample, own, scenes, contacts):
         room=None if room is None else np.array(room) / units.LENGTH,
         tilt=sample.info.get("tilt", 0.0) / units.LENGTH,
     )
-    if scene.sphere is not None:
-        check_inside(sphere_of(scene, sample, radius * units.LENGTH), box)
     return box, cell if cell is None else replace(cell, tilted=leans(scene, sample))
 
 

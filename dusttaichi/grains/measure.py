@@ -155,10 +155,10 @@ class Readout:
         out |= {"potential_sphere": np.zeros(4), "loss_sphere": np.zeros(channels)}
         if self.sphere is None:
             return out
-        force = self.sphere.load()[0]
+        load = out["sphere_load"] = self.sphere.load()
         sums = self._sphere_sums()
-        out["sphere_kinetic"], out["sphere_kick"] = self.sphere.energies()
-        out["sphere_work"] = self.sphere.work(force, self.sphere.impulses()[:3])
+        out["sphere_kinetic"], out["sphere_kick"] = self.sphere.energies(load)
+        out["sphere_work"] = self.sphere.work(load[0], self.sphere.impulses()[:3])
         out["sphere_contacts"] = int(round(sums[:, CONTACTS].sum()))
         out["sphere_overlap"] = sums[:, DEEPEST].max(initial=0.0)
         out["potential_sphere"] = sums[:, NORMAL : TWISTING + 1].sum(axis=0)

@@ -14,7 +14,7 @@ from dusttaichi.grains.build import build, chosen_layout, surroundings
 from dusttaichi.grains.grain_contacts import contact_constants, farthest_contacts, grain_properties
 from dusttaichi.grains.inventory import compiled_rows, field_rows, preset_rows, tables
 from dusttaichi.grains.kernels.declare import declare
-from dusttaichi.grains.sphere import sphere_contacts, sphere_of
+from dusttaichi.grains.sphere import placed_sphere, sphere_contacts
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.method import Preview
 from dusttaichi.physics.contact import constants
@@ -31,16 +31,16 @@ def preview(scene):
     step = chosen_step(scene, samples.pushed(scene, sample), own)
     contacts = contact_constants(scene)
     far = contacts if own is None else farthest_contacts(scene, own)
+    domain = _domain(scene, sample, own, far, step)
     sections = [("Sample", _sample(scene, sample)), *_contacts(scene, own, contacts)]
-    if scene.sphere is not None:
-        sections.append(("Sphere", _sphere(scene, sample, own)))
+    if (ball := placed_sphere(scene, sample, own, domain.box)) is not None:
+        sections.append(("Sphere", _sphere(scene, ball, own)))
         farthest = max(sphere_contacts(scene, own), key=lambda c: c.delta0)
         sections.append(("Contact of a grain and the sphere", _contact(farthest, scene)))
     if scene.gravity is not None:
         sections.append(("Gravity", _gravity(scene)))
     sections.append(("Time step", _step(step)))
     sections.append(("Memory", [("state", _state_memory(scene, sample, own, step))]))
-    domain = _domain(scene, sample, own, far, step)
     return Preview(sections, len(sample), domain.dt, planned(scene, domain))
 
 
@@ -94,10 +94,10 @@ def internals(scene):
     ]
 
 
-def _sphere(scene, sample, own):
-    """Rows of the rigid sphere at the start."""
+def _sphere(scene, ball, own):
+    """Rows of a RigidSphere at the start."""
     radii = scene.material.radius if own is None else own.radius * units.LENGTH
-    ball, quantity = sphere_of(scene, sample, radii), quantities.format
+    quantity = quantities.format
     radius, mass = ball.radius * units.LENGTH, ball.mass * units.MASS
     place = ", ".join(quantity(a, "length", digits=4) for a in ball.position * units.LENGTH)
     speed = quantity(float(np.linalg.norm(ball.velocity)) * units.SPEED, "speed", digits=4)

@@ -125,8 +125,9 @@ def _inertia(sim):
 def _sphere(sim, m, window):
     """Of the rigid sphere: motion, mean load, energies, contacts."""
     ball = sim.sphere
-    load = np.concatenate(ball.load()) if window is None else window.mean("sphere_impulse")
-    return _sphere_motion(ball) | {
+    now = m["sphere_load"]
+    load = np.concatenate(now) if window is None else window.mean("sphere_impulse")
+    return _sphere_motion(ball, now) | {
         "sphere_force": load[:3] * units.FORCE,
         "sphere_torque": load[3:] * units.TORQUE,
         "sphere_kinetic": m["sphere_kinetic"] * units.ENERGY,
@@ -137,8 +138,8 @@ def _sphere(sim, m, window):
     }
 
 
-def _sphere_motion(ball):
-    x, v, w = ball.now()
+def _sphere_motion(ball, load):
+    x, v, w = ball.now(load)
     return {
         "sphere_position": x * units.LENGTH,
         "sphere_velocity": v * units.SPEED,
@@ -260,8 +261,8 @@ def snapshot(sim, contacts, time):
         record["box"] = sim.domain.room(sim.step) * units.LENGTH
         record["tilt"] = sim.domain.tilt(sim.step) * units.LENGTH
     if sim.sphere is not None:
-        force = sim.sphere.load()[0] * units.FORCE
-        record |= _sphere_motion(sim.sphere) | {"sphere_force": force}
+        load = sim.sphere.load()
+        record |= _sphere_motion(sim.sphere, load) | {"sphere_force": load[0] * units.FORCE}
     if not contacts:
         return out
     pairs = sim.contact_state()

@@ -55,18 +55,21 @@ def sphere_contacts(scene, polydisperse=None):
     return [sphere_contact(scene, material, radius) for material, radius in ends]
 
 
-def sphere_of(scene, sample, radii):
-    """RigidSphere of a scene with a sample. radii [m]: one number, or (N,). None without one.
+def placed_sphere(scene, sample, own, box):
+    """RigidSphere of a scene with a sample; None without one.
 
-    Raises DustError where it overlaps with a grain, or a cell is too small for it.
+    own: GrainProperties, or None of equal grains; box: a Box, or None. Raises DustError where the
+    sphere overlaps with a grain or stands in a wall, or a cell is too small for it.
     """
     block = scene.sphere
     if block is None:
         return None
+    radii = scene.material.radius if own is None else own.radius * units.LENGTH
     mass = constants.sphere_mass(block.radius, surface_of(scene)[0].density)
     place = _place(block, sample.positions, radii)
     _check_free(block, place, sample.positions, radii)
     _check_cell(scene, sample, np.max(radii))
+    _check_inside(block, place, box)
     speed = None if block.speed is None else np.array(block.speed) / units.SPEED
     return RigidSphere(
         block.radius / units.LENGTH,
@@ -123,10 +126,10 @@ def _check_cell(scene, sample, radius):
         )
 
 
-def check_inside(sphere, box):
-    """Raise DustError where a RigidSphere stands in a wall of a Box, or of None, at the start."""
-    passed = [] if box is None else _passed(box, sphere.position, sphere.radius, 0.0)
-    if passed:
+def _check_inside(block, place, box):
+    """The sphere must not stand in a wall of a Box, or of None."""
+    place, radius = place / units.LENGTH, block.radius / units.LENGTH
+    if box is not None and (passed := _passed(box, place, radius, 0.0)):
         raise DustError(
             f"sphere: it reaches through the wall {passed[0]} at the start, and contacts of sphere "
             f"and walls are not computed; leave the wall out (boundary: {{kind: box, omit: "
@@ -227,19 +230,20 @@ class MovingSphere:
         """Time integrals of both since the start, (6,)."""
         return self.sim.state["sphere_impulse"]
 
-    def _half_kicks(self):
+    def _half_kicks(self, load=None):
         """Change of velocity and of spin in half a step by the loads of now."""
         if self.speed is not None:
             return np.zeros(3), np.zeros(3)
-        sim, (force, torque) = self.sim, self.load()
+        sim, (force, torque) = self.sim, load or self.load()
         half, kick = 0.5 * sim.dt, force / self.mass
         if sim.gravity is not None:
             kick = kick + sim.gravity.acceleration(sim.state["x"][self.row][None])[0]
         return half * kick, half * torque / self.inertia
 
-    def now(self):
-        """Position [um], velocity [um/us] and spin [rad/us] at the time of the positions."""
-        kick, turn = self._half_kicks()
+    def now(self, load=None):
+        """Position [um], velocity [um/us] and spin [rad/us] at the time of the positions. load:
+        what `load` gives now, where somebody has asked for it."""
+        kick, turn = self._half_kicks(load)
         x, v, w = self._row()
         return x, v + kick, w + turn
 
@@ -247,12 +251,12 @@ class MovingSphere:
         """Position, and velocity and spin of half a step before."""
         return (self.sim.state[name][self.row] for name in "xvw")
 
-    def energies(self):
+    def energies(self, load):
         """(kinetic energy, the part of it that is `kick`) [fJ] (see method.Measurement); 0 of a
-        driven sphere, which is no part of the system."""
+        driven sphere, which is no part of the system. load: what `load` gives now."""
         if self.speed is not None:
             return 0.0, 0.0
-        kick, turn = self._half_kicks()
+        kick, turn = self._half_kicks(load)
         _, v, w = self._row()
         v, w = v + kick, w + turn
         kinetic = self.mass * (v @ v) + self.inertia * (w @ w)

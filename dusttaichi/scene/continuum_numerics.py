@@ -103,7 +103,6 @@ class ContinuumNumerics(CommonNumerics):
         description="share of the energy that has gone through the system by which the ledger may "
         "be open before a guard stops the run",
     )
-    backend: Literal["cpu"] = Field("cpu", description="what the kernels run on")
 
     @property
     def smoothing_length(self) -> float:

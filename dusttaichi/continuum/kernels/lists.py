@@ -5,15 +5,6 @@ import taichi as ti
 from dusttaichi.compute.scan import Scan
 
 
-def grid_type(dimension):
-    """The struct of a grid of cells: origin and one over the width [SI], numbers of cells."""
-    return ti.types.struct(
-        origin=ti.types.vector(dimension, ti.f64),
-        inv_width=ti.types.vector(dimension, ti.f64),
-        cells=ti.types.vector(dimension, ti.i32),
-    )
-
-
 @ti.data_oriented
 class Lists:
     """fields, lists: see store.place; dimension: 2 or 3."""
@@ -24,22 +15,26 @@ class Lists:
         self.counts = lists.counts
 
     @ti.func
-    def own_cell(self, i, grid: ti.template()):
+    def own_cell(self, i, inv_width):
         """The cell of particle i along each axis; what is outside is in the outermost."""
-        place = (self.f.x[i] - grid.origin) * grid.inv_width
-        return ti.max(0, ti.min(ti.floor(place, ti.i32), grid.cells - 1))
+        cell = ti.Vector.zero(ti.i32, self.n)
+        for a in ti.static(range(self.n)):
+            place = (self.f.x[i][a] - self.lists.grid_origin[a]) * inv_width
+            cell[a] = ti.max(0, ti.min(ti.floor(place, ti.i32), self.lists.grid_cells[a] - 1))
+        return cell
 
     @ti.func
-    def neighbours(self, i, reach2, grid: ti.template(), write: ti.template()):
+    def neighbours(self, i, reach2, inv_width, write: ti.template()):
         """Count the neighbours of i, and write them down if asked."""
-        centre, x, found = self.own_cell(i, grid), self.f.x[i], 0
+        centre, x, found = self.own_cell(i, inv_width), self.f.x[i], 0
         start = self.lists.first[i]
         for offset in ti.static(ti.grouped(ti.ndrange(*((-1, 2),) * self.n))):
             cell = centre + offset
             inside, number = 1, 0
             for a in ti.static(range(self.n)):
-                inside *= ti.cast(0 <= cell[a] < grid.cells[a], ti.i32)
-                number = number * grid.cells[a] + cell[a]
+                along = self.lists.grid_cells[a]
+                inside *= ti.cast(0 <= cell[a] < along, ti.i32)
+                number = number * along + cell[a]
             if inside == 1:
                 for k in range(self.lists.cell_first[number], self.lists.cell_first[number + 1]):
                     j = self.lists.in_cell[k]
@@ -50,20 +45,21 @@ class Lists:
         return found
 
 
-def make_list(lists, Grid):
-    """Two kernels: `count(n, reach2, grid)` neighbours and where each list begins; `write` them."""
+def make_list(lists):
+    """Two kernels: `count(n, reach2, inv_width)` neighbours and where each list begins; `write`
+    them. inv_width: one over the width of a cell of the grid [1/m]."""
 
     @ti.kernel
-    def count(n: ti.i32, reach2: ti.f64, grid: Grid):
+    def count(n: ti.i32, reach2: ti.f64, inv_width: ti.f64):
         for i in range(n):
-            lists.counts[i] = lists.neighbours(i, reach2, grid, False)
+            lists.counts[i] = lists.neighbours(i, reach2, inv_width, False)
         lists.scan.exclusive(lists.counts, lists.lists.first, n)
         for _ in range(1):
             lists.lists.first[n] = lists.lists.first[n - 1] + lists.counts[n - 1]
 
     @ti.kernel
-    def write(n: ti.i32, reach2: ti.f64, grid: Grid):
+    def write(n: ti.i32, reach2: ti.f64, inv_width: ti.f64):
         for i in range(n):
-            lists.neighbours(i, reach2, grid, True)
+            lists.neighbours(i, reach2, inv_width, True)
 
     return count, write

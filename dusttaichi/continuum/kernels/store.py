@@ -145,6 +145,9 @@ def place(layout, room, entries):
         "near": (ti.i32, (entries + VECTOR * room,)),
         "near_counts": (ti.i32, (room,)),
         "members": (ti.i32, (room,)),
+        # the grid of cells: its lowest corner [m], cells along each axis
+        "grid_origin": (ti.f64, (layout.dimension,)),
+        "grid_cells": (ti.i32, (layout.dimension,)),
         "cell_first": (ti.i32, (4 * seen + 64,)),
         "in_cell": (ti.i32, (seen,)),
         "chunk_sum": (ti.i32, (room // CHUNK + 2,)),

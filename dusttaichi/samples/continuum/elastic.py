@@ -40,8 +40,6 @@ class ElasticSample(FreeBody):
     def _check(self) -> ElasticSample:
         if not self.hole < self.diameter:
             raise problems([("hole", "a hole smaller than the diameter is needed")])
-        if not self.density > 0:
-            raise problems([("density", "a density above 0 is needed")])
         return self
 
 

@@ -36,8 +36,6 @@ class RigidSample(FreeBody):
         if (self.height is None) == (self.shape == "cylinder"):
             text = "a length is needed" if self.height is None else "it is for the cylinder only"
             raise problems([("height", text)])
-        if not self.density > 0:
-            raise problems([("density", "a density above 0 is needed")])
         return self
 
 
