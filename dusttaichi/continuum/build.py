@@ -91,8 +91,8 @@ def chosen_kernels(scene, n, threads, kind):
 def numbers_of(scene, dimension):
     """What kernels are told of the scene, but for what changes on the way."""
     numerics, h = scene.numerics, scene.numerics.smoothing_length
-    stress, down = numerics.artificial_stress, np.zeros(dimension)
-    down[-1] = -scene.gravity
+    stress = numerics.artificial_stress
+    x, y, z = scene.gravity.acceleration if scene.gravity else (0.0, 0.0, 0.0)
     at_spacing = smoothing.SHAPES[numerics.kernel](numerics.spacing / h)
     printed = numerics.deviator == "printed" and dimension == 2
     return {
@@ -108,7 +108,7 @@ def numbers_of(scene, dimension):
         "tension": 0.0 if stress is None else stress.epsilon,
         "exponent": 1.0 if stress is None else stress.n,
         "at_spacing": 1.0 / at_spacing,
-        "gravity": down.tolist(),
+        "gravity": [x, z] if dimension == 2 else [x, y, z],
     }
 
 

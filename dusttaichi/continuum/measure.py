@@ -24,9 +24,8 @@ def energies(sim):
     own = sim.rigid(MASS, 1)[FACES:, 0]
     kinetic += 0.5 * np.sum(own * np.sum(speed[FACES:] ** 2, axis=1))
     kinetic += 0.5 * np.sum(spin * sim.angular_momenta())
-    g = -sim.numbers["gravity"][-1]
-    height = sim.of_particles("x")[:, -1]
-    gravity = g * (np.sum(mass[free] * height[free]) + np.sum(own * sim.rigid(CENTRE)[FACES:, 2]))
+    at = np.concatenate([sim.of_particles("x")[free], sim.rigid(CENTRE)[FACES:, sim.axes]])
+    gravity = -np.concatenate([mass[free], own]) @ (at @ sim.numbers["gravity"])
     elastic = elastic_energies(sim, gives)
     work, loss = sim.of_particles("work").sum(axis=0), sim.of_particles("loss").sum(axis=0)
     loss = loss - half_step(sim, v)

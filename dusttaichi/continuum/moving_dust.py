@@ -183,7 +183,7 @@ class MovingDust(SimpleSimulation):
             "seed": getattr(scene.sample, "seed", None),
             "threads": self.sim.threads,
             "dimension": scene.dimension,
-            "gravity": scene.gravity,
+            "gravity": -self.sim.numbers["gravity"][-1],  # along -z
             "solid_density": self.sim.material.rho_s,
             "spacing": scene.numerics.spacing,
             "smoothing_length": scene.numerics.smoothing_length,

@@ -1,14 +1,15 @@
 """A scene of the method `continuum`: what the dust is made of, which bodies, and where."""
 
-from typing import Annotated, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator
 
 from dusttaichi.samples.continuum import AnyParticles, reads_particles
 from dusttaichi.scene.continuum_boundary import ContinuumBoundary, FacesBoundary, OpenBoundary
 from dusttaichi.scene.continuum_material import ContinuumMaterial
 from dusttaichi.scene.continuum_numerics import ContinuumNumerics
-from dusttaichi.scene.quantities import Quantity
+from dusttaichi.scene.gravity import Gravity
+from dusttaichi.scene.gravity import check as check_gravity
 from dusttaichi.scene.scene import Scene
 
 
@@ -43,13 +44,25 @@ class ContinuumScene(Scene):
         "differ, or a block with all numbers"
     )
     sample: AnyParticles = Field(description="what bodies there are at the start")
-    gravity: Annotated[float, Quantity("acceleration", ge=0, example="9.81 m/s^2")] = Field(
-        "0 m/s^2", description="gravity, downwards"
+    gravity: Gravity | None = Field(
+        None,
+        description="acceleration of everything that is free: downwards, or a list, "
+        "[x, z] with dimension: 2",
     )
     boundary: ContinuumBoundary = Field(
         OpenBoundary(kind="open"), description="what surrounds the dust"
     )
     numerics: ContinuumNumerics = Field(description="particles, kernel, viscosity, time step")
+
+    @field_validator("gravity", mode="before")
+    @classmethod
+    def _in_the_plane(cls, value: Any, info: ValidationInfo) -> Any:
+        """[x, z] of plane strain in space."""
+        block = value if isinstance(value, dict) else {"acceleration": value}
+        along = block.get("acceleration")
+        if info.data.get("dimension") != 2 or not isinstance(along, list) or len(along) != 2:
+            return value
+        return block | {"acceleration": [along[0], "0 m/s^2", along[1]]}
 
     def conflicts(self) -> list[tuple[str, str]]:
         blocks = {"sample": self.sample.conflicts(self)}
@@ -60,7 +73,17 @@ class ContinuumScene(Scene):
             for block, problems in blocks.items()
             for key, text in problems
         ]
-        return [*super().conflicts(), *found]
+        return [*super().conflicts(), *found, *check_gravity(self), *self._plane_gravity()]
+
+    def _plane_gravity(self) -> list[tuple[str, str]]:
+        """What of the gravity a continuum, or its plane, does not have."""
+        if self.gravity is None:
+            return []
+        if self.gravity.central is not None:
+            return [("gravity.central", "allowed with method: grains only; give an acceleration")]
+        if self.dimension == 2 and self.gravity.acceleration[1]:
+            return [("gravity.acceleration.1", "there is no y in plane strain; give 0 there")]
+        return []
 
     def _mirrors(self) -> list[tuple[str, str]]:
         """Images beyond a mirror stay where they are."""

@@ -1,12 +1,13 @@
 """Gravity: the same acceleration everywhere, or one towards a point."""
 
-from typing import Annotated
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, model_validator
 
+from dusttaichi.errors import DustError
 from dusttaichi.names import AXES
-from dusttaichi.scene.fields import Block, Number, problems
-from dusttaichi.scene.quantities import Quantity, Vector
+from dusttaichi.scene.fields import Block, Number, needed, problems
+from dusttaichi.scene.quantities import Quantity, Vector, parse
 
 G = 6.6743e-11  # m^3 kg^-1 s^-2, CODATA 2018
 Found = list[tuple[str, str]]
@@ -50,13 +51,36 @@ class Central(Block):
         return self.acceleration / self.distance**self.exponent
 
 
+DOWNWARDS = Quantity("acceleration", ge=0, example="9.81 m/s^2")
+
+
 class Gravity(Block):
-    """One of `acceleration` and `central`."""
+    """One of `acceleration` and `central`; `gravity: 9.81 m/s^2` is that along -z."""
+
+    needed: ClassVar[str] = (
+        'an acceleration of at least 0 (downwards) is needed, for example "9.81 m/s^2", or a block '
+        "such as {acceleration: [0 m/s^2, 0 m/s^2, -9.81 m/s^2]}"
+    )
 
     acceleration: (
         Annotated[Vector, Quantity("acceleration", count=3, example="-9.81 m/s^2")] | None
     ) = Field(None, description="the same acceleration everywhere")
     central: Central | None = Field(None, description="attraction towards a point")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _downwards(cls, data: Any) -> Any:
+        if isinstance(data, (dict, Block)):
+            return data
+        if isinstance(data, (list, tuple)):
+            return {"acceleration": data}
+        try:
+            size = parse(data, "acceleration")
+        except DustError:
+            raise needed(cls.needed) from None
+        if size < 0.0:
+            raise needed(cls.needed)
+        return {"acceleration": ("0 m/s^2", "0 m/s^2", f"-{str(data).strip().lstrip('+-')}")}
 
     @model_validator(mode="after")
     def _check(self) -> "Gravity":
@@ -67,6 +91,21 @@ class Gravity(Block):
     @property
     def kind(self) -> str:
         return "constant" if self.central is None else "central"
+
+    @property
+    def straight_down(self) -> float:
+        """Its size [m/s^2] where it acts along -z, else 0."""
+        x, y, z = self.acceleration or (0.0, 0.0, 0.0)
+        return -z if z < 0.0 == x == y else 0.0
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema, handler):
+        block = handler.resolve_ref_schema(handler(schema))
+        either = block["properties"]["acceleration"]["anyOf"]
+        vector = next(one for one in either if one["type"] == "array")
+        vector["minItems"] = 2  # [x, z] in plane strain
+        size = DOWNWARDS.__get_pydantic_json_schema__(schema, handler)
+        return {"anyOf": [size, vector, block]}
 
 
 def check(scene) -> Found:

@@ -49,7 +49,7 @@ def describe(
         path = _path(item["loc"], data, item["type"] == "missing")
         if item["type"] == "problems":
             for below, text in item["ctx"]["found"]:
-                keys = tuple(below.split(".")) if below else ()
+                keys = tuple(int(k) if k.isdigit() else k for k in below.split(".") if k)
                 found.append(((*path, *keys), text))
         else:
             if item["type"] == "union_tag_invalid":

@@ -53,6 +53,25 @@ def test_a_turning_disc_keeps_its_angular_momentum():
     assert abs(dust.ledger(motion, start, start.kinetic)) < 1e-3
 
 
+def test_a_disc_falls_the_way_gravity_goes():
+    """Slanting, without pressing or turning the disc: v = g t and g t^2 / 2, which leapfrog has
+    exactly; what potential energy it loses it has in motion."""
+    g = np.array([2.0, 0.0, -9.0])
+    x, area = dust.disc(5 * dust.SPACING)
+    scene = dust.scene(**OPEN).with_value("gravity", [f"{a} m/s^2" for a in g[::2]])
+    assert scene.gravity.acceleration == tuple(g) and scene.gravity.straight_down == 0.0
+    motion = dust.moving(scene, dust.particles(x, area))
+    start, mass = motion.measure(), motion.sim.of_particles("mass").sum()
+    first = motion.sim.of_particles("x").mean(axis=0)
+    motion.advance(30)
+    fallen = motion.sim.of_particles("x").mean(axis=0) - first
+    momentum, _ = dust.momenta(motion)
+    np.testing.assert_allclose(momentum, mass * g * motion.time * 1e-6, rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(fallen, 0.5 * g[::2] * (motion.time * 1e-6) ** 2, rtol=1e-9)
+    assert np.ptp(motion.sim.of_particles("density")) < 1e-9 * dust.DENSITY
+    assert abs(dust.ledger(motion, start, motion.measure().kinetic)) < 1e-9
+
+
 @pytest.fixture(scope="module")
 def clash():
     """Two discs that meet off their centres at 2 m/s: before and after."""

@@ -74,10 +74,9 @@ def make(scene) -> Particles:
     what does not fit, bodies that overlap, or more particles than memory should hold.
     """
     particles = made(scene.sample, matter_of(scene))
-    if scene.gravity > 0 and rests(scene):
-        particles = at_rest_under_gravity(
-            particles, scene.gravity, MaterialNumbers.of(scene.material)
-        )
+    weight = scene.gravity.straight_down if scene.gravity else 0.0
+    if weight and rests(scene):
+        particles = at_rest_under_gravity(particles, weight, MaterialNumbers.of(scene.material))
     return with_faces(particles, scene.boundary, scene.numerics.support)
 
 
