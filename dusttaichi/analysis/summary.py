@@ -20,6 +20,7 @@ from dusttaichi.analysis.outcome import outcome, settled
 from dusttaichi.analysis.restitution import restitution
 from dusttaichi.analysis.tensile import tensile
 from dusttaichi.errors import DustError
+from dusttaichi.scene import quantities
 
 
 def summary(run, law=None):
@@ -319,7 +320,7 @@ def table(numbers):
     row("contacts", n["contacts"], "{:,}".format)
     row("contacts per grain", n["contacts_per_grain"], "{:.2f}".format)
     row("steps", n["steps"], "{:,}".format)
-    row("simulated time", n["time"], lambda v: f"{v * 1e6:.5g} us")
+    row("simulated time", n["time"], lambda v: quantities.format(v, "time", 5))
     row("wall time", n["wall_time"], _duration)
     row("steps per second", n["steps_per_second"], "{:,.0f}".format)
     return rows

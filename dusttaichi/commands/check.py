@@ -59,6 +59,7 @@ def _show(sections):
 
 def _cost(scene, preview, *, measure_it):
     """Rows of the steps and of the time that they take on this machine."""
+    from dusttaichi.scene import quantities
     from dusttaichi.studies import speeds
 
     if measure_it:
@@ -72,7 +73,8 @@ def _cost(scene, preview, *, measure_it):
             total = NEVER
             break
         total += steps
-        rows.append((what, f"{steps:,} ({steps * preview.dt:.5g} us; {reason})"))
+        time = quantities.format(steps * preview.dt * 1e-6, "time", 5)
+        rows.append((what, f"{steps:,} ({time}; {reason})"))
     if known is None:
         unknown = "not known: nothing has run on this machine yet; --time measures it"
         return [*rows, ("run time", unknown)]

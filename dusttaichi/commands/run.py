@@ -126,7 +126,7 @@ def _say_next(directory, frames):
     """The commands that one may want now."""
     film = " --animate" if frames > 2 else ""
     told = {
-        f"dust report {directory}": "a page with figures to zoom into and the grains in 3-D",
+        f"dust report {directory}": "a page with figures to zoom into and the particles in 3-D",
         f"dust render {directory}{film}": "a film" if film else "a picture",
         f"dust compare {directory} OTHER": "beside other runs",
     }
