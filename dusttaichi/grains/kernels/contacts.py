@@ -85,7 +85,11 @@ class ContactPass:
     u (speed along the normal half a step ago), u_now, u_then (along the normal of now and of the
     last step), was (1 where the lanes touched a step ago), weight (of the springs but the normal
     one). on: the struct that `touch` returns. w1, w2: spins.
+    settles: what forming and breaking cost is entered afterwards, for the few blocks where they
+    happen.
     """
+
+    settles = False
 
     def __init__(self, fields, layout, laws, tables):
         self.laws = laws
@@ -111,36 +115,45 @@ class ContactPass:
 
     @ti.func
     def touch(self, at: ti.template(), p):
-        """Lanes that touch now, that just formed, broke, were kept; s = sqrt(a/a0).
+        """Lanes that touch now, that just formed, broke, were kept; s = sqrt(a/a0); hold: those
+        whose springs are written down.
 
         A lane that breaks in this step has its s evaluated where it was a step ago: that is the
-        potential that is lost.
+        potential that is lost. Where that is entered afterwards (`settles`) its springs are
+        written down until then.
         """
         d = at.overlap * p.inv_delta0
         now = step01(d + at.was * PULL_OFF)
         kept = now * at.was
-        formed, broken = now - kept, at.was - kept
-        s = self.contact_radius(d + broken * at.u * (at.dt * p.inv_delta0))
-        return ti.Struct(now=now, formed=formed, broken=broken, kept=kept, s=s)
+        formed, broken, hold, back = now - kept, at.was - kept, kept, d
+        if ti.static(self.settles):
+            hold = at.was
+        else:
+            back = d + broken * at.u * (at.dt * p.inv_delta0)
+        s = self.contact_radius(back)
+        return ti.Struct(now=now, formed=formed, broken=broken, kept=kept, hold=hold, s=s)
 
     @ti.func
     def push(self, at: ti.template(), on: ti.template(), p):
-        """Force along the normal: spring, damping, first touches; their losses go into the ledger.
-
-        What forming and breaking cost is the potential, less what the half kick of the step has
-        done with it.
-        """
+        """Force along the normal: spring, damping, first touches. Losses go into the ledger."""
         spring = p.F4 * self.laws.normal.force(on.s)
-        potential = p.U4 * self.laws.normal.energy(on.s)
-        half_kick = 0.5 * at.dt * at.u * spring
-        self.lose(at.tile, FORMING, -on.formed * (potential + half_kick))
-        self.lose(at.tile, BREAKING, on.broken * (potential - half_kick))
+        if ti.static(not self.settles):
+            self.begin_and_end(at, on, spring, p)
         force = on.now * spring
         if ti.static(self.damped):
             force -= self.damp(at, on, p)
         if ti.static(self.has_asperities):
             force += self.flatten(at, on, force, p)
         return force
+
+    @ti.func
+    def begin_and_end(self, at: ti.template(), on: ti.template(), spring, p):
+        """What forming and breaking cost: the potential, less what the half kick of the step has
+        done with it."""
+        potential = p.U4 * self.laws.normal.energy(on.s)
+        half_kick = 0.5 * at.dt * at.u * spring
+        self.lose(at.tile, FORMING, -on.formed * (potential + half_kick))
+        self.lose(at.tile, BREAKING, on.broken * (potential - half_kick))
 
     @ti.func
     def damp(self, at: ti.template(), on: ti.template(), p):
@@ -219,7 +232,7 @@ class ContactPass:
         its limit; what that costs goes into the ledger."""
         past = self.laws.twisting.correct(at.was * (self.state[at.b, self.TWIST] + way), rate, p)
         phi = past.phi
-        self.state[at.b, self.TWIST] = on.kept * phi
+        self.state[at.b, self.TWIST] = on.hold * phi
         self.lose(at.tile, TWISTING, at.weight * past.lost)
         return -self.laws.twisting.stiffness(phi, p) * phi, self.laws.twisting.energy(phi, p)
 

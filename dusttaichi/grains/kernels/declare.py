@@ -189,7 +189,8 @@ def _tile_sums(n, layout, walls):
     meaning, columns = "losses, branch x force and work of the faces in a step", layout.tile_columns
     sizes = [("tile_sums", n.pairs)] + [("wall_tile_sums", n.walls)] * walls
     return [
-        (name, meaning, "fJ", n.law, (blocks // layout.tile, columns)) for name, blocks in sizes
+        # one more tells whether contacts have formed or broken
+        (name, meaning, "fJ", n.law, (blocks // layout.tile, columns + 1)) for name, blocks in sizes
     ]
 # fmt: on
 

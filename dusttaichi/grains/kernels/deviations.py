@@ -73,6 +73,11 @@ class TileSums:
 class DeviationPairs(TileSums, PairPass):
     """Pairs that keep e1 and e2."""
 
+    def __init__(self, fields, layout, laws):
+        super().__init__(fields, layout, laws)
+        self.settles, self.ENDS = layout.ledger, layout.tile_columns
+        self.columns += self.settles
+
     @ti.func
     def add_face_work(self, tile, value):
         add_to(self.loss, tile, self.FACES, value)
@@ -140,9 +145,58 @@ class DeviationPairs(TileSums, PairPass):
     @ti.func
     def keep(self, b, on: ti.template(), way: ti.template(), pose: ti.template()):
         # pointers begin on the line of centres
-        self.put(self.state, b, self.FIRST, pose.one.times(on.kept))
-        self.put(self.state, b, self.SECOND, pose.two.times(on.kept))
-        self.state[b, self.TOUCHED] = on.now
+        self.put(self.state, b, self.FIRST, pose.one.times(on.hold))
+        self.put(self.state, b, self.SECOND, pose.two.times(on.hold))
+        if ti.static(not self.settles):
+            self.state[b, self.TOUCHED] = on.now
+
+    @ti.func
+    def note_ends(self, b, tile, on: ti.template()):
+        """Notes in `touched` which contacts have formed (2) or broken (-1), for `settle`."""
+        self.state[b, self.TOUCHED] = on.now + on.formed - on.broken
+        add_to(self.loss, tile, self.ENDS, on.formed + on.broken)
+
+    @ti.func
+    def any_ends(self, tile):
+        """Whether contacts of a tile have formed or broken."""
+        return self.loss[tile, self.ENDS].sum() > 0.0
+
+    @ti.func
+    def settle(self, b, tile, p, step, frame):
+        """Enters what it costs that contacts of a block have formed or broken, and drops the
+        springs of those that have broken.
+
+        Few tiles have any, and what it costs is a tenth of the work on a block. A branch inside of
+        that would part its lanes (test_packed), so this comes when a tile is done, and takes
+        everything from memory again.
+        """
+        noted = self.state[b, self.TOUCHED]
+        formed, broken = ti.max(noted - 1.0, 0.0), ti.max(-noted, 0.0)
+        dt, way = self.one(step), self.ways(b, p, step, frame)
+        at = ti.Struct(tile=tile, b=b, dt=dt, u=way.u)
+        s = self.contact_radius((way.overlap + broken * way.u * dt) * p.inv_delta0)
+        on = ti.Struct(formed=formed, broken=broken, s=s)
+        self.begin_and_end(at, on, p.F4 * self.laws.normal.force(s), p)
+
+        e1, e2 = self.get(b, self.FIRST), self.get(b, self.SECOND)
+        arm = e1.times(p.r1).minus(e2.times(p.r2))
+        if ti.static(self.has_sliding):
+            arm = self.laws.sliding.displacement(arm, way.nc, p)
+        short = p.r1 * e1.dot(way.nc) - p.r2 * e2.dot(way.nc)
+        pose = ti.Struct(
+            n1=e1.minus(way.nc), n2=e2.plus(way.nc), one=e1, two=e2, zeta=arm,
+            lean=(short - self.one(p.touch)) * way.inv,
+        )  # fmt: skip
+        found = self.springs(pose, p)
+        if ti.static(self.has_twisting):
+            phi = self.state[b, self.TWIST]
+            torque = way.nc.times(-self.laws.twisting.stiffness(phi, p) * phi)
+            found.torque1, found.torque2 = found.torque1.plus(torque), found.torque2.minus(torque)
+            found.stored += self.laws.twisting.energy(phi, p)
+        self.end_springs(at, on, found, way)
+        for n in ti.static(range(6 + self.has_twisting)):
+            self.state[b, n] = self.state[b, n] * (1.0 - broken)
+        self.state[b, self.TOUCHED] = noted - formed + broken
 
 
 @ti.data_oriented

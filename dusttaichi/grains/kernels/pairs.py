@@ -23,7 +23,9 @@ class PairPass(ContactPass):
     - overlap(way, p); speed(way), speed_then(way, dt): u and u_then of ContactPass;
     - pose(at, held, way, p): the struct that ContactPass.springs takes, limits kept;
     - keep(b, on, way, pose): writes it;
-    - tables(fields, layout): the SumTables; add_face_work(tile, value): to that of a periodic cell.
+    - tables(fields, layout): the SumTables; add_face_work(tile, value): to that of a periodic cell;
+    - where forming and breaking are entered afterwards note_ends(b, tile, on); any_ends(tile);
+      settle(b, tile, p, step, frame).
     """
 
     def __init__(self, fields, layout, laws):
@@ -69,10 +71,8 @@ class PairPass(ContactPass):
             torque = way.nc.times(axial)
             found.torque1, found.torque2 = found.torque1.plus(torque), found.torque2.minus(torque)
             found.stored += stored
-        # a spring that breaks has worked for half a step less than its displacement says
-        spun = found.torque1.dot(way.turn1) + found.torque2.dot(way.turn2)
-        work = dt * found.force.dot(way.dv) + spun
-        self.lose(tile, BREAKING, on.broken * (found.stored + 0.5 * work))
+        if ti.static(not self.settles):
+            self.end_springs(at, on, found, way)
         force = way.nc.times(push).plus(found.force.times(on.kept))
         self.put(self.load, b, 0, force)
         self.put(self.load, b, 3, found.torque1.times(on.kept))
@@ -82,3 +82,13 @@ class PairPass(ContactPass):
             self.add_face_work(tile, dt * self.power(b, force, frame))
         if ti.static(self.stress):
             self.add_virial(tile, way.d, force, dt)
+        if ti.static(self.settles):
+            self.note_ends(b, tile, on)
+
+    @ti.func
+    def end_springs(self, at: ti.template(), on: ti.template(), found: ti.template(), way):
+        """What the springs of contacts that break have stored. A spring that breaks has worked for
+        half a step less than its displacement says."""
+        spun = found.torque1.dot(way.turn1) + found.torque2.dot(way.turn2)
+        work = at.dt * found.force.dot(way.dv) + spun
+        self.lose(at.tile, BREAKING, on.broken * (found.stored + 0.5 * work))

@@ -99,28 +99,31 @@ class Phases:
     def touch_pairs(self, tile, dt, pair, frame):
         """Turns the pointers of a tile of pairs and computes their loads."""
         last = ti.min((tile + 1) * self.tile, whole(self.counts[PAIRS], self.width))
-        self.pairs.begin_tile(tile)
-        for b in range(tile * self.tile, last):
-            if ti.static(self.contact_loss):
-                self.lost.before(b, tile)
-            self.pairs.block(b, tile, self.of_pairs(b, pair), dt, frame)
-            if ti.static(self.contact_loss):
-                self.lost.after(b, tile)
-        self.pairs.end_tile(tile)
+        self.touch_blocks(tile * self.tile, last, tile, dt, pair, frame)
 
     @ti.func
     def touch_sphere(self, tile, dt, sphere, frame):
         """The same of contacts with the sphere."""
         first, blocks = self.counts[FIRST_SPHERE], whole(self.counts[ON_SPHERE], self.width)
+        last = first + ti.min((tile + 1) * self.tile, blocks)
         own = first // self.tile + tile
-        self.pairs.begin_tile(own)
-        for c in range(tile * self.tile, ti.min((tile + 1) * self.tile, blocks)):
+        self.touch_blocks(first + tile * self.tile, last, own, dt, sphere, frame)
+
+    @ti.func
+    def touch_blocks(self, first, last, tile, dt, pair, frame):
+        """The blocks from `first` to before `last`, all of them of one tile."""
+        self.pairs.begin_tile(tile)
+        for b in range(first, last):
             if ti.static(self.contact_loss):
-                self.lost.before(first + c, own)
-            self.pairs.block(first + c, own, self.of_pairs(first + c, sphere), dt, frame)
+                self.lost.before(b, tile)
+            self.pairs.block(b, tile, self.of_pairs(b, pair), dt, frame)
             if ti.static(self.contact_loss):
-                self.lost.after(first + c, own)
-        self.pairs.end_tile(own)
+                self.lost.after(b, tile)
+        if ti.static(self.pairs.settles):
+            if self.pairs.any_ends(tile):
+                for b in range(first, last):
+                    self.pairs.settle(b, tile, self.of_pairs(b, pair), dt, frame)
+        self.pairs.end_tile(tile)
 
     @ti.func
     def touch_walls(self, tile, step, dt, wall, box):

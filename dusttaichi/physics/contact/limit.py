@@ -12,8 +12,8 @@ def limited(x, critical, k):
     """
     square = x.dot(x) + 1e-36
     inverse = 1.0 / ti.sqrt(square)
-    length, over = square * inverse, ti.max(1.0 - critical * inverse, 0.0)
-    return ti.Struct(over=over, inverse=inverse, lost=k * (1.0 - over) * over * length * length)
+    over = ti.max(1.0 - critical * inverse, 0.0)
+    return ti.Struct(over=over, inverse=inverse, lost=(k * square) * (over - over * over))
 
 
 @ti.func
