@@ -1,15 +1,17 @@
 """Taichi reads its kernels anew at every start, also those that its cache has compiled. What it
 does meanwhile for its error messages only, or again for every call of a function, is made short
-here: half of that time.
+here: it takes half the time.
 """
 
+import ast
 import sys
 import textwrap
 from functools import cache
 from types import SimpleNamespace
 
-from taichi.lang import kernel_impl
+from taichi.lang import impl, kernel_impl, snode
 from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext
+from taichi.lang.struct import Struct
 
 
 def read_quickly():
@@ -17,16 +19,21 @@ def read_quickly():
 
     The line of the source that an error is in is named, not drawn with marks under its words;
     whether a function is a method of a class is told by where it is defined, not looked up in the
-    source of its caller; and the lines of a function are found once, not at every call of it.
+    source of its caller; where a field was declared is not noted. The lines of a function are found
+    and parsed once, not at every call of it, and structs of the same members share one class.
     """
     if kernel_impl._inside_class is _inside_class:
         return
     ASTTransformerContext.get_pos_info = _position
     kernel_impl._inside_class = _inside_class
+    impl.get_traceback = snode.get_traceback = _nowhere
     kernel_impl.getsourcelines = _once_for_each_code(kernel_impl.getsourcelines)
     kernel_impl.getsourcefile = _once_for_each_code(kernel_impl.getsourcefile)
     # what it takes of that module: the lines of a function with tabs made spaces, and dedented
-    kernel_impl.textwrap = SimpleNamespace(fill=cache(textwrap.fill), dedent=textwrap.dedent)
+    kernel_impl.textwrap = SimpleNamespace(fill=cache(textwrap.fill), dedent=cache(textwrap.dedent))
+    trees = _Trees(kernel_impl.transform_tree)
+    kernel_impl.ast, kernel_impl.transform_tree = trees, trees.transform
+    Struct._register_members = _register_members
 
 
 def _once_for_each_code(find):
@@ -40,6 +47,50 @@ def _once_for_each_code(find):
         return known[code]
 
     return found
+
+
+class _Trees:
+    """The syntax trees of functions. Taichi writes into the nodes of a tree while it goes over it,
+    so that one serves again when it has done so, and a call within a call has one of its own. That
+    of a kernel loses its arguments: it serves once."""
+
+    def __init__(self, transform):
+        self._transform, self._free = transform, {}
+
+    def parse(self, source):
+        """The tree of a source, as ast.parse has it."""
+        free = self._free.setdefault(source, [])
+        if free:
+            return free.pop()
+        tree = ast.parse(source)
+        tree.pool = free
+        tree.attributes = [node for node in ast.walk(tree) if isinstance(node, ast.Attribute)]
+        return tree
+
+    def transform(self, tree, context):
+        """What Taichi makes of a tree."""
+        try:
+            return self._transform(tree, context)
+        finally:
+            for node in tree.attributes:  # the one note that Taichi asks for, if it is there
+                node.__dict__.pop("caller", None)
+            if not context.is_kernel:
+                tree.pool.append(tree)
+
+
+def _register_members(struct):
+    struct.__class__ = _class_with(type(struct), tuple(struct.keys))
+
+
+@cache
+def _class_with(cls, names):
+    """The subclass of a Taichi struct that has its members as properties."""
+    properties = {name: property(cls._make_getter(name), cls._make_setter(name)) for name in names}
+    return type(cls.__name__, (cls,), properties)
+
+
+def _nowhere(stacklevel=1):
+    return ""
 
 
 def _position(context, node):
