@@ -9,6 +9,7 @@ import taichi as ti
 from taichi.lang.impl import current_cfg
 
 from dusttaichi.compute.reading import read_quickly
+from dusttaichi.compute.telling import tell_quickly
 from dusttaichi.errors import DustError
 from dusttaichi.files import KERNEL_FOLDER, cache_folder
 
@@ -73,6 +74,7 @@ def start_taichi(scene, threads, simplify=True):
     compiling takes.
     """
     read_quickly()
+    tell_quickly()
     arch = {"cpu": ti.cpu, "cuda": ti.cuda}[scene.numerics.backend]
     os.environ.setdefault("TI_OFFLINE_CACHE_CLEANING_POLICY", "lru")
     try:
