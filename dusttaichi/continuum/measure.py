@@ -29,7 +29,8 @@ def energies(sim):
     elastic = elastic_energies(sim, gives)
     work, loss = sim.of_particles("work").sum(axis=0), sim.of_particles("loss").sum(axis=0)
     loss = loss - half_step(sim, v)
-    density = sim.of_particles("density")[np.isin(role, (DUST, HELD))]
+    dust = np.isin(role, (DUST, HELD))
+    density, compacted = sim.of_particles("density")[dust], sim.of_particles("reference")[dust]
     return {
         "kinetic": float(kinetic),
         "gravity_energy": float(gravity),
@@ -38,6 +39,7 @@ def energies(sim):
         "work": face_work(sim),
         "speed": float(np.sqrt(speed2.max())),
         "density": float(density.max(initial=0.0)),
+        "compacted": float(compacted.max(initial=0.0)),
         "momentum": (mass[free] @ v[free]) + own @ speed[FACES:],
     }
 

@@ -15,11 +15,11 @@ def check(sim, measurement):
             f"{when} the energy is not a number: the step is too long for what happens. Try a "
             "smaller numerics.cfl, a larger numerics.viscosity.grid or a lower speed."
         )
-    phi = m["density"] / sim.material.rho_s
+    phi = m["compacted"] / sim.material.rho_s
     most = sim.material.phi_2
     if phi > most:
         raise GuardStop(
-            f"{when} dust has the filling factor {phi:.4g}, more than {most:g}, at which its "
-            "compressive strength has no bound (material.compressive.phi_2): the model ends there. "
-            "Try a lower speed, an earlier stop, or a smaller numerics.cfl."
+            f"{when} dust is compacted to the filling factor {phi:.4g}, more than {most:g}, at "
+            "which its compressive strength has no bound (material.compressive.phi_2): the model "
+            "ends there. Try a lower speed, an earlier stop, or a smaller numerics.cfl."
         )

@@ -48,6 +48,11 @@ class FacesBoundary(Block):
     gap: Annotated[float, Quantity("length", ge=0, example="0.1 mm")] = Field(
         "0 m", description="between the sample and each of mirror and rigid"
     )
+    overhang: Annotated[float, Quantity("length", ge=0, example="1 mm")] = Field(
+        "0 m",
+        description="how far rigid faces go on beyond the sample where its sides are open: room "
+        "for what spreads on them",
+    )
     wall_speed: Annotated[float, Quantity("speed")] = Field(
         "0 m/s", description="speed of the top face downwards; negative pulls it up"
     )
@@ -75,6 +80,8 @@ class FacesBoundary(Block):
             found.append(("", "all faces are open; at least one is needed, or kind: open"))
         if self.gap and not (set(self.mirrors) | set(self.rigid)):
             found.append(("gap", "it is for mirror and rigid faces only"))
+        if self.overhang and not self.rigid:
+            found.append(("overhang", "it is for rigid faces only"))
         if found:
             raise problems(found)
         return self

@@ -145,11 +145,11 @@ def test_guards_stop_what_has_no_meaning():
     x, area = dust.disc(3 * dust.SPACING)
     motion = dust.moving(dust.scene(**OPEN), dust.particles(x, area))
     motion.trust(motion.measure())
-    density = motion.sim.of_particles("density")
-    motion.sim.put("density", density * 4.0)
+    compacted = motion.sim.of_particles("reference")
+    motion.sim.put("reference", compacted * 4.0)
     with pytest.raises(GuardStop, match="filling factor"):
         motion.trust(motion.measure())
-    motion.sim.put("density", density)
+    motion.sim.put("reference", compacted)
     motion.sim.put("v", np.full((len(x), 2), np.nan))
     with pytest.raises(GuardStop, match="not a number"):
         motion.trust(motion.measure())

@@ -47,6 +47,22 @@ def test_press_let_go_press_pull_and_press_again():
     assert max(relative(p.p, sigma(p)) for p in again[20:]) < 1e-10
 
 
+def test_dust_at_the_end_of_its_curve_is_elastic():
+    """Sigma is without bound at phi_2 = 0.33: up to the end of the curve p is Sigma, from there on
+    that of an elastic path, which is gone back on and costs nothing."""
+    m = replace(G09, phi_1=0.15, phi_2=0.33, phi_floor=0.155, phi_cap=0.329, p_m=560.0, power=0.76)
+    start = MaterialPoint.at(m).to_density_from_all_sides(m.phi_cap * m.rho_s, 2000)[-1]
+    assert relative(start.p, sigma(start)) < 1e-6
+    on = start.to_density_from_all_sides(0.3315 * m.rho_s, 50)
+    slope = elasticity.bulk_modulus(start.reference, m) / start.reference
+    for point in on:
+        assert relative(point.p, start.p + slope * (point.density - start.density)) < 1e-6
+    assert on[-1].p > 50e3 and on[-1].reference < m.phi_2 * m.rho_s
+    back = on[-1].to_density_from_all_sides(start.density, 50)[-1]
+    assert relative(back.p, start.p) < 1e-6
+    assert abs(back.work - start.work) < 1e-9 * start.work
+
+
 @pytest.mark.parametrize("p_m", [1300.0, 13e3])
 def test_loss_of_compaction_is_the_integral_of_the_strength(p_m):
     """Work on the way = integral of Sigma drho/rho^2; what is stored is booked apart."""

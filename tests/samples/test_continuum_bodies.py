@@ -127,6 +127,15 @@ def test_layers_hold_dust_and_rigid_faces_add_rows():
     assert nearest[:, 1].min() > 0.7 * SPACING
 
 
+def test_a_rigid_face_goes_on_where_the_sample_is_open():
+    ball = made(2, kind="sphere", diameter="1 mm")
+    wide = walled(ball, bottom="rigid", x_min="rigid", overhang="2 mm")
+    x = wide.position[(wide.role == WALL) & (wide.face == WALLS.index("bottom")), 0]
+    reach = 2.6 * SPACING  # of the kernel, which every wall goes on by
+    assert x.min() == pytest.approx(-0.5e-3 - reach, abs=SPACING)
+    assert x.max() == pytest.approx(0.5e-3 + reach + 2e-3, abs=SPACING)
+
+
 def test_several_bodies_fly_and_turn():
     flying = {
         "position": ["2 mm", "0 mm"],
@@ -213,6 +222,7 @@ def test_samples_that_cannot_be(block, said):
         {"bottom": "mirror", "periodic": ["z"]},
         {"wall_speed": "1 m/s", "bottom": "rigid"},
         {"bottom": {"layer": "0 mm"}},
+        {"bottom": "mirror", "overhang": "1 mm"},
     ],
 )
 def test_faces_that_cannot_be(faces):

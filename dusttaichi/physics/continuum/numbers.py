@@ -9,7 +9,7 @@ FLOOR = 0.005
 """How far above phi_1 the strength stops falling; MC holds it below 0.125 for phi_1 = 0.12."""
 
 CAP = 1e-3
-"""How far below phi_2, where the strength is infinite, it stops growing."""
+"""How far below phi_2, where the strength is infinite, dust is taken to be elastic."""
 
 SHEAR = {"sqrt": (1.0, 0.5), "compressive": (1.0, 1.0), "tensile": (1.0, 0.0)}
 """C and a of Y = C Sigma^a |T|^(1-a) by the name of the law (G09 sections 4.1 and 5.1.2)."""
@@ -23,7 +23,7 @@ NUMBERS = {
     "phi_1": Number("1", "filling factor at which the compressive strength vanishes"),
     "phi_2": Number("1", "filling factor at which the compressive strength is infinite"),
     "phi_floor": Number("1", "below this filling factor the compressive strength stays"),
-    "phi_cap": Number("1", "above this filling factor the compressive strength stays"),
+    "phi_cap": Number("1", "from this filling factor on dust that is compacted is elastic"),
     "p_m": Number("Pa", "compressive strength half way between phi_1 and phi_2"),
     "power": Number("1", "exponent of the compressive strength, Delta ln 10"),
     "T_0": Number("Pa", "tensile strength at filling factor 0"),

@@ -18,13 +18,14 @@ SOFTEST = 0.5
 def limited_pressure(density, trial, m):
     """The pressure `trial` of an elastic path [Pa], kept between T and Sigma at this density.
 
+    From phi_cap on Sigma is without bound: dust that is compacted that far is elastic.
     An elastic path bears no more than a share of its modulus, `bulk_modulus(density)` times q_max
     in compression and SOFTEST in tension: what ends the path of dust that was torn to dust of a
     filling factor of some hundredths, whose modulus has all but vanished.
     """
     phi = density / m.rho_s
     K = bulk_modulus(density, m)
-    most = minimum(compressive(phi, m), m.q_max * K)
+    most = minimum(where(phi < m.phi_cap, compressive(phi, m), m.q_max * K), m.q_max * K)
     return maximum(minimum(trial, most), maximum(tensile(phi, m), -SOFTEST * K))
 
 

@@ -5,8 +5,9 @@
     Y(phi) = C Sigma^a |T|^(1 - a), sqrt(Sigma |T|) where nothing else is said (G09 section 4.1)
 
 Sigma vanishes at phi_1 and is undefined below, where dust that was torn gets to: it stays at its
-value of phi_floor. It is infinite at phi_2 and stays at its value of phi_cap. A compression curve
-of the laboratory is an axial stress, which is Sigma + 2 Y/3 in uniaxial strain, and not Sigma.
+value of phi_floor. It is infinite at phi_2: from phi_cap on dust is elastic (path), and for Y the
+value of phi_cap is taken. A compression curve of the laboratory is an axial stress, which is
+Sigma + 2 Y/3 in uniaxial strain, and not Sigma.
 """
 
 from numpy import exp, log, maximum, minimum

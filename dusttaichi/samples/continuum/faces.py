@@ -88,7 +88,9 @@ def _rows(particles: Particles, boundary, wall: str, support: float) -> Particle
         if AXES[other] in boundary.periodic_axes:
             low[other], high[other] = room[other]
         elif first and other != axis:
-            low[other], high[other] = low[other] - support, high[other] + support
+            open_sides = [boundary.face(WALLS[2 * other + side]) == "open" for side in range(2)]
+            more = support + boundary.overhang * np.array(open_sides)
+            low[other], high[other] = low[other] - more[0], high[other] + more[1]
     plane = room[axis, side]
     low[axis], high[axis] = (plane - support, plane) if side == 0 else (plane, plane + support)
     axes = list(particles.axes)
