@@ -17,7 +17,8 @@ def write(path, frames, radius, box=None, periodic="", dt=1e-9, scene=SCENE, att
     twist (C,), pointer_i, pointer_j (C, 3), box (6,), touching: [(grain, wall), ...].
     radius: (N,) or a number. box: (6,), of all frames that name none; None: no walls.
     attrs: further global attributes (dict). With force, torque_i, torque_j (C, 3) of the pairs and
-    wall_force, wall_torque of what touches the walls in each frame the result has forces.
+    wall_force, wall_torque of what touches the walls in each frame the result has forces, with
+    normal_force and wall_normal_force or none.
     """
     count = len(frames[0]["position"])
     features = {"snapshots", "contacts"} | ({"walls", "room"} if box is not None else set())
@@ -48,7 +49,8 @@ def _records(frame, number, dt, count, box):
         contacts[name] = frame.get(name, np.zeros((rows, *tail)))
     if "force" in frame:
         load = {n: frame[n] for n in ("force", "torque_i", "torque_j")}
-        contacts |= load | {"normal_force": np.zeros(rows), "step": np.zeros(rows)}
+        normal = frame.get("normal_force", np.zeros(rows))
+        contacts |= load | {"normal_force": normal, "step": np.zeros(rows)}
     records = {"contacts": contacts}
     if box is not None:
         touching = np.asarray(frame.get("touching", []), dtype=int).reshape(-1, 2)
@@ -65,5 +67,6 @@ def _records(frame, number, dt, count, box):
         }
         if "wall_force" in frame:
             load = {"force": frame["wall_force"], "torque": frame["wall_torque"]}
-            records["wall_contacts"] |= load | {"normal_force": zero, "step": zero}
+            normal = frame.get("wall_normal_force", zero)
+            records["wall_contacts"] |= load | {"normal_force": normal, "step": zero}
     return {"snapshots": snapshot, **records}

@@ -23,6 +23,7 @@ ROLES = {
     WALL: "wall",
     ELASTIC: "elastic body",
 }
+SPHERE_END = 6  # after the walls: the end of a contact with the rigid sphere
 OUTLIERS = 99.0  # percentile of a skew quantity at which its colours end
 
 
@@ -30,7 +31,8 @@ def particles(run, most=MOST):
     """The viewer's data of a Run, None where it kept no snapshots; most: particles times snapshots.
 
     count, frames; said: a line for each snapshot; position (frames, count, 3), radius; quantities:
-    what may colour; pairs: contacts of all snapshots one after another; room, periodic: faces;
+    what may colour; pairs: contacts of all snapshots one after another, of which those with walls
+    end at `count` plus the number of the wall; room, periodic: faces;
     tilt: how much further along x the upper faces of a cell stand; sphere: radius and centres of
     a rigid one among the grains.
     """
@@ -213,13 +215,14 @@ def _contacts(run, frames):
         pairs = frame.pairs
         order = np.lexsort((pairs[:, 1], pairs[:, 0]))
         force = normal_force(run, frame, frame.contacts)
-        ends.append(pairs[order])
+        others, press = _on_walls(run, frame, force is not None)
+        ends.append(np.concatenate([pairs[order], others]))
         coordination.append(frame.coordination)
         labels.append(np.minimum(fragments_of(frame, frame.radius**3).label, FRAGMENTS))
         if force is not None:
-            forces.append(force[order])
-            both = np.concatenate([force, force])
-            load.append(np.bincount(pairs.T.ravel(), np.abs(both), minlength=count))
+            forces.append(np.concatenate([force[order], press]))
+            grains, shares = np.append(pairs.T.ravel(), others[:, 0]), [force, force, press]
+            load.append(np.bincount(grains, np.abs(np.concatenate(shares)), minlength=count))
     quantities = [
         _number("coordination number", "", np.array(coordination), rows),
         _class("fragment", np.array(labels), _fragment_names(labels), rows),
@@ -237,6 +240,24 @@ def _contacts(run, frames):
         body[run.bodies()[1]] = 1
         quantities.append(_class("body", body, {0: "target", 1: "projectile"}, rows))
     return contacts, quantities
+
+
+def _on_walls(run, frame, forces):
+    """Contacts of grains with walls and the rigid sphere, (n, 2): grain, and the number of grains
+    plus that of the wall, 6 for the sphere; normal forces [N], (n,). None that lacks a force where
+    `forces` are wanted."""
+    count, found = len(frame.radius), [(np.zeros((0, 2), int), np.zeros(0))]
+    groups = {"wall_contacts": frame.wall_contacts}
+    if "sphere_contacts" in run.tree.children:
+        groups["sphere_contacts"] = run.contacts(frame.number, "sphere_contacts")
+    for own in (group for group in groups.values() if group is not None):
+        if forces and "normal_force" not in own:
+            continue
+        wall = own.wall.values if "wall" in own else np.full(len(own.grain), SPHERE_END)
+        press = own.normal_force.values if forces else np.zeros(len(own.grain))
+        found.append((np.stack([own.grain.values, count + wall], axis=1), press))
+    ends, press = zip(*found, strict=True)
+    return np.concatenate(ends).astype(int), np.concatenate(press)
 
 
 def _fragment_names(labels):

@@ -9,10 +9,11 @@ from urllib.request import urlopen
 
 import numpy as np
 import pytest
+import snapshots
 import synthetic
 import xarray as xr
 from matplotlib.figure import Figure
-from pages import result_at
+from pages import RADIUS, SCENE, result_at
 
 from dusttaichi import report
 from dusttaichi.analysis import is_ensemble, open_ensemble, open_run
@@ -21,7 +22,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.report import page
 from dusttaichi.report.interactive import html, interactive
 from dusttaichi.report.packing import packed, quantised, unpacked
-from dusttaichi.report.particles import chosen
+from dusttaichi.report.particles import chosen, particles
 from dusttaichi.scene import load
 
 ROOT = Path(__file__).parents[2]
@@ -60,6 +61,32 @@ def test_the_viewer_has_what_the_snapshots_have(data):
     # deeper than at rest: pushed apart, by less than the pull-off force of 56.5 nN
     force = unpacked(view["pairs"]["force"])
     assert 5 < force.min() and force.max() < 56.5
+
+
+def test_force_chains_go_on_to_the_walls(tmp_path):
+    """Two grains on top of each other, the lower one on the floor, pressed with 5 and 9 nN."""
+    frame = {
+        "position": np.array([[0, 0, 1], [0, 0, 3]]) * RADIUS,
+        "pairs": [(1, 0)],
+        "overlap": np.zeros(1),
+        "force": np.array([[0, 0, 5e-9]]),
+        "normal_force": np.array([5e-9]),
+        "torque_i": np.zeros((1, 3)),
+        "torque_j": np.zeros((1, 3)),
+        "touching": [(0, 4)],
+        "wall_force": np.array([[0, 0, 9e-9]]),
+        "wall_normal_force": np.array([9e-9]),
+        "wall_torque": np.zeros((1, 3)),
+    }
+    box = np.array([-4, 4, -4, 4, 0, 8]) * RADIUS
+    path = snapshots.write(tmp_path / "result.nc", [frame], RADIUS, box=box, scene=SCENE)
+    with open_run(path) as run:
+        view = particles(run)
+    assert view["pairs"]["counts"] == [2]
+    assert unpacked(view["pairs"]["ends"]).reshape(2, 2).tolist() == [[1, 0], [0, 2 + 4]]
+    assert unpacked(view["pairs"]["force"]) == pytest.approx([5.0, 9.0], rel=1e-4)
+    (load,) = (q for q in view["quantities"] if q["label"] == "sum of contact forces")
+    assert unpacked(load["data"]) == pytest.approx([14.0, 5.0], rel=1e-4)
 
 
 def test_pages_of_many_particles_keep_fewer_snapshots():

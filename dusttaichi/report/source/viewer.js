@@ -178,13 +178,14 @@ export class Viewer {
     let rows = 0;
     for (let k = this.firstPair[this.frame]; k < this.firstPair[this.frame + 1]; k++) {
       const a = ends[2 * k], b = ends[2 * k + 1];
-      const r1 = this.at(radius, a), r2 = this.at(radius, b);
+      const r1 = this.at(radius, a), r2 = b < this.count ? this.at(radius, b) : r1;
       const r = Math.min(r1, r2), reach = 1.5 * (r1 + r2);
+      const end = b < this.count ? x.subarray(3 * b, 3 * b + 3) : this.#foot(x, a, b - this.count);
       let way = 0;
       for (let c = 0; c < 3; c++) {
         from[3 * rows + c] = x[3 * a + c];
-        to[3 * rows + c] = x[3 * b + c];
-        way += (x[3 * a + c] - x[3 * b + c]) ** 2;
+        to[3 * rows + c] = end[c];
+        way += (x[3 * a + c] - end[c]) ** 2;
       }
       if (way > reach * reach) continue; // through a periodic face
       const share = byForce && force ? Math.min(Math.abs(force[k]) / most, 1) : -1;
@@ -194,6 +195,19 @@ export class Viewer {
     }
     this.rodCount = rows;
     this.rods.show(rows, "from", "to", "width", "tint");
+  }
+
+  // Where particle a touches a wall, or the rigid sphere, which has the number after theirs.
+  #foot(x, a, wall) {
+    const place = [x[3 * a], x[3 * a + 1], x[3 * a + 2]];
+    if (wall < 6) {
+      place[Math.floor(wall / 2)] = this.data.room[this.frame][wall];
+      return place;
+    }
+    const { radius, centres } = this.data.sphere, middle = centres[this.frame];
+    const branch = place.map((value, c) => value - middle[c]);
+    const share = radius / Math.hypot(...branch);
+    return middle.map((value, c) => value + share * branch[c]);
   }
 
   #updateSphere() {
