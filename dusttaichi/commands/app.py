@@ -20,6 +20,7 @@ try:
     from dusttaichi.commands.sticking import sticking
     from dusttaichi.commands.sweep import sweep
     from dusttaichi.commands.trade import trade
+    from dusttaichi.compute.collector import collect_seldom
     from dusttaichi.errors import DustError, Interrupted
 except KeyboardInterrupt:  # Ctrl-C while Python imports; it would print a traceback
     raise SystemExit(130) from None
@@ -57,6 +58,7 @@ def main():
     The exit code is 0 at the end of a command, 1 where `dust extremes` finds something wrong, that
     of the DustError (2, or 3 where a guard stopped a run), and 130 after an interruption.
     """
+    collect_seldom()
     for number in _deadly_signals():
         signal.signal(number, signal.default_int_handler)
     try:

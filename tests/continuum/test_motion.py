@@ -72,6 +72,53 @@ def test_a_disc_falls_the_way_gravity_goes():
     assert abs(dust.ledger(motion, start, motion.measure().kinetic)) < 1e-9
 
 
+def test_guards_stop_what_has_no_meaning():
+    x, area = dust.disc(3 * dust.SPACING)
+    motion = dust.moving(dust.scene(**OPEN), dust.particles(x, area))
+    motion.trust(motion.measure())
+    compacted = motion.sim.of_particles("reference")
+    motion.sim.put("reference", compacted * 4.0)
+    with pytest.raises(GuardStop, match="filling factor"):
+        motion.trust(motion.measure())
+    motion.sim.put("reference", compacted)
+    motion.sim.put("v", np.full((len(x), 2), np.nan))
+    with pytest.raises(GuardStop, match="not a number"):
+        motion.trust(motion.measure())
+    with pytest.raises(GuardStop, match="not a number"):
+        motion.sim.put("x", np.full((len(x), 2), np.nan))
+        motion.sim.search.now()
+
+
+def test_what_is_too_fast_is_stopped():
+    """A disc at 1 km/s, which a step of the speed of sound would carry through the wall, and a wall
+    that is pushed into dust as fast as no step can follow."""
+    x, area = dust.disc(3 * dust.SPACING)
+    wall, _ = dust.rows(12, 4)
+    wall = wall - [6 * dust.SPACING, 4.0 * dust.SPACING]
+    x[:, 1] += 3.0 * dust.SPACING - x[:, 1].min()
+    rigid = np.arange(len(x) + len(wall)) >= len(x)
+    sample = dust.particles(
+        np.concatenate([x, wall]),
+        area,
+        np.where(rigid[:, None], 0.0, [0.0, -1000.0]),
+        role=np.where(rigid, 3, 0).astype(np.int8),
+        face=np.where(rigid, 4, -1).astype(np.int8),
+        body=np.where(rigid, -1, 0).astype(np.int32),
+        room=np.array([[np.nan] * 2, [np.nan] * 2, [0.0, np.nan]]),
+    )
+    motion = dust.moving(dust.scene(boundary={"kind": "faces", "bottom": "rigid"}), sample)
+    with pytest.raises(GuardStop, match="filling factor"):
+        for _ in range(20):
+            motion.advance(1)
+            motion.trust(motion.measure())
+    motion = dust.moving(dust.scene(boundary={"kind": "faces", "bottom": "rigid"}), sample)
+    speeds = np.zeros((6, 3))
+    speeds[4, 2] = 1e7
+    motion.sim.move_faces(speeds)
+    with pytest.raises(GuardStop, match="steps of the method"):
+        motion.advance(20)
+
+
 @pytest.fixture(scope="module")
 def clash():
     """Two discs that meet off their centres at 2 m/s: before and after."""
@@ -139,53 +186,6 @@ def test_a_resumed_run_and_two_threads_have_the_same_bits(clash):
     two.advance(50)
     for name, values in two.state().arrays.items():
         np.testing.assert_array_equal(values, whole[name], err_msg=name)
-
-
-def test_guards_stop_what_has_no_meaning():
-    x, area = dust.disc(3 * dust.SPACING)
-    motion = dust.moving(dust.scene(**OPEN), dust.particles(x, area))
-    motion.trust(motion.measure())
-    compacted = motion.sim.of_particles("reference")
-    motion.sim.put("reference", compacted * 4.0)
-    with pytest.raises(GuardStop, match="filling factor"):
-        motion.trust(motion.measure())
-    motion.sim.put("reference", compacted)
-    motion.sim.put("v", np.full((len(x), 2), np.nan))
-    with pytest.raises(GuardStop, match="not a number"):
-        motion.trust(motion.measure())
-    with pytest.raises(GuardStop, match="not a number"):
-        motion.sim.put("x", np.full((len(x), 2), np.nan))
-        motion.sim.search.now()
-
-
-def test_what_is_too_fast_is_stopped():
-    """A disc at 1 km/s, which a step of the speed of sound would carry through the wall, and a wall
-    that is pushed into dust as fast as no step can follow."""
-    x, area = dust.disc(3 * dust.SPACING)
-    wall, _ = dust.rows(12, 4)
-    wall = wall - [6 * dust.SPACING, 4.0 * dust.SPACING]
-    x[:, 1] += 3.0 * dust.SPACING - x[:, 1].min()
-    rigid = np.arange(len(x) + len(wall)) >= len(x)
-    sample = dust.particles(
-        np.concatenate([x, wall]),
-        area,
-        np.where(rigid[:, None], 0.0, [0.0, -1000.0]),
-        role=np.where(rigid, 3, 0).astype(np.int8),
-        face=np.where(rigid, 4, -1).astype(np.int8),
-        body=np.where(rigid, -1, 0).astype(np.int32),
-        room=np.array([[np.nan] * 2, [np.nan] * 2, [0.0, np.nan]]),
-    )
-    motion = dust.moving(dust.scene(boundary={"kind": "faces", "bottom": "rigid"}), sample)
-    with pytest.raises(GuardStop, match="filling factor"):
-        for _ in range(20):
-            motion.advance(1)
-            motion.trust(motion.measure())
-    motion = dust.moving(dust.scene(boundary={"kind": "faces", "bottom": "rigid"}), sample)
-    speeds = np.zeros((6, 3))
-    speeds[4, 2] = 1e7
-    motion.sim.move_faces(speeds)
-    with pytest.raises(GuardStop, match="steps of the method"):
-        motion.advance(20)
 
 
 # with images: periodic faces and mirrors

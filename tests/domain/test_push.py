@@ -157,14 +157,6 @@ def test_work_closes_the_ledger(course):
     assert last[2]["push_work"] > free / 1e-15
 
 
-def test_work_on_a_free_grain_is_its_kinetic_energy():
-    push = {"grains": [0], "force": newton(FORCE)}
-    probe = Probe(scene(push), sample_of([[0, 0, 0]]))
-    probe.advance(100)
-    m = probe.sim.measure()
-    assert m["push_work"] == pytest.approx(m["kinetic_translation"], rel=1e-11)
-
-
 # Pushes of a stage: they begin and end with it.
 
 
@@ -220,6 +212,14 @@ def test_refused_in_a_stage():
     first = {"drive": {"push": [{"grains": [0], "velocity": ["1 m/s"] * 3}]}}
     with pytest.raises(DustError, match="write it as the scene's push"):
         make_scene(stages=[first | {"name": "a", "stop": {"steps": 1}}], stop=None)
+
+
+def test_work_on_a_free_grain_is_its_kinetic_energy():
+    push = {"grains": [0], "force": newton(FORCE)}
+    probe = Probe(scene(push), sample_of([[0, 0, 0]]))
+    probe.advance(100)
+    m = probe.sim.measure()
+    assert m["push_work"] == pytest.approx(m["kinetic_translation"], rel=1e-11)
 
 
 # Runs.

@@ -187,12 +187,6 @@ def test_the_origin_may_be_anywhere(still):
     assert residual(begin, now) == pytest.approx(residual(start, m), abs=1e-5)
 
 
-def test_same_bits_on_two_threads(still):
-    _, _, state, _, flux, _ = course(threads=2)
-    np.testing.assert_array_equal(np.array(state), np.array(still[2]))
-    np.testing.assert_array_equal(flux, still[4])
-
-
 def test_a_change_of_drive_keeps_the_books():
     """Edges go on from where they are, and the ledger closes over the change."""
     sim = cake()
@@ -352,6 +346,12 @@ def test_a_cell_that_shrinks_too_far_is_stopped():
     sim.search.fixed_skin = 0.1
     with pytest.raises(GuardStop):
         sim.advance(5000)
+
+
+def test_same_bits_on_two_threads(still):
+    _, _, state, _, flux, _ = course(threads=2)
+    np.testing.assert_array_equal(np.array(state), np.array(still[2]))
+    np.testing.assert_array_equal(flux, still[4])
 
 
 def test_energies_and_stress_are_those_of_the_images_of_a_snapshot():

@@ -55,11 +55,6 @@ def test_restitution_of_a_pair():
     compare(pair("-1e-7 nm"), 3e-4)
 
 
-def test_restitution_on_a_wall():
-    assert sticking.closed_form(below_a_wall()) == pytest.approx(0.124, abs=0.5e-3)
-    compare(below_a_wall(), 4e-5)
-
-
 def test_sticking_speed():
     found = sticking.sticking(pair(), 1e-3, low=0.05, high=0.33)
     assert found.speed == pytest.approx(0.1101, rel=1e-3)
@@ -118,6 +113,11 @@ def test_refused():
 def test_configs(name, speed):
     assert sticking.closed_form(load(f"configs/{name}.yaml")) == pytest.approx(speed, abs=1e-4)
     assert "sticking" in {command.callback.__name__ for command in app.registered_commands}
+
+
+def test_restitution_on_a_wall():
+    assert sticking.closed_form(below_a_wall()) == pytest.approx(0.124, abs=0.5e-3)
+    compare(below_a_wall(), 4e-5)
 
 
 def test_map_over_speed_and_angle_is_one_batch_of_the_single_maps():
