@@ -5,6 +5,9 @@ import numpy as np
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import moment
 
+BEYOND = 1.1
+"""Density over that of phi_2 from which an elastic strain is more than its linear law is for."""
+
 
 def check(sim, measurement):
     """Raise GuardStop if the Measurement of a Simulation cannot be trusted."""
@@ -15,11 +18,12 @@ def check(sim, measurement):
             f"{when} the energy is not a number: the step is too long for what happens. Try a "
             "smaller numerics.cfl, a larger numerics.viscosity.grid or a lower speed."
         )
-    phi = m["compacted"] / sim.material.rho_s
+    phi, kept = m["density"] / sim.material.rho_s, m["compacted"] / sim.material.rho_s
     most = sim.material.phi_2
-    if phi > most:
+    if phi > BEYOND * most or kept > most:
         raise GuardStop(
-            f"{when} dust is compacted to the filling factor {phi:.4g}, more than {most:g}, at "
-            "which its compressive strength has no bound (material.compressive.phi_2): the model "
-            "ends there. Try a lower speed, an earlier stop, or a smaller numerics.cfl."
+            f"{when} dust has the filling factor {phi:.4g}, {kept:.4g} of it without pressure; the "
+            f"model ends at {BEYOND * most:.4g}, and at {most:g} (material.compressive.phi_2), "
+            "where its compressive strength has no bound. Try a lower speed, an earlier stop, or a "
+            "smaller numerics.cfl."
         )

@@ -4,6 +4,7 @@ What a stage leads to is decided by the scene up to its end, by what stages stil
 result hold from its start (the lean of a cell that is going to be sheared), by the files that the
 sample is read from, and by the code that computes it: a hash of all that names the folder in
 `.stages`, beside the run directories, which holds the result and the checkpoint of that moment.
+Replicas keep theirs beside the directory that holds them all, where other scenes find them.
 """
 
 import hashlib
@@ -19,6 +20,7 @@ from dusttaichi.files import CHECKPOINT, RESULT, clone, run_files
 from dusttaichi.run.same_scene import without, without_paths
 
 FOLDER = ".stages"
+REPLICA = "replica_"  # begin of the names of directories of replicas
 # keys of a scene that do not change what is computed or kept
 FREE = (
     ("name",),
@@ -43,7 +45,9 @@ def folder_of(scene, stage, directory, origin):
     stages = data["stages"][: stage + 1]
     known = [without(data, FREE), stages, _shape(data["stages"]), origin.inputs, origin.code]
     digest = hashlib.sha256(json.dumps(known, sort_keys=True).encode())
-    return Path(directory).absolute().parent / FOLDER / digest.hexdigest()[:20]
+    own = Path(directory).absolute()
+    runs = own.parent.parent if own.name.startswith(REPLICA) else own.parent
+    return runs / FOLDER / digest.hexdigest()[:20]
 
 
 def _shape(stages):

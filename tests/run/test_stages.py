@@ -196,5 +196,14 @@ def test_a_stage_is_not_that_of_a_scene_that_shears_later(tmp_path):
     assert first != second
 
 
+def test_stages_of_replicas_serve_other_scenes(tmp_path):
+    scene, runs = cell(), tmp_path / "runs"
+    there = {
+        kept.folder_of(scene, 0, runs / name, Origin.of(scene))
+        for name in ("press", "press/replica_0", "pull/replica_2")
+    }
+    assert [folder.parent for folder in there] == [runs / ".stages"]
+
+
 def test_a_stage_taken_over_of_another_name_goes_on_with_resume():
     check_same({"scene": cell(name="other").to_yaml(), "inputs": []}, cell(), [], 0)

@@ -13,6 +13,7 @@ import numpy as np
 import yaml
 
 from dusttaichi.errors import DustError
+from dusttaichi.run.stages import REPLICA
 from dusttaichi.scene import Scene
 from dusttaichi.scene.fields import Block
 from dusttaichi.scene.quantities import DIMENSIONS, Quantity
@@ -114,8 +115,8 @@ def _replicas(scene: Scene, directory: Path, label: str, name: str) -> list[Memb
         _member(
             scene,
             number,
-            directory / f"replica_{number}",
-            os.path.join(label, f"replica_{number}"),
+            directory / f"{REPLICA}{number}",
+            os.path.join(label, f"{REPLICA}{number}"),
             f"{name[:94]}_{number}",
         )
         for number in range(scene.replicas)
