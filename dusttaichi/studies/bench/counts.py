@@ -1,16 +1,13 @@
 """Instructions of a step: what `dust bench --counts` prints.
 
 They do not depend on how busy a machine is, as times do. Linux counts them (perf_event) where it
-may; else valgrind does where it is installed, on the processor that it shows to programs, which has
-vectors of four doubles at most; else there is no count.
+may; else a step is gone through instruction by instruction (single_step); else there is no count.
 """
 
 import ctypes
 import json
 import os
 import platform
-import re
-import shutil
 import struct
 import subprocess
 import sys
@@ -18,6 +15,7 @@ from dataclasses import dataclass
 
 from dusttaichi.errors import DustError
 from dusttaichi.studies.bench import sample as bench_sample
+from dusttaichi.studies.bench import single_step
 
 GRAINS, FILLING_FACTOR, STEPS = 1000, 0.35, 100
 PRECISIONS = ("f64", "mixed")
@@ -54,33 +52,48 @@ def main(log) -> list[Counts]:
 
 def _counted(precision, log):
     log(f"{precision}: a step is counted")
-    found, _ = _child("count", precision, STEPS)
+    found = _child("count", precision, STEPS)
     by, steps = "perf_event", STEPS
     if found["instructions"] is None:
-        if shutil.which("valgrind") is None:
+        if not single_step.possible():
             raise DustError(
                 "instructions cannot be counted here: the system has no counter for programs "
-                "(perf_event), and valgrind is not installed. Try it on the machine itself rather "
-                "than a virtual one, or install valgrind"
+                "(perf_event), and its processes cannot be stepped through. Try it under Linux"
             )
-        by = "valgrind"
-        log(f"{precision}: by valgrind, some minutes")
-        once, twice = (_child("count", precision, n, valgrind=True)[1] for n in (STEPS, 2 * STEPS))
-        found["instructions"] = twice - once
+        by, steps = "single steps", 1
+        log(f"{precision}: in single steps, half a minute")
+        found["instructions"] = _stepped(precision)
     return Counts(precision, found["grains"], found["pairs"], found["instructions"] / steps, by)
 
 
-def _child(what, precision, steps, valgrind=False):
-    """(what the child found, instructions that valgrind has counted) of a process of its own."""
-    command = [sys.executable, "-m", __name__, what, precision, str(steps)]
-    if valgrind:
-        head = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null"]
-        command = [*head, "--smc-check=all-non-file", *command]
+def _command(what, precision, steps):
+    return [sys.executable, "-m", __name__, what, precision, str(steps)]
+
+
+def _child(what, precision, steps):
+    """What the child found, in a process of its own."""
+    command = _command(what, precision, steps)
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise DustError(f"counting instructions failed: {done.stderr.strip().splitlines()[-1]}")
-    collected = re.search(r"Collected : (\d+)", done.stderr)
-    return json.loads(done.stdout or "{}"), int(collected[1]) if collected else 0
+    return json.loads(done.stdout or "{}")
+
+
+def _stepped(precision):
+    """Instructions of one step: a call that makes two steps, less one that makes one."""
+    with subprocess.Popen(
+        _command("step", precision, STEPS), stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as child:
+        try:
+            if not child.stdout.readline():
+                raise DustError("counting instructions failed: its process has ended")
+            with single_step.Stepper(child.pid) as stepper:
+                child.stdin.write("go\n")
+                child.stdin.flush()
+                once, twice = stepper.instructions(), stepper.instructions()
+        finally:
+            child.kill()
+    return twice - once
 
 
 # -- in the child ----------------------------------------------------------------------------------
@@ -111,11 +124,24 @@ def _run(what, precision, steps):
     counter = _counter()  # before the threads that it is to count
     sim = build(bench_sample.bench_scene(GRAINS, threads=1, precision=precision), sample)
     sim.advance(STEPS)
+    if what == "step":
+        _show_steps(sim)
+        return
     before = None if counter < 0 else _read(counter)
     sim.advance(steps)
     found = None if counter < 0 else _read(counter) - before
     pairs = sim.state.pair_count
     print(json.dumps({"instructions": found, "grains": sim.grains, "pairs": pairs}))
+
+
+def _show_steps(sim):
+    """A call that makes one step, and one that makes two, to somebody who looks."""
+    print("ready", flush=True)
+    sys.stdin.readline()
+    for steps in (1, 2):
+        single_step.mark()
+        sim.advance(steps)
+        single_step.mark()
 
 
 if __name__ == "__main__":

@@ -1,0 +1,48 @@
+"""Counting the instructions of a process by stepping through it."""
+
+import subprocess
+import sys
+
+import pytest
+
+from dusttaichi.errors import DustError
+from dusttaichi.studies.bench import single_step
+
+CHILD = """
+import sys, threading
+from dusttaichi.studies.bench.single_step import mark
+rounds, go, done = [50, 100], threading.Semaphore(0), threading.Semaphore(0)
+def work():
+    for n in rounds:
+        go.acquire()
+        for _ in range(n):
+            pass
+        done.release()
+threading.Thread(target=work).start()
+print("ready", flush=True)
+sys.stdin.readline()
+for _ in rounds:
+    mark()
+    go.release()
+    done.acquire()
+    mark()
+"""
+
+
+@pytest.mark.skipif(not single_step.possible(), reason="not Linux")
+def test_twice_the_work_takes_more_instructions():
+    with subprocess.Popen(
+        [sys.executable, "-c", CHILD], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as child:
+        child.stdout.readline()
+        try:
+            with single_step.Stepper(child.pid) as stepper:
+                child.stdin.write("go\n")
+                child.stdin.flush()
+                once, twice = stepper.instructions(), stepper.instructions()
+        except DustError as error:
+            child.kill()
+            pytest.skip(str(error))
+    # an iteration of nothing takes Python ten instructions at least
+    assert once > 50 * 10
+    assert twice > once + 50 * 10
