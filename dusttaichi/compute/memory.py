@@ -68,6 +68,12 @@ class Table:
             return self.field.to_numpy()[:rows]
         return self.memory[:rows].copy()
 
+    def take(self, *index):
+        """A copy of the elements that NumPy takes by these indices, one of each axis."""
+        self.lease.check()
+        whole = self.field.to_numpy() if self.memory is None else self.memory
+        return whole[index]
+
     def from_numpy(self, values, first=0):
         """Write rows from `first` on; the used part may be longer, and keeps its other rows."""
         self.lease.check()

@@ -57,9 +57,10 @@ class Readout:
         owner = np.repeat(np.arange(self.grains), np.diff(start))
         owner, entry = owner[entry >= 0], entry[entry >= 0]
         row, lane = np.divmod(entry, width)
-        # contact, grain, force and torque; what contacts keep on request may be wider than that
-        load = self.state.lanes("load")[:, :12].reshape(-1, 2, 2, 3)
-        own = load[(row >> 1) * width + lane, row & 1]
+        # force and torque on the first grain, then on the second; no copy of all that has room
+        column = 6 * (row & 1)[:, None] + np.arange(6)
+        own = self.fields["load"].take((row >> 1)[:, None], column, lane[:, None])
+        own = own.reshape(-1, 2, 3)
         out = np.zeros((2, self.grains, 3))
         np.add.at(out[0], owner, own[:, 0])
         np.add.at(out[1], owner, own[:, 1])
