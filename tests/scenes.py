@@ -125,6 +125,10 @@ def box(*walls, size="fit", wall_speed=0.0, side_walls=1.0):
     }
 
 
+# one wall that nothing comes near: the make of scenes in a box
+FAR = box("top", size=(1e-2, 1e-2, 1e-2))
+
+
 def two_materials(**keys):
     """make_scene with a second material, number 1: the ice of T19."""
     return make_scene(materials={"ice": "ice_t19"}, **keys)

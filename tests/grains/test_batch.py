@@ -30,7 +30,7 @@ def pair_scene(speed, threads=1):
 def collision_scene(seed, speed, threads=1):
     body = {"kind": "pca", "grains": 12}
     return make_scene(
-        damping="none",
+        damping="viscous",
         dt="0.2 ns",
         threads=threads,
         sample={

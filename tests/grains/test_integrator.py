@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import RADIUS, Probe, box, make_scene, sample_of
+from scenes import FAR, RADIUS, Probe, box, make_scene, sample_of
 from test_pair import E_C, pairs
 
 from dusttaichi import samples
@@ -23,7 +23,7 @@ def refined(x, v, w, time, **keys):
     """Ledger error (largest of ten moments) and end state for every step of STEPS; time in ns."""
     out = []
     for dt in STEPS:
-        probe = Probe(make_scene(dt=f"{dt} ns", **keys), sample_of(x, v, w))
+        probe = Probe(make_scene(dt=f"{dt} ns", boundary=FAR, **keys), sample_of(x, v, w))
         start, worst = probe.energy(), 0.0
         for _ in range(10):
             probe.advance(round(time / dt / 10))
@@ -57,7 +57,7 @@ def test_breaking_with_strained_springs():
     v[2:] = 0
     jumps = []
     for dt in STEPS:
-        probe = Probe(make_scene(dt=f"{dt} ns"), sample_of(x, v, w))
+        probe = Probe(make_scene(dt=f"{dt} ns", boundary=FAR), sample_of(x, v, w))
         start, before = probe.energy(), None
         while probe.sim.measure()["contacts"]:
             before = (probe.energy() - start) @ LEDGER
@@ -86,10 +86,11 @@ def test_second_order(damping):
 DAMPINGS = ["none", "viscous", "scaled", "viscoelastic"]
 
 
-def test_ledger_starts_at_zero():
+@pytest.mark.parametrize("damping", ["viscoelastic"])
+def test_ledger_starts_at_zero(damping):
     """Nothing has been lost and no work done before the first step, damped or not."""
     x, v, w = bound(0.002, 2e4)
-    probe = Probe(make_scene(damping="viscoelastic"), sample_of(x, v, w))
+    probe = Probe(make_scene(damping=damping, boundary=FAR), sample_of(x, v, w))
     assert np.all(probe.energy()[1:] == 0)
 
 

@@ -3,7 +3,17 @@
 import numpy as np
 import pytest
 import reference as ref
-from scenes import Grains, Probe, box, grain, make_scene, masses_of, polydisperse, two_materials
+from scenes import (
+    FAR,
+    Grains,
+    Probe,
+    box,
+    grain,
+    make_scene,
+    masses_of,
+    polydisperse,
+    two_materials,
+)
 from test_pair import compare
 
 from dusttaichi.grains.kernels.params import internal_numbers
@@ -144,7 +154,8 @@ def test_against_reference(slipping):
     it, where pointers of the small grains turn three times as far."""
     x, v, w, radii, kinds = oblique(slipping)
     probe = Grains(
-        two_materials(dt="0.02 ns", damping="viscoelastic"), polydisperse(x, radii, kinds, v, w)
+        two_materials(dt="0.02 ns", damping="viscoelastic", boundary=FAR),
+        polydisperse(x, radii, kinds, v, w),
     )
     reference = ref.Reference(
         x,
@@ -186,7 +197,7 @@ def test_restitution_of_unlike_pairs():
     x = scattered(None, radii, -1e-6 * delta0, n, 70e-6)
     v = np.zeros((2 * n, 3))
     v[0::2, 0], v[1::2, 0] = -speed * reduced / m[0::2], speed * reduced / m[1::2]
-    probe = Grains(two_materials(effects=(), dt="0.2 ps"), polydisperse(x, radii, materials, v))
+    probe = Grains(two_materials(dt="0.2 ps", boundary=FAR), polydisperse(x, radii, materials, v))
     probe.advance(100_000)
     assert not probe.contacts()
     e = (probe.v[0::2, 0] - probe.v[1::2, 0]) / speed
@@ -232,7 +243,7 @@ def bumped(speed, spin, seed=5):
 @pytest.mark.parametrize("speed, spin", [(0.01, 1e3), (1.0, 1e7)], ids=["gentle", "slipping"])
 def test_momenta(speed, spin):
     """To rounding, past the limits of rolling, sliding and twisting or not."""
-    probe = Grains(two_materials(dt="0.02 ns"), bumped(speed, spin))
+    probe = Grains(two_materials(dt="0.02 ns", boundary=FAR), bumped(speed, spin))
     linear, turning, linear_scale, turning_scale = probe.momenta()
     for _ in range(5):
         probe.advance(200)

@@ -133,8 +133,8 @@ def test_kill_9_leaves_a_result_and_resume_ends_with_the_same_bits(tmp_path, mon
         box(
             stop="{filling_factor: 0.3}",
             series="{filling_factor: 0.01}",
-            speed="30 cm/s",
-            checkpoint="0.3 s",
+            speed="60 cm/s",
+            checkpoint="0.1 s",
         )
     )
     process = dust("run", "a.yaml", "-q", "-o", "parts", cwd=tmp_path)
@@ -142,8 +142,8 @@ def test_kill_9_leaves_a_result_and_resume_ends_with_the_same_bits(tmp_path, mon
     for _ in range(3000):
         if checkpoint.exists() or process.poll() is not None:
             break
-        time.sleep(0.1)
-    time.sleep(0.2)
+        time.sleep(0.05)
+    time.sleep(0.1)
     process.kill()
     process.communicate()
     assert checkpoint.exists()

@@ -1,5 +1,7 @@
 """The JSON Schema: an editor accepts and refuses what the loader does."""
 
+from functools import cache
+
 import jsonschema
 import pytest
 import yaml
@@ -7,6 +9,11 @@ from scenes import BASE, CONFIGS, FULL, LINE, edited
 
 from dusttaichi.scene import NAMED, from_yaml, json_schema, schema_text
 from dusttaichi.scene.yaml_text import read
+
+
+@cache
+def validator():
+    return jsonschema.Draft202012Validator(json_schema())
 
 
 def test_schema_file_is_in_step():
@@ -61,7 +68,7 @@ def test_every_key_says_what_it_is():
 )
 def test_an_editor_says_what_is_wrong_inside_of_alternatives(text, said):
     data = read(edited(text.split(":")[0], text)).data
-    found = [e.message for e in jsonschema.Draft202012Validator(json_schema()).iter_errors(data)]
+    found = [e.message for e in validator().iter_errors(data)]
     assert any(said in message for message in found), found
     assert not any("any of the given schemas" in m for m in found if "null" not in m), found
 
@@ -87,7 +94,7 @@ def test_schema_accepts_what_loads(blocks, reader):
     from_yaml(text)
     if reader is yaml.safe_load:  # its YAML 1.1 reads 1e6 as a text, which an editor would not
         text = text.replace("1e6}", "1000000}")
-    jsonschema.Draft202012Validator(json_schema()).validate(reader(text))
+    validator().validate(reader(text))
 
 
 # What a schema cannot say: it sees no other block and no unit's dimension.
@@ -124,4 +131,4 @@ BY_SCHEMA = [
 @pytest.mark.parametrize("text", BY_SCHEMA)
 def test_schema_refuses(text):
     data = read(edited(text.split(":")[0], text)).data
-    assert not jsonschema.Draft202012Validator(json_schema()).is_valid(data)
+    assert not validator().is_valid(data)

@@ -87,6 +87,7 @@ def test_resume_keeps_what_is_finished(replicas):
 def test_a_run_that_fails_does_not_end_the_others(tmp_path, capsys):
     """A lid at 20 m/s drives the grains into each other until a guard stops the run."""
     text = TINY.replace("{steps: 300}", "{filling_factor: 0.74, time: 0.3 us}")
+    text = text.replace("profiles: off", "profiles: off, snapshots: off")
     (tmp_path / "tiny.yaml").write_text(text)
     setting = ["--set", "boundary.wall_speed=1m/s,20m/s"]
     with pytest.raises(GuardStop, match=r"1 of 2 runs failed:\n.*wall_speed=20m_s: At .* us"):
