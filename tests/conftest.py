@@ -1,30 +1,50 @@
-"""What holds for the whole suite: the order of tests that compile, and the collector of cycles."""
+"""What holds for the whole suite: the order of tests, and the collector of cycles."""
 
 import gc
+from pathlib import Path
 
 from dusttaichi.compute.collector import collect_seldom
 
+HERE = Path(__file__).parent
+# files that take longest: they come first, so that at the end no process waits for another
+LONG = (
+    "studies/test_ensemble_run.py",
+    "studies/test_bench.py",
+    "studies/test_extremes.py",
+    "studies/test_parts.py",
+    "grains/test_precision.py",
+    "run/test_run.py",
+    "run/test_error_bar.py",
+    "run/test_stages.py",
+    "physics/test_effects.py",
+    "grains/test_polydisperse.py",
+    "grains/test_sphere.py",
+    "grains/test_rooms.py",
+)
 # parameters that decide what is compiled, and what a test without them has
 MAKE = {"precision": "f64", "damping": "none"}
+
+
+def _file(item):
+    """Place of its file in the order, and the file."""
+    name = item.path.relative_to(HERE).as_posix() if HERE in item.path.parents else str(item.path)
+    return LONG.index(name) if name in LONG else len(LONG), name
 
 
 def _make(item):
     """File of a test, and which kernels it needs there as far as its parameters tell."""
     params = getattr(item, "callspec", None)
     chosen = {} if params is None else params.params
-    return str(item.path), *(str(chosen.get(name, usual)) for name, usual in MAKE.items())
+    return _file(item), *(str(chosen.get(name, usual)) for name, usual in MAKE.items())
 
 
 def pytest_collection_modifyitems(items):
     """Tests of a file that need the same kernels stand together: a process keeps those that it has
-    compiled last. Otherwise the order of the files stays."""
+    compiled last."""
     places = {}
     for item in items:
         places.setdefault(_make(item), len(places))
-    files = {}
-    for item in items:
-        files.setdefault(str(item.path), len(files))
-    items.sort(key=lambda item: (files[str(item.path)], places[_make(item)]))
+    items.sort(key=lambda item: (_file(item), places[_make(item)]))
 
 
 def pytest_collection_finish():
