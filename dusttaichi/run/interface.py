@@ -12,7 +12,6 @@ from dusttaichi import files, units
 from dusttaichi.errors import DustError
 from dusttaichi.method import Window
 from dusttaichi.results import Writer
-from dusttaichi.results.reading import open_tree
 from dusttaichi.run.activities import OwnRecords, series_record
 from dusttaichi.run.interrupts import Interrupts, before_the_first_step
 from dusttaichi.run.opening import Opening
@@ -212,6 +211,8 @@ class Simulation:
         """What a group of result.nc ("series", "snapshots", one of `every`) holds so far: name ->
         array [SI]. Raises KeyError for a group that is not there."""
         self._run.files.flush()
+        from dusttaichi.results.reading import open_tree  # half a second, which only it is worth
+
         with open_tree(self.directory / files.RESULT) as tree:
             found = (tree if group == "series" else tree[group]).to_dataset(inherit=False)
             return {name: values.values for name, values in found.variables.items()}
