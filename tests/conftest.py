@@ -3,6 +3,8 @@
 import gc
 from pathlib import Path
 
+import pytest
+
 from dusttaichi.compute.collector import collect_seldom
 
 HERE = Path(__file__).parent
@@ -12,6 +14,7 @@ LONG = (
     "studies/test_bench.py",
     "studies/test_extremes.py",
     "studies/test_parts.py",
+    "grains/test_pair.py",
     "grains/test_precision.py",
     "run/test_run.py",
     "run/test_error_bar.py",
@@ -21,13 +24,16 @@ LONG = (
     "grains/test_sphere.py",
     "grains/test_rooms.py",
 )
+# files whose tests differ in nothing else that is compiled than these parameters tell
+ALIKE = ("grains/test_pair.py", "grains/test_wall.py", "grains/test_integrator.py")
 # parameters that decide what is compiled, and what a test without them has
 MAKE = {"precision": "f64", "damping": "none"}
 
 
 def _file(item):
-    """Place of its file in the order, and the file."""
+    """Place of its file in the order, and the file, or the first of those like it."""
     name = item.path.relative_to(HERE).as_posix() if HERE in item.path.parents else str(item.path)
+    name = ALIKE[0] if name in ALIKE else name
     return LONG.index(name) if name in LONG else len(LONG), name
 
 
@@ -45,6 +51,21 @@ def pytest_collection_modifyitems(items):
     for item in items:
         places.setdefault(_make(item), len(places))
     items.sort(key=lambda item: (_file(item), places[_make(item)]))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """A file goes to one process, and files that are alike to the same one."""
+    if config.getvalue("dist") != "loadfile":
+        return None
+    from xdist.scheduler import LoadFileScheduling
+
+    class Files(LoadFileScheduling):
+        def _split_scope(self, nodeid):
+            file = super()._split_scope(nodeid)
+            return ALIKE[0] if file.endswith(ALIKE) else file
+
+    return Files(config, log)
 
 
 def pytest_collection_finish():

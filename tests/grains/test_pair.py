@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import reference as ref
-from scenes import RADIUS, Probe, make_scene, sample_of
+from scenes import FAR, RADIUS, Probe, make_scene, sample_of
 
 PAIR = ref.numbers()
 MASS, INERTIA = ref.mass_and_inertia()
@@ -27,7 +27,8 @@ def pairs(distance, relative, spin1=(0, 0, 0), spin2=(0, 0, 0)):
 
 
 def run(x, v, w, **keys):
-    return Probe(make_scene(**keys), sample_of(x, v, w))
+    """A Probe of what nothing else comes near; its make is that of test_wall."""
+    return Probe(make_scene(boundary=FAR, **keys), sample_of(x, v, w))
 
 
 # Sticking and restitution.
@@ -231,7 +232,7 @@ def test_what_rolling_changes_of_sliding_is_booked():
     d = 2 * RADIUS - ref.numbers().delta0
     found = []
     for n in (4, 8):
-        made = make_scene(dt=0.1e-9 / n, modifiers={"rolling": 8, "sliding": 2.5})
+        made = make_scene(dt=0.1e-9 / n, boundary=FAR, modifiers={"rolling": 8, "sliding": 2.5})
         v, w = [[0, 0.3, 0.05], [0, -0.3, -0.05]], [[0, 4e5, 3e5], [0, -2e5, 8e5]]
         probe = Probe(made, sample_of([[d / 2, 0, 0], [-d / 2, 0, 0]], v, w))
         before = probe.energy()
