@@ -6,7 +6,6 @@ import subprocess
 import sys
 import time
 
-import distributed
 import numpy as np
 import pytest
 import xarray as xr
@@ -26,7 +25,7 @@ sample: {kind: rbd, grains: 60, seed: 3}
 boundary: {kind: box, wall_speed: 1 m/s}
 stop: {steps: 300}
 numerics: {time_step: 0.3 ns}
-output: {series: {steps: 50}, profiles: off, checkpoint: 1000 s}
+output: {series: {steps: 50}, profiles: off, snapshots: off, checkpoint: 1000 s}
 """
 
 
@@ -87,7 +86,6 @@ def test_resume_keeps_what_is_finished(replicas):
 def test_a_run_that_fails_does_not_end_the_others(tmp_path, capsys):
     """A lid at 20 m/s drives the grains into each other until a guard stops the run."""
     text = TINY.replace("{steps: 300}", "{filling_factor: 0.74, time: 0.3 us}")
-    text = text.replace("profiles: off", "profiles: off, snapshots: off")
     (tmp_path / "tiny.yaml").write_text(text)
     setting = ["--set", "boundary.wall_speed=1m/s,20m/s"]
     with pytest.raises(GuardStop, match=r"1 of 2 runs failed:\n.*wall_speed=20m_s: At .* us"):
@@ -132,11 +130,14 @@ def test_an_interruption_reaches_the_runs(tmp_path):
     assert not (tmp_path / "runs/tiny/ensemble.nc").exists()
 
 
-def test_dask_cluster_without_a_shared_disk(tmp_path, monkeypatch, replicas):
+def test_dask_cluster_without_a_shared_disk(tmp_path, monkeypatch):
     """Files of the sample go there, results come back; the same bits as here."""
+    import distributed  # which takes a second, here and not where tests are collected
+
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
-    last_frame = os.path.relpath(replicas / "runs/replica_0")
+    execute(from_yaml(TINY.replace("snapshots: off, ", "")), tmp_path / "frames")
+    last_frame = os.path.relpath(tmp_path / "frames")
     from_file = from_yaml(
         TINY.replace("{kind: rbd, grains: 60, seed: 3}", f"{{kind: explicit, file: {last_frame}}}")
     )
