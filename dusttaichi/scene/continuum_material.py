@@ -104,14 +104,14 @@ NAMED = {
     "dust_static": _DUST,
     # From grain runs: docs/validation/dust_grains.yaml has the source of every number.
     "dust_grains": {
-        "bulk_modulus": "8206 Pa",
-        "exponent": 7.103,
+        "bulk_modulus": "6646 Pa",
+        "exponent": 7.375,
         "solid_density": "2650 kg/m^3",
-        "density": "396.5 kg/m^3",
-        "shear_ratio": 0.7747,
-        "compressive": {"phi_1": 0.1411, "phi_2": 0.58, "p_m": "7672 Pa", "delta": 0.759},
-        "tensile": {"a": 1.91, "b": 3.989},
-        "shear": {"factor": 1.581, "exponent": 0.666},
+        "density": "393.1 kg/m^3",
+        "shear_ratio": 0.6273,
+        "compressive": {"phi_1": 0.1444, "phi_2": 0.58, "p_m": "7890 Pa", "delta": 0.7398},
+        "tensile": {"a": 2.171, "b": 3.276},
+        "shear": {"factor": 1.445, "exponent": 0.6303},
     },
 }
 
