@@ -1,6 +1,7 @@
 """What holds for the whole suite: the order of tests, and the collector of cycles."""
 
 import gc
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -30,9 +31,10 @@ ALIKE = ("grains/test_pair.py", "grains/test_wall.py", "grains/test_integrator.p
 MAKE = {"precision": "f64", "damping": "none"}
 
 
-def _file(item):
-    """Place of its file in the order, and the file, or the first of those like it."""
-    name = item.path.relative_to(HERE).as_posix() if HERE in item.path.parents else str(item.path)
+@cache
+def _file(path):
+    """Place of a file in the order, and the file, or the first of those like it."""
+    name = path.relative_to(HERE).as_posix() if HERE in path.parents else str(path)
     name = ALIKE[0] if name in ALIKE else name
     return LONG.index(name) if name in LONG else len(LONG), name
 
@@ -41,7 +43,7 @@ def _make(item):
     """File of a test, and which kernels it needs there as far as its parameters tell."""
     params = getattr(item, "callspec", None)
     chosen = {} if params is None else params.params
-    return _file(item), *(str(chosen.get(name, usual)) for name, usual in MAKE.items())
+    return _file(item.path), *(str(chosen.get(name, usual)) for name, usual in MAKE.items())
 
 
 def pytest_collection_modifyitems(items):
@@ -50,7 +52,7 @@ def pytest_collection_modifyitems(items):
     places = {}
     for item in items:
         places.setdefault(_make(item), len(places))
-    items.sort(key=lambda item: (_file(item), places[_make(item)]))
+    items.sort(key=lambda item: (_file(item.path), places[_make(item)]))
 
 
 @pytest.hookimpl(optionalhook=True)
