@@ -57,13 +57,12 @@ class Readout:
         owner = np.repeat(np.arange(self.grains), np.diff(start))
         owner, entry = owner[entry >= 0], entry[entry >= 0]
         row, lane = np.divmod(entry, width)
-        # force and torque on the first grain, then on the second; no copy of all that has room
-        column = 6 * (row & 1)[:, None] + np.arange(6)
-        own = self.fields["load"].take((row >> 1)[:, None], column, lane[:, None])
-        own = own.reshape(-1, 2, 3)
-        out = np.zeros((2, self.grains, 3))
-        np.add.at(out[0], owner, own[:, 0])
-        np.add.at(out[1], owner, own[:, 1])
+        block, first = row >> 1, 6 * (row & 1)
+        out = np.empty((2, self.grains, 3))
+        # one column after another, which takes little memory
+        for n in range(6):
+            own = self.fields["load"].take(block, first + n, lane)
+            out[n // 3, :, n % 3] = np.bincount(owner, weights=own, minlength=self.grains)
         return out
 
     def wall_forces(self):
