@@ -22,8 +22,8 @@ def check(sim, measurement):
     most = sim.material.phi_2
     if phi > BEYOND * most or kept > most:
         raise GuardStop(
-            f"{when} dust has the filling factor {phi:.4g}, {kept:.4g} of it without pressure; the "
-            f"model ends at {BEYOND * most:.4g}, and at {most:g} (material.compressive.phi_2), "
-            "where its compressive strength has no bound. Try a lower speed, an earlier stop, or a "
-            "smaller numerics.cfl."
+            f"{when} dust has the filling factor {phi:.4g}, and {kept:.4g} when its pressure is "
+            f"gone; the model ends at {BEYOND * most:.4g}, and at {most:g} when it is gone "
+            "(material.compressive.phi_2), where its compressive strength has no bound. Try a "
+            "lower speed, an earlier stop, or a smaller numerics.cfl."
         )
