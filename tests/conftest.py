@@ -12,7 +12,9 @@ HERE = Path(__file__).parent
 # files that take longest: they come first, so that at the end no process waits for another
 LONG = (
     "studies/test_ensemble_run.py",
+    "torture/test_torture.py",
     "studies/test_bench.py",
+    "docs/test_pages.py",
     "studies/test_extremes.py",
     "studies/test_parts.py",
     "grains/test_pair.py",
