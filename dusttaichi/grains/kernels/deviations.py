@@ -162,6 +162,12 @@ class DeviationPairs(TileSums, PairPass):
         return self.loss[tile, self.ENDS].sum() > 0.0
 
     @ti.func
+    def has_ends(self, b):
+        """The same of a block."""
+        noted = self.state[b, self.TOUCHED]
+        return (noted * (noted - 1.0)).sum() > 0.0  # 0 and 1 are what else stands there
+
+    @ti.func
     def settle(self, b, tile, p, step, frame):
         """Enters what it costs that contacts of a block have formed or broken, and drops the
         springs of those that have broken.

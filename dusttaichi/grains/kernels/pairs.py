@@ -25,7 +25,7 @@ class PairPass(ContactPass):
     - keep(b, on, way, pose): writes it;
     - tables(fields, layout): the SumTables; add_face_work(tile, value): to that of a periodic cell;
     - where forming and breaking are entered afterwards note_ends(b, tile, on); any_ends(tile);
-      settle(b, tile, p, step, frame).
+      has_ends(b); settle(b, tile, p, step, frame).
     """
 
     def __init__(self, fields, layout, laws):

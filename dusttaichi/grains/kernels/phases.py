@@ -122,7 +122,8 @@ class Phases:
         if ti.static(self.pairs.settles):
             if self.pairs.any_ends(tile):
                 for b in range(first, last):
-                    self.pairs.settle(b, tile, self.of_pairs(b, pair), dt, frame)
+                    if self.pairs.has_ends(b):
+                        self.pairs.settle(b, tile, self.of_pairs(b, pair), dt, frame)
         self.pairs.end_tile(tile)
 
     @ti.func
