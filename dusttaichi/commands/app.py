@@ -22,7 +22,10 @@ try:
     from dusttaichi.commands.trade import trade
     from dusttaichi.compute.collector import collect_seldom
     from dusttaichi.errors import DustError, Interrupted
-except KeyboardInterrupt:  # Ctrl-C while Python imports; it would print a traceback
+except KeyboardInterrupt:  # Ctrl-C while Python imports; it, or another, would print a traceback
+    import signal
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     raise SystemExit(130) from None
 
 app = typer.Typer(
@@ -58,6 +61,13 @@ def main():
     The exit code is 0 at the end of a command, 1 where `dust extremes` finds something wrong, that
     of the DustError (2, or 3 where a guard stopped a run), and 130 after an interruption.
     """
+    try:
+        _run_command()
+    except KeyboardInterrupt:  # another one, while the first was being told
+        _end(Interrupted("interrupted"))
+
+
+def _run_command():
     collect_seldom()
     for number in _deadly_signals():
         signal.signal(number, signal.default_int_handler)
