@@ -62,9 +62,9 @@ def _cost(scene, preview, *, measure_it):
     from dusttaichi.scene import quantities
     from dusttaichi.studies import speeds
 
-    if measure_it:
-        speeds.measure(scene, preview.plan)
     known = speeds.likely(scene, preview.size)
+    if measure_it:
+        known = speeds.as_measured(speeds.measure(scene, preview.plan), preview.size)
     rows, total = [], 0
     for name, steps, reason in preview.plan:
         what = f"steps at most, stage {name}" if name else "steps at most"
@@ -81,7 +81,8 @@ def _cost(scene, preview, *, measure_it):
     speed, (least, seconds, most) = known
     of = "this scene" if speed.name == scene.name else speed.name
     source = f"{of}, {speed.size:,} particles on {_threads(speed.threads)}"
-    rows.append(("speed", f"{1.0 / seconds:,.0f} steps/s, measured here before: {source}"))
+    when = "now" if measure_it else "here before"
+    rows.append(("speed", f"{1.0 / seconds:,.0f} steps/s, measured {when}: {source}"))
     if total < NEVER:
         low, high = (_duration(total * each) for each in (least, most))
         rows.append(("run time at most", low if low == high else f"{low} to {high}"))

@@ -21,6 +21,7 @@ from dusttaichi.errors import DustError
 KEPT = 200  # measurements, the newest
 ALIKE = 9  # measurements that an estimate looks at, the most
 AS_LIKE = 1.0  # about as like: as a size 2.7 times as far, or one part more
+OFF = 1.3  # factor that a speed of the same scene may be off by
 LEAST_SECONDS = 0.5  # of steps that tell a speed
 TRIAL_SECONDS = 1.0
 FOLDER = "DUST_CACHE"  # environment variable that names another folder
@@ -94,9 +95,15 @@ def likely(scene, size):
     least = _distance(fit[0], wanted)
     alike = [s for s in fit[:ALIKE] if _distance(s, wanted) <= least + AS_LIKE]
     low, seconds, high = quantiles([s.seconds * s.threads for s in alike] * 2, n=4)
-    factor = 1.3 * exp(min(0.2 * least, 1.5))
+    factor = OFF * exp(min(0.2 * least, 1.5))
     step = (min(low, seconds / factor), seconds, max(high, seconds * factor))
     return fit[0], tuple(s * size / wanted.threads for s in step)
+
+
+def as_measured(speed, size):
+    """The same of one Speed of a scene with `size` particles, that has just been measured."""
+    seconds = speed.seconds * size
+    return speed, (seconds / OFF, seconds, seconds * OFF)
 
 
 def _distance(one, other):

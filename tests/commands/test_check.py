@@ -75,6 +75,15 @@ def test_one_run_on_a_busy_machine_does_not_decide(fresh):
     assert least < 3000 * 5e-8 and most >= 3000 * 2e-6  # what was seen
 
 
+def test_what_is_measured_now_is_what_is_told(fresh, monkeypatch):
+    for seconds in (1e-3, 2e-3):
+        speeds.remember(speeds.speed_of(load("smoke"), 60, seconds))
+    measured = speeds.speed_of(load("smoke"), 60, 1e-5 / 60, 1000)
+    monkeypatch.setattr(speeds, "measure", lambda scene, plan: measured)
+    text = said("smoke", "--time")
+    assert "100,000 steps/s, measured now: this scene, 60 particles on one thread" in text
+
+
 def test_the_first_stretch_of_a_run_tells_no_speed(fresh):
     class Sim:
         step, size = 0, 60
