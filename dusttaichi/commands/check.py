@@ -62,9 +62,10 @@ def _cost(scene, preview, *, measure_it):
     from dusttaichi.scene import quantities
     from dusttaichi.studies import speeds
 
-    known = speeds.likely(scene, preview.size)
     if measure_it:
         known = speeds.as_measured(speeds.measure(scene, preview.plan), preview.size)
+    else:
+        known = speeds.likely(scene, preview.size)
     rows, total = [], 0
     for name, steps, reason in preview.plan:
         what = f"steps at most, stage {name}" if name else "steps at most"

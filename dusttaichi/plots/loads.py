@@ -116,7 +116,7 @@ def triaxial(run, others=()):
     others: runs of the same scene on other samples: thin circles, and part of the line. Raises
     DustError where there is no test.
     """
-    found = triaxials(run)
+    found, more = triaxials(run), [one for other in others for one in triaxials(other)]
     figure, (curves, density, circles) = style.new_figure(
         height=7.2, rows=3, ratios=(1.4, 1.0, 1.1), shared=False
     )
@@ -127,10 +127,10 @@ def triaxial(run, others=()):
         curves.plot(one.strain, one.deviator * scale, label=label, **own)
         density.plot(one.strain, one.filling_factor, **own)
         circles.plot(*_circle(one, scale), **own)
-        for more in (sample for other in others for sample in triaxials(other)):
-            if more.stage == one.stage:
-                circles.plot(*_circle(more, scale), **(own | {"linewidth": 0.7}))
-    _touching(circles, friction([one for each in (run, *others) for one in triaxials(each)]), scale)
+        for other in more:
+            if other.stage == one.stage:
+                circles.plot(*_circle(other, scale), **(own | {"linewidth": 0.7}))
+    _touching(circles, friction([*found, *more]), scale)
     curves.set_ylabel(f"deviator ({unit})")
     style.legend(curves, title="confining stress")
     density.set_ylabel(r"filling factor $\phi$")

@@ -247,11 +247,11 @@ def _on_walls(run, frame, forces):
     plus that of the wall, 6 for the sphere; normal forces [N], (n,). None that lacks a force where
     `forces` are wanted."""
     count, found = len(frame.radius), [(np.zeros((0, 2), int), np.zeros(0))]
-    groups = {"wall_contacts": frame.wall_contacts}
+    groups = [frame.wall_contacts]
     if "sphere_contacts" in run.tree.children:
-        groups["sphere_contacts"] = run.contacts(frame.number, "sphere_contacts")
-    for own in (group for group in groups.values() if group is not None):
-        if forces and "normal_force" not in own:
+        groups.append(run.contacts(frame.number, "sphere_contacts"))
+    for own in groups:
+        if own is None or (forces and "normal_force" not in own):
             continue
         wall = own.wall.values if "wall" in own else np.full(len(own.grain), SPHERE_END)
         press = own.normal_force.values if forces else np.zeros(len(own.grain))
