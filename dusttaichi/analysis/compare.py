@@ -122,7 +122,7 @@ def _collision(run, numbers, at):
 
 
 def _sphere(run, numbers, at):
-    return {key: numbers[key] for key in sphere.NAMES}
+    return {key: numbers[key] for key in sphere.UNITS}
 
 
 def _sound(run, numbers, at):

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from dusttaichi.analysis import dynamic
+from dusttaichi.analysis import dynamic, sphere
 from dusttaichi.analysis.continuum import numbers as continuum
 from dusttaichi.analysis.summary import summary
 from dusttaichi.errors import DustError
@@ -29,13 +29,15 @@ UNITS = (
     | dict.fromkeys(
         ("grains", "contacts", "contacts_per_grain", "steps", "ledger_worst", "delta",
          "delta_sigma", "law_delta", "rms", "rms_mean", "rms_covered", "strength_phi",
-         "strength_strain", "phi_init", "ratio", "ratio_scatter", "release_phi", "fragments",
+         "strength_strain", "phi_init", "ratio", "ratio_scatter", "ratio_low", "ratio_high",
+         "release_phi", "fragments",
          "largest_share", "growth_efficiency", "compaction", "restitution"),
         "1",
     )
     | dict.fromkeys(continuum.NAMES, "1")
     | continuum.UNITS
     | dynamic.UNITS
+    | sphere.UNITS
 )  # fmt: skip
 """Of numbers of `summary`, SI."""
 # global attributes of the runs that the dataset keeps, all values that occur

@@ -163,20 +163,23 @@ def fitting_unit(size, unit):
     return (fitting or [_POWERS[unit][-1] if size else (0, unit)])[0]
 
 
-def quantity_text(value, unit, std=None):
-    """ "21.9 ± 0.8 kPa": a number [unit] with its scatter, if there is one, in a fitting unit."""
-    scatters = std is not None and math.isfinite(std)
-    power, name = fitting_unit(max(abs(value), std if scatters else 0.0), unit)
+def quantity_text(value, unit, std=None, size=None):
+    """ "21.9 ± 0.8 kPa": a number [unit] with its scatter, if that shows in four digits, in a unit
+    that fits it, or numbers up to `size`."""
+    scatters = std is not None and math.isfinite(std) and std > 1e-4 * abs(value)
+    size = max(abs(value), std if scatters else 0.0) if size is None else size
+    power, name = fitting_unit(size, unit)
     factor = 10.0**power
     mean, std = value / factor, std / factor if scatters else 0.0
     # two digits of the scatter, and the mean as far
-    decimals = 1 - math.floor(math.log10(std)) if std > 1e-12 * abs(mean) else math.inf
+    decimals = 1 - math.floor(math.log10(std)) if scatters else math.inf
     if decimals <= DECIMALS:
         mean, std = (f"{round(v, decimals) + 0.0:.{max(decimals, 0)}f}" for v in (mean, std))
     else:
         whole = mean == round(mean) and abs(mean) < 1e9
-        mean = f"{mean:.0f}" if whole else f"{mean:.4g}"
-        std = f"{std:.2g}" if decimals < math.inf else "0"
+        # a residual needs no more digits than two
+        mean = f"{mean:.0f}" if whole else f"{mean:.{4 if abs(mean) >= 1e-4 else 2}g}"
+        std = f"{std:.2g}"
     return f"{mean}{f' ± {std}' if scatters else ''} {name}".rstrip()
 
 
@@ -193,16 +196,55 @@ def table_numbers(data):
     ]
 
 
-def number_texts(data, name):
+def number_texts(data, name, size=None):
     """ "mean ± std" of one number for each point, in order; "-" where no run has it, and "(2 of 3)"
-    behind it where not all replicas have."""
+    behind it where not all replicas have. size: as `quantity_text` takes it."""
     mean, std = data[f"mean_{name}"].values.ravel(), data[f"std_{name}"].values.ravel()
     known = np.isfinite(data[name].transpose(*axes_of(data), "replica").values)
     counts, unit = known.sum(axis=-1).ravel(), data[name].attrs.get("units")
     return [
-        quantity_text(m, unit, s) + _of(count, known.shape[-1]) if math.isfinite(m) else "-"
+        quantity_text(m, unit, s, size) + _of(count, known.shape[-1]) if math.isfinite(m) else "-"
         for m, s, count in zip(mean.tolist(), std.tolist(), counts.tolist(), strict=True)
     ]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A number of a sweep: its name, and what stands in the row of each point, without the unit
+    where all have one (else that is "")."""
+
+    name: str
+    unit: str
+    texts: list
+
+    @property
+    def head(self):
+        """The name, and the unit if all have one."""
+        return f"{self.name} ({self.unit})" if self.unit else self.name
+
+    @property
+    def same(self):
+        """All points have the same, and there are several."""
+        return len(self.texts) > 1 and len(set(self.texts)) == 1
+
+
+def columns(data):
+    """A Column for each number that tables show of a sweep.
+
+    The unit stands in the head where one fits all points: within a factor of a thousand.
+    """
+    found = []
+    for name in table_numbers(data):
+        sizes = np.abs(data[f"mean_{name}"].values)
+        sizes = sizes[np.isfinite(sizes) & (sizes > 0.0)]
+        largest = float(sizes.max(initial=0.0))
+        unit = fitting_unit(largest, data[name].attrs.get("units"))[1]
+        if unit and largest <= 1e3 * sizes.min(initial=np.inf):
+            texts = [t.replace(f" {unit}", "") for t in number_texts(data, name, largest)]
+        else:
+            unit, texts = "", number_texts(data, name)
+        found.append(Column(name.replace("_", " "), unit, texts))
+    return found
 
 
 def _of(count, replicas):

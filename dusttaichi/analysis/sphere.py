@@ -151,13 +151,19 @@ def _filling(run, snapshot, axis, reach, edges):
     return volume / (np.pi * reach**2 * -np.diff(edges))
 
 
-NAMES = ("sphere_depth", "sphere_stopping_time", "sphere_largest_depth", "sphere_force")
+UNITS = {
+    "sphere_depth": "m",
+    "sphere_stopping_time": "s",
+    "sphere_largest_depth": "m",
+    "sphere_force": "N",
+}
+"""Of the numbers of `numbers`."""
 
 
 def numbers(run):
     """Of a sphere that goes into grains: depth and time of its stop, or how deep it has come; the
     largest force upwards, a mean between two records."""
-    found = dict.fromkeys(NAMES)
+    found = dict.fromkeys(UNITS)
     try:
         way = penetration(run) if run.has_sphere else None
     except DustError:  # it flies, or there is no dust below it

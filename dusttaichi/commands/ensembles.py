@@ -31,7 +31,7 @@ def run_plan(plan, onward, *, quiet, **how):
     save_ensemble(data, plan.file)
     figure = plan.file.with_suffix(".png")
     save(ensemble(data), figure)
-    say(_table(data))
+    _say_table(data)
     for label, runs, why in missing(data):
         say(f"no fit for {runs}{f', {label}' if label else ''}: {why}")
     say_written((plan.file, figure))
@@ -62,21 +62,25 @@ def _shown(bar):
     return show
 
 
-def _table(data):
+def _say_table(data):
     from dusttaichi.analysis import ensemble_tables as tables
 
-    axes, names = tables.axes_of(data), tables.table_numbers(data)
+    axes = tables.axes_of(data)
     if not axes:
-        return _table_of_replicas(data, names)
+        return say(_table_of_replicas(data, tables.table_numbers(data)))
+    columns = tables.columns(data)
+    shown = [column for column in columns if not column.same]
     table = plain_table(
         *({"header": tables.key_of(data, axis).split(".")[-1], "no_wrap": True} for axis in axes),
-        *({"header": name.replace("_", " "), "justify": "right"} for name in names),
+        *({"header": column.head, "justify": "right"} for column in shown),
         title=data.attrs["title"],
     )
-    columns = [tables.number_texts(data, name) for name in names]
     for point, label in enumerate(tables.point_values(data)):
-        table.add_row(*label, *(column[point] for column in columns))
-    return table
+        table.add_row(*label, *(column.texts[point] for column in shown))
+    say(table)
+    same = ", ".join(f"{c.name} {c.texts[0]} {c.unit}".rstrip() for c in columns if c.same)
+    if same:
+        say(f"the same everywhere: {same}")
 
 
 def _table_of_replicas(data, names):

@@ -37,15 +37,16 @@ def _lead(data):
 
 def _table(data):
     """Rows of text: a head, and the numbers of each point, or of an ensemble a number a row."""
-    axes, names = tables.axes_of(data), tables.table_numbers(data)
-    columns = [tables.number_texts(data, name) for name in names]
-    heads = [name.replace("_", " ") for name in names]
+    axes = tables.axes_of(data)
     if not axes:
-        rows = [[head, *column] for head, column in zip(heads, columns, strict=True)]
+        names = tables.table_numbers(data)
+        rows = [[name.replace("_", " "), *tables.number_texts(data, name)] for name in names]
         return [["", "mean ± standard deviation"], *rows]
+    columns = tables.columns(data)
     keys = [tables.key_of(data, axis).split(".")[-1].replace("_", " ") for axis in axes]
-    points = zip(tables.point_values(data), zip(*columns, strict=True), strict=True)
-    return [[*keys, *heads], *([*point, *numbers] for point, numbers in points)]
+    numbers = zip(*(column.texts for column in columns), strict=True)
+    rows = [[*point, *row] for point, row in zip(tables.point_values(data), numbers, strict=True)]
+    return [[*keys, *(column.head for column in columns)], *rows]
 
 
 def _members(data):

@@ -3,12 +3,11 @@
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
-import yaml
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
 from dusttaichi.physics.continuum import conditions
 from dusttaichi.physics.continuum.numbers import SHEAR, MaterialNumbers
-from dusttaichi.scene import yaml_text
+from dusttaichi.scene import continuum_dusts
 from dusttaichi.scene.fields import Block, Number, needed, problems
 from dusttaichi.scene.quantities import Quantity
 
@@ -87,44 +86,12 @@ class Provenance(Block):
     )
 
 
-_DUST = {
-    "bulk_modulus": "300 kPa",
-    "exponent": 4,
-    "solid_density": "2 g/cm^3",
-    "density": "0.3 g/cm^3",
-    "shear_ratio": 0.5,
-    "compressive": {"phi_1": 0.12, "phi_2": 0.58, "p_m": "13 kPa", "delta": 0.58},
-    "tensile": {"a": 2.8, "b": 1.48},
-    "shear": "sqrt",
-}
-NAMED = {
-    # G09 section 4.1, calibrated with the bead; mu = K/2 is a choice, G09 gives no shear modulus.
-    "dust_g09": {**_DUST, "compressive": {**_DUST["compressive"], "p_m": "1.3 kPa"}},
-    # G09 Table 1: the static omnidirectional curve.
-    "dust_static": _DUST,
-    # From grain runs: docs/validation/dust_grains.yaml has the source of every number.
-    "dust_grains": {
-        "bulk_modulus": "6646 Pa",
-        "exponent": 7.375,
-        "solid_density": "2650 kg/m^3",
-        "density": "393.1 kg/m^3",
-        "shear_ratio": 0.6273,
-        "compressive": {"phi_1": 0.1444, "phi_2": 0.58, "p_m": "7890 Pa", "delta": 0.7398},
-        "tensile": {"a": 2.171, "b": 3.276},
-        "shear": {"factor": 1.445, "exponent": 0.6303},
-    },
-}
-
-
 class ContinuumMaterial(Block):
     """Written as a name, a file that `dust fit continuum` wrote, either with some numbers changed
-    (`base`), or as numbers."""
+    (`base`) or drawn from their covariance (`draw`), or as numbers."""
 
-    extra_keys: ClassVar[tuple[str, ...]] = ("base", "poisson_ratio")
-    needed: ClassVar[str] = (
-        f"{', '.join(NAMED)}, the path of a file such as dust.yaml or a block is needed, for "
-        "example {base: dust_g09, shear: tensile}"
-    )
+    extra_keys: ClassVar[tuple[str, ...]] = ("base", "draw", "poisson_ratio")
+    needed: ClassVar[str] = continuum_dusts.NEEDED
 
     name: str = Field("custom", description="name of the material in results and figures")
     bulk_modulus: Annotated[float, Quantity("pressure", gt=0, le=1e12, example="300 kPa")] = Field(
@@ -154,22 +121,41 @@ class ContinuumMaterial(Block):
         if isinstance(data, ContinuumMaterial):
             return data
         if isinstance(data, str):
-            return cls._poisson({"name": Path(data).stem, **_known(data, info)})
+            return cls._poisson(cls._known(data, info))
         if not isinstance(data, dict):
             raise needed(cls.needed)
         if "base" not in data:
+            if "draw" in data:
+                raise problems([("draw", "it needs a `base` that has a covariance")])
             return cls._poisson(data)
-        base = data["base"]
-        changed = {key: value for key, value in data.items() if key != "base"}
-        whole = _known(base, info, "base")
-        stem = Path(base).stem
-        whole["name"] = f"{stem}, changed" if changed else stem
+        whole = {**cls._known(data["base"], info, "base"), "name": Path(data["base"]).stem}
+        changed = {key: value for key, value in data.items() if key not in ("base", "draw")}
+        if "draw" in data:
+            whole = continuum_dusts.drawn(whole, data["draw"], cls._possible)
+            whole["name"] += f", draw {data['draw']}"
+        if changed:
+            whole["name"] += ", changed"
         for key, value in changed.items():
             both = isinstance(value, dict) and isinstance(whole.get(key), dict)
             whole[key] = {**whole[key], **value} if both else value
         if "poisson_ratio" in changed and "shear_ratio" not in changed:
             whole.pop("shear_ratio", None)
         return cls._poisson(whole)
+
+    @staticmethod
+    def _known(name: Any, info: ValidationInfo, key: str = "") -> dict[str, Any]:
+        """Plain data of a named dust or of a file; one without a name has that of its file."""
+        whole = continuum_dusts.known(name, (info.context or {}).get("folder") or "", key)
+        return {"name": Path(name).stem, **whole}
+
+    @classmethod
+    def _possible(cls, data: dict) -> bool:
+        """Whether plain data is a material that makes sense."""
+        try:
+            cls.model_validate(data)
+        except ValidationError:
+            return False
+        return True
 
     @classmethod
     def _poisson(cls, data: dict) -> dict:
@@ -205,8 +191,15 @@ class ContinuumMaterial(Block):
     def __get_pydantic_json_schema__(cls, schema, handler):
         block = handler.resolve_ref_schema(handler(schema))
         base = {"type": "string", "description": "the named material or file to start from"}
+        draw = {
+            "type": "integer",
+            "minimum": 1,
+            "description": "take the fitted numbers of the base as this draw from their "
+            "covariance over the seeds has them",
+        }
         numbers = {
             "base": base,
+            "draw": draw,
             **block["properties"],
             "poisson_ratio": {"type": "number", "description": "Poisson's ratio"},
         }
@@ -217,25 +210,5 @@ class ContinuumMaterial(Block):
         partial = {**block, "properties": {**numbers, **some}, "required": ["base"]}
         return {
             "description": cls.__doc__,
-            "anyOf": [{"type": "string", "examples": list(NAMED)}, partial, block],
+            "anyOf": [{"type": "string", "examples": list(continuum_dusts.NAMES)}, partial, block],
         }
-
-
-def _known(name: Any, info: ValidationInfo, key: str = "") -> dict[str, Any]:
-    """Plain data of a named material, or of a file relative to the folder of the scene."""
-    if isinstance(name, str) and name in NAMED:
-        return {**NAMED[name]}
-    if not isinstance(name, str) or Path(name).suffix not in (".yaml", ".yml"):
-        words = f"one of {', '.join(NAMED)} or the path of a file such as dust.yaml is needed"
-        raise problems([(key, words if key else ContinuumMaterial.needed)])
-    path = Path((info.context or {}).get("folder") or "") / name
-    try:
-        data = yaml_text.read(path.read_text(encoding="utf-8")).data
-    except OSError as error:
-        why = "there is no such file" if not path.exists() else error.strerror or str(error)
-        raise problems([(key, f"{why} ({path})")]) from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise problems([(key, f"{path} is no YAML: {' '.join(str(error).split())}")]) from None
-    if not isinstance(data, dict) or "base" in data:
-        raise problems([(key, f"{path} does not hold the block of a material")])
-    return {"name": path.stem, **data}

@@ -10,6 +10,7 @@ import xarray as xr
 from dusttaichi import analysis, plots
 from dusttaichi.analysis.ensemble import common_coordinate, interpolate
 from dusttaichi.analysis.ensemble_tables import (
+    columns,
     missing,
     number_texts,
     point_labels,
@@ -209,8 +210,10 @@ def test_file_keeps_everything_and_is_whole(tmp_path):
         ((21934.0, "Pa", 870.0), "21.93 ± 0.87 kPa"),
         ((0.05, "m/s"), "5 cm/s"),
         ((0.0, "m/s"), "0 m/s"),
-        ((5e-6, "m", 0.0), "5 ± 0 um"),
+        ((5e-6, "m", 0.0), "5 um"),
         ((2000.0, "1", math.nan), "2000"),
+        ((8.962e3, "Pa", 3.5e-2), "8.962 kPa"),
+        ((7.003e-5, "1"), "7e-05"),
         ((1.5e-7, "1", 2e-8), "1.5e-07 ± 2e-08"),
         ((0.5623, None, 0.0231), "0.562 ± 0.023"),
         ((1234.0, "1", 150.0), "1230 ± 150"),
@@ -218,6 +221,26 @@ def test_file_keeps_everything_and_is_whole(tmp_path):
 )
 def test_numbers_are_told_as_far_as_their_scatter(arguments, text):
     assert quantity_text(*arguments) == text
+
+
+def test_columns_have_a_unit_where_one_fits_all_points_and_tell_which_are_the_same():
+    axes = {"boundary.wall_speed": [0.01, 0.05]}
+    data = analysis.gather([made(0.1, 0.2, slope) for slope in (1.0, 3.0)], axes, attrs={})
+    found = {column.name: column for column in columns(data)}
+    same = found["final filling factor"]
+    assert same.same and same.texts == ["0.2", "0.2"] and same.head == "final filling factor"
+    for strengths, unit, texts in (
+        ([21.9e3, 700.0], "kPa", ["21.9", "0.7"]),
+        ([21.9e6, 700.0], "", ["21.9 MPa", "700 Pa"]),
+    ):
+        several = data.assign_attrs(summary_numbers="strength")
+        for name in ("strength", "mean_strength", "std_strength"):
+            values = np.full(2, np.nan) if name.startswith("std") else np.array(strengths)
+            dims = ("boundary.wall_speed", "replica")[: 2 if name == "strength" else 1]
+            shaped = values.reshape(2, *(1,) * (len(dims) - 1))
+            several[name] = xr.Variable(dims, shaped, {"units": "Pa"})
+        (column,) = columns(several)
+        assert (column.unit, column.texts, column.same) == (unit, texts, False)
 
 
 # -- figures -------------------------------------------------------------------------------------

@@ -7,14 +7,16 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from dusttaichi.errors import DustError
+from dusttaichi.scene.continuum_dusts import SCALES
 from dusttaichi.studies.continuum_fit.model import PARAMETERS, START, numbers_of, predicted
 from dusttaichi.studies.continuum_fit.observations import BIN, QUANTITIES, observations
 
 STEP = 1e-4
 LEAST_PULLED_SPAN = 0.03  # of filling factors, from which tensions tell their slope
-LOGS = np.array([log for _, log, _, _ in PARAMETERS.values()])
+LOGS = np.array([name in SCALES for name in PARAMETERS])
 LOWEST, HIGHEST = (
-    np.array([np.log(row[k]) if row[1] else row[k] for row in PARAMETERS.values()]) for k in (2, 3)
+    np.array([np.log(row[k]) if name in SCALES else row[k] for name, row in PARAMETERS.items()])
+    for k in (1, 2)
 )
 NEEDED = {
     "p": "confined pressing (a stage in which the filling factor grows)",

@@ -8,18 +8,18 @@ from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.physics.continuum.point import MaterialPoint
 from dusttaichi.studies.continuum_fit.observations import middle, seen
 
-# name in the YAML -> (unit, whether its logarithm is fitted, lowest, highest)
+# name in the YAML -> (unit, lowest, highest); of SCALES the logarithm is fitted
 PARAMETERS = {
-    "bulk_modulus": ("Pa", True, 1e2, 1e9),
-    "exponent": ("1", False, 1.0, 20.0),
-    "shear_ratio": ("1", True, 0.02, 1.5),
-    "compressive.p_m": ("Pa", True, 1.0, 1e7),
-    "compressive.delta": ("1", False, 0.05, 4.0),
-    "compressive.phi_1": ("1", False, 0.0, 0.5),
-    "shear.factor": ("1", True, 0.02, 50.0),
-    "shear.exponent": ("1", False, 0.0, 1.0),
-    "tensile.a": ("1", False, -2.0, 8.0),
-    "tensile.b": ("1", False, 0.0, 25.0),
+    "bulk_modulus": ("Pa", 1e2, 1e9),
+    "exponent": ("1", 1.0, 20.0),
+    "shear_ratio": ("1", 0.02, 1.5),
+    "compressive.p_m": ("Pa", 1.0, 1e7),
+    "compressive.delta": ("1", 0.05, 4.0),
+    "compressive.phi_1": ("1", 0.0, 0.5),
+    "shear.factor": ("1", 0.02, 50.0),
+    "shear.exponent": ("1", 0.0, 1.0),
+    "tensile.a": ("1", -2.0, 8.0),
+    "tensile.b": ("1", 0.0, 25.0),
 }
 START = (2e5, 4.5, 0.7, 5e3, 0.6, 0.12, 1.5, 0.6, 2.8, 1.5)
 

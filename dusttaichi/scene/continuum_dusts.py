@@ -1,0 +1,125 @@
+"""Dusts of the continuum by name or from a file, as plain data, and draws from what a fit knows."""
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from dusttaichi.scene import yaml_text
+from dusttaichi.scene.fields import problems
+
+_DUST = {
+    "bulk_modulus": "300 kPa",
+    "exponent": 4,
+    "solid_density": "2 g/cm^3",
+    "density": "0.3 g/cm^3",
+    "shear_ratio": 0.5,
+    "compressive": {"phi_1": 0.12, "phi_2": 0.58, "p_m": "13 kPa", "delta": 0.58},
+    "tensile": {"a": 2.8, "b": 1.48},
+    "shear": "sqrt",
+}
+_NUMBERS = {
+    # Güttler et al. 2009 (G09) section 4.1, calibrated with the bead; mu = K/2 is a choice, they
+    # give no shear modulus.
+    "dust_g09": {**_DUST, "compressive": {**_DUST["compressive"], "p_m": "1.3 kPa"}},
+    # G09 Table 1: the static omnidirectional curve.
+    "dust_static": _DUST,
+}
+_FITTED = "dust_grains"  # from grain runs; its file has the source of every number
+NAMES = (*_NUMBERS, _FITTED)
+NEEDED = (
+    f"{', '.join(NAMES)}, the path of a file such as dust.yaml or a block is needed, for "
+    "example {base: dust_g09, shear: tensile}"
+)
+_UNITS = {"bulk_modulus": " Pa", "compressive.p_m": " Pa"}  # of fitted numbers, SI
+# numbers that are positive by nature: what is fitted, and drawn, is their logarithm
+SCALES = frozenset({"bulk_modulus", "shear_ratio", "compressive.p_m", "shear.factor"})
+
+
+def known(name: Any, folder: str | Path = "", key: str = "") -> dict[str, Any]:
+    """Plain data of a named dust, or of a file whose path is relative to the folder.
+
+    Raises pydantic's ValidationError, at the key, for what is neither.
+    """
+    if isinstance(name, str) and name in _NUMBERS:
+        return {**_NUMBERS[name]}
+    if name == _FITTED:
+        return {**_fitted()}
+    if not isinstance(name, str) or Path(name).suffix not in (".yaml", ".yml"):
+        words = f"one of {', '.join(NAMES)} or the path of a file such as dust.yaml is needed"
+        raise problems([(key, words if key else NEEDED)])
+    return _read(Path(folder) / name, key)
+
+
+@cache
+def _fitted():
+    return _read(Path(__file__).with_name(f"{_FITTED}.yaml"), "")
+
+
+def _read(path, key):
+    try:
+        data = yaml_text.read(path.read_text(encoding="utf-8")).data
+    except OSError as error:
+        why = "there is no such file" if not path.exists() else error.strerror or str(error)
+        raise problems([(key, f"{why} ({path})")]) from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise problems([(key, f"{path} is no YAML: {' '.join(str(error).split())}")]) from None
+    if not isinstance(data, dict) or "base" in data:
+        raise problems([(key, f"{path} does not hold the block of a material")])
+    return data
+
+
+def drawn(data, draw, possible):
+    """The plain data with its fitted numbers drawn from their covariance over the seeds.
+
+    Normally distributed numbers, logarithms of SCALES; the first that possible(data) accepts of
+    those that the draw (an integer of at least 1) gives, the same for the same draw. Raises
+    pydantic's ValidationError where there is no covariance, or nothing is accepted.
+    """
+    if isinstance(draw, bool) or not isinstance(draw, int) or draw < 1:
+        raise problems([("draw", "a whole number of at least 1 is needed, one for each draw")])
+    source = data.get("source") or {}
+    try:
+        names = source["names"]
+        values = np.array(source["values"], dtype=float)
+        covariance = np.array(source["covariance"], dtype=float).reshape(2 * (len(names),))
+    except (KeyError, TypeError, ValueError):
+        words = f"it needs a dust with a covariance: {_FITTED}, or a file of dust fit continuum"
+        raise problems([("draw", words)]) from None
+    logs = np.array([name in SCALES for name in names])
+    scale = np.where(logs, values, 1.0)
+    width, axes = _axes(covariance / np.outer(scale, scale))
+    random = np.random.default_rng(draw)
+    for _ in range(100):
+        moved = width * (axes @ random.standard_normal(len(names)))
+        numbers = np.where(logs, values * np.exp(np.where(logs, moved, 0.0)), values + moved)
+        found = _replaced(data, dict(zip(names, numbers.tolist(), strict=True)))
+        if possible(found):
+            return found
+    words = "a hundred materials were drawn and none of them is possible: the fit is too uncertain"
+    raise problems([("draw", words)])
+
+
+def _axes(covariance):
+    """Standard deviations, and a root of the correlation: few seeds leave it singular, and its
+    digits in a file a little below."""
+    width = np.sqrt(covariance.diagonal())
+    safe = np.where(width > 0.0, width, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(safe, safe))
+    return width, vectors * np.sqrt(np.maximum(values, 0.0))
+
+
+def _replaced(data, numbers):
+    """Plain data without its source, with numbers by the names of the fit."""
+    out = {
+        key: {**value} if isinstance(value, dict) else value
+        for key, value in data.items()
+        if key != "source"
+    }
+    for name, number in numbers.items():
+        block, _, key = name.rpartition(".")
+        unit = _UNITS.get(name)
+        (out[block] if block else out)[key] = f"{number!r}{unit}" if unit else number
+    return out
