@@ -114,9 +114,10 @@ def _show_result(directory):
         {"header": heading, "no_wrap": heading == " "}  # no label is cut
         for heading in (" ", "run", "literature")
     ]
-    table = plain_table(*headings, title=summary["name"])
+    shown = 3 if any(beside for _, _, beside in rows) else 2
+    table = plain_table(*headings[:shown], title=summary["name"])
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*row[:shown])
     console.print(table)
     say_written([directory / "result.nc", *figures])
     _say_next(directory, 0 if frames is None else frames.sizes["snapshot"])

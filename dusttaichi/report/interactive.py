@@ -137,6 +137,7 @@ def _area(path, area):
 def _patch(patch, label):
     """A bar, a step of a histogram, a polygon."""
     path = patch.get_path().transformed(patch.get_patch_transform())
+    path.should_simplify = False  # it would leave out what is finer than a pixel, taken as data
     rings = [r for r in path.to_polygons(closed_only=False) if len(r) > 1]
     if not rings or not patch.get_visible():
         return None

@@ -151,6 +151,15 @@ def test_figures_become_interactive():
     assert html(r"$-1 \pm 2$, $E_{\rm roll}/r^3$") == "−1 ± 2, E<sub>roll</sub>/r<sup>3</sup>"
 
 
+def test_histograms_keep_all_their_steps():
+    """matplotlib leaves out of a long path what is finer than a pixel; here a pixel is no unit."""
+    figure, shares = Figure(), np.linspace(0.0, 1.0, 100) ** 2
+    figure.subplots().stairs(shares, np.linspace(0.1, 0.6, 101), label="end")
+    (trace,) = interactive(figure, "one", "One")["data"]
+    heights = {y for y in trace["y"] if y is not None}
+    assert heights == {float(f"{share:.5g}") for share in shares}
+
+
 def test_pictures_stay_pictures():
     """A wide one has a row of the page to itself."""
     for width, wide in ((5.0, False), (10.0, True)):

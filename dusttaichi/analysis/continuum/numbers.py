@@ -117,7 +117,7 @@ def _flight(run):
     found = {
         "pieces": len(parts.mass),
         "largest_piece": parts.largest_share,
-        "sticking_mass": parts.sticking_share,
+        "sticking_mass": parts.sticking_share if parts.walled else None,
     }
     if len(start) == 1:
         back = bounce(run)

@@ -19,7 +19,7 @@ class Pieces:
 
     number (N,): of the piece of each particle, -1 of what is not dust that moves. mass (pieces,);
     centre, velocity (pieces, 3). sticks (pieces,) bool: it touches a wall, dust that is held or a
-    mirror.
+    mirror. walled: there is any of these.
     """
 
     number: np.ndarray
@@ -27,6 +27,7 @@ class Pieces:
     centre: np.ndarray
     velocity: np.ndarray
     sticks: np.ndarray
+    walled: bool
 
     @property
     def largest_share(self):
@@ -82,7 +83,8 @@ def pieces_of(frame, planes=()):
         sums = [np.bincount(label, weight * vectors[:, n], minlength=count) for n in range(3)]
         return np.stack(sums, axis=1) / mass[:, None]
 
-    touching = _touching(frame, x, size, planes)
+    held = frame.position[np.isin(frame.role, (HELD, WALL))]
+    touching = _touching(held, x, size, planes)
     number = np.full(len(frame.position), -1)
     number[moves] = label
     return Pieces(
@@ -91,18 +93,18 @@ def pieces_of(frame, planes=()):
         centre=mean(x),
         velocity=mean(frame.velocity[moves]),
         sticks=np.bincount(label[touching], minlength=count) > 0,
+        walled=bool(planes) or len(held) > 0,
     )
 
 
-def _touching(frame, x, size, planes):
-    """Which moving particles are near something that does not give way, (M,) bool."""
+def _touching(held, x, size, planes):
+    """Which moving particles are near what does not give way, (M,) bool. held: (H, 3) [m]."""
     touching = np.zeros(len(x), bool)
     for axis, plane in planes:
         # a mirror image is twice as far as the plane
         touching |= 2.0 * np.abs(x[:, axis] - plane) < APART * size
-    held = np.isin(frame.role, (HELD, WALL))
-    if held.any():
-        distance, _ = cKDTree(frame.position[held]).query(x)
+    if len(held):
+        distance, _ = cKDTree(held).query(x)
         touching |= distance < APART * size
     return touching
 

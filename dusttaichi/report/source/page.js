@@ -3,15 +3,26 @@
 import { make } from "./panel.js";
 import { Viewer } from "./viewer.js";
 
-const CONFIG = { responsive: true, displaylogo: false, toImageButtonOptions: { format: "svg" } };
+const CONFIG = { displaylogo: false, toImageButtonOptions: { format: "svg" } };
 const problems = [];
 window.addEventListener("error", (e) => problems.push(e.message));
 window.addEventListener("unhandledrejection", (e) => problems.push(`${e.reason}`));
+
+// a figure is as wide as its place, also when a scroll bar comes or a column goes
+const fitting = new ResizeObserver((seen) => {
+  for (const { target } of seen) if (target.offsetParent) window.Plotly.Plots.resize(target); // it is still there
+});
 
 function table(rows, heads) {
   const body = rows.map((row) => make("tr", {}, ...row.map((c, k) => make(k ? "td" : "th", {}, c))));
   const head = heads ? [make("tr", {}, ...heads.map((h) => make("th", {}, h)))] : [];
   return make("table", { class: "numbers" }, make("thead", {}, ...head), make("tbody", {}, ...body));
+}
+
+// of one run, beside the literature where it has something
+function numbersOf(run) {
+  const heads = ["", "run", ...(run.table.some((row) => row[2]) ? ["literature"] : [])];
+  return table(run.table.map((row) => row.slice(0, heads.length)), heads);
 }
 
 // of many columns, in lines that are not broken
@@ -32,9 +43,14 @@ function figures(list) {
     const kind = figure.wide ? "wide" : "";
     grid.append(make("figure", { class: kind }, make("figcaption", {}, figure.title), place));
     if (figure.image) place.append(make("img", { src: figure.image, alt: figure.title }));
-    else requestAnimationFrame(() => window.Plotly.newPlot(place, figure.data, figure.layout, CONFIG));
+    else requestAnimationFrame(() => draw(place, figure));
   }
   return grid;
+}
+
+async function draw(place, figure) {
+  await window.Plotly.newPlot(place, figure.data, figure.layout, CONFIG);
+  fitting.observe(place);
 }
 
 // how something was made: its scene, and what made it
@@ -81,7 +97,7 @@ async function showRun(host, run, several) {
   const stage = make("div", { class: "viewer" });
   if (run.particles) parts.push(section("Particles", stage));
   if (run.figures.length) parts.push(section("Figures", figures(run.figures)));
-  parts.push(section("Numbers", table(run.table, ["", "run", "literature"])));
+  parts.push(section("Numbers", numbersOf(run)));
   parts.push(...origin(run));
   host.replaceChildren(...parts);
   if (run.particles) window.dust.viewers.push(await Viewer.open(stage, run.particles));
@@ -118,7 +134,7 @@ async function grow(data) {
   document.querySelector(".lead").textContent = data.lead;
   document.querySelector(".status").textContent = run.status;
   const numbers = [...document.querySelectorAll("section")].find((s) => s.querySelector("h2").textContent === "Numbers");
-  numbers.querySelector("table").replaceWith(table(run.table, ["", "run", "literature"]));
+  numbers.querySelector("table").replaceWith(numbersOf(run));
   for (const figure of run.figures) {
     const place = document.getElementById(`figure-${figure.name}`);
     if (!place || figure.image) return show(data); // a figure that was not there
