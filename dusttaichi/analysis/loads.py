@@ -10,6 +10,7 @@ from dusttaichi.scene.quantities import parse
 
 LAST = 10
 """Points of the series at the end of a stage that a load is averaged over."""
+MISSED = 0.1
 ROUNDING = 1e-9
 """Shear strain below which nothing has been sheared."""
 FLOWING = 0.5
@@ -32,6 +33,11 @@ class Held:
     filling_factor: float
     creep: float
     time: float
+
+    @property
+    def missed(self):
+        """The load that is borne is not the one asked for within MISSED of it."""
+        return abs(self.pressure / self.wanted - 1.0) > MISSED
 
 
 def held_loads(run):

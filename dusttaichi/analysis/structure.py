@@ -82,8 +82,8 @@ def pair_correlation(frame):
     wrapped = np.where(frame.periodic, np.mod(x, np.where(box > 0.0, box, 1.0)), x)
     tree = cKDTree(wrapped, boxsize=box)
     counts = cKDTree(wrapped[inside], boxsize=box).count_neighbors(tree, edges * diameter)
-    shells = np.diff(counts).astype(float)
-    shells[0] -= inside.sum()  # each grain itself
+    others = counts - inside.sum()  # a grain is within reach of itself, also at no distance
+    shells = np.diff(others).astype(float)
     volume = 4.0 / 3.0 * np.pi * np.diff((edges * diameter) ** 3)
     density = len(x) / np.prod(frame.edges)
     return middle, shells / (inside.sum() * density * volume)

@@ -16,6 +16,7 @@ from dusttaichi.analysis.error_bar import error_bar, error_bar_rows, filling_fac
 from dusttaichi.analysis.fragments import compaction, fragments, growth_efficiency
 from dusttaichi.analysis.isotropic import isotropic
 from dusttaichi.analysis.ledger import ledger
+from dusttaichi.analysis.loads import held_loads
 from dusttaichi.analysis.outcome import outcome, settled
 from dusttaichi.analysis.restitution import restitution
 from dusttaichi.analysis.tensile import tensile
@@ -40,6 +41,7 @@ def summary(run, law=None):
     strength, strength_sigma, strength_phi, strength_strain, strength_passed, phi_init and
     strength_law of a sample that is stretched, see `tensile`;
     ratio, ratio_scatter, ratio_low, ratio_high of one pressed from all sides, see `isotropic`;
+    missed_loads: (stage, pressure, wanted) [Pa] of each load not reached at the end of its stage;
     outcome (see `analysis.outcome`), settled (the last two snapshots hold the same fragments),
     fragments, largest_share (of the mass),
     growth_efficiency, compaction, restitution of a collision between its first and last snapshot;
@@ -77,6 +79,8 @@ def summary(run, law=None):
         curve = compression_curve(run)
         numbers["error_bar_phi"] = filling_factor_error(numbers["error_bar"], curve)
     numbers |= _compression(run, law) | dynamic.numbers(run) | _release(run) | _tension(run)
+    missed = [held for held in held_loads(run) if held.missed]
+    numbers["missed_loads"] = [(held.stage, held.pressure, held.wanted) for held in missed]
     numbers |= _isotropic(run) | _collision(run) | sphere.numbers(run)
     return numbers | continuum.numbers(run)
 
@@ -266,6 +270,18 @@ def _tensile_rows(n, row):
     )
 
 
+def _isotropic_rows(n, row):
+    if n["ratio"] is None:
+        return
+    scatter, covered = n["ratio_scatter"], f"phi {n['ratio_low']:.3g}-{n['ratio_high']:.3g}"
+    row(
+        "pressure over (E_roll/r^3) phi^3",
+        n["ratio"],
+        lambda v: f"{v:.3g}, scatter {scatter:.2f} dex ({covered})",
+        "1 (T19 eq 9)",
+    )
+
+
 def table(numbers):
     """Rows (what, run, literature) of text for a summary, in the order to print them.
 
@@ -301,19 +317,15 @@ def table(numbers):
         where = f"from {_pascal(n['release_pressure'])}, filling factor {n['release_phi']:.3g}"
         row("modulus where it is let go", f"{text} ({where})", str)
     _tensile_rows(n, row)
-    if n["ratio"] is not None:
-        scatter, covered = n["ratio_scatter"], f"phi {n['ratio_low']:.3g}-{n['ratio_high']:.3g}"
-        row(
-            "pressure over (E_roll/r^3) phi^3",
-            n["ratio"],
-            lambda v: f"{v:.3g}, scatter {scatter:.2f} dex ({covered})",
-            "1 (T19 eq 9)",
-        )
+    _isotropic_rows(n, row)
     _collision_rows(n, row)
     sphere.rows(n, row)
     continuum.rows(n, row)
     row("filling factor", n["filling_factor"], "{:.4f}".format)
     row("pressure on the top wall", n["pressure"], lambda v: f"{v / 1e3:.4g} kPa")
+    for stage, pressure, wanted in n["missed_loads"]:
+        there, asked = (quantities.format(p, "pressure", 3) for p in (pressure, wanted))
+        row(f"load at the end{f' of {stage}' if stage else ''}", f"{there}, {asked} asked for", str)
     row("worst residual of the energy ledger", n["ledger_worst"], "{:.1e}".format)
     rows.extend(error_bar_rows(n["error_bar"], n["error_bar_phi"]))
     row("grains", n["grains"], "{:,}".format)

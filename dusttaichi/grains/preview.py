@@ -220,9 +220,10 @@ def _sample(scene, sample):
         "fractal_dimension": "fractal dimension of the core",
         "bulk_filling_factor": "filling factor of the inner part",
         "pieces": "pieces that hang together",
-        "loose_grains": "grains not connected to the floor",
+        "loose_grains": "grains not connected to the floor of the deposit",
     }
-    rows += [(text, f"{info[key]:.4g}") for key, text in named.items() if key in info]
+    known = [key for key in named if key in info and np.isfinite(info[key])]
+    rows += [(named[key], f"{info[key]:.4g}") for key in known]
     if info["kind"] == "collision":
         for key, text in (("impact_parameter", "impact parameter"), ("gap", "flight to the touch")):
             rows.append((text, quantities.format(info[key], "length", digits=4)))

@@ -25,7 +25,8 @@ def loads(run, others=(), labels=None, repeats=()):
     pressure = np.array([[held.pressure for held in one] for one in samples]) / 1e3
     density = np.array([[held.filling_factor for held in one] for one in samples])
     figure, (axes,) = style.new_figure()
-    axes.plot(*_path(run), color=style.GREY, linewidth=0.7, label="under load, on the way")
+    path = _path(run)
+    axes.plot(*path, color=style.GREY, linewidth=0.7, label="under load, on the way")
     names = labels or [other.name for other in others]
     for number, (other, label) in enumerate(zip(others, names, strict=True)):
         axes.plot(*_path(other), label=label, **style.run_style(number))
@@ -41,7 +42,9 @@ def loads(run, others=(), labels=None, repeats=()):
     )
     axes.set_xscale("log")
     lowest = min(held.wanted for held in found) / 1e3
-    axes.set_xlim(0.1 * lowest, 2.0 * max(held.wanted for held in found) / 1e3)
+    # where a load is far from reached, what was
+    reached = np.quantile(path[0], 0.9) if len(path[0]) else lowest
+    axes.set_xlim(0.1 * min(lowest, reached), 2.0 * max(held.wanted for held in found) / 1e3)
     axes.set_xlabel("pressure (kPa)")
     axes.set_ylabel(r"filling factor $\phi$")
     style.legend(axes)
@@ -57,15 +60,20 @@ def _path(run):
 
 @style.styled
 def shear(run, others=()):
-    """Shear stress of a Run against the shear strain of each stage that shears; below, the strength
-    against the normal stress, with the line of friction, and against the filling factor.
+    """Shear stress of a Run against the shear strain of each stage that shears; of several, below,
+    the strength against the normal stress, with the line of friction, and the filling factor.
 
     others: runs of the same scene on other samples: open points, and part of the line.
     Raises DustError where nothing is sheared.
     """
     found = shearings(run)
-    figure, (curves, line, density) = style.new_figure(
-        height=7.2, rows=3, ratios=(1.4, 1.0, 1.0), shared=False
+    more = [one for other in others for one in shearings(other)]
+    several = len(found) + len(more) > 1
+    figure, (curves, *below) = style.new_figure(
+        height=7.2 if several else 3.7,
+        rows=3 if several else 1,
+        ratios=(1.4, 1.0, 1.0) if several else None,
+        shared=False,
     )
     scale, unit = _stress_unit(np.concatenate([one.shear for one in found]))
     colors = {}
@@ -73,17 +81,27 @@ def shear(run, others=()):
         own = style.run_style(number)
         colors[one.stage] = own["color"]
         curves.plot(one.strain, one.shear * scale, label=f"{one.load / 1e3:.3g} kPa", **own)
-    more = [one for other in others for one in shearings(other)]
-    for number, one in enumerate([*found, *more]):
-        filled = {} if number < len(found) else {"markerfacecolor": "none"}
+    curves.set_xlabel("shear strain of the stage")
+    curves.set_ylabel(f"shear stress ({unit})")
+    style.legend(curves, title="normal stress", ncols=2)
+    if several:
+        _strengths(below, [*found, *more], len(found), colors=colors, scale=scale, unit=unit)
+    return figure
+
+
+def _strengths(panels, found, own, *, colors, scale, unit):
+    """Strengths of Shearings over load and filling factor, filled the first `own` of them."""
+    line, density = panels
+    for number, one in enumerate(found):
+        filled = {} if number < own else {"markerfacecolor": "none"}
         for axes, x in ((line, one.load * scale), (density, one.density)):
             axes.errorbar(
                 x, one.strength * scale, one.strength_sigma * scale, fmt="o",
                 color=colors.get(one.stage, style.GREY), markersize=5, **filled,
             )  # fmt: skip
-    fit = friction([*found, *more])
+    fit = friction(found)
     if fit is not None:
-        x = np.array([0.0, 1.05 * max(one.load for one in found)])
+        x = np.array([0.0, 1.05 * max(one.load for one in found[:own])])
         text = rf"$\tau = {fit.cohesion * scale:.2g}$ {unit} $+ {fit.slope:.2f}\,\sigma_n$"
         line.plot(
             x * scale,
@@ -93,15 +111,11 @@ def shear(run, others=()):
             label=f"{text}, friction angle {fit.angle:.0f}°",
         )
         style.legend(line)
-    curves.set_xlabel("shear strain of the stage")
-    curves.set_ylabel(f"shear stress ({unit})")
-    style.legend(curves, title="normal stress", ncols=2)
     line.set_xlabel(f"normal stress ({unit})")
     density.set_xlabel(r"filling factor $\phi$")
     for axes in (line, density):
         axes.set_ylabel(f"strength ({unit})")
         axes.set_ylim(bottom=0.0)
-    return figure
 
 
 def _stress_unit(values):

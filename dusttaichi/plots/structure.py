@@ -32,12 +32,14 @@ def _directions(found, axes):
     """Share of the contacts by the cosine of their angle to each axis: level where they point
     everywhere alike."""
     bins = np.linspace(0.0, 1.0, 11)
+    highest = 1.0
     for column, name in enumerate("xyz"):
         share = np.histogram(np.abs(found.normal[:, column]), bins)[0] / len(found.normal)
         label = f"{name}: fabric {found.fabric[column, column]:.3f}"
+        highest = max(highest, 10.0 * share.max())
         axes.stairs(10.0 * share, bins, baseline=None, label=label, **style.run_style(column))
     axes.axhline(1.0, color=style.GREY, linewidth=0.8)
-    axes.set_ylim(0, None)
+    axes.set_ylim(0, 1.05 * highest)
     axes.set_xlabel("cosine of the angle of a contact to an axis")
     axes.set_ylabel("contacts over isotropic")
     style.legend(axes)

@@ -85,6 +85,9 @@ class Provenance(Block):
         (), description="covariance of the values over the seeds"
     )
 
+    def __hash__(self):
+        return hash((self.runs, self.values))  # a dict has none
+
 
 class ContinuumMaterial(Block):
     """Written as a name, a file that `dust fit continuum` wrote, either with some numbers changed

@@ -88,7 +88,11 @@ SIZES = {
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _UNIT = r"[A-Za-zµμΩÅ°].*"
-_QUANTITY = re.compile(rf"({_NUMBER}|[+-]?(?:nan|inf|infinity)\b)\s*({_UNIT})?", re.IGNORECASE)
+_PER = r"(?:(?:(?<=\s)1\s*)?/\s*)?"  # 20 1/s and 20/s are 20 s^-1, 201/s is not 20 1/s
+_INVERSE = re.compile(r"^1?\s*/\s*([A-Za-zµμΩÅ°]+)")
+_QUANTITY = re.compile(
+    rf"({_NUMBER}|[+-]?(?:nan|inf|infinity)\b)\s*({_PER}{_UNIT})?", re.IGNORECASE
+)
 
 
 @lru_cache(maxsize=1)
@@ -136,7 +140,7 @@ def _convert(value: Any, dimension: str) -> float:
     number, unit = match.groups()
     if unit is None:
         raise ValueError("it has no unit")
-    factor = _factor(unit.strip(), dimension)
+    factor = _factor(_INVERSE.sub(r"\1^-1", unit.strip()), dimension)
     try:
         si = float(Decimal(number) * factor)
     except DecimalException:  # an exponent beyond what decimal numbers have
@@ -304,9 +308,10 @@ class Quantity:
     def __get_pydantic_json_schema__(self, schema, handler):
         kind = DIMENSIONS[self.dimension]
         number = f"({_NUMBER})?" if self.bare_unit else _NUMBER
+        per = r"(?:1?\s*/\s*)?" if self.dimension == "rate" else ""
         one = {
             "type": "string",
-            "pattern": rf"^\s*{number}\s*{_UNIT}$",
+            "pattern": rf"^\s*{number}\s*{per}{_UNIT}$",
             "examples": [self.example or kind.example],
         }
         if self.count:

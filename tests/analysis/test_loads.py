@@ -51,6 +51,7 @@ def test_strength_and_friction():
         shear(sheared(2e3, 2e3), [sheared(5e3, 3e3)]).axes[0].get_xlabel()
         == "shear strain of the stage"
     )
+    assert len(shear(sheared(2e3, 2e3)).axes) == 1  # one strength is no line
     with pytest.raises(DustError, match="no stage shears"):
         shearings(run(filling_factor=np.full(N, 0.3)))
 
@@ -84,10 +85,12 @@ def test_held_loads():
     stress = -np.eye(3) * np.linspace(0.0, 1.0, N).clip(max=0.5)[:, None, None] * 1e4
     one = run(SCENE, stress=stress, filling_factor=phi)
     (held,) = held_loads(one)
-    assert held.pressure == pytest.approx(5e3) and held.wanted == 5e3
+    assert held.pressure == pytest.approx(5e3) and held.wanted == 5e3 and not held.missed
     assert held.overshoot == pytest.approx(0.0, abs=1e-12)
     assert held.creep == pytest.approx(1e-3 / 1e-5)
     assert len(loads(one, [one], repeats=[one]).axes) == 1
+    low = run(SCENE, stress=0.2 * stress, filling_factor=phi)
+    assert held_loads(low)[0].missed and loads(low).axes[0].get_xlim()[0] < 0.2
     with pytest.raises(DustError, match="no stage holds a pressure"):
         loads(run("boundary: {kind: box}", stress=stress, filling_factor=phi))
 

@@ -31,6 +31,7 @@ def test_a_lattice_has_its_shells():
     r, g = pair_correlation(frame(x, 11.11))
     width = FARTHEST / BINS
     shells = g * 4 / 3 * np.pi * ((r + width / 2) ** 3 - (r - width / 2) ** 3)
+    assert g.min() == 0.0 and not g[r < 1.0].any()  # a grain is no neighbour of itself
     held = shells[shells > 1e-9][:3]
     np.testing.assert_allclose(held / 1.01**3, [6, 12, 8], rtol=1e-9)
 

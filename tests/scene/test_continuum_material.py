@@ -34,7 +34,7 @@ def test_a_file_is_found_beside_the_scene(tmp_path):
     dust = read({"base": "dust_g09", "bulk_modulus": "150 kPa", "name": "softer"})
     plain = dust.model_dump(mode="json", exclude_none=True)
     (tmp_path / "soft.yaml").write_text(yaml.safe_dump(plain))
-    assert read("soft.yaml", tmp_path) == dust
+    assert read("soft.yaml", tmp_path) == dust and hash(read("soft.yaml", tmp_path)) == hash(dust)
     assert read({"base": "soft.yaml", "exponent": 3}, tmp_path).bulk_modulus == 150e3
 
 
