@@ -9,7 +9,7 @@ import xarray as xr
 
 from dusttaichi.analysis.compression import BIN_WIDTH
 from dusttaichi.analysis.ensemble import add_statistics
-from dusttaichi.scene import quantities
+from dusttaichi.analysis.texts import fitting_unit, quantity_text
 
 # numbers of the summary that tables leave out: they describe the machine or the law
 NOT_IN_TABLES = {
@@ -147,42 +147,6 @@ def _axis_texts(data, axis):
     ]
 
 
-DECIMALS = 5  # more than these are written as powers of ten
-# SI unit -> (power of ten, unit), largest first
-_POWERS = {
-    kind.unit: sorted(((power, unit) for unit, power in kind.powers.items()), reverse=True)
-    for kind in quantities.DIMENSIONS.values()
-}
-
-
-def fitting_unit(size, unit):
-    """(power of ten, unit) in which numbers up to `size` [unit, SI] read well."""
-    if unit not in _POWERS:
-        return 0, "" if unit in (None, "1") else unit
-    fitting = [(p, text) for p, text in _POWERS[unit] if size * (1 + 1e-9) >= 10.0**p]
-    return (fitting or [_POWERS[unit][-1] if size else (0, unit)])[0]
-
-
-def quantity_text(value, unit, std=None, size=None):
-    """ "21.9 ± 0.8 kPa": a number [unit] with its scatter, if that shows in four digits, in a unit
-    that fits it, or numbers up to `size`."""
-    scatters = std is not None and math.isfinite(std) and std > 1e-4 * abs(value)
-    size = max(abs(value), std if scatters else 0.0) if size is None else size
-    power, name = fitting_unit(size, unit)
-    factor = 10.0**power
-    mean, std = value / factor, std / factor if scatters else 0.0
-    # two digits of the scatter, and the mean as far
-    decimals = 1 - math.floor(math.log10(std)) if scatters else math.inf
-    if decimals <= DECIMALS:
-        mean, std = (f"{round(v, decimals) + 0.0:.{max(decimals, 0)}f}" for v in (mean, std))
-    else:
-        whole = mean == round(mean) and abs(mean) < 1e9
-        # a residual needs no more digits than two
-        mean = f"{mean:.0f}" if whole else f"{mean:.{4 if abs(mean) >= 1e-4 else 2}g}"
-        std = f"{std:.2g}"
-    return f"{mean}{f' ± {std}' if scatters else ''} {name}".rstrip()
-
-
 def table_numbers(data):
     """Names of the numbers of the summary that tables show: those that some run has.
 
@@ -280,7 +244,7 @@ class Against:
 
 def against(data, name):
     """A number of a dataset of `gather` as an Against: over the swept key with most values, of
-    those that are numbers first; without a sweep over the replicas."""
+    those that are numbers first; without several values of any over the replicas."""
     axes, values = axes_of(data), data[name]
     largest = float(np.nanmax(np.abs(values)))
     power, unit = fitting_unit(largest, values.attrs.get("units"))
@@ -289,8 +253,8 @@ def against(data, name):
         unit = rf"$10^{{{power}}}$ {unit}".strip()
     values = values * 10.0**-power
     name = name.removeprefix("final_")
-    if not axes:
-        alone = values.values[None, :, None]
+    if not _several(data, axes):
+        alone = values.values.reshape(1, -1, 1)
         x = np.arange(values.sizes["replica"])
         nothing = np.full(alone.shape[:2], np.nan)
         ticks = [str(n) for n in x]

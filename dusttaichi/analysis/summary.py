@@ -20,6 +20,7 @@ from dusttaichi.analysis.loads import held_loads
 from dusttaichi.analysis.outcome import outcome, settled
 from dusttaichi.analysis.restitution import restitution
 from dusttaichi.analysis.tensile import tensile
+from dusttaichi.analysis.texts import quantity_text
 from dusttaichi.errors import DustError
 from dusttaichi.scene import quantities
 
@@ -248,19 +249,14 @@ def _duration(seconds):
     return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {seconds:02d} s"
 
 
-def _pascal(value, sigma=None):
-    scale, unit = (1e3, "kPa") if abs(value) >= 1e3 else (1.0, "Pa")
-    within = "" if sigma is None else f" ± {sigma / scale:.2g}"
-    return f"{value / scale:.3g}{within} {unit}"
-
-
 def _tensile_rows(n, row):
     if n["strength"] is None:
         return
-    text = _pascal(n["strength"], n["strength_sigma"])
+    text = quantity_text(n["strength"], "Pa", n["strength_sigma"])
     if not n["strength_passed"]:
         text = f"at least {text}: the stress had not fallen yet"
-    law = "" if n["strength_law"] is None else f"{_pascal(n['strength_law'])} (T19 eq 33)"
+    strength = n["strength_law"]
+    law = "" if strength is None else f"{quantity_text(strength, 'Pa')} (T19 eq 33)"
     row("tensile strength", text, str, law)
     row(
         "… at filling factor",
@@ -313,8 +309,9 @@ def table(numbers):
         beside = "500 Pa (PD08)" if key == "onset_peaks" or n["onset_peaks"] is None else ""
         row(f"onset of compression{what}", onset_, lambda v: f"{v:.3g} Pa", beside)
     if n["release_modulus"] is not None:
-        text = _pascal(n["release_modulus"], n["release_sigma"])
-        where = f"from {_pascal(n['release_pressure'])}, filling factor {n['release_phi']:.3g}"
+        text = quantity_text(n["release_modulus"], "Pa", n["release_sigma"])
+        pressure = quantity_text(n["release_pressure"], "Pa")
+        where = f"from {pressure}, filling factor {n['release_phi']:.3g}"
         row("modulus where it is let go", f"{text} ({where})", str)
     _tensile_rows(n, row)
     _isotropic_rows(n, row)
@@ -324,7 +321,7 @@ def table(numbers):
     row("filling factor", n["filling_factor"], "{:.4f}".format)
     row("pressure on the top wall", n["pressure"], lambda v: f"{v / 1e3:.4g} kPa")
     for stage, pressure, wanted in n["missed_loads"]:
-        there, asked = (quantities.format(p, "pressure", 3) for p in (pressure, wanted))
+        there, asked = (quantity_text(p, "Pa") for p in (pressure, wanted))
         row(f"load at the end{f' of {stage}' if stage else ''}", f"{there}, {asked} asked for", str)
     row("worst residual of the energy ledger", n["ledger_worst"], "{:.1e}".format)
     rows.extend(error_bar_rows(n["error_bar"], n["error_bar_phi"]))

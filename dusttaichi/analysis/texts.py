@@ -1,0 +1,40 @@
+"""Numbers as people read them: with their scatter, in a unit that fits."""
+
+import math
+
+from dusttaichi.scene import quantities
+
+DECIMALS = 5  # more than these are written as powers of ten
+# SI unit -> (power of ten, unit), largest first
+_POWERS = {
+    kind.unit: sorted(((power, unit) for unit, power in kind.powers.items()), reverse=True)
+    for kind in quantities.DIMENSIONS.values()
+}
+
+
+def fitting_unit(size, unit):
+    """(power of ten, unit) in which numbers up to `size` [unit, SI] read well."""
+    if unit not in _POWERS:
+        return 0, "" if unit in (None, "1") else unit
+    fitting = [(p, text) for p, text in _POWERS[unit] if size * (1 + 1e-9) >= 10.0**p]
+    return (fitting or [_POWERS[unit][-1] if size else (0, unit)])[0]
+
+
+def quantity_text(value, unit, std=None, size=None):
+    """ "21.9 ± 0.8 kPa": a number [unit] with its scatter, if that shows in four digits, in a unit
+    that fits it, or numbers up to `size`."""
+    scatters = std is not None and math.isfinite(std) and std > 1e-4 * abs(value)
+    size = max(abs(value), std if scatters else 0.0) if size is None else size
+    power, name = fitting_unit(size, unit)
+    factor = 10.0**power
+    mean, std = value / factor, std / factor if scatters else 0.0
+    # two digits of the scatter, and the mean as far
+    decimals = 1 - math.floor(math.log10(std)) if scatters else math.inf
+    if decimals <= DECIMALS:
+        mean, std = (f"{round(v, decimals) + 0.0:.{max(decimals, 0)}f}" for v in (mean, std))
+    else:
+        whole = mean == round(mean) and abs(mean) < 1e9
+        # a residual needs no more digits than two
+        mean = f"{mean:.0f}" if whole else f"{mean:.{4 if abs(mean) >= 1e-4 else 2}g}"
+        std = f"{std:.2g}"
+    return f"{mean}{f' ± {std}' if scatters else ''} {name}".rstrip()
