@@ -44,19 +44,24 @@ class Forces:
         # sums of what depends on i by a factor only
         places = ti.Vector.zero(ti.f64, self.n)
         motions = ti.Vector.zero(ti.f64, self.n)
+        # The loop takes little from outside (h and scale come behind it): with more, LLVM goes over
+        # four vectors at a time, and most of a list is left to be done one by one.
+        side, opened = 0, 0.0
+        if ti.static(self.layout.separate):
+            side, opened = self.f.side[i], ti.select(self.f.gap[i] >= 0.0, 1.0, 0.0)
         begin = near_begin(self.lists, i)
         for k in range(begin, begin + self.lists.near_counts[i]):
             j = self.lists.near[k]
             d, u = x - self.f.x[j], v - self.f.v[j]
             r2 = d.norm_sqr()
-            weight = self.f.volume[j] * self.slope(r2, numbers.inv_h, numbers.scale)
+            weight = self.f.volume[j] * self.slope(r2, numbers.inv_h, 1.0)
             k_j = self.f.impedance[j]
             # those of what i does to both, and j, whose contacts open each by itself
             own, other = weight, weight
             if ti.static(self.layout.separate):
-                foreign = self.f.side[i] != self.f.side[j]
-                own = ti.select(foreign and self.f.gap[i] >= 0.0, 0.0, weight)
-                other = ti.select(foreign and self.f.gap[j] >= 0.0, 0.0, weight)
+                foreign = ti.select(self.f.side[j] != side, weight, 0.0)
+                own -= opened * foreign
+                other -= ti.select(self.f.gap[j] >= 0.0, foreign, 0.0)
             wd, wu = other * d, other * u
             places += own * d
             motions += own * u
@@ -67,12 +72,8 @@ class Forces:
                     stress[a] += Q_j[self.n * a + b] * wd[b]
                     grid[a] -= kL_j[self.n * a + b] * wd[b]
             if ti.static(self.layout.viscous):
-                # what is rigid has the impedance of the dust that it touches
-                mean = ti.select(k_i == 0.0, k_j, ti.select(k_j == 0.0, k_i, 0.5 * (k_i + k_j)))
-                closing = ti.min(u.dot(d), 0.0) * numbers.h / (r2 + CLOSE * numbers.h * numbers.h)
-                viscous += (
-                    ti.max(alpha, self.f.alpha[j]) * mean * closing * ti.max(own, other)
-                ) * d
+                along = ti.max(alpha, self.f.alpha[j]) * ti.max(own, other)
+                viscous += along * self.resisted(k_i, k_j, u.dot(d), r2, numbers) * d
             if ti.static(self.layout.artificial_stress):
                 shape = self.shape(ti.sqrt(r2) * numbers.inv_h) * numbers.at_spacing
                 for a, b in ti.static(ti.ndrange(self.n, self.n)):
@@ -81,8 +82,8 @@ class Forces:
                     pushing[a] += shape**numbers.exponent * pull * ti.max(own, other) * d[b]
         stress += tensors.matrix(self.f.flux[i], self.n) @ places
         grid += k_i * motions - tensors.matrix(self.f.drag[i], self.n) @ places
-        volume = self.f.volume[i]
-        viscous *= volume
+        volume = numbers.scale * self.f.volume[i]
+        viscous *= volume * numbers.inv_h
         grid *= volume * numbers.grid * numbers.h
         self.f.viscous[i], self.f.grid_force[i] = viscous, grid
         pushing *= volume
@@ -91,3 +92,10 @@ class Forces:
         role = self.f.role[i]
         falls = ti.select(role == DUST or role == RIGID or role == ELASTIC, self.f.mass[i], 0.0)
         self.f.force[i] = volume * stress + viscous + grid + pushing + falls * numbers.gravity
+
+    @ti.func
+    def resisted(self, k_i, k_j, approach, r2, numbers: ti.template()):
+        """rho c mu h of a pair that closes [Pa m], 0 of one that does not; approach: u.d."""
+        # what is rigid has the impedance of the dust that it touches
+        mean = (k_i + k_j) * ti.select(k_i * k_j == 0.0, 1.0, 0.5)
+        return mean * ti.min(approach, 0.0) / (r2 * numbers.inv_h * numbers.inv_h + CLOSE)

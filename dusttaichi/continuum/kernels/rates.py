@@ -59,17 +59,19 @@ class Rates:
         x, v = self.f.x[i], self.f.v[i]
         A = ti.Matrix.zero(ti.f64, self.n, self.n)
         G = ti.Matrix.zero(ti.f64, self.n, self.n)
-        near = 0.0
-        closed = self.closed(i)
+        near, side, opened = 0.0, 0, 0.0
+        if ti.static(self.layout.separate or self.layout.viscous):
+            side, opened = self.f.side[i], self.opened(i)
         begin = near_begin(self.lists, i)
         for k in range(begin, begin + self.lists.near_counts[i]):
             j = self.lists.near[k]
             d, u = x - self.f.x[j], v - self.f.v[j]
             weight = self.f.volume[j] * self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)
             if ti.static(self.layout.separate or self.layout.viscous):
-                foreign = self.f.side[j] != self.f.side[i]
-                weight = ti.select(foreign and not closed, 0.0, weight)
-                near = ti.select(foreign and weight < 0.0, 1.0, near)
+                # sums and selections alone: an `and` would be a branch, for the loop as well
+                foreign = ti.select(self.f.side[j] != side, weight, 0.0)
+                near += foreign
+                weight -= opened * foreign
             for b in ti.static(range(self.n)):
                 wd = weight * d[b]
                 for a in ti.static(range(self.n)):
@@ -87,7 +89,7 @@ class Rates:
         self.f.flux[i] = tensors.rows(stress @ C)
         impedance = self.f.impedance[i]
         self.f.drag[i] = impedance * tensors.rows(L)
-        self.f.alpha[i] = ti.select(near > 0.0, numbers.contact, numbers.bulk)
+        self.f.alpha[i] = ti.select(near * (1.0 - opened) < 0.0, numbers.contact, numbers.bulk)
         if ti.static(self.layout.artificial_stress):
             self.f.tension[i] = tensors.rows(tensors.pulled(stress, -numbers.tension))
         if ti.static(self.layout.separate):
@@ -98,9 +100,9 @@ class Rates:
         return impedance / self.f.density[i] * ti.max(1.0, damped) + strain
 
     @ti.func
-    def closed(self, i):
-        """Whether particle i touches what it may leave, in its reach."""
-        out = True
+    def opened(self, i):
+        """1 where particle i does not touch what it may leave, in its reach."""
+        out = 0.0
         if ti.static(self.layout.separate):
-            out = self.f.gap[i] < 0.0
+            out = ti.select(self.f.gap[i] >= 0.0, 1.0, 0.0)
         return out
