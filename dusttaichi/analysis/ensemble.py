@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from dusttaichi.analysis import dynamic, sphere
+from dusttaichi.analysis.arrival import SOUND_UNITS
 from dusttaichi.analysis.continuum import numbers as continuum
 from dusttaichi.analysis.summary import summary
 from dusttaichi.errors import DustError
@@ -38,6 +39,7 @@ UNITS = (
     | continuum.UNITS
     | dynamic.UNITS
     | sphere.UNITS
+    | SOUND_UNITS
 )  # fmt: skip
 """Of numbers of `summary`, SI."""
 # global attributes of the runs that the dataset keeps, all values that occur

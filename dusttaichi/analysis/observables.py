@@ -5,11 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi.analysis.arrival import arrival, sound_speed
 from dusttaichi.analysis.compression import compression_curve
 from dusttaichi.analysis.ledger import losses_by_channel
 from dusttaichi.analysis.summary import summary
-from dusttaichi.errors import DustError
 
 CURVE = "phi_rms"
 GRID = 201  # pressures at which two curves are compared
@@ -27,15 +25,6 @@ class Observable:
 
 def _of_summary(key):
     return lambda run, numbers: numbers.get(key)
-
-
-def _sound(run, numbers):
-    if not run.pushes:
-        return None
-    try:
-        return sound_speed(arrival(run)).speed
-    except DustError:  # it has not arrived at enough grains, or no snapshots tell
-        return None
 
 
 def _lost(run, numbers):
@@ -58,7 +47,7 @@ WANTED = (
     Observable("p_m", "Pa", "p_m of S12 eq 31 fitted to phi(P)", _of_summary("p_m")),
     Observable("strength", "Pa", "tensile strength", _of_summary("strength")),
     Observable("ratio", "1", "pressure over (E_roll/r^3) phi^3 (T19 eq 9)", _of_summary("ratio")),
-    Observable("sound_speed", "m/s", "speed of sound", _sound),
+    Observable("sound_speed", "m/s", "speed of sound", _of_summary("sound_speed")),
     Observable("restitution", "1", "coefficient of restitution", _of_summary("restitution")),
     Observable(
         "depth", "m", "depth of a bead, g t^2/2 taken away", _of_summary("depth_weightless")

@@ -3,6 +3,7 @@
 import numpy as np
 
 from dusttaichi.analysis import dynamic, sphere
+from dusttaichi.analysis.arrival import sound_numbers
 from dusttaichi.analysis.compression import (
     compression_curve,
     compression_law,
@@ -46,6 +47,7 @@ def summary(run, law=None):
     outcome (see `analysis.outcome`), settled (the last two snapshots hold the same fragments),
     fragments, largest_share (of the mass),
     growth_efficiency, compaction, restitution of a collision between its first and last snapshot;
+    sound_speed, sound_speed_sigma after a push;
     of a run of the continuum those of `analysis.continuum.numbers`.
     law: the CompressionLaw to compare with (default: `compression_law`, by the boundary).
     """
@@ -82,7 +84,7 @@ def summary(run, law=None):
     numbers |= _compression(run, law) | dynamic.numbers(run) | _release(run) | _tension(run)
     missed = [held for held in held_loads(run) if held.missed]
     numbers["missed_loads"] = [(held.stage, held.pressure, held.wanted) for held in missed]
-    numbers |= _isotropic(run) | _collision(run) | sphere.numbers(run)
+    numbers |= _isotropic(run) | _collision(run) | sphere.numbers(run) | sound_numbers(run)
     return numbers | continuum.numbers(run)
 
 
@@ -291,11 +293,9 @@ def table(numbers):
 
     row("status", n["status"], str)
     if n["p_m"] is not None:
-        kpa, sigma = n["p_m"] / 1e3, n["p_m_sigma"] / 1e3
-        laboratory = f"{n['law_p_m'] / 1e3:.3f} kPa"
-        row("p_m", kpa, lambda v: f"{v:.2f} ± {sigma:.2f} kPa", laboratory)
-        sigma_delta, laboratory = n["delta_sigma"], f"{n['law_delta']:.3f}"
-        row("Delta", n["delta"], lambda v: f"{v:.3f} ± {sigma_delta:.3f}", laboratory)
+        law_p_m, law_delta = quantity_text(n["law_p_m"], "Pa"), f"{n['law_delta']:.3g}"
+        row("p_m", quantity_text(n["p_m"], "Pa", n["p_m_sigma"]), str, law_p_m)
+        row("Delta", quantity_text(n["delta"], "1", n["delta_sigma"]), str, law_delta)
     dynamic.rows(n, row)
     row("fit", n["fit_problem"], str)
     if n["rms"] is not None:
@@ -317,6 +317,8 @@ def table(numbers):
     _isotropic_rows(n, row)
     _collision_rows(n, row)
     sphere.rows(n, row)
+    if n["sound_speed"] is not None:
+        row("speed of sound", quantity_text(n["sound_speed"], "m/s", n["sound_speed_sigma"]), str)
     continuum.rows(n, row)
     row("filling factor", n["filling_factor"], "{:.4f}".format)
     row("pressure on the top wall", n["pressure"], lambda v: f"{v / 1e3:.4g} kPa")

@@ -120,6 +120,9 @@ def save_all(run, directory, suffix=".png"):
     return _save(figures_of(run), directory, suffix)
 
 
+FEW = 10  # grains: fewer have no structure to show
+
+
 @styled
 def figures_of(run):
     """Every figure that a Run has something for, by name.
@@ -163,7 +166,7 @@ def figures_of(run):
             figures["fractal"] = fractal(run)
     if several and "stress" in run.series:
         figures["stress"] = stress(run)
-    if run.has_forces:
+    if run.has_forces and run.grains >= FEW:
         figures["structure"] = structure(run)
         figures |= _spaces(run)
     if run.pushes:

@@ -147,7 +147,7 @@ def test_summary_and_table(run):
     assert numbers["rms"] < 0.02 and numbers["rms_covered"] == 1
     assert numbers["contacts_per_grain"] == numbers["contacts"] / 1000
     rows = {row[0]: row for row in analysis.table(numbers)}
-    assert rows["p_m"][1].endswith("kPa") and rows["p_m"][2] == "16.667 kPa"
+    assert rows["p_m"][1].endswith("kPa") and rows["p_m"][2] == "16.67 kPa"
     assert "(1-100 kPa)" in rows["rms of the filling factor from S12 eq 31"][1]
 
 
