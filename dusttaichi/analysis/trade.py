@@ -58,7 +58,7 @@ def trade_dataset(*, columns, numbers, flags, values, errors, observables, seeds
     about = {
         "reference": "value of the reference, SI",
         "scatter": "standard deviation between seeds, as an error",
-        "convergence": "difference of the reference from it at half its step, as an error",
+        "convergence": "difference of the reference from it at what `check` says, as an error",
     }
     for name, column in observables.items():
         data[name] = ("observable", np.array(column, dtype=float), {"long_name": about[name]})

@@ -25,6 +25,11 @@ LOOKS = {  # knob -> colour, marker
     "damping": (style.GREEN, "^"),
     "asperities": (style.YELLOW, "^"),
     "grains": (style.BLACK, "D"),
+    "spacing": (style.BLUE, "o"),
+    "h_over_spacing": (style.ORANGE, "o"),
+    "cfl": (style.GREEN, "o"),
+    "viscosity_grid": (style.PURPLE, "o"),
+    "viscosity_contact": (style.RED, "s"),
     "combined": (style.GREY, "P"),
 }
 MARKED = {"preset": ("X", style.BLACK, 7), "default": ("*", style.RED, 10)}
@@ -88,7 +93,7 @@ def _thresholds(axes, data, lowest):
             color=style.GREY,
             linewidth=1.0,
             linestyle=(0, (1, 1)),
-            label="reference at half step",
+            label=f"reference at {data.attrs.get('check', 'half its step')}",
         )
     axes.axhline(
         data.attrs["tolerance"],

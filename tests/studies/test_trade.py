@@ -142,7 +142,7 @@ def test_presets_are_free_of_what_they_set():
     assert fast.numerics.skin == 0.1 and fast.numerics.mass_scaling == 4.0
     # the reference is converged in these too
     assert reference.numerics.skin == "auto" and reference.numerics.mass_scaling == 1.0
-    half = scenes.changed(base, knobs.halved(base).changes)
+    half = scenes.changed(base, knobs.check(base).changes)
     assert half.numerics.step_fraction == 0.5 * reference.numerics.step_fraction
 
 
@@ -176,6 +176,12 @@ def test_knobs_of_a_continuum():
     }  # fmt: skip
     assert not left_out
     reference = scenes.changed(base, knobs.presets(base)[-1].changes)
-    half = scenes.changed(base, knobs.halved(base).changes)
-    assert reference.numerics.spacing == pytest.approx(0.5 * base.numerics.spacing)
-    assert half.numerics.cfl == 0.5 * reference.numerics.cfl
+    check = scenes.changed(base, knobs.check(base).changes)
+    assert reference.numerics.spacing == pytest.approx(0.25 * base.numerics.spacing)
+    assert reference.numerics.cfl == check.numerics.cfl == 0.25
+    assert check.numerics.spacing == pytest.approx(2.0 * reference.numerics.spacing)
+    # in space the reference is half as fine, and no rung is as fine as it
+    space = load(CONFIGS / "guettler2009/bounce.yaml")
+    reference = scenes.changed(space, knobs.presets(space)[-1].changes)
+    assert reference.numerics.spacing == pytest.approx(0.5 * space.numerics.spacing)
+    assert "spacing = 0.5" not in {p.label for p in knobs.ladder(space)[0]}

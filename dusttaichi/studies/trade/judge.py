@@ -13,8 +13,8 @@ class Judge:
     """Errors against the Measured of a converged reference.
 
     name: of the observable that decides. scatter, convergence: observable -> standard deviation
-    between seeds, and difference of the reference from one at half its step, as errors; nan where
-    they are not known. tolerance: largest error that is wanted.
+    between seeds, and difference of the reference from its check (knobs.check), as errors; nan
+    where they are not known. tolerance: largest error that is wanted.
     """
 
     reference: object
@@ -24,8 +24,8 @@ class Judge:
     tolerance: float
 
     @classmethod
-    def of(cls, reference, half, default, seeds, *, tolerance, name=None):
-        """The Judge from Measured of the reference, of it at half the step (or None), of the
+    def of(cls, reference, check, default, seeds, *, tolerance, name=None):
+        """The Judge from Measured of the reference, of its check (or None), of the
         default and of all seeds.
 
         name: of the observable, by default the first that reference and default have and that is
@@ -43,8 +43,8 @@ class Judge:
             )
         nothing = dict.fromkeys(reference.names, math.nan)
         found = nothing
-        if half is not None:
-            found = {n: e for n, (_, e) in differences(half, reference).items()}
+        if check is not None:
+            found = {n: e for n, (_, e) in differences(check, reference).items()}
         telling = [n for n in names if n == CURVE or reference.values[n] != 0.0]
         spread = scatter(seeds, reference)
         return cls(reference, name or (telling or names)[0], spread, nothing | found, tolerance)

@@ -187,15 +187,21 @@ def presets(scene):
     ]
 
 
-def halved(scene):
-    """The reference at half its step."""
+def check(scene):
+    """The reference at half its step, of a continuum at twice its spacing: tells its own error."""
     if isinstance(scene, ContinuumScene):
-        return continuum.halved(scene)
+        return continuum.coarser(scene)
     reference = scenes.changed(scene, scenes.reference(scene))
     changes = scenes.reference(scene)
     changes["numerics.step_fraction"] = 0.5 * reference.numerics.step_fraction
     return Point(
-        "reference, half the step", "reference", "half", math.nan, NUMERICAL, changes, paired=False
+        "reference, half the step",
+        "reference",
+        "half its step",
+        math.nan,
+        NUMERICAL,
+        changes,
+        paired=False,
     )
 
 

@@ -52,6 +52,7 @@ def dataset(trade, given_scene, source, numbers):
         cheapest=_label(trade.anything),
         cheapest_numerical_yaml=paste(trade, trade.numerical, given_scene) or None,
         cheapest_yaml=paste(trade, trade.anything, given_scene) or None,
+        check=trade.check.point.text,
         left_out="; ".join(f"{k}: {v}" for k, v in trade.left_out.items()) or None,
         **numbers,
     )
@@ -134,7 +135,7 @@ def sentences(trade):
     """Lines that say what the numbers are worth, and what to take."""
     judge, name = trade.judge, trade.judge.name
     own, spread = judge.convergence[name], judge.scatter[name]
-    lines = [f"reference: it changes by {percent(own)} at half its step"]
+    lines = [f"reference: it changes by {percent(own)} at {trade.check.point.text}"]
     if not judge.converged:
         lines[0] += (
             f", not below a third of the tolerance of {percent(judge.tolerance)}: errors of this "

@@ -10,7 +10,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.studies.trade import knobs, scenes
 from dusttaichi.studies.trade.judge import Judge
 from dusttaichi.studies.trade.path import Row, cheapest, offers, walk
-from dusttaichi.studies.trade.point import KINDS, NUMERICAL, Point, PointResult
+from dusttaichi.studies.trade.point import KINDS, NUMERICAL, Point
 
 LEAST_NOISE = 0.02  # of a cost, that is always reckoned with
 AGAIN = Point("default again", "default", "", math.nan, NUMERICAL, paired=False, again=True)
@@ -24,14 +24,14 @@ class Trade:
     rows: default first, then presets (that of the reference last), ladders, combinations. seeds:
     Measured of the default with each seed, its own first. numerical, anything: the cheapest
     accepted Row of numerical knobs, and of all; None where none is. left_out: knob -> why. noise:
-    of a cost.
+    of a cost. check: the reference at half its step, or what else tells its own error.
     """
 
     scene: object
     judge: Judge
     rows: tuple[Row, ...]
     seeds: tuple[Measured, ...]
-    half: PointResult
+    check: Row
     numerical: Row | None
     anything: Row | None
     left_out: dict[str, str]
@@ -39,9 +39,9 @@ class Trade:
 
 
 def plan(scene, names=knobs.NAMES, quick=False, seeds=4):
-    """(points beside the default, further seeds and halved reference, left out) of a base scene."""
+    """(points beside the default, check of the reference and seeds, left out) of a base scene."""
     singles, left_out = knobs.ladder(scene, names, quick)
-    behind = [knobs.halved(scene), *knobs.seeds(scene, seeds)]
+    behind = [knobs.check(scene), *knobs.seeds(scene, seeds)]
     return [*knobs.presets(scene), *singles], behind, left_out
 
 
@@ -68,13 +68,13 @@ def trade(
     _needed(default, "the scene as it is")
     _known(observable, default.measured)
     results = run([*behind, *front])
-    reference, half = results["reference"], results[behind[0].label]
+    reference, check = results["reference"], results[behind[0].label]
     _needed(reference, "the reference")
     others = [results[point.label] for point in behind[1:]]
     measured = [default.measured, *(o.measured for o in others if o.ok)]
     judge = Judge.of(
         reference.measured,
-        half.measured if half.ok else None,
+        check.measured if check.ok else None,
         default.measured,
         measured,
         tolerance=tolerance,
@@ -99,7 +99,7 @@ def trade(
         judge,
         tuple(rows),
         tuple(measured),
-        half,
+        Row(behind[0], check),
         cheapest(rows, judge, (NUMERICAL,), noise),
         cheapest(rows, judge, KINDS, noise),
         left_out,
