@@ -37,6 +37,9 @@ class MovingDust(SimpleSimulation):
         self.started = measure.energies(sim)["loss"]
         # walls whose force is summed: over the particles that they move
         self._pressed = {WALLS[face] for face in np.unique(sample.face) if face >= 0}
+        rigid = [body for body in sample.bodies if body.rigid]
+        # rigid faces are bodies without a size
+        self._flying = {b: body.name for b, body in enumerate(rigid) if body.size > 0.0}
         self.drive(scene.stage_plans[0].drive)
 
     def _features(self):
@@ -74,6 +77,7 @@ class MovingDust(SimpleSimulation):
 
     def trust(self, measurement):
         trust.check(self.sim, measurement)
+        trust.check_inside(self.sim, self.around.box, self._flying)
 
     def sums(self):
         # over time in us, as a window has it, the mean is a force in N; that on an elastic body is
@@ -183,7 +187,7 @@ class MovingDust(SimpleSimulation):
             "seed": getattr(scene.sample, "seed", None),
             "threads": self.sim.threads,
             "dimension": scene.dimension,
-            "gravity": -self.sim.numbers["gravity"][-1],  # along -z
+            "gravity": 0.0 - self.sim.numbers["gravity"][-1],  # along -z; without any 0, not -0
             "solid_density": self.sim.material.rho_s,
             "spacing": scene.numerics.spacing,
             "smoothing_length": scene.numerics.smoothing_length,

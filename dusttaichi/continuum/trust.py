@@ -1,9 +1,13 @@
-"""The guards of the continuum: numbers that are none, dust denser than its laws go."""
+"""The guards of the continuum: numbers that are none, dust denser than its laws go, bodies that
+have left through a face."""
 
 import numpy as np
 
+from dusttaichi import units
+from dusttaichi.continuum.kernels.store import CENTRE, FACES
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import moment
+from dusttaichi.names import WALLS
 
 BEYOND = 1.1
 """Density over that of phi_2 from which an elastic strain is more than its linear law is for."""
@@ -26,4 +30,25 @@ def check(sim, measurement):
             f"gone; the model ends at {BEYOND * most:.4g}, and at {most:g} when it is gone "
             "(material.compressive.phi_2), where its compressive strength has no bound. Try a "
             "lower speed, an earlier stop, or a smaller numerics.cfl."
+        )
+
+
+def check_inside(sim, box, names):
+    """Raise GuardStop if the centre of a rigid body is beyond a face that is not open.
+
+    box: domain.walls.Box of the moment, None where all is open. names: of the rigid bodies by their
+    number, without those that are faces.
+    """
+    if box is None or not names:
+        return
+    centres = sim.rigid(CENTRE)[FACES:][list(names)] / units.LENGTH
+    beyond = box.offsets(sim.time) - centres @ box.normal.T  # (bodies, 6) [um]
+    beyond[:, box.present == 0] = -np.inf
+    body, wall = np.unravel_index(np.argmax(beyond), beyond.shape)
+    if beyond[body, wall] > 0.0:
+        name, far = list(names.values())[body], 1e-3 * beyond[body, wall]
+        raise GuardStop(
+            f"{moment(sim)} {name} has passed through the {WALLS[wall]}: its centre is {far:.3g} "
+            "mm outside. It has gone through all the dust that there was, and stops in none. Try a "
+            "deeper sample, a lower speed, or an earlier stop."
         )

@@ -1,12 +1,17 @@
 """The equations of the continuum against closed forms, in scenes of seconds."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from continuum import dust
 
 from dusttaichi import method, units
 from dusttaichi.compute.backend import Loops
+from dusttaichi.continuum import trust
 from dusttaichi.continuum.build import build
+from dusttaichi.continuum.kernels.store import FACES
+from dusttaichi.domain.walls import NORMALS, Box
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import State
 
@@ -87,6 +92,20 @@ def test_guards_stop_what_has_no_meaning():
     with pytest.raises(GuardStop, match="not a number"):
         motion.sim.put("x", np.full((len(x), 2), np.nan))
         motion.sim.search.now()
+
+
+def test_a_body_that_passes_through_a_face_is_named():
+    present = np.array([0, 0, 0, 0, 1, 0])
+    offset = np.array([0.0, 0.0, 0.0, 0.0, -3000.0, 0.0])  # um: a bottom at -3 mm
+    box = Box(NORMALS, offset, np.zeros(6), present.astype(float), present)
+    centres = np.zeros((FACES + 2, 3))
+    sim = SimpleNamespace(time=5.0, step=3, rigid=lambda column: centres)
+    centres[FACES:] = [[0.0, 0.0, -3.2e-3], [9.0, 0.0, -2.9e-3]]  # the face itself, the bead
+    trust.check_inside(sim, box, {1: "bead"})
+    trust.check_inside(sim, None, {1: "bead"})
+    centres[FACES + 1, 2] = -3.25e-3
+    with pytest.raises(GuardStop, match=r"bead has passed through the bottom.* 0.25 mm outside"):
+        trust.check_inside(sim, box, {1: "bead"})
 
 
 def test_what_is_too_fast_is_stopped():

@@ -175,6 +175,10 @@ def test_knobs_of_a_continuum():
         "spacing", "h_over_spacing", "cfl", "viscosity_grid", "viscosity_contact",
     }  # fmt: skip
     assert not left_out
+    # a lattice has no seed that would change anything
+    assert not knobs.seeds(base, 2)
+    glass = base.with_value("sample.target.lattice", "glass")
+    assert knobs.seeds(glass, 2)[0].changes == {"sample.target.seed": 2}
     reference = scenes.changed(base, knobs.presets(base)[-1].changes)
     check = scenes.changed(base, knobs.check(base).changes)
     assert reference.numerics.spacing == pytest.approx(0.25 * base.numerics.spacing)

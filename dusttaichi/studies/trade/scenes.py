@@ -157,13 +157,14 @@ def _kept(scene, which):
 
 
 def seeds_moved(scene, number):
-    """Changes that move every seed of the sample by `number`; {} where it has none."""
+    """Changes that move every seed of the sample by `number`; {} where it has none that matters:
+    a lattice of the continuum is random as a glass alone."""
     found, todo = {}, [("sample", scene.sample.model_dump(mode="json"))]
     while todo:
         path, block = todo.pop()
         for key, value in block.items():
             if isinstance(value, dict):
                 todo.append((f"{path}.{key}", value))
-            elif key == "seed" and value is not None:
+            elif key == "seed" and value is not None and block.get("lattice", "glass") == "glass":
                 found[f"{path}.seed"] = (value + number) % 2**32
     return found
