@@ -83,6 +83,16 @@ def test_trade_takes_the_cheapest_within_the_tolerance():
     assert not judge.accepts(by["step_fraction = 0.3 + speed = 4"])
 
 
+def test_where_the_scene_errs_too_much_the_way_begins_at_a_dearer_row():
+    """It errs by 0.0375; 0.15 of the period errs by 0.02 at 4/3 of the cost, without rolling 0.05."""
+    found, model = modelled(tolerance=0.03, names=("step_fraction", "rolling"))
+    by = {row.point.label: row for row in found.rows}
+    assert not found.judge.accepts(by["default"]) and by["default"].result.ratio == 1.0
+    assert found.anything.point.label == "step_fraction = 0.15"
+    assert "step_fraction = 0.15 + rolling = off" in by
+    assert not found.judge.accepts(by["step_fraction = 0.15 + rolling = off"])
+
+
 def test_noise_without_companions_is_that_of_a_second_run():
     """A quarter: rolling left out, at 0.8 of the cost, is not combined; the preset saves 29 %."""
     assert modelled()[0].noise == 0.02

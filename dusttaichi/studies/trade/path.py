@@ -23,12 +23,22 @@ def pays(row, judge, noise):
     return ratio is not None and ratio < 1.0 - noise and judge.accepts(row)
 
 
-def offers(rows, judge, noise):
+def saves(row, judge, noise, most):
+    """True for a row that is cheaper than the default and errs by no more than `most`."""
+    ratio = row.result.ratio
+    return ratio is not None and ratio < 1.0 - noise and judge.error(row.result) <= most
+
+
+def offers(rows, judge, noise, most=None):
     """Rows that pay, knob by knob, cheapest first in each: lists, in the order of what the
-    cheapest rung saves for its error."""
+    cheapest rung saves for its error.
+
+    most: where the default errs by too much, the error up to which a row is offered all the same,
+    to be tried upon another that is accepted.
+    """
     knobs = {}
     for row in rows:
-        if pays(row, judge, noise):
+        if pays(row, judge, noise) if most is None else saves(row, judge, noise, most):
             knobs.setdefault(row.point.knob, []).append(row)
 
     def worth(found):
