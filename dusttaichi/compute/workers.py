@@ -13,7 +13,11 @@ STRIDE = 512
 PATIENCE = 20_000_000  # tries (some 0.1-0.4 s) before the first worker goes on alone
 CLOSED = 1_000_000
 
-MEET, MET, PRESENT = 0, 1, 2  # places in the `sync` field
+# places in the `sync` field, each in a line of the cache that the next is not fetched with: what
+# workers wait at must not share one with what others read meanwhile
+_APART = 32
+MEET, MET, PRESENT = 0, _APART, 2 * _APART
+OWN, SYNC = 3 * _APART, 4 * _APART  # the first of the method's own places; length of the field
 
 
 @ti.func

@@ -14,7 +14,7 @@ sync[DONE] tells. `most` holds the fastest signals of the step.
 import taichi as ti
 
 from dusttaichi.compute.scan import first_of
-from dusttaichi.compute.workers import STRIDE, assemble, barrier
+from dusttaichi.compute.workers import STRIDE, SYNC, assemble, barrier
 from dusttaichi.continuum.kernels.store import APART, DONE, DUE, ENDED, MOST_WORKERS, STUCK
 from dusttaichi.physics.continuum.kernels import MATERIAL
 
@@ -38,7 +38,7 @@ def by_workers(motion, rates, forces, StepNumbers):
         numbers: StepNumbers,
         material: MATERIAL,
     ):
-        for k in range(8):
+        for k in range(SYNC):
             sync[k] = 0
         for q in range(workers * STRIDE):
             if q % STRIDE == 0:

@@ -31,6 +31,7 @@ from dusttaichi.grains.kernels.polydisperse import interface_table, make_write_c
 from dusttaichi.grains.kernels.relist import make_relist
 from dusttaichi.grains.kernels.sphere import make_sphere_relist
 from dusttaichi.grains.kernels.wall_search import make_wall_relist
+from dusttaichi.grains.order import grain_order
 from dusttaichi.grains.simulation import Simulation, Typical
 from dusttaichi.grains.sphere import placed_sphere, sphere_contacts, surface_of
 from dusttaichi.grains.step import make_advance
@@ -229,21 +230,3 @@ def check_precision(scene, sample, delta0):
             f"which {RESOLVED:.1%} must be resolved; try mixed or f64, or a sample below "
             f"{RESOLVED * delta0 * 2.0**24 * 1e6:.2g} um about the origin"
         )
-
-
-def spatial_order(positions, cell):
-    """Order of grains along a Morton curve of cells, so that neighbours stand close in memory."""
-    c = np.floor((positions - positions.min(axis=0)) / cell).astype(np.int64)
-    key = np.zeros(len(c), np.int64)
-    for bit in range(20):
-        for axis in range(3):
-            key |= ((c[:, axis] >> bit) & 1) << (3 * bit + axis)
-    return np.argsort(key, kind="stable")
-
-
-def grain_order(positions, cell, scenes=None):
-    """The spatial order of all grains; of a batch scene after scene, each as it would be alone."""
-    if scenes is None:
-        return spatial_order(positions, cell)
-    members = [np.flatnonzero(scenes == n) for n in range(scenes[-1] + 1)]
-    return np.concatenate([own[spatial_order(positions[own], cell)] for own in members])

@@ -12,7 +12,7 @@ contacts (a search came between). It ends early when a search is due. sync[DONE]
 
 import taichi as ti
 
-from dusttaichi.compute.workers import STRIDE, assemble, barrier
+from dusttaichi.compute.workers import STRIDE, SYNC, assemble, barrier
 from dusttaichi.grains.kernels.phases import DONE, DUE, StepNumbers
 from dusttaichi.grains.kernels.walls import Walls
 
@@ -38,7 +38,7 @@ def by_workers(phases):
         wall: ContactParams,
         box: Walls,
     ):
-        for k in range(8):
+        for k in range(SYNC):
             sync[k] = 0
         for q in range(workers * STRIDE):
             if q % STRIDE == 0:

@@ -21,7 +21,7 @@ def pressed(threads):
         damping="viscoelastic",
         threads=threads,
         boundary=box(wall_speed=1.0, side_walls=1e-3),
-        sample={"kind": "rbd", "grains": 60, "seed": 3},
+        sample={"kind": "rbd", "grains": 420, "seed": 3},
     )
     return Probe(scene, samples.make(scene))
 

@@ -25,8 +25,8 @@ SCRATCH = set(
 )
 KERNELS = set("advance bounds find relist list_entries measure_grains measure_pairs".split())
 WALL_FIELDS = set(
-    "wall_grain wall_gap wall_of wall_slot wall_loss impulse impulse_total wall_chunk wall_first "
-    "wall_sum wall_force".split()
+    "wall_grain wall_gap wall_of wall_slot wall_loss impulse impulse_total wall_chunk wall_sum "
+    "wall_force".split()
 )
 WALL_KERNELS = {"relist_walls", "measure_walls"}
 CELL_FIELDS = {"shift", "wraps", "cell", "face_work", "wrap_work"}

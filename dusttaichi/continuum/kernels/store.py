@@ -11,6 +11,7 @@ import taichi as ti
 
 from dusttaichi.compute.backend import THREAD_CLASSES
 from dusttaichi.compute.scan import CHUNK
+from dusttaichi.compute.workers import OWN, SYNC
 
 FACES = 6  # groups 0-5 move as a face does, those from 6 on are rigid bodies
 FREE = -1  # group of dust
@@ -33,7 +34,7 @@ CENTRE, SPEED, TURN, MOMENTUM, SPIN, FORCE, TORQUE, IMPULSE, WORK, MASS, INERTIA
 )  # fmt: skip
 ROW = 36
 # places in `sync` behind those of compute.workers
-DUE, DONE, ENDED, STUCK = 3, 4, 5, 6
+DUE, DONE, ENDED, STUCK = range(OWN, OWN + 4)
 
 
 @dataclass(frozen=True)
@@ -151,7 +152,7 @@ def place(layout, room, entries):
         "cell_first": (ti.i32, (4 * seen + 64,)),
         "in_cell": (ti.i32, (seen,)),
         "chunk_sum": (ti.i32, (room // CHUNK + 2,)),
-        "sync": (ti.i32, (8,)),
+        "sync": (ti.i32, (SYNC,)),
         "most": (ti.f64, (MOST_WORKERS * APART,)),
     }
     if layout.ghosts:

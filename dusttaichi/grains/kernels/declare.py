@@ -6,6 +6,7 @@ from typing import NamedTuple
 import taichi as ti
 
 from dusttaichi.compute.scan import CHUNK
+from dusttaichi.compute.workers import SYNC
 from dusttaichi.grains.kernels.store import COUNTS, SPHERE, capacity, sphere_capacity
 
 GATHERED = ("x", "v", "w")  # gathered together by contacts: they stand side by side in memory
@@ -103,7 +104,7 @@ def _contacts(n, layout):
         ("entry_start", "first contact of a grain's list", "1", ("i32", 0), (n.grains + 1,)),
         ("entry", "row and lane of the loads, -1 at the end", "1", ("i32", 0), (entries,)),
         ("loss", "losses by tile", "fJ", n.lane, (tiles, len(layout.channels))),
-        ("sync", "meeting places of the workers", "1", ("i32", 0), (8,)),
+        ("sync", "meeting places of the workers", "1", ("i32", 0), (SYNC,)),
         ("counts", "numbers of contacts and their room", "1", ("i32", 0), (COUNTS,)),
     ]
 

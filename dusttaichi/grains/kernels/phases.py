@@ -3,6 +3,7 @@
 import taichi as ti
 
 from dusttaichi.compute.scan import CHUNK, first_of, whole
+from dusttaichi.compute.workers import OWN
 from dusttaichi.grains.kernels.cell import make_cell
 from dusttaichi.grains.kernels.deviations import DeviationPairs, DeviationWalls
 from dusttaichi.grains.kernels.grains import make_flux, make_grain_pass
@@ -28,7 +29,7 @@ StepNumbers = ti.types.struct(
     wall_due=ti.i64,  # step at which a wall has gone that way
 )
 
-DONE, DUE = 6, 7  # places in the `sync` field
+DONE, DUE = OWN, OWN + 1  # places in the `sync` field
 
 
 @ti.data_oriented
@@ -44,6 +45,7 @@ class Phases:
         self.width, self.tile, self.stress = layout.width, layout.tile, layout.stress
         self.ContactParams = params_type(laws, layout.geometry, layout.law)
         self.move, self.frame = make_grain_pass(fields, layout), make_cell(fields, layout)[0]
+        self.pair_i = fields["pair_i"]
         self.add_flux = make_flux(fields, layout) if layout.stress else None
         # a stress is summed by chunks of grains, so that its bits do not depend on the workers
         self.part_size = CHUNK if layout.stress else 1
@@ -148,9 +150,22 @@ class Phases:
     # -- the share of one worker -----------------------------------------------------------------
 
     @ti.func
+    def first_part(self, me, workers):
+        """Where the grains of a worker begin: with the first of its pairs, whose loads they gather,
+        so that few lines of the cache go from core to core; near an even share at least, where
+        some grains have many pairs and others few."""
+        n, tiles = self.parts(), self.pair_tiles()
+        even, most = first_of(me, workers, n), n // (8 * workers)
+        part = even
+        if 0 < me < workers and tiles >= workers:
+            own = self.pair_i[first_of(me, workers, tiles) * self.tile][0] // self.part_size
+            part = ti.max(even - most, ti.min(own, even + most))
+        return part
+
+    @ti.func
     def kick_and_drift(self, me, workers, step, numbers):
-        due, n = 0, self.parts()
-        for part in range(first_of(me, workers, n), first_of(me + 1, workers, n)):
+        due = 0
+        for part in range(self.first_part(me, workers), self.first_part(me + 1, workers)):
             due = ti.max(due, self.move_part(part, step, numbers))
         if ti.static(self.has_sphere):
             if me == 0:

@@ -38,7 +38,6 @@ def place_search(grains, layout, walls):
     if walls:
         own |= {
             "wall_chunk": ti.field(ti.i32, shape=(6, -(-grains // CHUNK) + 1)),
-            "wall_first": ti.field(ti.i32, shape=8),
         }
     if layout.sphere:
         own["sphere_chunk"] = ti.field(ti.i32, shape=-(-grains // CHUNK))

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import taichi as ti
 
+from dusttaichi.compute.backend import SMALL
 from dusttaichi.names import CHANNELS, EXTRA_CHANNELS
 
 NEIGHBOURS = 24  # neighbours of a grain within the skin that the search can hold
@@ -18,7 +19,8 @@ PAIRS_PER_GRAIN = 6  # twelve touching neighbours at most
 # do not know when they are compiled
 PAIRS, WALL_BLOCKS, OVERFLOW, GRAINS, PAIR_ROOM, FIRST_WALL, WALL_ROOM = range(7)
 ON_SPHERE, FIRST_SPHERE = 7, 8  # contacts with the sphere, and their first block
-COUNTS = 9
+WALL_SECTIONS = 9  # see `wall_sections`
+COUNTS = 10
 SPHERE = 2  # number of the sphere behind the grains: two that fill empty lanes stand before it
 
 
@@ -132,7 +134,8 @@ def sizes(grains, layout, walls):
     pair_blocks, wall_blocks = capacity(grains, layout, walls)
     first_wall = pair_blocks + sphere_capacity(grains, layout)
     room = pair_blocks * layout.width
-    return [0, 0, 0, grains, room, first_wall, wall_blocks, 0, pair_blocks]
+    sections = wall_sections(grains)
+    return [0, 0, 0, grains, room, first_wall, wall_blocks, 0, pair_blocks, sections]
 
 
 def capacity(grains, layout, walls):
@@ -143,9 +146,16 @@ def capacity(grains, layout, walls):
     """
     per_tile = layout.width * layout.tile
     pairs = PAIRS_PER_GRAIN * grains + 64
-    lanes = min(6 * grains, grains + int(20 * grains ** (2 / 3)) + 64) + 6 * layout.width
+    lanes = min(6 * grains, grains + int(20 * grains ** (2 / 3)) + 64)
+    lanes += 6 * layout.width * wall_sections(grains)
     pair_blocks = -(-pairs // per_tile) * layout.tile
     return pair_blocks, -(-lanes // per_tile) * layout.tile if walls else 0
+
+
+def wall_sections(grains):
+    """Parts of the grains whose contacts with walls stand together, so that a worker passes those
+    of its own grains. Each costs some three blocks more, as no block is of two walls."""
+    return next(n for n, most in ((1, SMALL), (2, 8192), (4, 32768), (8, grains)) if grains <= most)
 
 
 def sphere_capacity(grains, layout):

@@ -2,13 +2,14 @@
 
 import taichi as ti
 
-from dusttaichi.compute.scan import CHUNK, whole
+from dusttaichi.compute.scan import CHUNK, first_of, whole
 from dusttaichi.grains.kernels.store import (
     FIRST_WALL,
     GRAINS,
     OVERFLOW,
     WALL_BLOCKS,
     WALL_ROOM,
+    WALL_SECTIONS,
 )
 from dusttaichi.grains.kernels.walls import Walls
 
@@ -29,7 +30,7 @@ class WallLists:
             setattr(self, name, fields[name])
         for name in ("wall_grain", "wall_gap", "wall_of", "wall_slot"):
             setattr(self, name, fields[name])
-        self.wall_chunk, self.wall_first = scratch["wall_chunk"], scratch["wall_first"]
+        self.wall_chunk = scratch["wall_chunk"]
         self.radius = fields.get("radius")
         self.write_wall_constants = getattr(write_constants, "wall", None)
         self.write_empty = getattr(write_constants, "empty", None)
@@ -56,25 +57,26 @@ class WallLists:
 
     @ti.func
     def lay_out(self, chunks):
-        """Where each wall's blocks begin; exclusive sums of the chunk counts."""
-        block = 0
-        for n in range(6):
-            self.wall_first[n] = block
-            lanes = 0
-            for chunk in range(chunks):
-                here = self.wall_chunk[n, chunk]
-                self.wall_chunk[n, chunk] = lanes
-                lanes += here
-            blocks = whole(lanes, self.width)
-            if block + blocks > self.counts[WALL_ROOM]:
-                self.counts[OVERFLOW] = 2
-                blocks, lanes = 0, 0
-            for c in range(block, block + blocks):
-                self.wall_of[c] = n
-            for c in range(block * self.width + lanes, (block + blocks) * self.width):
-                self.clear_lane(c)
-            block += blocks
-        self.wall_first[6] = block
+        """Where the lanes of each wall and chunk begin; blocks of each wall, section by section."""
+        block, sections = 0, self.counts[WALL_SECTIONS]
+        for section in range(sections):
+            first = first_of(section, sections, chunks)
+            end = first_of(section + 1, sections, chunks)
+            for n in range(6):
+                lanes = 0
+                for chunk in range(first, end):
+                    here = self.wall_chunk[n, chunk]
+                    self.wall_chunk[n, chunk] = block * self.width + lanes
+                    lanes += here
+                blocks = whole(lanes, self.width)
+                if block + blocks > self.counts[WALL_ROOM]:
+                    self.counts[OVERFLOW] = 2
+                    blocks, lanes = 0, 0
+                for c in range(block, block + blocks):
+                    self.wall_of[c] = n
+                for c in range(block * self.width + lanes, (block + blocks) * self.width):
+                    self.clear_lane(c)
+                block += blocks
         self.counts[WALL_BLOCKS] = block
 
     @ti.func
@@ -109,9 +111,9 @@ def make_wall_relist(fields, scratch, layout, write_constants=None):
 
     write_constants: see WallLists.
     """
-    W, size, counts = layout.width, layout.state_size, fields["counts"]
+    size, counts = layout.state_size, fields["counts"]
     state, load, wall_slot = fields["state"], fields["load"], fields["wall_slot"]
-    wall_chunk, wall_first = scratch["wall_chunk"], scratch["wall_first"]
+    wall_chunk = scratch["wall_chunk"]
     lists = WallLists(fields, scratch, layout, write_constants)
 
     @ti.kernel
@@ -133,7 +135,7 @@ def make_wall_relist(fields, scratch, layout, write_constants=None):
             lists.lay_out(chunks)
         for q in range(6 * chunks):
             n, chunk = q // chunks, q % chunks
-            c = wall_first[n] * W + wall_chunk[n, chunk]
+            c = wall_chunk[n, chunk]
             for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
                 if lists.is_near(g, n, box, time, reach, present) and counts[OVERFLOW] == 0:
                     lists.write_contact(g, n, c)
