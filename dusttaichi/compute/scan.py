@@ -7,6 +7,13 @@ import taichi as ti
 from taichi.lang.impl import current_cfg
 
 CHUNK = 256  # numbers of a chunk: the unit of the parallel scans and of sums over particles
+FEW = 16384  # particles
+
+
+def little(room):
+    """Whether a loop that does little for each of so many particles is left to one thread, as
+    `ti.loop_config(serialize=...)` takes it: on a core it is over before others have woken up."""
+    return current_cfg().arch == ti.cpu and room <= FEW
 
 
 @ti.func

@@ -38,6 +38,7 @@ def by_workers(phases):
         wall: ContactParams,
         box: Walls,
     ):
+        ti.loop_config(serialize=True)
         for k in range(SYNC):
             sync[k] = 0
         for q in range(workers * STRIDE):

@@ -3,7 +3,7 @@ history, carried over exactly, and the contacts of every grain."""
 
 import taichi as ti
 
-from dusttaichi.compute.scan import Scan, whole
+from dusttaichi.compute.scan import Scan, little, whole
 from dusttaichi.grains.kernels.store import FIRST_SPHERE, FIRST_WALL, GRAINS, PAIRS
 
 
@@ -151,9 +151,12 @@ def make_relist(fields, scratch, layout, write_constants=None):
     pair_start, scan = fields["pair_start"], Scan(scratch["chunk_sum"])
     lists = PairLists(fields, scratch, layout, write_constants)
 
+    light = little(fields["x"].shape[0])
+
     @ti.kernel
     def relist(edges: ti.types.vector(3, ti.f64), tilt: ti.f64):
         grains = counts[GRAINS]
+        ti.loop_config(serialize=light)
         for b in range(whole(old_start[grains], W)):
             lists.keep_old(b)
         for g in range(grains):
@@ -168,6 +171,7 @@ def make_relist(fields, scratch, layout, write_constants=None):
     @ti.kernel
     def list_entries():
         grains = counts[GRAINS]
+        ti.loop_config(serialize=light)
         for g in range(grains):
             own_count[g] = lists.entries_of(g)
         for _ in range(1):

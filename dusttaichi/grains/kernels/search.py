@@ -7,7 +7,7 @@ outside it. Lists are sorted by grain number, whatever order the threads worked 
 
 import taichi as ti
 
-from dusttaichi.compute.scan import CHUNK, Scan
+from dusttaichi.compute.scan import CHUNK, Scan, little, whole
 from dusttaichi.grains.kernels.store import (
     GRAINS,
     NEIGHBOURS,
@@ -59,19 +59,38 @@ def make_bounds(fields, scratch):
     """Kernel: bounds[0:3], [3:6] smallest and largest coordinates, [6] 1 if some are not numbers,
     [7] the largest speed."""
     x, v, bounds, counts = fields["x"], fields["v"], scratch["bounds"], fields["counts"]
+    light = little(x.shape[0])
+
+    @ti.func
+    def bounds_of(first, end):
+        """Of these grains: whether one is no longer a number, the smallest and largest
+        coordinates, the largest speed."""
+        low, high = ti.Vector([1e30] * 3, ti.f64), ti.Vector([-1e30] * 3, ti.f64)
+        fastest, lost = ti.cast(0.0, ti.f64), 0
+        for g in range(first, end):
+            fastest = ti.max(fastest, v[g].norm())
+            for k in ti.static(range(3)):
+                if ti.abs(x[g][k]) < 1e12:
+                    low[k], high[k] = ti.min(low[k], x[g][k]), ti.max(high[k], x[g][k])
+                else:
+                    lost = 1
+        return lost, low, high, fastest
 
     @ti.kernel
     def find_bounds():
+        ti.loop_config(serialize=light)
         for k in range(8):
             bounds[k] = ti.select(k < 3, 1e30, ti.select(k < 6, -1e30, 0.0))
-        for g in range(counts[GRAINS]):
-            ti.atomic_max(bounds[7], v[g].norm())
+        for chunk in range(whole(counts[GRAINS], CHUNK)):
+            end = ti.min((chunk + 1) * CHUNK, counts[GRAINS])
+            # all grains one by one would have threads wait for each other
+            lost, low, high, fastest = bounds_of(chunk * CHUNK, end)
+            ti.atomic_max(bounds[7], fastest)
             for k in ti.static(range(3)):
-                if ti.abs(x[g][k]) < 1e12:
-                    ti.atomic_min(bounds[k], x[g][k])
-                    ti.atomic_max(bounds[3 + k], x[g][k])
-                else:
-                    bounds[6] = 1.0
+                ti.atomic_min(bounds[k], low[k])
+                ti.atomic_max(bounds[3 + k], high[k])
+            if lost == 1:
+                bounds[6] = 1.0
 
     return find_bounds
 
@@ -223,20 +242,27 @@ def make_find(fields, scratch, layout):
     scan, grid_cells = Scan(scratch["chunk_sum"]), Cells(fields, scratch, layout)
     neighbours = Neighbours(fields, scratch, layout, grid_cells)
 
+    light = little(x.shape[0])
+
     @ti.kernel
     def find(grid: Grid, cells: ti.i32, reach2: ti.f64):
         # reach2: where grains have radii of their own the margin between their surfaces
         grains, room = counts[GRAINS], counts[PAIR_ROOM]
+        ti.loop_config(serialize=light)
         for c in range(cells + 1):
             cell_fill[c] = 0
+        ti.loop_config(serialize=light)
         for g in range(grains):
             x_search[g] = x[g]
             ti.atomic_add(cell_fill[grid_cells.home(g, grid)], 1)
         scan.exclusive(cell_fill, cell_start, cells + 1)
+        ti.loop_config(serialize=light)
         for c in range(cells + 1):
             cell_fill[c] = cell_start[c]
+        ti.loop_config(serialize=light)
         for g in range(grains):
             cell_grain[ti.atomic_add(cell_fill[grid_cells.home(g, grid)], 1)] = g
+        ti.loop_config(serialize=light)
         for g in range(grains + 1):
             old_start[g] = pair_start[g]
         if ti.static(layout.polydisperse):

@@ -2,7 +2,7 @@
 
 import taichi as ti
 
-from dusttaichi.compute.scan import CHUNK, first_of, whole
+from dusttaichi.compute.scan import CHUNK, first_of, little, whole
 from dusttaichi.grains.kernels.store import (
     FIRST_WALL,
     GRAINS,
@@ -116,15 +116,19 @@ def make_wall_relist(fields, scratch, layout, write_constants=None):
     wall_chunk = scratch["wall_chunk"]
     lists = WallLists(fields, scratch, layout, write_constants)
 
+    light = little(fields["x"].shape[0])
+
     @ti.kernel
     def relist_walls(box: Walls, time: ti.f64, reach: ti.f64, present: ti.types.vector(6, ti.i32)):
         grains, first = counts[GRAINS], counts[FIRST_WALL]
         chunks = whole(grains, CHUNK)
         for _ in range(1):
             lists.fold_impulses(counts[WALL_BLOCKS])
+        ti.loop_config(serialize=light)
         for b in range(first, first + counts[WALL_BLOCKS]):
             for m in ti.static(range(size)):
                 load[b, m] = state[b, m]
+        ti.loop_config(serialize=light)
         for q in range(6 * chunks):
             n, chunk = q // chunks, q % chunks
             near = 0
@@ -133,6 +137,7 @@ def make_wall_relist(fields, scratch, layout, write_constants=None):
             wall_chunk[n, chunk] = near
         for _ in range(1):
             lists.lay_out(chunks)
+        ti.loop_config(serialize=light)
         for q in range(6 * chunks):
             n, chunk = q // chunks, q % chunks
             c = wall_chunk[n, chunk]
