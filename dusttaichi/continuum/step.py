@@ -38,7 +38,6 @@ def by_workers(motion, rates, forces, StepNumbers):
         numbers: StepNumbers,
         material: MATERIAL,
     ):
-        ti.loop_config(serialize=True)
         for k in range(SYNC):
             sync[k] = 0
         for q in range(workers * STRIDE):
