@@ -7,7 +7,7 @@ cache: which kind of scene, how many particles and threads, seconds a particle a
 import json
 import os
 import time as real_time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from math import exp, log
 from pathlib import Path
 from statistics import quantiles
@@ -29,8 +29,7 @@ FOLDER = "DUST_CACHE"  # environment variable that names another folder
 
 @dataclass(frozen=True)
 class Speed:
-    """One measurement. seconds: of one particle and one step, the mean of so many steps. parts: as
-    of a Method."""
+    """One measurement. seconds: of one particle and one step. parts: as of a Method."""
 
     name: str
     method: str
@@ -40,7 +39,6 @@ class Speed:
     size: int
     threads: int
     seconds: float
-    steps: int
 
 
 def path():
@@ -53,7 +51,10 @@ def known():
     """All measurements, the newest last; none where there is no readable file."""
     try:
         rows = json.loads(path().read_text(encoding="utf-8"))
-        return [Speed(**{**row, "parts": tuple(row["parts"])}) for row in rows]
+        return [
+            Speed(**{f.name: row[f.name] for f in fields(Speed)} | {"parts": tuple(row["parts"])})
+            for row in rows
+        ]
     except (OSError, ValueError, TypeError, KeyError):
         return []
 
@@ -70,13 +71,13 @@ def remember(speed):
         pass
 
 
-def speed_of(scene, size, seconds, steps=0):
+def speed_of(scene, size, seconds):
     """The Speed of a scene with `size` particles that took so many seconds a particle and step."""
     n = scene.numerics
     kind = (getattr(n, "backend", "cpu"), getattr(n, "precision", "f64"))
     parts = method.of(scene).parts(scene)
     threads = threads_of(scene, size)
-    return Speed(scene.name, scene.method, *kind, parts, size, threads, seconds, steps)
+    return Speed(scene.name, scene.method, *kind, parts, size, threads, seconds)
 
 
 def likely(scene, size):
@@ -130,7 +131,7 @@ def measure(scene, plan):
         steps = int(steps * min(10.0, max(2.0, 1.2 * TRIAL_SECONDS / took)))
     if not made:
         raise DustError("--time: the scene ends after one step, which tells nothing of its speed.")
-    speed = speed_of(scene, sim.size, took / made / sim.size, made)
+    speed = speed_of(scene, sim.size, took / made / sim.size)
     remember(speed)
     return speed
 
@@ -163,4 +164,4 @@ class Timer:
         """Keep the speed of the run, where it was long enough to tell one."""
         if self.seconds >= LEAST_SECONDS and self.steps:
             each = self.seconds / self.steps / self.sim.size
-            remember(speed_of(self.scene, self.sim.size, each, self.steps))
+            remember(speed_of(self.scene, self.sim.size, each))

@@ -197,8 +197,7 @@ class DeviationPairs(TileSums, PairPass):
         if ti.static(self.has_twisting):
             phi = self.state[b, self.TWIST]
             torque = way.nc.times(-self.laws.twisting.stiffness(phi, p) * phi)
-            found.torque1, found.torque2 = found.torque1.plus(torque), found.torque2.minus(torque)
-            found.stored += self.laws.twisting.energy(phi, p)
+            self.add_twist(found, torque, self.laws.twisting.energy(phi, p))
         self.end_springs(at, on, found, way)
         for n in ti.static(range(6 + self.has_twisting)):
             self.state[b, n] = self.state[b, n] * (1.0 - broken)

@@ -68,9 +68,7 @@ class PairPass(ContactPass):
             rate = way.w1.minus(way.w2).dot(way.back)
             angle = way.turn1.minus(way.turn2).dot(way.back)
             axial, stored = self.twist(at, on, angle, rate, p)
-            torque = way.nc.times(axial)
-            found.torque1, found.torque2 = found.torque1.plus(torque), found.torque2.minus(torque)
-            found.stored += stored
+            self.add_twist(found, way.nc.times(axial), stored)
         if ti.static(not self.settles):
             self.end_springs(at, on, found, way)
         force = way.nc.times(push).plus(found.force.times(on.kept))
@@ -84,6 +82,12 @@ class PairPass(ContactPass):
             self.add_virial(tile, way.d, force, dt)
         if ti.static(self.settles):
             self.note_ends(b, tile, on)
+
+    @ti.func
+    def add_twist(self, found: ti.template(), torque, stored):
+        """Adds to the springs that were found the torque of twisting and what it has stored."""
+        found.torque1, found.torque2 = found.torque1.plus(torque), found.torque2.minus(torque)
+        found.stored += stored
 
     @ti.func
     def end_springs(self, at: ti.template(), on: ti.template(), found: ti.template(), way):
