@@ -84,7 +84,7 @@ def test_trade_takes_the_cheapest_within_the_tolerance():
 
 
 def test_where_the_scene_errs_too_much_the_way_begins_at_a_dearer_row():
-    """It errs by 0.0375; 0.15 of the period errs by 0.02 at 4/3 of the cost, without rolling 0.05."""
+    """It errs by 0.0375; 0.15 of the period by 0.02 at 4/3 of the cost, without rolling by 0.05."""
     found, model = modelled(tolerance=0.03, names=("step_fraction", "rolling"))
     by = {row.point.label: row for row in found.rows}
     assert not found.judge.accepts(by["default"]) and by["default"].result.ratio == 1.0

@@ -61,8 +61,8 @@ def presets(scene):
 
 
 def coarser(scene):
-    """The reference at twice its spacing: where the error is of the first order, what changes is
-    what the reference itself lacks."""
+    """The reference at twice its spacing: where the error falls as the spacing does or faster, the
+    reference itself is no farther than that from spacing zero."""
     changes = _reference(scene) | spaced(scene, 2.0 * FINER[scene.dimension])
     text = "twice its spacing"
     return Point(

@@ -172,7 +172,9 @@ def advice(trade, given_scene):
         if row is None:
             found.append((f"{start} none, not even the scene as it is", ""))
             continue
-        free = ", within the scatter" if trade.judge.free(row.result) else ""
+        known = math.isfinite(trade.judge.scatter[trade.judge.name])
+        least = "the scatter" if known else "what the reference itself changes by"
+        free = f", within {least}" if trade.judge.free(row.result) else ""
         text = paste(trade, row, given_scene)
         name = row.point.label if text else "the scene as it is"
         found.append(

@@ -87,20 +87,7 @@ def trade(
         )
     rows = [Row(DEFAULT, default), *(Row(p, results[p.label]) for p in front)]
     noise = _noise(default if paired else run([AGAIN])[AGAIN.label])
-    singles, start = [row for row in rows if row.point.knob in knobs.NAMES], None
-    most = None if judge.accepts(rows[0]) else judge.error(default) + judge.tolerance
-    for kinds in ((NUMERICAL,), KINDS[1:]):
-        some = [r for r in singles if r.point.kind in kinds]
-        if most is not None and start is None:
-            # the way begins at a dearer row, and what is cheaper than the default is tried upon it
-            start = cheapest(some, judge, kinds, noise)
-            if start is None:
-                continue
-        found = offers([r for r in some if r.point.knob != _knob(start)], judge, noise, most)
-        if found:
-            log(f"combining {', '.join(o[0].point.knob for o in found)}")
-        tried, start = walk(start, found, lambda p: run([p])[p.label], judge)
-        rows += tried
+    rows += _combined(rows, judge, noise, run, log)
     return Trade(
         scene,
         judge,
@@ -112,6 +99,26 @@ def trade(
         left_out,
         noise,
     )
+
+
+def _combined(rows, judge, noise, run, log):
+    """Rows of all combinations that were run; the default is the first of `rows`."""
+    singles, start = [row for row in rows if row.point.knob in knobs.NAMES], None
+    most = None if judge.accepts(rows[0]) else judge.error(rows[0].result) + judge.tolerance
+    tried = []
+    for kinds in ((NUMERICAL,), KINDS[1:]):
+        some = [r for r in singles if r.point.kind in kinds]
+        if most is not None and start is None:
+            # the way begins at a dearer row, and what is cheaper than the default is tried upon it
+            start = cheapest(some, judge, kinds, noise)
+            if start is None:
+                continue
+        found = offers([r for r in some if r.point.knob != _knob(start)], judge, noise, most)
+        if found:
+            log(f"combining {', '.join(o[0].point.knob for o in found)}")
+        more, start = walk(start, found, lambda p: run([p])[p.label], judge)
+        tried += more
+    return tried
 
 
 def _knob(row):
