@@ -175,6 +175,11 @@ def test_knobs_of_a_continuum():
         "spacing", "h_over_spacing", "cfl", "viscosity_grid", "viscosity_contact",
     }  # fmt: skip
     assert not left_out
+    assert knobs.ladder(base, ("cfl", "skin"))[1] == {"skin": "no knob of method: continuum"}
+    with pytest.raises(
+        DustError, match="precision: no knob of method: continuum; allowed: spacing"
+    ):
+        knobs.ladder(base, ("precision",))
     # a lattice has no seed that would change anything
     assert not knobs.seeds(base, 2)
     glass = base.with_value("sample.target.lattice", "glass")

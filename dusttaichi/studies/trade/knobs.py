@@ -147,9 +147,17 @@ def chosen(text):
 def ladder(scene, names=NAMES, quick=False):
     """(points, left out: knob -> reason) of a base scene: every rung but that it stands on.
 
-    quick: at most three rungs a knob, the ends among them.
+    quick: at most three rungs a knob, the ends among them. Raises DustError where the method of
+    the scene has none of the knobs.
     """
-    points, left_out = [], {}
+    own = [knob.name for knob in knobs_of(scene)]
+    foreign = [] if names == NAMES else [name for name in names if name not in own]
+    if foreign and len(foreign) == len(names):
+        raise DustError(
+            f"--knobs {', '.join(names)}: no knob of method: {scene.method}; allowed: "
+            f"{', '.join(own)}"
+        )
+    points, left_out = [], dict.fromkeys(foreign, f"no knob of method: {scene.method}")
     for knob in knobs_of(scene):
         if knob.name not in names:
             continue
