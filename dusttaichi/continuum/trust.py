@@ -11,6 +11,8 @@ from dusttaichi.names import WALLS
 
 BEYOND = 1.1
 """Density over that of phi_2 from which an elastic strain is more than its linear law is for."""
+ROUNDING = 1e-3
+"""How far [um] the centre of a body may be beyond a face: half a body may stand at a mirror."""
 
 
 def check(sim, measurement):
@@ -45,7 +47,7 @@ def check_inside(sim, box, names):
     beyond = box.offsets(sim.time) - centres @ box.normal.T  # (bodies, 6) [um]
     beyond[:, box.present == 0] = -np.inf
     body, wall = np.unravel_index(np.argmax(beyond), beyond.shape)
-    if beyond[body, wall] > 0.0:
+    if beyond[body, wall] > ROUNDING:
         name, far = list(names.values())[body], 1e-3 * beyond[body, wall]
         raise GuardStop(
             f"{moment(sim)} {name} has passed through the {WALLS[wall]}: its centre is {far:.3g} "
