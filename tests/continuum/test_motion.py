@@ -1,18 +1,12 @@
 """The equations of the continuum against closed forms, in scenes of seconds."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from continuum import dust
 
 from dusttaichi import method, units
 from dusttaichi.compute.backend import Loops
-from dusttaichi.continuum import trust
 from dusttaichi.continuum.build import build
-from dusttaichi.continuum.kernels.store import FACES
-from dusttaichi.domain.walls import NORMALS, Box
-from dusttaichi.errors import GuardStop
 from dusttaichi.method import State
 
 OPEN = {"viscosity": {"grid": 0.005}}
@@ -75,67 +69,6 @@ def test_a_disc_falls_the_way_gravity_goes():
     np.testing.assert_allclose(fallen, 0.5 * g[::2] * (motion.time * 1e-6) ** 2, rtol=1e-9)
     assert np.ptp(motion.sim.of_particles("density")) < 1e-9 * dust.DENSITY
     assert abs(dust.ledger(motion, start, motion.measure().kinetic)) < 1e-9
-
-
-def test_guards_stop_what_has_no_meaning():
-    x, area = dust.disc(3 * dust.SPACING)
-    motion = dust.moving(dust.scene(**OPEN), dust.particles(x, area))
-    motion.trust(motion.measure())
-    compacted = motion.sim.of_particles("reference")
-    motion.sim.put("reference", compacted * 4.0)
-    with pytest.raises(GuardStop, match="filling factor"):
-        motion.trust(motion.measure())
-    motion.sim.put("reference", compacted)
-    motion.sim.put("v", np.full((len(x), 2), np.nan))
-    with pytest.raises(GuardStop, match="not a number"):
-        motion.trust(motion.measure())
-    with pytest.raises(GuardStop, match="not a number"):
-        motion.sim.put("x", np.full((len(x), 2), np.nan))
-        motion.sim.search.now()
-
-
-def test_a_body_that_passes_through_a_face_is_named():
-    present = np.array([0, 0, 0, 0, 1, 0])
-    offset = np.array([0.0, 0.0, 0.0, 0.0, -3000.0, 0.0])  # um: a bottom at -3 mm
-    box = Box(NORMALS, offset, np.zeros(6), present.astype(float), present)
-    centres = np.zeros((FACES + 2, 3))
-    sim = SimpleNamespace(time=5.0, step=3, rigid=lambda column: centres)
-    centres[FACES:] = [[0.0, 0.0, -3.2e-3], [9.0, 0.0, -2.9e-3]]  # the face itself, the bead
-    trust.check_inside(sim, box, {1: "bead"})
-    trust.check_inside(sim, None, {1: "bead"})
-    centres[FACES + 1, 2] = -3.25e-3
-    with pytest.raises(GuardStop, match=r"bead has passed through the bottom.* 0.25 mm outside"):
-        trust.check_inside(sim, box, {1: "bead"})
-
-
-def test_what_is_too_fast_is_stopped():
-    """A disc at 1 km/s, which a step of the speed of sound would carry through the wall, and a wall
-    that is pushed into dust as fast as no step can follow."""
-    x, area = dust.disc(3 * dust.SPACING)
-    wall, _ = dust.rows(12, 4)
-    wall = wall - [6 * dust.SPACING, 4.0 * dust.SPACING]
-    x[:, 1] += 3.0 * dust.SPACING - x[:, 1].min()
-    rigid = np.arange(len(x) + len(wall)) >= len(x)
-    sample = dust.particles(
-        np.concatenate([x, wall]),
-        area,
-        np.where(rigid[:, None], 0.0, [0.0, -1000.0]),
-        role=np.where(rigid, 3, 0).astype(np.int8),
-        face=np.where(rigid, 4, -1).astype(np.int8),
-        body=np.where(rigid, -1, 0).astype(np.int32),
-        room=np.array([[np.nan] * 2, [np.nan] * 2, [0.0, np.nan]]),
-    )
-    motion = dust.moving(dust.scene(boundary={"kind": "faces", "bottom": "rigid"}), sample)
-    with pytest.raises(GuardStop, match="filling factor"):
-        for _ in range(20):
-            motion.advance(1)
-            motion.trust(motion.measure())
-    motion = dust.moving(dust.scene(boundary={"kind": "faces", "bottom": "rigid"}), sample)
-    speeds = np.zeros((6, 3))
-    speeds[4, 2] = 1e7
-    motion.sim.move_faces(speeds)
-    with pytest.raises(GuardStop, match="steps of the method"):
-        motion.advance(20)
 
 
 @pytest.fixture(scope="module")
