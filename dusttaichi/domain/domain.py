@@ -18,6 +18,21 @@ from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.names import AXES
 
 
+def lengths(box, cell, time):
+    """Edges between the walls of a Box or None and of a Cell or None at a time [us]: (3,) [um], not
+    a number where it is open."""
+    out = np.full(3, np.nan)
+    if box is not None:
+        planes, present = box.planes(time), box.present
+        for n in range(3):
+            if present[2 * n] and present[2 * n + 1]:
+                out[n] = planes[2 * n + 1] - planes[2 * n]
+    if cell is not None:
+        axes = list(cell.axes)
+        out[axes] = cell.edges(time)[axes]
+    return out
+
+
 @dataclass(frozen=True, eq=False)
 class Domain:
     """Walls and periodic cell of a run, or neither.
@@ -114,17 +129,7 @@ class Domain:
 
     def lengths(self, step):
         """Edges of the room for the particles [um], (3,); not a number where it is open."""
-        time = self.dt * step
-        out = np.full(3, np.nan)
-        if self.box is not None:
-            planes, present = self.box.planes(time), self.box.present
-            for n in range(3):
-                if present[2 * n] and present[2 * n + 1]:
-                    out[n] = planes[2 * n + 1] - planes[2 * n]
-        if self.cell is not None:
-            axes = list(self.cell.axes)
-            out[axes] = self.cell.edges(time)[axes]
-        return out
+        return lengths(self.box, self.cell, self.dt * step)
 
     @property
     def bounded(self):

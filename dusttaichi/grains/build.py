@@ -8,7 +8,8 @@ import taichi as ti
 from dusttaichi import samples, units
 from dusttaichi.compute.backend import LOOPS, start_taichi, threads_of
 from dusttaichi.compute.last_compiled import LastCompiled
-from dusttaichi.compute.memory import arrays_of, room_for
+from dusttaichi.compute.memory import COARSE, arrays_of, room_for
+from dusttaichi.domain.domain import lengths
 from dusttaichi.domain.gravity import make_gravity
 from dusttaichi.domain.layout import make_surroundings
 from dusttaichi.domain.pushes import make_push
@@ -67,11 +68,17 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
     push = make_push(scene.push, sample.info, order, step.dt / units.TIME, kinds)
     threads = threads_of(scene, len(order))
     laws = chosen_laws(scene.interaction, scene.numerics.newton_steps)
-    loops = loops or LOOPS[scene.numerics.backend]
-    layout = chosen_layout(scene, laws, loops, push, polydisperse=own is not None)
-    layout = replace(layout, batch=scenes is not None, ledger=ledger, tilted=leans(scene, sample))
     pair, wall = contact_constants(scene) if own is None else farthest_contacts(scene, own)
     box, cell = surroundings(scene, sample, own, scenes, (pair, wall))
+    smallest = radius if own is None else own.radius[around(scenes)].min()
+    loops = loops or LOOPS[scene.numerics.backend]
+    layout = replace(
+        chosen_layout(scene, laws, loops, push, polydisperse=own is not None),
+        batch=scenes is not None,
+        ledger=ledger,
+        tilted=leans(scene, sample),
+        thick=scenes is None and is_thick(box, cell, len(order), smallest),
+    )
     ball = placed_sphere(scene, sample, own, box)
     compiled = chosen_kernels(scene, layout, laws, (loops.kind, len(order), threads))
     tables = _LAST.tables(compiled, len(order))
@@ -99,7 +106,7 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
         t_c=constants.characteristic_time(material) / units.TIME,
         drive=scene.stage_plans[0].drive,
         push=push,
-        skin=chosen_skin(scene, radius if own is None else own.radius[around(scenes)].min()),
+        skin=chosen_skin(scene, smallest),
         dt=step.dt / units.TIME,
         threads=threads,
         scenes=1 if scenes is None else int(scenes[-1]) + 1,
@@ -145,6 +152,22 @@ def leans(scene, sample):
     """True where the cell of a scene is sheared in some stage, or its sample brings one along."""
     sheared = any(plan.drive.shear_rate for plan in scene.stage_plans)
     return sheared or bool(sample.info.get("tilt"))
+
+
+def is_thick(box, cell, grains, smallest):
+    """Whether walls (a Box or None, a Cell or None) have place for so few of many grains that the
+    smaller room for wall contacts is enough. smallest: radius of a grain [um].
+
+    A wall is full where grains stand on it in a hexagonal layer. A fifth more may be near it:
+    grains of a buckled layer, overlapping ones, and what a wall that moves outwards adds.
+    """
+    if box is None or grains <= COARSE:
+        return False
+    edges = lengths(box, cell, 0.0)
+    # not a number along an open axis: nobody knows how far the grains are going to spread there
+    areas = [np.prod(np.delete(edges, n // 2)) for n in np.flatnonzero(box.present)]
+    full = sum(areas) / (2.0 * np.sqrt(3.0) * smallest**2)
+    return bool(1.2 * full <= store.wall_contacts(grains, thick=True))
 
 
 def chosen_kernels(scene, layout, laws, running):

@@ -1,5 +1,7 @@
 """What `dust check` prints of grains: sample, contacts, step and memory; what is compiled in."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from dusttaichi import samples, units
@@ -10,7 +12,7 @@ from dusttaichi.domain.plan import planned
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.domain.walls import glued
 from dusttaichi.grains import network
-from dusttaichi.grains.build import build, chosen_layout, surroundings
+from dusttaichi.grains.build import build, chosen_layout, is_thick, surroundings
 from dusttaichi.grains.grain_contacts import contact_constants, farthest_contacts, grain_properties
 from dusttaichi.grains.inventory import compiled_rows, field_rows, preset_rows, tables
 from dusttaichi.grains.kernels.declare import declare
@@ -40,7 +42,7 @@ def preview(scene):
     if scene.gravity is not None:
         sections.append(("Gravity", _gravity(scene)))
     sections.append(("Time step", _step(step)))
-    sections.append(("Memory", [("state", _state_memory(scene, sample, own, step))]))
+    sections.append(("Memory", [("state", _state_memory(scene, sample, own, step, domain))]))
     return Preview(sections, len(sample), domain.dt, planned(scene, domain))
 
 
@@ -148,7 +150,7 @@ def _domain(scene, sample, own, contacts, step):
     return Domain(dt, float(volume), float(radii.max()), box, cell, t_c)
 
 
-def _state_memory(scene, sample, own, step):
+def _state_memory(scene, sample, own, step, domain):
     """What the state takes; the scratch of the search comes beside it."""
     loops = LOOPS[scene.numerics.backend]
     laws = chosen_laws(scene.interaction, scene.numerics.newton_steps)
@@ -156,7 +158,9 @@ def _state_memory(scene, sample, own, step):
     order = np.arange(len(sample))
     push = make_push(scene.push, sample.info, order, step.dt / units.TIME, kinds)
     layout = chosen_layout(scene, laws, loops, push, polydisperse=own is not None)
-    room = room_for(len(sample))
+    smallest = scene.material.radius / units.LENGTH if own is None else own.radius.min()
+    thick = is_thick(domain.box, domain.cell, len(sample), smallest)
+    layout, room = replace(layout, thick=thick), room_for(len(sample))
     size = sum(
         int(np.prod(v.shape)) * max(v.element[1], 1) * np.dtype(TYPES[v.element[0]]).itemsize
         for v in declare(room, layout, bool(scene.boundary.walls))

@@ -204,8 +204,8 @@ class Search:
             )
         if problem == 2:
             raise GuardStop(
-                f"At {time:.6g} us more grains touch walls than there is room for; the sample "
-                "is too flat. Try a sample that is higher than two grains."
+                f"At {time:.6g} us more grains are near walls than there is room for. Try a "
+                "smaller numerics.skin, or a sample that is higher than two grains."
             )
 
     def _stop_not_a_number(self):

@@ -19,10 +19,7 @@ CHECKS = {"output": SERIES}
 FIELDS = set(
     "x v w x_search pair_i pair_j pair_start state load entry_start entry loss sync counts".split()
 )
-SCRATCH = set(
-    "old_j cell_start cell_fill cell_grain near near_count own_count old_start chunk_sum "
-    "bounds".split()
-)
+SCRATCH = set("cell_start cell_grain near near_count own_count old_start chunk_sum bounds".split())
 KERNELS = set("advance bounds find relist list_entries measure_grains measure_pairs".split())
 WALL_FIELDS = set(
     "wall_grain wall_gap wall_of wall_slot wall_loss impulse impulse_total wall_chunk wall_sum "

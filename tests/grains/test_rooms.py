@@ -6,7 +6,11 @@ import taichi as ti
 from scenes import RADIUS, Probe, box, make_scene, sample_of
 
 from dusttaichi.compute import memory
+from dusttaichi.domain.cell import Cell
+from dusttaichi.domain.walls import make_box
+from dusttaichi.errors import GuardStop
 from dusttaichi.grains import build
+from dusttaichi.grains.kernels import store
 
 SPACING = 2.0 * RADIUS - 1e-10
 
@@ -60,11 +64,14 @@ def states():
     for room in (memory.room_for, lambda grains: grains):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(build, "room_for", room)
-            probe = rows_of_grains(23, ("rolling", "sliding", "twisting"))
-            probe.advance(300)
-            found = probe.sim.arrays(), probe.sim.measure(), probe.sim.search.count
-        out.append(found)
+            out.append(settled())
     return out
+
+
+def settled():
+    probe = rows_of_grains(23, ("rolling", "sliding", "twisting"))
+    probe.advance(300)
+    return probe.sim.arrays(), probe.sim.measure(), probe.sim.search.count
 
 
 def test_the_room_does_not_show_in_the_results(states):
@@ -76,6 +83,54 @@ def test_the_room_does_not_show_in_the_results(states):
             assert wide[name].tobytes() == tight[name].tobytes(), name
     for name in m:
         assert np.array_equal(m[name], n[name]), name
+
+
+def room_of(size, *walls, edges=None):
+    """(Box, Cell or None) of lengths size (3,) [um]; edges: of a cell that repeats along them."""
+    low, size = np.zeros(3), np.array(size, float)
+    made = make_box(make_scene(boundary=box(*walls)).boundary, low, low + size, size)
+    if edges is None:
+        return made, None
+    axes = tuple(np.flatnonzero(edges))
+    return made, Cell(np.array(edges, float), np.zeros(3), np.zeros(3), low, axes)
+
+
+def test_thick_samples_take_less_room_for_walls():
+    """At a filling factor of 0.2 a cube of 1e5 grains is thick. A slab, a tower, grains with an
+    open side, few grains, and a small grain among large ones are not."""
+    grains, radius = 100_000, 0.6
+    edge = (grains * 4.0 / 3.0 * np.pi * radius**3 / 0.2) ** (1.0 / 3.0)
+    cube = room_of([edge] * 3)
+    assert build.is_thick(*cube, grains, radius)
+    assert not build.is_thick(*room_of([4 * edge, 4 * edge, edge / 16]), grains, radius)
+    assert not build.is_thick(*room_of([edge / 4, edge / 4, 16 * edge]), grains, radius)
+    assert not build.is_thick(*room_of([edge] * 3, "bottom", "top"), grains, radius)
+    repeats = room_of([1, 1, edge], "bottom", "top", edges=[edge, edge, 0])
+    assert build.is_thick(*repeats, grains, radius)
+    assert not build.is_thick(*cube, grains, radius / 3.0)
+    few = room_of([edge / 4] * 3)
+    assert not build.is_thick(*few, grains // 64, radius)
+    assert not build.is_thick(None, None, grains, radius)
+    for n in (20_000, 100_000, 1_000_000):
+        small, large = (store.wall_contacts(n, thick) for thick in (True, False))
+        assert small == pytest.approx(large - n)
+        assert small <= store.wall_contacts(memory.room_for(n), thick=True)
+
+
+def test_room_for_walls_does_not_show_in_the_results(states, monkeypatch):
+    monkeypatch.setattr(build, "is_thick", lambda *_: True)
+    (wide, m, searches), (thick, n, same) = states[0], settled()
+    assert searches == same
+    for name in ("x", "v", "w", "wall_slot"):
+        assert wide[name].tobytes() == thick[name].tobytes(), name
+    for name in m:
+        assert np.array_equal(m[name], n[name]), name
+
+
+def test_without_room_for_walls_a_run_stops_with_advice(monkeypatch):
+    monkeypatch.setattr(store, "wall_contacts", lambda grains, thick: 0)
+    with pytest.raises(GuardStop, match=r"near walls than there is room.*numerics.skin"):
+        rows_of_grains(200)
 
 
 def test_a_checkpoint_is_as_large_as_its_scene(states):

@@ -4,7 +4,7 @@ history, carried over exactly, and the contacts of every grain."""
 import taichi as ti
 
 from dusttaichi.compute.scan import Scan, little, whole
-from dusttaichi.grains.kernels.store import FIRST_SPHERE, FIRST_WALL, GRAINS, PAIRS
+from dusttaichi.grains.kernels.store import FIRST_SPHERE, FIRST_WALL, GRAINS, NEIGHBOURS, PAIRS
 
 
 @ti.data_oriented
@@ -25,7 +25,6 @@ class PairLists:
         self.entry, self.entry_start = fields["entry"], fields["entry_start"]
         self.near, self.near_start = scratch["near"], scratch.get("near_start")
         self.near_count, self.old_start = scratch["near_count"], scratch["old_start"]
-        self.old_j = scratch["old_j"]
         self.wall_slot, self.walls = fields.get("wall_slot"), "wall_slot" in fields
         self.sphere_slot, self.sphere = fields.get("sphere_slot"), layout.sphere
         self.write_constants = getattr(write_constants, "pair", None)
@@ -38,15 +37,17 @@ class PairLists:
         if ti.static(self.polydisperse):
             out = self.near[self.near_start[g] + k]
         else:
-            out = self.near[g, k]
+            out = self.near[g * NEIGHBOURS + k]
         return out
 
     @ti.func
     def keep_old(self, b):
-        """The loads are recomputed after a search: their place holds the old lists meanwhile."""
+        """Loads are recomputed and entries listed anew after this: their places hold the old
+        lists meanwhile."""
         for k in ti.static(range(self.size)):
             self.load[b, k] = self.state[b, k]
-        self.old_j[b] = self.pair_j[b]
+        for k in ti.static(range(self.width)):
+            self.entry[b * self.width + k] = self.pair_j[b][k]
 
     @ti.func
     def write_pair(self, g, j, c, edges, tilt):
@@ -68,7 +69,7 @@ class PairLists:
                 lean = turns * tilt
         old = -1
         for o in range(self.old_start[g], self.old_start[g + 1]):
-            if self.old_j[o // self.width][o % self.width] == j:
+            if self.entry[o] == j:
                 old = o
         for n in ti.static(range(self.size)):
             value = ti.cast(0.0, self.real)

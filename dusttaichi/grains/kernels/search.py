@@ -33,7 +33,7 @@ def place_search(grains, layout, walls):
     chunks = -(-max(cells + 1, grains + 1) // CHUNK)
     pair_blocks = capacity(grains, layout, walls)[0]
     # a large grain has as many small neighbours as there is room for in all: one list after another
-    near = 2 * pair_blocks * layout.width if layout.polydisperse else (grains, NEIGHBOURS)
+    near = 2 * pair_blocks * layout.width if layout.polydisperse else grains * NEIGHBOURS
     own = {"near_start": ti.field(ti.i32, shape=grains + 1)} if layout.polydisperse else {}
     if walls:
         own |= {
@@ -42,11 +42,10 @@ def place_search(grains, layout, walls):
     if layout.sphere:
         own["sphere_chunk"] = ti.field(ti.i32, shape=-(-grains // CHUNK))
     return own | {
-        "old_j": ti.Vector.field(layout.width, ti.i32, shape=pair_blocks),
         "cell_start": ti.field(ti.i32, shape=cells + 1),
-        "cell_fill": ti.field(ti.i32, shape=cells + 1),
         "cell_grain": ti.field(ti.i32, shape=grains),
-        "near": ti.field(ti.i32, shape=near),
+        # more than the cells: until it is filled, it counts what is in them
+        "near": ti.field(ti.i32, shape=max(near, cells + 1)),
         "near_count": ti.field(ti.i32, shape=grains + layout.polydisperse),
         "own_count": ti.field(ti.i32, shape=grains + 1),
         "old_start": ti.field(ti.i32, shape=grains + 1),
@@ -131,8 +130,8 @@ class Cells:
 
 @ti.data_oriented
 class Neighbours:
-    """The lists of neighbours. Equal grains: a row of `near` each. Polydisperse ones: one list
-    after another, which are counted first."""
+    """The lists of neighbours. Equal grains: NEIGHBOURS places of `near` each. Polydisperse ones:
+    one list after another, which are counted first."""
 
     def __init__(self, fields, scratch, layout, cells):
         self.cells, self.periodic = cells, layout.periodic
@@ -151,11 +150,12 @@ class Neighbours:
             if d.dot(d) < reach2 and other != g:
                 found = self.near_count[g]
                 if found < NEIGHBOURS:
-                    place = found
-                    while place > 0 and self.near[g, ti.max(place - 1, 0)] > other:
-                        self.near[g, place] = self.near[g, place - 1]
+                    first = g * NEIGHBOURS
+                    place = first + found
+                    while place > first and self.near[ti.max(place - 1, 0)] > other:
+                        self.near[place] = self.near[place - 1]
                         place -= 1
-                    self.near[g, place] = other
+                    self.near[place] = other
                     self.near_count[g] = found + 1
                     self.own_count[g] = self.own_count[g] + ti.cast(other > g, ti.i32)
                 else:
@@ -235,7 +235,7 @@ def make_find(fields, scratch, layout):
     """Kernel `find(grid, cells, reach2)`: the neighbours of every grain, sorted, and how many are
     its own (of higher number); starts of the pair list. cells: of all scenes of a batch."""
     x, x_search, counts = fields["x"], fields["x_search"], fields["counts"]
-    cell_start, cell_fill = scratch["cell_start"], scratch["cell_fill"]
+    cell_start, cell_fill = scratch["cell_start"], scratch["near"]
     cell_grain, near_count = scratch["cell_grain"], scratch["near_count"]
     own_count, old_start = scratch["own_count"], scratch["old_start"]
     pair_start, near_start = fields["pair_start"], scratch.get("near_start")

@@ -46,6 +46,7 @@ class Layout:
     ledger: bool = True  # only a benchmark does without
     orientation: bool = False  # rotations of the grains are followed
     contact_loss: bool = False  # what each contact has lost is kept with it
+    thick: bool = False  # so few of many grains reach the walls that less room is left for them
 
     @property
     def polydisperse(self):
@@ -141,15 +142,24 @@ def sizes(grains, layout, walls):
 def capacity(grains, layout, walls):
     """Blocks of pairs and of wall contacts that there is room for, whole tiles both.
 
-    Twelve neighbours touch a grain at most. A wall is touched by a face of the sample: every grain
-    of a small or flat one, a share that shrinks as N^(-1/3) of a large one.
+    Twelve neighbours touch a grain at most.
     """
     per_tile = layout.width * layout.tile
     pairs = PAIRS_PER_GRAIN * grains + 64
-    lanes = min(6 * grains, grains + int(20 * grains ** (2 / 3)) + 64)
-    lanes += 6 * layout.width * wall_sections(grains)
+    lanes = wall_contacts(grains, layout.thick) + 6 * layout.width * wall_sections(grains)
     pair_blocks = -(-pairs // per_tile) * layout.tile
     return pair_blocks, -(-lanes // per_tile) * layout.tile if walls else 0
+
+
+def wall_contacts(grains, thick):
+    """Contacts with walls that there is room for.
+
+    A wall is touched by a face of the sample: every grain of a small or flat one, a share that
+    shrinks as N^(-1/3) of a large one. A thick one (`dusttaichi.grains.build.is_thick`) has walls
+    so small that no more than these find place on them.
+    """
+    faces = int(20 * grains ** (2 / 3)) + 64
+    return faces if thick else min(6 * grains, grains + faces)
 
 
 def wall_sections(grains):
