@@ -1,11 +1,14 @@
 """What the commands print on: tables and results to the output, progress and remarks beside it."""
 
 import sys
+from itertools import accumulate
 
 from rich.console import Console
 from rich.table import Table
 
 WIDE = 120  # columns where there is no terminal to ask
+LONG = 40  # columns that a name may take before it is broken
+GAP = 2  # columns between those of a table
 
 
 def _console(stderr):
@@ -34,6 +37,39 @@ def say_written(paths):
     """Tell which files there are now."""
     for path in paths:
         say(f"wrote {path}")
+
+
+def say_abreast(keys, columns, title=None):
+    """Print columns (header, texts): below one another where the line is too short for all, with
+    the `keys` in front each time. Headers are broken between words only, and where they must; of
+    texts none but long keys."""
+    front = [min(_width([head], texts), LONG) for head, texts in keys]
+    room, rest = console.width - sum(front) - GAP * len(front), list(columns)
+    while rest:
+        broken = sum(_width([head], texts) + GAP for head, texts in rest) > room
+        widths = [_width(head.split() if broken else [head], texts) for head, texts in rest]
+        ends = list(accumulate(width + GAP for width in widths))
+        here = max(1, sum(end - GAP <= room for end in ends))
+        shown, rest = rest[:here], rest[here:]
+        table = plain_table(
+            *({"header": key[0], "width": n} for key, n in zip(keys, front, strict=True)),
+            *(
+                {"header": head, "justify": "right", "width": n}
+                for (head, _), n in zip(shown, widths, strict=False)
+            ),
+            title=title,
+        )
+        for row in zip(*(texts for _, texts in [*keys, *shown]), strict=True):
+            table.add_row(*row)
+        say(table)
+        title = None
+        if rest:
+            say()
+
+
+def _width(words, texts):
+    """Columns of a terminal that a column of a table takes."""
+    return max(len(word) for word in [*words, *texts])
 
 
 def plain_table(*headings, title=None):

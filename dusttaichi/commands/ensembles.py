@@ -1,6 +1,6 @@
 """What `dust run` does with replicas, and `dust sweep`: runs, dataset, figure, table."""
 
-from dusttaichi.commands.console import plain_table, say, say_written
+from dusttaichi.commands.console import plain_table, say, say_abreast, say_written
 from dusttaichi.commands.progress import ProgressBar, shares_text
 from dusttaichi.errors import DustError, GuardStop, Interrupted
 
@@ -70,14 +70,9 @@ def _say_table(data):
         return say(_table_of_replicas(data, tables.table_numbers(data)))
     columns = tables.columns(data)
     shown = [column for column in columns if not column.same]
-    table = plain_table(
-        *({"header": tables.key_of(data, axis).split(".")[-1], "no_wrap": True} for axis in axes),
-        *({"header": column.head, "justify": "right"} for column in shown),
-        title=data.attrs["title"],
-    )
-    for point, label in enumerate(tables.point_values(data)):
-        table.add_row(*label, *(column.texts[point] for column in shown))
-    say(table)
+    heads = (tables.key_of(data, axis).split(".")[-1] for axis in axes)
+    keys = list(zip(heads, zip(*tables.point_values(data), strict=True), strict=True))
+    say_abreast(keys, [(column.head, column.texts) for column in shown], data.attrs["title"])
     same = ", ".join(f"{c.name} {c.texts[0]} {c.unit}".rstrip() for c in columns if c.same)
     if same:
         say(f"the same everywhere: {same}")

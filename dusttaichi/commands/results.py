@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from dusttaichi.commands.console import console, plain_table, say, say_written
+from dusttaichi.commands.console import plain_table, say, say_abreast, say_written
 from dusttaichi.commands.options import RunPath, RunPaths
 from dusttaichi.errors import DustError
 
@@ -67,17 +67,21 @@ def _cell(value, text, unit):
     return text.format(value if unit == 1 else value / unit)
 
 
-def _side_by_side(rows):
+def _say_side_by_side(rows):
     """The table of `compare`: a line for each run, or for each number where these are many."""
     shown = [c for c in COLUMNS if any(_known(row.get(c[1])) for row in rows)]
-    cells = [[_cell(row[key], text, unit) for _, key, text, unit in shown] for row in rows]
-    headings = [heading for heading, *_ in shown]
-    if len(shown) > ABREAST >= len(rows):
-        headings, *cells = zip(headings, *cells, strict=True)
-    table = plain_table(*headings)
-    for row in cells:
-        table.add_row(*row)
-    return table
+    columns = [
+        (heading, [_cell(row[key], text, unit) for row in rows])
+        for heading, key, text, unit in shown
+    ]
+    if not len(shown) > ABREAST >= len(rows):
+        say_abreast(columns[:1], columns[1:])
+        return
+    (heading, names), *numbers = columns
+    table = plain_table(heading, *names)
+    for number, texts in numbers:
+        table.add_row(number, *texts)
+    say(table)
 
 
 def _known(value):
@@ -139,7 +143,7 @@ def compare(
         results = [opened.enter_context(analysis.open_run(path)) for path in runs]
         rows = analysis.compare(results)
         drawn = [] if figures is None else plots.save_together(results, figures)
-    console.print(_side_by_side(rows))
+    _say_side_by_side(rows)
     if output is not None:
         analysis.to_csv(rows, output)
         say_written([output])

@@ -165,7 +165,8 @@ def _state_memory(scene, sample, own, step, domain):
         int(np.prod(v.shape)) * max(v.element[1], 1) * np.dtype(TYPES[v.element[0]]).itemsize
         for v in declare(room, layout, bool(scene.boundary.walls))
     )
-    return f"{size / 2**20:.3g} MiB with room for {room:,} grains, and a third beside it to search"
+    room = f"{room:,} grains, and up to a sixth beside it to search"
+    return f"{size / 2**20:.3g} MiB with room for {room}"
 
 
 def _contact(c, scene):

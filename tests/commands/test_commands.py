@@ -15,7 +15,7 @@ from scenes import CONFIGS
 
 from dusttaichi import run as run_package
 from dusttaichi.commands import app as cli
-from dusttaichi.commands import progress
+from dusttaichi.commands import console, progress
 from dusttaichi.commands.progress import ProgressBar
 from dusttaichi.errors import DustError, GuardStop, Interrupted
 
@@ -133,6 +133,24 @@ def test_brackets_in_file_names_are_no_markup(tmp_path, capsys, monkeypatch):
     assert "wrote [bold].csv" in capsys.readouterr().out
     with pytest.raises(DustError, match=r"\[/missing\]"):
         dust("plot", tmp_path / "[/missing]")
+
+
+@pytest.mark.parametrize("width", [40, 80, 300])
+def test_a_table_too_wide_goes_on_below(width, capsys, monkeypatch):
+    """No number and no word is cut: where the line is too short, what is left stands below, after
+    its keys."""
+    monkeypatch.setattr(console.console, "_width", width)
+    keys = [("seed", ["1", "2"]), ("name", ["short", "a" * 50])]
+    numbers = [(f"strength number {n} (kPa)", [f"{n}.12345", f"{n}e-07"]) for n in range(12)]
+    console.say_abreast(keys if width > 60 else keys[:1], numbers, "title")
+    printed = capsys.readouterr().out
+    lines, words = printed.splitlines(), printed.split()
+    assert max(map(len, lines)) <= width
+    assert [words.count(text) for _, texts in numbers for text in texts] == [1] * 24
+    assert words.count("strength") == words.count("number") == words.count("(kPa)") == 12
+    tables = [line for line in lines if line.startswith("seed")]
+    assert (len(tables) == 1) == (width == 300) and len(tables) < 12
+    assert sum(line.startswith("2") for line in lines) == len(tables)
 
 
 def terminal(width):
