@@ -211,6 +211,20 @@ def columns(data):
     return found
 
 
+def head_and_columns(data):
+    """(keys, columns, remark) of the table of a sweep: what is swept and what differs, as lists of
+    (header, texts); one line about all that is the same at every point, "" where nothing is."""
+    axes, found = axes_of(data), columns(data)
+    names = [key_of(data, axis).split(".")[-1] for axis in axes]
+    keys = list(zip(names, zip(*point_values(data), strict=True), strict=True))
+    alone = [] if _size(data, axes) == 1 else [k for k in keys if len(set(k[1])) == 1]
+    same = [f"{name} {texts[0]}" for name, texts in alone]
+    same += [f"{c.name} {c.texts[0]} {c.unit}".rstrip() for c in found if c.same]
+    remark = f"the same everywhere: {', '.join(same)}" if same else ""
+    shown = [(column.head, column.texts) for column in found if not column.same]
+    return [key for key in keys if key not in alone], shown, remark
+
+
 def _of(count, replicas):
     return "" if count == replicas else f" ({count} of {replicas})"
 
@@ -239,7 +253,8 @@ class Against:
     def varies(self):
         """The number is not the same in all runs."""
         known = self.runs[np.isfinite(self.runs)]
-        return len(known) > 1 and np.ptp(known) > 1e-9 * np.max(np.abs(known))
+        # by more than the last of the four digits that tables show
+        return len(known) > 1 and np.ptp(known) > 1e-4 * np.max(np.abs(known))
 
 
 def against(data, name):
@@ -274,7 +289,8 @@ def against(data, name):
 def _place(data, key):
     """(x, unit, ticks) of the values of a swept key; ticks None where they are numbers."""
     values = data[key].values
-    if values.dtype.kind not in "fi":
+    # of two seeds none is the larger
+    if values.dtype.kind not in "fi" or key_of(data, key).endswith("seed"):
         return np.arange(len(values)), "", [str(value) for value in values]
     power, unit = fitting_unit(float(np.max(np.abs(values))), data[key].attrs.get("units"))
     return values * 10.0**-power, unit, None

@@ -65,17 +65,12 @@ def _shown(bar):
 def _say_table(data):
     from dusttaichi.analysis import ensemble_tables as tables
 
-    axes = tables.axes_of(data)
-    if not axes:
+    if not tables.axes_of(data):
         return say(_table_of_replicas(data, tables.table_numbers(data)))
-    columns = tables.columns(data)
-    shown = [column for column in columns if not column.same]
-    heads = (tables.key_of(data, axis).split(".")[-1] for axis in axes)
-    keys = list(zip(heads, zip(*tables.point_values(data), strict=True), strict=True))
-    say_abreast(keys, [(column.head, column.texts) for column in shown], data.attrs["title"])
-    same = ", ".join(f"{c.name} {c.texts[0]} {c.unit}".rstrip() for c in columns if c.same)
-    if same:
-        say(f"the same everywhere: {same}")
+    keys, columns, remark = tables.head_and_columns(data)
+    say_abreast(keys, columns, data.attrs["title"])
+    if remark:
+        say(remark)
 
 
 def _table_of_replicas(data, names):

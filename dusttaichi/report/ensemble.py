@@ -18,8 +18,10 @@ def ensemble_data(data, file):
     """What the page shows of a dataset of `analysis.gather`, which lies at `file`, as a dict for
     JSON: curves, numbers against the swept keys, and the particles of the runs beside it."""
     title = f"{data.attrs['title']}, {'sweep' if tables.axes_of(data) else 'ensemble'}"
+    table, remark = _table(data)
     return blank(title, _lead(data)) | {
-        "table": _table(data),
+        "table": table,
+        "remark": remark,
         "figures": shown(plots.figures_of_ensemble(data)),
         "views": _views(data, Path(file).parent),
         "members": _members(data),
@@ -29,24 +31,27 @@ def ensemble_data(data, file):
 
 
 def _lead(data):
-    axes, replicas = tables.axes_of(data), data.sizes["replica"]
-    said = [f"{tables.key_of(data, axis)} at {data.sizes[axis]} values" for axis in axes]
-    many = f"{replicas} replicas" if replicas > 1 else ""
-    return ", ".join([*said, *([many] if many else [])])
+    replicas, said = data.sizes["replica"], []
+    values = zip(*tables.point_values(data), strict=True)
+    for axis, texts in zip(tables.axes_of(data), values, strict=True):
+        count = data.sizes[axis]
+        here = f"at {count} values" if count > 1 else f"= {texts[0]}"
+        said.append(f"{tables.key_of(data, axis)} {here}")
+    return ", ".join([*said, *[f"{replicas} replicas"] * (replicas > 1)])
 
 
 def _table(data):
-    """Rows of text: a head, and the numbers of each point, or of an ensemble a number a row."""
+    """(rows of text, remark below them): a head, and the numbers of each point, or of an ensemble a
+    number a row."""
     axes = tables.axes_of(data)
     if not axes:
         names = tables.table_numbers(data)
         rows = [[name.replace("_", " "), *tables.number_texts(data, name)] for name in names]
-        return [["", "mean ± standard deviation"], *rows]
-    columns = tables.columns(data)
-    keys = [tables.key_of(data, axis).split(".")[-1].replace("_", " ") for axis in axes]
-    numbers = zip(*(column.texts for column in columns), strict=True)
-    rows = [[*point, *row] for point, row in zip(tables.point_values(data), numbers, strict=True)]
-    return [[*keys, *(column.head for column in columns)], *rows]
+        return [["", "mean ± standard deviation"], *rows], ""
+    keys, columns, remark = tables.head_and_columns(data)
+    heads = [*(name.replace("_", " ") for name, _ in keys), *(head for head, _ in columns)]
+    rows = zip(*(texts for _, texts in [*keys, *columns]), strict=True)
+    return [heads, *map(list, rows)], remark
 
 
 def _members(data):

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.colors import to_hex, to_rgba
 from matplotlib.patches import Polygon, Rectangle
-from matplotlib.ticker import FixedFormatter
+from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter
 
 from dusttaichi.plots.style import own_limits
 from dusttaichi.report.text import css, html
@@ -82,7 +82,9 @@ def _axis(axes, which):
     }
     if log and limits[1] - limits[0] > 2:
         about["dtick"] = 1
-    named = isinstance(own.get_major_formatter(), FixedFormatter)
+    # set_ticks with labels makes a function of them
+    named = isinstance(own.get_major_formatter(), (FixedFormatter, FuncFormatter))
+    named &= isinstance(own.get_major_locator(), FixedLocator)
     if named or (log and limits[1] - limits[0] <= 2):  # which plotly.js would name by one digit
         ticks = [*own.get_major_ticks(), *([] if named else own.get_minor_ticks())]
         shown = [tick for tick in ticks if tick.label1.get_text()]

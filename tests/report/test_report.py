@@ -169,6 +169,16 @@ def test_pictures_stay_pictures():
         assert shown["image"].startswith("data:image/png") and shown["wide"] is wide
 
 
+def test_axes_of_names_keep_their_names():
+    figure = Figure()
+    axes = figure.subplots()
+    axes.plot([0, 1], [2.0, 3.0])
+    axes.set_xticks([0, 1], ["none", "viscous"])
+    layout = interactive(figure, "one", "One")["layout"]
+    assert layout["xaxis"]["ticktext"] == ["none", "viscous"]
+    assert layout["xaxis"]["tickvals"] == [0.0, 1.0] and "tickvals" not in layout["yaxis"]
+
+
 def test_a_sweep_has_its_curves_its_numbers_and_its_runs(sweep, tmp_path):
     assert sweep["lead"] == "boundary.wall_speed at 3 values" and "silicate_s12" in sweep["scene"]
     figures = {figure["name"]: figure for figure in sweep["figures"]}

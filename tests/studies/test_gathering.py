@@ -10,7 +10,9 @@ import xarray as xr
 from dusttaichi import analysis, plots
 from dusttaichi.analysis.ensemble import common_coordinate, interpolate
 from dusttaichi.analysis.ensemble_tables import (
+    against,
     columns,
+    head_and_columns,
     missing,
     number_texts,
     point_labels,
@@ -241,6 +243,18 @@ def test_columns_have_a_unit_where_one_fits_all_points_and_tell_which_are_the_sa
             several[name] = xr.Variable(dims, shaped, {"units": "Pa"})
         (column,) = columns(several)
         assert (column.unit, column.texts, column.same) == (unit, texts, False)
+
+
+def test_what_is_the_same_at_every_point_is_told_once():
+    axes = {"sample.seed": [1, 4], "boundary.wall_speed": [0.01]}
+    data = analysis.gather([made(0.1, end, 1.0) for end in (0.2, 0.3)], axes, attrs={})
+    keys, shown, remark = head_and_columns(data)
+    assert keys == [("seed", ("1", "4"))]
+    assert shown == [("final filling factor", ["0.2", "0.3"])]
+    assert remark.startswith("the same everywhere: wall_speed 0.01")
+    # of two seeds none is the larger: they are names, also where they are drawn
+    seeds = against(data, "final_filling_factor")
+    assert seeds.ticks == ["1", "4"] and seeds.varies
 
 
 # -- figures -------------------------------------------------------------------------------------

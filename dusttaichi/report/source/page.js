@@ -84,7 +84,8 @@ async function showViews(main, views) {
 // An ensemble or a sweep: curves, numbers against the keys, its runs.
 async function showEnsemble(main, data) {
   main.append(section("Curves and numbers", figures(data.figures)));
-  main.append(section("Table", wide(table(data.table.slice(1), data.table[0]))));
+  const remark = data.remark ? [make("p", { class: "hint" }, data.remark)] : [];
+  main.append(section("Table", wide(table(data.table.slice(1), data.table[0])), ...remark));
   if (data.views.length) await showViews(main, data.views);
   if (data.members.length) main.append(section("Runs", table(data.members.slice(1), data.members[0])));
   main.append(...origin(data));
