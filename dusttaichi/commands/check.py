@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands.console import console, remark, say
-from dusttaichi.commands.options import SceneFile, load_scene
+from dusttaichi.commands.options import SceneFile, Settings, load_scene
 from dusttaichi.names import NEVER
 
 LABEL = 42  # columns that the names of numbers take at least
@@ -16,6 +16,7 @@ LABEL = 42  # columns that the names of numbers take at least
 def check(
     file: SceneFile,
     *,
+    settings: Settings = None,
     time: Annotated[
         bool, typer.Option("--time", help="measure the speed anew, some ten seconds")
     ] = False,
@@ -32,7 +33,7 @@ def check(
     """Check a YAML file and say what it is: sample, contacts, time step, cost."""
     from dusttaichi import method
 
-    scene = load_scene(file)
+    scene = load_scene(file, settings=settings)
     how = method.of(scene)
     say(f"{scene.name} is a valid scene of the method {scene.method}.")
     if how.preview is not None:

@@ -15,6 +15,10 @@ RunPath = Annotated[Path, typer.Argument(help="run directory or result file", me
 RunPaths = Annotated[list[Path], typer.Argument(help="run directories or result files")]
 Output = Annotated[Path | None, typer.Option("--output", "-o", help="directory of the results")]
 MapOutput = Annotated[Path | None, typer.Option("--output", "-o", help="directory of the map")]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", help="a key of the scene in place of the file's", metavar="KEY=VALUE"),
+]
 Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads")]
 Scheduler = Annotated[
     str | None, typer.Option(help="address of a Dask scheduler", metavar="ADDRESS")
@@ -22,11 +26,16 @@ Scheduler = Annotated[
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="no progress bar")]
 
 
-def load_scene(file, threads=None):
-    """The scene of a YAML file, with the number of threads of an option. Raises DustError."""
+def load_scene(file, threads=None, settings=None):
+    """The scene of a YAML file, with the keys and the number of threads that options give. Raises
+    DustError."""
     from dusttaichi.scene import load
 
     scene = load(file)
+    if settings:
+        from dusttaichi.studies.ensemble import with_settings
+
+        scene = with_settings(scene, settings)
     return scene if threads is None else scene.with_value("numerics.threads", threads)
 
 

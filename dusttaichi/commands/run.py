@@ -11,6 +11,7 @@ from dusttaichi.commands.options import (
     Quiet,
     SceneFile,
     Scheduler,
+    Settings,
     Threads,
     again,
     load_scene,
@@ -25,6 +26,7 @@ from dusttaichi.names import NEVER
 def run(
     file: SceneFile,
     *,
+    settings: Settings = None,
     force: Annotated[bool, typer.Option("--force", help="overwrite an existing result")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="go on with an interrupted run")] = False,
     fresh: Annotated[
@@ -45,9 +47,10 @@ def run(
     from dusttaichi.run import run_directory
 
     refuse_both(force, resume)
-    scene = load_scene(file, threads)
+    scene = load_scene(file, threads, settings)
     directory = run_directory(scene, output)
-    onward = again("run", file, output, scheduler=scheduler, error_bar=error_bar)
+    how = {"settings": settings or (), "scheduler": scheduler, "error_bar": error_bar}
+    onward = again("run", file, output, **how)
     if scene.replicas is not None:
         from dusttaichi.studies import ensemble
 

@@ -3,6 +3,7 @@
 import io
 import os
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -15,7 +16,7 @@ from scenes import CONFIGS
 
 from dusttaichi import run as run_package
 from dusttaichi.commands import app as cli
-from dusttaichi.commands import console, progress
+from dusttaichi.commands import console, options, progress
 from dusttaichi.commands.progress import ProgressBar
 from dusttaichi.errors import DustError, GuardStop, Interrupted
 
@@ -118,6 +119,37 @@ def test_two_interrupts_while_it_starts_give_no_traceback(tmp_path, delay):
     out, err = process.communicate(timeout=60)
     assert process.returncode == 130, err
     assert "Traceback" not in out + err
+
+
+# -- keys on the command line --------------------------------------------------------------------
+
+
+def test_keys_on_the_command_line(capsys):
+    dust("check", SMOKE, "--set", "sample.grains=20", "--set", "numerics.time_step=0.1 ns")
+    said = capsys.readouterr().out
+    assert re.search(r"grains +20\n", said) and "time step    " in said and " 0.1 ns = " in said
+
+
+@pytest.mark.parametrize(
+    ("setting", "said"),
+    [
+        ("sample.grain=20", r"sample\.grain"),
+        ("sample.grains=-1", r"sample\.grains = -1"),
+        ("sample.grains=20,30", r"one value is needed here.*dust sweep"),
+        ("sample.grains", r"a key and its values are needed"),
+        ("name=other", r"name: not on the command line"),
+    ],
+)
+def test_a_key_that_cannot_be_set(setting, said):
+    with pytest.raises(DustError, match=said):
+        dust("check", SMOKE, "--set", setting)
+
+
+def test_going_on_takes_the_keys_along():
+    command = options.again("run", SMOKE, None, settings=["boundary.wall_speed=2 cm/s"])
+    assert shlex.split(command)[2:] == [
+        *(str(SMOKE), "--set", "boundary.wall_speed=2 cm/s", "--resume")
+    ]
 
 
 # -- printing ------------------------------------------------------------------------------------

@@ -175,7 +175,9 @@ def with_settings(scene: Scene, settings: list[str]) -> Scene:
     axes, scenes = grid(scene, settings)
     several = [axis.key for axis in axes if len(axis.texts) > 1]
     if several:
-        raise DustError(f"--set {several[0]}: one value is needed here, not several")
+        raise DustError(
+            f"--set {several[0]}: one value is needed here, not several (dust sweep takes them)"
+        )
     return scenes[0]
 
 
@@ -194,7 +196,7 @@ def _settings(settings: list[str]) -> dict[str, list[str]]:
                 "for example --set boundary.wall_speed=1cm/s,5cm/s"
             )
         if key in OWN_KEYS:
-            raise DustError(f"--set {key}: a sweep sets it itself; change it in the YAML")
+            raise DustError(f"--set {key}: not on the command line; change it in the YAML")
         if key in found:
             raise DustError(f"--set {key}: it is given twice; join its values with commas")
         found[key] = texts
