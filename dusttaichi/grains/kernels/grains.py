@@ -5,6 +5,7 @@ import taichi as ti
 from dusttaichi.compute.scan import CHUNK
 from dusttaichi.grains.kernels.cell import CENTRE, GROWTH, RATE, START, TILT
 from dusttaichi.grains.kernels.gravity import make_gravity
+from dusttaichi.grains.kernels.on_request import Orientations
 from dusttaichi.grains.kernels.store import GRAINS
 
 
@@ -54,7 +55,9 @@ def make_push(fields, layout):
 
 
 def make_grain_pass(fields, layout):
-    """Returns `move(g, dt/m, dt/I, dt, reach2)`: kick and drift; 1 if a new search is due.
+    """Returns `move(g, dt/m, dt/I, dt, reach2)`: kick and drift; (1 if a new search is due,
+    position, velocity). Who needs these takes them from here: to read what has just been written,
+    in another width, makes a core wait, a third of a step.
 
     Where grains have masses of their own (layout.polydisperse) m and I stand for units of them.
 
@@ -66,6 +69,7 @@ def make_grain_pass(fields, layout):
     free, held = fields.get("free"), fields.get("held")
     mass, inertia = fields.get("mass"), fields.get("inertia")
     real, falls = layout.geometry, make_gravity(fields, layout, free)
+    turned = Orientations(fields, layout) if layout.orientation else None
 
     @ti.func
     def move(g, kick, turn, dt, reach2):
@@ -73,18 +77,23 @@ def make_grain_pass(fields, layout):
         if ti.static(layout.carried):
             held[g] = held[g] + (dt * (1.0 - free[g])) * force
         force, torque = pushed(g, force, torque)
+        own_kick, own_turn = ti.cast(kick, real), ti.cast(turn, real)
         if ti.static(layout.polydisperse):
-            force, torque = force / mass[g], torque / inertia[g]
+            own_kick = ti.cast(kick / mass[g], real)
+            own_turn = ti.cast(turn / inertia[g], real)
         # no += on fields: it is atomic in Taichi, and slow
-        velocity = v[g] + ti.cast(kick, real) * force
+        velocity = v[g] + own_kick * force
         if ti.static(layout.falls):
             velocity += ti.cast(dt, real) * falls(g)
         place = x[g] + ti.cast(dt, real) * velocity
         v[g] = velocity
-        w[g] = w[g] + ti.cast(turn, real) * torque
+        spin = w[g] + own_turn * torque
+        w[g] = spin
+        if ti.static(layout.orientation):
+            turned.carry_on(g, spin, dt)
         x[g] = place
         way = place - x_search[g]
-        return ti.select(way.dot(way) <= reach2, 0, 1)
+        return ti.select(way.dot(way) <= reach2, 0, 1), place, velocity
 
     return move
 
@@ -97,7 +106,7 @@ def make_flux(fields, layout):
     is measured from the even flow of its edges, L'/L (x - centre) along each periodic axis, and of
     a shear of the cell: that is the same for all images of a grain.
     """
-    x, v, flux, mass = fields["x"], fields["v"], fields["flux"], fields.get("mass")
+    flux, mass = fields["flux"], fields.get("mass")
     counts, cell = fields["counts"], fields.get("cell")
 
     @ti.func
@@ -125,13 +134,13 @@ def make_flux(fields, layout):
             sheared = shear(step, numbers.dt, rate)
         sums = ti.Vector.zero(ti.f64, 6)
         for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, counts[GRAINS])):
-            due = ti.max(due, move(g, numbers.kick, numbers.turn, numbers.dt, numbers.reach2))
-            u = v[g]
+            far, place, u = move(g, numbers.kick, numbers.turn, numbers.dt, numbers.reach2)
+            due = ti.max(due, far)
+            middle = place - 0.5 * numbers.dt * u
             for a in ti.static(layout.periodic):
-                middle = x[g][a] - 0.5 * numbers.dt * v[g][a]
-                u[a] -= ti.cast(rate[a] * (middle - cell[CENTRE, a]), layout.geometry)
+                u[a] -= ti.cast(rate[a] * (middle[a] - cell[CENTRE, a]), layout.geometry)
                 if ti.static(layout.tilted and a == 2):
-                    u[0] -= ti.cast(sheared * (middle - cell[CENTRE, 2]), layout.geometry)
+                    u[0] -= ti.cast(sheared * (middle[2] - cell[CENTRE, 2]), layout.geometry)
             if ti.static(layout.polydisperse):
                 u *= ti.sqrt(mass[g])
             sums += ti.Vector([u.x * u.x, u.x * u.y, u.x * u.z, u.y * u.y, u.y * u.z, u.z * u.z])

@@ -7,7 +7,7 @@ from dusttaichi.compute.workers import OWN
 from dusttaichi.grains.kernels.cell import make_cell
 from dusttaichi.grains.kernels.deviations import DeviationPairs, DeviationWalls
 from dusttaichi.grains.kernels.grains import make_flux, make_grain_pass
-from dusttaichi.grains.kernels.on_request import ContactLosses, Orientations
+from dusttaichi.grains.kernels.on_request import ContactLosses
 from dusttaichi.grains.kernels.params import params_type
 from dusttaichi.grains.kernels.pointers import PointerPairs, PointerWalls
 from dusttaichi.grains.kernels.polydisperse import make_numbers
@@ -56,8 +56,7 @@ class Phases:
         self.walls = on_walls(fields, layout, laws) if walls else None
         self.sphere, self.has_sphere = make_sphere(fields, layout), layout.sphere
         self.of_pairs, self.of_walls = make_numbers(fields, layout, laws)
-        self.orientation, self.contact_loss = layout.orientation, layout.contact_loss
-        self.turned = Orientations(fields, layout) if layout.orientation else None
+        self.contact_loss = layout.contact_loss
         if layout.contact_loss:
             self.lost = ContactLosses(fields, layout, fields["loss"])
             self.lost_on_walls = (
@@ -90,11 +89,7 @@ class Phases:
         if ti.static(self.stress):
             due = self.add_flux(part, self.move, step, numbers)
         else:
-            due = self.move(part, numbers.kick, numbers.turn, numbers.dt, numbers.reach2)
-        if ti.static(self.orientation):
-            first = part * self.part_size
-            for g in range(first, ti.min(first + self.part_size, self.counts[GRAINS])):
-                self.turned.carry_on(g, numbers.dt)
+            due, _, _ = self.move(part, numbers.kick, numbers.turn, numbers.dt, numbers.reach2)
         return due
 
     @ti.func
