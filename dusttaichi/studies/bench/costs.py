@@ -8,7 +8,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.scene.grains import GrainsScene
 from dusttaichi.studies.bench.parts import GRAIN_STEPS, LEAST_STEPS, Part, Variant, measure_pair
 
-ROUNDS = 7
+ROUNDS = 25
 EFFECTS = ("rolling", "sliding", "twisting", "asperities")
 # a stretch is timed, which no stage or end belongs to
 PLAIN = {

@@ -20,8 +20,9 @@ from dusttaichi.studies.bench.timing import Timed, check_file, machine, seconds_
 GRAINS, QUICK_GRAINS = 11_000, 1_000
 FILLING_FACTOR = 0.35
 FEW, COPIES = 60, 100  # grains of a small scene, and how many of them make a batch
-ROUNDS, QUICK_ROUNDS = 9, 5
-GRAIN_STEPS = 4_000_000  # of a timed stretch, a third of a second
+ROUNDS, QUICK_ROUNDS = 31, 15
+# of a timed stretch, a twelfth of a second: what else the machine does changes more slowly
+GRAIN_STEPS = 1_000_000
 LEAST_STEPS = 100
 
 
@@ -175,7 +176,7 @@ def main(
 ) -> PartsTable:
     """Measure every part; some ten minutes, `quick` three. Returns a PartsTable.
 
-    grains: of the sample, 11 000, quick 1000. steps: of a timed stretch. rounds: 9, quick 5.
+    grains: of the sample, 11 000, quick 1000. steps: of a timed stretch. rounds: 31, quick 15.
     out: CSV file to write, after every part. log: called with a line on what goes on. A part that
     the build refuses becomes a note. Ctrl-C ends the measurement with what there is.
     """
