@@ -86,6 +86,7 @@ PARTS = (
     Part("unlike grains", "all alike", Variant(built={"polydisperse": True}), FULL),
     Part("periodic faces", "open boundary", PERIODIC, OPEN),
     Part("stress", "not summed", STRESS, PERIODIC),
+    Part("orientations", "not followed", Variant({"output.variables": ["orientation"]}), FULL),
     Part(
         "push with a force",
         "none",
