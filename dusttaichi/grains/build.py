@@ -53,8 +53,7 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
     scenes: of a batch (dusttaichi.grains.batch), the number of the scene of each grain, rising.
     ledger: False leaves the losses out, to measure what they cost.
     step: a TimeStep to take whatever the scene says, stable or not.
-    The simulation built before is of no more use: its fields and kernels serve again where only
-    numbers differ.
+    The simulation built before is of no more use: its fields and kernels may serve again.
     Raises DustError for a sample that does not fit, or a step that cannot be stable.
     """
     sample = samples.pushed(scene, sample)
@@ -91,11 +90,7 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
         tables,
         sample,
         order=order,
-        typical=Typical(
-            radius,
-            constants.grain_mass(scene.material) / units.MASS,
-            constants.moment_of_inertia(scene.material) / units.INERTIA,
-        ),
+        typical=typical_grain(scene.material, radius),
         polydisperse=own,
         pair=contact_params(pair, laws, layout),
         wall=contact_params(wall, laws, layout),
@@ -111,6 +106,12 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
         threads=threads,
         scenes=1 if scenes is None else int(scenes[-1]) + 1,
     )
+
+
+def typical_grain(material, radius):
+    """The Typical of a material; radius [um] of the grains of a scene."""
+    mass, inertia = constants.grain_mass(material), constants.moment_of_inertia(material)
+    return Typical(radius, mass / units.MASS, inertia / units.INERTIA)
 
 
 def chosen_skin(scene, smallest):
