@@ -33,6 +33,21 @@ REPEATED = {
 }
 
 
+# what numbers of the summary are called whose names do not tell it
+TITLES = {
+    "ratio": "pressure over T19 eq 9",
+    "ratio_scatter": "T19 eq 9: scatter",
+    "ratio_low": "T19 eq 9: from phi",
+    "ratio_high": "T19 eq 9: to phi",
+    "strength_law": "T19 eq 33",
+}
+
+
+def title_of(name):
+    """What tables and figures call a number of the summary."""
+    return TITLES.get(name, name.replace("_", " "))
+
+
 @dataclass(frozen=True)
 class Band:
     """A quantity along the common coordinate: mean and scatter over the replicas of one point.
@@ -207,7 +222,7 @@ def columns(data):
             texts = [t.replace(f" {unit}", "") for t in number_texts(data, name, largest)]
         else:
             unit, texts = "", number_texts(data, name)
-        found.append(Column(name.replace("_", " "), unit, texts))
+        found.append(Column(title_of(name), unit, texts))
     return found
 
 

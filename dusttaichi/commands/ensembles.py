@@ -84,5 +84,5 @@ def _table_of_replicas(data, names):
     )
     for name in names:
         count = int(data[name].notnull().sum())
-        table.add_row(name.replace("_", " "), *tables.number_texts(data, name), str(count))
+        table.add_row(tables.title_of(name), *tables.number_texts(data, name), str(count))
     return table

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from dusttaichi.analysis.ensemble_tables import Against, against, table_numbers
+from dusttaichi.analysis.ensemble_tables import Against, against, table_numbers, title_of
 from dusttaichi.plots import style
 
 FORMULAS = {"p_m": r"$p_{\rm m}$", "delta": r"$\Delta$", "phi_init": r"$\phi_{\rm init}$"}
@@ -78,7 +78,7 @@ def _axes(panel, one):
 
 
 def _named(name, unit):
-    text = FORMULAS.get(name, name.replace("_", " "))
+    text = FORMULAS.get(name) or title_of(name)
     return f"{text} ({style.superscripts(unit)})" if unit else text
 
 

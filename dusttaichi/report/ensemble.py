@@ -46,7 +46,7 @@ def _table(data):
     axes = tables.axes_of(data)
     if not axes:
         names = tables.table_numbers(data)
-        rows = [[name.replace("_", " "), *tables.number_texts(data, name)] for name in names]
+        rows = [[tables.title_of(name), *tables.number_texts(data, name)] for name in names]
         return [["", "mean ± standard deviation"], *rows], ""
     keys, columns, remark = tables.head_and_columns(data)
     heads = [*(name.replace("_", " ") for name, _ in keys), *(head for head, _ in columns)]
