@@ -12,6 +12,7 @@ import numpy as np
 
 from dusttaichi.analysis.compression import compression_curve, fit_compression
 from dusttaichi.analysis.drive import SLOWEST, is_dynamic, wall_speed
+from dusttaichi.analysis.texts import quantity_text
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import S12_STATIC
 
@@ -189,16 +190,13 @@ def rows(n, row):
         asked = n["plateau_momentum"]
         row(
             f"plateau of the pressure, phi {low:g}-{high:g}",
-            n["plateau"],
-            lambda v: f"{v / 1e3:.3g} ± {n['plateau_sigma'] / 1e3:.2g} kPa",
+            quantity_text(n["plateau"], "Pa", n["plateau_sigma"]),
+            str,
             "" if asked is None else f"{_kpa(asked)} (momentum)",
         )
     if n["front_speed"] is not None:
-        row(
-            "compaction front",
-            n["front_speed"],
-            lambda v: f"{v:.3g} ± {n['front_speed_sigma']:.2g} m/s, phi {n['layer']:.2g} behind it",
-        )
+        speed = quantity_text(n["front_speed"], "m/s", n["front_speed_sigma"])
+        row("compaction front", f"{speed}, phi {n['layer']:.2g} behind it", str)
 
 
 def _kpa(value):

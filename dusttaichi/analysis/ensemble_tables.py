@@ -219,7 +219,7 @@ def columns(data):
         largest = float(sizes.max(initial=0.0))
         unit = fitting_unit(largest, data[name].attrs.get("units"))[1]
         if unit and largest <= 1e3 * sizes.min(initial=np.inf):
-            texts = [t.replace(f" {unit}", "") for t in number_texts(data, name, largest)]
+            texts = number_texts(data, name, largest)
         else:
             unit, texts = "", number_texts(data, name)
         found.append(Column(title_of(name), unit, texts))

@@ -22,9 +22,12 @@ def fitting_unit(size, unit):
 
 def quantity_text(value, unit, std=None, size=None):
     """ "21.9 ± 0.8 kPa": a number [unit] with its scatter, if that shows in four digits, in a unit
-    that fits it, or numbers up to `size`."""
-    scatters = std is not None and math.isfinite(std) and std > 1e-4 * abs(value)
-    size = max(abs(value), std if scatters else 0.0) if size is None else size
+    that fits it; in that of numbers up to `size`, which then is not told."""
+    named, scatters = (
+        size is None,
+        std is not None and math.isfinite(std) and std > 1e-4 * abs(value),
+    )
+    size = max(abs(value), std if scatters else 0.0) if named else size
     power, name = fitting_unit(size, unit)
     factor = 10.0**power
     mean, std = value / factor, std / factor if scatters else 0.0
@@ -37,4 +40,4 @@ def quantity_text(value, unit, std=None, size=None):
         # a residual needs no more digits than two
         mean = f"{mean:.0f}" if whole else f"{mean:.{4 if abs(mean) >= 1e-4 else 2}g}"
         std = f"{std:.2g}"
-    return f"{mean}{f' ± {std}' if scatters else ''} {name}".rstrip()
+    return f"{mean}{f' ± {std}' if scatters else ''} {name if named else ''}".rstrip()
