@@ -23,10 +23,8 @@ def fitting_unit(size, unit):
 def quantity_text(value, unit, std=None, size=None):
     """ "21.9 ± 0.8 kPa": a number [unit] with its scatter, if that shows in four digits, in a unit
     that fits it; in that of numbers up to `size`, which then is not told."""
-    named, scatters = (
-        size is None,
-        std is not None and math.isfinite(std) and std > 1e-4 * abs(value),
-    )
+    named = size is None
+    scatters = std is not None and math.isfinite(std) and std > 1e-4 * abs(value)
     size = max(abs(value), std if scatters else 0.0) if named else size
     power, name = fitting_unit(size, unit)
     factor = 10.0**power
