@@ -52,6 +52,18 @@ def test_a_free_grain_turns_about_its_spin(run):
     np.testing.assert_allclose(read_frame(run, 0).orientation[:, 0], 1.0)
 
 
+def test_a_spin_of_a_tenth_of_a_radian_a_step_is_followed_to_rounding():
+    """Sine and cosine of a step are series: 2000 steps, 200 radians, rounding of 1e-16 each."""
+    fast = TEXT.replace("[1e6 rad/s, 2e6 rad/s, 2e6 rad/s]", "[6e8 rad/s, 0 rad/s, 8e8 rad/s]")
+    scene = from_yaml(fast)
+    sim = build(scene, make(scene))
+    sim.advance(2000)
+    angle, axis = 1e9 * 2000 * 1e-10, np.array([0.6, 0.0, 0.8])
+    wanted = np.array([np.cos(angle / 2), *(np.sin(angle / 2) * axis)])
+    found = sim.state["orientation"][sim.state.rank[2]]
+    np.testing.assert_allclose(found, wanted, atol=1e-11)
+
+
 def test_losses_of_contacts_are_those_of_the_ledger(run):
     """One contact that holds: what has been lost by rolling, sliding and twisting is its own."""
     (own,) = run.contacts().loss.values
