@@ -44,15 +44,17 @@ class RollingWithSpeed:
     def numbers(c, own):
         return {**rolling.numbers(c, own), "slowness": 1.0 / own.speed + 0.0 * c.R}
 
-    displacement = rolling.displacement
+    HISTORY, CHANNEL = rolling.HISTORY, rolling.CHANNEL
     energy = rolling.energy
-    stiffness = rolling.stiffness
+    evaluate = rolling.evaluate
 
     @staticmethod
     @ti.func
-    def correct(xi, rate, p):
-        growth = 1.0 + ti.sqrt(rate.dot(rate)) * p.slowness
-        return limited(xi, p.xi_crit * growth, p.k_r)
+    def update(k: ti.template(), h: ti.template(), p, dt):
+        growth = 1.0 + k.rolling_rate.norm() * p.slowness
+        past = limited(h.xi, p.xi_crit * growth, p.k_r)
+        h.xi = h.xi * (1.0 - past.over)
+        return past.lost
 
 
 register("rolling", "speed_dependent", RollingWithSpeed, SpeedDependent)

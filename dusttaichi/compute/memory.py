@@ -60,13 +60,12 @@ class Table:
         self.field, self.rows, self.memory = field, rows, memory
         self.lease = lease or Lease()
 
-    def to_numpy(self, rows=None):
-        """A copy of the used rows, or of the first `rows` of them."""
+    def to_numpy(self, rows=None, *rest):
+        """A copy of the used rows, or of the first `rows` of them; rest: slices of further axes."""
         self.lease.check()
         rows = self.rows if rows is None else min(rows, self.rows)
-        if self.memory is None:
-            return self.field.to_numpy()[:rows]
-        return self.memory[:rows].copy()
+        whole = self.field.to_numpy() if self.memory is None else self.memory
+        return whole[(slice(rows), *rest)].copy()
 
     def take(self, *index):
         """A copy of the elements that NumPy takes by these indices, one of each axis."""

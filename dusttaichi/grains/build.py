@@ -26,7 +26,7 @@ from dusttaichi.grains.kernels import search, store
 from dusttaichi.grains.kernels.cell import make_wrap
 from dusttaichi.grains.kernels.declare import declare, place
 from dusttaichi.grains.kernels.measure import make_measure, place_measure
-from dusttaichi.grains.kernels.params import contact_params
+from dusttaichi.grains.kernels.numbers import internal_numbers
 from dusttaichi.grains.kernels.phases import Phases
 from dusttaichi.grains.kernels.polydisperse import interface_table, make_write_constants, stored
 from dusttaichi.grains.kernels.relist import make_relist
@@ -35,11 +35,11 @@ from dusttaichi.grains.kernels.wall_search import make_wall_relist
 from dusttaichi.grains.order import grain_order
 from dusttaichi.grains.simulation import Simulation, Typical
 from dusttaichi.grains.sphere import placed_sphere, sphere_contacts, surface_of
-from dusttaichi.grains.step import make_advance
+from dusttaichi.grains.step import make_advance, make_configuration
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.names import AXES
 from dusttaichi.physics.contact import constants
-from dusttaichi.physics.contact.registry import chosen_laws
+from dusttaichi.physics.contact.registry import chosen_model
 from dusttaichi.scene.push import of_stages
 
 _LAST = LastCompiled()
@@ -66,23 +66,23 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
     kinds = {push.kind for push in of_stages(scene)}
     push = make_push(scene.push, sample.info, order, step.dt / units.TIME, kinds)
     threads = threads_of(scene, len(order))
-    laws = chosen_laws(scene.interaction, scene.numerics.newton_steps)
+    model = chosen_model(scene.interaction, scene.numerics.newton_steps)
     pair, wall = contact_constants(scene) if own is None else farthest_contacts(scene, own)
     box, cell = surroundings(scene, sample, own, scenes, (pair, wall))
     smallest = radius if own is None else own.radius[around(scenes)].min()
     loops = loops or LOOPS[scene.numerics.backend]
     layout = replace(
-        chosen_layout(scene, laws, loops, push, polydisperse=own is not None),
+        chosen_layout(scene, model, loops, push, polydisperse=own is not None),
         batch=scenes is not None,
         ledger=ledger,
         tilted=leans(scene, sample),
         thick=scenes is None and is_thick(box, cell, len(order), smallest),
     )
     ball = placed_sphere(scene, sample, own, box)
-    compiled = chosen_kernels(scene, layout, laws, (loops.kind, len(order), threads))
+    compiled = chosen_kernels(scene, layout, (loops.kind, len(order), threads))
     tables = _LAST.tables(compiled, len(order))
     if own is not None:
-        tables[1]["interfaces"].from_numpy(interfaces(scene, laws))
+        tables[1]["interfaces"].from_numpy(interfaces(scene, model))
     if scenes is not None:
         tables[0]["scene"].from_numpy(scenes[order].astype(np.int32))
     return Simulation(
@@ -92,9 +92,9 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
         order=order,
         typical=typical_grain(scene.material, radius),
         polydisperse=own,
-        pair=contact_params(pair, laws, layout),
-        wall=contact_params(wall, laws, layout),
-        sphere=chosen_sphere(scene, own, ball, laws, layout),
+        pair=internal_numbers(pair, model),
+        wall=internal_numbers(wall, model),
+        sphere=chosen_sphere(scene, own, ball, model),
         gravity=make_gravity(scene.gravity),
         box=box,
         cell=cell,
@@ -120,27 +120,25 @@ def chosen_skin(scene, smallest):
     return None if skin == "auto" else skin * smallest
 
 
-def chosen_sphere(scene, own, ball, laws, layout):
-    """(RigidSphere, ContactParams of the contact that reaches farthest); None without a sphere."""
+def chosen_sphere(scene, own, ball, model):
+    """(RigidSphere, numbers of the contact that reaches farthest); None without a sphere."""
     if ball is None:
         return None
     farthest = max(sphere_contacts(scene, own), key=lambda c: c.delta0)
-    return ball, contact_params(farthest, laws, layout)
+    return ball, internal_numbers(farthest, model)
 
 
-def chosen_layout(scene, laws, loops, push, polydisperse):
+def chosen_layout(scene, model, loops, push, polydisperse):
     """The Layout of the numbers that a scene needs."""
     return store.Layout(
         width=loops.width,
         tile=loops.tile,
-        twisting=laws.twisting is not None,
-        damping=laws.damping is not None,
+        model=model,
         periodic=tuple(AXES.index(axis) for axis in scene.boundary.periodic_axes),
         stress=scene.output.stress,
-        asperities=laws.asperities is not None,
         forced=push.forced,
         carried=push.carried,
-        stored=stored(laws) if polydisperse else (),
+        stored=stored(model) if polydisperse else (),
         precision=scene.numerics.precision,
         sphere=scene.sphere is not None,
         gravity="" if scene.gravity is None else scene.gravity.kind,
@@ -171,7 +169,7 @@ def is_thick(box, cell, grains, smallest):
     return bool(1.2 * full <= store.wall_contacts(grains, thick=True))
 
 
-def chosen_kernels(scene, layout, laws, running):
+def chosen_kernels(scene, layout, running):
     """The Compiled of a scene: the last one where nothing of it differs.
 
     running: kind of the loops, number of grains and threads.
@@ -179,7 +177,7 @@ def chosen_kernels(scene, layout, laws, running):
     kind, grains, threads = running
     walls, room = bool(scene.boundary.walls), room_for(grains)
     materials = len(scene.all_materials)
-    key = (scene.numerics.backend, threads, room, layout, laws, walls, kind, materials)
+    key = (scene.numerics.backend, threads, room, layout, walls, kind, materials)
     if (last := _LAST.of(key)) is not None:
         return last
     # what Taichi simplifies LLVM simplifies too: steps take as long, compiling two thirds
@@ -189,30 +187,34 @@ def chosen_kernels(scene, layout, laws, running):
     sums = place_measure(room, layout, walls)
     write = None
     if layout.polydisperse:
-        shape = interfaces(scene, laws).shape
+        shape = interfaces(scene, layout.model).shape
         table = scratch["interfaces"] = ti.field(ti.f64, shape=shape)
-        write = make_write_constants(fields, table, scene, laws)
+        write = make_write_constants(fields, table, scene, layout)
     relist, list_entries = make_relist(fields, scratch, layout, write)
+    phases = Phases(fields, layout, walls)
+    begin, evaluate = make_configuration(phases)
     kernels = Kernels(
-        advance=make_advance(Phases(fields, layout, laws, walls), kind),
+        advance=make_advance(phases, kind),
+        begin=begin,
+        evaluate=evaluate,
         bounds=search.make_bounds(fields, scratch),
         find=search.make_find(fields, scratch, layout),
         relist=relist,
         list_entries=list_entries,
         relist_walls=make_wall_relist(fields, scratch, layout, write) if walls else None,
         relist_sphere=make_sphere_relist(fields, scratch, layout, write) if layout.sphere else None,
-        wrap=make_wrap(fields, layout, walls) if layout.periodic else None,
-        measure=make_measure(fields, sums, layout, laws, walls),
+        wrap=make_wrap(fields, layout) if layout.periodic else None,
+        measure=make_measure(fields, sums, layout, phases),
     )
     shared = scene.numerics.backend == "cpu"
     memory = arrays_of({**fields, **scratch, **sums}) if shared else {}
     return Compiled(key, layout, walls, kernels, fields, scratch, sums, memory)
 
 
-def interfaces(scene, laws):
+def interfaces(scene, model):
     """Rows of the table of interfaces (kernels.polydisperse)."""
     glue = scene.boundary.glue if scene.boundary.kind == "plates" else 1.0
-    return interface_table(scene, laws, glue, surface_of(scene))
+    return interface_table(scene, model, glue, surface_of(scene))
 
 
 def around(scenes):

@@ -17,6 +17,8 @@ class Kernels:
     """The kernels of a scene; None what it does not have."""
 
     advance: Callable
+    begin: Callable
+    evaluate: Callable
     bounds: Callable
     find: Callable
     relist: Callable

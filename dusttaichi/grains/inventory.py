@@ -39,7 +39,7 @@ def compiled_rows(scene, sim):
         ("summed in every step", ", ".join(_summed(sim))),
         ("written", ", ".join(_written(scene))),
         ("contacts an iteration (lanes)", f"{layout.width}"),
-        ("numbers of state a contact", f"{layout.state_size}: {', '.join(_state(layout))}"),
+        ("numbers kept of a contact", f"{layout.kept}: {_kept(layout)}"),
         ("kernels", ", ".join(sim.kernels.names)),
         (
             "backend, precision, threads",
@@ -72,12 +72,8 @@ def _written(scene):
     return out + (["contacts of snapshots"] if scene.output.contacts else [])
 
 
-def _state(layout):
-    out = ["two deviations 6" if layout.deviations else "two pointers 6"]
-    out += ["twist 1"] if layout.twisting else []
-    out += ["speed and force of damping 2"] if layout.damping else []
-    out += ["speed and impulse of a first touch 2"] if layout.asperities else []
-    return out + (["whether it touches 1"] if layout.deviations else [])
+def _kept(layout):
+    return ", ".join(f"{name} {width}" for name, (_, width) in layout.rows.items())
 
 
 def field_rows(sim):

@@ -5,23 +5,16 @@ Internal units; (N, ...) arrays of grains stand in the sample's order unless sai
 
 import numpy as np
 
-from dusttaichi.grains.kept import pointers, pointers_and_feet, touching
 from dusttaichi.grains.kernels.measure import (
     ANGULAR,
-    CONTACTS,
-    DEEPEST,
-    FACES,
     FASTEST,
     FASTEST_SPIN,
     KICK,
     LINEAR,
-    NORMAL,
-    PENDING,
-    STRAIN,
-    STRIKING,
-    TWISTING,
+    Columns,
 )
 from dusttaichi.grains.kernels.store import FIRST_SPHERE, ON_SPHERE
+from dusttaichi.grains.pointers import pair_pointers, touching, wall_pointers
 from dusttaichi.physics.contact.parts import pair_parts, wall_parts
 
 
@@ -57,11 +50,11 @@ class Readout:
         owner = np.repeat(np.arange(self.grains), np.diff(start))
         owner, entry = owner[entry >= 0], entry[entry >= 0]
         row, lane = np.divmod(entry, width)
-        block, first = row >> 1, 6 * (row & 1)
+        block, first = row >> 1, self.layout.load + 6 * (row & 1)
         out = np.empty((2, self.grains, 3))
         # one column after another, which takes little memory
         for n in range(6):
-            own = self.fields["load"].take(block, first + n, lane)
+            own = self.fields["contact"].take(block, first + n, lane)
             out[n // 3, :, n % 3] = np.bincount(owner, weights=own, minlength=self.grains)
         return out
 
@@ -69,7 +62,7 @@ class Readout:
         """Force of each wall on the grains now [nN], (6, 3)."""
         if self.box is None:
             return np.zeros((6, 3))
-        self.kernels.measure[2](self.walls_argument, self.time, self.wall, self.dt)
+        self.kernels.measure[2](self.walls_argument, self.time, self.dt)
         return self.sums["wall_force"].to_numpy()
 
     def impulses(self):
@@ -77,10 +70,8 @@ class Readout:
         if self.box is None:
             return np.zeros((6, 3))
         total, blocks = self.state["impulse_total"], self.state.wall_blocks
-        # (not -1: there may be no block at all)
-        lanes = self.fields["impulse"].to_numpy(blocks).reshape(blocks, 3, self.layout.width)
         of = self.fields["wall_of"].to_numpy(blocks)
-        np.add.at(total, of, lanes.sum(axis=2))
+        np.add.at(total, of, self.fields["impulse"].to_numpy(blocks))
         return total
 
     def measure(self):
@@ -89,57 +80,44 @@ class Readout:
         measure_grains, measure_pairs = self.kernels.measure[:2]
         mass, inertia = self.unit_mass, self.unit_inertia
         measure_grains(mass, inertia, half / mass, half / inertia)
-        measure_pairs(self.pair, self.step, self.dt)
-        grains = self.sums["grain_sum"].to_numpy()
+        measure_pairs(self.step, self.dt)
+        grains, columns = self.sums["grain_sum"].to_numpy(), Columns(self.layout)
         pairs = self._pair_sums()
+        none = np.zeros((0, columns.count))
         out = {
             "kinetic_translation": grains[:, LINEAR].sum(),
             "kinetic_rotation": grains[:, ANGULAR].sum(),
             "kinetic_kick": grains[:, KICK].sum(),
             "largest_speed": grains[:, FASTEST].max(),
             "largest_spin": grains[:, FASTEST_SPIN].max(),
-            "contacts": int(round(pairs[:, CONTACTS].sum())),
-            "potential": pairs[:, NORMAL : TWISTING + 1].sum(axis=0),
-            "loss": self._losses("loss"),
-            "largest_overlap": pairs[:, DEEPEST].max(initial=0.0),
-            "wall_contacts": 0,
-            "potential_wall": np.zeros(4),
-            "loss_wall": np.zeros(len(self.layout.channels)),
             "wall_work": 0.0,
             "face_work": 0.0,
             "push_work": self._push_work(),
             "gravity_work": self.potential_of_start - self.gravity_potential(),
         }
-        out["loss"][2] += pairs[:, PENDING].sum() - self.ledger_sums.damping[0]
-        if self.layout.asperities:
-            out["loss"][6] += pairs[:, STRIKING].sum()
         if self.cell is not None:
-            ends = self.ledger_sums.face_power - pairs[:, FACES].sum()
+            ends = self.ledger_sums.face_power - pairs[:, columns.faces].sum()
             work = self.state["face_work"].sum() + half * ends + self.ledger_sums.face_jumps
             moved = self._energy_of_images()
             out["kinetic_translation"] += moved
             out["face_work"] = float(work + self.state["wrap_work"].sum() + moved)
         out |= self._of_sphere()
         out["kinetic_kick"] += out["sphere_kick"]
-        walls = None
+        walls, on_sphere = none, none
         if self.box is not None:
             force = self.wall_forces()
-            tiles = -(-self.state.wall_blocks // self.layout.tile)
-            walls = self.sums["wall_sum"].to_numpy(tiles)
-            out["wall_contacts"] = int(round(walls[:, CONTACTS].sum()))
-            out["potential_wall"] = walls[:, NORMAL : TWISTING + 1].sum(axis=0)
-            out["loss_wall"] = self._losses("wall_loss")
-            out["loss_wall"][2] += walls[:, PENDING].sum() - self.ledger_sums.damping[1]
-            if self.layout.asperities:
-                out["loss_wall"][6] += walls[:, STRIKING].sum()
-            out["largest_overlap"] = max(out["largest_overlap"], walls[:, DEEPEST].max(initial=0.0))
+            walls = self.sums["wall_sum"].to_numpy(-(-self.state.wall_blocks // self.layout.tile))
             out["wall_work"] = self.wall_work(force, self.impulses())
-        out["largest_overlap"] = max(out["largest_overlap"], out["sphere_overlap"])
-        out["largest_strain"] = out["largest_overlap"] / self.radius
-        if self.polydisperse is not None:
-            strains = [pairs[:, STRAIN]] + ([] if walls is None else [walls[:, STRAIN]])
-            strains += [] if self.sphere is None else [self._sphere_sums()[:, STRAIN]]
-            out["largest_strain"] = np.concatenate(strains).max(initial=0.0)
+        if self.sphere is not None:
+            on_sphere = self._sphere_sums()
+        kinds = (("", "", pairs), ("wall_", "_wall", walls), ("sphere_", "_sphere", on_sphere))
+        for n, (before, behind, sums) in enumerate(kinds):
+            out[f"{before}contacts"] = int(round(sums[:, columns.contacts].sum()))
+            out[f"potential{behind}"] = sums[:, columns.potential].sum(axis=0)
+            out[f"loss{behind}"] = self._losses(n, sums[:, columns.pending])
+        every = np.concatenate([pairs, walls, on_sphere])
+        out["largest_overlap"] = every[:, columns.deepest].max(initial=0.0)
+        out["largest_strain"] = every[:, columns.strain].max(initial=0.0)
         return out
 
     def _sphere_sums(self):
@@ -148,25 +126,18 @@ class Readout:
         return self.sums["sphere_sum"].to_numpy(-(-on // per_tile))
 
     def _of_sphere(self):
-        """What `measure` says of the sphere; zeros without one."""
-        channels = len(self.layout.channels)
-        out = dict.fromkeys(("sphere_kinetic", "sphere_kick", "sphere_work"), 0.0)
-        out |= {"sphere_overlap": 0.0, "sphere_contacts": 0}
-        out |= {"potential_sphere": np.zeros(4), "loss_sphere": np.zeros(channels)}
+        """Energies of the sphere itself; zeros without one."""
         if self.sphere is None:
-            return out
-        load = out["sphere_load"] = self.sphere.load()
-        sums = self._sphere_sums()
-        out["sphere_kinetic"], out["sphere_kick"] = self.sphere.energies(load)
-        out["sphere_work"] = self.sphere.work(load[0], self.sphere.impulses()[:3])
-        out["sphere_contacts"] = int(round(sums[:, CONTACTS].sum()))
-        out["sphere_overlap"] = sums[:, DEEPEST].max(initial=0.0)
-        out["potential_sphere"] = sums[:, NORMAL : TWISTING + 1].sum(axis=0)
-        out["loss_sphere"] = self._losses("loss", of_sphere=True)
-        out["loss_sphere"][2] += sums[:, PENDING].sum() - self.ledger_sums.damping[2]
-        if self.layout.asperities:
-            out["loss_sphere"][6] += sums[:, STRIKING].sum()
-        return out
+            return dict.fromkeys(("sphere_kinetic", "sphere_kick", "sphere_work"), 0.0)
+        load = self.sphere.load()
+        kinetic, kick = self.sphere.energies(load)
+        work = self.sphere.work(load[0], self.sphere.impulses()[:3])
+        return {
+            "sphere_load": load,
+            "sphere_kinetic": kinetic,
+            "sphere_kick": kick,
+            "sphere_work": work,
+        }
 
     def _energy_of_images(self):
         """What the kinetic energy changes by where grains that have left a moving cell since the
@@ -221,20 +192,23 @@ class Readout:
         total = self.unit_mass * np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         for name in ("virial", "wall_virial"):
             if name in self.state:
-                table = self.state[name]
-                total += table.reshape(len(table), 9, -1).sum(axis=(0, 2)).reshape(3, 3)
+                total += self.state[name].sum(axis=0).reshape(3, 3)
         return total
 
     def lengths(self):
         """Edges of the room for the grains now [um], (3,); not a number where it is open."""
         return self.domain.lengths(self.step)
 
-    def _losses(self, name, of_sphere=False):
-        table = self.state[name]
-        if name == "loss" and self.sphere is not None:
+    def _losses(self, kind, pending):
+        """Losses by channel up to now in contacts of a kind: 0 pairs, 1 walls, 2 the sphere.
+        pending: those of this step that belong to the time before it, (tiles, channels)."""
+        table = self.state["wall_loss" if kind == 1 else "loss"] if kind != 1 or self.box else None
+        if table is None or (kind == 2 and self.sphere is None):
+            return np.zeros(len(self.layout.channels))
+        if kind != 1 and self.sphere is not None:
             first = int(self.state["counts"][FIRST_SPHERE]) // self.layout.tile
-            table = table[first:] if of_sphere else table[:first]
-        return table.reshape(len(table), len(self.layout.channels), -1).sum(axis=(0, 2))
+            table = table[first:] if kind == 2 else table[:first]
+        return table.sum(axis=0) + pending.sum(axis=0) - np.array(self.ledger_sums.pending[kind])
 
     # -- arrays ----------------------------------------------------------------------------------
 
@@ -264,16 +238,17 @@ class Readout:
         (physics.contact.parts).
         """
         i, j = self.state.pairs()
-        state = self.state.lanes("state")[: len(i)]
+        state = self.state.rows("history")[: len(i)]
         on = touching(self.layout, state)
         i, j, state = i[on], j[on], state[on]
         d = self.distances(np.flatnonzero(on), i, j)
         distance = np.linalg.norm(d, axis=1)
-        load = self.state.lanes("load")[: len(on)][on].astype(float)
+        load = self.state.rows("load")[: len(on)][on].astype(float)
         load, normal = (load[:, :3], load[:, 3:6], load[:, 9:12]), d / distance[:, None]
-        first, second = pointers(self.layout, state, normal)
         i, j = self.order[i], self.order[j]
         radii = np.broadcast_to(self.radii, self.grains)
+        own = radii[i][:, None], radii[j][:, None]
+        first, second = pair_pointers(self.layout, state, normal, own)
         return {
             "grain_i": i,
             "grain_j": j,
@@ -307,15 +282,17 @@ class Readout:
             return 2.0 * self.radius
         return self.radii[i] + self.radii[j]
 
-    def _history(self, state):
-        """Twist, approach and, where they are followed, losses [fJ] of contacts."""
-        zero = np.zeros(len(state))
-        twist, approach = self.layout.twist, self.layout.approach
-        return {
-            "twist": state[:, twist] if twist >= 0 else zero,
-            # stored as speed of separation
-            "approach": -state[:, approach] if approach >= 0 else zero,
-        } | ({"loss": state[:, self.layout.lost :]} if self.layout.contact_loss else {})
+    def _history(self, history):
+        """What contacts have kept, by the names of the result, in internal units; losses [fJ] where
+        they are followed. Zeros for what the scene does not have."""
+        zero, rows = np.zeros(len(history)), self.layout.rows
+        out = {"twist": zero, "approach": zero}
+        for name, declared in self.layout.model.history.items():
+            if declared.result:
+                first, width = rows[name]
+                values = declared.sign * history[:, first : first + width]
+                out[declared.result] = values if width > 1 else values[:, 0]
+        return out | ({"loss": history[:, rows["lost"][0] :]} if "lost" in rows else {})
 
     def wall_contact_state(self):
         """Contacts with walls now, a dict of arrays; feet and overlaps in um.
@@ -323,15 +300,15 @@ class Readout:
         force [nN], torque [nN um]: on the grain, and the parts of these (physics.contact.parts).
         """
         rows, grain, wall = self.state.wall_lanes()
-        state = self.state.lanes("state")[rows]
+        state = self.state.rows("history")[rows]
         on = touching(self.layout, state)
         grain, wall, state = grain[on], wall[on], state[on]
-        load = self.state.lanes("load")[rows][on].astype(float)
+        load = self.state.rows("load")[rows][on].astype(float)
         x, normal = self.state["x"][grain], self.box.normal[wall]
         radius = np.broadcast_to(self.radii, self.grains)[self.order[grain]]
         # foot points are kept where they stand on the wall, wherever it has gone along itself
         way = self.box.way(self.time)[wall]
-        pointer, foot = pointers_and_feet(self.layout, state, x - way, radius[:, None], normal)
+        pointer, foot = wall_pointers(self.layout, state, (x - way, radius[:, None], normal))
         distance = np.sum(x * normal, axis=1) - self.box.offsets(self.time)[wall]
         found = {"grain": self.order[grain], "wall": wall, "pointer": pointer}
         found |= {"force": load[:, :3], "torque": load[:, 3:6], "foot": foot + way}

@@ -20,7 +20,7 @@ from dusttaichi.grains.sphere import placed_sphere, sphere_contacts
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.method import Preview
 from dusttaichi.physics.contact import constants
-from dusttaichi.physics.contact.registry import chosen_laws
+from dusttaichi.physics.contact.registry import chosen_model
 from dusttaichi.scene import quantities
 from dusttaichi.scene.material import DEFAULT
 from dusttaichi.scene.push import of_stages
@@ -153,7 +153,7 @@ def _domain(scene, sample, own, contacts, step):
 def _state_memory(scene, sample, own, step, domain):
     """What the state takes; the scratch of the search comes beside it."""
     loops = LOOPS[scene.numerics.backend]
-    laws = chosen_laws(scene.interaction, scene.numerics.newton_steps)
+    laws = chosen_model(scene.interaction, scene.numerics.newton_steps)
     kinds = {push.kind for push in of_stages(scene)}
     order = np.arange(len(sample))
     push = make_push(scene.push, sample.info, order, step.dt / units.TIME, kinds)
@@ -179,8 +179,8 @@ def _contact(c, scene):
         ("pull-off force F_c", quantity(c.F_c, "force", digits=5)),
         ("normal stiffness k_n", f"{c.k_n:.5g} N/m"),
     ]
-    laws = chosen_laws(scene.interaction)
-    for effect, law in laws.on[1:]:
+    model = chosen_model(scene.interaction)
+    for effect, law in model.effects[1:]:
         rows += [(f"{effect}: {n.meaning} {name}", _number(c.numbers[name], n.unit))
                  for name, n in law.NUMBERS.items()]  # fmt: skip
     return rows

@@ -2,8 +2,8 @@
 
 Positions, contact pointers and twist stand at a whole step and stay. Velocities and spins stand
 half a step back: they are carried to the whole step by the loads of now and set back by half of the
-new step. Of a contact three numbers belong to the step as well: its normal speed half a step back,
-and the speed and the impulse of a first touch on asperities, which acts as a force over one step.
+new step. Of a contact what belongs to the step as well are speeds of half a step back, which
+effects give anew (`halved`), and impulses that act as a force over one step (`IMPULSE`).
 """
 
 import copy
@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from dusttaichi.grains.kept import touching, unit
+from dusttaichi.grains.pointers import touching, unit
 from dusttaichi.names import NEVER
 
 
@@ -28,8 +28,9 @@ def halve_time_step(sim):
     pairs, walls = _pairs(sim), sim.state.wall_lanes()
     if sim.sphere is not None:
         v[sim.sphere.row], w[sim.sphere.row] = sim.sphere.now()[1:]
-    if sim.layout.asperities:
-        _strike_in(sim, (pairs, walls), old, new)
+    impulses = [law.IMPULSE for law in sim.layout.model.laws if hasattr(law, "IMPULSE")]
+    if impulses:
+        _strike_in(sim, (pairs, walls), impulses, 1.0 / new - 1.0 / old)
         force, torque = sim.loads()
     v[:n] -= 0.5 * new / sim.mass * force
     w[:n] -= 0.5 * new / sim.inertia * torque
@@ -65,26 +66,27 @@ def _pairs(sim):
     return rows, i, j, sim.distances(rows, i, j)
 
 
-def _strike_in(sim, contacts, old, new):
-    """Forces of first touches act over a step of the new length, with the same impulse."""
+def _strike_in(sim, contacts, impulses, change):
+    """Impulses (names in the history) act over a step of the new length; change: of one over it."""
     (rows, _, _, d), walls = contacts
-    state, load = sim.state.lanes("state"), sim.state.lanes("load")
-    change = state[:, sim.layout.graze + 1, None] * (1.0 / new - 1.0 / old)
-    push = change[rows] * unit(d)
+    history, load = sim.state.rows("history"), sim.state.rows("load")
+    columns = [sim.layout.rows[name][0] for name in impulses]
+    more = history[:, columns].sum(axis=1, keepdims=True) * change
+    push = more[rows] * unit(d)
     load[rows, :3] += push
     load[rows, 6:9] -= push
     if walls is not None:
         rows, _, wall = walls
-        load[rows, :3] += change[rows] * sim.box.normal[wall]
-    sim.state.put_lanes("load", load)
+        load[rows, :3] += more[rows] * sim.box.normal[wall]
+    sim.state.put_rows("load", load)
 
 
 def _set_speeds(sim, pairs, walls, v, new):
     """Normal speeds of contacts half a step back, as kernels.contacts has them."""
     layout = sim.layout
-    if not (layout.damping or layout.asperities):
+    if not any(hasattr(law, "halved") for law in layout.model.laws):
         return
-    state = sim.state.lanes("state")
+    state = sim.state.rows("history")
     touches = touching(layout, state)
     rows, i, j, d = pairs
     dv = v[i] - v[j]
@@ -97,14 +99,14 @@ def _set_speeds(sim, pairs, walls, v, new):
         rows, grain, wall = walls
         u = np.sum(v[grain] * sim.box.normal[wall], axis=1) - sim.box.speed[wall]
         _put_speeds(layout, state, touches, rows, (u, u))
-    sim.state.put_lanes("state", state)
+    sim.state.put_rows("history", state)
 
 
-def _put_speeds(layout, state, touches, rows, speeds):
+def _put_speeds(layout, history, touches, rows, speeds):
     """speeds: along n_c, half a step back and now."""
-    back, now = speeds
-    if layout.damping:
-        state[rows, layout.approach] = touches[rows] * back
-    if layout.asperities:
-        struck = state[rows, layout.graze + 1] != 0.0
-        state[rows, layout.graze] = np.where(struck, now, 0.0)
+    rows = np.arange(len(history))[rows]
+    kept = {name: history[rows, first] for name, (first, _) in layout.rows.items()}
+    for law in layout.model.laws:
+        if hasattr(law, "halved"):
+            for name, values in law.halved(kept, touches[rows], *speeds).items():
+                history[rows, layout.rows[name][0]] = values

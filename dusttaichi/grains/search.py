@@ -7,7 +7,6 @@ import numpy as np
 from dusttaichi.errors import GuardStop
 from dusttaichi.grains.kernels.search import CELLS_PER_GRAIN, Grid
 from dusttaichi.names import NEVER
-from dusttaichi.physics.contact.constants import PULL_OFF
 
 SKIN = (0.01, 0.4)  # least and most, of the radius
 # parts of the skin that each grain of a pair may go, and that faces between them may move
@@ -72,8 +71,8 @@ class Search:
             if sim.sphere is not None:
                 speed = max(speed, float(np.linalg.norm(sim.state["v"][sim.sphere.row])))
             self.skin = self._best_skin(speed)
-        # bonds hold beyond first touch, down to pull-off
-        touch = 2.0 * sim.radius + PULL_OFF / sim.pair.inv_delta0
+        # contacts hold beyond first touch
+        touch = 2.0 * sim.radius + sim.pair.reach
         low, extent, edges = bounds[:3], bounds[3:6] - bounds[:3], np.zeros(3)
         if sim.cell is not None:
             edges = self._wrap(step, touch)
@@ -107,14 +106,14 @@ class Search:
         self._check_room()
         sim.kernels.relist(edges.tolist(), tilt)
         if sim.box is not None:
-            wall_reach = sim.radius + self.skin + PULL_OFF / sim.wall.inv_delta0
+            wall_reach = sim.radius + self.skin + sim.wall.reach
             wall_reach -= 0.0 if equal else sim.radius
             sim.kernels.relist_walls(
                 sim.walls_argument, step * sim.dt, wall_reach, sim.box.present.tolist()
             )
             self._check_room()
         if sim.sphere is not None:
-            far = sim.sphere.radius + self.skin + PULL_OFF / sim.sphere.contact.inv_delta0
+            far = sim.sphere.radius + self.skin + sim.sphere.contact.reach
             sim.kernels.relist_sphere(far + (sim.radius if equal else 0.0), edges.tolist())
         sim.kernels.list_entries()
 

@@ -14,9 +14,9 @@ from dusttaichi import units
 from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.servo import EVEN, WALL, Servo
 from dusttaichi.domain.walls import TOP
+from dusttaichi.grains.kernels.gather import Walls
 from dusttaichi.grains.kernels.phases import DONE, StepNumbers
 from dusttaichi.grains.kernels.store import FIRST_WALL
-from dusttaichi.grains.kernels.walls import Walls
 from dusttaichi.grains.measure import Readout
 from dusttaichi.grains.search import Search
 from dusttaichi.grains.sphere import MovingSphere
@@ -61,7 +61,8 @@ class Simulation(Readout):
     """State and kernels of one scene. `step` counts steps; `time` = step dt.
 
     state: GrainState; search: Search; domain: what surrounds the grains, a Domain; push: Push;
-    pair, wall: ContactParams, where grains differ those of the contact that reaches farthest.
+    pair, wall: numbers of a contact (kernels.numbers), where grains differ those of the contact
+    that reaches farthest.
     radii [um]: of all grains, one number, or (N,) in the sample's order; radius, smallest: the
     largest and the smallest of them. mass [pg], inertia [pg um^2]: one number, or (N, 1) in
     internal order; unit_mass, unit_inertia: what kernels are told, units where grains have their
@@ -94,9 +95,9 @@ class Simulation(Readout):
         """compiled: Compiled; tables: its fields, scratch and sums as this scene uses them.
 
         sample: Sample; order: its grains in internal order. typical: Typical; polydisperse:
-        GrainProperties, or None of equal grains. sphere: (RigidSphere, ContactParams) or None.
-        gravity: Gravity or None. box, cell: or None; t_c: see Domain. drive: the first. skin [um]
-        or None: as it suits. scenes: of a batch, the `scene` field filled.
+        GrainProperties, or None of equal grains. sphere: (RigidSphere, numbers of its contacts)
+        or None. gravity: Gravity or None. box, cell: or None; t_c: see Domain. drive: the first.
+        skin [um] or None: as it suits. scenes: of a batch, the `scene` field filled.
         """
         self.compiled, self.kernels, self.layout = compiled, compiled.kernels, compiled.layout
         self.fields, self.scratch, self.sums = tables
@@ -157,14 +158,18 @@ class Simulation(Readout):
                 state[name] = values[order]
         if self.sphere is not None:
             self.sphere.place()
+        state.put_numbers(
+            self.pair, self.wall, None if self.sphere is None else self.sphere.contact
+        )
         self.search.now(0)
         if sample.contacts is not None:
             i, j = state.pairs()
-            state.take_contacts(sample.contacts, self.distances(np.arange(len(i)), i, j))
+            d = self.distances(np.arange(len(i)), i, j)
+            state.take_contacts(sample.contacts, d, np.broadcast_to(self.radii, self.grains))
         if sample.wall_contacts is not None:
             radii = np.broadcast_to(self.radii, self.grains)
             state.take_wall_contacts(sample.wall_contacts, radii, self.box.normal)
-        self._load_once()
+        self.kernels.begin(0, self.dt, self.walls_argument)
         state.clear_sums()
         self.push.begin(state["x"], self.contact_loads()[0])
         self.potential_of_start = self.gravity_potential()
@@ -176,9 +181,10 @@ class Simulation(Readout):
         if self.sphere is not None:
             self.sphere.set_back()
             self.ledger_sums.sphere_force = self.sphere.load()[0]
+        self.ledger_sums.pending = [[0.0] * len(self.layout.channels)] * 3
         begin = self.measure()
-        losses = (begin[name] for name in ("loss", "loss_wall", "loss_sphere"))
-        self.ledger_sums.damping = [float(loss[2]) for loss in losses]
+        names = ("loss", "loss_wall", "loss_sphere")
+        self.ledger_sums.pending = [begin[name].tolist() for name in names]
         self.ledger_sums.face_power = self.face_power()
 
     # -- drive -----------------------------------------------------------------------------------
@@ -224,7 +230,8 @@ class Simulation(Readout):
         out = np.zeros((6, 3))
         if self.box is not None:
             rows, first = self.state.wall_blocks, int(self.state["counts"][FIRST_WALL])
-            load = self.fields["load"].to_numpy(first + rows)[first:, :3]
+            force = self.layout.load
+            load = self.fields["contact"].to_numpy(first + rows, slice(force, force + 3))[first:]
             of = self.fields["wall_of"].to_numpy(rows)
             np.add.at(out, of, load.sum(axis=2, dtype=float))
         return out
@@ -286,19 +293,22 @@ class Simulation(Readout):
             pending,
             self.threads,
             numbers,
-            self.pair,
-            self.pair if self.sphere is None else self.sphere.contact,
-            self.wall,
             self.walls_argument,
         )
         done = int(self.state["sync"][DONE])
         return done, done < steps
 
-    def _load_once(self):
-        """Contacts and loads at the present positions, without moving anything."""
-        step, self.step = self.step, self.step - 1
-        self._call(1, 1, 0.0)
-        self.step = step
+    def forces(self):
+        """Force [nN] and torque [nN um] of the contacts on every grain as the grains and the
+        history of their contacts are now, (N, 3) each, in the sample's order. Nothing moves and
+        nothing is changed; forces that act during one step only (first touches) are not in it."""
+        loads = self.state.rows("load")
+        self.kernels.evaluate(self.step, self.dt, self.walls_argument)
+        found = self.contact_loads()
+        self.state.put_rows("load", loads)
+        out = np.empty((2, self.grains, 3))
+        out[:, self.order] = found
+        return out[0], out[1]
 
     def _end_pushes(self):
         """Forces that last until this step, half of which they act on, end."""

@@ -7,8 +7,8 @@ import numpy as np
 from dusttaichi import units
 from dusttaichi.errors import DustError
 from dusttaichi.grains.grain_contacts import moving, size_ranges
-from dusttaichi.grains.kept import touching
 from dusttaichi.grains.kernels.store import SPHERE
+from dusttaichi.grains.pointers import touching
 from dusttaichi.names import AXES, WALLS
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.parts import pair_parts
@@ -147,8 +147,8 @@ def _passed(box, place, radius, time):
 class MovingSphere:
     """The sphere of a Simulation `sim`: it moves in the kernels, and is looked at here.
 
-    speed: at which it is driven now, None where it moves by forces. contact: ContactParams of the
-    grains that reach it farthest.
+    speed: at which it is driven now, None where it moves by forces. contact: numbers of the contact
+    that reaches farthest.
     """
 
     def __init__(self, sim, sphere, contact):
@@ -202,7 +202,7 @@ class MovingSphere:
     def load(self):
         """Force [nN] and torque [nN um] of the grains on it now, (3,) each."""
         sim = self.sim
-        sim.kernels.measure[3](self.contact, sim.step, sim.dt)
+        sim.kernels.measure[3](sim.step, sim.dt)
         found = sim.sums["sphere_load"].to_numpy()
         return found[:3], found[3:]
 
@@ -212,9 +212,9 @@ class MovingSphere:
         (physics.contact.parts), and loss [fJ] by channel where it is followed."""
         sim = self.sim
         rows, grain, _ = sim.state.on_sphere()
-        state = sim.state.lanes("state")[rows]
+        state = sim.state.rows("history")[rows]
         on = np.flatnonzero(touching(sim.layout, state))
-        grain, load = grain[on], sim.state.lanes("load")[rows][on].astype(float)
+        grain, load = grain[on], sim.state.rows("load")[rows][on].astype(float)
         d = sim.distances(rows.start + on, grain, np.full(len(on), self.row))
         distance = np.linalg.norm(d, axis=1)
         number = sim.order[grain]
@@ -223,7 +223,7 @@ class MovingSphere:
         found = {"grain": number, "overlap": radius + self.radius - distance}
         found |= pair_parts(d / distance[:, None], load, (radius, self.radius))
         if sim.layout.contact_loss:
-            found["loss"] = state[on, sim.layout.lost :]
+            found["loss"] = state[on, sim.layout.rows["lost"][0] :]
         return found | {"force": load[0], "torque": load[1]}
 
     def impulses(self):

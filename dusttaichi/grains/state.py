@@ -6,18 +6,25 @@ from typing import NamedTuple
 import numpy as np
 
 from dusttaichi.domain.pushes import rank_of
-from dusttaichi.grains.kept import of_pairs, of_walls, unit
 from dusttaichi.grains.kernels.declare import SUMS
 from dusttaichi.grains.kernels.store import (
     FIRST_SPHERE,
     FIRST_WALL,
+    LOADS,
     ON_SPHERE,
     OVERFLOW,
     PAIRS,
     SPHERE,
     WALL_BLOCKS,
 )
+from dusttaichi.grains.pointers import pair_displacements, unit, wall_displacements
 from dusttaichi.units import LENGTH
+
+
+def _by_contact(a):
+    """(blocks, components, lanes) as (contacts, components)."""
+    return np.ascontiguousarray(a.transpose(0, 2, 1)).reshape(-1, a.shape[1])
+
 
 FAR = 1e6  # of the grains that fill empty lanes [um]
 
@@ -56,7 +63,7 @@ class LedgerSums:
     wall_work: float = 0.0
     face_power: float = 0.0
     face_jumps: float = 0.0
-    damping: list = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    pending: list = field(default_factory=lambda: [[0.0]] * 3)
 
     def to_numbers(self):
         """What JSON can hold."""
@@ -112,9 +119,9 @@ class GrainState:
             if name in self.fields:
                 self.fields[name].fill(0.0)
         if self.layout.contact_loss:
-            state = self.lanes("state")
-            state[:, self.layout.lost :] = 0.0
-            self.put_lanes("state", state)
+            history = self.rows("history")
+            history[:, self.layout.rows["lost"][0] :] = 0.0
+            self.put_rows("history", history)
 
     # -- contacts --------------------------------------------------------------------------------
 
@@ -156,28 +163,47 @@ class GrainState:
         return WallLanes(slice(first * width, (first + blocks) * width), grain, wall)
 
     def lanes(self, name):
-        """A field of lanes (blocks, components) as an array (contacts, components)."""
-        a = self[name]
-        a = a.reshape(a.shape[0], a.shape[1], -1)
-        return np.ascontiguousarray(a.transpose(0, 2, 1)).reshape(-1, a.shape[1])
+        """A field (blocks, components, lanes) as an array (contacts, components)."""
+        return _by_contact(self[name])
+
+    def rows(self, part, blocks=None):
+        """History ("history") or loads ("load") of the contacts of all blocks, or of the first so
+        many, (contacts, rows)."""
+        return _by_contact(self.fields["contact"].to_numpy(blocks, self._slice(part)))
+
+    def put_rows(self, part, values):
+        """The reverse of `rows` of all blocks."""
+        whole = self["contact"]
+        shape = (-1, self.layout.width, values.shape[1])
+        whole[:, self._slice(part)] = values.reshape(shape).transpose(0, 2, 1)
+        self["contact"] = whole
+
+    def _slice(self, part):
+        first = 0 if part == "history" else self.layout.load
+        return slice(first, first + (self.layout.kept if part == "history" else LOADS))
+
+    def put_numbers(self, pair, wall, on_sphere):
+        """Numbers of the kinds of contacts (kernels.numbers); on_sphere: or None."""
+        kinds = (pair, wall, on_sphere or pair)
+        self["numbers"] = np.array([list(vars(kind).values()) for kind in kinds])
+        self["touches"] = np.array([kind.touch for kind in kinds])
 
     def loads_across(self, axes):
         """Sum over the pairs of their force times the edges between them along the periodic axes
         [nN], (3, 3): its product with the speeds of the edges is the power of the faces."""
         out, blocks = np.zeros((3, 3)), -(-self.pair_count // self.layout.width)
-        force = self.fields["load"].to_numpy(blocks)[:, :3].astype(float)
+        first = self.layout.load
+        force = self.fields["contact"].to_numpy(blocks, slice(first, first + 3)).astype(float)
         shift = self.fields["shift"].to_numpy(blocks).astype(float)
         out[:, list(axes)] = np.einsum("bfk,bak->fa", force, shift)
         return out
 
-    def put_lanes(self, name, contacts):
-        """The reverse of `lanes`."""
-        a = contacts.reshape(-1, self.layout.width, contacts.shape[1]).transpose(0, 2, 1)
-        self[name] = a
+    def take_contacts(self, contacts, d, radii):
+        """Pointers and twist of contacts that a sample brings along.
 
-    def take_contacts(self, contacts, d):
-        """Pointers and twist of contacts that a sample brings along; d: distance vectors of all
-        listed pairs, (pairs, 3)."""
+        d: distance vectors of all listed pairs, (pairs, 3); radii [um]: of all grains, (N,), in the
+        sample's order.
+        """
         i, j = self.rank[contacts["i"]], self.rank[contacts["j"]]
         swap = i > j
         low, high = np.minimum(i, j), np.maximum(i, j)
@@ -191,8 +217,11 @@ class GrainState:
         place = np.minimum(np.searchsorted(key, wanted), len(key) - 1)
         known = key[place] == wanted
         rows = place[known]
-        kept = of_pairs(self.layout, first[known], second[known], unit(d[rows]))
-        self._put_springs(rows, known, contacts, *kept)
+        swapped = swap[known, None]
+        r_i, r_j = radii[contacts["i"][known], None], radii[contacts["j"][known], None]
+        own = np.where(swapped, r_j, r_i), np.where(swapped, r_i, r_j)
+        found = pair_displacements(first[known], second[known], unit(d[rows]), own)
+        self._put_springs(rows, known, contacts, *found)
 
     def take_wall_contacts(self, contacts, radii, normals):
         """Pointers, foot points and twist of contacts with walls that a sample brings along.
@@ -211,23 +240,21 @@ class GrainState:
         grain, wall = contacts["grain"][known], contacts["wall"][known]
         around = self["x"][self.rank[grain]], radii[grain, None], normals[wall]
         pointer, foot = contacts["pointer"][known], contacts["foot"][known] / LENGTH
-        self._put_springs(rows, known, contacts, *of_walls(self.layout, pointer, foot, around))
+        self._put_springs(rows, known, contacts, *wall_displacements(pointer, foot, around))
 
-    def _put_springs(self, rows, known, contacts, first, second):
-        """Into these rows of `lanes` the contacts that are known: pointers and what else is stored.
-
-        first, second: what they keep in `Layout.first` and `Layout.second`, (rows, 3).
-        """
-        state, layout = self.lanes("state"), self.layout
-        state[rows, layout.first : layout.first + 3] = first
-        state[rows, layout.second : layout.second + 3] = second
-        if layout.deviations:
-            state[rows, layout.touched] = 1.0
-        if layout.twist >= 0:
-            state[rows, layout.twist] = contacts["twist"][known]
-        if layout.approach >= 0:
-            state[rows, layout.approach] = -contacts["approach"][known]
-        self.put_lanes("state", state)
+    def _put_springs(self, rows, known, contacts, xi, zeta):
+        """Into these rows the contacts that are known: displacements (rows, 3), and what else of
+        the history they bring along by the names of the result."""
+        history, layout = self.rows("history"), self.layout
+        for name, values in (("xi", xi), ("zeta", zeta), ("touched", np.ones((len(rows), 1)))):
+            first, width = layout.rows[name]
+            history[rows, first : first + width] = values
+        for name, declared in layout.model.history.items():
+            if declared.result in contacts:
+                first, width = layout.rows[name]
+                values = declared.sign * contacts[declared.result][known]
+                history[rows, first : first + width] = values.reshape(len(rows), width)
+        self.put_rows("history", history)
 
     # -- checkpoint ------------------------------------------------------------------------------
 

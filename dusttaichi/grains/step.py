@@ -1,11 +1,12 @@
-"""The time step: leapfrog, one screen. Kick, drift, turn, touch, gather; a search when it is due.
+"""The time step: leapfrog, one screen. Gather, kick, drift; search when it is due; contacts.
 
-Between two calls the state is x and pointers at time n, the loads of time n, and v, w at n - 1/2.
-A step gathers the loads of each grain, kicks v, w to n + 1/2 and drifts x to n + 1; then it turns
-the pointers with the spins of n + 1/2 and computes the loads of n + 1 where grains touch.
-Positions, velocities, spins, pointers and twist are all second order in dt (S12 sect. 4).
+Between two calls the state is x and the history of contacts at time n, the loads of time n, and
+v, w at n - 1/2. A step gathers the loads of each grain, kicks v, w to n + 1/2 and drifts x to
+n + 1; then it carries the history of contacts with the spins of n + 1/2 and computes the loads of
+n + 1 where grains touch. Positions, velocities, spins, rolling, sliding and twisting displacements
+are all second order in dt (S12 sect. 4).
 
-`advance(steps, first, pending, workers, numbers, pair, sphere, wall, box)` makes up to `steps`
+`advance(steps, first, pending, workers, numbers, box)` makes up to `steps`
 steps from step number `first`; with `pending` the first one has drifted already and lacks its
 contacts (a search came between). It ends early when a search is due. sync[DONE] tells.
 """
@@ -13,8 +14,9 @@ contacts (a search came between). It ends early when a search is due. sync[DONE]
 import taichi as ti
 
 from dusttaichi.compute.workers import STRIDE, SYNC, assemble, barrier
+from dusttaichi.grains.kernels.gather import Walls
 from dusttaichi.grains.kernels.phases import DONE, DUE, StepNumbers
-from dusttaichi.grains.kernels.walls import Walls
+from dusttaichi.grains.kernels.store import FIRST_WALL, WALL_BLOCKS
 
 
 def make_advance(phases, kind):
@@ -24,7 +26,7 @@ def make_advance(phases, kind):
 
 def by_workers(phases):
     """Many steps in one kernel: workers that pass their share of every phase (compute.workers)."""
-    sync, ContactParams = phases.sync, phases.ContactParams
+    sync = phases.sync
 
     @ti.kernel
     def advance(
@@ -33,9 +35,6 @@ def by_workers(phases):
         pending: ti.i32,
         workers: ti.i32,
         numbers: StepNumbers,
-        pair: ContactParams,
-        sphere: ContactParams,
-        wall: ContactParams,
         box: Walls,
     ):
         ti.loop_config(serialize=True)
@@ -54,7 +53,7 @@ def by_workers(phases):
                         if phases.search_is_due(step, numbers):
                             break
                     drifted = 0
-                    phases.turn_and_touch(me, present, step, numbers.dt, pair, sphere, wall, box)
+                    phases.touch(me, present, step, numbers.dt, box)
                     met += present
                     barrier(sync, met)
                     done += 1
@@ -66,7 +65,7 @@ def by_workers(phases):
 
 def by_launches(phases):
     """A loop in Python over kernels with one parallel loop a phase."""
-    sync, ContactParams = phases.sync, phases.ContactParams
+    sync = phases.sync
 
     @ti.kernel
     def kick_and_drift(step: ti.i64, numbers: StepNumbers):
@@ -80,25 +79,17 @@ def by_launches(phases):
                     sync[DUE] = 1
 
     @ti.kernel
-    def touch(
-        step: ti.i64,
-        dt: ti.f64,
-        pair: ContactParams,
-        sphere: ContactParams,
-        wall: ContactParams,
-        box: Walls,
-    ):
+    def touch(step: ti.i64, dt: ti.f64, box: Walls):
         for tile in range(phases.pair_tiles()):
-            phases.touch_pairs(tile, dt, pair, phases.frame(step, dt))
+            phases.touch_pairs(tile, dt, phases.frame(step, dt))
         if ti.static(phases.has_sphere):
             for tile in range(phases.sphere.tiles()):
-                phases.touch_sphere(tile, dt, sphere, phases.frame(step, dt))
+                phases.touch_sphere(tile, dt, phases.frame(step, dt))
         if ti.static(phases.has_walls):
             for tile in range(phases.wall_tiles()):
-                phases.touch_walls(tile, step, dt, wall, box)
+                phases.touch_walls(tile, step, dt, box)
 
-    def advance(steps, first, pending, _workers, *arguments):
-        numbers, *contacts = arguments
+    def advance(steps, first, pending, _workers, numbers, box):
         done = 0
         while done < steps:
             step = first + done + 1
@@ -107,8 +98,39 @@ def by_launches(phases):
                 if sync[DUE] == 1 or step >= numbers.wall_due:
                     break
             pending = 0
-            touch(step, numbers.dt, *contacts)
+            touch(step, numbers.dt, box)
             done += 1
         sync[DONE] = done
 
     return advance
+
+
+def make_configuration(phases):
+    """Kernels over the contacts of a configuration, without a step: `begin(step, dt, box)` for
+    those of a start, which have formed before, and `evaluate(step, dt, box)`, which leaves their
+    history as it is; both compute the loads."""
+
+    def over_contacts(name):
+        pairs, sphere, walls = (
+            getattr(one, name, None) for one in (phases.pairs, phases.on_sphere, phases.walls)
+        )
+
+        @ti.kernel
+        def kernel(step: ti.i64, dt: ti.f64, box: Walls):
+            for tile in range(phases.pair_tiles()):
+                first, last = phases.blocks_of_pairs(tile)
+                for block in range(first, last):
+                    pairs(block, phases.frame(step, dt))
+            if ti.static(phases.has_sphere):
+                for tile in range(phases.sphere.tiles()):
+                    first, last = phases.blocks_of_sphere(tile)
+                    for block in range(first, last):
+                        sphere(block, phases.frame(step, dt))
+            if ti.static(phases.has_walls):
+                for c in range(phases.counts[WALL_BLOCKS]):
+                    plane = phases.walls.gatherer.plane(c, box, dt * step)
+                    walls(phases.counts[FIRST_WALL] + c, plane)
+
+        return kernel
+
+    return over_contacts("begin"), over_contacts("evaluate")

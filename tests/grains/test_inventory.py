@@ -17,67 +17,71 @@ SERIES = {"series": {"steps": 10}}
 CHECKS = {"output": SERIES}
 
 FIELDS = set(
-    "x v w x_search pair_i pair_j pair_start state load entry_start entry loss sync counts".split()
+    "x v w x_search contact numbers touches pair_i pair_j pair_start entry_start entry loss sync "
+    "counts".split()
 )
 SCRATCH = set("cell_start cell_grain near near_count own_count old_start chunk_sum bounds".split())
-KERNELS = set("advance bounds find relist list_entries measure_grains measure_pairs".split())
+KERNELS = set(
+    "advance begin evaluate bounds find relist list_entries measure_grains measure_pairs".split()
+)
 WALL_FIELDS = set(
     "wall_grain wall_gap wall_of wall_slot wall_loss impulse impulse_total wall_chunk wall_sum "
     "wall_force".split()
 )
 WALL_KERNELS = {"relist_walls", "measure_walls"}
 CELL_FIELDS = {"shift", "wraps", "cell", "face_work", "wrap_work"}
-UNLIKE_FIELDS = {"radius", "mass", "inertia", "material", "constants", "near_start", "interfaces"}
+UNLIKE_FIELDS = {"radius", "mass", "inertia", "material", "touch", "near_start", "interfaces"}
 
-# what a scene has beyond a pair of grains: keys of the scene, sample, fields, kernels, state size
+# what a scene has beyond a pair of grains: keys of the scene, sample, fields, kernels, and how many
+# numbers its contacts keep: xi, zeta, whether they touch, and what their effects need
 SCENES = {
-    "pair": ({}, PAIR, set(), set(), 7),
-    "pair without twisting": ({"effects": ("rolling", "sliding")}, PAIR, set(), set(), 6),
-    "damping": ({"damping": "viscous"}, PAIR, set(), set(), 9),
+    "pair": ({}, PAIR, set(), set(), 8),
+    "pair without twisting": ({"effects": ("rolling", "sliding")}, PAIR, set(), set(), 7),
+    "damping": ({"damping": "viscous"}, PAIR, set(), set(), 10),
     "asperities": (
         {"material": "silica_pd08", "interaction": {"asperities": "on", "damping": "none"}},
         PAIR,
         set(),
         set(),
-        9,
+        10,
     ),
     "one grain on a floor": (
         {"boundary": FLOOR, **CHECKS},
         sample_of([[0, 0, 0]]),
         WALL_FIELDS,
         WALL_KERNELS,
-        7,
+        8,
     ),
-    "box": ({"boundary": box(), **CHECKS}, PAIR, WALL_FIELDS, WALL_KERNELS, 7),
+    "box": ({"boundary": box(), **CHECKS}, PAIR, WALL_FIELDS, WALL_KERNELS, 8),
     "periodic": (
         {"boundary": CELL, "output": {**SERIES, "stress": False}},
         PAIR,
         CELL_FIELDS,
         {"wrap"},
-        7,
+        8,
     ),
-    "stress": ({"boundary": CELL, **CHECKS}, PAIR, CELL_FIELDS | {"virial", "flux"}, {"wrap"}, 7),
+    "stress": ({"boundary": CELL, **CHECKS}, PAIR, CELL_FIELDS | {"virial", "flux"}, {"wrap"}, 8),
     "stress in a box": (
         {"boundary": box(), "output": {**SERIES, "stress": True}},
         PAIR,
         WALL_FIELDS | {"virial", "wall_virial", "flux"},
         WALL_KERNELS,
-        7,
+        8,
     ),
-    "unlike grains": ({}, UNLIKE, UNLIKE_FIELDS, set(), 7),
+    "unlike grains": ({}, UNLIKE, UNLIKE_FIELDS, set(), 8),
     "force": (
         {"push": [{"grains": [0], "force": ["1 nN", "0 N", "0 N"]}]},
         PAIR,
         {"push_force"},
         set(),
-        7,
+        8,
     ),
     "carried": (
         {"push": [{"grains": [0], "speed": ["1 m/s", "0 m/s", "0 m/s"]}]},
         PAIR,
         {"free", "held"},
         set(),
-        7,
+        8,
     ),
 }
 
@@ -100,8 +104,9 @@ def test_a_scene_has_what_it_requires_and_nothing_else(name, unstarted):
     own = FIELDS | SCRATCH | {"grain_sum", "pair_sum"} | fields
     assert there == own
     assert compiled == KERNELS | kernels
-    assert sim.layout.state_size == size
-    assert sim.fields["state"].to_numpy().shape[1] == size
+    assert sim.layout.kept == size
+    own = len(sim.layout.stored)
+    assert sim.fields["contact"].to_numpy().shape[1] == size + max(12, size) + own
 
 
 def test_a_batch_has_the_number_of_the_scene_beside(unstarted):
@@ -119,7 +124,7 @@ def test_check_says_what_is_compiled_in_and_what_it_takes(unstarted):
     told = dict(inventory.compiled_rows(scene, sim))
     assert told["walls"] == "bottom" and told["periodic faces"] == "none"
     assert told["forces"].endswith("damping (viscous)") and told["left out"] == "asperities"
-    assert told["numbers of state a contact"].startswith("9: ")
+    assert told["numbers kept of a contact"].startswith("10: xi 3, zeta 3, touched 1, speed 1")
     assert set(told["kernels"].split(", ")) == KERNELS | WALL_KERNELS
     whole = sum(table.nbytes for table in inventory.tables(sim).values())
     rows = inventory.field_rows(sim)

@@ -15,7 +15,7 @@ from dusttaichi.domain.pushes import make_push
 from dusttaichi.grains.build import chosen_layout
 from dusttaichi.grains.kernels.declare import declare, place
 from dusttaichi.grains.kernels.phases import Phases
-from dusttaichi.physics.contact.registry import chosen_laws
+from dusttaichi.physics.contact.registry import chosen_model
 
 ARITHMETIC = re.compile(
     r"= (?:fadd|fsub|fmul|fdiv|fneg|tail call|call) [a-z ]*(<\d+ x )?(float|double)>? ?(.*)"
@@ -26,21 +26,20 @@ def operations(precision, folder, monkeypatch):
     """Counter of the arithmetic of the compiled pair pass by (lanes, type)."""
     monkeypatch.chdir(folder)
     scene = make_scene(damping="viscoelastic", numerics={"precision": precision})
-    laws = chosen_laws(scene.interaction, scene.numerics.newton_steps)
+    model = chosen_model(scene.interaction, scene.numerics.newton_steps)
     push = make_push(scene.push, {}, [], 1.0)
-    layout = chosen_layout(scene, laws, LOOPS["cpu"], push, polydisperse=False)
+    layout = chosen_layout(scene, model, LOOPS["cpu"], push, polydisperse=False)
     start_taichi(scene, 1, simplify=False)
     current_cfg().print_kernel_llvm_ir_optimized = True
     current_cfg().offline_cache = False  # what comes from the cache is not printed
-    phases = Phases(place(declare(64, layout, False)), layout, laws, False)
-    ContactParams = phases.ContactParams
+    phases = Phases(place(declare(64, layout, False)), layout, False)
 
     @ti.kernel
-    def pass_over_pairs(dt: ti.f64, pair: ContactParams):
+    def pass_over_pairs(dt: ti.f64):
         for tile in range(phases.pair_tiles()):
-            phases.touch_pairs(tile, dt, pair, 0.0)
+            phases.touch_pairs(tile, dt, 0.0)
 
-    pass_over_pairs(0.0, ContactParams())
+    pass_over_pairs(0.0)
     found = Counter()
     for file in folder.glob("*optimized*.ll"):
         for lanes, kind, rest in ARITHMETIC.findall(file.read_text()):

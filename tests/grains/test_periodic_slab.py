@@ -8,7 +8,7 @@ from test_periodic import REST, SCENE, cake, cell, lattice
 
 from dusttaichi import units
 from dusttaichi.grains.build import build
-from dusttaichi.physics.contact import constants, normal
+from dusttaichi.physics.contact import constants
 
 SLAB = {"axes": "xy", "walls": ["bottom", "top"]}
 
@@ -29,9 +29,7 @@ def test_neighbours_across_faces_against_brute_force():
     sim.search.skin = 0.0
     i, j = sim.state.pairs()
     found = {tuple(sorted(pair)) for pair in zip(sim.order[i], sim.order[j], strict=True)}
-    reach = (
-        2 * sim.radius + sim.search.skin + normal.PULL_OFF / sim.pair.inv_delta0
-    ) * units.LENGTH
+    reach = (2 * sim.radius + sim.search.skin + sim.pair.reach) * units.LENGTH
     close = set()
     for a in range(60):
         for b in range(a):

@@ -16,11 +16,11 @@ from scenes import (
 )
 from test_pair import compare
 
-from dusttaichi.grains.kernels.params import internal_numbers
+from dusttaichi.grains.kernels.numbers import internal_numbers
 from dusttaichi.grains.kernels.polydisperse import stored
 from dusttaichi.grains.measured import measurement
 from dusttaichi.physics.contact import constants
-from dusttaichi.physics.contact.registry import chosen_laws
+from dusttaichi.physics.contact.registry import chosen_model
 from dusttaichi.run.ledger import ledger
 from dusttaichi.samples import Sample
 
@@ -77,14 +77,14 @@ def test_lanes_hold_the_constants(damping):
     ]
     scene = two_materials(damping=damping, boundary=box("bottom"), dt="1 ps")
     probe = Grains(scene, polydisperse(x, radii, kinds))
-    table, laws = probe.sim.state.lanes("constants"), chosen_laws(scene.interaction)
-    names = stored(laws)
+    model, first = chosen_model(scene.interaction), probe.sim.layout.constants
+    names, table = stored(model), probe.sim.state.lanes("contact")[:, first:]
     i, j = probe.sim.state.pairs()
     seen = set()
 
     def holds(row, contact):
-        expected = internal_numbers(contact, laws)
-        np.testing.assert_allclose(row, [expected[name] for name in names], rtol=1e-13)
+        expected = internal_numbers(contact, model)
+        np.testing.assert_allclose(row, [getattr(expected, name) for name in names], rtol=1e-13)
 
     for row, a, b in zip(table, probe.sim.order[i], probe.sim.order[j], strict=False):
         one, other = (scene.all_materials[kinds[n]] for n in (a, b))

@@ -190,8 +190,8 @@ def test_off_is_absent():
     on = Probe(scene("none"), sample_of([[0, 0, 0], [1.3e-6, 0, 0]]))
     assert on.sim.layout.channels[6:] == ("asperities",) and len(on.sim.measure()["loss"]) == 7
     probe = Probe(scene("none", on=False), sample_of([[0, 0, 0], [1.3e-6, 0, 0]]))
-    assert probe.sim.layout.graze < 0 and len(probe.sim.measure()["loss"]) == 6
-    assert on.sim.layout.state_size == probe.sim.layout.state_size + 2
+    assert "touch_speed" not in probe.sim.layout.rows and len(probe.sim.measure()["loss"]) == 6
+    assert on.sim.layout.kept == probe.sim.layout.kept + 2
 
 
 def test_volume_is_needed():

@@ -67,7 +67,7 @@ def strained(request):
     if law is not None:
         scene = scene.with_value(f"interaction.{effect}.law", law)
     probe = Probe(scene, sample_of(triangle(), V, W))
-    probe.laws = registry.chosen_laws(scene.interaction)
+    probe.laws = dict(registry.chosen_model(scene.interaction).effects)
     probe.pair = constants.pair_constants(scene.material, scene.interaction)
     probe.wall = constants.wall_constants(scene.material, scene.interaction)
     probe.own = law is not None
@@ -80,15 +80,6 @@ def strained(request):
 class Vec(np.ndarray):
     """A 3-vector as the laws have it, complex on the host."""
 
-    def plus(self, o):
-        return self + o
-
-    def minus(self, o):
-        return self - o
-
-    def times(self, s):
-        return self * s
-
     def dot(self, o):
         return np.sum(self * o)
 
@@ -100,12 +91,12 @@ def own_energies(probe, arms, n1, n2, phi):
     p = SimpleNamespace(R=p.R, **p.numbers)
     arm, nc, n1, n2 = (np.asarray(a, complex).view(Vec) for a in (*arms[:2], n1, n2))
     out = np.zeros(4, complex)
-    if laws.rolling:
-        out[1] = laws.rolling.energy(laws.rolling.displacement(n1, nc if wall else n2, p), p)
-    if laws.sliding:
-        out[2] = laws.sliding.energy(laws.sliding.displacement(arm, nc, p), p)
-    if laws.twisting:
-        out[3] = laws.twisting.energy(phi, p)
+    if "rolling" in laws:
+        out[1] = laws["rolling"].energy(p.R * (n1 + (nc if wall else n2)), p)
+    if "sliding" in laws:
+        out[2] = laws["sliding"].energy(arm - nc * arm.dot(nc), p)
+    if "twisting" in laws:
+        out[3] = laws["twisting"].energy(phi, p)
     return out
 
 

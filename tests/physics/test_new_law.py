@@ -92,7 +92,7 @@ def test_what_cannot_be_registered(example):
     for effect, name, own, text in (
         ("roling", "mine", law, "rolling, sliding"),
         ("rolling", "linear", law, "built-in"),
-        ("twisting", "mine", object(), "lacks NUMBERS, numbers, energy"),
+        ("twisting", "mine", object(), "lacks NUMBERS, numbers, HISTORY"),
     ):
         with pytest.raises(ValueError, match=text):
             register(effect, name, own)

@@ -3,7 +3,7 @@
 import taichi as ti
 
 from dusttaichi.compute.scan import CHUNK, whole
-from dusttaichi.grains.kernels.store import FIRST_WALL, GRAINS
+from dusttaichi.grains.kernels.store import GRAINS
 
 START, RATE, GROWTH, CENTRE, TILT = range(5)  # rows of the `cell` field; RATE and GROWTH by time
 
@@ -26,36 +26,24 @@ def make_cell(fields, layout):
     shift, tilted, law = fields["shift"], layout.tilted, layout.law
 
     @ti.func
-    def across(b, d, row, frame):
-        """The vector d of a block of pairs less that row of the frame along each edge between."""
+    def across(b, lane, d, row: ti.template(), frame):
+        """The vector d of a pair less that row of the frame along each edge between its grains."""
         out = d
         for k in ti.static(range(len(axes))):
             a = ti.static(axes[k])
-            part = shift[b, k] * frame[row, a]
-            if ti.static(a == 0):
-                out.x -= part
-            elif ti.static(a == 1):
-                out.y -= part
-            else:
-                out.z -= part
-                if ti.static(tilted):
-                    out.x -= shift[b, k] * frame[row, 3]
+            out[a] -= shift[b, k, lane] * frame[row, a]
+            if ti.static(tilted and a == 2):
+                out[0] -= shift[b, k, lane] * frame[row, 3]
         return out
 
     @ti.func
-    def power(b, f, frame):
-        """Power of the faces on a block of pairs with forces f, in the precision of the laws."""
-        out = 0.0 * f.x
-        for k in ti.static(range(len(axes))):
-            a = ti.static(axes[k])
-            force = f.x
-            if ti.static(a == 1):
-                force = f.y
-            elif ti.static(a == 2):
-                force = f.z
-            out += ti.cast(shift[b, k], law) * force * ti.cast(frame[2, a], law)
-            if ti.static(tilted and a == 2):
-                out += ti.cast(shift[b, k], law) * f.x * ti.cast(frame[2, 3], law)
+    def power(k: ti.template(), edges, force, frame):
+        """Power of the faces across axis number k on a pair with this force and so many edges
+        between, in the precision of the laws."""
+        a = ti.static(axes[k])
+        out = edges * force[a] * ti.cast(frame[2, a], law)
+        if ti.static(tilted and a == 2):
+            out += edges * force[0] * ti.cast(frame[2, 3], law)
         return out
 
     return make_frame(fields, layout), across, power
@@ -86,27 +74,18 @@ def make_frame(fields, layout):
     return frame
 
 
-def make_wrap(fields, layout, walls):
+def make_wrap(fields, layout):
     """Kernel `wrap(low, edges, speeds, lean, mass)`: grains that have left the cell come in again
-    on the other side, with the speed that the edge has (T19 eqs 12-15); the foot points of their
-    wall contacts go with them, where they are kept. lean: how much further along x the image above
-    stands, and how much faster it is; the faces across x of a tilted cell lean so.
+    on the other side, with the speed that the edge has (T19 eqs 12-15). lean: how much further
+    along x the image above is, and how much faster it moves; the faces across x of a tilted cell
+    lean so.
     """
     x, v, wraps, wrap_work = fields["x"], fields["v"], fields["wraps"], fields["wrap_work"]
-    masses, wall_slot, state = fields.get("mass"), fields.get("wall_slot"), fields["state"]
+    masses = fields.get("mass")
     counts = fields["counts"]
-    W, FOOT = layout.width, layout.second
     vector, pair = ti.types.vector(3, ti.f64), ti.types.vector(2, ti.f64)
     # what crosses a face across z of a tilted cell moves along x
     axes = sorted(layout.periodic, reverse=layout.tilted)
-
-    @ti.func
-    def move_feet(g, a: ti.template(), way):
-        for n in ti.static(range(6)):
-            c = wall_slot[g][n]
-            if c >= 0:
-                b, k = counts[FIRST_WALL] + c // W, c % W
-                state[b, FOOT + a][k] = state[b, FOOT + a][k] - way
 
     @ti.func
     def wrap_grain(g, low, edges, speeds, lean):
@@ -120,9 +99,6 @@ def make_wrap(fields, layout, walls):
             n = ti.floor((place[a] - face) / edges[a])
             crossed += ti.abs(n)
             place[a] -= n * edges[a]
-            if ti.static(walls and not layout.deviations):
-                if n != 0.0:
-                    move_feet(g, a, n * edges[a])
             velocity[a] -= n * speeds[a]
             if ti.static(layout.tilted and a == 2):
                 place[0] -= ti.cast(n * lean[0], layout.geometry)

@@ -1,258 +1,347 @@
-"""What the pass over pairs and the pass over walls have in common, a block of lanes at a time.
+"""The pass over contacts: their motion is gathered, their history brought up to date, their loads
+computed, their losses summed; a tile of blocks at a time. One pass for pairs, walls and the sphere.
 
-The laws (physics.contact) say what a displacement costs; here their displacements are formed, their
-limits kept, their forces added up and their losses put into the ledger sums.
+Conditions under which LLVM turns the loop over the lanes of a block into vectors: gathers are in a
+loop of their own (kernels.gather); results are stored straight into rows of the one field of
+contacts; the numbers of a contact are values, not arguments in memory; the number of a block is
+masked, as Taichi's integers may overflow; sums are in a local array; there is no branch.
 """
-
-from types import SimpleNamespace
-from typing import NamedTuple
 
 import taichi as ti
 
-from dusttaichi.grains.kernels.lanes import vec3
-from dusttaichi.physics.contact.constants import PULL_OFF
+from dusttaichi.grains.kernels.store import FIRST_WALL
+from dusttaichi.physics.contact.kinematics import point_as_kept
 
-FORMING, BREAKING, DAMPING, ROLLING, SLIDING, TWISTING, ASPERITIES = range(7)
-
-
-@ti.func
-def step01(a):
-    """1.0 where a > 0, else 0.0, by arithmetic (a comparison would break the lanes up)."""
-    return ti.min(ti.max(a * 1e20, 0.0), 1.0)  # no infinity in single precision either
+FORMING, BREAKING = range(2)  # channels of the ledger that no effect has to itself
 
 
-@ti.func
-def add_to(field: ti.template(), row, column: ti.template(), value):
-    """field[row, column] grows by value. (`+=` on a field is atomic in Taichi, and slow.)"""
-    field[row, column] = field[row, column] + value
+@ti.data_oriented
+class Rows:
+    """Rows of the field of contacts: history and loads."""
 
-
-def make_access(fields, layout):
-    """Functions that read and write 3-vectors of lanes, and make them numbers of the laws.
-
-    gather(field, index): of the grains of a block, in the precision of positions; one(a), three(a):
-    a number and a 3-vector of lanes in the precision of the laws, as they are where that is the
-    same; get(b, first), put(field, b, first, a): columns of the state, and of the state or the
-    loads. Wide, V3: the types of what is gathered and of what is kept of a contact.
-    """
-    W, state, law = layout.width, fields["state"], layout.law
-    Wide, V3 = vec3(W, layout.geometry), vec3(W, law)
+    def __init__(self, fields, layout):
+        self.table, self.load, self.real = fields["contact"], layout.load, layout.law
+        self.vec3 = ti.types.vector(3, layout.law)
+        named = [(name, *layout.rows[name]) for name in layout.model.history]
+        self.scalars = tuple((name, first) for name, first, width in named if width == 1)
+        self.vectors = tuple((name, first) for name, first, width in named if width == 3)
+        own = {name for law in layout.model.radial for name in law.HISTORY}
+        self.own = (*own, "touched")  # not masked: their effects do that
+        members = {name: self.real if width == 1 else self.vec3 for name, _, width in named}
+        self.History = ti.types.struct(**members)
+        self.touched = layout.rows["touched"][0]
+        self.lost = layout.rows.get("lost", (-1, 0))[0]
 
     @ti.func
-    def gather(field: ti.template(), index):
-        return Wide(
-            ti.Vector([field[index[k]][0] for k in ti.static(range(W))]),
-            ti.Vector([field[index[k]][1] for k in ti.static(range(W))]),
-            ti.Vector([field[index[k]][2] for k in ti.static(range(W))]),
+    def vector(self, b, first: ti.template(), lane):
+        t = ti.static(self.table)
+        return self.vec3(t[b, first, lane], t[b, first + 1, lane], t[b, first + 2, lane])
+
+    @ti.func
+    def put_vector(self, b, first: ti.template(), lane, a):
+        for c in ti.static(range(3)):
+            self.table[b, first + c, lane] = a[c]
+
+    @ti.func
+    def add(self, b, row: ti.template(), lane, value):
+        self.table[b, row, lane] = self.table[b, row, lane] + value
+
+    @ti.func
+    def history(self, b, lane):
+        """What a contact has kept."""
+        return self.History(
+            **{name: self.table[b, first, lane] for name, first in self.scalars},
+            **{name: self.vector(b, first, lane) for name, first in self.vectors},
         )
 
     @ti.func
-    def one(a):
-        return ti.cast(a, law)
+    def keep(self, b, lane, h: ti.template(), held):
+        """Write the history, that of springs times `held`: 1 where the contact touched before."""
+        for name, first in ti.static(self.scalars):
+            value = h.__getitem__(name)
+            if ti.static(name not in self.own):
+                value = value * held
+            self.table[b, first, lane] = value
+        for name, first in ti.static(self.vectors):
+            self.put_vector(b, first, lane, h.__getitem__(name) * held)
 
     @ti.func
-    def three(a):
-        return V3(ti.cast(a.x, law), ti.cast(a.y, law), ti.cast(a.z, law))
-
-    @ti.func
-    def get(b, first: ti.template()):
-        return V3(state[b, first], state[b, first + 1], state[b, first + 2])
-
-    @ti.func
-    def put(field: ti.template(), b, first: ti.template(), a):
-        field[b, first] = a.x
-        field[b, first + 1] = a.y
-        field[b, first + 2] = a.z
-
-    return SimpleNamespace(Wide=Wide, V3=V3, gather=gather, one=one, three=three, get=get, put=put)
-
-
-class SumTables(NamedTuple):
-    """Tables that a pass adds to by tiles: loss, of the ledger; virial, of the stress, from column
-    `first` on."""
-
-    loss: object
-    virial: object
-    first: int = 0
+    def put_loads(self, b, lane, found: ti.template()):
+        """Force and torque on the first body, then on the second."""
+        self.put_vector(b, self.load, lane, found.force)
+        self.put_vector(b, self.load + 3, lane, found.torque_1)
+        self.put_vector(b, self.load + 6, lane, -found.force)
+        self.put_vector(b, self.load + 9, lane, found.torque_2)
 
 
 @ti.data_oriented
 class ContactPass:
-    """What pairs and walls share: touch, normal force, limits, springs, twist.
+    """`tile(tile, first, last, dt, p, ...)` for the contacts of one gatherer.
 
-    at: of a block,
-    the struct that the passes make: b and tile (numbers of the block and of its tile), dt, overlap,
-    u (speed along the normal half a step ago), u_now, u_then (along the normal of now and of the
-    last step), was (1 where the lanes touched a step ago), weight (of the springs but the normal
-    one). on: the struct that `touch` returns. w1, w2: spins.
-    settles: what forming and breaking cost is entered afterwards, for the few blocks where they
-    happen.
+    sums: names of the tables by tile: of losses, of branch x force, of the work of the faces.
     """
 
-    settles = False
-
-    def __init__(self, fields, layout, laws, tables):
-        self.laws = laws
-        self.loss, self.virial, self.VIRIAL = tables.loss, tables.virial, tables.first
-        self.state, self.load = fields["state"], fields["load"]
-        self.x, self.v, self.w = fields["x"], fields["v"], fields["w"]
-        access = make_access(fields, layout)
-        self.Wide, self.V3, self.gather = access.Wide, access.V3, access.gather
-        self.one, self.three, self.get, self.put = access.one, access.three, access.get, access.put
-        self.contact_radius = laws.normal.contact_radius(laws.newton_steps)
-        self.FIRST, self.SECOND, self.TWIST = layout.first, layout.second, layout.twist
-        self.APPROACH, self.GRAZE = layout.approach, layout.graze
+    def __init__(self, fields, layout, mechanics, gatherer, where=""):
+        self.rows, self.mechanics, self.gatherer = Rows(fields, layout), mechanics, gatherer
+        self.numbers, self.kind, self.flat = gatherer.numbers, gatherer.kind, gatherer.flat
+        self.width, self.mask, self.real = layout.width, layout.mask, layout.law
         self.ledger, self.stress = layout.ledger, layout.stress
-        for effect in ("rolling", "sliding", "twisting", "asperities"):
-            setattr(self, f"has_{effect}", getattr(laws, effect) is not None)
-        self.damped = laws.damping is not None
+        self.faces = bool(layout.periodic) and not gatherer.flat
+        self.loss, self.virial = fields[where + "loss"], fields.get(where + "virial")
+        self.face_work, self.impulse = fields.get("face_work"), fields.get("impulse")
+        channels = layout.channels
+        laws = layout.model.laws
+        self.channels = tuple(enumerate(channels.index(law.CHANNEL) for law in laws))
+        self.forming = mechanics.forming
+        self.radial = len(layout.model.radial)
+        # columns of the local sums: losses by law, branch x force, work of faces, changes
+        self.VIRIAL = len(laws)
+        self.FACES = self.VIRIAL + 9 * layout.stress
+        self.CHANGES = self.FACES + self.faces
+        self.followed = layout.contact_loss
+
+    # -- a tile of contacts ----------------------------------------------------------------------
 
     @ti.func
-    def lose(self, tile, channel: ti.template(), value):
-        """Add to a loss of the ledger."""
+    def tile(self, tile, first, last, dt_wide, place):
+        """The blocks from `first` to before `last`, all of them of one tile of a table of sums.
+        place: what the gatherer needs of cell or wall."""
+        sums = ti.Vector.zero(self.real, ti.static((self.CHANGES + 1) * self.width))
+        p, dt = self.numbers.of_kind(self.kind), ti.cast(dt_wide, self.real)
+        for block in range(first, last):
+            self.block(sums, block, dt, p, place)
+        if self.total(sums, self.CHANGES) > 0.0:
+            for block in range(first, last):
+                self.change_block(block, tile, dt, p, place)
+        self.add_sums(sums, tile)
+
+    @ti.func
+    def tile_of_walls(self, tile, first, last, step, dt_wide, box: ti.template()):
+        """The same of contacts with walls, where each block is of one wall. first, last: numbers of
+        wall blocks."""
+        sums = ti.Vector.zero(self.real, ti.static((self.CHANGES + 1) * self.width))
+        p, dt = self.numbers.of_kind(self.kind), ti.cast(dt_wide, self.real)
+        behind, time = self.gatherer.counts[FIRST_WALL], dt_wide * step
+        for c in range(first, last):
+            plane = self.gatherer.plane(c, box, time)
+            self.block(sums, behind + c, dt, p, plane)
+        if self.total(sums, self.CHANGES) > 0.0:
+            for c in range(first, last):
+                plane = self.gatherer.plane(c, box, time)
+                self.change_block(behind + c, tile, dt, p, plane)
+        self.add_sums(sums, tile)
+        for c in range(first, last):
+            self.add_impulse(c, behind + c, dt_wide)
+
+    @ti.func
+    def add_impulse(self, c, block, dt):
+        """Sum the force of a wall on a block of contacts over time."""
+        b = block & self.mask
+        for a in ti.static(range(3)):
+            force = ti.cast(0.0, ti.f64)
+            for lane in range(self.width):
+                force += ti.cast(self.rows.table[b, self.rows.load + a, lane], ti.f64)
+            self.impulse[c, a] = self.impulse[c, a] + dt * force
+
+    @ti.func
+    def block(self, sums: ti.template(), block, dt, p, place):
+        """Gather and compute a block of contacts."""
+        b = block & self.mask
+        g = ti.Vector.zero(self.real, ti.static(self.gatherer.columns * self.width))
+        for lane in range(self.width):
+            self.gatherer.gather(g, b, lane, place)
+        for lane in range(self.width):
+            self.contact(sums, g, b, lane, dt, p, place)
+
+    @ti.func
+    def contact(self, sums: ti.template(), g: ti.template(), b, lane, dt, kind_numbers, place):
+        p = self.numbers.of_contact(self.kind, b, lane, kind_numbers)
+        k = self.gatherer.motion(g, lane, dt, p, place)
+        h = self.rows.history(b, lane)
+        strength = self.gatherer.strength(place)
+        self.mechanics.touch(k, h, p)
+        lost = self.mechanics.update(k, h, p, dt, self.flat)
+        found, _ = self.mechanics.evaluate(k, h, p, strength)
+        # 2 where it has formed, -1 where it has broken: see `change`
+        kept = k.now * k.was
+        formed, broken = k.now - kept, k.was - kept
+        h.touched = k.now + formed - broken
+        h.zeta = h.zeta + k.normal * k.zeta_along
+        # pointers begin on the line of centres; those of a contact that breaks are needed still
+        self.rows.keep(b, lane, h, k.was)
+        self.rows.put_loads(b, lane, found)
+        self.book(sums, b, lane, lost, strength)
+        if ti.static(self.stress):
+            branch = self.gatherer.branch(g, lane, k, p) * dt
+            for m, n in ti.static(ti.ndrange(3, 3)):
+                self.add(sums, self.VIRIAL + 3 * m + n, lane, branch[m] * found.force[n])
+        if ti.static(self.faces):
+            work = dt * self.gatherer.power_of_faces(g, lane, found.force, place)
+            self.add(sums, self.FACES, lane, work)
+        self.add(sums, self.CHANGES, lane, formed + broken)
+
+    @ti.func
+    def book(self, sums: ti.template(), b, lane, lost, strength):
+        """Add the losses of a contact to the sums, and to its own where they are followed."""
+        for n, channel in ti.static(self.channels):
+            value = lost[n]
+            if ti.static(n >= self.radial):
+                value = value * strength
+            if ti.static(self.ledger):
+                self.add(sums, n, lane, value)
+            self.follow(b, lane, channel, value)
+
+    @ti.func
+    def follow(self, b, lane, channel: ti.template(), value):
+        if ti.static(self.followed):
+            self.rows.add(b, self.rows.lost + channel, lane, value)
+
+    @ti.func
+    def add(self, sums: ti.template(), column: ti.template(), lane, value):
+        at = column * self.width + lane
+        sums[at] = sums[at] + value
+
+    @ti.func
+    def total(self, sums: ti.template(), column: ti.template()):
+        """Sum over the lanes of a column."""
+        out = ti.cast(0.0, self.real)
+        for lane in range(self.width):
+            out += sums[column * self.width + lane]
+        return out
+
+    @ti.func
+    def add_sums(self, sums: ti.template(), tile):
+        """The sums of a tile and step, in the precision of the laws, to those of all steps.
+        (`+=` on a field is atomic in Taichi, and slow.)"""
         if ti.static(self.ledger):
-            add_to(self.loss, tile, channel, value)
+            for n, channel in ti.static(self.channels):
+                self.add_loss(tile, channel, self.total(sums, n))
+        if ti.static(self.stress):
+            for n in ti.static(range(9)):
+                value = ti.cast(self.total(sums, self.VIRIAL + n), ti.f64)
+                self.virial[tile, n] = self.virial[tile, n] + value
+        if ti.static(self.faces):
+            work = ti.cast(self.total(sums, self.FACES), ti.f64)
+            self.face_work[tile] = self.face_work[tile] + work
 
     @ti.func
-    def touch(self, at: ti.template(), p):
-        """Lanes that touch now, that just formed, broke, were kept; s = sqrt(a/a0); hold: those
-        whose springs are written down.
+    def add_loss(self, tile, channel: ti.template(), value):
+        self.loss[tile, channel] = self.loss[tile, channel] + ti.cast(value, ti.f64)
 
-        A lane that breaks in this step has its s evaluated where it was a step ago: that is the
-        potential that is lost. Where that is entered afterwards (`settles`) its springs are
-        written down until then.
-        """
-        d = at.overlap * p.inv_delta0
-        now = step01(d + at.was * PULL_OFF)
-        kept = now * at.was
-        formed, broken, hold, back = now - kept, at.was - kept, kept, d
-        if ti.static(self.settles):
-            hold = at.was
+    # -- forming and breaking --------------------------------------------------------------------
+
+    @ti.func
+    def change_block(self, block, tile, dt, p, place):
+        """Contacts of a block that have formed or broken. Few steps have any: so this is no part of
+        the loop over all contacts, and gathers everything again."""
+        b = block & self.mask
+        g = ti.Vector.zero(self.real, ti.static(self.gatherer.columns * self.width))
+        for lane in range(self.width):
+            state = self.rows.table[b, self.rows.touched, lane]
+            if state > 1.5 or state < -0.5:
+                self.gatherer.gather(g, b, lane, place)
+                self.change(g, b, lane, tile, dt, p, place, state)
+
+    @ti.func
+    def change(self, g: ti.template(), b, lane, tile, dt, kind_numbers, place, state):
+        """What it costs that a contact has formed (state 2) or broken (-1): its potential, less
+        what the half kick of the step has done with it. One that breaks is taken where it was a
+        step ago, and forgets its history."""
+        p = self.numbers.of_contact(self.kind, b, lane, kind_numbers)
+        k = self.gatherer.motion(g, lane, dt, p, place)
+        h = self.rows.history(b, lane)
+        k.was, k.now = ti.cast(0.0, self.real), ti.cast(1.0, self.real)
+        if state < 0.0:
+            k.overlap += k.speed * dt
+            k.was, k.now = 1.0, 0.0
+        elastic = self.mechanics.respond(k, p)
+        half_kick = 0.5 * dt * k.speed * elastic.force
+        if state > 0.0:
+            self.lose(tile, b, lane, FORMING, -(elastic.energy + half_kick))
+            self.rows.table[b, self.rows.touched, lane] = 1.0
+            self.form(b, lane, k, h, p, dt)
         else:
-            back = d + broken * at.u * (at.dt * p.inv_delta0)
-        s = self.contact_radius(back)
-        return ti.Struct(now=now, formed=formed, broken=broken, kept=kept, hold=hold, s=s)
+            self.lose(tile, b, lane, BREAKING, elastic.energy - half_kick)
+            self.release(tile, b, lane, k, h, p, dt, place)
+            for row in ti.static(range(self.rows.load)):
+                self.rows.table[b, row, lane] = 0.0
 
     @ti.func
-    def push(self, at: ti.template(), on: ti.template(), p):
-        """Force along the normal: spring, damping, first touches. Losses go into the ledger."""
-        spring = p.F4 * self.laws.normal.force(on.s)
-        if ti.static(not self.settles):
-            self.begin_and_end(at, on, spring, p)
-        force = on.now * spring
-        if ti.static(self.damped):
-            force -= self.damp(at, on, p)
-        if ti.static(self.has_asperities):
-            force += self.flatten(at, on, force, p)
-        return force
+    def form(self, b, lane, k: ti.template(), h: ti.template(), p, dt):
+        """Impulses of a first touch: forces along n_c during this step."""
+        for law in ti.static(self.forming):
+            first = ti.static(self.rows.load)
+            push = self.rows.vector(b, first, lane).dot(k.normal)
+            force = k.normal * law.form(k, h, p, dt, push)
+            for c in ti.static(range(3)):
+                self.rows.add(b, first + c, lane, force[c])
+                self.rows.add(b, first + 6 + c, lane, -force[c])
+            self.rows.keep(b, lane, h, 0.0)
+            self.rows.table[b, self.rows.touched, lane] = 1.0
 
     @ti.func
-    def begin_and_end(self, at: ti.template(), on: ti.template(), spring, p):
-        """What forming and breaking cost: the potential, less what the half kick of the step has
-        done with it."""
-        potential = p.U4 * self.laws.normal.energy(on.s)
-        half_kick = 0.5 * at.dt * at.u * spring
-        self.lose(at.tile, FORMING, -on.formed * (potential + half_kick))
-        self.lose(at.tile, BREAKING, on.broken * (potential - half_kick))
+    def release(self, tile, b, lane, k: ti.template(), h: ti.template(), p, dt, place):
+        """What the springs of a contact that breaks have stored. A spring that breaks has worked
+        for half a step less than its displacement says."""
+        strength = self.gatherer.strength(place)
+        point_as_kept(k, h, p, self.flat)
+        found, stored = self.mechanics.springs_of(k, h, p, strength)
+        spun = found.torque_1.dot(k.rotation_1) + found.torque_2.dot(k.rotation_2)
+        work = dt * found.force.dot(k.velocity) + spun
+        self.lose(tile, b, lane, BREAKING, stored.sum() + 0.5 * work)
 
     @ti.func
-    def damp(self, at: ti.template(), on: ti.template(), p):
-        """Damping force of now: the speed carried on by half a step; the work of the last goes
-        into the ledger.
+    def lose(self, tile, b, lane, channel: ti.template(), value):
+        if ti.static(self.ledger):
+            self.add_loss(tile, channel, value)
+        self.follow(b, lane, channel, value)
 
-        struck: the speed before, with what the impulse of a first touch has made of it.
-        """
-        before = self.state[at.b, self.APPROACH]
-        struck = before
-        if ti.static(self.has_asperities):
-            struck += self.state[at.b, self.GRAZE + 1] * (1.0 / p.mass)
-        force_before = self.state[at.b, self.APPROACH + 1]
-        ahead = at.u + 0.5 * at.was * (at.u - struck)
-        force = on.now * self.laws.damping.coefficient(on.s, p) * ahead
-        self.state[at.b, self.APPROACH] = on.now * at.u
-        self.state[at.b, self.APPROACH + 1] = force
-        self.lose(at.tile, DAMPING, 0.5 * at.dt * force_before * (before + at.u))
-        return force
+    # -- without a step --------------------------------------------------------------------------
 
     @ti.func
-    def flatten(self, at: ti.template(), on: ti.template(), push, p):
-        """Force that lanes which have just formed feel in this step (physics.contact.asperities):
-        impulse over dt.
-
-        The impulse of the last step is entered with the speed of now along the n_c of that step:
-        the work it really did, whatever else pulled at the grains. Contacts that exist at the start
-        (dt = 0) have touched before.
-        """
-        done = self.state[at.b, self.GRAZE] + at.u_then
-        self.lose(at.tile, ASPERITIES, -0.5 * self.state[at.b, self.GRAZE + 1] * done)
-        impulse = 0.0 * at.u_now
-        first = on.formed * step01(at.dt)
-        if first.max() > 0.0:  # powers are dear, and first touches rare
-            change = push * (at.dt / p.mass)
-            impulse = first * self.laws.asperities.impulse(at.u_now, change, p)
-        self.state[at.b, self.GRAZE] = first * at.u_now
-        self.state[at.b, self.GRAZE + 1] = impulse
-        return impulse * (1.0 / ti.max(at.dt, 1e-30))
+    def begin(self, block, place):
+        """Loads and history of a block of contacts of a start: they have formed before, which costs
+        nothing."""
+        sums = ti.Vector.zero(self.real, ti.static((self.CHANGES + 1) * self.width))
+        p = self.numbers.of_kind(self.kind)
+        self.block(sums, block, ti.cast(0.0, self.real), p, place)
+        for lane in range(self.width):
+            self.settle(block & self.mask, lane)
 
     @ti.func
-    def slip(self, at: ti.template(), zeta, rate, p):
-        """How far sliding is past its limit; what that costs goes into the ledger."""
-        past = self.laws.sliding.correct(zeta, rate, p)
-        self.lose(at.tile, SLIDING, at.weight * past.lost)
-        return past
+    def settle(self, b, lane):
+        """Takes note of a change that is to cost nothing."""
+        state = self.rows.table[b, self.rows.touched, lane]
+        if state > 1.5:
+            self.rows.table[b, self.rows.touched, lane] = 1.0
+        if state < -0.5:
+            for row in ti.static(range(self.rows.load)):
+                self.rows.table[b, row, lane] = 0.0
 
     @ti.func
-    def springs(self, pose: ti.template(), p):
-        """Struct of the force on the first grain, the torques on both, the energy stored.
-
-        pose: pointers n1, n2; one, two: the pointers or their deviations, of which a law of rolling
-        makes the same; zeta; lean: (r1 n1 - r2 n2).n_c over the distance of the centres (S12 eq
-        13), -1 on a wall.
-        """
-        stored = 0.0 * pose.n1.x
-        force = pose.n1.times(stored)
-        a1, a2 = force, force
-        if ti.static(self.has_rolling):
-            xi = self.laws.rolling.displacement(pose.one, pose.two, p)
-            stored += self.laws.rolling.energy(xi, p)
-            a1 = xi.times(p.R * self.laws.rolling.stiffness(xi, p))
-            a2 = a1
-        if ti.static(self.has_sliding):
-            k = self.laws.sliding.stiffness(pose.zeta, p)
-            stored += self.laws.sliding.energy(pose.zeta, p)
-            force = pose.zeta.times(k * pose.lean)
-            a1 = a1.plus(pose.zeta.times(p.r1 * k))
-            a2 = a2.minus(pose.zeta.times(p.r2 * k))
-        torque1, torque2 = a1.cross(pose.n1), a2.cross(pose.n2)
-        return ti.Struct(force=force, torque1=torque1, torque2=torque2, stored=stored)
+    def configured(self, g: ti.template(), b, lane, kind_numbers, place):
+        """(Motion, history, numbers) of a contact as it is, without a step; g: gathered."""
+        p = self.numbers.of_contact(self.kind, b, lane, kind_numbers)
+        k = self.gatherer.motion(g, lane, ti.cast(0.0, self.real), p, place)
+        h = self.rows.history(b, lane)
+        self.mechanics.touch(k, h, p)
+        point_as_kept(k, h, p, self.flat)
+        return k, h, p
 
     @ti.func
-    def twist(self, at: ti.template(), on: ti.template(), way, rate, p):
-        """(torque along the normal, energy stored), the twist carried on by `way` and put back to
-        its limit; what that costs goes into the ledger."""
-        past = self.laws.twisting.correct(at.was * (self.state[at.b, self.TWIST] + way), rate, p)
-        phi = past.phi
-        self.state[at.b, self.TWIST] = on.hold * phi
-        self.lose(at.tile, TWISTING, at.weight * past.lost)
-        return -self.laws.twisting.stiffness(phi, p) * phi, self.laws.twisting.energy(phi, p)
+    def gathered(self, b, place):
+        """The motion of a block of contacts."""
+        g = ti.Vector.zero(self.real, ti.static(self.gatherer.columns * self.width))
+        for lane in range(self.width):
+            self.gatherer.gather(g, b, lane, place)
+        return g
 
     @ti.func
-    def add_virial(self, tile, branch, force, dt):
-        """Sum branch x force over time (T19 eq 23)."""
-        self.add_row(tile, self.VIRIAL, branch.x * dt, force)
-        self.add_row(tile, self.VIRIAL + 3, branch.y * dt, force)
-        self.add_row(tile, self.VIRIAL + 6, branch.z * dt, force)
-
-    @ti.func
-    def add_row(self, tile, first: ti.template(), way, force):
-        add_to(self.virial, tile, first, way * force.x)
-        add_to(self.virial, tile, first + 1, way * force.y)
-        add_to(self.virial, tile, first + 2, way * force.z)
-
-    @ti.func
-    def begin_tile(self, tile):
-        """What a pass over a tile begins with."""
-
-    @ti.func
-    def end_tile(self, tile):
-        """What it ends with."""
+    def evaluate(self, block, place):
+        """Loads of a block of contacts in the present configuration; their history stays."""
+        b, kind_numbers = block & self.mask, self.numbers.of_kind(self.kind)
+        g = self.gathered(b, place)
+        for lane in range(self.width):
+            k, h, p = self.configured(g, b, lane, kind_numbers, place)
+            found, _ = self.mechanics.evaluate(k, h, p, self.gatherer.strength(place))
+            self.rows.put_loads(b, lane, found)

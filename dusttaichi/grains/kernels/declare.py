@@ -7,6 +7,7 @@ import taichi as ti
 
 from dusttaichi.compute.scan import CHUNK
 from dusttaichi.compute.workers import SYNC
+from dusttaichi.grains.kernels.numbers import declared
 from dusttaichi.grains.kernels.store import COUNTS, SPHERE, capacity, sphere_capacity
 
 GATHERED = ("x", "v", "w")  # gathered together by contacts: they stand side by side in memory
@@ -38,16 +39,15 @@ class Variable:
 
 class Sizes(NamedTuple):
     """Lengths that fields have: of grains, of these and what moves beside them, their chunks,
-    blocks of pairs (with the sphere, too) and of wall contacts; and element types: lanes of sums,
-    of indices and of what a contact has; of what a grain has."""
+    blocks of pairs (with the sphere, too) and of wall contacts, lanes of a block; and element types
+    of what a contact and a grain have."""
 
     grains: int
     moving: int
     chunks: int
     pairs: int
     walls: int
-    lane: tuple
-    lane_i: tuple
+    width: int
     law: tuple
     own: str
 
@@ -55,12 +55,10 @@ class Sizes(NamedTuple):
 def declare(grains, layout, walls):
     """All state of a scene of `grains` grains: a list of Variable."""
     pairs, wall_blocks = capacity(grains, layout, walls)
-    # sums over many steps are in double precision always
-    lane, lane_i = ("f64", layout.width), ("i32", layout.width)
     pairs += sphere_capacity(grains, layout)
     moving = grains + SPHERE + layout.sphere  # two far-away grains that fill the empty lanes
-    chunks, law, own = -(-grains // CHUNK), (layout.law_name, layout.width), layout.geometry_name
-    n = Sizes(grains, moving, chunks, pairs, wall_blocks, lane, lane_i, law, own)
+    chunks, law, own = -(-grains // CHUNK), (layout.law_name, 0), layout.geometry_name
+    n = Sizes(grains, moving, chunks, pairs, wall_blocks, layout.width, law, own)
     rows = [*_grains(n), *_contacts(n, layout)]
     rows += _walls(n, layout) if walls else []
     rows += _orientation(n) if layout.orientation else []
@@ -68,9 +66,8 @@ def declare(grains, layout, walls):
     rows += _cell(n, layout) if layout.periodic else []
     rows += [*_pushes(n, layout), *_gravity(layout)]
     rows += _sphere(n) if layout.sphere else []
-    rows += _polydisperse(n, layout) if layout.polydisperse else []
+    rows += _polydisperse(n) if layout.polydisperse else []
     rows += _stress(n, layout, walls) if layout.stress else []
-    rows += _tile_sums(n, layout, walls) if layout.deviations else []
     return [Variable(*row) for row in rows]
 
 
@@ -93,17 +90,21 @@ def _orientation(n):
 def _contacts(n, layout):
     blocks, tiles = n.pairs + n.walls, n.pairs // layout.tile
     entries = (2 * n.pairs + n.walls) * layout.width + n.grains
-    size = layout.state_size
+    numbers = ("constants of a contact of two grains, with a wall, with the sphere",
+               "um, nN, fJ", n.law, (3, len(declared(layout.model))))
     return [
-        ("pair_i", "first grain of a pair", "1", n.lane_i, (n.pairs,)),
-        ("pair_j", "second grain of a pair", "1", n.lane_i, (n.pairs,)),
+        ("contact", "history, loads and own constants of a contact: rows of the layout",
+         "um, nN, fJ", n.law, (blocks, layout.row_count, n.width)),
+        ("pair_i", "first grain of a pair", "1", ("i32", 0), (n.pairs, n.width)),
+        ("pair_j", "second grain of a pair", "1", ("i32", 0), (n.pairs, n.width)),
         ("pair_start", "first pair of a grain", "1", ("i32", 0), (n.grains + 1,)),
-        ("state", "pointers or deviations, twist, speed", "1, rad, um/us", n.law, (blocks, size)),
-        # with room for a state: the search keeps it there
-        ("load", "force and torque on both grains", "nN, nN um", n.law, (blocks, max(12, size))),
+        ("numbers", *numbers),
+        ("touches", "distance of the centres at first touch of these three", "um", ("f64", 0),
+         (3,)),
         ("entry_start", "first contact of a grain's list", "1", ("i32", 0), (n.grains + 1,)),
         ("entry", "row and lane of the loads, -1 at the end", "1", ("i32", 0), (entries,)),
-        ("loss", "losses by tile", "fJ", n.lane, (tiles, len(layout.channels))),
+        # sums over many steps are in double precision always
+        ("loss", "losses by tile", "fJ", ("f64", 0), (tiles, len(layout.channels))),
         ("sync", "meeting places of the workers", "1", ("i32", 0), (SYNC,)),
         ("counts", "numbers of contacts and their room", "1", ("i32", 0), (COUNTS,)),
     ]
@@ -112,12 +113,12 @@ def _contacts(n, layout):
 def _walls(n, layout):
     tiles = n.walls // layout.tile
     return [
-        ("wall_grain", "grain of a wall contact", "1", n.lane_i, (n.walls,)),
-        ("wall_gap", "0, or far away in an empty lane", "um", n.lane, (n.walls,)),
+        ("wall_grain", "grain of a wall contact", "1", ("i32", 0), (n.walls, n.width)),
+        ("wall_gap", "0, or far away in an empty lane", "um", ("f64", 0), (n.walls, n.width)),
         ("wall_of", "wall of a block", "1", ("i32", 0), (n.walls,)),
         ("wall_slot", "lane of a grain on a wall, or -1", "1", ("i32", 6), (n.grains,)),
-        ("wall_loss", "wall losses by tile", "fJ", n.lane, (tiles, len(layout.channels))),
-        ("impulse", "time integral of the wall force by block", "nN us", n.lane, (n.walls, 3)),
+        ("wall_loss", "wall losses by tile", "fJ", ("f64", 0), (tiles, len(layout.channels))),
+        ("impulse", "time integral of the wall force by block", "nN us", ("f64", 0), (n.walls, 3)),
         ("impulse_total", "the same before the last search", "nN us", ("f64", 3), (6,)),
     ]
 
@@ -125,10 +126,11 @@ def _walls(n, layout):
 def _cell(n, layout):
     tiles, axes = n.pairs // layout.tile, len(layout.periodic)
     return [
-        ("shift", "edges between a pair, along each periodic axis", "1", n.lane, (n.pairs, axes)),
+        ("shift", "edges between a pair, along each periodic axis", "1", ("f64", 0),
+         (n.pairs, axes, n.width)),
         ("wraps", "how often a grain has crossed a face", "1", ("i32", 3), (n.grains,)),
         ("cell", "how the edges go: rows of kernels.cell", "um, um/us, 1/us", ("f64", 0), (5, 3)),
-        ("face_work", "work of the faces by tile", "fJ", n.lane, (tiles,)),
+        ("face_work", "work of the faces by tile", "fJ", ("f64", 0), (tiles,)),
         ("wrap_work", "energy given to grains that crossed, by chunk", "fJ", ("f64", 0),
          (n.chunks,)),
     ]
@@ -159,39 +161,27 @@ def _sphere(n):
     ]
 
 
-def _polydisperse(n, layout):
+def _polydisperse(n):
     # of the two that fill empty lanes nothing but the motion is asked
-    numbers = (n.pairs + n.walls, len(layout.stored))
     return [
         ("radius", "radius of a grain", "um", ("f64", 0), (n.moving,)),
         ("mass", "mass of a grain", "pg", ("f64", 0), (n.moving,)),
         ("inertia", "moment of inertia of a grain", "pg um^2", ("f64", 0), (n.grains,)),
         ("material", "number of its material", "1", ("i32", 0), (n.grains,)),
-        ("constants", "numbers of a contact: the layout's `stored`", "um, nN, fJ", n.law, numbers),
-    ] + [
-        # of numbers in single precision this one is not
-        ("touch", "sum of the radii of a contact", "um", n.lane, (n.pairs + n.walls,)),
-    ] * layout.deviations
+        ("touch", "sum of the radii of a contact", "um", ("f64", 0),
+         (n.pairs + n.walls, n.width)),
+    ]
 
 
 def _stress(n, layout, walls):
     branches, unit = "time integral of branch x force by tile", "nN um us"
     tiles, wall_tiles = n.pairs // layout.tile, n.walls // layout.tile
-    on_walls = [("wall_virial", branches, unit, n.lane, (wall_tiles, 9))]
+    on_walls = [("wall_virial", branches, unit, ("f64", 0), (wall_tiles, 9))]
     return [
-        ("virial", branches, unit, n.lane, (tiles, 9)),
+        ("virial", branches, unit, ("f64", 0), (tiles, 9)),
         ("flux", "time integral of v v by chunk: xx xy xz yy yz zz", "um^2/us", ("f64", 0),
          (n.chunks, 6)),
         *(on_walls if walls else []),
-    ]
-
-
-def _tile_sums(n, layout, walls):
-    meaning, columns = "losses, branch x force and work of the faces in a step", layout.tile_columns
-    sizes = [("tile_sums", n.pairs)] + [("wall_tile_sums", n.walls)] * walls
-    return [
-        # one more tells whether contacts have formed or broken
-        (name, meaning, "fJ", n.law, (blocks // layout.tile, columns + 1)) for name, blocks in sizes
     ]
 # fmt: on
 
@@ -200,8 +190,8 @@ def place(variables):
     """Taichi fields for the declared variables, as a dict by name."""
     types = {"f64": ti.f64, "f32": ti.f32, "i32": ti.i32, "i64": ti.i64}
     together = [var for var in variables if var.name in GATHERED]
-    # lanes first: their blocks then begin where lines of the cache do
-    others = sorted((v for v in variables if v not in together), key=lambda v: -v.element[1])
+    # contacts first: their blocks then begin where lines of the cache do
+    others = sorted((v for v in variables if v not in together), key=lambda v: -len(v.shape))
     fields = {}
     for var in others:
         dtype, length = types[var.element[0]], var.element[1]

@@ -5,21 +5,20 @@ import taichi as ti
 from dusttaichi.compute.scan import CHUNK, first_of, whole
 from dusttaichi.compute.workers import OWN
 from dusttaichi.grains.kernels.cell import make_cell
-from dusttaichi.grains.kernels.deviations import DeviationPairs, DeviationWalls
+from dusttaichi.grains.kernels.contacts import ContactPass
+from dusttaichi.grains.kernels.gather import PairGatherer, WallGatherer
 from dusttaichi.grains.kernels.grains import make_flux, make_grain_pass
-from dusttaichi.grains.kernels.on_request import ContactLosses
-from dusttaichi.grains.kernels.params import params_type
-from dusttaichi.grains.kernels.pointers import PointerPairs, PointerWalls
+from dusttaichi.grains.kernels.numbers import ON_BALL, PAIR
 from dusttaichi.grains.kernels.polydisperse import make_numbers
 from dusttaichi.grains.kernels.sphere import make_sphere
 from dusttaichi.grains.kernels.store import (
     FIRST_SPHERE,
-    FIRST_WALL,
     GRAINS,
     ON_SPHERE,
     PAIRS,
     WALL_BLOCKS,
 )
+from dusttaichi.physics.contact.model import Mechanics
 
 StepNumbers = ti.types.struct(
     dt=ti.f64,
@@ -32,36 +31,43 @@ StepNumbers = ti.types.struct(
 DONE, DUE = OWN, OWN + 1  # places in the `sync` field
 
 
-@ti.data_oriented
-class Phases:
-    """What a step does with a part of the grains, and with a tile of pairs or of wall contacts.
+class Passes:
+    """The ContactPass of each kind of contact that a scene has: pairs, walls and sphere, or None.
 
-    ContactParams: type of the numbers of a contact; has_walls, has_sphere: there are contacts with
-    walls, with the sphere.
+    Empty lanes are computed as well: their grains are far away.
     """
 
-    def __init__(self, fields, layout, laws, walls):
+    def __init__(self, fields, layout, walls):
+        mechanics, numbers = Mechanics(layout.model, layout.law), make_numbers(fields, layout)
+
+        def of_pairs(kind):
+            gatherer = PairGatherer(fields, layout, mechanics, numbers, kind)
+            return ContactPass(fields, layout, mechanics, gatherer)
+
+        self.pairs = of_pairs(PAIR)
+        self.sphere = of_pairs(ON_BALL) if layout.sphere else None
+        self.walls = None
+        if walls:
+            gatherer = WallGatherer(fields, layout, mechanics, numbers)
+            self.walls = ContactPass(fields, layout, mechanics, gatherer, "wall_")
+
+
+@ti.data_oriented
+class Phases:
+    """What a step does with a part of the grains, and with a tile of contacts of each kind."""
+
+    def __init__(self, fields, layout, walls):
         self.counts, self.sync = fields["counts"], fields["sync"]
         self.width, self.tile, self.stress = layout.width, layout.tile, layout.stress
-        self.ContactParams = params_type(laws, layout.geometry, layout.law)
         self.move, self.frame = make_grain_pass(fields, layout), make_cell(fields, layout)[0]
         self.pair_i = fields["pair_i"]
         self.add_flux = make_flux(fields, layout) if layout.stress else None
         # a stress is summed by chunks of grains, so that its bits do not depend on the workers
         self.part_size = CHUNK if layout.stress else 1
-        pairs, on_walls = PointerPairs, PointerWalls
-        if layout.deviations:
-            pairs, on_walls = DeviationPairs, DeviationWalls
-        self.pairs, self.has_walls = pairs(fields, layout, laws), walls
-        self.walls = on_walls(fields, layout, laws) if walls else None
-        self.sphere, self.has_sphere = make_sphere(fields, layout), layout.sphere
-        self.of_pairs, self.of_walls = make_numbers(fields, layout, laws)
-        self.contact_loss = layout.contact_loss
-        if layout.contact_loss:
-            self.lost = ContactLosses(fields, layout, fields["loss"])
-            self.lost_on_walls = (
-                ContactLosses(fields, layout, fields["wall_loss"]) if walls else None
-            )
+        passes = Passes(fields, layout, walls)
+        self.pairs, self.walls, self.on_sphere = passes.pairs, passes.walls, passes.sphere
+        self.has_walls, self.has_sphere = walls, layout.sphere
+        self.sphere = make_sphere(fields, layout)
 
     # -- how much there is -----------------------------------------------------------------------
 
@@ -93,54 +99,35 @@ class Phases:
         return due
 
     @ti.func
-    def touch_pairs(self, tile, dt, pair, frame):
-        """Turns the pointers of a tile of pairs and computes their loads."""
-        last = ti.min((tile + 1) * self.tile, whole(self.counts[PAIRS], self.width))
-        self.touch_blocks(tile * self.tile, last, tile, dt, pair, frame)
+    def blocks_of_pairs(self, tile):
+        """First block of a tile of pairs and the one behind its last."""
+        blocks = whole(self.counts[PAIRS], self.width)
+        return tile * self.tile, ti.min((tile + 1) * self.tile, blocks)
 
     @ti.func
-    def touch_sphere(self, tile, dt, sphere, frame):
+    def blocks_of_sphere(self, tile):
         """The same of contacts with the sphere."""
         first, blocks = self.counts[FIRST_SPHERE], whole(self.counts[ON_SPHERE], self.width)
-        last = first + ti.min((tile + 1) * self.tile, blocks)
-        own = first // self.tile + tile
-        self.touch_blocks(first + tile * self.tile, last, own, dt, sphere, frame)
+        return first + tile * self.tile, first + ti.min((tile + 1) * self.tile, blocks)
 
     @ti.func
-    def touch_blocks(self, first, last, tile, dt, pair, frame):
-        """The blocks from `first` to before `last`, all of them of one tile."""
-        self.pairs.begin_tile(tile)
-        for b in range(first, last):
-            if ti.static(self.contact_loss):
-                self.lost.before(b, tile)
-            self.pairs.block(b, tile, self.of_pairs(b, pair), dt, frame)
-            if ti.static(self.contact_loss):
-                self.lost.after(b, tile)
-        if ti.static(self.pairs.settles):
-            if self.pairs.any_ends(tile):
-                for b in range(first, last):
-                    if self.pairs.has_ends(b):
-                        self.pairs.settle(b, tile, self.of_pairs(b, pair), dt, frame)
-        self.pairs.end_tile(tile)
+    def touch_pairs(self, tile, dt, frame):
+        """Update the contacts of a tile of pairs and compute their loads."""
+        first, last = self.blocks_of_pairs(tile)
+        self.pairs.tile(tile, first, last, dt, frame)
 
     @ti.func
-    def touch_walls(self, tile, step, dt, wall, box):
-        """The same of wall contacts."""
-        first, last = (
-            tile * self.tile,
-            ti.min((tile + 1) * self.tile, self.counts[WALL_BLOCKS]),
-        )
-        self.walls.begin_tile(tile)
-        for c in range(first, last):
-            plane, b = self.walls.plane(c, box, dt * step), self.counts[FIRST_WALL] + c
-            if ti.static(self.contact_loss):
-                self.lost_on_walls.before(b, tile)
-            self.walls.block(c, tile, plane, self.of_walls(b, wall), dt)
-            if ti.static(self.contact_loss):
-                self.lost_on_walls.after(b, tile)
-        for c in range(first, last):
-            self.walls.add_impulse(c, dt)
-        self.walls.end_tile(tile)
+    def touch_sphere(self, tile, dt, frame):
+        """The same of contacts with the sphere, whose tiles are behind those of the pairs."""
+        first, last = self.blocks_of_sphere(tile)
+        self.on_sphere.tile(self.counts[FIRST_SPHERE] // self.tile + tile, first, last, dt, frame)
+
+    @ti.func
+    def touch_walls(self, tile, step, dt, box):
+        """The same of wall contacts; the force of a wall is summed over time by its blocks."""
+        first = tile * self.tile
+        last = ti.min((tile + 1) * self.tile, self.counts[WALL_BLOCKS])
+        self.walls.tile_of_walls(tile, first, last, step, dt, box)
 
     # -- the share of one worker -----------------------------------------------------------------
 
@@ -153,7 +140,7 @@ class Phases:
         even, most = first_of(me, workers, n), n // (8 * workers)
         part = even
         if 0 < me < workers and tiles >= workers:
-            own = self.pair_i[first_of(me, workers, tiles) * self.tile][0] // self.part_size
+            own = self.pair_i[first_of(me, workers, tiles) * self.tile, 0] // self.part_size
             part = ti.max(even - most, ti.min(own, even + most))
         return part
 
@@ -174,15 +161,16 @@ class Phases:
         return self.sync[DUE] == 1 or step >= numbers.wall_due
 
     @ti.func
-    def turn_and_touch(self, me, workers, step, dt, pair, sphere, wall, box):
+    def touch(self, me, workers, step, dt, box):
+        """Contacts of a worker's share: history of now, loads, losses."""
         n, here = self.pair_tiles(), self.frame(step, dt)
         for tile in range(first_of(me, workers, n), first_of(me + 1, workers, n)):
-            self.touch_pairs(tile, dt, pair, here)
+            self.touch_pairs(tile, dt, here)
         if ti.static(self.has_sphere):
             k = self.sphere.tiles()
             for tile in range(first_of(me, workers, k), first_of(me + 1, workers, k)):
-                self.touch_sphere(tile, dt, sphere, here)
+                self.touch_sphere(tile, dt, here)
         if ti.static(self.has_walls):
             m = self.wall_tiles()
             for tile in range(first_of(me, workers, m), first_of(me + 1, workers, m)):
-                self.touch_walls(tile, step, dt, wall, box)
+                self.touch_walls(tile, step, dt, box)

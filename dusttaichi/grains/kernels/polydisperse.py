@@ -1,9 +1,9 @@
-"""Grains of their own radius and material: the numbers of each contact, in lanes.
+"""Grains of their own radius and material: the numbers of each contact, rows of its block.
 
 Those of a pair of grains never change, so they are computed once, when a search lists the pair,
 from the two radii and from a table of interfaces (`Interface` of physics.contact.constants, one row
 for each two materials, and the keys of the laws' blocks, in internal units: the formulas hold in
-any consistent ones). The passes read them as lanes in the place of the scalars of equal grains.
+any consistent ones). The passes read them in the place of those of equal grains.
 """
 
 from dataclasses import fields as fields_of
@@ -16,7 +16,7 @@ import numpy as np
 import taichi as ti
 
 from dusttaichi import units
-from dusttaichi.grains.kernels.params import lanes_type
+from dusttaichi.grains.kernels.numbers import WALL, EqualNumbers
 from dusttaichi.physics.contact import constants
 
 contact_radius = ti.func(constants.equilibrium_contact_radius)
@@ -29,9 +29,9 @@ FACE = [(name, column) for column, name in enumerate([*INTERFACE, "glue"])]
 """(name, column) of what the rows of the table say of two materials."""
 
 
-def stored(laws):
-    """Names of the numbers that the field `constants` holds for each contact: its columns."""
-    return ("r1", "r2", "mass", *laws.numbers)
+def stored(model):
+    """Names of the numbers that each contact has: rows from Layout.constants on."""
+    return ("r1", "r2", "mass", *model.numbers)
 
 
 def own_keys(block):
@@ -55,24 +55,24 @@ def _unit(marks, annotation):
     return next((unit for unit in parts if unit != "1"), "1")
 
 
-def _own(laws, interaction):
+def _own(model, interaction):
     """Effect -> own_keys of its block."""
     return {
         effect: {} if effect == "normal" else own_keys(getattr(interaction, effect))
-        for effect, _ in laws.on
+        for effect, _ in model.effects
     }
 
 
-def own_columns(laws, interaction):
+def own_columns(model, interaction):
     """Effect -> ((name, column), ...) of the keys of its block in the table."""
     out, column = {}, len(FACE)
-    for effect, keys in _own(laws, interaction).items():
+    for effect, keys in _own(model, interaction).items():
         out[effect] = tuple((name, column + n) for n, name in enumerate(keys))
         column += len(keys)
     return out
 
 
-def interface_table(scene, laws, glue=1.0, sphere=None):
+def interface_table(scene, model, glue=1.0, sphere=None):
     """Rows of the table, internal units: materials i, j at i M + j, then each with the walls, then
     each with the sphere: its Material and the factor on the surface energy, or None without one.
 
@@ -83,7 +83,7 @@ def interface_table(scene, laws, glue=1.0, sphere=None):
     kinds = [(a, b, 1.0, 1.0) for a, b in product(materials, repeat=2)]
     kinds += [(a, materials[0], glue, 1.0) for a in materials]
     kinds += [] if sphere is None else [(a, sphere[0], 1.0, sphere[1]) for a in materials]
-    own = [value for keys in _own(laws, interaction).values() for value in keys.values()]
+    own = [value for keys in _own(model, interaction).values() for value in keys.values()]
     rows = []
     for a, b, factor, adhesion in kinds:
         face = constants.interface(a, b, interaction)
@@ -93,84 +93,59 @@ def interface_table(scene, laws, glue=1.0, sphere=None):
     return np.array(rows)
 
 
-def make_numbers(fields, layout, laws):
-    """Returns `of_pairs(b, p)`, `of_walls(b, p)`: the numbers of block b of the state.
-
-    p: ContactParams, which are those of all contacts where grains are equal.
-    """
-    if not layout.polydisperse:
-
-        @ti.func
-        def equal(b, p):
-            return p
-
-        return equal, equal
-    return make_lane_numbers(fields, layout, laws)
+def make_numbers(fields, layout):
+    """The numbers of contacts as the passes read them: EqualNumbers or OwnNumbers."""
+    return (OwnNumbers if layout.polydisperse else EqualNumbers)(fields, layout)
 
 
-def make_lane_numbers(fields, layout, laws):
-    """The same where each contact has its own."""
-    table, touch = fields["constants"], fields.get("touch")
-    Lanes = lanes_type(laws, layout.width, layout.geometry, layout.law)
-    column = {name: n for n, name in enumerate(stored(laws))}
-    R1, R2, MASS = (column[name] for name in ("r1", "r2", "mass"))
-    of_laws = [(name, column[name]) for name in laws.numbers]
+@ti.data_oriented
+class OwnNumbers(EqualNumbers):
+    """Reads the numbers that each contact has to itself."""
+
+    own = True
+
+    def __init__(self, fields, layout):
+        super().__init__(fields, layout)
+        self.contact, self.touch, self.first = fields["contact"], fields["touch"], layout.constants
+        column = {name: layout.constants + n for n, name in enumerate(layout.stored)}
+        self.r1, self.r2, self.mass = (column[name] for name in ("r1", "r2", "mass"))
+        self.of_laws = tuple((name, column[name]) for name in layout.model.numbers)
 
     @ti.func
-    def kept(b, touch_of_table):
-        return touch[b]
+    def touch_of(self, kind: ti.template(), b, lane):
+        return self.touch[b, lane]
 
     @ti.func
-    def made(b, touch_of_table):
-        return touch_of_table
-
-    touching_at = kept if layout.deviations else made
-
-    @ti.func
-    def own(b):
-        """Numbers of the laws, by name."""
-        return {name: table[b, n] for name, n in of_laws}
-
-    @ti.func
-    def lanes(b, r2, inv_r2, R):
-        """All numbers; r2, inv_r2: of the second grain, 0 of a wall. R: the reduced radius."""
-        r1 = table[b, R1]
-        return Lanes(
+    def of_contact(self, kind: ti.template(), b, lane, p):
+        r1, r2 = self.contact[b, self.r1, lane], self.contact[b, self.r2, lane]
+        inv_r1, inv_sum = 1.0 / r1, 1.0 / (r1 + r2)
+        inv_r2, R = 1.0 / r2, r1 * r2 * inv_sum
+        if ti.static(kind == WALL):
+            r2, inv_r2, inv_sum, R = 0.0 * r1, 0.0 * r1, 0.0 * r1, r1
+        return self.Numbers(
             r1=r1,
             r2=r2,
-            inv_r1=1.0 / r1,
+            inv_r1=inv_r1,
             inv_r2=inv_r2,
             R=R,
-            touch=touching_at(b, r1 + r2),
-            inv_touch=1.0 / (r1 + r2),
-            mass=table[b, MASS],
-            **own(b),
+            touch=r1 + r2,
+            inv_sum=inv_sum,
+            mass=self.contact[b, self.mass, lane],
+            **{name: self.contact[b, row, lane] for name, row in self.of_laws},
         )
 
-    @ti.func
-    def of_pairs(b, p):
-        r1, r2 = table[b, R1], table[b, R2]
-        return lanes(b, r2, 1.0 / r2, r1 * r2 * (1.0 / (r1 + r2)))
 
-    @ti.func
-    def of_walls(b, p):
-        zero = 0.0 * table[b, R1]
-        return lanes(b, zero, zero, table[b, R1])
-
-    return of_pairs, of_walls
-
-
-def make_write_constants(fields, interfaces, scene, laws):
+def make_write_constants(fields, interfaces, scene, layout):
     """Returns `pair(b, k, g, j)`, `wall(b, k, g)`, `sphere(b, k, g, j)`, `empty(b, k)`: the numbers
     of lane k of block b, of grains g and j, of grain g and a wall, or the sphere (number j), of
     nothing.
 
     interfaces: field of `interface_table` of the scene.
     """
-    materials, table, touch = len(scene.all_materials), fields["constants"], fields.get("touch")
+    materials, table, touch = len(scene.all_materials), fields["contact"], fields["touch"]
     radius, mass, material = fields["radius"], fields["mass"], fields["material"]
-    write = make_write(fields, interfaces, scene, laws)
-    columns, wide = len(stored(laws)), touch is not None
+    write = make_write(fields, interfaces, scene, layout)
+    first, columns = layout.constants, len(layout.stored)
 
     @ti.func
     def write_two(b, k, row, g, j):
@@ -197,24 +172,23 @@ def make_write_constants(fields, interfaces, scene, laws):
 
     @ti.func
     def write_empty(b, k):
-        if ti.static(wide):
-            touch[b][k] = 1.0
+        touch[b, k] = 1.0
         for n in ti.static(range(columns)):
-            table[b, n][k] = 1.0
+            table[b, first + n, k] = 1.0
 
     return SimpleNamespace(pair=write_pair, wall=write_wall, sphere=write_sphere, empty=write_empty)
 
 
-def make_write(fields, interfaces, scene, laws):
+def make_write(fields, interfaces, scene, layout):
     """Returns `write(b, k, row, two)`: the numbers of one contact, made by the laws.
 
     row: of the table of interfaces. two: radii and masses of the two by the names that
     ContactConstants has for them.
     """
-    table, touch = fields["constants"], fields.get("touch")
-    columns, wide = own_columns(laws, scene.interaction), touch is not None
-    of_laws = [(law, columns[effect]) for effect, law in laws.on]
-    column = {name: n for n, name in enumerate(stored(laws))}
+    table, touch, model = fields["contact"], fields["touch"], layout.model
+    columns = own_columns(model, scene.interaction)
+    of_laws = [(law, columns[effect]) for effect, law in model.effects]
+    column = {name: layout.constants + n for n, name in enumerate(layout.stored)}
 
     @ti.func
     def contact(row, two: ti.template()):
@@ -235,16 +209,15 @@ def make_write(fields, interfaces, scene, laws):
     @ti.func
     def write(b, k, row, two: ti.template()):
         c = contact(row, two)
-        if ti.static(wide):
-            touch[b][k] = c.r1 + c.r2
-        table[b, column["r1"]][k] = c.r1
-        table[b, column["r2"]][k] = c.r2
-        table[b, column["mass"]][k] = c.mass
+        touch[b, k] = c.r1 + c.r2
+        table[b, column["r1"], k] = c.r1
+        table[b, column["r2"], k] = c.r2
+        table[b, column["mass"], k] = c.mass
         for law, keys in ti.static(of_laws):
             # a struct needs a member: the row, for a law without keys
             own = ti.Struct(row=row, **{name: interfaces[row, n] for name, n in keys})
             found = law.numbers(c, own)
             for name in ti.static(tuple(law.NUMBERS)):
-                table[b, column[name]][k] = found[name]
+                table[b, column[name], k] = found[name]
 
     return write

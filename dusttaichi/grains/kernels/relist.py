@@ -8,6 +8,37 @@ from dusttaichi.grains.kernels.store import FIRST_SPHERE, FIRST_WALL, GRAINS, NE
 
 
 @ti.data_oriented
+class KeptRows:
+    """What contacts keep, carried from the lists of the search before to the new ones. Loads are
+    computed again after that: their rows hold the old history meanwhile."""
+
+    def __init__(self, fields, layout):
+        self.table, self.rows, self.load = fields["contact"], layout.kept, layout.load
+        self.width, self.real = layout.width, layout.law
+
+    @ti.func
+    def put_aside(self, b):
+        """The history of a block to where the new lists find it."""
+        for n in ti.static(range(self.rows)):
+            for k in range(self.width):
+                self.table[b, self.load + n, k] = self.table[b, n, k]
+
+    @ti.func
+    def carry(self, b, k, old):
+        """History of lane k of block b: that of contact `old` before, nothing where that is -1."""
+        for n in ti.static(range(self.rows)):
+            value = ti.cast(0.0, self.real)
+            if old >= 0:
+                value = self.table[old // self.width, self.load + n, old % self.width]
+            self.table[b, n, k] = value
+
+    @ti.func
+    def clear(self, b, k):
+        for n in ti.static(range(self.rows)):
+            self.table[b, n, k] = 0.0
+
+
+@ti.data_oriented
 class PairLists:
     """Functions that write pairs, their history, and the entries of grains.
 
@@ -15,13 +46,12 @@ class PairLists:
     """
 
     def __init__(self, fields, scratch, layout, write_constants):
-        self.width, self.size, self.axes = layout.width, layout.state_size, layout.periodic
+        self.width, self.axes, self.kept = layout.width, layout.periodic, KeptRows(fields, layout)
         self.tilted = layout.tilted
-        self.polydisperse, self.real = layout.polydisperse, layout.law
+        self.polydisperse = layout.polydisperse
         self.x, self.counts = fields["x"], fields["counts"]
         self.pair_i, self.pair_j = fields["pair_i"], fields["pair_j"]
         self.pair_start, self.shift = fields["pair_start"], fields.get("shift")
-        self.state, self.load = fields["state"], fields["load"]
         self.entry, self.entry_start = fields["entry"], fields["entry_start"]
         self.near, self.near_start = scratch["near"], scratch.get("near_start")
         self.near_count, self.old_start = scratch["near_count"], scratch["old_start"]
@@ -42,17 +72,15 @@ class PairLists:
 
     @ti.func
     def keep_old(self, b):
-        """Loads are recomputed and entries listed anew after this: their places hold the old
-        lists meanwhile."""
-        for k in ti.static(range(self.size)):
-            self.load[b, k] = self.state[b, k]
-        for k in ti.static(range(self.width)):
-            self.entry[b * self.width + k] = self.pair_j[b][k]
+        """Entries are listed anew after this: their places hold the old partners meanwhile."""
+        self.kept.put_aside(b)
+        for k in range(self.width):
+            self.entry[b * self.width + k] = self.pair_j[b, k]
 
     @ti.func
     def write_pair(self, g, j, c, edges, tilt):
         b, k = c // self.width, c % self.width
-        self.pair_i[b][k], self.pair_j[b][k] = g, j
+        self.pair_i[b, k], self.pair_j[b, k] = g, j
         if ti.static(self.polydisperse):
             self.write_constants(b, k, g, j)
         lean = ti.cast(0.0, ti.f64)
@@ -64,18 +92,14 @@ class PairLists:
             if ti.static(self.tilted and a == 0):
                 way -= lean
             turns = ti.floor(way / edges[a] + 0.5)
-            self.shift[b, n][k] = turns
+            self.shift[b, n, k] = turns
             if ti.static(self.tilted and a == 2):
                 lean = turns * tilt
         old = -1
         for o in range(self.old_start[g], self.old_start[g + 1]):
             if self.entry[o] == j:
                 old = o
-        for n in ti.static(range(self.size)):
-            value = ti.cast(0.0, self.real)
-            if old >= 0:
-                value = self.load[old // self.width, n][old % self.width]
-            self.state[b, n][k] = value
+        self.kept.carry(b, k, old)
 
     @ti.func
     def write_pairs(self, g, edges, tilt):
@@ -88,13 +112,12 @@ class PairLists:
     @ti.func
     def clear_lane(self, c):
         b, k = c // self.width, c % self.width
-        self.pair_i[b][k], self.pair_j[b][k] = self.counts[GRAINS], self.counts[GRAINS] + 1
+        self.pair_i[b, k], self.pair_j[b, k] = self.counts[GRAINS], self.counts[GRAINS] + 1
         if ti.static(self.polydisperse):
             self.write_empty(b, k)
-        for n in ti.static(range(self.size)):
-            self.state[b, n][k] = 0.0
+        self.kept.clear(b, k)
         for n in ti.static(range(len(self.axes))):
-            self.shift[b, n][k] = 0.0
+            self.shift[b, n, k] = 0.0
 
     @ti.func
     def contact_of(self, g, j):

@@ -11,6 +11,7 @@ import taichi as ti
 
 from dusttaichi.compute.scan import CHUNK, whole
 from dusttaichi.grains.kernels.gravity import make_gravity
+from dusttaichi.grains.kernels.relist import KeptRows
 from dusttaichi.grains.kernels.store import FIRST_SPHERE, GRAINS, ON_SPHERE, SPHERE
 
 
@@ -20,10 +21,9 @@ def make_sphere(fields, layout):
     a new search is due. None in a scene without a sphere."""
     if not layout.sphere:
         return None
-    W, counts, load = layout.width, fields["counts"], fields["load"]
+    W, counts, contact, LOAD = layout.width, fields["counts"], fields["contact"], layout.load
     x, v, w, x_search = fields["x"], fields["v"], fields["w"], fields["x_search"]
     body, impulse = fields["sphere_body"], fields["sphere_impulse"]
-    lane = ti.types.vector(W, ti.f64)
     real, falls = layout.geometry, make_gravity(fields, layout)
 
     @ti.func
@@ -31,13 +31,12 @@ def make_sphere(fields, layout):
         return whole(counts[ON_SPHERE], W * layout.tile)
 
     @ti.func
-    def along(first, blocks, column):
-        """Sum over all contacts of a column of their loads."""
-        lanes, total = lane(0.0), ti.cast(0.0, ti.f64)
+    def along(first, blocks, row: ti.template()):
+        """Sum over all contacts of a row of their loads."""
+        total = ti.cast(0.0, ti.f64)
         for b in range(first, first + blocks):
-            lanes += load[b, column]
-        for k in ti.static(range(W)):
-            total += lanes[k]
+            for k in range(W):
+                total += ti.cast(contact[b, LOAD + row, k], ti.f64)
         return total
 
     @ti.func
@@ -74,11 +73,10 @@ class SphereLists:
     """
 
     def __init__(self, fields, layout, write_constants):
-        self.width, self.size, self.axes = layout.width, layout.state_size, layout.periodic
-        self.polydisperse, self.real = layout.polydisperse, layout.law
+        self.width, self.axes = layout.width, layout.periodic
+        self.polydisperse, self.kept = layout.polydisperse, KeptRows(fields, layout)
         self.x, self.counts, self.slot = fields["x"], fields["counts"], fields["sphere_slot"]
         self.pair_i, self.pair_j = fields["pair_i"], fields["pair_j"]
-        self.state, self.load = fields["state"], fields["load"]
         self.shift, self.radius = fields.get("shift"), fields.get("radius")
         self.write = write_constants
 
@@ -100,29 +98,25 @@ class SphereLists:
     @ti.func
     def write_contact(self, g, s, c, edges):
         b, k = self.counts[FIRST_SPHERE] + c // self.width, c % self.width
-        self.pair_i[b][k], self.pair_j[b][k] = g, s
+        self.pair_i[b, k], self.pair_j[b, k] = g, s
         if ti.static(self.polydisperse):
             self.write.sphere(b, k, g, s)
         for n in ti.static(range(len(self.axes))):
-            self.shift[b, n][k] = self.edges_between(g, s, edges, ti.static(self.axes[n]))
+            self.shift[b, n, k] = self.edges_between(g, s, edges, ti.static(self.axes[n]))
         old = self.slot[g]
-        for m in ti.static(range(self.size)):
-            value = ti.cast(0.0, self.real)
-            if old >= 0:
-                first = self.counts[FIRST_SPHERE]
-                value = self.load[first + old // self.width, m][old % self.width]
-            self.state[b, m][k] = value
+        if old >= 0:
+            old += self.counts[FIRST_SPHERE] * self.width
+        self.kept.carry(b, k, old)
 
     @ti.func
     def clear_lane(self, c):
         b, k = self.counts[FIRST_SPHERE] + c // self.width, c % self.width
-        self.pair_i[b][k], self.pair_j[b][k] = self.counts[GRAINS], self.counts[GRAINS] + 1
+        self.pair_i[b, k], self.pair_j[b, k] = self.counts[GRAINS], self.counts[GRAINS] + 1
         if ti.static(self.polydisperse):
             self.write.empty(b, k)
-        for m in ti.static(range(self.size)):
-            self.state[b, m][k] = 0.0
+        self.kept.clear(b, k)
         for n in ti.static(range(len(self.axes))):
-            self.shift[b, n][k] = 0.0
+            self.shift[b, n, k] = 0.0
 
 
 def make_sphere_relist(fields, scratch, layout, write_constants=None):
@@ -130,8 +124,8 @@ def make_sphere_relist(fields, scratch, layout, write_constants=None):
     of their contacts. reach: distance of the centres within which a grain is listed, of
     polydisperse grains less their radius. edges: of the periodic cell.
     """
-    W, size, full = layout.width, layout.state_size, layout.width * layout.tile
-    counts, state, load, slot = (fields[n] for n in ("counts", "state", "load", "sphere_slot"))
+    W, full = layout.width, layout.width * layout.tile
+    counts, slot = fields["counts"], fields["sphere_slot"]
     x, x_search, chunk_first = fields["x"], fields["x_search"], scratch["sphere_chunk"]
     lists = SphereLists(fields, layout, write_constants)
 
@@ -140,8 +134,7 @@ def make_sphere_relist(fields, scratch, layout, write_constants=None):
         grains, first = counts[GRAINS], counts[FIRST_SPHERE]
         s, chunks = grains + SPHERE, whole(grains, CHUNK)
         for b in range(first, first + whole(counts[ON_SPHERE], W)):
-            for m in ti.static(range(size)):
-                load[b, m] = state[b, m]
+            lists.kept.put_aside(b)
         for chunk in range(chunks):
             near = 0
             for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):

@@ -1,17 +1,21 @@
-"""How the numbers of a scene stand in memory: lanes, blocks, tiles, and how many of them.
+"""Where the numbers of a scene are in memory: lanes, blocks, tiles, and how many of them.
 
-Contacts stand in blocks of W lanes, pairs first (sorted by grain), then walls (each block touches
+Contacts are in blocks of W lanes, pairs first (sorted by grain), then walls (each block touches
 one wall only). A tile is a fixed run of blocks that one worker passes at a time: losses are summed
 tile by tile, so that no sum depends on the number of threads. Contacts with the one rigid sphere
 that a scene may have are pairs in blocks of their own, between those of the grains and the walls.
+
+All that a contact has are rows of the one field `contact`: its history, its loads, and where grains
+differ its constants. Their order and widths follow from what the effects declare.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import taichi as ti
 
 from dusttaichi.compute.backend import SMALL
-from dusttaichi.names import CHANNELS, EXTRA_CHANNELS
+from dusttaichi.physics.contact.model import ContactModel
 
 NEIGHBOURS = 24  # neighbours of a grain within the skin that the search can hold
 PAIRS_PER_GRAIN = 6  # twelve touching neighbours at most
@@ -22,20 +26,19 @@ ON_SPHERE, FIRST_SPHERE = 7, 8  # contacts with the sphere, and their first bloc
 WALL_SECTIONS = 9  # see `wall_sections`
 COUNTS = 10
 SPHERE = 2  # number of the sphere behind the grains: two that fill empty lanes stand before it
+LOADS = 12  # force and torque on both bodies of a contact
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the numbers of a contact stand; what a scene does not need has no place (-1)."""
+    """What a scene needs, and where the numbers of its contacts are."""
 
     width: int  # lanes of a block
     tile: int  # blocks of a tile
-    twisting: bool
-    damping: bool
+    model: ContactModel
     periodic: tuple = ()  # numbers of the axes along which the cell repeats
     tilted: bool = False  # the cell may lean: its image above moves along x
     stress: bool = False
-    asperities: bool = False
     forced: bool = False  # a force from outside acts on some grains
     carried: bool = False  # some grains move at a speed of their own
     sphere: bool = False  # there is a rigid sphere among the grains
@@ -59,18 +62,13 @@ class Layout:
         return self.gravity != ""
 
     @property
-    def deviations(self):
-        """Whether contacts keep deviations (physics.contact.deviation) in place of pointers."""
-        return self.precision == "mixed"
-
-    @property
     def geometry(self):
         """Float type of positions, velocities and spins."""
         return ti.f32 if self.precision == "f32" else ti.f64
 
     @property
     def law(self):
-        """Float type of contacts: what they keep, their numbers, their loads."""
+        """Float type of contacts: their history, their numbers, their loads."""
         return ti.f64 if self.precision == "f64" else ti.f32
 
     @property
@@ -84,50 +82,49 @@ class Layout:
         return "f64" if self.precision == "f64" else "f32"
 
     @property
-    def first(self):
-        return 0  # n1, or e1: 0 1 2
-
-    @property
-    def second(self):
-        return 3  # n2 of a pair, foot of a wall contact; or e2, zeta: 3 4 5
-
-    @property
-    def twist(self):
-        return 6 if self.twisting else -1
-
-    @property
-    def approach(self):
-        """Relative normal speed of the last half step, and the damping force of the last step."""
-        return 6 + self.twisting if self.damping else -1
-
-    @property
-    def graze(self):
-        """Speed and impulse of a first touch in the last step."""
-        return 6 + self.twisting + 2 * self.damping if self.asperities else -2
-
-    @property
-    def touched(self):
-        """1 where a contact touches: a deviation of zero does not tell."""
-        return self.state_size - 1 if self.deviations else -1
-
-    @property
-    def tile_columns(self):
-        """Sums over a tile and step: losses, virial, work of the faces."""
-        return len(self.channels) + 9 * self.stress + bool(self.periodic)
-
-    @property
-    def lost(self):
-        """Losses of the contact since it formed, one a channel."""
-        return 6 + self.twisting + 2 * self.damping + 2 * self.asperities
-
-    @property
-    def state_size(self):
-        return self.lost + self.contact_loss * len(self.channels) + self.deviations
-
-    @property
     def channels(self):
         """Names of the channels of the ledger."""
-        return CHANNELS + EXTRA_CHANNELS[: int(self.asperities)]
+        return self.model.channels
+
+    @cached_property
+    def rows(self):
+        """Name -> (first row, rows) of what a contact keeps; `lost`: its losses since it formed,
+        one a channel, where they are followed."""
+        widths = {name: h.components for name, h in self.model.history.items()}
+        if self.contact_loss:
+            widths["lost"] = len(self.channels)
+        out, first = {}, 0
+        for name, width in widths.items():
+            out[name] = (first, width)
+            first += width
+        return out
+
+    @property
+    def kept(self):
+        """Rows of what a contact keeps from step to step."""
+        return sum(width for _, width in self.rows.values())
+
+    @property
+    def load(self):
+        """First row of its loads."""
+        return self.kept
+
+    @property
+    def constants(self):
+        """First row of its constants, where grains differ. The loads have room for what is kept:
+        the search puts the old lists there."""
+        return self.load + max(LOADS, self.kept)
+
+    @property
+    def row_count(self):
+        """Rows of a contact."""
+        return self.constants + len(self.stored)
+
+    @property
+    def mask(self):
+        """Largest number of a block that 31 bits can address: what tells the compiler that no
+        address of a block overflows."""
+        return 2 ** (31 - (self.row_count * self.width - 1).bit_length()) - 1
 
 
 def sizes(grains, layout, walls):

@@ -3,6 +3,8 @@
 import taichi as ti
 
 from dusttaichi.compute.scan import CHUNK, first_of, little, whole
+from dusttaichi.grains.kernels.gather import Walls
+from dusttaichi.grains.kernels.relist import KeptRows
 from dusttaichi.grains.kernels.store import (
     FIRST_WALL,
     GRAINS,
@@ -11,7 +13,6 @@ from dusttaichi.grains.kernels.store import (
     WALL_ROOM,
     WALL_SECTIONS,
 )
-from dusttaichi.grains.kernels.walls import Walls
 
 FAR = 1e9  # distance that keeps an empty lane out of touch [um]
 
@@ -24,9 +25,9 @@ class WallLists:
     """
 
     def __init__(self, fields, scratch, layout, write_constants):
-        self.width, self.size = layout.width, layout.state_size
-        self.polydisperse, self.real = layout.polydisperse, layout.law
-        for name in ("x", "counts", "state", "load", "impulse", "impulse_total"):
+        self.width, self.kept = layout.width, KeptRows(fields, layout)
+        self.polydisperse = layout.polydisperse
+        for name in ("x", "counts", "impulse", "impulse_total"):
             setattr(self, name, fields[name])
         for name in ("wall_grain", "wall_gap", "wall_of", "wall_slot"):
             setattr(self, name, fields[name])
@@ -47,13 +48,10 @@ class WallLists:
     def fold_impulses(self, blocks):
         for c in range(blocks):
             for a in ti.static(range(3)):
-                total = ti.cast(0.0, ti.f64)
-                for k in ti.static(range(self.width)):
-                    total += self.impulse[c, a][k]
                 self.impulse_total[self.wall_of[c]][a] = (
-                    self.impulse_total[self.wall_of[c]][a] + total
+                    self.impulse_total[self.wall_of[c]][a] + self.impulse[c, a]
                 )
-                self.impulse[c, a] = self.impulse[c, a] * 0.0
+                self.impulse[c, a] = 0.0
 
     @ti.func
     def lay_out(self, chunks):
@@ -82,27 +80,24 @@ class WallLists:
     @ti.func
     def clear_lane(self, c):
         b, k = c // self.width, c % self.width
-        self.wall_grain[b][k] = self.counts[GRAINS]
-        self.wall_gap[b][k] = FAR
+        self.wall_grain[b, k] = self.counts[GRAINS]
+        self.wall_gap[b, k] = FAR
         if ti.static(self.polydisperse):
             self.write_empty(self.counts[FIRST_WALL] + b, k)
-        for n in ti.static(range(self.size)):
-            self.state[self.counts[FIRST_WALL] + b, n][k] = 0.0
+        self.kept.clear(self.counts[FIRST_WALL] + b, k)
 
     @ti.func
     def write_contact(self, g, n, c):
         first = self.counts[FIRST_WALL]
         b, k = c // self.width, c % self.width
-        self.wall_grain[b][k] = g
-        self.wall_gap[b][k] = 0.0
+        self.wall_grain[b, k] = g
+        self.wall_gap[b, k] = 0.0
         if ti.static(self.polydisperse):
             self.write_wall_constants(first + b, k, g)
         old = self.wall_slot[g][n]
-        for m in ti.static(range(self.size)):
-            value = ti.cast(0.0, self.real)
-            if old >= 0:
-                value = self.load[first + old // self.width, m][old % self.width]
-            self.state[first + b, m][k] = value
+        if old >= 0:
+            old += first * self.width
+        self.kept.carry(first + b, k, old)
 
 
 def make_wall_relist(fields, scratch, layout, write_constants=None):
@@ -111,8 +106,7 @@ def make_wall_relist(fields, scratch, layout, write_constants=None):
 
     write_constants: see WallLists.
     """
-    size, counts = layout.state_size, fields["counts"]
-    state, load, wall_slot = fields["state"], fields["load"], fields["wall_slot"]
+    counts, wall_slot = fields["counts"], fields["wall_slot"]
     wall_chunk = scratch["wall_chunk"]
     lists = WallLists(fields, scratch, layout, write_constants)
 
@@ -126,8 +120,7 @@ def make_wall_relist(fields, scratch, layout, write_constants=None):
             lists.fold_impulses(counts[WALL_BLOCKS])
         ti.loop_config(serialize=light)
         for b in range(first, first + counts[WALL_BLOCKS]):
-            for m in ti.static(range(size)):
-                load[b, m] = state[b, m]
+            lists.kept.put_aside(b)
         ti.loop_config(serialize=light)
         for q in range(6 * chunks):
             n, chunk = q // chunks, q % chunks

@@ -16,14 +16,22 @@ the step that finds the touch.
 
 from math import pi
 
+import numpy as np
 import taichi as ti
 
-from dusttaichi.physics.contact.numbers import Number
+from dusttaichi.physics.contact.numbers import History, Number
 
 NUMBERS = {
     "crush_force": Number("J^-0.6", "F_eq/F_c of asperities for a unit of kinetic energy"),
     "crush_energy": Number("J", "energy that flattening asperities costs over the area pi a0^2"),
 }
+HISTORY = {
+    "touch_speed": History("m/s", "velocity along n_c at a first touch in the last step"),
+    "touch_impulse": History("N s", "its impulse"),
+}
+CHANNEL = "asperities"
+RADIAL = True
+IMPULSE = "touch_impulse"  # acts as a force over one step
 
 
 @ti.pyfunc
@@ -60,3 +68,34 @@ def impulse(u, change, p):
     speed = ti.max(-u - 0.5 * change, 0.0)
     left = ti.max(speed * speed - 2.0 * loss(u, p) / p.mass, 0.0)
     return p.mass * (speed - ti.sqrt(left))
+
+
+@ti.func
+def update(k: ti.template(), h: ti.template(), p, dt):
+    """The work of the impulse of the step before, with the speed of now along the n_c of then: what
+    it really did, whatever else pulled at the grains."""
+    lost = -0.5 * h.touch_impulse * (h.touch_speed + k.speed_before)
+    k.struck += h.touch_impulse / p.mass
+    h.touch_speed = 0.0 * lost
+    h.touch_impulse = 0.0 * lost
+    return lost
+
+
+@ti.func
+def form(k: ti.template(), h: ti.template(), p, dt, push):
+    """Force along n_c during the step that finds the touch; push: of the contact without it."""
+    h.touch_speed = k.speed_now
+    h.touch_impulse = impulse(k.speed_now, push * (dt / p.mass), p)
+    return h.touch_impulse / dt
+
+
+@ti.func
+def pending(k: ti.template(), h: ti.template(), p, dt, push):
+    """What half of the impulse, in half of the change of speed, has taken up to now; push: force
+    along n_c with that of the impulse."""
+    return -0.5 * h.touch_impulse * (h.touch_speed + (0.25 * dt / p.mass) * push)
+
+
+def halved(h, touches, back, now):
+    """History (arrays by name) where the step becomes half as long, see physics.contact.damping."""
+    return {"touch_speed": np.where(h["touch_impulse"] != 0.0, now, 0.0)}

@@ -8,6 +8,7 @@ radius, E_star, G_star, gamma, a0, delta0, F_c. Numbers that belong to a law are
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from math import inf, pi, sqrt
+from types import SimpleNamespace
 
 PULL_OFF = (9.0 / 16.0) ** (1.0 / 3.0)  # delta_c / delta0
 CLOSEST = 0.9  # diameters: at 10 % overlap JKR is far outside what it was derived for
@@ -228,16 +229,18 @@ class ContactConstants(Interface):
     @cached_property
     def numbers(self):
         """Numbers of the laws that the interaction has, by name, SI (physics.contact.registry)."""
-        from dusttaichi.physics.contact.registry import chosen_laws, numbers_of
+        from dusttaichi.physics.contact.registry import chosen_model, numbers_of
 
-        return numbers_of(chosen_laws(self.interaction), self)
+        return numbers_of(chosen_model(self.interaction), self)
 
     def kappa_at(self, s):
         """Damping constant [kg/s] where the contact radius is a = a0 s^2; s of any shape."""
-        from dusttaichi.physics.contact.registry import chosen_laws
+        from dusttaichi.physics.contact.registry import law_name, law_of
 
-        damping = chosen_laws(self.interaction).damping
-        return 0.0 * s if damping is None else damping.coefficient(s, self)
+        name = law_name(self.interaction, "damping")
+        if name is None:
+            return 0.0 * s
+        return law_of("damping", name).coefficient(SimpleNamespace(contact_radius=s * s), self)
 
     def __getattr__(self, name):
         """A number of a law; 0 for a spring or a damping that the interaction does not have."""

@@ -17,6 +17,7 @@ from dusttaichi.physics.contact.numbers import Number
 
 NUMBERS = {
     "inv_delta0": Number("m^-1", "one over the overlap at equilibrium"),
+    "reach": Number("m", "gap at which the contact breaks"),
     "F4": Number("N", "four times the pull-off force"),
     "U4": Number("J", "four times pull-off force times overlap at equilibrium"),
 }
@@ -32,7 +33,12 @@ A, B, C = 0.71808842, 0.0593261, 0.1507543
 @ti.pyfunc
 def numbers(c, own):
     """From delta0 and F_c (S12 after eqs 2 and 3)."""
-    return {"inv_delta0": 1.0 / c.delta0, "F4": 4.0 * c.F_c, "U4": 4.0 * c.F_c * c.delta0}
+    return {
+        "inv_delta0": 1.0 / c.delta0,
+        "reach": PULL_OFF * c.delta0,
+        "F4": 4.0 * c.F_c,
+        "U4": 4.0 * c.F_c * c.delta0,
+    }
 
 
 @ti.pyfunc
@@ -81,3 +87,18 @@ def contact_radius(newton_steps=2):
         return s
 
     return radius
+
+
+@cache
+def response(newton_steps=2):
+    """Returns the function respond(k, p): struct of `force` and `energy` of the Motion k, whose
+    contact_radius it sets."""
+    scaled_radius = contact_radius(newton_steps)
+
+    @ti.func
+    def respond(k: ti.template(), p):
+        s = scaled_radius(k.overlap * p.inv_delta0)
+        k.contact_radius = s * s
+        return ti.Struct(force=p.F4 * force(s), energy=p.U4 * energy(s))
+
+    return respond

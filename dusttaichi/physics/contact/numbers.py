@@ -1,11 +1,26 @@
-"""What a law says of each number that a contact stores for it."""
+"""Declarations of an effect: constants, history and material properties of a contact."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Number:
-    """One number of a contact: its SI unit, such as "N/m", and what it is."""
+    """A constant of a contact: its SI unit, such as "N/m", and its meaning."""
 
     unit: str
     meaning: str
+
+
+@dataclass(frozen=True)
+class History:
+    """A number that a contact keeps from step to step: SI unit, meaning, components (1 or 3).
+
+    result: name of the variable under which /contacts of the result has it; "" for none. sign:
+    -1 where the result has the opposite sign.
+    """
+
+    unit: str
+    meaning: str
+    components: int = 1
+    result: str = ""
+    sign: int = 1

@@ -1,29 +1,37 @@
-"""The laws that there are, by effect and name, and those that a scene has chosen.
+"""The laws that there are, by kind of effect and name, and the model that a scene has chosen.
 
 A law is a module (or any object) with
 
-- ``NUMBERS``: name -> Number, what a contact stores for the law;
+- ``NUMBERS``: name -> Number, the constants of a contact that it needs;
 - ``numbers(c, own)``: a `ti.pyfunc` that returns their values as a dict. c: the contact
   (`constants.ContactConstants` by name), own: the keys of the law's block in the YAML; both in SI
   on the host, in internal units in a kernel;
-- the functions of its effect, see NEEDED. What they are given is told in the file of the built-in
-  law; p holds all numbers of the contact.
+- ``HISTORY``: name -> History, what a contact keeps for it beside xi and zeta; ``CHANNEL``: name of
+  the channel of the ledger that its losses go to;
+- ``update(k, h, p, dt)``: brings the history h to the present, puts it back to its limits, and
+  returns the energy dissipated; no force;
+- ``evaluate(k, h, p, load)``: adds what the configuration exerts to a Load and returns the energy
+  stored; no time step, no side effect. k: Motion (physics.contact.kinematics), p: all numbers.
+
+A normal law has ``response`` and a damping law ``coefficient`` in place of the last three, see
+NEEDED and the built-in laws. A law along the normal (``RADIAL``) may have ``form``, called for a
+contact that has just formed, ``pending`` and ``push``, see physics.contact.asperities.
 
 This module imports no Taichi: a law is imported when it is first asked for.
 """
 
-from dataclasses import dataclass
 from importlib import import_module
 
+_EFFECT = ("HISTORY", "CHANNEL", "update", "evaluate")
 NEEDED = {
-    "normal": ("force", "energy", "contact_radius"),
-    "rolling": ("displacement", "energy", "stiffness", "correct"),
-    "sliding": ("displacement", "energy", "stiffness", "correct"),
-    "twisting": ("energy", "stiffness", "correct"),
+    "normal": ("response",),
+    "asperities": ("HISTORY", "CHANNEL", "update", "form", "pending"),
     "damping": ("coefficient",),
-    "asperities": ("impulse",),
+    "rolling": (*_EFFECT, "energy"),
+    "sliding": (*_EFFECT, "energy"),
+    "twisting": (*_EFFECT, "energy"),
 }
-"""Functions that a law of each effect has."""
+"""Parts that a law of each kind has beside NUMBERS and numbers, in the order in which they act."""
 
 EFFECTS = tuple(NEEDED)
 DEFAULT = {"rolling": "linear", "sliding": "linear", "twisting": "linear", "asperities": "pd08"}
@@ -78,36 +86,18 @@ def law_of(effect, name):
     return import_module(law) if isinstance(law, str) else law
 
 
-@dataclass(frozen=True)
-class ContactLaws:
-    """The laws that the contacts of a scene are made of, None for an effect that is off."""
+def chosen_model(interaction, newton_steps=2):
+    """ContactModel of a scene's interaction."""
+    from dusttaichi.physics.contact.damping import damping_of
+    from dusttaichi.physics.contact.model import ContactModel
 
-    normal: object
-    rolling: object
-    sliding: object
-    twisting: object
-    damping: object
-    asperities: object
-    newton_steps: int = 2  # of the contact radius
-
-    @property
-    def on(self):
-        """(effect, law) of those that there are."""
-        return tuple((e, getattr(self, e)) for e in EFFECTS if getattr(self, e) is not None)
-
-    @property
-    def numbers(self):
-        """Name -> Number of all that a contact stores."""
-        return {name: number for _, law in self.on for name, number in law.NUMBERS.items()}
-
-
-def chosen_laws(interaction, newton_steps=2):
-    """ContactLaws of a scene's interaction."""
-    chosen = {"normal": law_of("normal", "jkr")}
-    for effect in EFFECTS[1:]:
-        name = law_name(interaction, effect)
-        chosen[effect] = None if name is None else law_of(effect, name)
-    return ContactLaws(**chosen, newton_steps=newton_steps)
+    effects = [("normal", law_of("normal", "jkr"))]
+    for kind in EFFECTS[1:]:
+        name = law_name(interaction, kind)
+        if name is not None:
+            law = law_of(kind, name)
+            effects.append((kind, damping_of(law) if kind == "damping" else law))
+    return ContactModel(tuple(effects), newton_steps)
 
 
 def law_name(interaction, effect):
@@ -118,10 +108,10 @@ def law_name(interaction, effect):
     return None if block is None else getattr(block, "law", DEFAULT[effect])
 
 
-def numbers_of(laws, contact):
+def numbers_of(model, contact):
     """Values of all numbers of a contact by name, SI; contact: ContactConstants."""
     out = {}
-    for effect, law in laws.on:
+    for effect, law in model.effects:
         own = None if effect == "normal" else getattr(contact.interaction, effect)
         out |= law.numbers(contact, own)
     return out

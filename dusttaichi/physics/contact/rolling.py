@@ -1,7 +1,7 @@
 """Rolling: xi = R (n1 + n2), U = 1/2 k_r xi^2 (S12 eqs 8, 11, 12, 17), inelastic past xi_crit.
 
-On a wall n2 = n_w is fixed, R = r (S12 eqs 21-23). The springs pull on the contact pointers with
-A_i = dU/dn_i = R stiffness xi, which turns grain i by the torque A_i x n_i.
+On a wall n2 = n_w is fixed, R = r (S12 eqs 21-23). The spring pulls on the contact pointers with
+dU/dn_i = R k_r xi, which turns grain i by the torque R k_r xi x n_i.
 """
 
 import taichi as ti
@@ -13,6 +13,8 @@ NUMBERS = {
     "k_r": Number("N/m", "rolling stiffness"),
     "xi_crit": Number("m", "rolling displacement past which rolling costs energy"),
 }
+HISTORY = {}  # xi itself is part of every contact (physics.contact.kinematics)
+CHANNEL = "rolling"
 
 
 @ti.pyfunc
@@ -22,24 +24,23 @@ def numbers(c, own):
 
 
 @ti.pyfunc
-def displacement(n1, n2, p):
-    """xi (S12 eq 8)."""
-    return n1.plus(n2).times(p.R)
-
-
-@ti.pyfunc
 def energy(xi, p):
     """U = 1/2 k_r xi^2."""
     return 0.5 * p.k_r * xi.dot(xi)
 
 
-@ti.pyfunc
-def stiffness(xi, p):
-    """dU/dxi = stiffness xi."""
-    return p.k_r
+@ti.func
+def update(k: ti.template(), h: ti.template(), p, dt):
+    """xi back within its limit (Wada et al. 2007); the energy dissipated."""
+    past = limited(h.xi, p.xi_crit, p.k_r)
+    h.xi = h.xi * (1.0 - past.over)
+    return past.lost
 
 
 @ti.func
-def correct(xi, rate, p):
-    """How far xi is past its limit (Wada et al. 2007), see `limit.limited`; rate: dxi/dt."""
-    return limited(xi, p.xi_crit, p.k_r)
+def evaluate(k: ti.template(), h: ti.template(), p, load: ti.template()):
+    """Adds the pull on both pointers; the energy stored."""
+    pull = h.xi * (p.R * p.k_r)
+    load.pull_1 += pull
+    load.pull_2 += pull
+    return energy(h.xi, p)

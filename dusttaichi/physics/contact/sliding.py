@@ -1,7 +1,9 @@
-"""Sliding: U = 1/2 k_s zeta^2, zeta = the arm without its part along n_c, inelastic past zeta_crit.
+"""Sliding: U = 1/2 k_s zeta^2 (S12 eqs 9, 13, 14, 18), inelastic past zeta_crit.
 
-The arm of two grains is r1 n1 - r2 n2 (S12 eqs 9, 13, 14, 18); on a wall it is x + r n1 - foot
-(S12 eqs 24, 25), where `foot` is the point of the wall that the contact started from.
+zeta is the arm r1 n1 - r2 n2 without its component along n_c; on a wall x + r n1 - foot (S12 eqs
+24, 25), where `foot` is the point of the wall that the contact started from. The spring pulls on
+the pointers with dU/dn_1 = r1 k_s zeta and dU/dn_2 = -r2 k_s zeta, and on the first grain with the
+force k_s zeta (r1 n1 - r2 n2).n_c/d (S12 eq 13), on a wall -k_s zeta.
 """
 
 from math import pi
@@ -15,6 +17,8 @@ NUMBERS = {
     "k_s": Number("N/m", "sliding stiffness"),
     "zeta_crit": Number("m", "sliding displacement past which sliding costs energy"),
 }
+HISTORY = {}  # zeta itself is part of every contact (physics.contact.kinematics)
+CHANNEL = "sliding"
 
 
 @ti.pyfunc
@@ -28,24 +32,23 @@ def numbers(c, own):
 
 
 @ti.pyfunc
-def displacement(arm, nc, p):
-    """zeta (S12 eqs 9, 24)."""
-    return arm.minus(nc.times(arm.dot(nc)))
-
-
-@ti.pyfunc
 def energy(zeta, p):
     """U = 1/2 k_s zeta^2."""
     return 0.5 * p.k_s * zeta.dot(zeta)
 
 
-@ti.pyfunc
-def stiffness(zeta, p):
-    """dU/dzeta = stiffness zeta."""
-    return p.k_s
+@ti.func
+def update(k: ti.template(), h: ti.template(), p, dt):
+    """zeta back within its limit; the energy dissipated."""
+    past = limited(h.zeta, p.zeta_crit, p.k_s)
+    h.zeta = h.zeta * (1.0 - past.over)
+    return past.lost
 
 
 @ti.func
-def correct(zeta, rate, p):
-    """How far zeta is past its limit, see `limit.limited`; rate: dzeta/dt."""
-    return limited(zeta, p.zeta_crit, p.k_s)
+def evaluate(k: ti.template(), h: ti.template(), p, load: ti.template()):
+    """Adds force and pulls; the energy stored."""
+    load.force += h.zeta * (p.k_s * k.lever)
+    load.pull_1 += h.zeta * (p.r1 * p.k_s)
+    load.pull_2 -= h.zeta * (p.r2 * p.k_s)
+    return energy(h.zeta, p)

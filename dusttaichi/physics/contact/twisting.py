@@ -6,12 +6,14 @@ from math import pi
 
 import taichi as ti
 
-from dusttaichi.physics.contact.numbers import Number
+from dusttaichi.physics.contact.numbers import History, Number
 
 NUMBERS = {
     "k_t": Number("N m", "twisting stiffness"),
     "phi_crit": Number("rad", "twist past which twisting costs energy"),
 }
+HISTORY = {"twist": History("rad", "twisting angle", result="twist")}
+CHANNEL = "twisting"
 
 
 @ti.pyfunc
@@ -30,14 +32,18 @@ def energy(phi, p):
     return 0.5 * p.k_t * phi * phi
 
 
-@ti.pyfunc
-def stiffness(phi, p):
-    """dU/dphi = stiffness phi."""
-    return p.k_t
+@ti.func
+def update(k: ti.template(), h: ti.template(), p, dt):
+    """The twist of now, within its limits; the energy dissipated."""
+    phi = h.twist + (k.rotation_1 - k.rotation_2).dot(k.middle)
+    h.twist = ti.min(ti.max(phi, -p.phi_crit), p.phi_crit)
+    return p.k_t * h.twist * (phi - h.twist)
 
 
 @ti.func
-def correct(phi, rate, p):
-    """phi back within its limits, and the energy lost; rate: dphi/dt."""
-    clamped = ti.min(ti.max(phi, -p.phi_crit), p.phi_crit)
-    return ti.Struct(phi=clamped, lost=p.k_t * clamped * (phi - clamped))
+def evaluate(k: ti.template(), h: ti.template(), p, load: ti.template()):
+    """Adds the torque about n_c; the energy stored."""
+    torque = k.normal * (p.k_t * h.twist)
+    load.torque_1 -= torque
+    load.torque_2 += torque
+    return energy(h.twist, p)

@@ -1,4 +1,65 @@
 """Damping of the normal motion: F = -kappa u n_c on grain 1, u = (v1 - v2).n_c (S12 eq 7).
 
-A law says kappa at a = a0, and `coefficient(s, p)` at the contact radius of now, a = a0 s^2.
+A law says kappa: `numbers` at equilibrium, and `coefficient(k, p)` for the Motion of a contact,
+whose contact_radius is that of now. How the force is carried to the time of the positions, and the
+work that it does, is the same for all laws and stands here.
 """
+
+from functools import cache
+
+import taichi as ti
+
+from dusttaichi.physics.contact.numbers import History
+
+HISTORY = {
+    "speed": History("m/s", "rate of the distance half a step ago", result="approach", sign=-1),
+    "damping_force": History("N", "damping force of the last step"),
+}
+
+
+class Damping:
+    """The effect of a damping law: any module or object with NUMBERS, numbers and coefficient."""
+
+    HISTORY, CHANNEL, RADIAL = HISTORY, "damping", True
+
+    def __init__(self, law):
+        self.law, self.NUMBERS, self.numbers = law, law.NUMBERS, law.numbers
+        self.update, self.push, self.pending = _update(law.coefficient), push, pending
+        self.halved = halved
+
+
+damping_of = cache(Damping)
+"""The one Damping of a law."""
+
+
+def _update(coefficient):
+    @ti.func
+    def update(k: ti.template(), h: ti.template(), p, dt):
+        """Damping force of now: the speed is carried on by half a step, from the last two half
+        steps. Returns the work of the force of the last step."""
+        before = h.speed
+        ahead = k.speed + 0.5 * k.was * (k.speed - before - k.struck)
+        lost = 0.5 * dt * h.damping_force * (before + k.speed)
+        h.damping_force = k.now * (coefficient(k, p) * ahead)
+        h.speed = k.now * k.speed
+        return lost
+
+    return update
+
+
+@ti.func
+def push(h: ti.template()):
+    """Force along n_c on the first body."""
+    return -h.damping_force
+
+
+@ti.func
+def pending(k: ti.template(), h: ti.template(), p, dt, along):
+    """The half of the work of this step that belongs to the time before the positions."""
+    return 0.5 * dt * h.speed * h.damping_force
+
+
+def halved(h, touches, back, now):
+    """History (arrays by name) where the step becomes half as long: touches, speeds along the
+    normals half a step back and now."""
+    return {"speed": touches * back}

@@ -14,6 +14,6 @@ def numbers(c, own):
 
 
 @ti.pyfunc
-def coefficient(s, p):
+def coefficient(k, p):
     """kappa(a) = kappa(a0) a/a0."""
-    return p.kappa * s * s
+    return p.kappa * k.contact_radius

@@ -14,6 +14,6 @@ def numbers(c, own):
 
 
 @ti.pyfunc
-def coefficient(s, p):
+def coefficient(k, p):
     """kappa, the same at any overlap."""
-    return p.kappa + 0.0 * s
+    return p.kappa + 0.0 * k.contact_radius

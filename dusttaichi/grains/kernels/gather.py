@@ -1,0 +1,163 @@
+"""The relative motion of the bodies of a contact, gathered from the fields of the grains.
+
+A block of contacts is gathered into a local array first, whose loop has the scattered reads, and
+computed in a second loop, which reads rows and that array alone: so the compiler turns it into
+vectors. What cancels (distances, overlaps) is formed in the precision of positions.
+"""
+
+import taichi as ti
+
+from dusttaichi.grains.kernels.cell import make_cell
+from dusttaichi.grains.kernels.numbers import WALL
+from dusttaichi.grains.kernels.store import FIRST_WALL
+from dusttaichi.names import WALLS
+from dusttaichi.physics.contact.kinematics import pair_motion, wall_motion
+
+Walls = ti.types.struct(
+    normal=ti.types.matrix(6, 3, ti.f64),  # unit normals, into the sample
+    offset=ti.types.vector(6, ti.f64),  # plane: x.n = offset + speed t
+    speed=ti.types.vector(6, ti.f64),  # along the normal
+    strength=ti.types.vector(6, ti.f64),  # of rolling, sliding, twisting
+    slid=ti.f64,  # the top wall has gone along x by slid + along time
+    along=ti.f64,
+)
+
+TOP = WALLS.index("top")
+
+
+@ti.data_oriented
+class Gatherer:
+    """What gatherers share: columns of a local array, a number of each for every lane."""
+
+    flat = False  # the second body is a wall
+
+    def __init__(self, fields, layout, mechanics, numbers):
+        self.width, self.real = layout.width, layout.law
+        self.x, self.v, self.w = fields["x"], fields["v"], fields["w"]
+        self.Motion, self.numbers = mechanics.Motion, numbers
+        self.vec3 = ti.types.vector(3, layout.law)
+
+    @ti.func
+    def put(self, g: ti.template(), first: ti.template(), lane, a):
+        for c in ti.static(range(3)):
+            g[(first + c) * self.width + lane] = ti.cast(a[c], self.real)
+
+    @ti.func
+    def get(self, g: ti.template(), first: ti.template(), lane):
+        W = ti.static(self.width)
+        return self.vec3(g[first * W + lane], g[(first + 1) * W + lane], g[(first + 2) * W + lane])
+
+
+@ti.data_oriented
+class PairGatherer(Gatherer):
+    """Of two grains, or of a grain and the sphere. place: the frame of a periodic cell
+    (kernels.cell); anything in a scene without."""
+
+    def __init__(self, fields, layout, mechanics, numbers, kind):
+        super().__init__(fields, layout, mechanics, numbers)
+        self.kind, self.pair_i, self.pair_j = kind, fields["pair_i"], fields["pair_j"]
+        self.axes = layout.periodic
+        self.shift = fields.get("shift")
+        _, self.across_faces, self.power = make_cell(fields, layout)
+        self.columns = 13 + len(layout.periodic)
+
+    @ti.func
+    def gather(self, g: ti.template(), b, lane, place):
+        i, j = self.pair_i[b, lane], self.pair_j[b, lane]
+        d, dv = self.x[i] - self.x[j], self.v[i] - self.v[j]
+        if ti.static(len(self.axes) > 0):
+            d = self.across_faces(b, lane, d, 0, place)
+            dv = self.across_faces(b, lane, dv, 1, place)
+            for n in ti.static(range(len(self.axes))):
+                g[(13 + n) * self.width + lane] = ti.cast(self.shift[b, n, lane], self.real)
+        touch = self.numbers.touch_of(self.kind, b, lane)
+        # both terms are some 1e4 times the gap of grains that touch
+        g[3 * self.width + lane] = ti.cast(touch * touch - d.dot(d), self.real)
+        self.put(g, 0, lane, d)
+        self.put(g, 4, lane, dv)
+        self.put(g, 7, lane, self.w[i])
+        self.put(g, 10, lane, self.w[j])
+
+    @ti.func
+    def motion(self, g: ti.template(), lane, dt, p, place):
+        gap = g[3 * self.width + lane]
+        d, dv = self.get(g, 0, lane), self.get(g, 4, lane)
+        w1, w2 = self.get(g, 7, lane), self.get(g, 10, lane)
+        return pair_motion(self.Motion, d, gap, dv, w1, w2, dt, p)
+
+    @ti.func
+    def branch(self, g: ti.template(), lane, k: ti.template(), p):
+        """From the second body to the first."""
+        return self.get(g, 0, lane)
+
+    @ti.func
+    def power_of_faces(self, g: ti.template(), lane, force, place):
+        """Power of the moving faces of the cell on a contact between images."""
+        out = 0.0 * force[0]
+        if ti.static(len(self.axes) > 0):
+            for n in ti.static(range(len(self.axes))):
+                out += self.power(n, g[(13 + n) * self.width + lane], force, place)
+        return out
+
+    @ti.func
+    def strength(self, place):
+        return ti.cast(1.0, self.real)
+
+
+@ti.data_oriented
+class WallGatherer(Gatherer):
+    """Of a grain and a wall. place: the Plane of the wall of a block."""
+
+    flat, kind, columns = True, WALL, 7
+
+    def __init__(self, fields, layout, mechanics, numbers):
+        super().__init__(fields, layout, mechanics, numbers)
+        self.counts, self.geometry = fields["counts"], layout.geometry
+        self.grain, self.gap, self.of = fields["wall_grain"], fields["wall_gap"], fields["wall_of"]
+        self.place3 = ti.types.vector(3, layout.geometry)
+
+    @ti.func
+    def plane(self, c, box: ti.template(), time):
+        """Of the wall of block c: unit normal, offset at `time`, velocity, strength, how far it has
+        gone along itself."""
+        k = self.of[c]
+        normal = self.place3(box.normal[k, 0], box.normal[k, 1], box.normal[k, 2])
+        slid, along = ti.cast(0.0, self.geometry), ti.cast(0.0, self.geometry)
+        if k == TOP:
+            slid = ti.cast(box.slid + box.along * time, self.geometry)
+            along = ti.cast(box.along, self.geometry)
+        velocity = normal * ti.cast(box.speed[k], self.geometry)
+        velocity[0] += along
+        return ti.Struct(
+            normal=normal, offset=box.offset[k] + box.speed[k] * time, velocity=velocity,
+            strength=ti.cast(box.strength[k], self.real), slid=slid,
+        )  # fmt: skip
+
+    @ti.func
+    def gather(self, g: ti.template(), b, lane, place):
+        c = b - self.counts[FIRST_WALL]
+        i = self.grain[c, lane]
+        distance = self.x[i].dot(place.normal) - place.offset + self.gap[c, lane]
+        touch = self.numbers.touch_of(self.kind, b, lane)
+        g[lane] = ti.cast(touch - distance, self.real)
+        self.put(g, 1, lane, self.v[i] - place.velocity)
+        self.put(g, 4, lane, self.w[i])
+
+    @ti.func
+    def motion(self, g: ti.template(), lane, dt, p, place):
+        normal = self.vec3(place.normal[0], place.normal[1], place.normal[2])
+        dv, w1 = self.get(g, 1, lane), self.get(g, 4, lane)
+        return wall_motion(self.Motion, g[lane], normal, dv, w1, dt)
+
+    @ti.func
+    def branch(self, g: ti.template(), lane, k: ti.template(), p):
+        """From the wall to the centre of the grain."""
+        return k.normal * (p.touch - k.overlap)
+
+    @ti.func
+    def power_of_faces(self, g: ti.template(), lane, force, place):
+        return 0.0 * force[0]
+
+    @ti.func
+    def strength(self, place):
+        return place.strength

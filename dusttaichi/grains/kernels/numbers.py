@@ -1,0 +1,85 @@
+"""The constants of a contact as kernels have them: a struct made from what the laws declare.
+
+Where all grains are equal they are a row of the field `numbers` for each kind of contact, so that a
+change of number does not recompile a kernel; where grains differ they are rows of each contact
+(kernels.polydisperse). Kernels read them beside their loops over contacts: as values, which no
+store in the loop can change.
+"""
+
+from functools import cache
+from types import SimpleNamespace
+
+import taichi as ti
+
+from dusttaichi import units
+from dusttaichi.physics.contact.numbers import Number
+
+PAIR, WALL, ON_BALL = range(3)  # kinds of contact, rows of `numbers`
+RADII = {
+    "r1": Number("m", "radius of the first grain"),
+    "r2": Number("m", "radius of the second grain, 0 for a wall"),
+    "inv_r1": Number("m^-1", "one over r1"),
+    "inv_r2": Number("m^-1", "one over r2, 0 for a wall"),
+    "R": Number("m", "reduced radius, r1 on a wall"),
+    "touch": Number("m", "distance of centres (centre and wall) at first touch"),
+    "inv_sum": Number("m^-1", "one over the sum of the radii, 0 for a wall"),
+    "mass": Number("kg", "reduced mass"),
+}
+"""What every contact has, whatever its laws."""
+
+
+def declared(model):
+    """Name -> Number of all numbers of a contact."""
+    return {**RADII, **model.numbers}
+
+
+@cache
+def numbers_type(model, real):
+    """The struct of these numbers in float type `real`."""
+    return ti.types.struct(**{name: real for name in declared(model)})
+
+
+def internal_numbers(contact, model):
+    """All numbers of a contact by name, internal units; contact: ContactConstants."""
+    r1, wall = contact.r1 / units.LENGTH, contact.r2 == float("inf")
+    r2 = 0.0 if wall else contact.r2 / units.LENGTH
+    own = {
+        "r1": r1,
+        "r2": r2,
+        "inv_r1": 1.0 / r1,
+        "inv_r2": 0.0 if wall else 1.0 / r2,
+        "R": contact.R / units.LENGTH,
+        "touch": r1 + r2,
+        "inv_sum": 0.0 if wall else 1.0 / (r1 + r2),
+        "mass": contact.mass / units.MASS,
+    }
+    for name, number in model.numbers.items():
+        own[name] = contact.numbers[name] / units.internal(number.unit)
+    return SimpleNamespace(**own)
+
+
+@ti.data_oriented
+class EqualNumbers:
+    """Reads the numbers of a kind of contact, the same for all of them."""
+
+    own = False  # of each contact
+
+    def __init__(self, fields, layout):
+        self.table, self.touches = fields["numbers"], fields["touches"]
+        self.Numbers = numbers_type(layout.model, layout.law)
+        self.columns = tuple(enumerate(declared(layout.model)))
+
+    @ti.func
+    def of_kind(self, kind: ti.template()):
+        """Numbers of contacts of a kind, to be read beside a loop over them."""
+        return self.Numbers(**{name: self.table[kind, n] for n, name in self.columns})
+
+    @ti.func
+    def touch_of(self, kind: ti.template(), b, lane):
+        """Distance of the centres at first touch, in double precision."""
+        return self.touches[kind]
+
+    @ti.func
+    def of_contact(self, kind: ti.template(), b, lane, p):
+        """Numbers of the contact in a lane of block b; p: those of its kind."""
+        return p

@@ -1,0 +1,53 @@
+"""Contact pointers and foot points of S12 (sect. 2.1.3) from the history of contacts, and back.
+
+A contact keeps its rolling and sliding displacement (physics.contact.kinematics); results and
+samples have the pointers n1, n2 of the two grains, and of a wall contact n1 and the foot point.
+history: rows of GrainState.rows("history"); normals: unit vectors n_c, of walls n_w; all vectors
+(rows, 3), lengths in um, radii (rows, 1).
+"""
+
+import numpy as np
+
+
+def unit(n):
+    """The vectors (rows, 3) at unit length."""
+    return n / np.linalg.norm(n, axis=1)[:, None]
+
+
+def touching(layout, history):
+    """Which rows are contacts that touch, (rows,) of bool."""
+    return history[:, layout.rows["touched"][0]] > 0.5
+
+
+def pair_pointers(layout, history, normal, radii):
+    """Pointers n1, n2 of pairs that touch; radii: of both."""
+    xi, zeta = _displacements(layout, history)
+    r1, r2 = radii
+    slid = zeta / (r1 + r2)
+    return unit(xi / r1 + slid - normal), unit(xi / r2 - slid + normal)
+
+
+def pair_displacements(n1, n2, normal, radii):
+    """xi and zeta of pairs with these pointers."""
+    (e1, e2), (r1, r2) = (n1 + normal, n2 - normal), radii
+    return r1 * r2 / (r1 + r2) * (e1 + e2), r1 * e1 - r2 * e2
+
+
+def wall_pointers(layout, history, grain):
+    """Pointers n1 and foot points of contacts with walls that touch. grain: (place, radius,
+    normal) of each."""
+    place, radius, normal = grain
+    xi, zeta = _displacements(layout, history)
+    n1 = unit(xi / radius - normal)
+    return n1, place + radius * n1 - zeta
+
+
+def wall_displacements(n1, foot, grain):
+    """xi and zeta of contacts with walls with these pointers and foot points."""
+    place, radius, normal = grain
+    arm = place + radius * n1 - foot
+    return radius * (n1 + normal), arm - np.sum(arm * normal, axis=1)[:, None] * normal
+
+
+def _displacements(layout, history):
+    return (history[:, first : first + 3] for first, _ in (layout.rows[n] for n in ("xi", "zeta")))

@@ -1,0 +1,208 @@
+"""Kinematics of a contact: relative motion over a step, rolling and sliding displacement.
+
+The contact pointers n1, n2 of S12 (sect. 2.1.3) are fixed in the grains and point along -n_c and
+n_c but for small angles, some 1e-3. A unit vector in single precision has a rounding of 6e-8; the
+displacements that follow from the pointers,
+
+    xi = R (n1 + n2)  (S12 eq 8),    zeta = r1 n1 - r2 n2 + (r1 + r2) n_c  (S12 eq 9),
+
+have 6e-8 of themselves. So a contact keeps xi and zeta, and the pointers follow from them:
+
+    n1 = -n_c + e1,  e1 = xi/r1 + zeta/(r1 + r2);    n2 = n_c + e2,  e2 = xi/r2 - zeta/(r1 + r2).
+
+Only the components across n_c are displacements of springs; those along n_c follow from the unit
+length of the pointers. A wall is a second body of infinite radius: 1/r2 = 1/(r1 + r2) = 0, n2 = n_c
+is its normal, and zeta is S12 eq 24.
+
+What cancels is formed in double precision by the caller: the distance vector d of the centres and
+the gap touch^2 - d.d.
+"""
+
+from functools import cache
+
+import taichi as ti
+
+
+@cache
+def motion_type(real):
+    """The struct Motion: what all effects know of the relative motion of two bodies, in `real`."""
+    vec3 = ti.types.vector(3, real)
+
+    @ti.dataclass
+    class Motion:
+        overlap: real  # sum of the radii less the distance; radius less that from a wall
+        distance_inverse: real  # one over the distance of the centres
+        normal: vec3  # n_c, from the second body to the first
+        turned: vec3  # change of n_c over the last step
+        middle: vec3  # n_c half a step ago, when the velocities are
+        speed: real  # rate of the distance half a step ago: its change over dt
+        speed_now: real  # of the relative velocity along the n_c of now
+        speed_before: real  # along that of a step ago
+        struck: real  # change of `speed` by impulses of the step before, which effects add to
+        velocity: vec3  # of the first centre relative to the second
+        spin_1: vec3
+        spin_2: vec3
+        rotation_1: vec3  # in the last step
+        rotation_2: vec3
+        slip: vec3  # displacement of the contact point by the translation alone
+        was: real  # 1 where the contact touched a step ago, else 0
+        now: real  # 1 where it touches
+        elastic_force: real  # of the normal law, positive where it pushes
+        elastic_energy: real
+        contact_radius: real  # in units of that at equilibrium
+        rolling_rate: vec3  # of xi in the last step
+        sliding_rate: vec3  # of zeta
+        along_1: real  # components along n_c of the deviations of the pointers
+        along_2: real
+        pointer_1: vec3  # n1, n2 (S12 sect. 2.1.3)
+        pointer_2: vec3
+        lever: real  # (r1 n1 - r2 n2).n_c over the distance (S12 eq 13), -1 on a wall
+        zeta_along: real  # component of r1 n1 - r2 n2 + (r1 + r2) n_c along n_c
+
+    return Motion
+
+
+@cache
+def load_type(real):
+    """The struct Load: what effects exert on the two bodies of a contact, each adding its own."""
+    vec3 = ti.types.vector(3, real)
+
+    @ti.dataclass
+    class Load:
+        push: real  # force along n_c on the first body
+        force: vec3  # any other force on it, minus that on the second
+        pull_1: vec3  # on the pointers: dU/dn_i, which turns grain i by pull_i x n_i
+        pull_2: vec3
+        torque_1: vec3  # any other torque
+        torque_2: vec3
+
+    return Load
+
+
+@ti.func
+def pair_motion(Motion: ti.template(), d, gap, dv, w1, w2, dt, p):
+    """Motion of two grains over the last step.
+
+    d, dv: distance vector from the second to the first centre now and its rate half a step ago, so
+    that it was d - dv dt a step ago; gap: touch^2 - d.d, negative where the grains are apart; w1,
+    w2: spins.
+    """
+    touch = p.touch
+    length = ti.sqrt(touch * touch - gap)
+    both = length + touch
+    quotient = 1.0 / (length * both)  # the one division
+    inverse = quotient * both
+    normal = d * inverse
+    slope = (d - dv * (0.5 * dt)).dot(dv) * inverse
+    speed = slope * (1.0 + 0.5 * dt * slope * inverse)
+    nearer = speed * dt * inverse  # 1/(distance a step ago) = inverse/(1 - nearer)
+    turned = (dv - normal * speed) * (dt * inverse * (1.0 + nearer * (1.0 + nearer)))
+    return Motion(
+        overlap=gap * quotient * length,
+        distance_inverse=inverse,
+        normal=normal,
+        turned=turned,
+        middle=normal - 0.5 * turned,
+        speed=speed,
+        speed_now=dv.dot(normal),
+        speed_before=dv.dot(normal - turned),
+        velocity=dv,
+        spin_1=w1,
+        spin_2=w2,
+        rotation_1=w1 * dt,
+        rotation_2=w2 * dt,
+        slip=touch * turned,
+    )
+
+
+@ti.func
+def wall_motion(Motion: ti.template(), overlap, normal, dv, w1, dt):
+    """The same of a grain and a wall; normal: that of the wall, into the sample."""
+    speed = dv.dot(normal)
+    return Motion(
+        overlap=overlap,
+        normal=normal,
+        middle=normal,
+        speed=speed,
+        speed_now=speed,
+        speed_before=speed,
+        velocity=dv,
+        spin_1=w1,
+        rotation_1=w1 * dt,
+        slip=dv * dt,
+    )
+
+
+@ti.func
+def rotation(n, angle):
+    """What the rotation by the vector `angle` adds to n, to second order."""
+    return angle.cross(n + 0.5 * angle.cross(n))
+
+
+@ti.func
+def across(a, normal):
+    """The component of a across the normal."""
+    return a - normal * a.dot(normal)
+
+
+@ti.func
+def shortfall(e, along):
+    """1 - sqrt(1 - e.e): what a unit pointer that deviates by e across n_c falls short of 1 along.
+
+    along: component of the deviation along n_c before, which tells the half of the turn where
+    nothing keeps pointers from turning away from the line of centres.
+    """
+    return 1.0 + ti.select(along > 1.0, 1.0, -1.0) * ti.sqrt(ti.max(1.0 - e.dot(e), 0.0))
+
+
+@ti.func
+def deviations(h: ti.template(), p):
+    """e1 = n1 + n_c and e2 = n2 - n_c of the displacements xi and zeta."""
+    return h.xi * p.inv_r1 + h.zeta * p.inv_sum, h.xi * p.inv_r2 - h.zeta * p.inv_sum
+
+
+@ti.func
+def carry(k: ti.template(), h: ti.template(), p):
+    """Turn the pointers with their grains: xi and zeta become those of now, across n_c."""
+    before = k.normal - k.turned
+    e1, e2 = deviations(h, p)
+    n1, n2 = e1 - before, e2 + before
+    by_1, by_2 = rotation(n1, k.rotation_1), rotation(n2, k.rotation_2)
+    k.rolling_rate = (k.spin_1.cross(n1) + k.spin_2.cross(n2)) * p.R
+    k.sliding_rate = across(
+        k.spin_1.cross(n1) * p.r1 - k.spin_2.cross(n2) * p.r2 + k.velocity, k.normal
+    )
+    k.along_1 = (e1 + by_1 + k.turned).dot(k.normal)
+    k.along_2 = -(e2 + by_2 - k.turned).dot(k.normal)
+    h.xi = across(h.xi + (by_1 + by_2) * p.R, k.normal)
+    h.zeta = across(h.zeta + by_1 * p.r1 - by_2 * p.r2 + k.slip, k.normal)
+
+
+@ti.func
+def point(k: ti.template(), h: ti.template(), p, flat: ti.template()):
+    """Pointers of the displacements across n_c: their components along it follow from unit length.
+
+    xi gets its own; zeta is across n_c for the effects, and `zeta_along` is what it lacks. flat:
+    the second body is a wall.
+    """
+    e1, e2 = deviations(h, p)
+    short_1, short_2 = shortfall(e1, k.along_1), shortfall(e2, k.along_2)
+    h.xi = h.xi + k.normal * (p.R * (short_1 - short_2))
+    k.lever = -1.0
+    if ti.static(not flat):
+        k.zeta_along = p.r1 * short_1 + p.r2 * short_2
+        k.lever = (k.zeta_along - p.touch) * k.distance_inverse
+    k.pointer_1 = e1 + k.normal * (short_1 - 1.0)
+    k.pointer_2 = e2 - k.normal * (short_2 - 1.0)
+
+
+@ti.func
+def point_as_kept(k: ti.template(), h: ti.template(), p, flat: ti.template()):
+    """The same of a history that has been kept, whose zeta has its component along n_c still."""
+    e1, e2 = deviations(h, p)
+    k.pointer_1, k.pointer_2 = e1 - k.normal, e2 + k.normal
+    k.lever = -1.0
+    if ti.static(not flat):
+        k.zeta_along = h.zeta.dot(k.normal)
+        k.lever = (k.zeta_along - p.touch) * k.distance_inverse
+        h.zeta = h.zeta - k.normal * k.zeta_along

@@ -1,0 +1,155 @@
+"""The contact model of a scene: effects that act together, and what they make of one contact.
+
+The model is composed once, in Python (`registry.chosen_model`). What a contact keeps, the numbers
+it has, the channels of the ledger and the columns of the potential energy all follow from what the
+effects declare.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import taichi as ti
+
+from dusttaichi.names import CHANNELS, SPRINGS
+from dusttaichi.physics.contact import kinematics
+from dusttaichi.physics.contact.numbers import History
+
+COMMON = {
+    "xi": History("m", "rolling displacement (S12 eq 8)", 3),
+    "zeta": History("m", "sliding displacement (S12 eqs 9, 24)", 3),
+    "touched": History("1", "1 where the contact touches"),
+}
+"""What every contact keeps, whatever its effects: where its pointers are."""
+
+
+@dataclass(frozen=True)
+class ContactModel:
+    """Effects of the contacts of a scene: (kind, law) pairs in the order in which they act.
+
+    Those along the normal come first: they act from the first touch on, and on walls whatever the
+    strength of the walls' springs.
+    """
+
+    effects: tuple
+    newton_steps: int = 2  # of laws that iterate
+
+    @property
+    def normal(self):
+        """The normal law."""
+        return self.effects[0][1]
+
+    @cached_property
+    def radial(self):
+        """Laws along the normal but the normal law itself."""
+        return tuple(law for kind, law in self.effects[1:] if getattr(law, "RADIAL", False))
+
+    @cached_property
+    def springs(self):
+        """All other laws."""
+        return tuple(law for kind, law in self.effects[1:] if not getattr(law, "RADIAL", False))
+
+    @cached_property
+    def laws(self):
+        """Laws that dissipate, in the order of the losses that `Mechanics.update` returns."""
+        return self.radial + self.springs
+
+    def has(self, kind):
+        """Whether there is an effect of a kind."""
+        return any(own == kind for own, _ in self.effects)
+
+    @cached_property
+    def numbers(self):
+        """Name -> Number of all constants of a contact."""
+        return {name: n for _, law in self.effects for name, n in law.NUMBERS.items()}
+
+    @cached_property
+    def history(self):
+        """Name -> History of all that a contact keeps."""
+        return COMMON | {name: h for law in self.laws for name, h in law.HISTORY.items()}
+
+    @cached_property
+    def channels(self):
+        """Names of the channels of the ledger."""
+        return (*CHANNELS, *(law.CHANNEL for law in self.laws if law.CHANNEL not in CHANNELS))
+
+    @cached_property
+    def potentials(self):
+        """Names of the columns of the potential energy."""
+        kinds = [kind for kind, law in self.effects if law in self.springs]
+        return (*SPRINGS, *(kind for kind in kinds if kind not in SPRINGS))
+
+
+@ti.data_oriented
+class Mechanics:
+    """What the effects of a ContactModel make of one contact, in the float type `real`.
+
+    k: Motion of the contact (kinematics). h: struct of its history, by the names that the model
+    says. p: its numbers. flat: whether the second body is a wall.
+    """
+
+    def __init__(self, model, real):
+        self.model, self.real = model, real
+        self.Motion, self.Load = kinematics.motion_type(real), kinematics.load_type(real)
+        self.respond = model.normal.response(model.newton_steps)
+        self.radial, self.springs = model.radial, model.springs
+        kinds = {law: kind for kind, law in model.effects}
+        columns = model.potentials
+        self.columns = tuple(columns.index(kinds[law]) for law in self.springs)
+        self.losses, self.potentials = len(model.laws), len(columns)
+        self.pushing = tuple(law for law in self.radial if hasattr(law, "push"))
+        self.forming = tuple(law for law in model.laws if hasattr(law, "form"))
+        self.pending_laws = tuple(
+            (n, law) for n, law in enumerate(model.laws) if hasattr(law, "pending")
+        )
+
+    @ti.func
+    def touch(self, k: ti.template(), h: ti.template(), p):
+        """Whether the contact touched a step ago and touches now, and its elastic response. It
+        forms at first touch and holds until it is torn off."""
+        k.was = h.touched
+        k.now = ti.select(k.overlap + k.was * p.reach > 0.0, 1.0, 0.0)
+        found = self.respond(k, p)
+        k.elastic_force, k.elastic_energy = found.force, found.energy
+
+    @ti.func
+    def update(self, k: ti.template(), h: ti.template(), p, dt, flat: ti.template()):
+        """The history of now: carried with the grains and put back to the limits. Returns a vector
+        of the energies dissipated, by law."""
+        lost = ti.Vector.zero(self.real, ti.static(max(self.losses, 1)))
+        for n in ti.static(range(len(self.radial))):
+            lost[n] = self.radial[n].update(k, h, p, dt)
+        kinematics.carry(k, h, p)
+        first = ti.static(len(self.radial))
+        for n in ti.static(range(len(self.springs))):
+            # deviations of zero are those of pointers along the line of centres, which a grain
+            # that flies past turns
+            lost[first + n] = k.was * self.springs[n].update(k, h, p, dt)
+        kinematics.point(k, h, p, flat)
+        return lost
+
+    @ti.func
+    def evaluate(self, k: ti.template(), h: ti.template(), p, strength):
+        """(load, energies) of a configuration: struct of force, torque_1, torque_2 on the grains,
+        and a vector of the potential energies by column.
+
+        strength: factor on the springs of a wall but the normal one.
+        """
+        push = k.now * k.elastic_force
+        for law in ti.static(self.pushing):
+            push += law.push(h)
+        found, stored = self.springs_of(k, h, p, k.now * k.was * strength)
+        found.force += k.normal * push
+        stored[0] += k.now * k.elastic_energy
+        return found, stored
+
+    @ti.func
+    def springs_of(self, k: ti.template(), h: ti.template(), p, weight):
+        """The same of the springs but the normal one, times a weight."""
+        stored = ti.Vector.zero(self.real, self.potentials)
+        load = self.Load()
+        for n in ti.static(range(len(self.springs))):
+            stored[self.columns[n]] = weight * self.springs[n].evaluate(k, h, p, load)
+        force = (load.force + k.normal * load.push) * weight
+        torque_1 = (load.pull_1.cross(k.pointer_1) + load.torque_1) * weight
+        torque_2 = (load.pull_2.cross(k.pointer_2) + load.torque_2) * weight
+        return ti.Struct(force=force, torque_1=torque_1, torque_2=torque_2), stored
