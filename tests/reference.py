@@ -229,16 +229,27 @@ def wall_energies(x, n1, foot, phi, nw, offset, p, strength=1.0):
     )
 
 
-def past(x, critical):
-    """The part of a displacement past its limit, and its direction."""
+def excess(x, critical):
+    """How far a displacement is past its limit, and its direction (0 where it is not past it)."""
     size = np.sqrt(np.dot(x, x))
-    if size <= critical:
-        return np.zeros(3), np.zeros(3)
-    return x * (1 - critical / size), x / size
+    return (0.0, np.zeros(3)) if size <= critical else (size - critical, x / size)
 
 
-def restoring(n, direction):
-    return 1 / (1 - np.dot(n, direction) ** 2)
+def slipped(n, way, along):
+    """Pointer n after the point that it marks has slipped on its grain.
+
+    A displacement past its limit goes back to it, for its two pointers give up equal parts of the
+    angle of the excess. A pointer marks a point of a rigid sphere, so that it can only be turned,
+    and of all turns that take `way` from its component along a direction the smallest is that in
+    the plane of the two: n goes along the great circle through `along` to where its component is
+    smaller by `way`.
+    """
+    if way == 0.0:
+        return n
+    before = np.arccos(np.dot(n, along))
+    after = np.arccos(np.dot(n, along) - way)
+    axis = unit(np.cross(along, n))
+    return rotated(n, (after - before) * axis)
 
 
 @dataclass
@@ -370,13 +381,11 @@ class Reference:
         c.n1, c.n2 = rotated(c.n1, self.w[i] * dt), rotated(c.n2, self.w[j] * dt)
         c.phi += dt * np.dot(self.w[i] - self.w[j], unit(d - dv * dt / 2))
         c.phi = np.clip(c.phi, -p.phi_crit, p.phi_crit)
-        roll, along_roll = past(xi_of(c.n1, c.n2, p), p.xi_crit if p.k_r else np.inf)
-        slide, along_slide = past(zeta_pair(c.n1, c.n2, nc, p), p.zeta_crit if p.k_s else np.inf)
-        n1 = c.n1 - restoring(c.n1, along_roll) * roll / r1
-        n2 = c.n2 - restoring(c.n2, along_roll) * roll / r2
-        n1 = n1 - restoring(c.n1, along_slide) * slide / (r1 + r2)
-        n2 = n2 + restoring(c.n2, along_slide) * slide / (r1 + r2)
-        c.n1, c.n2 = unit(n1), unit(n2)
+        roll, e_roll = excess(xi_of(c.n1, c.n2, p), p.xi_crit if p.k_r else np.inf)
+        slide, e_slide = excess(zeta_pair(c.n1, c.n2, nc, p), p.zeta_crit if p.k_s else np.inf)
+        # xi = R (n1 + n2), 1/R = 1/r1 + 1/r2; zeta: the part across n_c of r1 n1 - r2 n2
+        c.n1 = slipped(slipped(c.n1, roll / r1, e_roll), slide / (r1 + r2), e_slide)
+        c.n2 = slipped(slipped(c.n2, roll / r2, e_roll), -slide / (r1 + r2), e_slide)
 
     def _wall(self, i, j, dt, force, torque):
         p, (wall, offset) = self.wall(i), self._plane(j)
@@ -400,9 +409,12 @@ class Reference:
         p = self.wall(i)
         c.n1 = rotated(c.n1, self.w[i] * dt)
         c.phi = np.clip(c.phi + dt * np.dot(self.w[i], nw), -p.phi_crit, p.phi_crit)
-        slide, _ = past(zeta_wall(self.x[i], c.n1, c.n2, nw, p), p.zeta_crit if p.k_s else np.inf)
-        roll, along = past(xi_of(c.n1, nw, p), p.xi_crit if p.k_r else np.inf)
-        n1 = unit(c.n1 - restoring(c.n1, along) * roll / p.r)
+        slide, e_slide = excess(
+            zeta_wall(self.x[i], c.n1, c.n2, nw, p), p.zeta_crit if p.k_s else np.inf
+        )
+        roll, e_roll = excess(xi_of(c.n1, nw, p), p.xi_crit if p.k_r else np.inf)
+        n1 = slipped(c.n1, roll / p.r, e_roll)
         step = p.r * (n1 - c.n1)
-        c.n2 = c.n2 + slide + step - np.dot(step, nw) * nw
+        # the foot slips with the grain, and what rolls past its limit does not slide
+        c.n2 = c.n2 + slide * e_slide + step - np.dot(step, nw) * nw
         c.n1 = n1

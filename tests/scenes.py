@@ -9,7 +9,7 @@ import pytest
 import reference as ref
 
 from dusttaichi import units
-from dusttaichi.files import cache_folder
+from dusttaichi.compute.processor import kernel_folder
 from dusttaichi.grains.build import build
 from dusttaichi.physics.contact import registry
 from dusttaichi.samples import Sample
@@ -17,7 +17,7 @@ from dusttaichi.scene import Scene, extensions, from_yaml
 
 ROOT = Path(__file__).parents[1]
 CONFIGS, EXAMPLES = ROOT / "configs", ROOT / "docs/examples"
-KERNELS = str(cache_folder() / "kernels")  # for tests that have an XDG_CACHE_HOME of their own
+KERNELS = str(kernel_folder())  # for tests that have an XDG_CACHE_HOME of their own
 RADIUS = 0.6e-6  # silicate S12 [m]
 ICE = dict(r=0.1e-6, rho=1000.0, gamma=0.1, E=7e9, nu=0.25, xi_crit=0.8e-9)  # T19 Table 1
 KINDS = (ref.SILICATE, ICE)

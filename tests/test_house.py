@@ -22,7 +22,7 @@ MAY_KNOW = {
     "compute": set(),
     "grains": {"scene", "samples", "physics", "domain", "results", "method", "compute"},
     "continuum": {"scene", "samples", "physics", "domain", "results", "method", "compute"},
-    "results": set(),
+    "results": {"compute"},
     "run": {"scene", "domain", "results", "method", "samples"},
     "analysis": {"scene", "physics", "results"},
     "plots": {"analysis", "physics", "results"},
@@ -128,10 +128,78 @@ def test_physics_touches_no_fields():
         assert "ti.field" not in path.read_text() and "fields[" not in path.read_text(), path
 
 
+# Rooms that must do for any method. The others are of one, or compare them (studies), or look one
+# up by its name (scene).
+NEUTRAL = {
+    "run",
+    "results",
+    "commands",
+    "compute",
+    "domain",
+    "analysis",
+    "plots",
+    "report",
+    "export",
+}
+OWN_CLASSES = {"GrainsScene", "ContinuumScene", "MovingGrains", "MovingDust"}
+
+
+def _of_methods(tree):
+    """What in a file does one thing for one method and another for another."""
+
+    def is_method(node):
+        return isinstance(node, (ast.Attribute, ast.Name)) and _last(node) == "method"
+
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Compare):
+            sides = (node.left, *node.comparators)
+            texts = [c for side in sides for c in ast.walk(side) if isinstance(c, ast.Constant)]
+            if any(map(is_method, sides)) and any(isinstance(c.value, str) for c in texts):
+                yield ast.unparse(node)
+        elif isinstance(node, ast.Match) and is_method(node.subject):
+            yield ast.unparse(node.subject)
+        elif isinstance(node, ast.Subscript) and is_method(node.slice):
+            if isinstance(node.value, ast.Dict):
+                yield ast.unparse(node)
+        elif isinstance(node, ast.Call) and _last(node.func) in ("isinstance", "issubclass"):
+            if {_last(n) for n in ast.walk(node)} & OWN_CLASSES:
+                yield ast.unparse(node)
+        elif isinstance(node, ast.Call) and _last(node.func) in ("startswith", "endswith"):
+            if is_method(node.func.value):
+                yield ast.unparse(node)
+
+
+def _last(node):
+    return getattr(node, "attr", getattr(node, "id", None))
+
+
 def test_methods_are_told_apart_in_one_place():
-    """No `if method ==` but where a method is looked up by its name."""
-    for path, tree in _trees():
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Compare) and "method" in ast.unparse(node.left).split("."):
-                compared = [c for c in node.comparators if isinstance(c, ast.Constant)]
-                assert not any(isinstance(c.value, str) for c in compared), _name(path)
+    """What a method does differently its Method says; nobody else asks which one it is."""
+    found = {
+        _name(path): list(_of_methods(tree))
+        for path, tree in _trees()
+        if path.relative_to(PACKAGE).parts[0] in NEUTRAL | {"method.py"}
+    }
+    assert len(found) > 50 and not {name: texts for name, texts in found.items() if texts}
+
+
+@pytest.mark.parametrize(
+    "code, tells",
+    [
+        ("if scene.method == 'grains': pass", True),
+        ("x = 1 if 'grains' == scene.method else 2", True),
+        ("scene.method in ('grains', 'continuum')", True),
+        ("method != 'grains'", True),
+        ("match scene.method:\n case 'grains': pass", True),
+        ("{'grains': 1, 'continuum': 2}[scene.method]", True),
+        ("isinstance(scene, GrainsScene)", True),
+        ("isinstance(sim, (int, moving_grains.MovingGrains))", True),
+        ("scene.method.startswith('gr')", True),
+        ("speed.method == scene.method", False),
+        ("method.of(scene).build(scene)", False),
+        ("METHODS[scene.method]", False),
+        ("isinstance(scene, Scene)", False),
+    ],
+)
+def test_telling_methods_apart_is_found(code, tells):
+    assert bool(list(_of_methods(ast.parse(code)))) == tells

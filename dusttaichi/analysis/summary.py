@@ -21,7 +21,7 @@ from dusttaichi.analysis.loads import held_loads
 from dusttaichi.analysis.outcome import outcome, settled
 from dusttaichi.analysis.restitution import restitution
 from dusttaichi.analysis.tensile import tensile
-from dusttaichi.analysis.texts import quantity_text
+from dusttaichi.analysis.texts import quantity_text, rate_text
 from dusttaichi.errors import DustError
 from dusttaichi.scene import quantities
 
@@ -333,5 +333,5 @@ def table(numbers):
     row("steps", n["steps"], "{:,}".format)
     row("simulated time", n["time"], lambda v: quantities.format(v, "time", 5))
     row("wall time", n["wall_time"], _duration)
-    row("steps per second", n["steps_per_second"], "{:,.0f}".format)
+    row("steps per second", n["steps_per_second"], rate_text)
     return rows

@@ -21,6 +21,10 @@ def bench(
         bool,
         typer.Option("--counts", help="instructions a pair and a grain instead, where they count"),
     ] = False,
+    runs: Annotated[
+        bool,
+        typer.Option("--runs", help="runs on one thread, on all cores and as chosen instead"),
+    ] = False,
     lammps: Annotated[bool, typer.Option(help="time LAMMPS on the same samples")] = True,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="CSV file of the numbers")
@@ -29,11 +33,16 @@ def bench(
     """Measure: ns a contact and a grain-step by size, filling factor, threads; beside LAMMPS."""
     from dusttaichi.studies.bench import continuum as continuum_bench
     from dusttaichi.studies.bench import counts as counts_bench
-    from dusttaichi.studies.bench import measure
+    from dusttaichi.studies.bench import measure, timing
     from dusttaichi.studies.bench import parts as parts_bench
+    from dusttaichi.studies.bench import runs as runs_bench
 
     if counts:
+        say(timing.machine())
         print("\n".join(found.text() for found in counts_bench.main(log=say)))
+        return
+    if runs:
+        print(f"\n{runs_bench.main(quick=quick, log=say)}")
         return
     if parts and continuum:
         raise typer.BadParameter("--parts is of grains; name one of --parts and --continuum")

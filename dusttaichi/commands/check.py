@@ -32,6 +32,7 @@ def check(
 ):
     """Check a YAML file and say what it is: sample, contacts, time step, cost."""
     from dusttaichi import method
+    from dusttaichi.compute import processor
 
     scene = load_scene(file, settings=settings)
     how = method.of(scene)
@@ -43,7 +44,7 @@ def check(
         console.print("\nThe scene resolved", style="bold")
         console.print(scene.to_yaml().rstrip())
     if internals:
-        _show(how.internals(scene))
+        _show([("Processor", processor.vector_rows()), *how.internals(scene)])
     if costs:
         _show([("Cost of the parts", _part_costs(scene, preview.size))])
     rest = {"--time": time, "--scene": resolved, "--internals": internals, "--costs": costs}
@@ -59,9 +60,10 @@ def _show(sections):
 
 
 def _cost(scene, preview, *, measure_it):
-    """Rows of the steps and of the time that they take on this machine."""
+    """Rows of the steps, and of the time that they and all else take on this machine."""
+    from dusttaichi.analysis.texts import rate_text
     from dusttaichi.scene import quantities
-    from dusttaichi.studies import speeds
+    from dusttaichi.studies import speeds, starts
 
     if measure_it:
         known = speeds.as_measured(speeds.measure(scene, preview.plan), preview.size)
@@ -79,16 +81,32 @@ def _cost(scene, preview, *, measure_it):
         rows.append((what, f"{steps:,} ({time}; {reason})"))
     if known is None:
         unknown = "not known: nothing has run on this machine yet; --time measures it"
-        return [*rows, ("run time", unknown)]
+        return [*rows, *_slow_rows(scene), ("run time", unknown)]
     speed, (least, seconds, most) = known
     of = "this scene" if speed.name == scene.name else speed.name
     source = f"{of}, {speed.size:,} particles on {_threads(speed.threads)}"
     when = "now" if measure_it else "here before"
-    rows.append(("speed", f"{1.0 / seconds:,.0f} steps/s, measured {when}: {source}"))
+    rows.append(("speed", f"{rate_text(1.0 / seconds)} steps/s, measured {when}: {source}"))
+    cached, start = starts.likely(scene, preview.size)
+    rows += _slow_rows(scene)
+    what = "kernels are cached" if cached else "kernels are compiled"
+    if start is None:
+        rows.append(("start and figures", f"not known: no run has ended here where {what}"))
+    else:
+        rows.append(("start and figures", f"{_duration(start)}, {what}"))
     if total < NEVER:
-        low, high = (_duration(total * each) for each in (least, most))
-        rows.append(("run time at most", low if low == high else f"{low} to {high}"))
+        low, high = (_duration(total * each + (start or 0.0)) for each in (least, most))
+        text = low if low == high else f"{low} to {high}"
+        rows.append(("run time at most", text if start is not None else f"{text}, and the start"))
     return rows
+
+
+def _slow_rows(scene):
+    """A row where the compiler makes less of this processor than it could."""
+    from dusttaichi.compute import processor
+
+    text = processor.warning() if getattr(scene.numerics, "backend", "cpu") == "cpu" else None
+    return [] if text is None else [("slower than it could be", text)]
 
 
 def _threads(number):

@@ -67,17 +67,21 @@ def run(
         raise DustError("--scheduler is for many runs: a scene with replicas, or dust sweep")
     how = {"force": force, "resume": resume, "fresh": fresh, "error_bar": error_bar}
     with watched(directory, watch):
-        _run_one(scene, directory, onward, quiet=quiet, **how)
+        keep_start = _run_one(scene, directory, onward, quiet=quiet, **how)
     _show_result(directory)
+    keep_start()
 
 
 def _run_one(scene, directory, onward, *, quiet, **how):
-    """Run a scene. onward: the command that goes on with it. how: as `execute` takes it."""
+    """Run a scene; returns what keeps, at the end of the command, how long it took beside the
+    steps. onward: the command that goes on with it. how: as `execute` takes it."""
     from dusttaichi.run import execute
     from dusttaichi.studies.speeds import Timer
+    from dusttaichi.studies.starts import Clock
 
     timer = Timer(scene)
-    hooks = {"ready": timer.ready, "advancing": timer}
+    clock = Clock(scene, timer)
+    hooks = {"ready": clock.ready, "advancing": timer}
     with ProgressBar(quiet, "building") as bar:
         try:
             execute(scene, directory, report=_shown(bar), log=bar.log, **hooks, **how)
@@ -86,10 +90,12 @@ def _run_one(scene, directory, onward, *, quiet, **how):
             if not stop.kept:
                 raise
             raise Interrupted(f"{stop}. Go on with: {onward}") from None
+    return clock.keep
 
 
 def _shown(bar):
     """What shows the progress of a run in a bar."""
+    from dusttaichi.analysis.texts import rate_text
 
     def show(progress):
         state = []
@@ -97,7 +103,8 @@ def _shown(bar):
             state.append(f"phi {progress.filling_factor:.3f}")
         if progress.pressure is not None:
             state.append(f"P {progress.pressure / 1e3:.3g} kPa")
-        state.append(f"{progress.steps_per_second:,.0f} steps/s")
+        if progress.steps_per_second > 0.0:
+            state.append(f"{rate_text(progress.steps_per_second)} steps/s")
         total = progress.end if progress.end < NEVER else None
         what = f"{progress.task}step {progress.step:,}"
         bar.show(what, progress.step, total, "  ".join(state))

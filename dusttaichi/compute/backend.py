@@ -8,10 +8,11 @@ from io import StringIO
 import taichi as ti
 from taichi.lang.impl import current_cfg
 
+from dusttaichi.compute import processor
 from dusttaichi.compute.reading import read_quickly
 from dusttaichi.compute.telling import tell_quickly
 from dusttaichi.errors import DustError
-from dusttaichi.files import KERNEL_FOLDER, cache_folder
+from dusttaichi.files import KERNEL_FOLDER
 
 THREAD_CLASSES = (32, 1024)  # that compiled kernels are made for
 CACHE_BYTES = 2**30  # of kernels on disk; Taichi keeps 100 MB, some hundred makes of a scene
@@ -61,10 +62,11 @@ def _only_our_settings():
 
 def _kernel_folder():
     """The folder of the kernels on disk, as ti.init takes it, unless a variable names one. It is
-    our own: another program would cut Taichi's common one down to its 100 MB when it ends."""
+    our own (another program would cut Taichi's common one down to its 100 MB when it ends) and that
+    of this processor and compiler."""
     if os.environ.get(KERNEL_FOLDER):
         return {}
-    return {"offline_cache_file_path": str(cache_folder() / "kernels")}
+    return {"offline_cache_file_path": str(processor.use_kernel_folder())}
 
 
 def start_taichi(scene, threads, simplify=True):

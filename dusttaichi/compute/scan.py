@@ -44,6 +44,7 @@ class Scan:
         """starts[k]: the sum of the values before k, for the first n of them. To be called outside
         of the loops of a kernel."""
         if ti.static(self.serial):
+            ti.loop_config(serialize=True)
             for _ in range(1):
                 before = 0
                 for k in range(n):

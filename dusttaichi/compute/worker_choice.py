@@ -1,29 +1,36 @@
 """How many workers the steps get: as many as are fastest on the cores that are free just now."""
 
+from statistics import median
 from time import perf_counter
 
-LOOK, LOOK_CLOSER = 0.03, 0.2  # s of steps that tell a rate roughly, and well
-EVERY, SELDOM = 5.0, 80.0  # s between two trials: at first, and after many in vain
-GAIN = 1.03  # by which another number must be faster
+GLANCE, LOOK = 0.01, 0.03  # s of steps of the first piece of a trial, and of each other
+STRETCH = 0.2  # s of steps between two looks at the rate
+PAIRS = 5  # pieces of a trial with each of the two numbers
+EVERY, OFTEN, SELDOM = 5.0, 20.0, 80.0  # s between trials: first, at most where close, where not
+GAIN = 1.01  # by which another number must be faster
 FALLEN = 0.7  # share of the rate before that says: the machine has other work now
+HOPELESS = 0.5  # share of the rate that ends a trial at the first glance
 
 
 class WorkerChoice:
     """Makes the steps of a simulation, with the number of workers that is fastest.
 
     Now and then another number is tried: half of it or twice as many, down to one and up to all.
-    Workers that wait for one which the system does not run lose more than they gain, tenfold where
-    they share a core; so steps are made in pieces, and a trial that goes wrong is short. The bits
-    do not depend on any of it. sim: with `advance(steps)` and `threads`; fixed: never change it.
+    Both take turns, for a machine that other work comes and goes on has no rate of its own; the
+    median of the ratios decides. Workers that wait for one which the system does not run lose more
+    than they gain, tenfold where they share a core; so steps are made in pieces, and a trial ends
+    with a short first one where that says enough. The bits do not depend on any of it. sim: with
+    `advance(steps)` and `threads`; fixed: never change it.
     """
 
     def __init__(self, sim, fixed, clock=perf_counter):
         self.sim, self.clock = sim, clock
         self.ladder = ladder(sim.threads)
         self.fixed = fixed or len(self.ladder) == 1
-        self.rate = None  # steps a second, with the number of now
-        self.before = None  # (workers, rate) that a trial is compared with
-        self.closer = False  # the trial has had its first look
+        self.own = sim.threads  # the number chosen
+        self.rate = None  # steps a second, with that number
+        self.other = None  # the number on trial; None: there is no trial
+        self.rates = None  # of the pieces of a trial, the other number first; None before these
         self.tried, self.wait = clock(), 0.0  # the first trial comes as soon as a rate is known
         self.rises = False  # which way the last trial went
         self._begin(None)
@@ -56,34 +63,48 @@ class WorkerChoice:
     # -- what follows from it --------------------------------------------------------------------
 
     def _decide(self, rate):
-        if self.before is None:
-            if self.rate is not None and rate < FALLEN * self.rate:
-                self.wait = 0.0
-            self.rate = rate
-            if self.clock() - self.tried >= self.wait:
-                self.before, self.closer = (self.sim.threads, rate), False
-                self.sim.threads = self._other()
-                self._begin(LOOK)
+        if self.other is None:
+            self._look(rate)
+        elif self.rates is None:
+            if rate < HOPELESS * self.rate:
+                self._end_trial(rate / self.rate)
             else:
-                self._begin(LOOK_CLOSER)
-            return
-        workers, known = self.before
-        if not self.closer and rate > FALLEN * known:
-            self.closer = True
-            self._begin(LOOK_CLOSER)
-            return
-        better = rate > GAIN * known
-        if better:
-            self.rate = rate
+                self.rates = []
+                self._begin(LOOK)
         else:
-            self.sim.threads = workers
-        self.wait = EVERY if better or self.wait == 0.0 else min(2.0 * self.wait, SELDOM)
-        self.before, self.tried = None, self.clock()
-        self._begin(LOOK_CLOSER)
+            self.rates.append(rate)
+            if len(self.rates) == 2 * PAIRS:
+                pairs = zip(self.rates[::2], self.rates[1::2], strict=True)
+                self._end_trial(median(other / own for other, own in pairs))
+            else:
+                self.sim.threads = self.own if len(self.rates) % 2 else self.other
+                self._begin(LOOK)
 
-    def _other(self):
+    def _look(self, rate):
+        """The rate of the number chosen is known; a trial follows where it is time for one."""
+        if self.rate is not None and rate < FALLEN * self.rate:
+            self.wait = 0.0  # the machine has other work now
+        self.rate = rate
+        if self.clock() - self.tried < self.wait:
+            self._begin(STRETCH)
+            return
+        self.sim.threads = self.other = self._next()
+        self._begin(GLANCE)
+
+    def _end_trial(self, ratio):
+        """The other number is `ratio` times as fast as that chosen."""
+        if ratio > GAIN:
+            self.own, self.rate, self.wait = self.other, median(self.rates[::2]), EVERY
+        else:
+            most = SELDOM if ratio < HOPELESS else OFTEN
+            self.wait = min(2.0 * self.wait, most) if self.wait else EVERY
+        self.sim.threads, self.tried = self.own, self.clock()
+        self.other = self.rates = None
+        self._begin(STRETCH)
+
+    def _next(self):
         """The number that the next trial is of: up and down the ladder in turn."""
-        here = self.ladder.index(self.sim.threads)
+        here = self.ladder.index(self.own)
         self.rises = here == 0 or (here + 1 < len(self.ladder) and not self.rises)
         return self.ladder[here + 1 if self.rises else here - 1]
 

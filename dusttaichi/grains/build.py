@@ -26,12 +26,11 @@ from dusttaichi.grains.kernels import search, store
 from dusttaichi.grains.kernels.cell import make_wrap
 from dusttaichi.grains.kernels.declare import declare, place
 from dusttaichi.grains.kernels.measure import make_measure, place_measure
+from dusttaichi.grains.kernels.neighbour_lists import make_neighbour_lists
 from dusttaichi.grains.kernels.numbers import internal_numbers
 from dusttaichi.grains.kernels.phases import Phases
 from dusttaichi.grains.kernels.polydisperse import interface_table, make_write_constants, stored
-from dusttaichi.grains.kernels.relist import make_relist
 from dusttaichi.grains.kernels.sphere import make_sphere_relist
-from dusttaichi.grains.kernels.wall_search import make_wall_relist
 from dusttaichi.grains.order import grain_order
 from dusttaichi.grains.simulation import Simulation, Typical
 from dusttaichi.grains.sphere import placed_sphere, sphere_contacts, surface_of
@@ -190,7 +189,9 @@ def chosen_kernels(scene, layout, running):
         shape = interfaces(scene, layout.model).shape
         table = scratch["interfaces"] = ti.field(ti.f64, shape=shape)
         write = make_write_constants(fields, table, scene, layout)
-    relist, list_entries = make_relist(fields, scratch, layout, write)
+    list_neighbours, list_entries = make_neighbour_lists(
+        fields, scratch, layout, walls=walls, write_constants=write
+    )
     phases = Phases(fields, layout, walls)
     begin, evaluate = make_configuration(phases)
     kernels = Kernels(
@@ -198,11 +199,9 @@ def chosen_kernels(scene, layout, running):
         begin=begin,
         evaluate=evaluate,
         bounds=search.make_bounds(fields, scratch),
-        find=search.make_find(fields, scratch, layout),
-        relist=relist,
-        list_entries=list_entries,
-        relist_walls=make_wall_relist(fields, scratch, layout, write) if walls else None,
+        list_neighbours=list_neighbours,
         relist_sphere=make_sphere_relist(fields, scratch, layout, write) if layout.sphere else None,
+        list_entries=list_entries,
         wrap=make_wrap(fields, layout) if layout.periodic else None,
         measure=make_measure(fields, sums, layout, phases),
     )

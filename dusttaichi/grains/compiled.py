@@ -20,11 +20,9 @@ class Kernels:
     begin: Callable
     evaluate: Callable
     bounds: Callable
-    find: Callable
-    relist: Callable
-    list_entries: Callable
-    relist_walls: Callable | None
+    list_neighbours: Callable
     relist_sphere: Callable | None
+    list_entries: Callable | None
     wrap: Callable | None
     measure: tuple
 

@@ -5,12 +5,13 @@ from contextlib import nullcontext
 import numpy as np
 
 from dusttaichi.errors import GuardStop
-from dusttaichi.grains.kernels.search import CELLS_PER_GRAIN, Grid
+from dusttaichi.grains.kernels.search import CELLS_PER_GRAIN
 from dusttaichi.names import NEVER
 
 SKIN = (0.01, 0.4)  # least and most, of the radius
 # parts of the skin that each grain of a pair may go, and that faces between them may move
 STILL, DRIVEN = (0.5, 0.0), (0.3, 0.4)
+NOWHERE = -1e30  # reach of a wall that is not there [um]
 
 
 class Search:
@@ -89,33 +90,21 @@ class Search:
         sim = self.sim
         tilt = 0.0 if sim.cell is None else sim.cell.offset(step * sim.dt)
         cells, width = self._cells(extent, edges, reach, tilt)
-        grid = Grid(
-            origin=low.tolist(),
-            inv_edge=(1.0 / width).tolist(),
-            cells=cells.tolist(),
-            edges=edges.tolist(),
-            tilt=tilt,
-        )
         equal = sim.polydisperse is None
         # grains of their own radius are listed by the distance of their surfaces
-        sim.kernels.find(
-            grid,
-            sim.scenes * int(np.prod(cells)),
-            reach**2 if equal else reach - 2.0 * sim.radius,
-        )
-        self._check_room()
-        sim.kernels.relist(edges.tolist(), tilt)
+        near = reach**2 if equal else reach - 2.0 * sim.radius
+        numbers = [*low, *(1.0 / width), *cells, *edges, tilt, sim.scenes * np.prod(cells), near]
+        walls = [NOWHERE] * 6
         if sim.box is not None:
-            wall_reach = sim.radius + self.skin + sim.wall.reach
-            wall_reach -= 0.0 if equal else sim.radius
-            sim.kernels.relist_walls(
-                sim.walls_argument, step * sim.dt, wall_reach, sim.box.present.tolist()
-            )
-            self._check_room()
+            wall_reach = self.skin + sim.wall.reach + (sim.radius if equal else 0.0)
+            walls = np.where(sim.box.present, wall_reach, NOWHERE)
+        sim.scratch["search"].from_numpy(np.array([*numbers, step * sim.dt, *walls]))
+        sim.kernels.list_neighbours(sim.walls_argument)
+        self._check_room()
         if sim.sphere is not None:
             far = sim.sphere.radius + self.skin + sim.sphere.contact.reach
             sim.kernels.relist_sphere(far + (sim.radius if equal else 0.0), edges.tolist())
-        sim.kernels.list_entries()
+            sim.kernels.list_entries()
 
     def _cells(self, extent, edges, reach, tilt):
         """Numbers and widths of the cells of the grid: no cell is narrower than `reach`, and whole

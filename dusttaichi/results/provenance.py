@@ -10,6 +10,7 @@ import numpy as np
 import yaml
 
 from dusttaichi import __version__
+from dusttaichi.compute import processor
 
 
 def _git_commit():
@@ -23,15 +24,6 @@ def _git_commit():
     except (OSError, subprocess.TimeoutExpired):
         return None
     return answer.stdout.strip() or None
-
-
-def _cpu_model():
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-    except OSError:
-        lines = []
-    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor() or platform.machine()
 
 
 def provenance(scene_given, scene_resolved, **numbers):
@@ -48,7 +40,7 @@ def provenance(scene_given, scene_resolved, **numbers):
         "git_commit": _git_commit(),
         "scene_given": scene_given,
         "scene_resolved": scene_resolved,
-        "cpu": _cpu_model(),
+        "cpu": processor.model(),
         "cpu_cores": os.cpu_count(),
         "platform": platform.platform(),
         "python_version": platform.python_version(),

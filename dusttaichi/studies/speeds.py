@@ -60,13 +60,18 @@ def known():
 
 
 def remember(speed):
-    """Keep a measurement. It is a convenience: a disk that refuses it is no error."""
+    """Keep a measurement."""
+    write_rows(path(), [*known(), speed])
+
+
+def write_rows(file, rows):
+    """Write the newest of some measurements (dataclasses) into a file. It is a convenience: a disk
+    that refuses it is no error."""
     try:
-        path().parent.mkdir(parents=True, exist_ok=True)
-        rows = [asdict(s) for s in [*known(), speed][-KEPT:]]
-        beside = path().with_suffix(f".{os.getpid()}")
-        beside.write_text(json.dumps(rows), encoding="utf-8")
-        files.replace_atomically(beside, path())
+        file.parent.mkdir(parents=True, exist_ok=True)
+        beside = file.with_suffix(f".{os.getpid()}")
+        beside.write_text(json.dumps([asdict(row) for row in rows[-KEPT:]]), encoding="utf-8")
+        files.replace_atomically(beside, file)
     except OSError:
         pass
 
@@ -140,12 +145,13 @@ class Timer:
     """Times the stretches of a run, and keeps its speed at the end. The first stretch does not
     count: it makes the kernels.
 
-    `ready` and the Timer itself are what dusttaichi.run.execute takes as ready and advancing.
+    `ready` and the Timer itself are what dusttaichi.run.execute takes as ready and advancing. ends:
+    when the first and the last stretch have ended (perf_counter), None before.
     """
 
     def __init__(self, scene):
         self.scene, self.sim, self.seconds, self.steps = scene, None, 0.0, 0
-        self._warm = False
+        self._warm, self.ends = False, None
 
     def ready(self, sim):
         self.sim = sim
@@ -155,8 +161,10 @@ class Timer:
 
     def __exit__(self, *_):
         first, began = self._from
+        now = real_time.perf_counter()
+        self.ends = (now if self.ends is None else self.ends[0]), now
         if self._warm:
-            self.seconds += real_time.perf_counter() - began
+            self.seconds += now - began
             self.steps += self.sim.step - first
         self._warm = True
 

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from dusttaichi.commands.app import app
 from dusttaichi.commands.check import _duration
 from dusttaichi.scene import load
-from dusttaichi.studies import speeds
+from dusttaichi.studies import speeds, starts
 
 
 @pytest.fixture
@@ -64,6 +64,54 @@ def test_the_run_time_follows_from_the_speed_measured_before(fresh):
     # of twice the size nothing is known: twice the time, and less sure
     _, (least, seconds, most) = speeds.likely(scene, 120)
     assert seconds == pytest.approx(2e-5) and seconds / least > 1.4 < most / seconds
+
+
+def test_the_run_time_contains_start_compiling_and_figures(fresh, monkeypatch, tmp_path):
+    """A scene whose steps take a tenth of a second: what is waited for is all the rest."""
+    monkeypatch.setattr(starts.processor, "kernel_folder", lambda: tmp_path)
+    scene = load("smoke")
+    speeds.remember(speeds.speed_of(scene, 60, 2.5e-5 / 60))
+    assert "run time at most                           1 s, and the start" in said("smoke")
+    kernels, others = starts.kernels_of(scene, 60), starts.kernels_of(load("omni_static"), 3000)
+    assert kernels != others
+    rows = [(others, False, 80.0), (kernels, False, 60.0), (kernels, True, 20.0)]
+    speeds.write_rows(starts.path(), [starts.Start("grains", k, 60, c, s) for k, c, s in rows])
+    text = said("smoke")  # the folder of the kernels is empty
+    assert "60 s, kernels are compiled" in text
+    assert "run time at most                           60 s" in text
+    (tmp_path / "ticache.tcb").write_text("")
+    text = said("smoke")
+    assert "20 s, kernels are cached" in text
+    assert "run time at most                           20 s" in text
+
+
+def test_a_run_keeps_what_it_took_beside_its_steps(fresh, monkeypatch):
+    class Sim:
+        step, size = 0, 60
+
+    now = [100.0]
+    monkeypatch.setattr(starts.real_time, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(starts.real_time, "process_time", lambda: 2.0)
+    timer = speeds.Timer(load("smoke"))
+    clock = starts.Clock(load("smoke"), timer)
+    clock.keep()
+    assert starts.known() == []  # it ended before its first step
+    clock.ready(Sim())
+    for pause, stretch in ((5.0, 3.0), (1.0, 50.0)):
+        now[0] += pause
+        with timer:
+            now[0] += stretch
+    now[0] += 7.0
+    clock.keep()
+    (start,) = starts.known()
+    assert start.seconds == pytest.approx(2.0 + 5.0 + 3.0 + 7.0)
+    assert not start.cached and starts.kernels_of(load("smoke"), 60) == start.kernels
+
+
+@pytest.mark.parametrize("seconds, text", [(1e-4, "10,000 steps/s"), (3.0, "0.333 steps/s")])
+def test_no_speed_is_nothing(seconds, text, fresh):
+    speeds.remember(speeds.speed_of(load("smoke"), 60, seconds / 60))
+    assert f" {text}, measured" in said("smoke")
 
 
 def test_one_run_on_a_busy_machine_does_not_decide(fresh):

@@ -49,7 +49,7 @@ DUST = sorted(part for part in PARTS if part.startswith("dust "))
 
 def test_the_two_commands_are_there():
     assert blocks("sh", README)[0].splitlines() == [
-        "pip install -e '.[test]' && dust run configs/omni_static.yaml",
+        "pip install -e . && dust run configs/omni_static.yaml",
         "pip install -e '.[test]' && pytest",
     ]
 

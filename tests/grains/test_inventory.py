@@ -20,15 +20,17 @@ FIELDS = set(
     "x v w x_search contact numbers touches pair_i pair_j pair_start entry_start entry loss sync "
     "counts".split()
 )
-SCRATCH = set("cell_start cell_grain near near_count own_count old_start chunk_sum bounds".split())
+SCRATCH = set(
+    "cell_start cell_grain near near_count own_count old_start chunk_sum bounds search".split()
+)
 KERNELS = set(
-    "advance begin evaluate bounds find relist list_entries measure_grains measure_pairs".split()
+    "advance begin evaluate bounds list_neighbours measure_grains measure_pairs".split()
 )
 WALL_FIELDS = set(
     "wall_grain wall_gap wall_of wall_slot wall_loss impulse impulse_total wall_chunk wall_sum "
     "wall_force".split()
 )
-WALL_KERNELS = {"relist_walls", "measure_walls"}
+WALL_KERNELS = {"measure_walls"}
 CELL_FIELDS = {"shift", "wraps", "cell", "face_work", "wrap_work"}
 UNLIKE_FIELDS = {"radius", "mass", "inertia", "material", "touch", "near_start", "interfaces"}
 

@@ -11,6 +11,7 @@ from scenes import make_scene
 from taichi.lang.impl import current_cfg
 
 from dusttaichi.compute.backend import LOOPS, start_taichi
+from dusttaichi.compute.processor import compiled_bits
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.grains.build import chosen_layout
 from dusttaichi.grains.kernels.declare import declare, place
@@ -51,6 +52,10 @@ def operations(precision, folder, monkeypatch):
 @pytest.mark.parametrize("precision, kind", [("mixed", "float"), ("f64", "double")])
 def test_contacts_are_packed(precision, kind, tmp_path, monkeypatch):
     found = operations(precision, tmp_path, monkeypatch)
-    packed = sum(n for (lanes, own), n in found.items() if lanes > 1)
-    assert packed > 0.9 * found.total()
-    assert found[8, "float"] > 0.8 * found.total() or precision == "f64"
+    lanes = min(LOOPS["cpu"].width, compiled_bits() // {"float": 32, "double": 64}[kind])
+    packed = sum(n for (count, _), n in found.items() if count > 1)
+    # two doubles at a time (SSE2) LLVM leaves a quarter as it is: what is gathered costs more to
+    # put together than it saves. Where it finds no lanes, next to nothing is packed
+    assert packed > (0.9 if lanes > 2 else 0.6) * found.total()
+    # and they fill the registers: one number of another width would halve them
+    assert found[lanes, kind] > (0.8 if lanes > 2 else 0.6) * found.total()

@@ -4,7 +4,14 @@ history, carried over exactly, and the contacts of every grain."""
 import taichi as ti
 
 from dusttaichi.compute.scan import Scan, little, whole
-from dusttaichi.grains.kernels.store import FIRST_SPHERE, FIRST_WALL, GRAINS, NEIGHBOURS, PAIRS
+from dusttaichi.grains.kernels.store import (
+    FIRST_SPHERE,
+    FIRST_WALL,
+    GRAINS,
+    NEIGHBOURS,
+    OVERFLOW,
+    PAIRS,
+)
 
 
 @ti.data_oriented
@@ -168,8 +175,9 @@ class PairLists:
 
 
 def make_relist(fields, scratch, layout, write_constants=None):
-    """Kernels `relist(edges, tilt)`: pairs and their history, and `list_entries()`: the contacts of
-    every grain. edges, tilt: of the periodic cell. write_constants: see PairLists."""
+    """Functions `relist(edges, tilt)`: pairs and their history, and `list_entries()`: the contacts
+    of every grain. To be called outside of the loops of a kernel. edges, tilt: of the periodic
+    cell. write_constants: see PairLists."""
     W, counts, entry_start = layout.width, fields["counts"], fields["entry_start"]
     own_count, old_start = scratch["own_count"], scratch["old_start"]
     pair_start, scan = fields["pair_start"], Scan(scratch["chunk_sum"])
@@ -177,31 +185,39 @@ def make_relist(fields, scratch, layout, write_constants=None):
 
     light = little(fields["x"].shape[0])
 
-    @ti.kernel
-    def relist(edges: ti.types.vector(3, ti.f64), tilt: ti.f64):
+    @ti.func
+    def relist(edges, tilt):
         grains = counts[GRAINS]
         ti.loop_config(serialize=light)
         for b in range(whole(old_start[grains], W)):
-            lists.keep_old(b)
+            if counts[OVERFLOW] == 0:
+                lists.keep_old(b)
+        ti.loop_config(serialize=light)
         for g in range(grains):
-            lists.write_pairs(g, edges, tilt)
+            if counts[OVERFLOW] == 0:
+                lists.write_pairs(g, edges, tilt)
+        ti.loop_config(serialize=True)
         for _ in range(1):
-            pairs = pair_start[grains]
-            counts[PAIRS] = pairs
-            full = W * layout.tile
-            for c in range(pairs, whole(pairs, full) * full):
-                lists.clear_lane(c)
+            if counts[OVERFLOW] == 0:
+                pairs = pair_start[grains]
+                counts[PAIRS] = pairs
+                full = W * layout.tile
+                for c in range(pairs, whole(pairs, full) * full):
+                    lists.clear_lane(c)
 
-    @ti.kernel
+    @ti.func
     def list_entries():
         grains = counts[GRAINS]
         ti.loop_config(serialize=light)
         for g in range(grains):
             own_count[g] = lists.entries_of(g)
+        ti.loop_config(serialize=True)
         for _ in range(1):
             own_count[grains] = 0
         scan.exclusive(own_count, entry_start, grains + 1)
+        ti.loop_config(serialize=light)
         for g in range(grains):
-            lists.write_entries(g)
+            if counts[OVERFLOW] == 0:
+                lists.write_entries(g)
 
     return relist, list_entries

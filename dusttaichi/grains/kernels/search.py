@@ -25,6 +25,14 @@ Grid = ti.types.struct(
 )
 
 CELLS_PER_GRAIN = 4
+# numbers of a search, in the order of the `search` field: a kernel reads them from there, for
+# Python passes them more slowly than it searches. reach: of two centres, squared, where grains have
+# radii of their own the margin between their surfaces; wall_reach, time: see `make_wall_relist`
+SEARCH = (
+    *(f"{name}_{axis}" for name in ("origin", "inv_edge", "cells", "edges") for axis in "xyz"),
+    *("tilt", "all_cells", "reach", "time"),
+    *(f"wall_reach_{n}" for n in range(6)),
+)
 
 
 def place_search(grains, layout, walls):
@@ -51,6 +59,7 @@ def place_search(grains, layout, walls):
         "old_start": ti.field(ti.i32, shape=grains + 1),
         "chunk_sum": ti.field(ti.i32, shape=chunks),
         "bounds": ti.field(ti.f64, shape=8),
+        "search": ti.field(ti.f64, shape=len(SEARCH)),
     }
 
 
@@ -80,6 +89,7 @@ def make_bounds(fields, scratch):
         ti.loop_config(serialize=light)
         for k in range(8):
             bounds[k] = ti.select(k < 3, 1e30, ti.select(k < 6, -1e30, 0.0))
+        ti.loop_config(serialize=light)
         for chunk in range(whole(counts[GRAINS], CHUNK)):
             end = ti.min((chunk + 1) * CHUNK, counts[GRAINS])
             # all grains one by one would have threads wait for each other
@@ -231,23 +241,45 @@ class Neighbours:
                     self.take(g, first + low, first + high, none, reach2, counting)
 
 
+def make_grid(scratch):
+    """Function `grid()`: the Grid of a search, from its numbers."""
+    numbers = scratch["search"]
+    place = {name: n for n, name in enumerate(SEARCH)}
+
+    @ti.func
+    def vector(first):
+        return ti.Vector([numbers[first], numbers[first + 1], numbers[first + 2]])
+
+    @ti.func
+    def grid():
+        return Grid(
+            origin=vector(ti.static(place["origin_x"])),
+            inv_edge=vector(ti.static(place["inv_edge_x"])),
+            cells=ti.cast(vector(ti.static(place["cells_x"])), ti.i32),
+            edges=vector(ti.static(place["edges_x"])),
+            tilt=numbers[ti.static(place["tilt"])],
+        )
+
+    return grid
+
+
 def make_find(fields, scratch, layout):
-    """Kernel `find(grid, cells, reach2)`: the neighbours of every grain, sorted, and how many are
-    its own (of higher number); starts of the pair list. cells: of all scenes of a batch."""
+    """Function `find(grid)`: the neighbours of every grain, sorted, and how many are its own (of
+    higher number); starts of the pair list. To be called outside of the loops of a kernel."""
     x, x_search, counts = fields["x"], fields["x_search"], fields["counts"]
     cell_start, cell_fill = scratch["cell_start"], scratch["near"]
     cell_grain, near_count = scratch["cell_grain"], scratch["near_count"]
     own_count, old_start = scratch["own_count"], scratch["old_start"]
     pair_start, near_start = fields["pair_start"], scratch.get("near_start")
     scan, grid_cells = Scan(scratch["chunk_sum"]), Cells(fields, scratch, layout)
-    neighbours = Neighbours(fields, scratch, layout, grid_cells)
-
+    neighbours, numbers = Neighbours(fields, scratch, layout, grid_cells), scratch["search"]
     light = little(x.shape[0])
 
-    @ti.kernel
-    def find(grid: Grid, cells: ti.i32, reach2: ti.f64):
-        # reach2: where grains have radii of their own the margin between their surfaces
+    @ti.func
+    def find(grid: ti.template()):
         grains, room = counts[GRAINS], counts[PAIR_ROOM]
+        cells = ti.cast(numbers[ti.static(SEARCH.index("all_cells"))], ti.i32)
+        reach = numbers[ti.static(SEARCH.index("reach"))]
         ti.loop_config(serialize=light)
         for c in range(cells + 1):
             cell_fill[c] = 0
@@ -267,18 +299,20 @@ def make_find(fields, scratch, layout):
             old_start[g] = pair_start[g]
         if ti.static(layout.polydisperse):
             for g in range(grains):
-                neighbours.visit(g, grid, reach2, True)
+                neighbours.visit(g, grid, reach, True)
             scan.exclusive(near_count, near_start, grains + 1)
+            ti.loop_config(serialize=True)
             for _ in range(1):
                 if near_start[grains] > 2 * room:
                     counts[OVERFLOW] = 1
             for g in range(grains):
                 if counts[OVERFLOW] == 0:
-                    neighbours.visit(g, grid, reach2, False)
+                    neighbours.visit(g, grid, reach, False)
         else:
             for g in range(grains):
-                neighbours.visit(g, grid, reach2, False)
+                neighbours.visit(g, grid, reach, False)
         scan.exclusive(own_count, pair_start, grains + 1)
+        ti.loop_config(serialize=True)
         for _ in range(1):
             if pair_start[grains] > room:
                 counts[OVERFLOW] = 1

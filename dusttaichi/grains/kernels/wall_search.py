@@ -3,8 +3,8 @@
 import taichi as ti
 
 from dusttaichi.compute.scan import CHUNK, first_of, little, whole
-from dusttaichi.grains.kernels.gather import Walls
 from dusttaichi.grains.kernels.relist import KeptRows
+from dusttaichi.grains.kernels.search import SEARCH
 from dusttaichi.grains.kernels.store import (
     FIRST_WALL,
     GRAINS,
@@ -37,12 +37,17 @@ class WallLists:
         self.write_empty = getattr(write_constants, "empty", None)
 
     @ti.func
-    def is_near(self, g, n, box: ti.template(), time, reach, present):
-        unit_normal = ti.Vector([box.normal[n, 0], box.normal[n, 1], box.normal[n, 2]])
-        distance = self.x[g].dot(unit_normal) - box.offset[n] - box.speed[n] * time
+    def plane(self, n, box: ti.template(), time):
+        """Unit normal of wall n, and where it is along that at a time."""
+        normal = ti.Vector([box.normal[n, 0], box.normal[n, 1], box.normal[n, 2]])
+        return normal, box.offset[n] + box.speed[n] * time
+
+    @ti.func
+    def is_near(self, g, normal, place, reach):
+        distance = self.x[g].dot(normal) - place
         if ti.static(self.polydisperse):
             distance -= self.radius[g]
-        return present[n] == 1 and distance < reach
+        return distance < reach
 
     @ti.func
     def fold_impulses(self, blocks):
@@ -101,21 +106,24 @@ class WallLists:
 
 
 def make_wall_relist(fields, scratch, layout, write_constants=None):
-    """Kernel `relist_walls(box, time, reach, present)`; reach is the distance of centre and wall
-    within which a grain is listed, of polydisperse grains that of their surfaces.
+    """Function `relist_walls(box)`, to be called outside of the loops of a kernel. Of the numbers
+    of the search wall_reach is the distance of centre and wall within which a grain is listed, of
+    polydisperse grains that of their surfaces; far below zero where there is no wall.
 
     write_constants: see WallLists.
     """
     counts, wall_slot = fields["counts"], fields["wall_slot"]
     wall_chunk = scratch["wall_chunk"]
     lists = WallLists(fields, scratch, layout, write_constants)
-
+    numbers, first_reach = scratch["search"], SEARCH.index("wall_reach_0")
     light = little(fields["x"].shape[0])
 
-    @ti.kernel
-    def relist_walls(box: Walls, time: ti.f64, reach: ti.f64, present: ti.types.vector(6, ti.i32)):
+    @ti.func
+    def relist_walls(box: ti.template()):
         grains, first = counts[GRAINS], counts[FIRST_WALL]
+        time = numbers[ti.static(SEARCH.index("time"))]
         chunks = whole(grains, CHUNK)
+        ti.loop_config(serialize=True)
         for _ in range(1):
             lists.fold_impulses(counts[WALL_BLOCKS])
         ti.loop_config(serialize=light)
@@ -124,18 +132,22 @@ def make_wall_relist(fields, scratch, layout, write_constants=None):
         ti.loop_config(serialize=light)
         for q in range(6 * chunks):
             n, chunk = q // chunks, q % chunks
-            near = 0
+            near, reach = 0, numbers[first_reach + n]
+            normal, place = lists.plane(n, box, time)
             for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
-                near += ti.cast(lists.is_near(g, n, box, time, reach, present), ti.i32)
+                near += ti.cast(lists.is_near(g, normal, place, reach), ti.i32)
             wall_chunk[n, chunk] = near
+        ti.loop_config(serialize=True)
         for _ in range(1):
-            lists.lay_out(chunks)
+            if counts[OVERFLOW] == 0:
+                lists.lay_out(chunks)
         ti.loop_config(serialize=light)
         for q in range(6 * chunks):
             n, chunk = q // chunks, q % chunks
-            c = wall_chunk[n, chunk]
+            c, reach = wall_chunk[n, chunk], numbers[first_reach + n]
+            normal, place = lists.plane(n, box, time)
             for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
-                if lists.is_near(g, n, box, time, reach, present) and counts[OVERFLOW] == 0:
+                if lists.is_near(g, normal, place, reach) and counts[OVERFLOW] == 0:
                     lists.write_contact(g, n, c)
                     wall_slot[g][n] = c
                     c += 1

@@ -55,11 +55,14 @@ def check_file(out) -> None:
 
 def machine(*further: str) -> str:
     """One line that tells the machine and the versions. further: what else belongs in it."""
+    from dusttaichi.compute import processor
     from dusttaichi.results.provenance import provenance
 
     here = provenance("", "")
+    bits = processor.compiled_bits()
     texts = [
         f"{here['cpu']}, {here['cpu_cores']} cores",
+        "vectors of unknown width" if bits is None else f"vectors of {bits} bits",
         f"Python {here['python_version']}",
         f"Taichi {here['taichi_version']}",
         f"dusttaichi {here['dusttaichi_version']}",

@@ -1,0 +1,36 @@
+"""The kernels of a search: all lists at once, for a launch takes Python as long as many steps."""
+
+import taichi as ti
+
+from dusttaichi.grains.kernels.gather import Walls
+from dusttaichi.grains.kernels.relist import make_relist
+from dusttaichi.grains.kernels.search import make_find, make_grid
+from dusttaichi.grains.kernels.wall_search import make_wall_relist
+
+
+def make_neighbour_lists(fields, scratch, layout, *, walls, write_constants):
+    """Kernels `list_neighbours(box)`: pairs, contacts with walls, and, in scenes without a sphere,
+    the contacts of every grain; `list_entries()`: these where the sphere's come before; else None.
+
+    Where counts[OVERFLOW] is set meanwhile, the lists are void. walls: whether there are any.
+    write_constants: `make_write_constants` of kernels.polydisperse, or None of equal grains.
+    """
+    grid_of, find = make_grid(scratch), make_find(fields, scratch, layout)
+    relist, write_entries = make_relist(fields, scratch, layout, write_constants)
+    relist_walls = make_wall_relist(fields, scratch, layout, write_constants) if walls else None
+
+    @ti.kernel
+    def list_neighbours(box: Walls):
+        grid = grid_of()
+        find(grid)
+        relist(grid.edges, grid.tilt)
+        if ti.static(walls):
+            relist_walls(box)
+        if ti.static(not layout.sphere):
+            write_entries()
+
+    @ti.kernel
+    def list_entries():
+        write_entries()
+
+    return list_neighbours, list_entries if layout.sphere else None
