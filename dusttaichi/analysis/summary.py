@@ -21,6 +21,7 @@ from dusttaichi.analysis.loads import held_loads
 from dusttaichi.analysis.outcome import outcome, settled
 from dusttaichi.analysis.restitution import restitution
 from dusttaichi.analysis.tensile import tensile
+from dusttaichi.analysis.tension import missing_strength
 from dusttaichi.analysis.texts import quantity_text, rate_text
 from dusttaichi.errors import DustError
 from dusttaichi.scene import quantities
@@ -41,7 +42,7 @@ def summary(run, law=None):
     release_modulus, release_sigma, release_pressure, release_phi of the last stage that lets go
     and has enough records, see `releases`;
     strength, strength_sigma, strength_phi, strength_strain, strength_passed, phi_init and
-    strength_law of a sample that is stretched, see `tensile`;
+    strength_law of a sample that is stretched, see `tensile`, or strength_problem: why it has none;
     ratio, ratio_scatter, ratio_low, ratio_high of one pressed from all sides, see `isotropic`;
     missed_loads: (stage, pressure, wanted) [Pa] of each load not reached at the end of its stage;
     outcome (see `analysis.outcome`), settled (the last two snapshots hold the same fragments),
@@ -162,15 +163,20 @@ _TENSION = ("strength", "strength_sigma", "strength_phi", "strength_strain")
 
 
 def _tension(run):
+    problem = {"strength_problem": missing_strength(run)}
     if not run.stretches:
-        return dict.fromkeys((*_TENSION, "strength_passed", "phi_init", "strength_law"))
+        return dict.fromkeys((*_TENSION, "strength_passed", "phi_init", "strength_law")) | problem
     result = tensile(run)
     numbers = {name: getattr(result, name) for name in _TENSION}
-    return numbers | {
-        "strength_passed": result.passed,
-        "phi_init": result.phi_init,
-        "strength_law": result.law if np.isfinite(result.law) else None,
-    }
+    return (
+        numbers
+        | problem
+        | {
+            "strength_passed": result.passed,
+            "phi_init": result.phi_init,
+            "strength_law": result.law if np.isfinite(result.law) else None,
+        }
+    )
 
 
 _RELEASE = {"release_modulus": "modulus", "release_sigma": "modulus_sigma"}
@@ -252,6 +258,7 @@ def _duration(seconds):
 
 
 def _tensile_rows(n, row):
+    row("tensile strength", n["strength_problem"], str)
     if n["strength"] is None:
         return
     text = quantity_text(n["strength"], "Pa", n["strength_sigma"])

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dusttaichi.analysis.compression import correlation_factor
+from dusttaichi.analysis.tension import start_of_tension
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES
 from dusttaichi.physics import laws
@@ -16,8 +17,16 @@ from dusttaichi.physics import laws
 WIDEST = 0.1
 """Largest share by which the filling factor may change within a window (T19 section 3.1)."""
 
+FEWEST = 4
+"""Windows at least, also where the filling factor changes by little."""
+
 QUIET = 0.02
 """Uncertainty of the largest average, as a share of it, that the default windows aim at."""
+
+
+RELEASE = 0.05
+"""Share of the change of the filling factor up to which windows include the pressure that a stage
+begins under."""
 
 
 @dataclass(frozen=True)
@@ -61,9 +70,11 @@ def tensile(run, stage=None, axis=None, windows=None):
 
     windows: how many, each with the same relative change of the filling factor. The default is as
     many as the noise allows: narrow enough for the maximum, wide enough that its uncertainty is
-    below 2 %, and never wider than a change of 10 % (T19 section 3.1).
+    below 2 %, never wider than a change of 10 % (T19 section 3.1), and FEWEST at least.
     The uncertainty of a mean is the scatter of the records around a straight line in the window,
     over sqrt(records), times sqrt((1 + r)/(1 - r)) for a correlation r of neighbouring records.
+    Windows begin where the stress has become tensile, if the release of a pressed sample takes more
+    than RELEASE of the change of the filling factor.
     It is not that of another sample (T19: standard deviation of ten), and the largest of several
     noisy means is too large by about one of it. Raises DustError where nothing is stretched.
     """
@@ -74,7 +85,9 @@ def tensile(run, stage=None, axis=None, windows=None):
             "stress nor a pressure on the top wall."
         )
     axis = _stretched_axis(part) if axis is None else axis
-    duration, phi, stress, edge = _records(part, axis)
+    duration, raw_phi, raw_stress, edge = _records(part, axis)
+    used = _without_release(raw_phi, raw_stress)
+    duration, phi, stress, edge = (a[used:] for a in (duration, raw_phi, raw_stress, edge))
     place = np.log(phi)  # even steps of it are even relative changes
     noise = _noise(place, stress)
     if windows is None:
@@ -92,8 +105,8 @@ def tensile(run, stage=None, axis=None, windows=None):
         stress=mean_stress,
         sigma=sigma,
         count=count.astype(int),
-        raw_filling_factor=phi,
-        raw_stress=stress,
+        raw_filling_factor=raw_phi,
+        raw_stress=raw_stress,
         window=1.0 - float(np.exp(-np.ptp(place) / windows)),
         strength=float(mean_stress[top]),
         strength_sigma=float(sigma[top]),
@@ -103,6 +116,13 @@ def tensile(run, stage=None, axis=None, windows=None):
         phi_init=phi_init,
         law=_law(part, phi_init),
     )
+
+
+def _without_release(phi, stress):
+    """Number of the first record that windows include: 0, or where a pressed sample has been
+    released, if that takes more than RELEASE of the change of the filling factor."""
+    start, place = start_of_tension(stress) or 0, np.log(phi)
+    return start if place[0] - place[start] > RELEASE * np.ptp(place) else 0
 
 
 def _law(part, phi_init):
@@ -190,8 +210,9 @@ def _noise(place, stress):
 
 
 def _fewest(place):
-    """Number of windows in which the filling factor changes by no more than WIDEST."""
-    return max(int(np.ceil(np.ptp(place) / -np.log(1.0 - WIDEST) - 1e-9)), 1)
+    """Number of windows in which the filling factor changes by no more than WIDEST, and in which a
+    rise, a maximum and a fall can be told apart."""
+    return max(int(np.ceil(np.ptp(place) / -np.log(1.0 - WIDEST) - 1e-9)), FEWEST)
 
 
 def _as_many_as_noise_allows(place, stress, duration, noise):

@@ -29,6 +29,7 @@ COLUMNS = (  # heading, key of analysis.compare, shown as, unit; only what the r
     ("strength at phi", "strength_phi", "{:.3g}", 1),
     ("T19 eq 33 kPa", "strength_law", "{:.3g}", 1e3),
     ("maximum passed", "strength_passed", "{!s}", 1),
+    ("no strength", "strength_problem", "{}", 1),
     ("P/(E_roll/r^3 phi^3)", "ratio", "{:.2f}", 1),
     ("speed m/s", "speed", "{:.3g}", 1),
     ("outcome", "outcome", "{}", 1),
