@@ -43,6 +43,9 @@ TITLES = {
 }
 
 
+ONE_SAMPLE = "one sample a point: the scatter between samples is not known (replicas: 3)"
+
+
 def title_of(name):
     """What tables and figures call a number of the summary."""
     return TITLES.get(name, name.replace("_", " "))
@@ -228,16 +231,19 @@ def columns(data):
 
 def head_and_columns(data):
     """(keys, columns, remark) of the table of a sweep: what is swept and what differs, as lists of
-    (header, texts); one line about all that is the same at every point, "" where nothing is."""
+    (header, texts); a remark about all that is the same at every point, and where each has one
+    sample only, or "" """
     axes, found = axes_of(data), columns(data)
     names = [key_of(data, axis).split(".")[-1] for axis in axes]
     keys = list(zip(names, zip(*point_values(data), strict=True), strict=True))
     alone = [] if _size(data, axes) == 1 else [k for k in keys if len(set(k[1])) == 1]
     same = [f"{name} {texts[0]}" for name, texts in alone]
     same += [f"{c.name} {c.texts[0]} {c.unit}".rstrip() for c in found if c.same]
-    remark = f"the same everywhere: {', '.join(same)}" if same else ""
+    remarks = [f"the same everywhere: {', '.join(same)}"] if same else []
+    if data.sizes["replica"] == 1:
+        remarks.append(ONE_SAMPLE)
     shown = [(column.head, column.texts) for column in found if not column.same]
-    return [key for key in keys if key not in alone], shown, remark
+    return [key for key in keys if key not in alone], shown, "; ".join(remarks)
 
 
 def _of(count, replicas):

@@ -17,7 +17,9 @@ COLUMNS = (  # heading, key of analysis.compare, shown as, unit; only what the r
     ("run", "name", "{}", 1),
     ("grains", "grains", "{:,}", 1),
     ("p_m kPa", "p_m", "{:.1f}", 1e3),
+    ("± kPa", "p_m_sigma", "{:.1f}", 1e3),
     ("Delta", "delta", "{:.2f}", 1),
+    ("±", "delta_sigma", "{:.2f}", 1),
     ("rms in phi", "rms", "{:.3f}", 1),
     ("mean in phi", "rms_mean", "{:+.3f}", 1),
     ("law covered", "rms_covered", "{:.2f}", 1),
@@ -145,6 +147,8 @@ def compare(
         rows = analysis.compare(results)
         drawn = [] if figures is None else plots.save_together(results, figures)
     _say_side_by_side(rows)
+    if any(_known(row.get(key)) for row in rows for key in analysis.FIT_ERRORS):
+        say("±: one sample each, fit error only; replicas show the scatter between samples")
     if output is not None:
         analysis.to_csv(rows, output)
         say_written([output])
