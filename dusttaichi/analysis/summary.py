@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dusttaichi.analysis import dynamic, sphere, tensile
+from dusttaichi.analysis import dynamic, sphere
 from dusttaichi.analysis.arrival import sound_numbers
 from dusttaichi.analysis.compression import (
     compression_curve,
@@ -20,6 +20,8 @@ from dusttaichi.analysis.ledger import ledger
 from dusttaichi.analysis.loads import held_loads
 from dusttaichi.analysis.outcome import outcome, settled
 from dusttaichi.analysis.restitution import restitution
+from dusttaichi.analysis.tensile import numbers as tensile_numbers
+from dusttaichi.analysis.tensile import rows as tensile_rows
 from dusttaichi.analysis.texts import quantity_text, rate_text
 from dusttaichi.errors import DustError
 from dusttaichi.scene import quantities
@@ -80,7 +82,7 @@ def summary(run, law=None):
     if run.compresses and numbers["error_bar"] is not None:
         curve = compression_curve(run)
         numbers["error_bar_phi"] = filling_factor_error(numbers["error_bar"], curve)
-    numbers |= _compression(run, law) | dynamic.numbers(run) | _release(run) | tensile.numbers(run)
+    numbers |= _compression(run, law) | dynamic.numbers(run) | _release(run) | tensile_numbers(run)
     missed = [held for held in held_loads(run) if held.missed]
     numbers["missed_loads"] = [(held.stage, held.pressure, held.wanted) for held in missed]
     numbers |= _isotropic(run) | _collision(run) | sphere.numbers(run) | sound_numbers(run)
@@ -285,7 +287,7 @@ def table(numbers):
         pressure = quantity_text(n["release_pressure"], "Pa")
         where = f"from {pressure}, filling factor {n['release_phi']:.3g}"
         row("modulus where it is let go", f"{text} ({where})", str)
-    tensile.rows(n, row)
+    tensile_rows(n, row)
     _isotropic_rows(n, row)
     _collision_rows(n, row)
     sphere.rows(n, row)
