@@ -233,3 +233,14 @@ def test_what_a_run_leaves(folder_with_a_run):
 @pytest.mark.parametrize("name", sorted(set(re.findall(r"`(test_\w+)`", EVERYTHING))))
 def test_tests_that_are_named_exist(name):
     assert list((ROOT / "tests").rglob(f"{name}.py"))
+
+
+def test_every_row_of_the_validation_has_a_verdict():
+    rows = [row for row in PAGES["docs/validation.md"].splitlines() if row.startswith("| ")]
+    table = rows[: rows.index(next(r for r in rows if r.startswith("| worst residual"))) + 1]
+    cells = [re.split(r"(?<!\\)\|", row)[1:-1] for row in table]
+    assert [cell.strip() for cell in cells[0]][-1] == "verdict" and len(cells) > 40
+    said = [row[-1].strip() for row in cells[2:]]
+    assert {len(row) for row in cells} == {5}
+    assert all(re.match(r"(agrees|differs|fitted)\b", text) for text in said)
+    assert {text.split()[0].rstrip(":;,") for text in said} == {"agrees", "differs", "fitted"}
