@@ -75,7 +75,7 @@ def bands(data, name, width=BIN_WIDTH, **selected):
 
     selected: labels of further dimensions, such as wall="top". Along the filling factor each
     replica is smoothed first, by its median in windows `width` wide, as a compression curve is.
-    Points at which no replica has a number are left out.
+    Points beyond those of all replicas are left out; where none has a number in between, it is NaN.
     """
     x = data.attrs["coordinate"]
     values = data[name].sel(selected) if selected else data[name]
@@ -88,8 +88,9 @@ def bands(data, name, width=BIN_WIDTH, **selected):
     known = np.isfinite(scattered.y.values)
     found = []
     for index, label in zip(np.ndindex(known.shape[:-2]), point_labels(data), strict=True):
-        here = known[index].any(axis=0)
-        if here.any():
+        there = np.flatnonzero(known[index].any(axis=0))
+        if len(there):
+            here = slice(there[0], there[-1] + 1)
             found.append(
                 Band(
                     scattered[x].values[here],

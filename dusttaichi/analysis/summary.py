@@ -305,7 +305,9 @@ def table(numbers):
     rows.extend(error_bar_rows(n["error_bar"], n["error_bar_phi"]))
     row("grains", n["grains"], "{:,}".format)
     row("contacts", n["contacts"], "{:,}".format)
-    row("contacts per grain", n["contacts_per_grain"], "{:.2f}".format)
+    around = n["coordination_number"]
+    shared = "" if around is None else f" (coordination number {around:.2f}: each has two grains)"
+    row("contacts per grain", n["contacts_per_grain"], lambda v: f"{v:.2f}{shared}")
     row("steps", n["steps"], "{:,}".format)
     row("simulated time", n["time"], lambda v: quantities.format(v, "time", 5))
     row("wall time", n["wall_time"], _duration)

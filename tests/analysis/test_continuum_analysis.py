@@ -131,6 +131,28 @@ def test_the_final_table_has_the_numbers(fallen):
     assert rows["particles"][0] == "481" and "eq 12" in rows["… with g t^2/2 taken away"][1]
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_body_that_spins_in_place_has_no_restitution(tmp_path):
+    """Its particles move, its momentum is 0 up to rounding: nothing comes back of nothing."""
+    x = bed(6, 6)
+    mass = np.full(len(x), 300.0 * A**2 * 3**0.5 / 2)
+    about = x - x.mean(axis=0)
+    spin = np.cross([0.0, 10.0, 0.0], about)
+    spin -= np.average(spin, axis=0, weights=mass) - [0.0, 0.0, 1e-17]
+    momentum = np.zeros((2, 3))
+    path = write(
+        tmp_path / "result.nc",
+        series={"time": [0, 1e-3], "step": [0, 1], "momentum": momentum, "wall_clock": [0, 0],
+                "energy_residual": [0, 0], "energy_residual_relative": [0, 0]},
+        snapshots=[frame(x, spin), frame(x, spin)],
+        static={"mass": mass, "role": np.zeros(len(x)), "body": np.zeros(len(x))},
+        sample={"kind": "sphere"},
+    )  # fmt: skip
+    with open_run(path) as run:
+        numbers = summary(run)
+    assert numbers["dust_restitution"] is None and numbers["largest_rebound"] is None
+
+
 def test_pieces_fly_apart_and_stick(tmp_path):
     """Two discs of dust, one above a mirror that it touches, and one that flies back."""
     disc = bed(6, 6)
