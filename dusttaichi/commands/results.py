@@ -57,6 +57,7 @@ COLUMNS = (  # heading, key of analysis.compare, shown as, unit; only what the r
     ("restitution of dust", "dust_restitution", "{:.3f}", 1),
     ("rebound", "largest_rebound", "{:.3f}", 1),
     ("share that sticks", "sticking_mass", "{:.2f}", 1),
+    ("numerical dissipation", "numerical_dissipation", "{:.1%}", 1),
     ("time us", "time", "{:.4g}", 1e-6),
     ("ledger", "ledger_worst", "{:.0e}", 1),
 )

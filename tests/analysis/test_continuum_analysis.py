@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from continuum_results import frame, write
 
 from dusttaichi.analysis import continuum as of
@@ -71,6 +72,18 @@ def test_intrusion_finds_the_sine_again(fallen):
     assert stop.normalised[:, 0] == pytest.approx([0, 0]) and stop.normalised[0, -1] == 1.0
     assert way.stop.depth == pytest.approx(D + 0.5 * G * T**2, rel=1e-2)
     assert way.rebound == pytest.approx(0.01)
+
+
+def test_the_share_of_numerical_dissipation_is_told(fallen):
+    with open_run(fallen.path) as run:
+        assert summary(run)["numerical_dissipation"] is None  # nothing is lost
+        channels = ["compaction", "tension", "shear", "viscosity", "artificial", "grid"]
+        lost = np.linspace(0.0, 1.0, len(run.series.time))[:, None] * [50, 3, 20, 6, 1, 20]
+        run.series["loss"] = xr.DataArray(lost, {"channel": channels}, ("time", "channel"))
+        numbers = summary(run)
+    assert numbers["numerical_dissipation"] == pytest.approx(0.27)
+    rows = dict(row[:2] for row in table(numbers))
+    assert rows["numerical dissipation"] == "27.0% of the energy lost"
 
 
 def test_momentum_over_area_is_that_of_a_sphere():
