@@ -26,7 +26,7 @@ def mass_spectrum(spectra, labels=None):
     axes.set_ylim(0.8, None)
     style.few_ticks(axes.xaxis)
     style.few_ticks(axes.yaxis)
-    axes.set_xlabel("mass of the fragment / mass of all")
+    axes.set_xlabel("mass of the fragment / total mass")
     axes.set_ylabel("fragments of at least this mass")
     if any(labels):
         style.legend(axes)

@@ -48,7 +48,7 @@ def test_of_a_continuum_it_says_particles_material_and_step(fresh):
 
 
 def test_of_a_continuum_it_says_what_is_coarse_and_what_whole_steps_miss(fresh):
-    """The bead of configs/trade is 6.6 spacings wide; a step of the run is 25.47 us."""
+    """The bead of configs/trade is 5.5 spacings wide; a step of the run is 25.47 us."""
     bead = str(Path(__file__).parents[2] / "configs/trade/bead.yaml")
     text = said(bead, "--set", "stop.time=400 us")
     assert "spacings, fewer than the 12 that keep numerical dissipation low" in text
@@ -56,10 +56,17 @@ def test_of_a_continuum_it_says_what_is_coarse_and_what_whole_steps_miss(fresh):
         re.search(r"25.47\d* us in place of 10 us", text)
         and "numerics.time_step: 10 us meets it" in text
     )
-    assert re.search(r"407.5\d* us in place of 400 us", text)
+    assert re.search(r"407.5\d* us in place of 0.4 ms", text)
     fine = ("numerics.spacing=80 um", "numerics.time_step=10 us", "stop.time=400 us")
     text = said(bead, *(word for setting in fine for word in ("--set", setting)))
     assert "numerical dissipation" not in text and "in place of" not in text
+
+
+def test_a_step_that_does_not_resolve_how_bodies_meet_is_said(fresh):
+    """The shipped collision takes 0.2 ns; `auto` would resolve it."""
+    what = "times the step that resolves how fast bodies meet"
+    assert f"1.7 {what}" in said("collision")
+    assert what not in said("collision", "--set", "numerics.time_step=auto")
 
 
 def test_what_the_sample_refuses_is_not_called_valid(tmp_path, capsys):

@@ -244,3 +244,14 @@ def test_every_row_of_the_validation_has_a_verdict():
     assert {len(row) for row in cells} == {5}
     assert all(re.match(r"(agrees|differs|fitted)\b", text) for text in said)
     assert {text.split()[0].rstrip(":;,") for text in said} == {"agrees", "differs", "fitted"}
+
+
+def test_cards_of_the_gallery_run_the_scene_they_name_and_say_how_long():
+    cards = PAGES["docs/gallery.md"].split(":::{grid-item-card} ")[1:]
+    assert len(cards) > 10
+    for card in cards:
+        ran = re.findall(r"^dust (?:run|sweep|sticking) (\S+)", card, re.M)
+        if not ran:  # what is shown is of another card
+            continue
+        assert f"`configs/{ran[0]}.yaml`" in card, card
+        assert re.search(r"\b(second|minute|hour)s?\b", card, re.I), card
