@@ -37,8 +37,7 @@ class Measurement:
     kick: part of the kinetic energy that the integrator does not keep (0 where it keeps all).
     losses: what has been lost since the start, by channel (C,); lost: their sum.
     work: what has been done on the particles from outside since the start. bound: energy that they
-    bind where they are at rest, no less than 0. parts: further numbers and arrays, which the
-    method's own records and guards know.
+    bind where they are at rest, no less than 0. parts: what the method's records and guards know.
     """
 
     kinetic: float
@@ -100,8 +99,7 @@ class State(NamedTuple):
 class Simulation(Protocol):
     """A built scene in motion. `time` is step x dt [us]; size: what a step costs is proportional to
     it, the number of particles or cells. variables: of its result, in this scene. channels: names
-    of the losses. began [us]: of an earlier run that goes on; records add it to the time.
-    """
+    of the losses; step_key: of the YAML, shortens the step. began [us]: of the run continued."""
 
     step: int
     dt: float
@@ -111,6 +109,7 @@ class Simulation(Protocol):
     domain: Domain
     variables: tuple[Variable, ...]
     channels: tuple[str, ...]
+    step_key: str
 
     def advance(self, steps: int) -> None:
         """Make whole steps. Raises GuardStop where it cannot."""
@@ -182,6 +181,7 @@ class SimpleSimulation:
     size: int = 1
     variables: tuple[Variable, ...]
     channels: tuple[str, ...] = ()
+    step_key: str = "numerics.time_step"
     kept: tuple[str, ...] = ()
     began: float = 0.0
 

@@ -10,6 +10,7 @@ from dusttaichi.analysis.arrival import SOUND_UNITS
 from dusttaichi.analysis.continuum import numbers as continuum
 from dusttaichi.analysis.drive import is_dynamic
 from dusttaichi.analysis.summary import summary
+from dusttaichi.analysis.tension import missing_strength
 from dusttaichi.errors import DustError
 
 AT = (0.2, 0.3, 0.4, 0.45)  # filling factors at which pressure and contacts are told
@@ -27,7 +28,8 @@ def compare(runs, at=AT):
     the share of 1-100 kPa covered, the pressure on the top wall, contacts a grain and kinetic
     energy a grain at the filling factors `at`. Where one is pressed by a fast wall: the numbers of
     `analysis.dynamic`. Where one is stretched: strength, its sigma,
-    filling factor and strain there, phi_init, T19 eq 33 (`strength_law`), strength_passed. Where
+    filling factor and strain there, phi_init, T19 eq 33 (`strength_law`), strength_passed, or
+    strength_problem, why a tensile test has no strength. Where
     one is pressed from all sides: ratio of the pressure to T19 eq 9 and its scatter. Where one is
     of the continuum: its material and resolution, and the numbers of `analysis.continuum.numbers`.
     Where one collides: speed, outcome, fragments, largest_share, growth_efficiency, restitution.
@@ -40,7 +42,9 @@ def compare(runs, at=AT):
 
 
 def _has(run, part):
-    return is_dynamic(run) if part == FAST else getattr(run, part)
+    if part == FAST:
+        return is_dynamic(run)
+    return getattr(run, part) or (part == "stretches" and missing_strength(run) is not None)
 
 
 def _row(run, parts, at):
@@ -103,6 +107,7 @@ def _tension(run, numbers, at):
         "phi_init",
         "strength_law",
         "strength_passed",
+        "strength_problem",
     )
     return {key: numbers[key] for key in keys}
 

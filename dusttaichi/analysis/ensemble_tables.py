@@ -43,6 +43,9 @@ TITLES = {
 }
 
 
+ONE_SAMPLE = "one sample a point: the scatter between samples is not known (replicas: 3)"
+
+
 def title_of(name):
     """What tables and figures call a number of the summary."""
     return TITLES.get(name, name.replace("_", " "))
@@ -72,7 +75,7 @@ def bands(data, name, width=BIN_WIDTH, **selected):
 
     selected: labels of further dimensions, such as wall="top". Along the filling factor each
     replica is smoothed first, by its median in windows `width` wide, as a compression curve is.
-    Points at which no replica has a number are left out.
+    Points beyond those of all replicas are left out; where none has a number in between, it is NaN.
     """
     x = data.attrs["coordinate"]
     values = data[name].sel(selected) if selected else data[name]
@@ -85,8 +88,9 @@ def bands(data, name, width=BIN_WIDTH, **selected):
     known = np.isfinite(scattered.y.values)
     found = []
     for index, label in zip(np.ndindex(known.shape[:-2]), point_labels(data), strict=True):
-        here = known[index].any(axis=0)
-        if here.any():
+        there = np.flatnonzero(known[index].any(axis=0))
+        if len(there):
+            here = slice(there[0], there[-1] + 1)
             found.append(
                 Band(
                     scattered[x].values[here],
@@ -228,16 +232,19 @@ def columns(data):
 
 def head_and_columns(data):
     """(keys, columns, remark) of the table of a sweep: what is swept and what differs, as lists of
-    (header, texts); one line about all that is the same at every point, "" where nothing is."""
+    (header, texts); a remark about all that is the same at every point, and where each has one
+    sample only, or "" """
     axes, found = axes_of(data), columns(data)
     names = [key_of(data, axis).split(".")[-1] for axis in axes]
     keys = list(zip(names, zip(*point_values(data), strict=True), strict=True))
     alone = [] if _size(data, axes) == 1 else [k for k in keys if len(set(k[1])) == 1]
     same = [f"{name} {texts[0]}" for name, texts in alone]
     same += [f"{c.name} {c.texts[0]} {c.unit}".rstrip() for c in found if c.same]
-    remark = f"the same everywhere: {', '.join(same)}" if same else ""
+    remarks = [f"the same everywhere: {', '.join(same)}"] if same else []
+    if data.sizes["replica"] == 1:
+        remarks.append(ONE_SAMPLE)
     shown = [(column.head, column.texts) for column in found if not column.same]
-    return [key for key in keys if key not in alone], shown, remark
+    return [key for key in keys if key not in alone], shown, "; ".join(remarks)
 
 
 def _of(count, replicas):

@@ -80,6 +80,9 @@ class Shearing:
     forces over its area. filling_factor (n,). strength, strength_sigma [Pa]: mean of the shear
     stress over the last FLOWING of the strain and its standard error, from the scatter of ten parts
     in a row; load [Pa], density: means of the normal stress and of the filling factor there.
+    controlled: the scene prescribes the normal stress, or a pressure. direction: 1 or -1, that of
+    the shear along x; strain and shear are positive along it. before: total shear strain of the run
+    at the start of the stage.
     """
 
     stage: str
@@ -91,6 +94,19 @@ class Shearing:
     strength_sigma: float
     load: float
     density: float
+    controlled: bool
+    direction: float
+    before: float
+
+    @property
+    def has_friction(self):
+        """True for a point of a Coulomb line: the normal stress is prescribed and compressive."""
+        return self.controlled and self.load > 0.0
+
+    @property
+    def total_strain(self):
+        """Shear strain along x since the start of the run, (n,)."""
+        return self.before + self.direction * self.strain
 
 
 @dataclass(frozen=True)
@@ -143,11 +159,12 @@ def shearings(run):
 
     Raises DustError where none does.
     """
-    found = []
+    found, before = [], 0.0
     for part in run.parts if "shear_strain" in run.series else []:
         strain = _sheared(part)
         if np.any(np.abs(strain) > ROUNDING) and len(part.series.time) > 2:
-            found.append(_shearing(part, strain))
+            found.append(_shearing(part, strain, before))
+        before += float(strain[-1]) if len(strain) else 0.0
     if not found:
         raise DustError(f"{run.path}: no stage shears; it needs a shear_rate or a shear_speed.")
     return found
@@ -155,11 +172,12 @@ def shearings(run):
 
 def friction(found):
     """The Friction of several Shearing, of one sample or more, or Triaxial; None for fewer than two
-    loads."""
-    load, strength = (np.array([getattr(s, name) for s in found]) for name in ("load", "strength"))
-    if len(found) < 2 or np.ptp(load) == 0.0:
+    loads. Only stages count that have a compressive normal stress, prescribed by the scene."""
+    used = [s for s in found if s.has_friction]
+    load, strength = (np.array([getattr(s, name) for s in used]) for name in ("load", "strength"))
+    if len(used) < 2 or np.ptp(load) == 0.0:
         return None
-    if len(found) == 2:
+    if len(used) == 2:
         slope, cohesion = np.polyfit(load, strength, 1)
         return Friction(float(cohesion), np.nan, float(slope), np.nan)
     (slope, cohesion), covariance = np.polyfit(load, strength, 1, cov=True)
@@ -178,11 +196,21 @@ def _sheared(part):
     return np.cumsum(np.diff(strain * height) / (0.5 * (height[1:] + height[:-1])))
 
 
-def _shearing(part, strain):
+def _controls_normal_stress(part):
+    """Whether the scene prescribes the stress across the shear of a stage, or a pressure."""
+    drives = drives_of(part)
+    drive = drives.get(part.stage_name, {}) if drives else part.scene.get("boundary", {})
+    stress = drive.get("stress")
+    if isinstance(stress, (list, tuple)):
+        return stress[2] != "free"
+    return stress is not None or drive.get("pressure") is not None
+
+
+def _shearing(part, strain, before):
     series = part.series
     shear, normal = _stresses(series)
-    way = np.sign(strain[-1])
-    strain, shear = way * strain, way * shear
+    direction = float(np.sign(strain[-1]))
+    strain, shear = direction * strain, direction * shear
     phi = (
         series.filling_factor.values if "filling_factor" in series else np.full(len(strain), np.nan)
     )
@@ -192,6 +220,9 @@ def _shearing(part, strain):
         shear=shear,
         normal=normal,
         filling_factor=phi,
+        controlled=_controls_normal_stress(part),
+        direction=direction,
+        before=before,
         **flow(strain, shear, normal, phi),
     )
 

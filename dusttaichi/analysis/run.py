@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from dusttaichi.analysis.tension import is_tensile_test, recorded_tension, start_of_tension
 from dusttaichi.errors import DustError
 from dusttaichi.names import WALLS
 from dusttaichi.results.reading import open_tree
@@ -146,17 +147,18 @@ class Run:
     @property
     def compresses(self):
         """True where a filling factor grows (in one of the stages) under a top wall's pressure."""
-        return self._does(lambda part: part._growth > LEAST_CHANGE and part._presses)
+        return self._does(lambda part: part.growth > LEAST_CHANGE and part.has_top_pressure)
 
     @property
     def shrinks(self):
         """True where a periodic cell shrinks along all three axes alike (in one of the stages)."""
-        return self._does(lambda part: part._growth > LEAST_CHANGE and part._evenly)
+        return self._does(lambda part: part.growth > LEAST_CHANGE and part._evenly)
 
     @property
     def stretches(self):
-        """True where the filling factor falls (in a stage) under tension, past a mere release."""
-        return self._does(lambda p: p._growth < -LEAST_CHANGE and p._opens and p._tension > 0.0)
+        """True where the filling factor falls (in a stage) until there is tension: by LEAST_CHANGE,
+        or where the stage ends past the largest tension."""
+        return self._does(lambda part: part._pulls)
 
     @property
     def unloads(self):
@@ -216,28 +218,24 @@ class Run:
         return any(what(part) for part in self.parts)
 
     @property
-    def _opens(self):
-        return self._growth < 0.0 and (self._presses or "stress" in self.series)
+    def has_tension(self):
+        """True where a stress, or the pressure on a top wall, is recorded."""
+        return self.has_top_pressure or "stress" in self.series
+
+    @property
+    def _pulls(self):
+        least = 0.0 if is_tensile_test(self) else LEAST_CHANGE
+        if not (self.growth < -least and self.has_tension):
+            return False
+        return start_of_tension(recorded_tension(self)) is not None
 
     @property
     def _lets_go(self):
-        return self._opens and self._tension <= 0.0
+        opens = self.growth < 0.0 and self.has_tension
+        return opens and not self._pulls and np.nanmean(recorded_tension(self)) <= 0.0
 
     @property
-    def _tension(self):
-        """Mean tension of the records along the axis that grows most [Pa], the largest where the
-        file does not tell of the edges."""
-        series = self.series
-        if "stress" not in series or (self._presses and "box_length" not in series):
-            return -float(series.pressure.sel(wall="top").mean())
-        normal = np.nanmean(np.diagonal(series.stress.values, axis1=1, axis2=2), axis=0)
-        if "box_length" not in series:
-            return float(normal.max())
-        growth = (series.box_length[-1] / self.start.box_length).values
-        return float(normal[np.nanargmax(growth)])
-
-    @property
-    def _growth(self):
+    def growth(self):
         """Relative growth of the filling factor from the start to the end."""
         if "filling_factor" not in self.series or not len(self.series.time):
             return 0.0
@@ -245,7 +243,8 @@ class Run:
         return growth if np.isfinite(growth) else 0.0
 
     @property
-    def _presses(self):
+    def has_top_pressure(self):
+        """True where the pressure on a top wall is recorded."""
         if "pressure" not in self.series:
             return False
         return bool(np.isfinite(self.series.pressure.sel(wall="top")).any())

@@ -49,12 +49,15 @@ def penetration(run):
     speed = -float(velocity[max(first - 1, 0), 2])
     touch = time[first] - depth[first] / speed if speed > 0.0 else time[first]
     own = slice(first, None)
-    time, depth, up = time[own] - touch, depth[own], velocity[own, 2]
+    time, depth, up, force = time[own] - touch, depth[own], velocity[own, 2], force[own, 2]
+    if time[0] > 0.0:  # the moment at the surface, between two records
+        time, depth = np.append(0.0, time), np.append(0.0, depth)
+        up, force = np.append(-speed, up), np.append(0.0, force)
     return Penetration(
         time=time,
         depth=depth,
         velocity=up,
-        force=force[own, 2],
+        force=force,
         radius=radius,
         mass=mass,
         surface=surface,

@@ -20,7 +20,8 @@ from dusttaichi.analysis.ledger import ledger
 from dusttaichi.analysis.loads import held_loads
 from dusttaichi.analysis.outcome import outcome, settled
 from dusttaichi.analysis.restitution import restitution
-from dusttaichi.analysis.tensile import tensile
+from dusttaichi.analysis.tensile import numbers as tensile_numbers
+from dusttaichi.analysis.tensile import rows as tensile_rows
 from dusttaichi.analysis.texts import quantity_text, rate_text
 from dusttaichi.errors import DustError
 from dusttaichi.scene import quantities
@@ -41,7 +42,7 @@ def summary(run, law=None):
     release_modulus, release_sigma, release_pressure, release_phi of the last stage that lets go
     and has enough records, see `releases`;
     strength, strength_sigma, strength_phi, strength_strain, strength_passed, phi_init and
-    strength_law of a sample that is stretched, see `tensile`;
+    strength_law of a sample that is stretched, see `tensile`, or strength_problem: why it has none;
     ratio, ratio_scatter, ratio_low, ratio_high of one pressed from all sides, see `isotropic`;
     missed_loads: (stage, pressure, wanted) [Pa] of each load not reached at the end of its stage;
     outcome (see `analysis.outcome`), settled (the last two snapshots hold the same fragments),
@@ -81,11 +82,16 @@ def summary(run, law=None):
     if run.compresses and numbers["error_bar"] is not None:
         curve = compression_curve(run)
         numbers["error_bar_phi"] = filling_factor_error(numbers["error_bar"], curve)
-    numbers |= _compression(run, law) | dynamic.numbers(run) | _release(run) | _tension(run)
+    numbers |= _compression(run, law) | dynamic.numbers(run) | _release(run) | tensile_numbers(run)
     missed = [held for held in held_loads(run) if held.missed]
     numbers["missed_loads"] = [(held.stage, held.pressure, held.wanted) for held in missed]
     numbers |= _isotropic(run) | _collision(run) | sphere.numbers(run) | sound_numbers(run)
     return numbers | continuum.numbers(run)
+
+
+FIT_ERRORS = ("p_m_sigma", "delta_sigma", "plateau_sigma", "front_speed_sigma", "strength_sigma")
+FIT_ERRORS += ("release_sigma", "sound_speed_sigma")
+ONE_SAMPLE = "one sample: fit error only; replicas show the scatter between samples"
 
 
 def _top_pressure(last):
@@ -155,21 +161,6 @@ def _compression(run, law):
         "p_m_sigma": fit.p_m_sigma,
         "delta": fit.delta,
         "delta_sigma": fit.delta_sigma,
-    }
-
-
-_TENSION = ("strength", "strength_sigma", "strength_phi", "strength_strain")
-
-
-def _tension(run):
-    if not run.stretches:
-        return dict.fromkeys((*_TENSION, "strength_passed", "phi_init", "strength_law"))
-    result = tensile(run)
-    numbers = {name: getattr(result, name) for name in _TENSION}
-    return numbers | {
-        "strength_passed": result.passed,
-        "phi_init": result.phi_init,
-        "strength_law": result.law if np.isfinite(result.law) else None,
     }
 
 
@@ -251,23 +242,6 @@ def _duration(seconds):
     return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {seconds:02d} s"
 
 
-def _tensile_rows(n, row):
-    if n["strength"] is None:
-        return
-    text = quantity_text(n["strength"], "Pa", n["strength_sigma"])
-    if not n["strength_passed"]:
-        text = f"at least {text}: the stress had not fallen yet"
-    strength = n["strength_law"]
-    law = "" if strength is None else f"{quantity_text(strength, 'Pa')} (T19 eq 33)"
-    row("tensile strength", text, str, law)
-    row(
-        "… at filling factor",
-        n["strength_phi"],
-        lambda v: f"{v:.3g} from {n['phi_init']:.3g} (strain {n['strength_strain']:.2f})",
-        f"{0.5 * n['phi_init']:.3g} (T19: half)",
-    )
-
-
 def _isotropic_rows(n, row):
     if n["ratio"] is None:
         return
@@ -313,13 +287,15 @@ def table(numbers):
         pressure = quantity_text(n["release_pressure"], "Pa")
         where = f"from {pressure}, filling factor {n['release_phi']:.3g}"
         row("modulus where it is let go", f"{text} ({where})", str)
-    _tensile_rows(n, row)
+    tensile_rows(n, row)
     _isotropic_rows(n, row)
     _collision_rows(n, row)
     sphere.rows(n, row)
     if n["sound_speed"] is not None:
         row("speed of sound", quantity_text(n["sound_speed"], "m/s", n["sound_speed_sigma"]), str)
     continuum.rows(n, row)
+    if any(n.get(name) is not None and np.isfinite(n[name]) for name in FIT_ERRORS):
+        row("± of the numbers above", ONE_SAMPLE, str)
     row("filling factor", n["filling_factor"], "{:.4f}".format)
     row("pressure on the top wall", n["pressure"], lambda v: f"{v / 1e3:.4g} kPa")
     for stage, pressure, wanted in n["missed_loads"]:
@@ -329,7 +305,9 @@ def table(numbers):
     rows.extend(error_bar_rows(n["error_bar"], n["error_bar_phi"]))
     row("grains", n["grains"], "{:,}".format)
     row("contacts", n["contacts"], "{:,}".format)
-    row("contacts per grain", n["contacts_per_grain"], "{:.2f}".format)
+    around = n["coordination_number"]
+    shared = "" if around is None else f" (coordination number {around:.2f}: each has two grains)"
+    row("contacts per grain", n["contacts_per_grain"], lambda v: f"{v:.2f}{shared}")
     row("steps", n["steps"], "{:,}".format)
     row("simulated time", n["time"], lambda v: quantities.format(v, "time", 5))
     row("wall time", n["wall_time"], _duration)

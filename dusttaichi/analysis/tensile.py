@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dusttaichi.analysis.compression import correlation_factor
+from dusttaichi.analysis.tension import missing_strength, start_of_tension
+from dusttaichi.analysis.texts import quantity_text
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES
 from dusttaichi.physics import laws
@@ -16,8 +18,16 @@ from dusttaichi.physics import laws
 WIDEST = 0.1
 """Largest share by which the filling factor may change within a window (T19 section 3.1)."""
 
+FEWEST = 4
+"""Windows at least, also where the filling factor changes by little."""
+
 QUIET = 0.02
 """Uncertainty of the largest average, as a share of it, that the default windows aim at."""
+
+
+RELEASE = 0.05
+"""Share of the change of the filling factor up to which windows include the pressure that a stage
+begins under."""
 
 
 @dataclass(frozen=True)
@@ -61,9 +71,11 @@ def tensile(run, stage=None, axis=None, windows=None):
 
     windows: how many, each with the same relative change of the filling factor. The default is as
     many as the noise allows: narrow enough for the maximum, wide enough that its uncertainty is
-    below 2 %, and never wider than a change of 10 % (T19 section 3.1).
+    below 2 %, never wider than a change of 10 % (T19 section 3.1), and FEWEST at least.
     The uncertainty of a mean is the scatter of the records around a straight line in the window,
     over sqrt(records), times sqrt((1 + r)/(1 - r)) for a correlation r of neighbouring records.
+    Windows begin where the stress has become tensile, if the release of a pressed sample takes more
+    than RELEASE of the change of the filling factor.
     It is not that of another sample (T19: standard deviation of ten), and the largest of several
     noisy means is too large by about one of it. Raises DustError where nothing is stretched.
     """
@@ -74,7 +86,9 @@ def tensile(run, stage=None, axis=None, windows=None):
             "stress nor a pressure on the top wall."
         )
     axis = _stretched_axis(part) if axis is None else axis
-    duration, phi, stress, edge = _records(part, axis)
+    duration, raw_phi, raw_stress, edge = _records(part, axis)
+    used = _without_release(raw_phi, raw_stress)
+    duration, phi, stress, edge = (a[used:] for a in (duration, raw_phi, raw_stress, edge))
     place = np.log(phi)  # even steps of it are even relative changes
     noise = _noise(place, stress)
     if windows is None:
@@ -92,8 +106,8 @@ def tensile(run, stage=None, axis=None, windows=None):
         stress=mean_stress,
         sigma=sigma,
         count=count.astype(int),
-        raw_filling_factor=phi,
-        raw_stress=stress,
+        raw_filling_factor=raw_phi,
+        raw_stress=raw_stress,
         window=1.0 - float(np.exp(-np.ptp(place) / windows)),
         strength=float(mean_stress[top]),
         strength_sigma=float(sigma[top]),
@@ -103,6 +117,13 @@ def tensile(run, stage=None, axis=None, windows=None):
         phi_init=phi_init,
         law=_law(part, phi_init),
     )
+
+
+def _without_release(phi, stress):
+    """Number of the first record that windows include: 0, or where a pressed sample has been
+    released, if that takes more than RELEASE of the change of the filling factor."""
+    start, place = start_of_tension(stress) or 0, np.log(phi)
+    return start if place[0] - place[start] > RELEASE * np.ptp(place) else 0
 
 
 def _law(part, phi_init):
@@ -190,8 +211,9 @@ def _noise(place, stress):
 
 
 def _fewest(place):
-    """Number of windows in which the filling factor changes by no more than WIDEST."""
-    return max(int(np.ceil(np.ptp(place) / -np.log(1.0 - WIDEST) - 1e-9)), 1)
+    """Number of windows in which the filling factor changes by no more than WIDEST, and in which a
+    rise, a maximum and a fall can be told apart."""
+    return max(int(np.ceil(np.ptp(place) / -np.log(1.0 - WIDEST) - 1e-9)), FEWEST)
 
 
 def _as_many_as_noise_allows(place, stress, duration, noise):
@@ -252,3 +274,44 @@ def fit_strength(results):
         sigma = np.sqrt(np.sum(residual**2) / (len(phi) - 2) / np.sum(x**2))
     factor = np.exp(y.mean() - exponent * np.log(phi).mean())
     return StrengthFit(float(factor), float(exponent), float(sigma))
+
+
+_NUMBERS = ("strength", "strength_sigma", "strength_phi", "strength_strain")
+
+
+def numbers(run):
+    """The numbers of a Run for `summary`, None where it has none of them: strength, strength_sigma,
+    strength_phi, strength_strain, strength_passed, phi_init and strength_law as in Tensile;
+    strength_problem: why a tensile test has no strength."""
+    found = {"strength_problem": missing_strength(run)}
+    if not run.stretches:
+        return found | dict.fromkeys((*_NUMBERS, "strength_passed", "phi_init", "strength_law"))
+    result = tensile(run)
+    return (
+        found
+        | {name: getattr(result, name) for name in _NUMBERS}
+        | {
+            "strength_passed": result.passed,
+            "phi_init": result.phi_init,
+            "strength_law": result.law if np.isfinite(result.law) else None,
+        }
+    )
+
+
+def rows(n, row):
+    """Rows of the table of a summary; n: its numbers."""
+    row("tensile strength", n["strength_problem"], str)
+    if n["strength"] is None:
+        return
+    text = quantity_text(n["strength"], "Pa", n["strength_sigma"])
+    if not n["strength_passed"]:
+        text = f"at least {text}: the stress had not fallen yet"
+    strength = n["strength_law"]
+    law = "" if strength is None else f"{quantity_text(strength, 'Pa')} (T19 eq 33)"
+    row("tensile strength", text, str, law)
+    row(
+        "… at filling factor",
+        n["strength_phi"],
+        lambda v: f"{v:.3g} from {n['phi_init']:.3g} (strain {n['strength_strain']:.2f})",
+        f"{0.5 * n['phi_init']:.3g} (T19: half)",
+    )

@@ -31,6 +31,11 @@ class Triaxial:
     load: float
     density: float
 
+    @property
+    def has_friction(self):
+        """True for a point of the line of friction: the confining stress is compressive."""
+        return self.load > 0.0
+
 
 def triaxials(run):
     """The Triaxial of every such stage of a Run, in their order. Raises DustError without one."""

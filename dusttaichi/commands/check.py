@@ -36,9 +36,9 @@ def check(
 
     scene = load_scene(file, settings=settings)
     how = method.of(scene)
+    preview = None if how.preview is None else how.preview(scene)  # which may still refuse it
     say(f"{scene.name} is a valid scene of the method {scene.method}.")
-    if how.preview is not None:
-        preview = how.preview(scene)
+    if preview is not None:
         _show([*preview.sections, ("Cost", _cost(scene, preview, measure_it=time))])
     if resolved:
         console.print("\nThe scene resolved", style="bold")

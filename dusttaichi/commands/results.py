@@ -17,7 +17,9 @@ COLUMNS = (  # heading, key of analysis.compare, shown as, unit; only what the r
     ("run", "name", "{}", 1),
     ("grains", "grains", "{:,}", 1),
     ("p_m kPa", "p_m", "{:.1f}", 1e3),
+    ("± kPa", "p_m_sigma", "{:.1f}", 1e3),
     ("Delta", "delta", "{:.2f}", 1),
+    ("±", "delta_sigma", "{:.2f}", 1),
     ("rms in phi", "rms", "{:.3f}", 1),
     ("mean in phi", "rms_mean", "{:+.3f}", 1),
     ("law covered", "rms_covered", "{:.2f}", 1),
@@ -29,6 +31,7 @@ COLUMNS = (  # heading, key of analysis.compare, shown as, unit; only what the r
     ("strength at phi", "strength_phi", "{:.3g}", 1),
     ("T19 eq 33 kPa", "strength_law", "{:.3g}", 1e3),
     ("maximum passed", "strength_passed", "{!s}", 1),
+    ("no strength", "strength_problem", "{}", 1),
     ("P/(E_roll/r^3 phi^3)", "ratio", "{:.2f}", 1),
     ("speed m/s", "speed", "{:.3g}", 1),
     ("outcome", "outcome", "{}", 1),
@@ -54,6 +57,7 @@ COLUMNS = (  # heading, key of analysis.compare, shown as, unit; only what the r
     ("restitution of dust", "dust_restitution", "{:.3f}", 1),
     ("rebound", "largest_rebound", "{:.3f}", 1),
     ("share that sticks", "sticking_mass", "{:.2f}", 1),
+    ("numerical dissipation", "numerical_dissipation", "{:.1%}", 1),
     ("time us", "time", "{:.4g}", 1e-6),
     ("ledger", "ledger_worst", "{:.0e}", 1),
 )
@@ -144,6 +148,8 @@ def compare(
         rows = analysis.compare(results)
         drawn = [] if figures is None else plots.save_together(results, figures)
     _say_side_by_side(rows)
+    if any(_known(row.get(key)) for row in rows for key in analysis.FIT_ERRORS):
+        say("±: one sample each, fit error only; replicas show the scatter between samples")
     if output is not None:
         analysis.to_csv(rows, output)
         say_written([output])

@@ -36,8 +36,8 @@ def preview(scene):
     sections = [
         ("Sample", _sample(scene, sample)),
         *([("Dust at the start", _dust(sample, dust, sound, m))] if dust.any() else []),
-        ("Particles", _particles(scene)),
-        ("Time step", _step(scene, fastest, beat)),
+        ("Particles", [*_particles(scene), *_resolution(sample)]),
+        ("Time step", [*_step(scene, fastest, beat), *_whole_steps(scene, beat)]),
         ("Memory", [("state", _memory(scene, len(sample)))]),
     ]
     domain = domain_of(scene, sample, beat / units.TIME)
@@ -98,6 +98,55 @@ def _particles(scene):
         ("smoothing length h", quantities.format(numerics.smoothing_length, "length", digits=4)),
         ("neighbours in reach of the kernel", f"about {around - 1.0:.0f}"),
     ]
+
+
+ACROSS = 12
+"""Spacings across a body that moves, with which numerical dissipation takes 4 % of the energy of a
+bead (docs/continuum.md)."""
+
+
+def _resolution(sample):
+    """Rows of the bodies that are resolved by fewer than ACROSS spacings, which makes numerical
+    dissipation large."""
+    rows, axes = [], list(sample.axes)
+    for number, body in enumerate(sample.bodies):
+        own = sample.position[sample.body == number][:, axes]
+        flies = np.any(body.velocity) or np.any(body.spin)
+        if not flies or not len(own) or body.size == 0.0:
+            continue
+        across = (np.ptp(own, axis=0).min() + sample.spacing) / sample.spacing
+        if across < ACROSS - 0.5:
+            least = quantities.format(across / ACROSS * sample.spacing, "length", digits=2)
+            text = f"{across:.0f} spacings, fewer than the {ACROSS} that keep numerical dissipation"
+            rows.append((f"across {body.name}", f"{text} low; numerics.spacing: {least} has them"))
+    return rows
+
+
+def _whole_steps(scene, beat):
+    """Rows of the times asked for that steps of the run do not meet."""
+    rows = []
+    for plan in scene.stage_plans:
+        of = f" of {plan.name}" if plan.name else ""
+        for name in ("series", "snapshots"):
+            every = getattr(getattr(plan, name), "time", None)
+            if every is not None and every < (1.0 - 1e-9) * beat:
+                rows.append((f"{name}{of}", _instead(every, beat, every)))
+        end = plan.stop.time
+        if end is not None:
+            whole = max(1, round(end / beat)) * beat
+            if abs(whole - end) > NEAR * end:
+                rows.append((f"end{of}", _instead(end, whole, end / round(end / beat + 0.5))))
+    return rows
+
+
+NEAR = 1e-3
+"""Share of the time of the end up to which whole steps meet it."""
+
+
+def _instead(wanted, met, step):
+    wanted, met, step = (quantities.format(t, "time", digits=6) for t in (wanted, met, step))
+    exact = f"numerics.time_step: {step} meets it"
+    return f"{met} in place of {wanted}, in whole steps of the run; {exact}"
 
 
 def _step(scene, fastest, beat):

@@ -137,6 +137,10 @@ def _step(step):
     chosen = f"{step.dt * 1e9:.4g} ns"
     if np.isfinite(step.period):
         chosen += f" = {step.dt / step.period:.3g} of the stiffest period"
+    if step.dt > step.resolved * (1.0 + 1e-9):
+        chosen += (
+            f", {step.dt / step.resolved:.2g} times the step that resolves how fast bodies meet"
+        )
     return [*out, ("time step", chosen)]
 
 

@@ -3,6 +3,7 @@
 Each function returns a matplotlib Figure of its own, without pyplot and without a display.
 """
 
+from functools import partial
 from pathlib import Path
 
 from dusttaichi.analysis import arrival, held_loads, is_triaxial
@@ -71,6 +72,7 @@ __all__ = [
     "dynamic_speeds",
     "dust",
     "ensemble",
+    "drawings",
     "figures_of",
     "figures_of_ensemble",
     "figures_together",
@@ -125,7 +127,14 @@ FEW = 10  # grains: fewer have no structure to show
 
 @styled
 def figures_of(run):
-    """Every figure that a Run has something for, by name.
+    """Every figure that a Run has something for, by name: those of `drawings`."""
+    drawn = {name: draw() for name, draw in drawings(run).items()}
+    return {name: figure for name, figure in drawn.items() if figure is not None}
+
+
+def drawings(run):
+    """Functions that draw what a Run has something for, by the names of the figures; each returns
+    None where the run turns out to lack it.
 
     ledger; compression and coordination (compressed under a wall); isotropic and coordination
     (pressed from all sides); cycles (let go again); loads (pressures that are held); shear (stages
@@ -138,96 +147,100 @@ def figures_of(run):
     Of a run of the continuum: wall_forces, dust (a map), filling_factors; where a bead falls on
     dust impact, bead_profile, deceleration and compacted_volume.
     """
-    several, figures = len(run.series.time) > 1, {}
+    several, found = len(run.series.time) > 1, {}
     if several and "loss" in run.series:
-        figures["ledger"] = ledger(run)
+        found["ledger"] = partial(ledger, run)
     if several and "body_angular_momentum" in run.series:
-        figures["bodies"] = bodies(run)
+        found["bodies"] = partial(bodies, run)
     if run.collides:
-        figures |= {"collision": collision(run), "fragments": collision_spectrum(run)}
+        found |= {
+            "collision": partial(collision, run),
+            "fragments": partial(collision_spectrum, run),
+        }
     if run.compresses:
-        figures["compression"] = compression([run])
+        found["compression"] = partial(compression, [run])
     if run.shrinks:
-        figures["isotropic"] = isotropic([run])
+        found["isotropic"] = partial(isotropic, [run])
     if run.compresses or run.shrinks:
-        figures["coordination"] = coordination([run])
+        found["coordination"] = partial(coordination, [run])
     if run.unloads:
-        figures["cycles"] = cycles(run)
+        found["cycles"] = partial(cycles, run)
     if held_loads(run):
-        figures["loads"] = loads(run)
+        found["loads"] = partial(loads, run)
     if run.sheared:
-        figures["shear"] = shear(run)
+        found["shear"] = partial(shear, run)
     if is_triaxial(run):
-        figures["triaxial"] = triaxial(run)
+        found["triaxial"] = partial(triaxial, run)
     if run.stretches:
-        figures |= {"tensile": tensile([run]), "losses": losses(run)}
-        frames = run.part_that("stretches").snapshots
-        if frames is not None and frames.sizes["snapshot"] > 1 and "tilt" not in frames:
-            figures["fractal"] = fractal(run)
+        found |= _stretched(run)
     if several and "stress" in run.series:
-        figures["stress"] = stress(run)
+        found["stress"] = partial(stress, run)
     if run.has_forces and run.grains >= FEW:
-        figures["structure"] = structure(run)
-        figures |= _spaces(run)
+        found["structure"] = partial(structure, run)
+        # pores in a room, the dimension of a body in the open: neither in a room that is open
+        space = ("pores", pores) if "box" in run.tree["snapshots"] else _FRAGMENT
+        found[space[0]] = _if_possible(space[1], run)
     if run.pushes:
-        figures |= _sound(run)
+        found["sound_speed"] = _if_possible(_sound, run)
     if run.profiles is not None:
-        figures["profile"] = profile(run)
-    if run.has_sphere:
-        figures |= _sphere(run)
+        found["profile"] = partial(profile, run)
+    if run.has_sphere:  # that may not have reached the grains
+        found["sphere"] = _if_possible(sphere, run)
+        if run.snapshots is not None:
+            found["sphere_column"] = _if_possible(sphere_column, run)
     if run.is_continuum:
-        figures |= _continuum(run, several)
-    return figures
+        found |= _continuum(run, several)
+    return found
 
 
-def _sphere(run):
-    """Figures of a sphere among grains, if it reaches them."""
-    try:
-        figures = {"sphere": sphere(run)}
-        return figures if run.snapshots is None else figures | {"sphere_column": sphere_column(run)}
-    except DustError:
-        return {}
+def _stretched(run):
+    """Drawings of a run that is stretched."""
+    found = {"tensile": partial(tensile, [run]), "losses": partial(losses, run)}
+    frames = run.part_that("stretches").snapshots
+    if frames is not None and frames.sizes["snapshot"] > 1 and "tilt" not in frames:
+        found["fractal"] = partial(fractal, run)
+    return found
 
 
-def _spaces(run):
-    """Pores in a room, the dimension of a body in the open: of the last snapshot."""
-    figures = {}
-    for name, draw in (("pores", pores), ("fragment_dimension", fragment_dimension)):
+_FRAGMENT = ("fragment_dimension", fragment_dimension)
+
+
+def _if_possible(draw, run):
+    """A function that draws a figure of a Run, or returns None where it has nothing to show."""
+
+    def drawn():
         try:
-            if (name == "pores") == ("box" in run.tree["snapshots"]):
-                figures[name] = draw(run)
+            return draw(run)
         except DustError:
-            pass  # a room that is open, a body that is small
-    return figures
+            return None
+
+    return drawn
 
 
 def _continuum(run, several):
-    """Figures of a run of the continuum: of an impact of a bead, of faces, of filling factors."""
-    figures = {}
+    """Of a run of the continuum: drawings of an impact of a bead, of faces, of filling factors."""
+    found = {}
     if several and "pressure" in run.series and set(WALLS) & set(run.scene["boundary"]):
-        figures["wall_forces"] = wall_forces(run)
+        found["wall_forces"] = partial(wall_forces, run)
     if run.snapshots is None:
-        return figures
-    figures["dust"] = dust(run)
+        return found
+    found["dust"] = partial(dust, run)
     if has_dust(run):
-        figures["filling_factors"] = filling_factors(run)
+        found["filling_factors"] = partial(filling_factors, run)
     if run.intrudes:
-        figures |= {
-            "impact": impact(run),
-            "bead_profile": bead_profile([run]),
-            "deceleration": deceleration([run]),
-            "compacted_volume": compacted_volume([run]),
+        found |= {
+            "impact": partial(impact, run),
+            "bead_profile": partial(bead_profile, [run]),
+            "deceleration": partial(deceleration, [run]),
+            "compacted_volume": partial(compacted_volume, [run]),
         }
-    return figures
+    return found
 
 
 def _sound(run):
-    """The speed of sound of a run with a push, if it has snapshots that tell."""
-    try:
-        arrivals = arrival(run)
-        return {"sound_speed": sound_speed(arrivals, fit_speed(arrivals))}
-    except DustError:
-        return {}
+    """The speed of sound of a run with a push."""
+    arrivals = arrival(run)
+    return sound_speed(arrivals, fit_speed(arrivals))
 
 
 def save_ensemble(data, directory, suffix=".png"):

@@ -6,6 +6,13 @@ from dusttaichi.analysis.cycles import pressure_of, releases
 from dusttaichi.plots import style
 
 LEAST = 1e-4  # of the largest pressure, down to which the axis reaches at most
+LINEAR = 1e-2  # of the largest pressure: the axis is linear below the next decade, with tension
+# colour, line width and order of each kind of stage
+LOOKS = {
+    "loading": (style.BLUE, 0.9, 2),
+    "unloading": (style.ORANGE, 1.4, 3),
+    "pulling": (style.GREEN, 0.9, 2),
+}
 
 
 @style.styled
@@ -25,27 +32,38 @@ def cycles(run):
 
 def _path(axes, run):
     """Pressure and filling factor of all records of a Run."""
-    largest, names = 0.0, {True: "unloading", False: "loading"}
+    kinds = {part.stage_name: _kind(part) for part in run.parts}
+    pulled, largest, named = "pulling" in kinds.values(), 0.0, set()
     for part in run.parts:
-        lets_go = part.unloads
-        records = (part.start, part.series)
+        records, kind = (part.start, part.series), kinds[part.stage_name]
         pressure = np.hstack([pressure_of(one) for one in records]) / 1e3
         phi = np.hstack([one.filling_factor.values for one in records])
-        shown = pressure > 0.0
+        shown = np.isfinite(pressure) if pulled else pressure > 0.0
+        color, width, order = LOOKS[kind]
+        label = None if kind in named else kind
         axes.plot(
-            pressure[shown],
-            phi[shown],
-            color=style.ORANGE if lets_go else style.BLUE,
-            linewidth=1.4 if lets_go else 0.9,
-            zorder=3 if lets_go else 2,
-            label=names.pop(lets_go, None),
+            pressure[shown], phi[shown], color=color, linewidth=width, zorder=order, label=label
         )
+        named.add(kind)
         largest = max(largest, *pressure)
-    axes.set_xscale("log")
-    if largest > 0.0:
+    if pulled:
+        decade = np.ceil(np.log10(LINEAR * largest)) if largest > 0.0 else 0.0
+        axes.set_xscale("symlog", linthresh=10.0**decade)
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.axvline(0.0, color=style.GREY, linewidth=0.6)
+    else:
+        axes.set_xscale("log")
+    if largest > 0.0 and not pulled:
         axes.set_xlim(max(axes.get_xlim()[0], LEAST * largest), 1.5 * largest)
-    axes.set_xlabel("pressure (kPa)")
+    axes.set_xlabel("pressure (kPa)" + (", negative in tension" if pulled else ""))
     axes.set_ylabel(r"filling factor $\phi$")
+
+
+def _kind(part):
+    """What a stage does: "pulling", "unloading" or "loading"."""
+    if part.stretches:
+        return "pulling"
+    return "unloading" if part.unloads else "loading"
 
 
 def _moduli(axes, known):

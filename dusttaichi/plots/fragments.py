@@ -10,15 +10,14 @@ from dusttaichi.plots import style
 def mass_spectrum(spectra, labels=None):
     """Fragments of at least a mass against that mass, for one MassSpectrum or several.
 
-    Masses are in those of the largest fragment of all, drawn as steps. labels: one for each.
+    Masses are shares of the mass of all fragments, drawn as steps. labels: one for each.
     """
     spectra = list(spectra) if isinstance(spectra, (list, tuple)) else [spectra]
     labels = [None] * len(spectra) if labels is None else list(labels)
     figure, (axes,) = style.new_figure(height=3.4)
-    largest = max(spectrum.mass[-1] for spectrum in spectra)
     for number, (spectrum, label) in enumerate(zip(spectra, labels, strict=True)):
         # the count holds from below its mass to it
-        mass = np.concatenate([spectrum.mass[:1] * 0.8, spectrum.mass]) / largest
+        mass = np.concatenate([spectrum.mass[:1] * 0.8, spectrum.mass]) / spectrum.mass.sum()
         count = np.concatenate([spectrum.count[:1], spectrum.count])
         axes.step(mass, count, where="pre", label=label, **style.run_style(number))
         axes.plot(mass[-1], count[-1], "o", ms=4, color=style.run_style(number)["color"])
@@ -27,7 +26,7 @@ def mass_spectrum(spectra, labels=None):
     axes.set_ylim(0.8, None)
     style.few_ticks(axes.xaxis)
     style.few_ticks(axes.yaxis)
-    axes.set_xlabel("mass of the fragment / mass of the largest")
+    axes.set_xlabel("mass of the fragment / total mass")
     axes.set_ylabel("fragments of at least this mass")
     if any(labels):
         style.legend(axes)

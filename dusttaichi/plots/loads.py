@@ -60,15 +60,17 @@ def _path(run):
 
 @style.styled
 def shear(run, others=()):
-    """Shear stress of a Run against the shear strain of each stage that shears; of several, below,
-    the strength against the normal stress, with the line of friction, and the filling factor.
+    """Shear stress of a Run against the shear strain of each stage that shears; where stages shear
+    there and back the loop, against the total shear strain.
 
-    others: runs of the same scene on other samples: open points, and part of the line.
-    Raises DustError where nothing is sheared.
+    Below, of several stages under a normal stress that the scene prescribes, the strength against
+    it, with the line of friction, and against the filling factor. others: runs of the same scene on
+    other samples: open points, and part of the line. Raises DustError where nothing is sheared.
     """
     found = shearings(run)
-    more = [one for other in others for one in shearings(other)]
-    several = len(found) + len(more) > 1
+    loaded = [one for one in found if one.has_friction]
+    more = [one for other in others for one in shearings(other) if one.has_friction]
+    several = len(loaded) + len(more) > 1
     figure, (curves, *below) = style.new_figure(
         height=7.2 if several else 3.7,
         rows=3 if several else 1,
@@ -76,17 +78,32 @@ def shear(run, others=()):
         shared=False,
     )
     scale, unit = _stress_unit(np.concatenate([one.shear for one in found]))
+    colors = _shear_curves(curves, found, scale)
+    curves.set_ylabel(f"shear stress ({unit})")
+    if several:
+        _strengths(below, [*loaded, *more], len(loaded), colors=colors, scale=scale, unit=unit)
+    return figure
+
+
+def _shear_curves(axes, found, scale):
+    """Draws the shear stress of Shearings; the colour of each stage, by its name."""
+    cyclic = len({one.direction for one in found}) > 1
+    loads_said = all(one.controlled for one in found)
     colors = {}
     for number, one in enumerate(found):
         own = style.run_style(number)
         colors[one.stage] = own["color"]
-        curves.plot(one.strain, one.shear * scale, label=f"{one.load / 1e3:.3g} kPa", **own)
-    curves.set_xlabel("shear strain of the stage")
-    curves.set_ylabel(f"shear stress ({unit})")
-    style.legend(curves, title="normal stress", ncols=2)
-    if several:
-        _strengths(below, [*found, *more], len(found), colors=colors, scale=scale, unit=unit)
-    return figure
+        label = f"{one.load / 1e3:.3g} kPa" if loads_said else one.stage or "sheared"
+        if cyclic:
+            axes.plot(one.total_strain, one.direction * one.shear * scale, label=label, **own)
+        else:
+            axes.plot(one.strain, one.shear * scale, label=label, **own)
+    if cyclic:
+        axes.axhline(0.0, color=style.GREY, linewidth=0.6)
+    axes.set_xlabel("total shear strain" if cyclic else "shear strain of the stage")
+    title = "normal stress" if loads_said else "normal stress not prescribed"
+    style.legend(axes, title=title, ncols=2)
+    return colors
 
 
 def _strengths(panels, found, own, *, colors, scale, unit):
@@ -101,8 +118,9 @@ def _strengths(panels, found, own, *, colors, scale, unit):
             )  # fmt: skip
     fit = friction(found)
     if fit is not None:
-        x = np.array([0.0, 1.05 * max(one.load for one in found[:own])])
-        text = rf"$\tau = {fit.cohesion * scale:.2g}$ {unit} $+ {fit.slope:.2f}\,\sigma_n$"
+        x = np.array([0.0, 1.05 * max(one.load for one in found)])
+        slope = f"{fit.slope:+.2f}"
+        text = rf"$\tau = {fit.cohesion * scale:.2g}$ {unit} ${slope}\,\sigma_n$"
         line.plot(
             x * scale,
             (fit.cohesion + fit.slope * x) * scale,

@@ -38,14 +38,16 @@ def _panel(panel, one: Against):
     chosen = np.linspace(0, len(one.lines) - 1, count).round().astype(int)
     for number, n in enumerate(chosen):
         label, look = one.lines[n], _look(number, count)
-        known = np.isfinite(one.mean[n])
         runs = np.broadcast_to(one.x[:, None], one.runs[n].shape)
         if one.runs.shape[-1] > 1:
             dots = {"markersize": 2.5, "markeredgewidth": 0, "alpha": 0.4}
             panel.plot(runs.ravel(), one.runs[n].ravel(), "o", color=look["color"], **dots)
-        bars = np.nan_to_num(one.std[n][known])
+        bars = np.where(np.isfinite(one.std[n]), one.std[n], 0.0)
+        if one.ticks is not None:  # nothing is between two names, or two samples
+            look = look | {"linestyle": "none"}
         label = style.superscripts(label) or "_"
-        panel.errorbar(one.x[known], one.mean[n][known], bars, label=label, **look)
+        # with a gap where no run has the number
+        panel.errorbar(one.x, one.mean[n], bars, label=label, **look)
     _axes(panel, one)
 
 

@@ -89,11 +89,12 @@ def _lead(run):
 
 
 def _run(run):
+    figures, failed = _figures(run)
     return {
         "name": run.name,
         "status": run.status,
-        "table": [list(row) for row in table(summary(run))],
-        "figures": shown(_figures(run)),
+        "table": [list(row) for row in [*table(summary(run)), *failed]],
+        "figures": figures,
         "particles": particles(run) if run.tree is not None else None,
         "scene": run.attrs.get("scene_resolved", "").strip(),
         "provenance": provenance(run.attrs),
@@ -106,20 +107,26 @@ def provenance(attrs):
 
 
 def _figures(run):
-    """The figures of a run; of one that has only begun those that there are."""
-    try:
-        return plots.figures_of(run)
-    except (DustError, ValueError, IndexError):
-        return {}
+    """(figures as the page has them, rows of the table that name those that could not be drawn)."""
+    found, failed = [], []
+    for name, draw in plots.drawings(run).items():
+        try:
+            figure = draw()
+            found += shown({} if figure is None else {name: figure})
+        except Exception as error:  # whatever is wrong with one, the others are drawn
+            why = error if isinstance(error, DustError) else f"{type(error).__name__}: {error}"
+            failed.append(("figure not drawn", f"{title_of(name)}: {why}", ""))
+    return found, failed
+
+
+def title_of(name):
+    """The title that the page gives a figure."""
+    return TITLES.get(name, name.replace("_", " ").capitalize())
 
 
 def shown(figures):
     """matplotlib Figures by name as the page has them."""
-    found = []
-    for name, figure in figures.items():
-        title = TITLES.get(name, name.replace("_", " ").capitalize())
-        found.append(interactive(figure, name, title))
-    return found
+    return [interactive(figure, name, title_of(name)) for name, figure in figures.items()]
 
 
 def _side_by_side(runs):

@@ -56,19 +56,19 @@ def check(sim, m, start, tolerance=0.01):
     if not np.isfinite(m.energy) or not np.isfinite(m.losses).all():
         raise GuardStop(
             f"{moment(sim)} the energy is not a number: the step is too long for what happens. Try "
-            "a smaller numerics.time_step or a lower speed."
+            f"a smaller {sim.step_key} or a lower speed."
         )
     residual, through = turnover(m, start)
     if abs(residual) > tolerance * through:
         raise GuardStop(
             f"{moment(sim)} the energy ledger is open by {abs(residual) / through:.2%} of the "
             f"energy that has gone through the system, more than {tolerance:.2%}: the step does "
-            "not resolve the motion. Try a smaller numerics.time_step."
+            f"not resolve the motion. Try a smaller {sim.step_key}."
         )
     worst = int(np.argmin(m.losses))
     if m.losses[worst] < -tolerance * through:
         raise GuardStop(
             f"{moment(sim)} the losses by {sim.channels[worst]} are negative, "
             f"{-m.losses[worst] / through:.2%} of the energy that has gone through the system: the "
-            "step is so long that it makes energy. Try a smaller numerics.time_step."
+            f"step is so long that it makes energy. Try a smaller {sim.step_key}."
         )

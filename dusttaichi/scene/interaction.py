@@ -119,6 +119,12 @@ class _Registered:
         blocks = [self._block(name) for name in names]
         return {"anyOf": [*own.get("anyOf", [own]), *blocks]} if blocks else own
 
+    def block_of(self, value: Any) -> type[Block] | None:
+        """The block of the registered law that a value of the YAML names; None for others."""
+        name = value.get(self.key) if isinstance(value, dict) else None
+        known = isinstance(name, str) and name in registry.names(self.effect)
+        return registry.block_of(self.effect, name) if known else None
+
     def _block(self, name: str) -> dict:
         schema = registry.block_of(self.effect, name).model_json_schema()
         if "$defs" in schema:  # a resource of its own, within which its references count

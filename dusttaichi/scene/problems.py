@@ -57,7 +57,7 @@ def describe(
             found.append((path, item))
     found.sort(key=lambda entry: _line(entry[0], lines) or 0)
     told = [
-        line(path, what if isinstance(what, str) else _text(root, what), data, lines)
+        line(path, what if isinstance(what, str) else _text(root, what, data), data, lines)
         for path, what in found[:MOST_LINES]
     ]
     return told + [_more(found)] * (len(found) > MOST_LINES)
@@ -123,12 +123,12 @@ def _value(path: Path, data: Any) -> str:
     return f" = {text if len(text) <= 70 else text[:67] + '...'}"
 
 
-def _text(root: type[BaseModel], item: dict) -> str:
+def _text(root: type[BaseModel], item: dict, data: Any) -> str:
     kind, ctx = item["type"], item.get("ctx", {})
     if kind == "missing":
-        return f"it is missing{_hint(root, item['loc'])}"
+        return f"it is missing{_hint(root, item['loc'], data)}"
     if kind == "extra_forbidden":
-        return _unknown(root, item["loc"])
+        return _unknown(root, item["loc"], data)
     if kind == "literal_error":
         return f"{_guess(item['input'], ctx['expected'])}{_either(ctx['expected'])} is needed"
     if kind == "union_tag_invalid":
@@ -136,11 +136,11 @@ def _text(root: type[BaseModel], item: dict) -> str:
         return f"{_guess(ctx['tag'], tags)}{_either(tags)} is needed"
     if kind == "union_tag_not_found":
         key = ctx["discriminator"].strip("'")
-        blocks = _blocks(root, item["loc"])
+        blocks = _blocks(root, item["loc"], data)
         tags = [repr(typing.get_args(b.model_fields[key].annotation)[0]) for b in blocks]
         return f"{key} is missing, {_either(', '.join(tags))} is needed"
     if kind in ("model_type", "model_attributes_type"):
-        return _block_needed(_blocks(root, item["loc"]), item["input"])
+        return _block_needed(_blocks(root, item["loc"], data), item["input"])
     return _FORM.get(kind, item["msg"])
 
 
@@ -188,15 +188,18 @@ def _members(annotation: Any) -> list[type[BaseModel]]:
     return [block for part in typing.get_args(annotation) for block in _members(part)]
 
 
-def _blocks(root: type[BaseModel], loc: Path) -> list[type[BaseModel]]:
-    """The blocks that may stand at a location; a union member's name in it selects that one."""
+def _blocks(root: type[BaseModel], loc: Path, data: Any) -> list[type[BaseModel]]:
+    """The blocks that may stand at a location of the data; a union member's name in it, or the
+    name of a registered law in the data, selects that one."""
     blocks = [root]
     for key in loc:
+        present, value = _step(data, key)
+        data = value if present else data  # the names of union members are not in it
         below = [
             member
             for block in blocks
             if key in block.model_fields
-            for member in choices(block.model_fields[key])
+            for member in _chosen(block.model_fields[key], data)
         ]
         named = [block for block in blocks if key in _tags(block)]
         if below:
@@ -206,14 +209,21 @@ def _blocks(root: type[BaseModel], loc: Path) -> list[type[BaseModel]]:
     return blocks
 
 
+def _chosen(item: FieldInfo, value: Any) -> list[type[BaseModel]]:
+    """The block of the registered law that a value names, or all that may be in its place."""
+    found = (mark.block_of(value) for mark in item.metadata if hasattr(mark, "block_of"))
+    named = [block for block in found if block is not None]
+    return named or choices(item)
+
+
 def _tags(block: type[BaseModel]) -> set[str]:
     fields = [block.model_fields[name] for name in ("kind", "model") if name in block.model_fields]
     return {tag for item in fields for tag in typing.get_args(item.annotation)}
 
 
-def _hint(root: type[BaseModel], loc: Path) -> str:
+def _hint(root: type[BaseModel], loc: Path, data: Any) -> str:
     """What a missing key needs."""
-    for block in _blocks(root, loc[:-1]):
+    for block in _blocks(root, loc[:-1], data):
         item = block.model_fields.get(str(loc[-1]))
         if item is None:
             continue
@@ -225,11 +235,11 @@ def _hint(root: type[BaseModel], loc: Path) -> str:
     return ""
 
 
-def _unknown(root: type[BaseModel], loc: Path) -> str:
+def _unknown(root: type[BaseModel], loc: Path, data: Any) -> str:
     key = str(loc[-1])
     known = [
         name
-        for block in _blocks(root, loc[:-1])
+        for block in _blocks(root, loc[:-1], data)
         for name in (*block.extra_keys, *block.model_fields)
     ]
     close = difflib.get_close_matches(key, known, 1)

@@ -4,6 +4,7 @@ import pytest
 import synthetic
 from typer.testing import CliRunner
 
+from dusttaichi import analysis
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 
@@ -41,3 +42,14 @@ def test_compare(folder, tmp_path, capsys):
     assert "strength_law" in heading and "p_m_sigma" in heading
     with pytest.raises(DustError, match="no result"):
         dust("compare", folder / "nothing")
+
+
+def test_errors_of_fits_are_not_taken_for_scatter(folder):
+    """One sample: the table of the run and that of several say what their ± is."""
+    with analysis.open_run(folder / "box") as run:
+        rows = dict(row[:2] for row in analysis.table(analysis.summary(run)))
+    # both numbers are of the same contacts, and say so
+    assert rows["contacts per grain"].endswith("each has two grains)")
+    assert rows["± of the numbers above"].startswith("one sample: fit error only")
+    text = dust("compare", folder / "box", folder / "a")
+    assert "± kPa" in text and "±: one sample each, fit error only" in text

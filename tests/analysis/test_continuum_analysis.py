@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from continuum_results import frame, write
 
 from dusttaichi.analysis import continuum as of
@@ -73,6 +74,18 @@ def test_intrusion_finds_the_sine_again(fallen):
     assert way.rebound == pytest.approx(0.01)
 
 
+def test_the_share_of_numerical_dissipation_is_told(fallen):
+    with open_run(fallen.path) as run:
+        assert summary(run)["numerical_dissipation"] is None  # nothing is lost
+        channels = ["compaction", "tension", "shear", "viscosity", "artificial", "grid"]
+        lost = np.linspace(0.0, 1.0, len(run.series.time))[:, None] * [50, 3, 20, 6, 1, 20]
+        run.series["loss"] = xr.DataArray(lost, {"channel": channels}, ("time", "channel"))
+        numbers = summary(run)
+    assert numbers["numerical_dissipation"] == pytest.approx(0.27)
+    rows = dict(row[:2] for row in table(numbers))
+    assert rows["numerical dissipation"] == "27.0% of the energy lost"
+
+
 def test_momentum_over_area_is_that_of_a_sphere():
     """G09 eq 16: the disc of the same density and diameter has the sphere's value."""
     sphere = laboratory.sphere_mass(1.1e-3, 2540.0)
@@ -129,6 +142,28 @@ def test_the_final_table_has_the_numbers(fallen):
     rows = {what: (value, beside) for what, value, beside in table(numbers)}
     assert rows["filling factor within 0.3 mm below"][0] == "0.250"
     assert rows["particles"][0] == "481" and "eq 12" in rows["… with g t^2/2 taken away"][1]
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_body_that_spins_in_place_has_no_restitution(tmp_path):
+    """Its particles move, its momentum is 0 up to rounding: nothing comes back of nothing."""
+    x = bed(6, 6)
+    mass = np.full(len(x), 300.0 * A**2 * 3**0.5 / 2)
+    about = x - x.mean(axis=0)
+    spin = np.cross([0.0, 10.0, 0.0], about)
+    spin -= np.average(spin, axis=0, weights=mass) - [0.0, 0.0, 1e-17]
+    momentum = np.zeros((2, 3))
+    path = write(
+        tmp_path / "result.nc",
+        series={"time": [0, 1e-3], "step": [0, 1], "momentum": momentum, "wall_clock": [0, 0],
+                "energy_residual": [0, 0], "energy_residual_relative": [0, 0]},
+        snapshots=[frame(x, spin), frame(x, spin)],
+        static={"mass": mass, "role": np.zeros(len(x)), "body": np.zeros(len(x))},
+        sample={"kind": "sphere"},
+    )  # fmt: skip
+    with open_run(path) as run:
+        numbers = summary(run)
+    assert numbers["dust_restitution"] is None and numbers["largest_rebound"] is None
 
 
 def test_pieces_fly_apart_and_stick(tmp_path):

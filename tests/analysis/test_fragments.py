@@ -157,6 +157,11 @@ def test_growth_efficiency_and_spectrum(tmp_path):
         assert spectrum.histogram.tolist() == [3, 0, 1, 1] and len(spectrum.edges) == 5
         (axes,) = plots.mass_spectrum([spectrum], ["made"]).axes
         assert "fragments" in axes.get_ylabel() and axes.get_xscale() == "log"
+        # the largest holds 11 of 20 grains, whatever was there before
+        before = analysis.mass_spectrum(analysis.fragments(run, 0))
+        both = plots.mass_spectrum([before, spectrum]).axes[0].lines
+        ends = [line.get_xdata()[-1] for line in both if len(line.get_xdata()) > 1]
+        assert ends == pytest.approx([14 / 20, 11 / 20])
         with pytest.raises(DustError, match="no snapshot 9; allowed: 0 to 3"):
             analysis.fragments(run, 9)
 

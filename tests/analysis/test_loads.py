@@ -22,21 +22,63 @@ SCENE = "boundary: {kind: box, pressure: 5 kPa}"
 
 
 def run(scene="", **variables):
-    time = np.linspace(0.0, 1e-5, N)
+    (length,) = {len(v) for v in variables.values()}
+    time = np.linspace(0.0, 1e-5, length)
     dims = {1: ("time",), 3: ("time", "xyz", "axis")}
     data = {name: (dims[np.ndim(v)], v) for name, v in variables.items()}
-    data["step"] = ("time", np.arange(N))
+    data["step"] = ("time", np.arange(length))
     series = xr.Dataset(data, {"time": time}, {"scene_resolved": scene, "title": "made"})
     return Run("nowhere/result.nc", series)
 
 
-def sheared(load, strength):
+def sheared(load, strength, scene="boundary: {kind: periodic, stress: [free, free, -1 kPa]}"):
     """A cell that yields at once, at this normal stress [Pa] and this strength [Pa]."""
     stress = np.zeros((N, 3, 3))
     stress[:, 0, 2] = stress[:, 2, 0] = -strength  # against the way of the image above
     stress[:, 2, 2] = -load
     strain = -np.linspace(0.0, 0.2, N)
-    return run(stress=stress, shear_strain=strain, filling_factor=np.full(N, 0.3))
+    return run(scene, stress=stress, shear_strain=strain, filling_factor=np.full(N, 0.3))
+
+
+def cyclic(drive=""):
+    """A cell sheared to 0.2, back to -0.2 and to 0 again, at 1, 2 and 3 kPa of normal stress."""
+    ends, level = (0.0, 0.2, -0.2, 0.0), np.repeat([1e3, 2e3, 3e3], N)
+    strain = np.hstack([np.linspace(a, b, N) for a, b in zip(ends, ends[1:], strict=False)])
+    stress = np.zeros((3 * N, 3, 3))
+    stress[:, 0, 2] = stress[:, 2, 0] = np.repeat([1.0, -1.0, 1.0], N) * 5e3
+    stress[:, 2, 2] = -level
+    stages = "".join(f"- {{name: {n}, drive: {{shear_rate: 1{drive}}}}}\n" for n in "abc")
+    one = run(
+        f"stages:\n{stages}", stress=stress, shear_strain=strain,
+        filling_factor=np.full(3 * N, 0.3), stage=np.repeat([0, 1, 2], N),
+    )  # fmt: skip
+    one.attrs["stages"] = "a b c"
+    return one
+
+
+def test_a_line_of_friction_needs_a_prescribed_compressive_normal_stress():
+    """At constant volume the normal stress is what comes of it; a tensile one has no friction."""
+    free = [cyclic(), cyclic(", stress: [-1 kPa, -1 kPa, free]"), cyclic(", strain_rate: 1")]
+    for one in free:
+        assert friction(shearings(one)) is None and len(shear(one).axes) == 1
+    for drive in (", stress: [free, free, -1 kPa]", ", stress: -1 kPa", ", pressure: 1 kPa"):
+        assert friction(shearings(cyclic(drive))).slope == pytest.approx(0.0, abs=1e-9)
+    tensile = [shearings(sheared(load, 2e3))[0] for load in (-2e3, -5e3)]
+    assert friction(tensile) is None and friction([*tensile, *shearings(sheared(1e3, 1.0))]) is None
+
+
+def test_shear_there_and_back_is_a_loop():
+    """Against the total shear strain, with the sign of the stress."""
+    first, back, again = shearings(cyclic())
+    assert [one.direction for one in (first, back, again)] == [1.0, -1.0, 1.0]
+    assert back.total_strain[[0, -1]] == pytest.approx([0.2, -0.2])
+    assert again.total_strain[-1] == pytest.approx(0.0)
+    axes = shear(cyclic()).axes[0]
+    forth, and_back = axes.lines[:2]
+    np.testing.assert_allclose(and_back.get_xdata(), back.total_strain)
+    assert forth.get_ydata()[0] == pytest.approx(5.0)
+    assert and_back.get_ydata()[0] == pytest.approx(-5.0)
+    assert axes.get_xlabel() == "total shear strain"
 
 
 def test_strength_and_friction():

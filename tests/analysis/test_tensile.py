@@ -5,8 +5,9 @@ import pytest
 import synthetic
 import xarray as xr
 
-from dusttaichi import analysis
+from dusttaichi import analysis, plots
 from dusttaichi.analysis.tensile import WIDEST
+from dusttaichi.analysis.tension import missing_strength
 from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
 
@@ -130,3 +131,83 @@ def test_fit_of_several_strengths():
     assert np.isnan(analysis.fit_strength(results[:2]).exponent_sigma)
     assert analysis.fit_strength(results[:1]) is None
     assert analysis.fit_strength([results[0]] * 3) is None
+
+
+def pulled_from_pressure(noise=0.0, fall=0.06, strength=2e3, stop="{past_maximum: 0.8}"):
+    """A stage that starts at 100 kPa, is released over a third of its strain, pulled to `strength`
+    at two thirds and ends at a fifth of it; the filling factor falls by the share `fall`."""
+    points = 300
+    way = np.linspace(0.0, 1.0, points)
+    stress = np.where(
+        way < 1 / 3, -1e5 * (1 - 3 * way), strength * (1 - 0.8 * (3 * np.abs(way - 2 / 3)) ** 2)
+    )
+    stress[(way >= 1 / 3) & (way < 2 / 3)] = (
+        strength * (3 * way[(way >= 1 / 3) & (way < 2 / 3)] - 1) ** 0.5
+    )
+    rng = np.random.default_rng(1)
+    tensor = np.zeros((points, 3, 3))
+    tensor[:, 2, 2] = stress + noise * strength * rng.standard_normal(points)
+    data = {
+        "step": ("time", np.arange(points)),
+        "filling_factor": ("time", 0.4 * (1.0 - fall * way)),
+        "box_length": (("time", "xyz"), np.stack([*np.ones((2, points)), 1 / (1 - fall * way)], 1)),
+        "stress": (("time", "xyz", "axis"), tensor),
+        "stage": ("time", (np.arange(points) > 0).astype(int)),
+    }
+    labels = {"time": 1e-6 * np.arange(points), "xyz": list("xyz"), "axis": list("xyz")}
+    scene = f"stages: [{{name: press}}, {{name: pull, stop: {stop}}}]"
+    attrs = {"scene_resolved": scene, "stages": "press pull", "title": "made"}
+    return analysis.Run("made/result.nc", xr.Dataset(data, labels, attrs))
+
+
+@pytest.mark.parametrize(("noise", "fall"), [(0.0, 0.06), (0.2, 0.06), (0.2, 0.5), (0.0, 5e-4)])
+def test_a_tensile_test_that_begins_under_pressure_has_a_strength(noise, fall):
+    """The mean stress of the stage is compressive, -17 kPa; its strength is 2 kPa."""
+    run = pulled_from_pressure(noise, fall)
+    assert run.stretches and not run.unloads and missing_strength(run) is None
+    t = analysis.tensile(run)
+    # the mean of the quarter of the pull with the maximum is 10 % lower, and never the pressure
+    assert 0.85 * 2e3 < t.strength < 1.05 * 2e3 and t.stress[1:].min() > 0.0 and t.passed
+    assert len(t.raw_stress) == 299  # the release is in the records
+
+
+def test_a_tensile_test_without_tension_says_why(tmp_path):
+    with analysis.open_run(synthetic.cell_run(tmp_path / "result.nc")) as run:
+        assert run.stretches and analysis.summary(run)["strength_problem"] is None
+        run.series.stress[:] = -np.abs(run.series.stress)
+        assert not run.stretches and missing_strength(run) is None  # it may be a release
+        scene = run.attrs["scene_resolved"].replace("m/s]}}", "m/s]}, stop: {past_maximum: 0.8}}")
+        run.attrs["scene_resolved"] = scene
+        rows = dict(row[:2] for row in analysis.table(analysis.summary(run)))
+        assert rows["tensile strength"].startswith("none: the mean stress stayed compressive")
+        (row,) = analysis.compare([run])
+        assert row["strength"] is None and row["strength_problem"] == rows["tensile strength"]
+
+
+def test_cycles_show_the_tension_of_what_is_pulled():
+    figure = plots.cycles(_pressed_released_pulled())
+    path = figure.axes[0]
+    labels = [line.get_label() for line in path.lines]
+    assert {"loading", "unloading", "pulling"} <= set(labels)
+    pulling = path.lines[labels.index("pulling")]
+    assert pulling.get_xdata().min() == pytest.approx(-2.0 / 3.0, rel=0.01)  # the mean of the cell
+    assert path.get_xlim()[0] < -2.0 / 3.0 and path.get_xscale() == "symlog"
+
+
+def _pressed_released_pulled():
+    """The same after a stage that releases the sample from 50 to 5 kPa."""
+    run = pulled_from_pressure()
+    series = run.series
+    release = series.isel(time=slice(0, 50)).copy(deep=True)
+    release.stress[:, 2, 2] = np.linspace(-5e4, -5e3, 50)
+    release.filling_factor[:] = np.linspace(0.41, 0.40, 50)
+    release["stage"] = ("time", (np.arange(50) > 0).astype(int))
+    pull = series.assign_coords(time=series.time + 1e-3, step=("time", series.step.values + 50))
+    pull["stage"] = ("time", np.where(np.arange(300) > 0, 3, 2))
+    joined = xr.concat([release.assign_coords(step=("time", release.step.values)), pull], "time")
+    joined.attrs = series.attrs | {
+        "stages": "press release again pull",
+        "scene_resolved": "stages: [{name: press}, {name: release}, {name: again}, "
+        "{name: pull, stop: {past_maximum: 0.8}}]",
+    }
+    return analysis.Run("made/result.nc", joined)

@@ -1,5 +1,6 @@
 """`dust check`: quick, in the order of a physicist, with the speed of this machine."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ from typer.testing import CliRunner
 
 from dusttaichi.commands.app import app
 from dusttaichi.commands.check import _duration
+from dusttaichi.errors import DustError
 from dusttaichi.scene import load
 from dusttaichi.studies import speeds, starts
 
@@ -43,6 +45,48 @@ def test_of_a_continuum_it_says_particles_material_and_step(fresh):
         "steps at most                              353",
     ):
         assert line in text
+
+
+def test_of_a_continuum_it_says_what_is_coarse_and_what_whole_steps_miss(fresh):
+    """The bead of configs/trade is 5.5 spacings wide; a step of the run is 25.47 us."""
+    bead = str(Path(__file__).parents[2] / "configs/trade/bead.yaml")
+    text = said(bead, "--set", "stop.time=400 us")
+    assert "spacings, fewer than the 12 that keep numerical dissipation low" in text
+    assert (
+        re.search(r"25.47\d* us in place of 10 us", text)
+        and "numerics.time_step: 10 us meets it" in text
+    )
+    assert re.search(r"407.5\d* us in place of 0.4 ms", text)
+    fine = ("numerics.spacing=80 um", "numerics.time_step=10 us", "stop.time=400 us")
+    text = said(bead, *(word for setting in fine for word in ("--set", setting)))
+    assert "numerical dissipation" not in text and "in place of" not in text
+
+
+def test_a_step_that_does_not_resolve_how_bodies_meet_is_said(fresh):
+    """The shipped collision takes 0.2 ns; `auto` would resolve it."""
+    what = "times the step that resolves how fast bodies meet"
+    assert f"1.7 {what}" in said("collision")
+    assert what not in said("collision", "--set", "numerics.time_step=auto")
+
+
+def test_what_the_sample_refuses_is_not_called_valid(tmp_path, capsys):
+    """Overlapping grains and bodies, and a body that is smaller than a particle."""
+    box = "material: silicate_s12\nstop: {time: 1 us}\nboundary: {kind: box}\n"
+    near = "sample: {kind: explicit, positions: [[0 m, 0 m, 0 m], [0.5 um, 0 m, 0 m]]}\n"
+    sphere = "sphere: {radius: 50 um, density: 2000 kg/m^3, position: [0 um, 0 um, 0 um]}\n"
+    coarse = (Path(__file__).parents[2] / "configs/guettler2009/bounce.yaml").read_text()
+    coarse = re.sub(r"spacing: [^,}\n]*", "spacing: 5 mm", coarse)
+    refused = {
+        "diameters": f"name: a\n{box}{near}",
+        "overlaps": f"name: b\n{box}sample: {{kind: rbd, grains: 20}}\n{sphere}",
+        "smaller than one particle": coarse,
+    }
+    for why, text in refused.items():
+        file = tmp_path / "scene.yaml"
+        file.write_text(text)
+        with pytest.raises(DustError, match=why):
+            app(["check", str(file)], standalone_mode=False)
+        assert "valid" not in capsys.readouterr().out
 
 
 def test_it_compiles_nothing():

@@ -224,6 +224,9 @@ def test_a_run_on_disk(on_disk, tmp_path):
         assert way.radius == pytest.approx(BALL) and way.stop is None
         top = np.max(cluster()[:, 2]) + RADIUS
         assert way.surface == pytest.approx(top, rel=1e-12)
+        # the curve begins at the surface, between two records
+        assert way.time[0] == 0.0 and way.depth[0] == 0.0 and way.force[0] == 0.0
+        assert way.velocity[0] == -way.speed and way.time[1] > 0.0
         # it has lost less than a hundredth of its speed: the depth is that of a straight way
         at = run.series.time.values[-1]
         assert way.depth[-1] == pytest.approx(top - 1.85e-6 + 5.0 * at, rel=1e-2)

@@ -111,9 +111,24 @@ def test_a_run_has_its_figures_and_numbers(tmp_path, monkeypatch):
     assert dict((row[0], row[1]) for row in one["table"])["grains"] == "1,000"
 
 
+def test_a_figure_that_fails_is_named_and_the_others_are_drawn(tmp_path, monkeypatch):
+    monkeypatch.setattr(page, "particles", lambda run: None)
+
+    def broken(run):
+        raise IndexError("index 3 is out of bounds")
+
+    monkeypatch.setattr(page.plots, "coordination", broken)
+    synthetic.compression_run(tmp_path / "result.nc")
+    with open_run(tmp_path) as run:
+        (one,) = report.report_data([run])["runs"]
+    assert {f["name"] for f in one["figures"]} == {"compression", "ledger", "profile"}
+    failed = [row for row in one["table"] if row[0] == "figure not drawn"]
+    assert failed == [["figure not drawn", "Contacts: IndexError: index 3 is out of bounds", ""]]
+
+
 def test_several_runs_stand_side_by_side(tmp_path, monkeypatch):
     monkeypatch.setattr(page, "particles", lambda run: None)
-    monkeypatch.setattr(page.plots, "figures_of", lambda run: {})
+    monkeypatch.setattr(page.plots, "drawings", lambda run: {})
     paths = [tmp_path / name / "result.nc" for name in "ab"]
     for seed, path in enumerate(paths):
         path.parent.mkdir()

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import netCDF4
 import numpy as np
@@ -17,8 +18,11 @@ import yaml
 from bits import assert_same_bits
 
 from dusttaichi import method
+from dusttaichi.continuum.moving_dust import MovingDust
 from dusttaichi.errors import DustError, GuardStop, Interrupted
-from dusttaichi.run import execute, loop
+from dusttaichi.grains.moving_grains import MovingGrains
+from dusttaichi.method import Measurement, SimpleSimulation
+from dusttaichi.run import execute, ledger, loop
 from dusttaichi.scene import from_yaml
 
 HERE = Path(__file__).parent
@@ -95,6 +99,19 @@ def test_guards(tmp_path):
     stiff = PLAIN.replace("4.0", "1.0").replace("10 ns", "1.9 us") + "drag: 0.9\n"
     with pytest.raises(GuardStop, match="ledger is open|snapped|not a number"):
         execute(from_yaml(stiff), tmp_path / "common")
+
+
+@pytest.mark.parametrize("key", ["numerics.time_step", "numerics.cfl"])
+@pytest.mark.parametrize("lost", [0.0, -1.0, np.nan])
+def test_an_open_ledger_advises_the_key_that_shortens_the_step(key, lost):
+    """Of the continuum that is cfl: numerics.time_step is no step of the method there."""
+    start = Measurement.of(1.0, 0.0, [0.0])
+    now = Measurement.of(2.0 - min(lost, 0.0), 0.0, [lost])
+    sim = SimpleNamespace(trust=lambda m: None, step_key=key, step=1, time=1.0, channels=("a",))
+    with pytest.raises(GuardStop, match=f"Try a smaller {key}"):
+        ledger.check(sim, now, start)
+    assert MovingDust.step_key == "numerics.cfl"
+    assert SimpleSimulation.step_key == MovingGrains.step_key == "numerics.time_step"
 
 
 def test_error_bar(tmp_path):

@@ -119,6 +119,15 @@ def test_what_cannot_be_imported(folder, written):
     assert len(str(error.value).splitlines()) == 2 and "Traceback" not in str(error.value)
 
 
+def test_a_misspelt_key_of_a_registered_law_gets_the_keys_of_that_law(folder):
+    text = LAW.replace("speed: 1 cm/s", "speeed: 1 cm/s")
+    with pytest.raises(DustError, match=r'did you mean "speed"\? allowed: law, modifier, speed '):
+        from_yaml(text, folder)
+    linear = LAW.replace("law: speed_dependent, modifier: 8, speed: 1 cm/s", "modifer: 8")
+    with pytest.raises(DustError, match=r"allowed: law, modifier  \("):
+        from_yaml(linear, folder)
+
+
 def test_every_file_that_is_wrong_is_told(folder):
     with pytest.raises(DustError) as error:
         from_yaml(BASE + "extensions: [a.py, rolling_with_speed.py, b.py]\n", folder)

@@ -252,9 +252,31 @@ def test_what_is_the_same_at_every_point_is_told_once():
     assert keys == [("seed", ("1", "4"))]
     assert shown == [("final filling factor", ["0.2", "0.3"])]
     assert remark.startswith("the same everywhere: wall_speed 0.01")
+    assert remark.endswith("the scatter between samples is not known (replicas: 3)")
     # of two seeds none is the larger: they are names, also where they are drawn
     seeds = against(data, "final_filling_factor")
     assert seeds.ticks == ["1", "4"] and seeds.varies
+
+
+def test_lines_of_a_sweep_join_nothing_that_is_not_there():
+    """A gap where a run is missing; points alone where the values are names."""
+    speeds = xr.Variable("speed", [0.01, 0.02, 0.05, 0.1], {"units": "m/s"})
+    runs = [made(0.1, 0.2, 1.0), None, made(0.1, 0.3, 1.0), made(0.1, 0.4, 1.0)]
+    data = analysis.gather(runs, {"speed": speeds}, attrs={"title": "t"})
+    (panel,) = plots.numbers(data).axes
+    line = panel.containers[0].lines[0]
+    assert np.isnan(line.get_ydata()).tolist() == [False, True, False, False]
+    assert line.get_linestyle() == "-"
+    names = xr.Variable("damping", ["a", "b", "c", "d"])
+    named = plots.numbers(analysis.gather(runs, {"damping": names}, attrs={"title": "t"}))
+    assert named.axes[0].containers[0].lines[0].get_linestyle() == "None"
+
+
+def test_a_band_has_a_gap_where_no_replica_has_a_number():
+    data = analysis.gather([made(0.1, 0.2, 1.0)], attrs={"title": "t"})
+    data.height[:, 8:13] = np.nan
+    (band,) = analysis.bands(data, "height", width=0.0)
+    assert np.isnan(band.mean).sum() == 5 and np.isfinite(band.mean[[0, -1]]).all()
 
 
 # -- figures -------------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ from dusttaichi.analysis.continuum.pieces import (
     velocities_at_start,
 )
 from dusttaichi.analysis.frame import frame_count
+from dusttaichi.analysis.ledger import ledger
 from dusttaichi.errors import DustError
 
 NAMES = (
@@ -20,8 +21,11 @@ NAMES = (
     "stopping_time_weightless", "depth_weightless", "sine_rms", "rebound",
     "stopping_time_law", "depth_law", "bead_filling_factor", "largest_filling_factor",
     "compacted_volume", "compacted_mass", "pieces", "largest_piece", "sticking_mass",
-    "dust_restitution", "largest_rebound",
+    "dust_restitution", "largest_rebound", "numerical_dissipation",
 )  # fmt: skip
+
+NUMERICAL = ("viscosity", "grid", "artificial")
+"""Channels of the ledger that are of the method, not of the material."""
 
 UNITS = {
     "impact_speed": "m/s", "momentum_per_area": "kg/(m s)", "stopping_time": "s", "depth": "m",
@@ -40,12 +44,16 @@ def numbers(run):
     compacted_volume: denser than 0.22, in volumes of the bead. largest_filling_factor,
     compacted_mass (share that is denser than at the start by a twentieth) of any run with
     snapshots. pieces, largest_piece, sticking_mass (shares of the mass), dust_restitution and
-    largest_rebound of bodies of dust that fly.
+    largest_rebound of bodies of dust that fly. numerical_dissipation: share of NUMERICAL in the
+    energy lost.
     """
     found = dict.fromkeys(NAMES)
     if not run.is_continuum:
         return found
     found["particles"] = int(run.attrs["particles"])
+    shares = ledger(run).shares
+    if any(shares.values()):
+        found["numerical_dissipation"] = sum(shares.get(channel, 0.0) for channel in NUMERICAL)
     if len(run.series.time) and "largest_filling_factor" in run.series:
         found["largest_filling_factor"] = float(run.series.largest_filling_factor.max())
     if run.tree is None or not _snapshots(run):
@@ -177,4 +185,5 @@ def rows(n, row):
         row("mass that sticks to a wall", n["sticking_mass"], "{:.1%}".format)
     row("coefficient of restitution", n["dust_restitution"], "{:.4f}".format)
     row("largest rebound of the centre of mass", n["largest_rebound"], "{:.3f} v0".format)
+    row("numerical dissipation", n["numerical_dissipation"], "{:.1%} of the energy lost".format)
     row("particles", n["particles"], "{:,}".format)

@@ -10,6 +10,8 @@ from scipy.spatial import cKDTree
 from dusttaichi.analysis.continuum.particles import HELD, WALL, read_particles
 from dusttaichi.names import AXES, WALLS
 
+STILL = 1e-6
+"""Speed of a body, over that of its fastest particle, up to which it does not fly."""
 APART = 1.6  # spacings, of the present volumes, from which two particles are of two pieces
 
 
@@ -110,14 +112,17 @@ def _touching(held, x, size, planes):
 
 
 def velocities_at_start(run):
-    """Number of each body of dust that moves -> velocity at the start [m/s], (3,)."""
+    """Number of each body of dust that moves -> velocity at the start [m/s], (3,); 0 of one whose
+    particles move without it."""
     frame = read_particles(run, 0)
-    moves = frame.flies
-    return {
-        int(n): np.average(frame.velocity[own], axis=0, weights=frame.mass[own])
-        for n in np.unique(frame.body[moves])
-        for own in [moves & (frame.body == n)]
-    }
+    moves, found = frame.flies, {}
+    for n in np.unique(frame.body[moves]):
+        own = moves & (frame.body == n)
+        velocity = np.average(frame.velocity[own], axis=0, weights=frame.mass[own])
+        fastest = np.linalg.norm(frame.velocity[own], axis=1).max()
+        flies = np.linalg.norm(velocity) > STILL * fastest
+        found[int(n)] = velocity if flies else np.zeros(3)
+    return found
 
 
 @dataclass(frozen=True)
@@ -145,7 +150,7 @@ def bounce(run):
     start = velocities_at_start(run)[0]
     axis = int(np.argmax(np.abs(start)))
     momentum = run.whole.series.momentum.isel(xyz=axis).values
-    back = -momentum / momentum[0]
+    back = -momentum / (parts.mass.sum() * start[axis])
     held = parts.sticks[0] and _pushed_at_the_end(run)
     coefficient = 0.0 if held else -parts.velocity[0, axis] / start[axis]
     return Bounce(float(coefficient), float(back.max(initial=0.0)), parts, AXES[axis])

@@ -1,0 +1,55 @@
+"""Where a sample that is pulled comes under tension."""
+
+import numpy as np
+
+RECORDS = 10
+"""Successive records whose mean stress tells tension from fluctuations, as in stop.past_maximum."""
+
+
+def recorded_tension(part):
+    """Tension [Pa] of the records of a stage, (times,), along the axis that grows most; without the
+    edges along the axis of the largest mean, without a stress that on the top wall."""
+    series = part.series
+    if "stress" not in series or (part.has_top_pressure and "box_length" not in series):
+        return -series.pressure.sel(wall="top").values
+    normal = np.diagonal(series.stress.values, axis1=1, axis2=2)
+    if "box_length" not in series:
+        return normal[:, np.argmax(np.nanmean(normal, axis=0))]
+    growth = (series.box_length[-1] / part.start.box_length).values
+    return normal[:, np.nanargmax(growth)]
+
+
+def start_of_tension(stress):
+    """Number of the record from which a stress [Pa] (times,), positive in tension, is tensile: from
+    there the mean over the next RECORDS is, and that of all that follow. None without one."""
+    stress = np.nan_to_num(stress)
+    if not len(stress):
+        return None
+    width = min(RECORDS, len(stress))
+    mean = np.convolve(stress, np.ones(width) / width, "valid")
+    tensile = np.flatnonzero(mean > 0.0)
+    if not len(tensile) or stress[tensile[0] :].mean() <= 0.0:
+        return None
+    return int(tensile[0])
+
+
+def is_tensile_test(part):
+    """True for a stage, or a run without stages, that its scene ends past the largest tension."""
+    stages = {stage["name"]: stage for stage in part.scene.get("stages") or []}
+    block = stages.get(part.stage_name, {}) if stages else part.scene
+    return (block.get("stop") or {}).get("past_maximum") is not None
+
+
+def missing_strength(run):
+    """Why a Run that its scene says to pull to the largest tension has no tensile strength; None
+    where it has one, and of other runs."""
+    tests = [part for part in run.parts if is_tensile_test(part) and len(part.series.time)]
+    if not tests or run.stretches:
+        return None
+    (part, *_), growth = tests, tests[0].growth
+    if growth >= 0.0:
+        return f"none: the filling factor rose by {growth:.2%} in the tensile test"
+    if not part.has_tension:
+        return "none: neither the stress nor a pressure on the top wall is recorded"
+    most = np.nanmax(recorded_tension(part))
+    return f"none: the mean stress stayed compressive, its largest record is {most / 1e3:.3g} kPa"
