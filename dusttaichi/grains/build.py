@@ -34,7 +34,7 @@ from dusttaichi.grains.kernels.sphere import make_sphere_relist
 from dusttaichi.grains.order import grain_order
 from dusttaichi.grains.simulation import Simulation, Typical
 from dusttaichi.grains.sphere import placed_sphere, sphere_contacts, surface_of
-from dusttaichi.grains.step import make_advance, make_configuration
+from dusttaichi.grains.step import make_advance, make_evaluate
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.names import AXES
 from dusttaichi.physics.contact import constants
@@ -193,11 +193,9 @@ def chosen_kernels(scene, layout, running):
         fields, scratch, layout, walls=walls, write_constants=write
     )
     phases = Phases(fields, layout, walls)
-    begin, evaluate = make_configuration(phases)
     kernels = Kernels(
         advance=make_advance(phases, kind),
-        begin=begin,
-        evaluate=evaluate,
+        evaluate=make_evaluate(phases),
         bounds=search.make_bounds(fields, scratch),
         list_neighbours=list_neighbours,
         relist_sphere=make_sphere_relist(fields, scratch, layout, write) if layout.sphere else None,

@@ -17,7 +17,6 @@ class Kernels:
     """The kernels of a scene; None what it does not have."""
 
     advance: Callable
-    begin: Callable
     evaluate: Callable
     bounds: Callable
     list_neighbours: Callable

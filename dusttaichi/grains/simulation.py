@@ -169,7 +169,7 @@ class Simulation(Readout):
         if sample.wall_contacts is not None:
             radii = np.broadcast_to(self.radii, self.grains)
             state.take_wall_contacts(sample.wall_contacts, radii, self.box.normal)
-        self.kernels.begin(0, self.dt, self.walls_argument)
+        self._load_contacts()
         state.clear_sums()
         self.push.begin(state["x"], self.contact_loads()[0])
         self.potential_of_start = self.gravity_potential()
@@ -297,6 +297,13 @@ class Simulation(Readout):
         )
         done = int(self.state["sync"][DONE])
         return done, done < steps
+
+    def _load_contacts(self):
+        """History and loads of the contacts of a start: a pass over them in which no time goes by,
+        whose losses (those of forming) are not kept."""
+        self.step -= 1
+        self._call(1, 1, 0.0)
+        self.step += 1
 
     def forces(self):
         """Force [nN] and torque [nN um] of the contacts on every grain as the grains and the

@@ -105,32 +105,24 @@ def by_launches(phases):
     return advance
 
 
-def make_configuration(phases):
-    """Kernels over the contacts of a configuration, without a step: `begin(step, dt, box)` for
-    those of a start, which have formed before, and `evaluate(step, dt, box)`, which leaves their
-    history as it is; both compute the loads."""
+def make_evaluate(phases):
+    """Kernel `evaluate(step, dt, box)`: the loads of a configuration, without a step; the history
+    of its contacts stays as it is."""
 
-    def over_contacts(name):
-        pairs, sphere, walls = (
-            getattr(one, name, None) for one in (phases.pairs, phases.on_sphere, phases.walls)
-        )
-
-        @ti.kernel
-        def kernel(step: ti.i64, dt: ti.f64, box: Walls):
-            for tile in range(phases.pair_tiles()):
-                first, last = phases.blocks_of_pairs(tile)
+    @ti.kernel
+    def evaluate(step: ti.i64, dt: ti.f64, box: Walls):
+        for tile in range(phases.pair_tiles()):
+            first, last = phases.blocks_of_pairs(tile)
+            for block in range(first, last):
+                phases.pairs.evaluate(block, phases.frame(step, dt))
+        if ti.static(phases.has_sphere):
+            for tile in range(phases.sphere.tiles()):
+                first, last = phases.blocks_of_sphere(tile)
                 for block in range(first, last):
-                    pairs(block, phases.frame(step, dt))
-            if ti.static(phases.has_sphere):
-                for tile in range(phases.sphere.tiles()):
-                    first, last = phases.blocks_of_sphere(tile)
-                    for block in range(first, last):
-                        sphere(block, phases.frame(step, dt))
-            if ti.static(phases.has_walls):
-                for c in range(phases.counts[WALL_BLOCKS]):
-                    plane = phases.walls.gatherer.plane(c, box, dt * step)
-                    walls(phases.counts[FIRST_WALL] + c, plane)
+                    phases.on_sphere.evaluate(block, phases.frame(step, dt))
+        if ti.static(phases.has_walls):
+            for c in range(phases.counts[WALL_BLOCKS]):
+                plane = phases.walls.gatherer.plane(c, box, dt * step)
+                phases.walls.evaluate(phases.counts[FIRST_WALL] + c, plane)
 
-        return kernel
-
-    return over_contacts("begin"), over_contacts("evaluate")
+    return evaluate

@@ -23,9 +23,7 @@ FIELDS = set(
 SCRATCH = set(
     "cell_start cell_grain near near_count own_count old_start chunk_sum bounds search".split()
 )
-KERNELS = set(
-    "advance begin evaluate bounds list_neighbours measure_grains measure_pairs".split()
-)
+KERNELS = set("advance evaluate bounds list_neighbours measure_grains measure_pairs".split())
 WALL_FIELDS = set(
     "wall_grain wall_gap wall_of wall_slot wall_loss impulse impulse_total wall_chunk wall_sum "
     "wall_force".split()

@@ -259,7 +259,8 @@ class ContactPass:
         if state > 0.0:
             self.lose(tile, b, lane, FORMING, -(elastic.energy + half_kick))
             self.rows.table[b, self.rows.touched, lane] = 1.0
-            self.form(b, lane, k, h, p, dt)
+            if dt > 0.0:  # contacts that a start has have touched before
+                self.form(b, lane, k, h, p, dt)
         else:
             self.lose(tile, b, lane, BREAKING, elastic.energy - half_kick)
             self.release(tile, b, lane, k, h, p, dt, place)
@@ -297,26 +298,6 @@ class ContactPass:
         self.follow(b, lane, channel, value)
 
     # -- without a step --------------------------------------------------------------------------
-
-    @ti.func
-    def begin(self, block, place):
-        """Loads and history of a block of contacts of a start: they have formed before, which costs
-        nothing."""
-        sums = ti.Vector.zero(self.real, ti.static((self.CHANGES + 1) * self.width))
-        p = self.numbers.of_kind(self.kind)
-        self.block(sums, block, ti.cast(0.0, self.real), p, place)
-        for lane in range(self.width):
-            self.settle(block & self.mask, lane)
-
-    @ti.func
-    def settle(self, b, lane):
-        """Takes note of a change that is to cost nothing."""
-        state = self.rows.table[b, self.rows.touched, lane]
-        if state > 1.5:
-            self.rows.table[b, self.rows.touched, lane] = 1.0
-        if state < -0.5:
-            for row in ti.static(range(self.rows.load)):
-                self.rows.table[b, row, lane] = 0.0
 
     @ti.func
     def configured(self, g: ti.template(), b, lane, kind_numbers, place):
