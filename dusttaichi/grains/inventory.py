@@ -13,8 +13,9 @@ def tables(sim):
 def compiled_rows(scene, sim):
     """Rows (what, value): effects, boundary, measurements, kernels, state."""
     layout = sim.layout
-    named = {effect: law_name(scene.interaction, effect) for effect in EFFECTS[1:]}
+    named = {effect: law_name(scene.interaction, effect) for effect in EFFECTS}
     on = [f"{effect} ({name})" for effect, name in named.items() if name is not None]
+    on += list(scene.interaction.effects)
     off = [effect for effect, name in named.items() if name is None]
     walls, faces = "none", "none"
     if sim.box is not None:
@@ -28,7 +29,7 @@ def compiled_rows(scene, sim):
     ]
     polydisperse = "their own radius and material" if layout.polydisperse else "equal"
     return [
-        ("forces", ", ".join(["adhesion (JKR)", *on])),
+        ("forces", ", ".join(on)),
         ("left out", ", ".join(off) or "nothing"),
         ("grains", polydisperse),
         ("walls", walls),

@@ -309,7 +309,10 @@ class Readout:
         # foot points are kept where they stand on the wall, wherever it has gone along itself
         way = self.box.way(self.time)[wall]
         pointer, foot = wall_pointers(self.layout, state, (x - way, radius[:, None], normal))
-        distance = np.sum(x * normal, axis=1) - self.box.offsets(self.time)[wall]
+        offset = self.box.offsets(self.time)[wall]
+        # what follows from the history has the overlap in it: the foot is a point of the plane
+        foot += (offset - np.sum(foot * normal, axis=1))[:, None] * normal
+        distance = np.sum(x * normal, axis=1) - offset
         found = {"grain": self.order[grain], "wall": wall, "pointer": pointer}
         found |= {"force": load[:, :3], "torque": load[:, 3:6], "foot": foot + way}
         parts = wall_parts(normal, (found["force"], found["torque"]), radius)

@@ -25,11 +25,11 @@ def measurement(sim):
 
 
 def _bound(sim, m):
-    """Energy that the contacts of now bind [fJ]: where they are at rest, 1.2 F_c delta0 each; of
+    """Energy that the contacts of now bind [fJ]: as much as at rest, of JKR 1.2 F_c delta0 each; of
     grains that are not all alike, now."""
     if sim.polydisperse is None:
-        bound = sim.pair.U4 * m["contacts"] + sim.wall.U4 * m["wall_contacts"]
+        bound = sim.pair.bound * m["contacts"] + sim.wall.bound * m["wall_contacts"]
         if sim.sphere is not None:
-            bound += sim.sphere.contact.U4 * m["sphere_contacts"]
-        return 0.3 * bound
+            bound += sim.sphere.contact.bound * m["sphere_contacts"]
+        return bound
     return -(m["potential"][0] + m["potential_wall"][0] + m["potential_sphere"][0])

@@ -8,7 +8,7 @@ from dusttaichi import units
 from dusttaichi.domain.walls import glued
 from dusttaichi.grains.grain_contacts import contact_constants, moving
 from dusttaichi.physics.contact import constants
-from dusttaichi.physics.network import Contacts, contact_radius, limit, slope
+from dusttaichi.physics.network import Contacts, limit
 
 
 def stable_step(sim, scene):
@@ -40,7 +40,7 @@ def contacts_of(sim, scene):
         normal = np.concatenate([normal, sim.box.normal[wall]])
         strength = np.concatenate([strength, sim.box.strength[wall]])
         overlap = np.concatenate([overlap, walls["overlap"]])
-    s = contact_radius(np.array(overlap, float) * units.LENGTH / _column(kinds, "delta0"))
+    overlap = np.array(overlap, float) * units.LENGTH
     same = {name: _column(kinds, name) for name in ("r", "R", "k_s", "k_r", "k_t")}
     return Contacts(
         grain_i=np.array(i, int),
@@ -48,8 +48,8 @@ def contacts_of(sim, scene):
         normal=np.reshape(normal, (-1, 3)),
         strength=np.array(strength, float),
         ratio=np.array([ratio for _, ratio in kinds], float),
-        k_n=_column(kinds, "k_n") * slope(s),
-        kappa=_damping(kinds, s),
+        k_n=_along(kinds, overlap, "slope"),
+        kappa=_along(kinds, overlap, "kappa_at"),
         **same,
     )
 
@@ -59,13 +59,13 @@ def _column(kinds, name):
     return np.array([getattr(c, name) for c, _ in kinds], float)
 
 
-def _damping(kinds, s):
-    """Damping constant of each contact where its contact radius is a0 s^2."""
+def _along(kinds, overlap, name):
+    """What a method of each contact (`slope`, `kappa_at`) says at its overlap [m]."""
     places, out = {}, np.zeros(len(kinds))
     for n, (contact, _) in enumerate(kinds):
         places.setdefault(id(contact), (contact, []))[1].append(n)
     for contact, own in places.values():
-        out[own] = contact.kappa_at(s[own])
+        out[own] = getattr(contact, name)(overlap[own])
     return out
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from dusttaichi.domain.pushes import rank_of
 from dusttaichi.grains.kernels.declare import SUMS
+from dusttaichi.grains.kernels.numbers import declared
 from dusttaichi.grains.kernels.store import (
     FIRST_SPHERE,
     FIRST_WALL,
@@ -184,8 +185,8 @@ class GrainState:
 
     def put_numbers(self, pair, wall, on_sphere):
         """Numbers of the kinds of contacts (kernels.numbers); on_sphere: or None."""
-        kinds = (pair, wall, on_sphere or pair)
-        self["numbers"] = np.array([list(vars(kind).values()) for kind in kinds])
+        kinds, names = (pair, wall, on_sphere or pair), declared(self.layout.model)
+        self["numbers"] = np.array([[getattr(kind, name) for name in names] for kind in kinds])
         self["touches"] = np.array([kind.touch for kind in kinds])
 
     def loads_across(self, axes):
@@ -250,9 +251,9 @@ class GrainState:
             first, width = layout.rows[name]
             history[rows, first : first + width] = values
         for name, declared in layout.model.history.items():
-            if declared.result in contacts:
+            if own.result in contacts:
                 first, width = layout.rows[name]
-                values = declared.sign * contacts[declared.result][known]
+                values = own.sign * contacts[own.result][known]
                 history[rows, first : first + width] = values.reshape(len(rows), width)
         self.put_rows("history", history)
 

@@ -16,7 +16,6 @@ from scipy.optimize import brentq
 from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import eigsh
 
-from dusttaichi.physics.contact.constants import PULL_OFF, S_PULL_OFF
 from dusttaichi.physics.stability import springs
 
 DENSE = 400  # rows of a matrix up to which all eigenvalues are the cheapest way to the largest
@@ -45,27 +44,6 @@ class Contacts:
     k_r: np.ndarray
     k_t: np.ndarray
     kappa: np.ndarray
-
-
-def contact_radius(overlap):
-    """s = sqrt(a/a0) for overlaps in units of delta0 (any shape): 3 s^4 - 2 s = overlap.
-
-    From above by Newton, which cannot fail there: the curve is convex. Below pull-off that of
-    pull-off.
-    """
-    d = np.maximum(np.asarray(overlap, float), -PULL_OFF)
-    s = (np.maximum(d, 0.0) / 3.0) ** 0.25 + 1.0
-    for _ in range(60):
-        s = s - (3.0 * s**4 - 2.0 * s - d) / np.maximum(12.0 * s**3 - 2.0, 1e-9)
-    return np.maximum(s, S_PULL_OFF)
-
-
-def slope(s):
-    """dF/d delta over its value at equilibrium (s = 1), for s = sqrt(a/a0).
-
-    F = 4 F_c (s^6 - s^3), delta = delta0 (3 s^4 - 2 s). Near pull-off it is negative: no spring.
-    """
-    return 10.0 / 3.0 * (6.0 * s**5 - 3.0 * s**2) / np.maximum(12.0 * s**3 - 2.0, 1e-9)
 
 
 def matrices(contacts, mass):

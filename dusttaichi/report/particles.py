@@ -8,7 +8,7 @@ from dusttaichi.analysis.fragments import fragments_of
 from dusttaichi.analysis.frame import read_frame
 from dusttaichi.names import AXES
 from dusttaichi.physics.contact import constants
-from dusttaichi.physics.network import contact_radius
+from dusttaichi.physics.contact.jkr_curve import scaled_radius
 from dusttaichi.plots import style
 from dusttaichi.report.packing import packed, quantised
 
@@ -281,5 +281,5 @@ def normal_force(run, frame, contacts: xr.Dataset):
     R = constants.reduced_radius(frame.radius[i], frame.radius[j])
     gamma, E_star = material.surface_energy, constants.reduced_modulus(material)
     a0 = constants.equilibrium_contact_radius(gamma, R, E_star)
-    s = contact_radius(contacts.overlap.values / constants.equilibrium_overlap(a0, R))
+    s = scaled_radius(contacts.overlap.values / constants.equilibrium_overlap(a0, R))
     return 4.0 * constants.pull_off_force(gamma, R) * (s**6 - s**3)

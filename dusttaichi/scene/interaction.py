@@ -18,6 +18,12 @@ class Effect(Block):
     )
 
 
+class NormalLaw(Block):
+    """The law of force and overlap along the normal, by its name."""
+
+    law: str = Field("jkr", description="name of the law; others than jkr are registered")
+
+
 class Asperities(Block):
     """Energy lost on flattening asperities when two surfaces first touch (PD08 section 2.2)."""
 
@@ -135,8 +141,18 @@ class _Registered:
         return schema
 
 
+class _Effects:
+    """Lets the JSON Schema of `effects` have those that are registered."""
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema, handler):
+        blocks = {name: registry.block_of("effects", name) for name in registry.names("effects")}
+        found = {name: block.model_json_schema() for name, block in blocks.items()}
+        return {"type": "object", "properties": found, "additionalProperties": False}
+
+
 class Interaction(Block):
-    """The contact model. Normal adhesion (JKR) is always on."""
+    """The contact model. Its normal law, JKR where nothing else is said, is always on."""
 
     shear_modulus: Literal["mindlin", "printed"] = Field(
         "mindlin",
@@ -146,6 +162,9 @@ class Interaction(Block):
         "geometric",
         description="surface energy of a contact between unlike materials: root of the product, "
         "mean, or gamma1 + gamma2 - 2/(1/gamma1 + 1/gamma2)",
+    )
+    normal: Annotated[SerializeAsAny[NormalLaw], _Registered("normal", "law")] = Field(
+        {}, description="force along the normal: law jkr, or one that is registered"
     )
     rolling: Annotated[SerializeAsAny[Effect] | None, _SWITCH, _Registered("rolling", "law")] = (
         Field({}, description="resistance to rolling")
@@ -168,7 +187,25 @@ class Interaction(Block):
         ]
     ] = Field({"model": "viscous"}, description="damping of the normal motion of a contact")
 
-    @field_validator("rolling", "sliding", "twisting", mode="wrap")
+    effects: Annotated[dict[str, SerializeAsAny[Block]], _Effects] = Field(
+        {}, description="further effects of the contacts, by the names they are registered under"
+    )
+
+    @field_validator("effects", mode="wrap")
+    @classmethod
+    def _of_their_own(cls, value: Any, handler: Any) -> Any:
+        if not isinstance(value, dict):
+            raise needed("effects by name are needed, for example {sintered_neck: {}}")
+        out = {}
+        for name, block in value.items():
+            own = registry.block_of("effects", name)
+            if own is None:
+                there = ", ".join(registry.names("effects")) or "none is registered here"
+                raise problems([(str(name), f"the name of a registered effect is needed: {there}")])
+            out[name] = own.model_validate({} if block in (True, "on", None) else block)
+        return out
+
+    @field_validator("normal", "rolling", "sliding", "twisting", mode="wrap")
     @classmethod
     def _registered(cls, value: Any, handler: Any, info: Any) -> Any:
         return _block(info.field_name, "law", value) or handler(value)

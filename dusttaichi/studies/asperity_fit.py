@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 
 from dusttaichi.errors import DustError
 from dusttaichi.grains.build import build
-from dusttaichi.physics.contact import asperities, normal
-from dusttaichi.physics.contact.constants import S_PULL_OFF, grain_mass, wall_constants
+from dusttaichi.physics.contact import asperities
+from dusttaichi.physics.contact.constants import grain_mass, wall_constants
 from dusttaichi.samples import Sample
 from dusttaichi.scene import Scene, quantities
 
@@ -45,8 +45,7 @@ def _scene(material, radius, volume):
 
 def barrier(contact):
     """Energy [J] that a grain needs beside E_asp to leave: lost on forming, and up to pull-off."""
-    lost = normal.energy(S_PULL_OFF) - normal.energy((2.0 / 3.0) ** (1.0 / 3.0))
-    return 4.0 * contact.F_c * contact.delta0 * lost
+    return contact.barrier
 
 
 def sticking_speed_balance(material, volume, radius=None):

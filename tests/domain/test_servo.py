@@ -14,7 +14,7 @@ from dusttaichi.domain.servo import EVERY
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.grains.grain_contacts import contact_constants
 from dusttaichi.method import State, of
-from dusttaichi.physics.contact import normal
+from dusttaichi.physics.contact import jkr as normal
 from dusttaichi.run import execute
 from dusttaichi.samples import make
 from dusttaichi.scene import from_yaml

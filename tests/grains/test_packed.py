@@ -1,5 +1,6 @@
-"""The pair pass is compiled to packed arithmetic. LLVM finds the lanes from the stores of a block,
-and one line of the source can make it find them no more: it would be three times slower, silently.
+"""The pass over contacts is compiled to packed arithmetic. LLVM turns its loop into vectors under
+conditions (grains.kernels.contacts) that one line of the source can break: it would be three times
+slower, silently.
 """
 
 import re
@@ -14,6 +15,7 @@ from dusttaichi.compute.backend import LOOPS, start_taichi
 from dusttaichi.compute.processor import compiled_bits
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.grains.build import chosen_layout
+from dusttaichi.grains.kernels.contacts import ContactPass
 from dusttaichi.grains.kernels.declare import declare, place
 from dusttaichi.grains.kernels.phases import Phases
 from dusttaichi.physics.contact.registry import chosen_model
@@ -23,9 +25,16 @@ ARITHMETIC = re.compile(
 )
 
 
+@ti.func
+def nothing(self, block, tile, dt, p, place):
+    """In place of what happens to contacts that form or break."""
+
+
 def operations(precision, folder, monkeypatch):
     """Counter of the arithmetic of the compiled pair pass by (lanes, type)."""
     monkeypatch.chdir(folder)
+    # few contacts form or break: those are not part of the loop, and not packed
+    monkeypatch.setattr(ContactPass, "change_block", nothing)
     scene = make_scene(damping="viscoelastic", numerics={"precision": precision})
     model = chosen_model(scene.interaction, scene.numerics.newton_steps)
     push = make_push(scene.push, {}, [], 1.0)
@@ -54,8 +63,7 @@ def test_contacts_are_packed(precision, kind, tmp_path, monkeypatch):
     found = operations(precision, tmp_path, monkeypatch)
     lanes = min(LOOPS["cpu"].width, compiled_bits() // {"float": 32, "double": 64}[kind])
     packed = sum(n for (count, _), n in found.items() if count > 1)
-    # two doubles at a time (SSE2) LLVM leaves a quarter as it is: what is gathered costs more to
-    # put together than it saves. Where it finds no lanes, next to nothing is packed
-    assert packed > (0.9 if lanes > 2 else 0.6) * found.total()
+    # what is gathered in double precision may be left as it is, a tenth of all
+    assert packed > 0.85 * found.total(), found
     # and they fill the registers: one number of another width would halve them
-    assert found[lanes, kind] > (0.8 if lanes > 2 else 0.6) * found.total()
+    assert found[lanes, kind] > 0.8 * found.total(), found

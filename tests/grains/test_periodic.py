@@ -9,7 +9,8 @@ from scenes import RADIUS, Probe, make_scene, sample_of
 from dusttaichi import units
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.grains.build import build
-from dusttaichi.physics.contact import constants, normal
+from dusttaichi.physics.contact import constants
+from dusttaichi.physics.contact import jkr as normal
 from dusttaichi.samples import make
 from dusttaichi.scene import Drive, from_yaml
 

@@ -144,7 +144,7 @@ def test_memory_is_where_taichi_has_it():
     rng = np.random.default_rng(1)
     for name, table in sim.fields.items():
         assert np.array_equal(table.to_numpy(), table.field.to_numpy()[: table.rows]), name
-    for name in ("x", "state", "wall_slot", "loss", "entry"):
+    for name in ("x", "contact", "wall_slot", "loss", "entry"):
         table = sim.fields[name]
         values = (100 * rng.random(table.to_numpy().shape)).astype(table.memory.dtype)
         table.from_numpy(values)

@@ -11,7 +11,7 @@ from dusttaichi.grains.grain_contacts import grain_properties
 from dusttaichi.grains.time_step import fastest, step_of_motion, time_step
 from dusttaichi.physics import encounter, stability
 from dusttaichi.physics import network as springs
-from dusttaichi.physics.contact import constants
+from dusttaichi.physics.contact import constants, jkr_curve
 from dusttaichi.samples import Sample
 from dusttaichi.studies.extremes.limit import measured_limit
 
@@ -156,14 +156,14 @@ def test_limit_of_strong_damping_is_the_measured_one(time):
 def test_stiffness_is_the_slope_of_the_force():
     """Against differences of 1e-5 of the JKR curve; the curve against its definition."""
     s = np.array([0.7, 1.0, 1.5, 4.0])
-    assert springs.contact_radius(3 * s**4 - 2 * s) == pytest.approx(s, rel=1e-12)
+    assert jkr_curve.scaled_radius(3 * s**4 - 2 * s) == pytest.approx(s, rel=1e-12)
 
     def force(s):
         return s**6 - s**3
 
     h = 1e-5
     rise = (force(s + h) - force(s - h)) / (3 * (s + h) ** 4 - 3 * (s - h) ** 4 - 4 * h)
-    assert springs.slope(s) == pytest.approx(rise / 0.3, rel=1e-7)
+    assert jkr_curve.slope(s) == pytest.approx(rise / 0.3, rel=1e-7)
 
 
 def test_overlap_of_a_fast_collision_is_that_of_hertz():

@@ -11,7 +11,8 @@ import reference as ref
 from scenes import make_scene
 
 from dusttaichi.physics import stability
-from dusttaichi.physics.contact import constants, normal
+from dusttaichi.physics.contact import constants
+from dusttaichi.physics.contact import jkr as normal
 
 
 def of(**keys):

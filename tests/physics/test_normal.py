@@ -5,7 +5,7 @@ import pytest
 import taichi as ti
 from scipy.optimize import brentq
 
-from dusttaichi.physics.contact import normal
+from dusttaichi.physics.contact import jkr as normal
 from dusttaichi.physics.contact.constants import PULL_OFF, S_PULL_OFF
 
 # scaled overlaps from a hair above pull-off to a tenth of the radius and beyond

@@ -40,7 +40,8 @@ def numbers_type(model, real):
 
 
 def internal_numbers(contact, model):
-    """All numbers of a contact by name, internal units; contact: ContactConstants."""
+    """All numbers of a contact by name, internal units, and beside those that kernels have its
+    `delta0` and `bound`; contact: ContactConstants."""
     r1, wall = contact.r1 / units.LENGTH, contact.r2 == float("inf")
     r2 = 0.0 if wall else contact.r2 / units.LENGTH
     own = {
@@ -55,7 +56,8 @@ def internal_numbers(contact, model):
     }
     for name, number in model.numbers.items():
         own[name] = contact.numbers[name] / units.internal(number.unit)
-    return SimpleNamespace(**own)
+    delta0, bound = contact.delta0 / units.LENGTH, contact.bound / units.ENERGY
+    return SimpleNamespace(**own, delta0=delta0, bound=bound)
 
 
 @ti.data_oriented

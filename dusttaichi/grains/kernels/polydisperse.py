@@ -18,9 +18,9 @@ import taichi as ti
 from dusttaichi import units
 from dusttaichi.grains.kernels.numbers import WALL, EqualNumbers
 from dusttaichi.physics.contact import constants
+from dusttaichi.physics.contact.registry import block_in
 
 contact_radius = ti.func(constants.equilibrium_contact_radius)
-equilibrium_overlap = ti.func(constants.equilibrium_overlap)
 pull_off_force = ti.func(constants.pull_off_force)
 reduced_radius = ti.func(constants.reduced_radius)
 
@@ -57,10 +57,7 @@ def _unit(marks, annotation):
 
 def _own(model, interaction):
     """Effect -> own_keys of its block."""
-    return {
-        effect: {} if effect == "normal" else own_keys(getattr(interaction, effect))
-        for effect, _ in model.effects
-    }
+    return {effect: own_keys(block_in(interaction, effect)) for effect, _ in model.effects}
 
 
 def own_columns(model, interaction):
@@ -201,9 +198,7 @@ def make_write(fields, interfaces, scene, layout):
             **two,
             a0=a0,
             a0_pair=contact_radius(face["gamma"], two["R_pair"], face["E_star"]),
-            delta0=equilibrium_overlap(a0, two["R"]),
             F_jkr=F_jkr,
-            F_c=face["glue"] * F_jkr,
         )
 
     @ti.func

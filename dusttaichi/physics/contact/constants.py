@@ -10,6 +10,8 @@ from functools import cached_property
 from math import inf, pi, sqrt
 from types import SimpleNamespace
 
+import numpy as np
+
 PULL_OFF = (9.0 / 16.0) ** (1.0 / 3.0)  # delta_c / delta0
 CLOSEST = 0.9  # diameters: at 10 % overlap JKR is far outside what it was derived for
 S_PULL_OFF = 6.0 ** (-1.0 / 3.0)  # sqrt(a/a0) at pull-off
@@ -202,29 +204,63 @@ class ContactConstants(Interface):
         return equilibrium_contact_radius(self.gamma, self.R_pair, self.E_star)
 
     @cached_property
+    def F_jkr(self):
+        """JKR's pull-off force of the bare surfaces [N]."""
+        return pull_off_force(self.gamma, self.R)
+
+    # -- of the normal law -----------------------------------------------------------------------
+
+    @cached_property
+    def _law(self):
+        from dusttaichi.physics.contact.registry import normal_law
+
+        return normal_law(self.interaction)
+
+    @cached_property
     def delta0(self):
         """Overlap at equilibrium [m]."""
-        return equilibrium_overlap(self.a0, self.R)
+        return self._law.rest(self)
 
     @property
     def delta_c(self):
-        """Overlap at pull-off is -delta_c [m]."""
-        return PULL_OFF * self.delta0
+        """The contact breaks at overlap -delta_c [m]."""
+        return self.numbers["reach"]
 
     @cached_property
-    def F_jkr(self):
-        """Pull-off force of the bare surfaces [N]."""
-        return pull_off_force(self.gamma, self.R)
-
-    @property
     def F_c(self):
         """Pull-off force, glue included [N]."""
-        return self.glue * self.F_jkr
+        if hasattr(self._law, "pull_off"):
+            return self._law.pull_off(self)
+        force, _, _ = self.curve(np.linspace(-self.delta_c, self.delta0, 2000))
+        return max(0.0, -float(np.min(force)))
+
+    def curve(self, overlap):
+        """(force [N], energy [J], contact radius over that at rest) at overlaps [m]."""
+        return self._law.curve(overlap, self)
+
+    def slope(self, overlap):
+        """dF/d delta [N/m] at overlaps [m]."""
+        if hasattr(self._law, "slope"):
+            return self._law.slope(overlap, self)
+        step = 1e-4 * max(self.delta0, 1e-4 * self.R)
+        ahead, behind = (self.curve(overlap + side)[0] for side in (step, -step))
+        return (ahead - behind) / (2.0 * step)
 
     @cached_property
     def k_n(self):
         """Normal stiffness at equilibrium [N/m]."""
-        return self.glue * normal_stiffness(self.gamma, self.R, self.E_star)
+        return float(self.slope(np.float64(self.delta0)))
+
+    @cached_property
+    def barrier(self):
+        """Energy [J] from first touch to where the contact breaks."""
+        _, (touch, end), _ = self.curve(np.array([0.0, -self.delta_c]))
+        return float(end - touch)
+
+    @cached_property
+    def bound(self):
+        """Energy [J] that a contact at rest binds."""
+        return -float(self.curve(np.float64(self.delta0))[1])
 
     @cached_property
     def numbers(self):
@@ -233,14 +269,15 @@ class ContactConstants(Interface):
 
         return numbers_of(chosen_model(self.interaction), self)
 
-    def kappa_at(self, s):
-        """Damping constant [kg/s] where the contact radius is a = a0 s^2; s of any shape."""
+    def kappa_at(self, overlap, speed=0.0):
+        """Damping constant [kg/s] at overlaps [m] (any shape) and a rate of the distance [m/s]."""
         from dusttaichi.physics.contact.registry import law_name, law_of
 
         name = law_name(self.interaction, "damping")
         if name is None:
-            return 0.0 * s
-        return law_of("damping", name).coefficient(SimpleNamespace(contact_radius=s * s), self)
+            return 0.0 * overlap
+        at = {"overlap": overlap, "speed": speed, "contact_radius": self.curve(overlap)[2]}
+        return law_of("damping", name).coefficient(SimpleNamespace(**at), self)
 
     def __getattr__(self, name):
         """A number of a law; 0 for a spring or a damping that the interaction does not have."""

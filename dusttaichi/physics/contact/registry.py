@@ -24,20 +24,28 @@ from importlib import import_module
 
 _EFFECT = ("HISTORY", "CHANNEL", "update", "evaluate")
 NEEDED = {
-    "normal": ("response",),
+    "normal": ("response", "rest", "curve"),
     "asperities": ("HISTORY", "CHANNEL", "update", "form", "pending"),
     "damping": ("coefficient",),
     "rolling": (*_EFFECT, "energy"),
     "sliding": (*_EFFECT, "energy"),
     "twisting": (*_EFFECT, "energy"),
+    "effects": _EFFECT,
 }
-"""Parts that a law of each kind has beside NUMBERS and numbers, in the order in which they act."""
+"""Parts that a law of each kind has beside NUMBERS and numbers, in the order in which they act.
+`effects` are those that are registered beside the built-in kinds."""
 
-EFFECTS = tuple(NEEDED)
-DEFAULT = {"rolling": "linear", "sliding": "linear", "twisting": "linear", "asperities": "pd08"}
+EFFECTS = tuple(kind for kind in NEEDED if kind != "effects")
+DEFAULT = {
+    "normal": "jkr",
+    "rolling": "linear",
+    "sliding": "linear",
+    "twisting": "linear",
+    "asperities": "pd08",
+}
 _HERE = "dusttaichi.physics.contact"
 LAWS = {
-    ("normal", "jkr"): f"{_HERE}.normal",
+    ("normal", "jkr"): f"{_HERE}.jkr",
     ("rolling", "linear"): f"{_HERE}.rolling",
     ("sliding", "linear"): f"{_HERE}.sliding",
     ("twisting", "linear"): f"{_HERE}.twisting",
@@ -53,13 +61,17 @@ def register(effect, name, law, block=None):
     """Add a law under a name that the YAML may give: `interaction: {rolling: {law: NAME}}`.
 
     law: module or other object as described above. block: a class derived from the effect's block
-    (`scene.interaction.Effect` for rolling, sliding and twisting, `scene.interaction.Damping`) with
-    the keys of the law; that class itself if the law has none of its own. A law that is registered
-    again under its name replaces the former one; the built-in ones cannot be replaced.
+    (`scene.interaction.Effect` for rolling, sliding and twisting, `scene.interaction.NormalLaw`,
+    `scene.interaction.Damping`) with the keys of the law; that class itself if the law has none of
+    its own. A law that is registered again under its name replaces the former one; the built-in
+    ones cannot be replaced. With effect = "effects" it is one of its own kind, beside the others:
+    `interaction: {effects: {NAME: {...}}}`, with a block derived from `scene.fields.Block`.
     Raises ValueError for an effect that there is not, a built-in name or a law that lacks a part.
     """
-    if effect not in NEEDED or effect == "normal":
-        raise ValueError(f"effect = {effect!r}: one of {', '.join(EFFECTS[1:])} is needed")
+    if effect not in NEEDED:
+        raise ValueError(f"effect = {effect!r}: one of {', '.join(NEEDED)} is needed")
+    if effect == "effects" and (name in EFFECTS or block is None):
+        raise ValueError(f"name = {name!r}: a name of its own is needed, and a block")
     if isinstance(LAWS.get((effect, name)), str):
         raise ValueError(f"name = {name!r}: {effect} has a built-in law of that name")
     parts = ("NUMBERS", "numbers", *NEEDED[effect])
@@ -91,13 +103,24 @@ def chosen_model(interaction, newton_steps=2):
     from dusttaichi.physics.contact.damping import damping_of
     from dusttaichi.physics.contact.model import ContactModel
 
-    effects = [("normal", law_of("normal", "jkr"))]
-    for kind in EFFECTS[1:]:
+    effects = []
+    for kind in EFFECTS:
         name = law_name(interaction, kind)
         if name is not None:
             law = law_of(kind, name)
             effects.append((kind, damping_of(law) if kind == "damping" else law))
+    effects += [(name, law_of("effects", name)) for name in interaction.effects]
     return ContactModel(tuple(effects), newton_steps)
+
+
+def block_in(interaction, kind):
+    """The block of an effect in the YAML: of a built-in kind, or of a registered effect by name."""
+    return getattr(interaction, kind) if kind in EFFECTS else interaction.effects[kind]
+
+
+def normal_law(interaction):
+    """The normal law of an interaction."""
+    return law_of("normal", law_name(interaction, "normal"))
 
 
 def law_name(interaction, effect):
@@ -112,8 +135,7 @@ def numbers_of(model, contact):
     """Values of all numbers of a contact by name, SI; contact: ContactConstants."""
     out = {}
     for effect, law in model.effects:
-        own = None if effect == "normal" else getattr(contact.interaction, effect)
-        out |= law.numbers(contact, own)
+        out |= law.numbers(contact, block_in(contact.interaction, effect))
     return out
 
 

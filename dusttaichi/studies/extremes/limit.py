@@ -48,7 +48,7 @@ def _growth(sim, arrays, numbers):
     rng = np.random.default_rng(5)
     n = sim.grains
     # of the same energy in every grain, so that none drowns the others
-    speed = NUDGE / float(sim.pair.inv_delta0) / sim.dt * np.sqrt(np.min(sim.mass))
+    speed = NUDGE * sim.pair.delta0 / sim.dt * np.sqrt(np.min(sim.mass))
     nudge = {
         "v": speed / np.sqrt(sim.mass) * rng.normal(size=(n, 3)),
         "w": speed / np.sqrt(sim.inertia) * rng.normal(size=(n, 3)),

@@ -12,6 +12,7 @@ from functools import cache
 
 import taichi as ti
 
+from dusttaichi.physics.contact import constants, jkr_curve
 from dusttaichi.physics.contact.constants import PULL_OFF, S_PULL_OFF
 from dusttaichi.physics.contact.numbers import Number
 
@@ -30,15 +31,42 @@ WI = 3.0**-0.5
 A, B, C = 0.71808842, 0.0593261, 0.1507543
 
 
+equilibrium_overlap = ti.pyfunc(constants.equilibrium_overlap)
+
+
 @ti.pyfunc
 def numbers(c, own):
     """From delta0 and F_c (S12 after eqs 2 and 3)."""
+    delta0, F_c = equilibrium_overlap(c.a0, c.R), c.glue * c.F_jkr
     return {
-        "inv_delta0": 1.0 / c.delta0,
-        "reach": PULL_OFF * c.delta0,
-        "F4": 4.0 * c.F_c,
-        "U4": 4.0 * c.F_c * c.delta0,
+        "inv_delta0": 1.0 / delta0,
+        "reach": PULL_OFF * delta0,
+        "F4": 4.0 * F_c,
+        "U4": 4.0 * F_c * delta0,
     }
+
+
+def rest(c):
+    """Overlap at equilibrium [m] (S12 after eq 2)."""
+    return constants.equilibrium_overlap(c.a0, c.R)
+
+
+def pull_off(c):
+    """Pull-off force [N] (S12 after eq 3)."""
+    return c.glue * c.F_jkr
+
+
+def curve(overlap, c):
+    """(force [N], energy [J], contact radius over that at rest) at overlaps [m] of any shape."""
+    s = jkr_curve.scaled_radius(overlap / rest(c))
+    F4 = 4.0 * pull_off(c)
+    return F4 * force(s), F4 * rest(c) * energy(s), s * s
+
+
+def slope(overlap, c):
+    """dF/d delta [N/m]."""
+    k_n = c.glue * constants.normal_stiffness(c.gamma, c.R, c.E_star)
+    return k_n * jkr_curve.slope(jkr_curve.scaled_radius(overlap / rest(c)))
 
 
 @ti.pyfunc
