@@ -250,7 +250,7 @@ class GrainState:
         for name, values in (("xi", xi), ("zeta", zeta), ("touched", np.ones((len(rows), 1)))):
             first, width = layout.rows[name]
             history[rows, first : first + width] = values
-        for name, declared in layout.model.history.items():
+        for name, own in layout.model.history.items():
             if own.result in contacts:
                 first, width = layout.rows[name]
                 values = own.sign * contacts[own.result][known]

@@ -191,6 +191,10 @@ class Interaction(Block):
         {}, description="further effects of the contacts, by the names they are registered under"
     )
 
+    def __hash__(self) -> int:
+        values = dict(self)
+        return hash((tuple(values.pop("effects").items()), *values.values()))
+
     @field_validator("effects", mode="wrap")
     @classmethod
     def _of_their_own(cls, value: Any, handler: Any) -> Any:
