@@ -163,9 +163,16 @@ def polydisperse(x, radii, kinds=None, v=0.0, w=0.0):
 def law_of_the_docs():
     """The law of docs/examples/rolling_with_speed.py is registered; other tests do not know it.
     Yields the names of that file."""
+    with registered():
+        yield runpy.run_path(str(EXAMPLES / "rolling_with_speed.py"))
+
+
+@contextmanager
+def registered():
+    """What is registered within is forgotten."""
     known = [(laws, dict(laws)) for laws in (registry.LAWS, registry.BLOCKS)]
     try:
-        yield runpy.run_path(str(EXAMPLES / "rolling_with_speed.py"))
+        yield
     finally:
         for laws, before in known:
             laws.clear()

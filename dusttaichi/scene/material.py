@@ -3,7 +3,10 @@
 from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError, core_schema
 
+from dusttaichi.physics.contact import registry
+from dusttaichi.scene import quantities
 from dusttaichi.scene.fields import Block, Number, needed, problems
 from dusttaichi.scene.quantities import Quantity
 
@@ -53,6 +56,55 @@ def _named(name: Any) -> dict[str, Any]:
     return NAMED[name]
 
 
+class _Properties:
+    """Marks the properties that laws of contacts have brought in (numbers.Property of
+    physics.contact): written by name with units, held as pairs (name, SI value) in their order."""
+
+    @staticmethod
+    def _declared(name: str):
+        found = registry.properties().get(name)
+        if found is None:
+            there = ", ".join(registry.properties()) or "none is registered here"
+            raise problems(
+                [(name, f"a property that a registered law declares is needed: {there}")]
+            )
+        return found
+
+    @classmethod
+    def _validate(cls, value: Any) -> tuple[tuple[str, float], ...]:
+        if isinstance(value, tuple):
+            return value
+        if not isinstance(value, dict):
+            raise needed("properties by name are needed, for example {neck_strength: 5 MPa}")
+        out = {}
+        for name, own in value.items():
+            quantity = Quantity(cls._declared(str(name)).dimension)
+            try:
+                out[str(name)] = quantity._validate(own)
+            except PydanticCustomError as error:
+                raise problems([(str(name), error.message())]) from None
+        return tuple(sorted(out.items()))
+
+    @classmethod
+    def _serialize(cls, value: Any) -> Any:
+        return {n: quantities.format(v, cls._declared(n).dimension) for n, v in value}
+
+    def __get_pydantic_core_schema__(self, source, handler):
+        return core_schema.no_info_plain_validator_function(
+            self._validate,
+            serialization=core_schema.plain_serializer_function_ser_schema(
+                self._serialize, when_used="json"
+            ),
+        )
+
+    def __get_pydantic_json_schema__(self, schema, handler):
+        found = {
+            name: {"type": "string", "description": p.meaning}
+            for name, p in registry.properties().items()
+        }
+        return {"type": "object", "properties": found, "additionalProperties": False}
+
+
 class Material(Block):
     """Written as a name, as a name with some numbers changed (`base`), or as six numbers."""
 
@@ -81,6 +133,10 @@ class Material(Block):
     )
     asperity_volume: Annotated[float, Quantity("length", gt=0, example="0.01 nm")] | None = Field(
         None, description="volume of asperities that a touch deforms, per area of contact"
+    )
+
+    properties: Annotated[tuple[tuple[str, float], ...], _Properties()] = Field(
+        {}, description="properties that registered laws of contacts need, by name"
     )
 
     @model_validator(mode="before")

@@ -15,6 +15,11 @@ from dusttaichi.physics.contact.kinematics import point_as_kept
 FORMING, BREAKING = range(2)  # channels of the ledger that no effect has to itself
 
 
+def _masks(law):
+    """Whether a law masks what it keeps of contacts that did not touch before."""
+    return getattr(law, "MASKED", False)
+
+
 @ti.data_oriented
 class Rows:
     """Rows of the field of contacts: history and loads."""
@@ -25,7 +30,8 @@ class Rows:
         named = [(name, *layout.rows[name]) for name in layout.model.history]
         self.scalars = tuple((name, first) for name, first, width in named if width == 1)
         self.vectors = tuple((name, first) for name, first, width in named if width == 3)
-        own = {name for law in layout.model.radial for name in law.HISTORY}
+        masked = [*layout.model.radial, *(n for n in layout.model.springs if _masks(n))]
+        own = {name for law in masked for name in law.HISTORY}
         self.own = (*own, "touched")  # not masked: their effects do that
         members = {name: self.real if width == 1 else self.vec3 for name, _, width in named}
         self.History = ti.types.struct(**members)
@@ -63,7 +69,10 @@ class Rows:
                 value = value * held
             self.table[b, first, lane] = value
         for name, first in ti.static(self.vectors):
-            self.put_vector(b, first, lane, h.__getitem__(name) * held)
+            vector = h.__getitem__(name)
+            if ti.static(name not in self.own):
+                vector = vector * held
+            self.put_vector(b, first, lane, vector)
 
     @ti.func
     def put_loads(self, b, lane, found: ti.template()):

@@ -18,13 +18,16 @@ import taichi as ti
 from dusttaichi import units
 from dusttaichi.grains.kernels.numbers import WALL, EqualNumbers
 from dusttaichi.physics.contact import constants
-from dusttaichi.physics.contact.registry import block_in
+from dusttaichi.physics.contact.registry import block_in, properties_of
+from dusttaichi.scene.quantities import DIMENSIONS
 
 contact_radius = ti.func(constants.equilibrium_contact_radius)
 pull_off_force = ti.func(constants.pull_off_force)
 reduced_radius = ti.func(constants.reduced_radius)
 
-INTERFACE = {f.name: f.metadata["unit"] for f in fields_of(constants.Interface)}
+INTERFACE = {
+    f.name: f.metadata["unit"] for f in fields_of(constants.Interface) if "unit" in f.metadata
+}
 FACE = [(name, column) for column, name in enumerate([*INTERFACE, "glue"])]
 """(name, column) of what the rows of the table say of two materials."""
 
@@ -60,9 +63,14 @@ def _own(model, interaction):
     return {effect: own_keys(block_in(interaction, effect)) for effect, _ in model.effects}
 
 
+def property_columns(interaction):
+    """(name, column) of the properties of materials that laws have brought in."""
+    return [(name, len(FACE) + n) for n, name in enumerate(properties_of(interaction))]
+
+
 def own_columns(model, interaction):
     """Effect -> ((name, column), ...) of the keys of its block in the table."""
-    out, column = {}, len(FACE)
+    out, column = {}, len(FACE) + len(property_columns(interaction))
     for effect, keys in _own(model, interaction).items():
         out[effect] = tuple((name, column + n) for n, name in enumerate(keys))
         column += len(keys)
@@ -86,8 +94,18 @@ def interface_table(scene, model, glue=1.0, sphere=None):
         face = constants.interface(a, b, interaction)
         face = replace(face, gamma=adhesion * face.gamma)
         values = [getattr(face, name) / units.internal(unit) for name, unit in INTERFACE.items()]
-        rows.append([*values, factor, *own])
+        values += [factor, *_internal_properties(face, interaction)]
+        rows.append([*values, *own])
     return np.array(rows)
+
+
+def _internal_properties(face, interaction):
+    """Properties of an Interface in internal units."""
+    declared = properties_of(interaction)
+    return [
+        value / units.internal(DIMENSIONS[declared[name].dimension].unit)
+        for name, value in face.properties
+    ]
 
 
 def make_numbers(fields, layout):
@@ -184,13 +202,14 @@ def make_write(fields, interfaces, scene, layout):
     """
     table, touch, model = fields["contact"], fields["touch"], layout.model
     columns = own_columns(model, scene.interaction)
+    faces = [*FACE, *property_columns(scene.interaction)]
     of_laws = [(law, columns[effect]) for effect, law in model.effects]
     column = {name: layout.constants + n for n, name in enumerate(layout.stored)}
 
     @ti.func
     def contact(row, two: ti.template()):
         """ContactConstants of these two, internal units."""
-        face = {name: interfaces[row, n] for name, n in FACE}
+        face = {name: interfaces[row, n] for name, n in faces}
         a0 = contact_radius(face["gamma"], two["R"], face["E_star"])
         F_jkr = pull_off_force(face["gamma"], two["R"])
         return ti.Struct(

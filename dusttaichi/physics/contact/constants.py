@@ -130,6 +130,18 @@ class Interface:
     xi_crit: float = _of("m")
     density: float = _of("kg/m^3")
     asperity_volume: float = _of("m")
+    properties: tuple  # (name, value) of those that laws have brought in, SI
+
+
+def mixed_properties(a, b, interaction):
+    """(name, value) of the properties that the chosen laws have brought in, for two materials."""
+    from dusttaichi.physics.contact.registry import properties_of
+
+    one, other = dict(a.properties), dict(b.properties)
+    return tuple(
+        (name, MIXING[found.mixing](one[name], other[name]))
+        for name, found in properties_of(interaction).items()
+    )
 
 
 def interface(a, b, interaction):
@@ -145,6 +157,7 @@ def interface(a, b, interaction):
             xi_crit=m.critical_rolling,
             density=m.density,
             asperity_volume=asperity_volume(m, interaction.asperities),
+            properties=mixed_properties(a, b, interaction),
         )
         for m in (a, b)
     )
@@ -164,6 +177,7 @@ def interface(a, b, interaction):
         xi_crit=0.5 * (one.xi_crit + two.xi_crit),
         density=0.5 * (one.density + two.density),
         asperity_volume=0.5 * (one.asperity_volume + two.asperity_volume),
+        properties=one.properties,
     )
 
 
@@ -248,8 +262,9 @@ class ContactConstants(Interface):
 
     @cached_property
     def k_n(self):
-        """Normal stiffness at equilibrium [N/m]."""
-        return float(self.slope(np.float64(self.delta0)))
+        """Normal stiffness at equilibrium [N/m]; without adhesion where JKR's equilibrium is."""
+        overlap = self.delta0 or equilibrium_overlap(self.a0, self.R)
+        return float(self.slope(np.float64(overlap)))
 
     @cached_property
     def barrier(self):
@@ -283,8 +298,10 @@ class ContactConstants(Interface):
         """A number of a law; 0 for a spring or a damping that the interaction does not have."""
         if name in ("k_r", "k_s", "k_t", "kappa"):
             return self.numbers.get(name, 0.0)
-        if not name.startswith("_") and name != "numbers" and name in self.numbers:
-            return self.numbers[name]
+        if not name.startswith("_") and name != "numbers":
+            for own in (dict(self.properties), self.numbers):
+                if name in own:
+                    return own[name]
         raise AttributeError(f"a contact has no number {name!r}")
 
 

@@ -12,6 +12,19 @@ class Number:
 
 
 @dataclass(frozen=True)
+class Property:
+    """A property of the grains' material that a law brings into the YAML: `material: {NAME: ...}`.
+
+    dimension: name of a dimension of scene.quantities, such as "pressure". mixing: name of the rule
+    (constants.MIXING) by which two materials have one value in their contact.
+    """
+
+    dimension: str
+    meaning: str
+    mixing: str = "arithmetic"
+
+
+@dataclass(frozen=True)
 class History:
     """A number that a contact keeps from step to step: SI unit, meaning, components (1 or 3).
 

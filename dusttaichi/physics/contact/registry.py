@@ -13,6 +13,9 @@ A law is a module (or any object) with
 - ``evaluate(k, h, p, load)``: adds what the configuration exerts to a Load and returns the energy
   stored; no time step, no side effect. k: Motion (physics.contact.kinematics), p: all numbers.
 
+It may have ``MATERIAL``: name -> Property, properties of the grains' material that it brings into
+the YAML; c has them by name, mixed from those of the two materials.
+
 A normal law has ``response`` and a damping law ``coefficient`` in place of the last three, see
 NEEDED and the built-in laws. A law along the normal (``RADIAL``) may have ``form``, called for a
 contact that has just formed, ``pending`` and ``push``, see physics.contact.asperities.
@@ -111,6 +114,20 @@ def chosen_model(interaction, newton_steps=2):
             effects.append((kind, damping_of(law) if kind == "damping" else law))
     effects += [(name, law_of("effects", name)) for name in interaction.effects]
     return ContactModel(tuple(effects), newton_steps)
+
+
+def properties():
+    """Name -> Property of the material that the registered laws bring in."""
+    laws = [law for law in LAWS.values() if not isinstance(law, str)]
+    return {name: p for law in laws for name, p in getattr(law, "MATERIAL", {}).items()}
+
+
+def properties_of(interaction):
+    """The same of the laws that an interaction has chosen."""
+    chosen = [(kind, law_name(interaction, kind)) for kind in EFFECTS]
+    chosen += [("effects", name) for name in interaction.effects]
+    laws = [LAWS[kind, name] for kind, name in chosen if name is not None]
+    return {name: p for law in laws for name, p in getattr(law, "MATERIAL", {}).items()}
 
 
 def block_in(interaction, kind):

@@ -4,9 +4,11 @@ import math
 
 from dusttaichi.names import AXES
 from dusttaichi.physics.contact import constants
+from dusttaichi.physics.contact.registry import properties_of
 from dusttaichi.samples.values import TOO_NARROW
 from dusttaichi.scene import gravity, push, sphere
 from dusttaichi.scene.boundary import BoxBoundary, PeriodicBoundary, PlatesBoundary
+from dusttaichi.scene.quantities import DIMENSIONS
 
 Found = list[tuple[str, str]]
 LARGEST_CONTACT = 0.25  # of the radius: grains at rest then overlap by a twentieth of it
@@ -18,7 +20,13 @@ def check(scene) -> Found:
     """Every problem of the blocks that belong to the method `grains`, as (dotted path, text)."""
     sample = [(f"sample.{path}", text) for path, text in scene.sample.conflicts(scene)]
     found = [*push.check(scene), *sphere.check(scene), *gravity.check(scene)]
-    found += [*_lost(scene), *_asperities(scene), *_contacts(scene), *_damping(scene)]
+    found += [
+        *_lost(scene),
+        *_asperities(scene),
+        *_properties(scene),
+        *_contacts(scene),
+        *_damping(scene),
+    ]
     return [*found, *_mass_scaling(scene), *sample, *_sizes(scene), *_room(scene)]
 
 
@@ -42,6 +50,20 @@ def _asperities(scene) -> Found:
             "it is missing, and the material has no "
             "asperity_volume; give one, for example {volume: 0.01 nm}",
         )
+    ]
+
+
+def _properties(scene):
+    """Properties that the chosen laws need, of every material."""
+    return [
+        (
+            f"{path}.properties.{name}",
+            f"it is missing: {declared.meaning}, for example {{{name}: "
+            f"{DIMENSIONS[declared.dimension].example}}}",
+        )
+        for path, material in _all_materials(scene)
+        for name, declared in properties_of(scene.interaction).items()
+        if name not in dict(material.properties)
     ]
 
 

@@ -1,0 +1,110 @@
+"""An effect of your own: necks between grains that have touched at the start (sintered dust).
+
+A neck is a short elastic rod of radius a and length a in each contact of the start, in parallel to
+the bare contact (Potyondy & Cundall 2004): against stretching k_n = E pi a^2/a, shear k_n/(2 (1 +
+nu)), bending E pi a^4/4/a and twisting half of that over (1 + nu). It breaks, into the bare
+contact, where the tension of its outermost fibre, N/(pi a^2) + 4 M/(pi a^3), exceeds its strength,
+a property of the material that this file brings into the YAML; what it had stored goes to the
+channel `neck` of the ledger.
+
+    extensions: [sintered_neck.py]
+    material: {base: silicate_s12, properties: {neck_strength: 50 MPa}}
+    interaction: {effects: {neck: {radius: 0.05}}}
+"""
+
+from math import pi
+from typing import Annotated
+
+import taichi as ti
+from pydantic import Field
+
+from dusttaichi.physics.contact import register
+from dusttaichi.physics.contact.kinematics import across
+from dusttaichi.physics.contact.numbers import History, Number, Property
+from dusttaichi.scene.fields import Block
+from dusttaichi.scene.fields import Number as Plain
+
+
+class Neck(Block):
+    """The key of the effect."""
+
+    radius: Annotated[float, Plain(gt=0, le=0.5)] = Field(
+        0.05, description="radius of a neck over twice the reduced radius of its grains"
+    )
+
+
+class SinteredNeck:
+    """What a contact keeps and exerts for its neck."""
+
+    MATERIAL = {"neck_strength": Property("pressure", "tensile strength of a sintered neck")}
+    NUMBERS = {
+        "neck_stretch": Number("N/m", "stiffness against stretching"),
+        "neck_shear": Number("N/m", "against shear"),
+        "neck_bend": Number("N/m", "against bending, for a displacement R theta"),
+        "neck_twist": Number("N m", "against twisting"),
+        "neck_force": Number("N", "tension that breaks it"),
+        "neck_lever": Number("1", "tension over that of the bending force R k theta"),
+    }
+    HISTORY = {
+        "neck": History("1", "1 where a neck is whole", result="neck"),
+        "neck_rest": History("m", "overlap when it was made"),
+        "neck_phi": History("rad", "twist of the neck"),
+        "neck_xi": History("m", "bending, as a rolling displacement", 3),
+        "neck_zeta": History("m", "shear", 3),
+    }
+    CHANNEL = "neck"
+    MASKED = True  # it says itself what is kept where grains do not touch
+
+    @staticmethod
+    @ti.pyfunc
+    def numbers(c, own):
+        a, E = own.radius * 2.0 * c.R_pair, c.E_star * 2.0 * (1.0 - c.nu * c.nu)
+        bend = E * pi * a**3 / 4.0
+        return {
+            "neck_stretch": E * pi * a,
+            "neck_shear": E * pi * a / (2.0 + 2.0 * c.nu),
+            "neck_bend": bend / c.R**2,
+            "neck_twist": bend / (1.0 + c.nu),
+            "neck_force": c.neck_strength * pi * a**2,
+            "neck_lever": 4.0 * c.R / a,
+        }
+
+    @staticmethod
+    @ti.func
+    def stored(k: ti.template(), h: ti.template(), p):
+        """Energy of a whole neck."""
+        d = k.overlap - h.neck_rest
+        sheared = 0.5 * p.neck_shear * h.neck_zeta.dot(h.neck_zeta)
+        bent = 0.5 * p.neck_bend * h.neck_xi.dot(h.neck_xi)
+        turned = 0.5 * p.neck_twist * h.neck_phi * h.neck_phi
+        return 0.5 * p.neck_stretch * d * d + sheared + bent + turned
+
+    @staticmethod
+    @ti.func
+    def update(k: ti.template(), h: ti.template(), p, dt):
+        start = ti.select(dt > 0.0, 0.0, 1.0)  # contacts of the start have necks
+        before = start * k.now + (1.0 - start) * h.neck
+        h.neck_rest = start * k.overlap + (1.0 - start) * h.neck_rest
+        h.neck_xi = before * across(h.neck_xi + k.rolling_rate * dt, k.normal)
+        h.neck_zeta = before * across(h.neck_zeta + k.sliding_rate * dt, k.normal)
+        h.neck_phi = before * (h.neck_phi + (k.rotation_1 - k.rotation_2).dot(k.middle))
+        bending = p.neck_bend * ti.sqrt(h.neck_xi.dot(h.neck_xi))
+        tension = p.neck_stretch * (h.neck_rest - k.overlap) + p.neck_lever * bending
+        h.neck = ti.select(tension > p.neck_force, 0.0, before) * k.now
+        return (before - h.neck) * SinteredNeck.stored(k, h, p)
+
+    @staticmethod
+    @ti.func
+    def evaluate(k: ti.template(), h: ti.template(), p, load: ti.template()):
+        shear = h.neck_zeta * (-p.neck_shear * h.neck)
+        couple = (h.neck_xi * (p.R * p.neck_bend * h.neck)).cross(k.normal)
+        couple += k.normal * (p.neck_twist * h.neck_phi * h.neck)
+        turn = k.normal.cross(shear) * (1.0 - k.overlap * p.inv_sum)
+        load.push += p.neck_stretch * (k.overlap - h.neck_rest) * h.neck
+        load.force += shear
+        load.torque_1 -= couple + turn * p.r1
+        load.torque_2 += couple - turn * p.r2
+        return h.neck * SinteredNeck.stored(k, h, p)
+
+
+register("effects", "neck", SinteredNeck, Neck)
