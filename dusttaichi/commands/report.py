@@ -11,6 +11,7 @@ import typer
 
 from dusttaichi.commands.console import remark, say, say_written
 from dusttaichi.commands.options import RunPath, RunPaths
+from dusttaichi.processes import python_command
 
 
 def report(
@@ -73,7 +74,7 @@ def watched(directory, on):
     if not on:
         yield
         return
-    command = [sys.executable, "-m", "dusttaichi", "watch", str(directory), "--until-input-ends"]
+    command = python_command("dusttaichi", "watch", directory, "--until-input-ends")
     server = subprocess.Popen(command, stdin=subprocess.PIPE)
     try:
         yield
