@@ -19,6 +19,7 @@ STICKING = 2.0 * 0.77224  # v_s^2 in units of F_c delta0/m
 # and a contact is found before it has stored as much (measured over 1 cm/s to 100 m/s).
 RESOLVED = 0.03
 DAMPED = 0.1  # step times the damping rate of the deepest contact
+WAY = 0.05  # of twice the reduced radius (the radius, of equal grains): way in a step
 TURN = 0.025  # angle [rad] that a grain may turn by in a step
 FADE = 4.0  # sticking speeds up to which a body's own step resolves its contacts well enough
 
@@ -41,6 +42,19 @@ def overlap(contact, speed):
     return contact.delta0 * (3.0 * s**4 - 2.0 * s)
 
 
+def speed_of_overlap(contact, most):
+    """Speed [m/s] of the head-on collision whose largest overlap is `most` [m], of at least that
+    at rest."""
+    s = brentq(lambda s: contact.delta0 * (3.0 * s**4 - 2.0 * s) - most, 1.0, 1e6, xtol=1e-12)
+    return sqrt(8.0 * (energy(s) - FORMED) * contact.F_c * contact.delta0 / contact.mass)
+
+
+def breaking_speed(contact):
+    """Speed [m/s] at which a pair has the energy that breaks a contact at rest: it sticks below,
+    where nothing else dissipates (the sticking speed v_s of `step`)."""
+    return sqrt(STICKING * contact.F_c * contact.delta0 / contact.mass)
+
+
 def step(contact, speed, alone):
     """Longest step [s] that resolves a collision at that speed.
 
@@ -52,9 +66,10 @@ def step(contact, speed, alone):
     period = 2.0 * pi * sqrt(contact.mass / (contact.k_n * slope(s)))
     rate = contact.kappa_at(s) / contact.mass
     least = min(RESOLVED * period, DAMPED / rate if rate > 0.0 else inf)
+    if speed > 0.0:
+        least = min(least, WAY * 2.0 * contact.R / speed)
     if alone:
         return least
     if speed == 0.0:
         return inf
-    square = STICKING * contact.F_c * contact.delta0 / contact.mass
-    return least * sqrt(1.0 + FADE**2 * square / speed**2)
+    return least * sqrt(1.0 + (FADE * breaking_speed(contact) / speed) ** 2)

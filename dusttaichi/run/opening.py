@@ -44,7 +44,8 @@ class Opening:
         scene = self.scene
         sample = self.method.make_sample(scene) if sample is None else sample
         sim = self.method.build(scene, sample)
-        for text in getattr(sample, "info", {}).get("remarks", ()):
+        remarks = getattr(sample, "info", {}).get("remarks", ())
+        for text in [*remarks, *getattr(sim, "remarks", ())]:
             self.others["log"](text)
         checkpoint.discard(self.directory / CHECKPOINT)
         write_scene(scene, self.directory)
