@@ -1,6 +1,7 @@
 """Options and arguments that several commands have, and the scene that they are about."""
 
 import shlex
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -23,7 +24,19 @@ Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads")]
 Scheduler = Annotated[
     str | None, typer.Option(help="address of a Dask scheduler", metavar="ADDRESS")
 ]
+Overwrite = Annotated[
+    bool, typer.Option("--force", help="overwrite files that dusttaichi has not made")
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="no progress bar")]
+
+
+@contextmanager
+def writing(**how):
+    """What is written inside spares the files of others: `results.outputs.writing`."""
+    from dusttaichi.results import outputs  # which --help does not wait for
+
+    with outputs.writing(**how):
+        yield
 
 
 def load_scene(file, threads=None, settings=None):

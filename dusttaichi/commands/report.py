@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands.console import remark, say, say_written
-from dusttaichi.commands.options import RunPath, RunPaths
+from dusttaichi.commands.options import Overwrite, RunPath, RunPaths, writing
 from dusttaichi.processes import python_command
 
 
@@ -19,20 +19,24 @@ def report(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="the HTML file, by default in the run")
     ] = None,
+    force: Overwrite = False,
 ):
     """One HTML file that shows runs, or a sweep: figures to zoom into, grains in 3-D, numbers."""
     from dusttaichi import analysis
     from dusttaichi import report as page
 
+    folder = runs[0] if runs[0].is_dir() else runs[0].parent
+    path = output or (folder / "report.html" if len(runs) == 1 else Path("report.html"))
+    with writing(force=force, inputs=runs):
+        page.check_output(path)
     if len(runs) == 1 and analysis.is_ensemble(runs[0]):
         data = page.ensemble_data(*analysis.open_ensemble(runs[0]))
     else:
         with ExitStack() as opened:
             results = [opened.enter_context(analysis.open_run(path)) for path in runs]
             data = page.report_data(results)
-    folder = runs[0] if runs[0].is_dir() else runs[0].parent
-    path = output or (folder / "report.html" if len(runs) == 1 else Path("report.html"))
-    say_written([page.write(data, path)])
+    with writing(force=force, inputs=runs):
+        say_written([page.write(data, path)])
     say(f"{path.stat().st_size / 1e6:.1f} MB; it opens in any browser and needs no network")
 
 

@@ -16,6 +16,7 @@ from dusttaichi.commands.options import (
     again,
     load_scene,
     refuse_both,
+    writing,
 )
 from dusttaichi.commands.progress import ProgressBar
 from dusttaichi.commands.report import watched
@@ -61,14 +62,16 @@ def run(
             )
         plan = ensemble.ensemble_plan(scene, directory)
         how = {"force": force, "resume": resume, "scheduler": scheduler, "error_bar": error_bar}
-        run_plan(plan, onward, quiet=quiet, **how)
+        with writing(force=force, inputs=[file]):
+            run_plan(plan, onward, quiet=quiet, **how)
         return
     if scheduler is not None:
         raise DustError("--scheduler is for many runs: a scene with replicas, or dust sweep")
     how = {"force": force, "resume": resume, "fresh": fresh, "error_bar": error_bar}
     with watched(directory, watch):
         keep_start = _run_one(scene, directory, onward, quiet=quiet, **how)
-    _show_result(directory)
+    with writing(force=force, inputs=[file]):
+        _show_result(directory)
     keep_start()
 
 

@@ -5,7 +5,14 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands.console import remark, say, say_written
-from dusttaichi.commands.options import MapOutput, SceneFile, Threads, load_scene
+from dusttaichi.commands.options import (
+    MapOutput,
+    Overwrite,
+    SceneFile,
+    Threads,
+    load_scene,
+    writing,
+)
 
 
 def sticking(
@@ -28,6 +35,7 @@ def sticking(
     ] = None,
     output: MapOutput = None,
     threads: Threads = None,
+    force: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="only the result")] = False,
 ):
     """Sticking speed of a collision by bisection of batches, or restitution over speeds."""
@@ -37,7 +45,8 @@ def sticking(
     scene = load_scene(file, threads)
     if chart is not None:
         folder = output or scene.output.directory.with_name(f"{scene.name}-sticking")
-        data, paths = speeds.save_map(scene, chart, folder, tolerance, settings or [])
+        with writing(force=force, inputs=[file]):
+            data, paths = speeds.save_map(scene, chart, folder, tolerance, settings or [])
         rows = speeds.map_rows(data)
     else:
         scene, paths = with_settings(scene, settings or []), []

@@ -13,6 +13,7 @@ from dusttaichi.commands.options import (
     again,
     load_scene,
     refuse_both,
+    writing,
 )
 
 
@@ -38,4 +39,5 @@ def sweep(
     runs = scene.output.directory
     plan = ensemble.sweep_plan(scene, settings, output or runs.with_name(f"{runs.name}-sweep"))
     onward = again("sweep", file, output, settings=settings, scheduler=scheduler)
-    run_plan(plan, onward, quiet=quiet, force=force, resume=resume, scheduler=scheduler)
+    with writing(force=force, inputs=[file]):
+        run_plan(plan, onward, quiet=quiet, force=force, resume=resume, scheduler=scheduler)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands.console import err, plain_table, say, say_written
-from dusttaichi.commands.options import Output, Quiet, SceneFile, load_scene
+from dusttaichi.commands.options import Output, Quiet, SceneFile, load_scene, writing
 from dusttaichi.commands.progress import ProgressBar, shares_text
 from dusttaichi.errors import Interrupted
 
@@ -43,7 +43,7 @@ def trade(
     folder = output or runs.with_name(f"{runs.name}-trade")
     wanted = measure.Wanted.of(knobs, quick, seeds=seeds, tolerance=tolerance, name=observable)
     how = {"jobs": jobs, "pairs": pairs, "force": force}
-    with _Shown(quiet) as shown:
+    with writing(force=force, inputs=[file]), _Shown(quiet) as shown:
         try:
             found, paths = measure.measure(scene, folder, wanted, watcher=shown, **how)
         except KeyboardInterrupt:

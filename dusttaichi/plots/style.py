@@ -17,6 +17,7 @@ from matplotlib.ticker import MaxNLocator
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import explain
+from dusttaichi.results.outputs import MARK, check
 
 # Okabe and Ito: told apart with any colour vision
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
@@ -299,13 +300,18 @@ def bands(x, mean, std, axes, *, label, number=0):
     return line
 
 
+_MADE_BY = {".png": "Software", ".pdf": "Creator", ".svg": "Creator"}  # where a format has it
+
+
 @styled
 def save(figure, path):
     """Write a Figure, and the folder where there is none; returns the path. Raises DustError where
-    it cannot be written."""
+    it cannot be written, or another file is there."""
+    suffix = Path(check(path)).suffix
     try:
         Path(path).parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path)
+        known = {"metadata": {_MADE_BY[suffix]: MARK}} if suffix in _MADE_BY else {}
+        figure.savefig(path, **known)
     except ValueError as error:  # such as an ending that stands for no format
         raise DustError(f"The figure cannot be written to {path}: {error}.") from error
     except OSError as error:

@@ -9,7 +9,7 @@ from dusttaichi.run import checkpoint, stages
 from dusttaichi.run.code import Origin
 from dusttaichi.run.error_bar import States
 from dusttaichi.run.loop import Run
-from dusttaichi.run.persistence import RunFiles, write_scene
+from dusttaichi.run.persistence import RunFiles, check_outputs, write_scene
 from dusttaichi.run.same_scene import check_extensions, check_same, stage_stop
 from dusttaichi.run.state import RunState
 
@@ -34,7 +34,10 @@ class Opening:
         """
         if not force and not resume:
             refuse_existing(self.directory)
+        # what is resumed has made its files
         run = self.resumed() if resume else None
+        if run is None:
+            check_outputs(self.scene, self.directory, force)
         if run is None and self.scene.stages and not fresh:
             run = self.kept()
         return self.new(sample, force=force or resume) if run is None else run
