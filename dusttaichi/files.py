@@ -25,11 +25,6 @@ KERNEL_FOLDER = "TI_OFFLINE_CACHE_FILE_PATH"  # the variable of Taichi that says
 RESULT, CHECKPOINT = "result.nc", "checkpoint.bin"  # the files of a run directory
 
 
-def cache_folder():
-    """Where what can be made again is kept: $XDG_CACHE_HOME/dusttaichi, or ~/.cache/dusttaichi."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "dusttaichi"
-
-
 def parts_folder(result):
     """Where the files lie that continue a result while its run goes on (results/pieces.py)."""
     return Path(result).with_suffix(".parts")

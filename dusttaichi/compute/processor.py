@@ -20,7 +20,8 @@ from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
 
-from dusttaichi.files import cache_folder, write_whole
+from dusttaichi.compute.cache import cache_folder
+from dusttaichi.files import write_whole
 
 X86 = (("avx512f", 512), ("avx", 256), ("sse2", 128))  # features, and bits of their vectors
 # LLVM stays at 256 bits on processors with AVX-512, most of which slow their clock down for wider
