@@ -42,7 +42,7 @@ def check(path, mark=MARK):
     refuse_inputs(path, _inputs.get())
     if path.is_dir():
         raise DustError(f"{path} is a directory, and a file is to be written there.")
-    if not _force.get() and path.exists() and not made(path, mark):
+    if not _force.get() and path.exists() and not (_empty(path) or made(path, mark)):
         raise DustError(
             f"{path} exists, and dusttaichi has not made it. --force overwrites it, --output names "
             "another place."
@@ -58,6 +58,10 @@ def refuse_inputs(path, inputs):
                 f"{path} is read by this command and would be overwritten by it. Choose another "
                 "--output."
             )
+
+
+def _empty(path):
+    return path.is_file() and path.stat().st_size == 0
 
 
 def made(path, mark=MARK):

@@ -164,8 +164,7 @@ class Table:
     def to_csv(self, path) -> None:
         """Write `csv` into a file."""
         text = self.csv()
-        heading = next(line for line in text.splitlines() if not line.startswith("#"))
-        check(path, heading).write_text(text)
+        check(path, "; dusttaichi ").write_text(text)
 
 
 def csv_text(table, columns, rows) -> str:
