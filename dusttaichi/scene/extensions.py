@@ -17,10 +17,12 @@ from pathlib import Path
 from typing import Any
 
 from dusttaichi import method
+from dusttaichi.files import refuse_unreadable
 from dusttaichi.physics.contact import registry as laws
 from dusttaichi.scene import problems
 
 KEY = "extensions"
+MOST_BYTES = 10_000_000  # of a file: no law is as long
 _EXAMPLE = "for example rolling_with_speed.py"
 
 
@@ -80,14 +82,18 @@ def imported(path: str | Path) -> Extension | None:
 def _extension(entry: Any, folder: Path, unchanged: bool) -> Extension:
     if not isinstance(entry, (str, Path)) or Path(entry).suffix != ".py":
         raise _Refused(f"a Python file is needed, whose name ends in .py, {_EXAMPLE}")
-    path = (folder / entry).resolve()
+    try:
+        path = (folder / entry).resolve()
+    except (OSError, RuntimeError) as error:  # RuntimeError of a loop of links, up to Python 3.12
+        raise _Refused(f"it cannot be found: {error}") from None
     known = _imported.get(path)
     if known is not None and not unchanged:
         return known  # whatever has become of the file
     try:
+        refuse_unreadable(path, MOST_BYTES)
         source = path.read_bytes()
-    except OSError as error:
-        why = "there is no such file" if not path.exists() else f"{error.strerror or error}"
+    except (OSError, ValueError) as error:
+        why = "there is no such file" if isinstance(error, FileNotFoundError) else str(error)
         raise _Refused(
             f"{why} ({path}); a Python file is needed, relative to the folder of the YAML file"
         ) from None
@@ -134,7 +140,9 @@ def _run(extension: Extension, source: bytes) -> None:
     sys.modules[module.__name__] = module
     try:
         exec(code, module.__dict__)
-    except (Exception, SystemExit) as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # whatever the file has made up
         del sys.modules[module.__name__]
         raise _Refused(_said(error, path)) from None
 

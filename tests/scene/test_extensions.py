@@ -86,7 +86,7 @@ def dust(*words):
 
 WRONG = {
     "[none.py]": r'extensions\[0\] = "none.py": there is no such file \(.*none.py\); a Python file',
-    "[sub.py]": r"extensions\[0\] = .*Is a directory.*; a Python file is needed, relative",
+    "[sub.py]": r"extensions\[0\] = .*is a directory.*; a Python file is needed, relative",
     "[law.txt]": r'extensions\[0\] = "law.txt": a Python file is needed, whose name ends in .py',
     "[3]": r"extensions\[0\] = 3: a Python file is needed",
     "law.py": r'extensions = "law.py": a list of Python files is needed, for example \[rolling_w',
