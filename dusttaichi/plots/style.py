@@ -40,6 +40,7 @@ CHANNEL_COLOURS = {
     "grid": GREY,
 }
 _RC = {
+    "text.usetex": False,  # whatever a matplotlibrc says: LaTeX need not be there
     "font.size": 9,
     "axes.labelsize": 10,
     "legend.fontsize": 8,
