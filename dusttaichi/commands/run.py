@@ -7,6 +7,7 @@ import typer
 from dusttaichi.commands.console import console, plain_table, say, say_written
 from dusttaichi.commands.ensembles import run_plan
 from dusttaichi.commands.options import (
+    Extensions,
     Output,
     Quiet,
     SceneFile,
@@ -39,6 +40,7 @@ def run(
     watch: Annotated[
         bool, typer.Option("--watch", help="show it in a browser while it runs, as dust watch")
     ] = False,
+    extensions: Extensions = None,
     output: Output = None,
     threads: Threads = None,
     scheduler: Scheduler = None,
@@ -48,10 +50,10 @@ def run(
     from dusttaichi.run import run_directory
 
     refuse_both(force, resume)
-    scene = load_scene(file, threads, settings)
+    scene = load_scene(file, threads, settings, extensions)
     directory = run_directory(scene, output)
     how = {"settings": settings or (), "scheduler": scheduler, "error_bar": error_bar}
-    onward = again("run", file, output, **how)
+    onward = again("run", file, output, extensions=extensions, **how)
     if scene.replicas is not None:
         from dusttaichi.studies import ensemble
 

@@ -6,6 +6,7 @@ import typer
 
 from dusttaichi.commands.console import remark, say, say_written
 from dusttaichi.commands.options import (
+    Extensions,
     MapOutput,
     Overwrite,
     SceneFile,
@@ -35,6 +36,7 @@ def sticking(
     ] = None,
     output: MapOutput = None,
     threads: Threads = None,
+    extensions: Extensions = None,
     force: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="only the result")] = False,
 ):
@@ -42,7 +44,7 @@ def sticking(
     from dusttaichi.studies import sticking as speeds
     from dusttaichi.studies.ensemble import with_settings
 
-    scene = load_scene(file, threads)
+    scene = load_scene(file, threads, extensions=extensions)
     if chart is not None:
         folder = output or scene.output.directory.with_name(f"{scene.name}-sticking")
         with writing(force=force, inputs=[file]):

@@ -11,7 +11,9 @@ import re
 import sys
 import traceback
 import types
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -43,6 +45,25 @@ _owners: dict[tuple[str, Any], tuple[Extension, Any]] = {}  # of what is registe
 
 class _Refused(Exception):
     """Why a file cannot be used, as the end of a line about it."""
+
+
+_allows: ContextVar[Callable[[Path, Path], str | None] | None] = ContextVar("allows", default=None)
+
+
+@contextmanager
+def allowed_by(decide: Callable[[Path, Path], str | None]) -> Iterator[None]:
+    """Inside, decide(file, folder of the scene) says before a file is read why it is not to be
+    imported, or None. Without it every file that a scene names is imported."""
+    token = _allows.set(decide)
+    try:
+        yield
+    finally:
+        _allows.reset(token)
+
+
+def outside(path: Path, folder: Path) -> bool:
+    """True of a file (a resolved path) that is not in the folder of its scene, or below it."""
+    return not path.is_relative_to(folder.resolve())
 
 
 def load(
@@ -89,6 +110,9 @@ def _extension(entry: Any, folder: Path, unchanged: bool) -> Extension:
     known = _imported.get(path)
     if known is not None and not unchanged:
         return known  # whatever has become of the file
+    decide = _allows.get()
+    if known is None and decide is not None and (why := decide(path, folder)) is not None:
+        raise _Refused(why)
     try:
         refuse_unreadable(path, MOST_BYTES)
         source = path.read_bytes()
