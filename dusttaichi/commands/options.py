@@ -42,10 +42,12 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="no progress bar")]
 
 @contextmanager
 def writing(**how):
-    """What is written inside spares the files of others: `results.outputs.writing`."""
-    from dusttaichi.results import outputs  # which --help does not wait for
+    """What is written inside spares the files of others (`results.outputs.writing`), and what is
+    wrong in a result of others is a sentence (`analysis.foreign.understood`)."""
+    from dusttaichi.analysis import foreign  # which --help does not wait for
+    from dusttaichi.results import outputs
 
-    with outputs.writing(**how):
+    with outputs.writing(**how), foreign.understood(how.get("inputs", ())):
         yield
 
 

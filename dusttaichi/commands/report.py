@@ -27,15 +27,13 @@ def report(
 
     folder = runs[0] if runs[0].is_dir() else runs[0].parent
     path = output or (folder / "report.html" if len(runs) == 1 else Path("report.html"))
-    with writing(force=force, inputs=runs):
+    with writing(force=force, inputs=runs), ExitStack() as opened:
         page.check_output(path)
-    if len(runs) == 1 and analysis.is_ensemble(runs[0]):
-        data = page.ensemble_data(*analysis.open_ensemble(runs[0]))
-    else:
-        with ExitStack() as opened:
-            results = [opened.enter_context(analysis.open_run(path)) for path in runs]
+        if len(runs) == 1 and analysis.is_ensemble(runs[0]):
+            data = page.ensemble_data(*analysis.open_ensemble(runs[0]))
+        else:
+            results = [opened.enter_context(analysis.open_run(run)) for run in runs]
             data = page.report_data(results)
-    with writing(force=force, inputs=runs):
         say_written([page.write(data, path)])
     say(f"{path.stat().st_size / 1e6:.1f} MB; it opens in any browser and needs no network")
 

@@ -263,7 +263,7 @@ def named(runs, labels=None):
     runs = list(runs) if isinstance(runs, (list, tuple)) else [runs]
     if labels is None and len(runs) > MOST_NAMED:
         labels = [f"{len(runs)} runs"] + ["_"] * (len(runs) - 1)  # matplotlib leaves out "_"
-    labels = [run.name for run in runs] if labels is None else list(labels)
+    labels = [run.name.replace("$", r"\$") for run in runs] if labels is None else list(labels)
     if len(labels) != len(runs):
         raise DustError(f"{len(runs)} runs need as many labels, not {len(labels)}.")
     return runs, labels

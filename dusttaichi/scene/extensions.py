@@ -153,9 +153,8 @@ def _run(extension: Extension, source: bytes) -> None:
     try:
         code = compile(source, path, "exec", dont_inherit=True)
     except SyntaxError as error:
-        raise _Refused(
-            f"it is not valid Python: {error.msg} ({path}, line {error.lineno})"
-        ) from None
+        where = path if error.lineno is None else f"{path}, line {error.lineno}"
+        raise _Refused(f"it is not valid Python: {error.msg} ({where})") from None
     except ValueError as error:
         raise _Refused(f"it is not valid Python: {error} ({path})") from None
     # Taichi compiles from the text, when a kernel is first needed: from that which was imported
