@@ -4,6 +4,7 @@ import errno
 import os
 import shutil
 import socket
+import stat
 import tempfile
 import time
 from contextlib import suppress
@@ -25,11 +26,6 @@ KERNEL_FOLDER = "TI_OFFLINE_CACHE_FILE_PATH"  # the variable of Taichi that says
 RESULT, CHECKPOINT = "result.nc", "checkpoint.bin"  # the files of a run directory
 
 
-def cache_folder():
-    """Where what can be made again is kept: $XDG_CACHE_HOME/dusttaichi, or ~/.cache/dusttaichi."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "dusttaichi"
-
-
 def parts_folder(result):
     """Where the files lie that continue a result while its run goes on (results/pieces.py)."""
     return Path(result).with_suffix(".parts")
@@ -41,6 +37,21 @@ def run_files(directory):
     parts = sorted(parts_folder(directory / RESULT).glob("[0-9]*.nc"))
     names = [RESULT, CHECKPOINT, *(str(part.relative_to(directory)) for part in parts)]
     return [name for name in names if (directory / name).exists()]
+
+
+def refuse_unreadable(path, most=None):
+    """Raises ValueError where no regular file of at most `most` bytes is at `path`, without opening
+    it, as a pipe may wait for ever; FileNotFoundError where nothing is there."""
+    try:
+        found = Path(path).stat()
+    except FileNotFoundError:
+        raise
+    except OSError as error:  # a loop of links, a name that is too long
+        raise ValueError(f"it cannot be read ({error.strerror})") from None
+    if not stat.S_ISREG(found.st_mode):
+        raise ValueError(f"it is a {'directory' if Path(path).is_dir() else 'device or a pipe'}")
+    if most is not None and found.st_size > most:
+        raise ValueError(f"it has {found.st_size:,} bytes, {int(most):,} are allowed")
 
 
 # --- files --------------------------------------------------------------------------------------

@@ -10,10 +10,10 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "dusttaichi"
 FILES = sorted(PACKAGE.rglob("*.py"))
-LINES, FUNCTION, POSITIONAL, TOP = 350, 60, 5, 8
+LINES, FUNCTION, POSITIONAL, TOP = 350, 60, 5, 9
 
 # A room may import from the rooms named, from itself, and from the modules of the top level.
-SHARED = {"errors", "units", "geometry", "names", "files"}
+SHARED = {"errors", "units", "geometry", "names", "files", "processes"}
 MAY_KNOW = {
     "physics": set(),
     "scene": {"samples", "physics", "method", "results"},
@@ -121,6 +121,12 @@ def test_rooms_without_taichi():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+def test_python_is_started_in_one_place():
+    """So that no process of the program imports what is in the current directory."""
+    for path, _ in _trees():
+        assert "sys.executable" not in path.read_text() or _name(path) == "processes.py", path
 
 
 def test_physics_touches_no_fields():

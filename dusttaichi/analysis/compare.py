@@ -12,6 +12,7 @@ from dusttaichi.analysis.drive import is_dynamic
 from dusttaichi.analysis.summary import summary
 from dusttaichi.analysis.tension import missing_strength
 from dusttaichi.errors import DustError
+from dusttaichi.results.outputs import check
 
 AT = (0.2, 0.3, 0.4, 0.45)  # filling factors at which pressure and contacts are told
 HALF_WIDTH = 0.006  # of filling factor, averaged over
@@ -165,6 +166,7 @@ def _modifier(effect):
 
 def to_csv(rows, path):
     """Write the rows of `compare`, numbers with five digits. Raises DustError."""
+    check(path, ",".join(list(rows[0])[:5]))
     try:
         with open(path, "w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)

@@ -5,7 +5,6 @@ Every run is interpolated linearly onto one coordinate, each within its own rang
 
 import math
 import os
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -16,6 +15,7 @@ from dusttaichi.analysis.continuum import numbers as continuum
 from dusttaichi.analysis.summary import summary
 from dusttaichi.errors import DustError
 from dusttaichi.files import explain, replace_atomically
+from dusttaichi.results.outputs import NETCDF, check
 
 MOST = 10_000  # points of the common coordinate
 CHANGE = 1.001  # factor by which a filling factor changes that counts as driven
@@ -255,7 +255,7 @@ def add_statistics(data, name):
 
 def save_ensemble(data, path):
     """Write the dataset of `gather`, whole or not at all. Raises DustError."""
-    path = Path(path)
+    path = check(path, NETCDF)
     temporary = path.with_name(f".{path.name}.tmp")
     encoding = {name: {"zlib": True, "complevel": 1} for name in data.data_vars}
     try:

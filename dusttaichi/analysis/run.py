@@ -5,8 +5,8 @@ import importlib
 from pathlib import Path
 
 import numpy as np
-import yaml
 
+from dusttaichi.analysis import foreign
 from dusttaichi.analysis.tension import is_tensile_test, recorded_tension, start_of_tension
 from dusttaichi.errors import DustError
 from dusttaichi.names import WALLS
@@ -28,7 +28,7 @@ class Run:
 
     def __init__(self, path, series, profiles=None, file=None):
         self.path, self.series, self.profiles = Path(path), series, profiles
-        self.attrs = dict(series.attrs)
+        self.attrs = foreign.attributes(series.attrs, path)
         self.whole = self
         self._file, self._tree = file, None
         self._before = None  # the record that a stage starts from
@@ -55,7 +55,7 @@ class Run:
     @property
     def scene(self):
         """The resolved scene as plain dicts, {} where the file has none."""
-        return yaml.safe_load(self.attrs.get("scene_resolved", "")) or {}
+        return foreign.block(self.attrs, "scene_resolved", self.path)
 
     @property
     def boundary(self):
@@ -142,7 +142,7 @@ class Run:
     def pushes(self):
         """Pushes of the scene as dicts: `kind` (as "force"), `grains`, `face` of one on a face,
         `size` [m] of a displacement. [] where there are none."""
-        return (yaml.safe_load(self.attrs.get("sample", "")) or {}).get("push", [])
+        return foreign.block(self.attrs, "sample", self.path).get("push", [])
 
     @property
     def compresses(self):
@@ -186,7 +186,7 @@ class Run:
         block = self.scene.get("sample", {})
         if block.get("kind") not in ("pair", "collision") or self.boundary != "open":
             return False
-        info = yaml.safe_load(self.attrs.get("sample", "")) or {}
+        info = foreign.block(self.attrs, "sample", self.path)
         if not info.get("speed") or self.tree is None or "contacts" not in self.tree.children:
             return False
         frames = self.snapshots
@@ -205,12 +205,12 @@ class Run:
     @property
     def intrudes(self):
         """True where a rigid body falls on dust (continuum, sample.kind impact)."""
-        info = yaml.safe_load(self.attrs.get("sample", "")) or {}
+        info = foreign.block(self.attrs, "sample", self.path)
         return "body_position" in self.series and "density" in info.get("projectile", {})
 
     def bodies(self):
         """Grains of the two bodies of a run that `collides`: two arrays of numbers."""
-        info = yaml.safe_load(self.attrs["sample"])
+        info = foreign.block(self.attrs, "sample", self.path)
         first = info.get("target_grains", 1)
         return np.arange(first), np.arange(first, self.grains)
 

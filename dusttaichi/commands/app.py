@@ -18,6 +18,7 @@ try:
     from dusttaichi.commands.results import compare, export, plot, render
     from dusttaichi.commands.run import run
     from dusttaichi.commands.sticking import sticking
+    from dusttaichi.commands.surroundings import guarded
     from dusttaichi.commands.sweep import sweep
     from dusttaichi.commands.trade import trade
     from dusttaichi.compute.collector import collect_seldom
@@ -62,7 +63,10 @@ def main():
     of the DustError (2, or 3 where a guard stopped a run), and 130 after an interruption.
     """
     try:
-        _run_command()
+        with guarded():
+            _run_command()
+    except DustError as error:
+        _end(error)
     except KeyboardInterrupt:  # another one, while the first was being told
         _end(Interrupted("interrupted"))
 
@@ -78,6 +82,8 @@ def _run_command():
         _end(error)
     except (KeyboardInterrupt, typer.Abort):
         _end(Interrupted("interrupted"))
+    except OSError as error:  # of the system, where nothing closer to it knows what was done
+        _end(DustError(f"the system refuses: {error}"))
     except Exception as error:
         if type(error).__module__.startswith(("click", "typer")):
             error.show()

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands.console import say, say_written
+from dusttaichi.commands.options import Overwrite, writing
 
 
 def bench(
@@ -29,6 +30,7 @@ def bench(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="CSV file of the numbers")
     ] = None,
+    force: Overwrite = False,
 ):
     """Measure: ns a contact and a grain-step by size, filling factor, threads; beside LAMMPS."""
     from dusttaichi.studies.bench import continuum as continuum_bench
@@ -46,12 +48,13 @@ def bench(
         return
     if parts and continuum:
         raise typer.BadParameter("--parts is of grains; name one of --parts and --continuum")
-    if continuum:
-        table = continuum_bench.main(quick=quick, out=output, log=say)
-    elif parts:
-        table = parts_bench.main(quick=quick, out=output, log=say)
-    else:
-        table = measure.main(quick=quick, lammps=lammps, out=output, log=say)
+    with writing(force=force):
+        if continuum:
+            table = continuum_bench.main(quick=quick, out=output, log=say)
+        elif parts:
+            table = parts_bench.main(quick=quick, out=output, log=say)
+        else:
+            table = measure.main(quick=quick, lammps=lammps, out=output, log=say)
     print(f"\n{table.text()}")
     if output is not None:
         say_written([output])

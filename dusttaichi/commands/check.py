@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands.console import console, remark, say
-from dusttaichi.commands.options import SceneFile, Settings, load_scene
+from dusttaichi.commands.options import Extensions, SceneFile, Settings, importing, load_scene
 from dusttaichi.names import NEVER
 
 LABEL = 42  # columns that the names of numbers take at least
@@ -17,6 +17,7 @@ def check(
     file: SceneFile,
     *,
     settings: Settings = None,
+    extensions: Extensions = None,
     time: Annotated[
         bool, typer.Option("--time", help="measure the speed anew, some ten seconds")
     ] = False,
@@ -34,7 +35,7 @@ def check(
     from dusttaichi import method
     from dusttaichi.compute import processor
 
-    scene = load_scene(file, settings=settings)
+    scene = load_scene(file, settings=settings, extensions=extensions)
     how = method.of(scene)
     preview = None if how.preview is None else how.preview(scene)  # which may still refuse it
     say(f"{scene.name} is a valid scene of the method {scene.method}.")
@@ -130,10 +131,12 @@ def schema(
     file: Annotated[
         Path | None, typer.Argument(help="YAML file whose extensions count", metavar="[FILE]")
     ] = None,
+    extensions: Extensions = None,
 ):
     """Print the JSON Schema of the YAML, for editors that complete and check it."""
     from dusttaichi.scene import load_extensions, schema_text
 
     if file is not None:
-        load_extensions(file)
+        with importing(extensions):
+            load_extensions(file)
     sys.stdout.write(schema_text())

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands.console import plain_table, say, say_written
-from dusttaichi.commands.options import MapOutput, Quiet
+from dusttaichi.commands.options import MapOutput, Quiet, writing
 from dusttaichi.commands.progress import ProgressBar
 from dusttaichi.errors import Interrupted
 
@@ -23,7 +23,7 @@ def extremes(
     """Map where runs are stable, refused or stopped by a guard: steps, materials, speeds, sizes."""
     from dusttaichi.studies.extremes.chart import chart
 
-    with ProgressBar(quiet, "extremes") as bar:
+    with writing(force=force), ProgressBar(quiet, "extremes") as bar:
         try:
             data, paths = chart(
                 quick=quick, only=only, output=output, force=force, report=_shown(bar), log=bar.log

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands.console import plain_table, say, say_written
+from dusttaichi.commands.options import Overwrite, writing
 from dusttaichi.errors import DustError
 
 WHAT = ("asperities", "continuum")
@@ -31,6 +32,7 @@ def fit(
         float | None,
         typer.Option(help="continuum: strain rate of the pressing to fit, in 1/s", metavar="RATE"),
     ] = None,
+    force: Overwrite = False,
 ):
     """Fit numbers of the model.
 
@@ -42,7 +44,8 @@ def fit(
             f"fit {what}: there is nothing to fit of that name; allowed: {', '.join(WHAT)}"
         )
     if what == "continuum":
-        _continuum(runs or [], output, phi_2, rate)
+        with writing(force=force, inputs=runs or []):
+            _continuum(runs or [], output, phi_2, rate)
     else:
         _asperities(material, speed)
 

@@ -1,6 +1,8 @@
 """Options and arguments that several commands have, and the scene that they are about."""
 
 import shlex
+import sys
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -23,15 +25,59 @@ Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads")]
 Scheduler = Annotated[
     str | None, typer.Option(help="address of a Dask scheduler", metavar="ADDRESS")
 ]
+Overwrite = Annotated[
+    bool, typer.Option("--force", help="overwrite files that dusttaichi has not made")
+]
+Extensions = Annotated[
+    bool | None,
+    typer.Option(
+        "--extensions/--no-extensions",
+        help="import the Python files that the scene names, also those outside of its folder; or "
+        "none",
+        show_default=False,
+    ),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="no progress bar")]
 
 
-def load_scene(file, threads=None, settings=None):
-    """The scene of a YAML file, with the keys and the number of threads that options give. Raises
-    DustError."""
+@contextmanager
+def writing(**how):
+    """What is written inside spares the files of others (`results.outputs.writing`), and what is
+    wrong in a result of others is a sentence (`analysis.foreign.understood`)."""
+    from dusttaichi.analysis import foreign  # which --help does not wait for
+    from dusttaichi.results import outputs
+
+    with outputs.writing(**how), foreign.understood(how.get("inputs", ())):
+        yield
+
+
+@contextmanager
+def importing(allowed):
+    """Inside, a scene may import its extensions: all (True), none (False), or (None) those in its
+    folder, and others where the user at a terminal says so."""
+    from dusttaichi.scene import extensions
+
+    def decide(path, folder):
+        if allowed is False:
+            return f"--no-extensions was given, and it would run the code of {path}"
+        if allowed or not extensions.outside(path, folder):
+            return None
+        text = f"{path} is outside of the folder of the scene, and its code would run"
+        if sys.stdin.isatty() and sys.stderr.isatty():
+            return None if typer.confirm(f"{text}. Go on?", err=True) else "not to be imported"
+        return f"{text}; allow it with --extensions, or put the file beside the scene"
+
+    with extensions.allowed_by(decide):
+        yield
+
+
+def load_scene(file, threads=None, settings=None, extensions=None):
+    """The scene of a YAML file, with the keys and the number of threads that options give;
+    extensions: see `importing`. Raises DustError."""
     from dusttaichi.scene import load
 
-    scene = load(file)
+    with importing(extensions):
+        scene = load(file)
     if settings:
         from dusttaichi.studies.ensemble import with_settings
 
@@ -45,11 +91,12 @@ def refuse_both(force, resume):
         raise DustError("--force starts anew, --resume goes on: give only one of them")
 
 
-def again(command, file, output, *, settings=(), scheduler=None, error_bar=False):
+def again(command, file, output, *, settings=(), scheduler=None, error_bar=False, extensions=None):
     """The command that goes on with what was interrupted."""
     words = ["dust", command, str(file)]
     words += [word for setting in settings for word in ("--set", setting)]
     words += ["--output", str(output)] if output else []
     words += ["--scheduler", scheduler] if scheduler else []
     words += ["--error-bar"] if error_bar else []
+    words += ["--extensions"] if extensions else []
     return shlex.join([*words, "--resume"])

@@ -10,7 +10,8 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands.console import remark, say, say_written
-from dusttaichi.commands.options import RunPath, RunPaths
+from dusttaichi.commands.options import Overwrite, RunPath, RunPaths, writing
+from dusttaichi.processes import python_command
 
 
 def report(
@@ -18,20 +19,22 @@ def report(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="the HTML file, by default in the run")
     ] = None,
+    force: Overwrite = False,
 ):
     """One HTML file that shows runs, or a sweep: figures to zoom into, grains in 3-D, numbers."""
     from dusttaichi import analysis
     from dusttaichi import report as page
 
-    if len(runs) == 1 and analysis.is_ensemble(runs[0]):
-        data = page.ensemble_data(*analysis.open_ensemble(runs[0]))
-    else:
-        with ExitStack() as opened:
-            results = [opened.enter_context(analysis.open_run(path)) for path in runs]
-            data = page.report_data(results)
     folder = runs[0] if runs[0].is_dir() else runs[0].parent
     path = output or (folder / "report.html" if len(runs) == 1 else Path("report.html"))
-    say_written([page.write(data, path)])
+    with writing(force=force, inputs=runs), ExitStack() as opened:
+        page.check_output(path)
+        if len(runs) == 1 and analysis.is_ensemble(runs[0]):
+            data = page.ensemble_data(*analysis.open_ensemble(runs[0]))
+        else:
+            results = [opened.enter_context(analysis.open_run(run)) for run in runs]
+            data = page.report_data(results)
+        say_written([page.write(data, path)])
     say(f"{path.stat().st_size / 1e6:.1f} MB; it opens in any browser and needs no network")
 
 
@@ -73,7 +76,7 @@ def watched(directory, on):
     if not on:
         yield
         return
-    command = [sys.executable, "-m", "dusttaichi", "watch", str(directory), "--until-input-ends"]
+    command = python_command("dusttaichi", "watch", directory, "--until-input-ends")
     server = subprocess.Popen(command, stdin=subprocess.PIPE)
     try:
         yield

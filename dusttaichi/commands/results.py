@@ -8,7 +8,7 @@ import numpy as np
 import typer
 
 from dusttaichi.commands.console import plain_table, say, say_abreast, say_written
-from dusttaichi.commands.options import RunPath, RunPaths
+from dusttaichi.commands.options import Overwrite, RunPath, RunPaths, writing
 from dusttaichi.errors import DustError
 
 ABREAST = 11  # columns of numbers that a terminal has room for
@@ -99,13 +99,14 @@ def plot(
     ] = None,
     style: Annotated[str, typer.Option(help="page, column (of a journal, 88 mm) or talk")] = "page",
     file_format: Annotated[str, typer.Option("--format", help="png, pdf or svg")] = "png",
+    force: Overwrite = False,
 ):
     """Figures of a run: curves, stress, profile, energy. Several runs: their curves in one."""
     from dusttaichi.plots.style import using
 
     if file_format not in FORMATS:
         raise DustError(f"--format {file_format}; allowed: {', '.join(FORMATS)}.")
-    with using(style):
+    with using(style), writing(force=force, inputs=runs):
         _plot(runs, output, f".{file_format}")
 
 
@@ -139,20 +140,22 @@ def compare(
     figures: Annotated[
         Path | None, typer.Option(help="directory for figures of them together", metavar="DIR")
     ] = None,
+    force: Overwrite = False,
 ):
     """Runs side by side: fit and distance from the law, tensile strength, contacts, ledger."""
     from dusttaichi import analysis, plots
 
     with ExitStack() as opened:
+        opened.enter_context(writing(force=force, inputs=runs))
         results = [opened.enter_context(analysis.open_run(path)) for path in runs]
         rows = analysis.compare(results)
         drawn = [] if figures is None else plots.save_together(results, figures)
-    _say_side_by_side(rows)
-    if any(_known(row.get(key)) for row in rows for key in analysis.FIT_ERRORS):
-        say("±: one sample each, fit error only; replicas show the scatter between samples")
-    if output is not None:
-        analysis.to_csv(rows, output)
-        say_written([output])
+        _say_side_by_side(rows)
+        if any(_known(row.get(key)) for row in rows for key in analysis.FIT_ERRORS):
+            say("±: one sample each, fit error only; replicas show the scatter between samples")
+        if output is not None:
+            analysis.to_csv(rows, output)
+            say_written([output])
     say_written(drawn)
 
 
@@ -163,13 +166,14 @@ def export(
         Path | None, typer.Option("--output", "-o", help="directory of the files")
     ] = None,
     snapshot: Annotated[str, typer.Option(help="number, from the end if negative, or all")] = "all",
+    force: Overwrite = False,
 ):
     """Snapshots for other programs: ParaView (vtk), ASE and OVITO (extxyz), OVITO (lammps)."""
     from dusttaichi import analysis
     from dusttaichi.export import export as write
 
     number = snapshot if snapshot == "all" else _whole("--snapshot", snapshot, " or all")
-    with analysis.open_run(run) as result:
+    with writing(force=force, inputs=[run]), analysis.open_run(run) as result:
         paths = write(result, to, output, number)
     say(f"wrote {paths[0]}{f' and {len(paths) - 1} more' if len(paths) > 1 else ''}")
 
@@ -205,12 +209,13 @@ def render(
     dpi: Annotated[
         int | None, typer.Option(min=30, max=1200, help="pixels an inch of some six inches")
     ] = None,
+    force: Overwrite = False,
 ):
     """Picture of the grains or the dust of a snapshot, or a film of all snapshots."""
     from dusttaichi import analysis, plots
 
     folder = run if run.is_dir() else run.parent
-    with analysis.open_run(run) as result:
+    with writing(force=force, inputs=[run]), analysis.open_run(run) as result:
         name = "dust" if result.is_continuum else "grains"
         path = output or folder / f"{name}.{'gif' if animate else 'png'}"
         sharp = {} if dpi is None else {"dpi": dpi}

@@ -7,6 +7,7 @@ import typer
 from dusttaichi.commands.console import console, plain_table, say, say_written
 from dusttaichi.commands.ensembles import run_plan
 from dusttaichi.commands.options import (
+    Extensions,
     Output,
     Quiet,
     SceneFile,
@@ -16,6 +17,7 @@ from dusttaichi.commands.options import (
     again,
     load_scene,
     refuse_both,
+    writing,
 )
 from dusttaichi.commands.progress import ProgressBar
 from dusttaichi.commands.report import watched
@@ -38,6 +40,7 @@ def run(
     watch: Annotated[
         bool, typer.Option("--watch", help="show it in a browser while it runs, as dust watch")
     ] = False,
+    extensions: Extensions = None,
     output: Output = None,
     threads: Threads = None,
     scheduler: Scheduler = None,
@@ -47,10 +50,10 @@ def run(
     from dusttaichi.run import run_directory
 
     refuse_both(force, resume)
-    scene = load_scene(file, threads, settings)
+    scene = load_scene(file, threads, settings, extensions)
     directory = run_directory(scene, output)
     how = {"settings": settings or (), "scheduler": scheduler, "error_bar": error_bar}
-    onward = again("run", file, output, **how)
+    onward = again("run", file, output, extensions=extensions, **how)
     if scene.replicas is not None:
         from dusttaichi.studies import ensemble
 
@@ -61,14 +64,16 @@ def run(
             )
         plan = ensemble.ensemble_plan(scene, directory)
         how = {"force": force, "resume": resume, "scheduler": scheduler, "error_bar": error_bar}
-        run_plan(plan, onward, quiet=quiet, **how)
+        with writing(force=force, inputs=[file]):
+            run_plan(plan, onward, quiet=quiet, **how)
         return
     if scheduler is not None:
         raise DustError("--scheduler is for many runs: a scene with replicas, or dust sweep")
     how = {"force": force, "resume": resume, "fresh": fresh, "error_bar": error_bar}
     with watched(directory, watch):
         keep_start = _run_one(scene, directory, onward, quiet=quiet, **how)
-    _show_result(directory)
+    with writing(force=force, inputs=[file]):
+        _show_result(directory)
     keep_start()
 
 

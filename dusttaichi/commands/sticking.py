@@ -5,7 +5,15 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands.console import remark, say, say_written
-from dusttaichi.commands.options import MapOutput, SceneFile, Threads, load_scene
+from dusttaichi.commands.options import (
+    Extensions,
+    MapOutput,
+    Overwrite,
+    SceneFile,
+    Threads,
+    load_scene,
+    writing,
+)
 
 
 def sticking(
@@ -28,16 +36,19 @@ def sticking(
     ] = None,
     output: MapOutput = None,
     threads: Threads = None,
+    extensions: Extensions = None,
+    force: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="only the result")] = False,
 ):
     """Sticking speed of a collision by bisection of batches, or restitution over speeds."""
     from dusttaichi.studies import sticking as speeds
     from dusttaichi.studies.ensemble import with_settings
 
-    scene = load_scene(file, threads)
+    scene = load_scene(file, threads, extensions=extensions)
     if chart is not None:
         folder = output or scene.output.directory.with_name(f"{scene.name}-sticking")
-        data, paths = speeds.save_map(scene, chart, folder, tolerance, settings or [])
+        with writing(force=force, inputs=[file]):
+            data, paths = speeds.save_map(scene, chart, folder, tolerance, settings or [])
         rows = speeds.map_rows(data)
     else:
         scene, paths = with_settings(scene, settings or []), []

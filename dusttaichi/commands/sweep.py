@@ -6,6 +6,7 @@ import typer
 
 from dusttaichi.commands.ensembles import run_plan
 from dusttaichi.commands.options import (
+    Extensions,
     Output,
     Quiet,
     SceneFile,
@@ -13,6 +14,7 @@ from dusttaichi.commands.options import (
     again,
     load_scene,
     refuse_both,
+    writing,
 )
 
 
@@ -25,6 +27,7 @@ def sweep(
     ],
     force: Annotated[bool, typer.Option("--force", help="overwrite existing results")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="go on with what is missing")] = False,
+    extensions: Extensions = None,
     output: Output = None,
     threads: Annotated[int | None, typer.Option(min=1, help="CPU threads a run")] = None,
     scheduler: Scheduler = None,
@@ -34,8 +37,10 @@ def sweep(
     from dusttaichi.studies import ensemble
 
     refuse_both(force, resume)
-    scene = load_scene(file, threads)
+    scene = load_scene(file, threads, extensions=extensions)
     runs = scene.output.directory
     plan = ensemble.sweep_plan(scene, settings, output or runs.with_name(f"{runs.name}-sweep"))
-    onward = again("sweep", file, output, settings=settings, scheduler=scheduler)
-    run_plan(plan, onward, quiet=quiet, force=force, resume=resume, scheduler=scheduler)
+    how = {"settings": settings, "scheduler": scheduler, "extensions": extensions}
+    onward = again("sweep", file, output, **how)
+    with writing(force=force, inputs=[file]):
+        run_plan(plan, onward, quiet=quiet, force=force, resume=resume, scheduler=scheduler)

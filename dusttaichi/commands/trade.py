@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands.console import err, plain_table, say, say_written
-from dusttaichi.commands.options import Output, Quiet, SceneFile, load_scene
+from dusttaichi.commands.options import Extensions, Output, Quiet, SceneFile, load_scene, writing
 from dusttaichi.commands.progress import ProgressBar, shares_text
 from dusttaichi.errors import Interrupted
 
@@ -32,18 +32,19 @@ def trade(
     ] = True,
     jobs: Annotated[int | None, typer.Option(min=1, help="processes at a time: all cores")] = None,
     force: Annotated[bool, typer.Option("--force", help="run kept points again")] = False,
+    extensions: Extensions = None,
     output: Output = None,
     quiet: Quiet = False,
 ):
     """Cost and error of every knob of a scene: table, figure, and the cheapest setting."""
     from dusttaichi.studies.trade import measure, report
 
-    scene = load_scene(file)
+    scene = load_scene(file, extensions=extensions)
     runs = scene.output.directory
     folder = output or runs.with_name(f"{runs.name}-trade")
     wanted = measure.Wanted.of(knobs, quick, seeds=seeds, tolerance=tolerance, name=observable)
     how = {"jobs": jobs, "pairs": pairs, "force": force}
-    with _Shown(quiet) as shown:
+    with writing(force=force, inputs=[file]), _Shown(quiet) as shown:
         try:
             found, paths = measure.measure(scene, folder, wanted, watcher=shown, **how)
         except KeyboardInterrupt:

@@ -1,5 +1,6 @@
 """Taichi as a scene asks for it: backend, threads, and how the loops are laid out there."""
 
+import logging
 import os
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
@@ -8,7 +9,7 @@ from io import StringIO
 import taichi as ti
 from taichi.lang.impl import current_cfg
 
-from dusttaichi.compute import processor
+from dusttaichi.compute import cache, processor
 from dusttaichi.compute.reading import read_quickly
 from dusttaichi.compute.telling import tell_quickly
 from dusttaichi.errors import DustError
@@ -78,6 +79,8 @@ def start_taichi(scene, threads, simplify=True):
     """
     read_quickly()
     tell_quickly()
+    for text in cache.remarks():
+        logging.getLogger("dusttaichi").warning(text)
     arch = {"cpu": ti.cpu, "cuda": ti.cuda}[scene.numerics.backend]
     os.environ.setdefault("TI_OFFLINE_CACHE_CLEANING_POLICY", "lru")
     try:

@@ -20,7 +20,9 @@ from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
 
-from dusttaichi.files import cache_folder, write_whole
+from dusttaichi.compute.cache import cache_folder
+from dusttaichi.files import write_whole
+from dusttaichi.processes import python_command
 
 X86 = (("avx512f", 512), ("avx", 256), ("sse2", 128))  # features, and bits of their vectors
 # LLVM stays at 256 bits on processors with AVX-512, most of which slow their clock down for wider
@@ -162,9 +164,7 @@ def compiled_bits():
 
 
 def _found_in_a_child():
-    package = str(Path(__file__).parents[2])
-    paths = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
-    command = [sys.executable, "-c", f"from {__name__} import _compile; print(_compile())"]
+    command = python_command("dusttaichi.compute.processor")
     environment = {n: v for n, v in os.environ.items() if not n.startswith("TI_")}
     try:
         with tempfile.TemporaryDirectory() as folder:
@@ -174,7 +174,7 @@ def _found_in_a_child():
                 text=True,
                 cwd=folder,
                 timeout=PATIENCE,
-                env={**environment, "PYTHONPATH": paths},
+                env=environment,
             )
         return int(done.stdout.split()[-1])
     except (OSError, subprocess.TimeoutExpired, ValueError, IndexError):
@@ -227,3 +227,7 @@ def warning():
         f"(LLVM of Taichi {metadata.version('taichi')}) does not know it, and steps of grains "
         "take about 1.3 times as long"
     )
+
+
+if __name__ == "__main__":
+    print(_compile())

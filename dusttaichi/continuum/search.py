@@ -11,6 +11,7 @@ import numpy as np
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import moment
 
+FARTHEST = 1e6  # m; beyond, the place of a particle does not count as a number
 SUPPORT = 2.0  # reach of the kernels in smoothing lengths
 # extra reach of the lists in smoothing lengths, by dimension: what a longer list costs a step, and
 # what a search costs
@@ -39,9 +40,10 @@ class Search:
     def now(self):
         """New lists for the present places; particles are put in the order of their cells."""
         x = self.sim.of_particles("x")
-        if not np.isfinite(x).all():
+        lost = ~(np.abs(x) < FARTHEST).all(axis=1)
+        if lost.any():
             raise GuardStop(
-                f"{moment(self.sim)} the place of {int((~np.isfinite(x)).any(1).sum())} "
+                f"{moment(self.sim)} the place of {lost.sum()} "
                 "particles is not a number any more: the step is too long for what happens. Try a "
                 "smaller numerics.cfl or a lower speed."
             )

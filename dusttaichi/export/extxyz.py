@@ -13,6 +13,7 @@ from ase import units as ase_units
 from ase.io import write as ase_write
 
 from dusttaichi.analysis.frame import grain_masses
+from dusttaichi.results.outputs import check
 
 FILE = "grains.extxyz"
 ANGSTROM = 1e-10  # [m]
@@ -24,7 +25,7 @@ def write(run, frames, folder):
     """Write the frames to one file in `folder`. Returns its path in a list."""
     masses = grain_masses(run)
     images = [atoms(frame, masses) for frame in frames]
-    ase_write(folder / FILE, images, format="extxyz")
+    ase_write(check(folder / FILE, UNITS), images, format="extxyz")
     return [folder / FILE]
 
 

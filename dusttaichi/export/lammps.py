@@ -13,10 +13,12 @@ from contextlib import ExitStack
 import numpy as np
 
 from dusttaichi.analysis.frame import grain_masses
+from dusttaichi.results.outputs import check
 from dusttaichi.units import FORCE, LENGTH, MASS, SPEED, SPIN, TIME
 
 GRAINS, CONTACTS, WALL_CONTACTS = "grains.dump", "contacts.dump", "wall_contacts.dump"
 GRAIN_COLUMNS = "id type x y z vx vy vz radius mass omegax omegay omegaz"
+UNITS = "ITEM: UNITS\nmicro"
 CONTACT_COLUMNS = "index batom1 batom2 overlap twist approach"
 WALL_COLUMNS = "index id wall overlap twist approach"
 TOTAL, OF_EACH = " fx fy fz", " normal fx fy fz"  # where the result has forces
@@ -30,7 +32,8 @@ def write(run, frames, folder):
 
         def file(name):
             if name not in files:
-                files[name] = stack.enter_context((folder / name).open("w", encoding="ascii"))
+                path = check(folder / name, UNITS)
+                files[name] = stack.enter_context(path.open("w", encoding="ascii"))
             return files[name]
 
         for frame in frames:
@@ -65,7 +68,7 @@ def _header(frame, bounds, kind):
     """The lines above the columns as LAMMPS writes them with `dump_modify units yes time yes`; {}
     stands where the number of rows goes."""
     return (
-        f"ITEM: UNITS\nmicro\nITEM: TIME\n{frame.time / TIME:.16g}\nITEM: TIMESTEP\n{frame.step}\n"
+        f"{UNITS}\nITEM: TIME\n{frame.time / TIME:.16g}\nITEM: TIMESTEP\n{frame.step}\n"
         f"ITEM: NUMBER OF {kind}\n{{}}\n{bounds}ITEM: {kind} "
     )
 

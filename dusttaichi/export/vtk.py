@@ -13,6 +13,7 @@ import numpy as np
 from dusttaichi.analysis.frame import grain_masses
 from dusttaichi.names import WALLS as NAMES_OF_WALLS
 from dusttaichi.physics.contact.constants import reduced_radius
+from dusttaichi.results.outputs import check
 
 POINT_UNITS = {"radius": "m", "velocity": "m/s", "spin": "rad/s", "coordination": "1"}
 MORE_POINTS = {
@@ -56,7 +57,8 @@ _UNITS = {
     **PARTICLE_UNITS,
     "wall": f"number of the wall: {', '.join(NAMES_OF_WALLS)}",
 }
-_COMMENT = "<!-- Units\n" + "".join(f"{name}: {unit}\n" for name, unit in _UNITS.items()) + "-->"
+MADE = "<!-- Units, by dusttaichi"
+_COMMENT = f"{MADE}\n" + "".join(f"{name}: {unit}\n" for name, unit in _UNITS.items()) + "-->"
 
 
 def write(run, frames, folder):
@@ -76,9 +78,10 @@ def _collection(path, meshes):
     collection, paths = ET.SubElement(listed, "Collection"), [path]
     for frame, drawn in meshes:
         paths.append(path.with_name(f"{path.stem}_{frame.number:04d}.vtu"))
-        drawn.write(paths[-1])
+        drawn.write(check(paths[-1], MADE))
         _state_units(paths[-1])
         ET.SubElement(collection, "DataSet", timestep=repr(frame.time), file=paths[-1].name)
+    check(path, MADE)
     ET.indent(listed)
     ET.ElementTree(listed).write(path, encoding="utf-8", xml_declaration=True)
     _state_units(path)

@@ -8,6 +8,7 @@ from dusttaichi.grains import record, stretch, trust
 from dusttaichi.grains.build import build
 from dusttaichi.grains.measured import measurement
 from dusttaichi.grains.refine import halve_time_step
+from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.method import SimpleSimulation, State
 from dusttaichi.results.provenance import yaml_text
@@ -36,6 +37,12 @@ class MovingGrains(SimpleSimulation):
         if "profiles" in features:
             self.bins = record.bin_edges(sim.domain.clock(), sim.radius)
         self._first = sim.dt, sim.push  # which halving the step changes
+
+    @property
+    def remarks(self):
+        """Sentences for the user about the start."""
+        impact = chosen_step(self.scene, self.sample, self.sim.polydisperse).impact
+        return [] if impact is None else impact.remarks()
 
     @property
     def step(self):

@@ -134,6 +134,8 @@ def _step(step):
         out.append(("largest stable step there", f"{step.limit * 1e9:.4g} ns"))
     if np.isfinite(step.resolved) and step.resolved < 10.0 * step.dt:
         out.append(("step that resolves how fast bodies meet", f"{step.resolved * 1e9:.4g} ns"))
+    if step.impact is not None:
+        out.append(("two grains may meet", step.impact.text()))
     chosen = f"{step.dt * 1e9:.4g} ns"
     if np.isfinite(step.period):
         chosen += f" = {step.dt / step.period:.3g} of the stiffest period"

@@ -8,6 +8,9 @@ from dusttaichi.errors import GuardStop
 from dusttaichi.grains.kernels.search import CELLS_PER_GRAIN
 from dusttaichi.names import NEVER
 
+FARTHEST = 1e12  # um; beyond, the place of a grain does not count as a number
+LIGHT = 299792458.0  # um/us
+FARTHEST_WAY = 0.5  # of the smallest radius, that a grain may go in a step
 SKIN = (0.01, 0.4)  # least and most, of the radius
 # parts of the skin that each grain of a pair may go, and that faces between them may move
 STILL, DRIVEN = (0.5, 0.0), (0.3, 0.4)
@@ -60,17 +63,19 @@ class Search:
         """New neighbour lists for the present positions; the history of contacts is kept exactly.
 
         The loads are void until the next pass over the contacts.
-        Raises GuardStop when positions are no longer numbers or grains overlap without limit.
+        Raises GuardStop when positions are no longer numbers, grains overlap without limit, or
+        something moves so fast that grains pass through each other.
         """
         sim = self.sim
         sim.kernels.bounds()
         bounds = sim.scratch["bounds"].to_numpy()
         if bounds[6] > 0 or not np.isfinite(bounds[7]):
             self._stop_not_a_number()
+        speed = bounds[7]
+        if sim.sphere is not None:
+            speed = max(speed, float(np.linalg.norm(sim.state["v"][sim.sphere.row])))
+        self._check_speed(max(speed, sim.domain.fastest_wall, self._closing_speed()))
         if self.fixed_skin is None:
-            speed = bounds[7]
-            if sim.sphere is not None:
-                speed = max(speed, float(np.linalg.norm(sim.state["v"][sim.sphere.row])))
             self.skin = self._best_skin(speed)
         # contacts hold beyond first touch
         touch = 2.0 * sim.radius + sim.pair.reach
@@ -108,7 +113,15 @@ class Search:
 
     def _cells(self, extent, edges, reach, tilt):
         """Numbers and widths of the cells of the grid: no cell is narrower than `reach`, and whole
-        numbers of them fill a periodic edge. Where cells lean, that is their width across."""
+        numbers of them fill a periodic edge. Where cells lean, that is their width across.
+
+        Raises GuardStop where no grid covers the grains.
+        """
+        if not np.isfinite([*extent, reach, tilt]).all():
+            raise GuardStop(
+                f"At {self.sim.time:.6g} us the extent of the sample is not a number any more. "
+                "Try a smaller numerics.time_step, or walls and faces that move more slowly."
+            )
         width = reach * 1.000001 * np.ones(3)
         width[0] *= np.hypot(1.0, tilt / edges[2]) if tilt else 1.0
         while True:
@@ -124,7 +137,13 @@ class Search:
         sim = self.sim
         time = step * sim.dt
         sim.set_upright(time)
-        edges = sim.cell.edges(time)
+        with np.errstate(over="ignore"):  # an edge that has grown without limit is refused below
+            edges = sim.cell.edges(time)
+        if not edges.max() < FARTHEST:
+            raise GuardStop(
+                f"At {sim.time:.6g} us the periodic cell is {edges.max():.3g} um long: its faces "
+                "move apart without limit. Try a lower boundary.strain_rate or an earlier stop."
+            )
         shortest = edges[list(sim.cell.axes)].min()
         most = 0.5 * shortest - touch
         if most < SKIN[0] * sim.smallest:
@@ -196,9 +215,25 @@ class Search:
                 "smaller numerics.skin, or a sample that is higher than two grains."
             )
 
+    def _check_speed(self, speed):
+        """Stop before a grain passes through another within a step; speed: the fastest [um/us]."""
+        sim, way = self.sim, speed * self.sim.dt
+        if speed > LIGHT:
+            raise GuardStop(
+                f"At {sim.time:.6g} us grains or faces move at {speed:.3g} m/s, faster than light. "
+                "Try a lower speed or strain rate."
+            )
+        if way > FARTHEST_WAY * sim.smallest:
+            raise GuardStop(
+                f"At {sim.time:.6g} us grains, walls or faces move at {speed:.4g} m/s, "
+                f"{way:.3g} um in a step of {1e3 * sim.dt:.4g} ns: {way / sim.smallest:.3g} radii; "
+                f"beyond {FARTHEST_WAY:g} grains pass through each other. Try numerics.time_step: "
+                f"auto, one below {0.1e3 * sim.smallest / speed:.2g} ns, or a lower speed."
+            )
+
     def _stop_not_a_number(self):
         x = self.sim.state.of_grains("x")
-        bad = int(np.flatnonzero(~np.all(np.abs(x) < 1e12, axis=1))[0])
+        bad = int(np.flatnonzero(~np.all(np.abs(x) < FARTHEST, axis=1))[0])
         raise GuardStop(
             f"At {self.sim.time:.6g} us the position of grain {self.sim.order[bad]} is not a "
             "number any more: the step is too long for what happens. Try a smaller "

@@ -1,6 +1,6 @@
 """The choice of the time step: what is stable, and what resolves how fast grains meet at first."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, pi
 
 import numpy as np
@@ -9,6 +9,7 @@ from dusttaichi import units
 from dusttaichi.domain.walls import glued, wall_strengths
 from dusttaichi.errors import DustError
 from dusttaichi.grains.grain_contacts import contact_constants, moving, size_ranges
+from dusttaichi.grains.impacts import Impact, check, hardest_impact
 from dusttaichi.grains.sphere import sphere_contact, sphere_contacts
 from dusttaichi.physics import encounter, stability
 from dusttaichi.physics.contact import constants
@@ -24,20 +25,27 @@ FEW = 13  # grains below which one collision is most of what happens
 
 @dataclass(frozen=True)
 class TimeStep:
-    """The step [s], the stiffest period it is measured by, the largest stable one, and the longest
-    that resolves how fast bodies meet and turn."""
+    """The step [s], the stiffest period it is measured by, the largest stable one, the longest
+    that resolves how fast bodies meet and turn, and the hardest Impact of the start."""
 
     dt: float
     period: float
     limit: float
     resolved: float = inf
+    impact: Impact | None = None
 
 
 def chosen_step(scene, sample, polydisperse=None, scenes=None):
-    """The TimeStep that a scene takes with a sample (pushed); scenes: of a batch, see `build`."""
+    """The TimeStep that a scene takes with a sample (pushed); scenes: of a batch, see `build`.
+
+    Raises DustError for a step that cannot be stable, or speeds that the contacts are not for.
+    """
     most = len(sample.positions) if scenes is None else int(np.bincount(scenes).max())
     radii = scene.material.radius if polydisperse is None else polydisperse.radius * units.LENGTH
-    return time_step(scene, most, polydisperse, fastest(scene, sample, radii, scenes))
+    motion = fastest(scene, sample, radii, scenes)
+    impact = hardest_impact(contact_extremes(scene, polydisperse)[0], motion.thrown)
+    check(impact)
+    return replace(time_step(scene, most, polydisperse, motion), impact=impact)
 
 
 def time_step(scene, grains, polydisperse=None, motion=None):
@@ -147,7 +155,8 @@ class Motion:
     """Largest relative speed of two grains, of a grain and a wall and of a grain and the sphere
     [m/s], and spin [rad/s].
 
-    alone: one collision is most of what happens: few grains, or hardly any that touch.
+    alone: one collision is most of what happens: few grains, or hardly any that touch. thrown:
+    relative speed of two grains without what spins and the faces of a cell add.
     """
 
     grains: float
@@ -155,6 +164,7 @@ class Motion:
     spin: float
     alone: bool
     sphere: float = 0.0
+    thrown: float = 0.0
 
 
 def fastest(scene, sample, radii, scenes=None):
@@ -179,12 +189,17 @@ def fastest(scene, sample, radii, scenes=None):
     own = float(np.max(np.linalg.norm(v, axis=1), initial=0.0)) + later
     grains = len(sample) if scenes is None else int(np.bincount(scenes).max())
     loose = sample.info.get("coordination", 2.0 * LOOSE) < LOOSE
-    meet = apart + later + surface + face + (2.0 * wall if scene.boundary.walls else 0.0)
     ball = _sphere_speed(scene)
     # a sphere throws grains at twice its speed at most, as a wall does
-    meet += 2.0 * ball
-    alone = grains < FEW or loose
-    return Motion(meet, own + surface + wall, spin, alone, own + surface + wall + ball)
+    thrown = apart + later + 2.0 * ball + (2.0 * wall if scene.boundary.walls else 0.0)
+    return Motion(
+        grains=thrown + surface + face,
+        walls=own + surface + wall,
+        spin=spin,
+        alone=grains < FEW or loose,
+        sphere=own + surface + wall + ball,
+        thrown=thrown,
+    )
 
 
 def _sphere_speed(scene):

@@ -12,6 +12,7 @@ from dusttaichi.analysis.frame import frame_count, grain_masses, read_frame
 from dusttaichi.errors import DustError
 from dusttaichi.plots import dust, style
 from dusttaichi.plots.grains import appearance_of, bodies_of, draw
+from dusttaichi.results.outputs import MARK, check
 
 DPI = 110
 SECONDS = 8.0  # of a film by default, and
@@ -34,6 +35,7 @@ def animation(run, path, color=None, view="oblique", *, rate=None, cell=True, dp
         raise DustError(f"A film cannot be written to {path}; allowed: .gif and .mp4.")
     if count < 2:
         raise DustError(f"{run.path} holds one snapshot only: set output: snapshots in the scene.")
+    check(path)
     if rate is None:
         rate = min(max(count / SECONDS, SLOWEST), FASTEST)
     if run.is_continuum:
@@ -89,7 +91,13 @@ def _gif(path, images, rate):
     paletted = [Image.fromarray(i).quantize(256, dither=Image.Dither.NONE) for i in images]
     duration = [round(1000.0 / rate)] * (len(paletted) - 1) + [round(1000.0 * LAST)]
     paletted[0].save(
-        path, save_all=True, append_images=paletted[1:], duration=duration, loop=0, optimize=True
+        path,
+        save_all=True,
+        append_images=paletted[1:],
+        duration=duration,
+        loop=0,
+        optimize=True,
+        comment=MARK.encode(),
     )
 
 
@@ -123,6 +131,8 @@ def _mp4(path, images, rate):
                 "18",
                 "-pix_fmt",
                 "yuv420p",
+                "-metadata",
+                f"comment={MARK}",
                 str(path),
             ]
             process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)

@@ -27,7 +27,7 @@ def loads(run, others=(), labels=None, repeats=()):
     figure, (axes,) = style.new_figure()
     path = _path(run)
     axes.plot(*path, color=style.GREY, linewidth=0.7, label="under load, on the way")
-    names = labels or [other.name for other in others]
+    names = labels or [other.name.replace("$", r"\$") for other in others]
     for number, (other, label) in enumerate(zip(others, names, strict=True)):
         axes.plot(*_path(other), label=label, **style.run_style(number))
     axes.errorbar(

@@ -17,6 +17,7 @@ from matplotlib.ticker import MaxNLocator
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import explain
+from dusttaichi.results.outputs import MARK, check
 
 # Okabe and Ito: told apart with any colour vision
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
@@ -39,6 +40,7 @@ CHANNEL_COLOURS = {
     "grid": GREY,
 }
 _RC = {
+    "text.usetex": False,  # whatever a matplotlibrc says: LaTeX need not be there
     "font.size": 9,
     "axes.labelsize": 10,
     "legend.fontsize": 8,
@@ -261,7 +263,7 @@ def named(runs, labels=None):
     runs = list(runs) if isinstance(runs, (list, tuple)) else [runs]
     if labels is None and len(runs) > MOST_NAMED:
         labels = [f"{len(runs)} runs"] + ["_"] * (len(runs) - 1)  # matplotlib leaves out "_"
-    labels = [run.name for run in runs] if labels is None else list(labels)
+    labels = [run.name.replace("$", r"\$") for run in runs] if labels is None else list(labels)
     if len(labels) != len(runs):
         raise DustError(f"{len(runs)} runs need as many labels, not {len(labels)}.")
     return runs, labels
@@ -299,13 +301,18 @@ def bands(x, mean, std, axes, *, label, number=0):
     return line
 
 
+_MADE_BY = {".png": "Software", ".pdf": "Creator", ".svg": "Creator"}  # where a format has it
+
+
 @styled
 def save(figure, path):
     """Write a Figure, and the folder where there is none; returns the path. Raises DustError where
-    it cannot be written."""
+    it cannot be written, or another file is there."""
+    suffix = Path(check(path)).suffix
     try:
         Path(path).parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path)
+        known = {"metadata": {_MADE_BY[suffix]: MARK}} if suffix in _MADE_BY else {}
+        figure.savefig(path, **known)
     except ValueError as error:  # such as an ending that stands for no format
         raise DustError(f"The figure cannot be written to {path}: {error}.") from error
     except OSError as error:

@@ -2,6 +2,14 @@
 
 from dusttaichi.report.ensemble import ensemble_data
 from dusttaichi.report.notebook import particle_view, run_html
-from dusttaichi.report.page import html, report_data, write
+from dusttaichi.report.page import check_output, html, report_data, write
 
-__all__ = ["ensemble_data", "html", "particle_view", "report_data", "run_html", "write"]
+__all__ = [
+    "check_output",
+    "ensemble_data",
+    "html",
+    "particle_view",
+    "report_data",
+    "run_html",
+    "write",
+]

@@ -4,13 +4,14 @@ import json
 import math
 from functools import cache
 from importlib import resources
-from pathlib import Path
 
 from dusttaichi import __version__, plots
 from dusttaichi.analysis import summary, table
 from dusttaichi.errors import DustError
+from dusttaichi.files import write_whole
 from dusttaichi.report.interactive import interactive
 from dusttaichi.report.particles import particles
+from dusttaichi.results.outputs import check
 
 TITLES = {
     "ledger": "Energy",
@@ -189,12 +190,17 @@ def _escaped(text):
     return text.replace("&", "&amp;").replace("<", "&lt;")
 
 
+def check_output(path):
+    """The Path of a page, if it may be written. Raises DustError; see results.outputs."""
+    return check(path, '<meta name="generator" content="dusttaichi')
+
+
 def write(data, path):
     """Write the page to `path`; returns it. Raises DustError where it cannot be written."""
-    path = Path(path)
+    path = check_output(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(html(data), encoding="utf-8")
+        write_whole(path, html(data).encode())
     except OSError as error:
         raise DustError(f"{path} cannot be written: {error.strerror or error}.") from error
     return path

@@ -8,11 +8,13 @@ from pathlib import Path
 from urllib.parse import parse_qs, urlparse
 
 from dusttaichi.analysis import open_run
+from dusttaichi.analysis.foreign import understood
 from dusttaichi.errors import DustError
 from dusttaichi.files import parts_folder
 from dusttaichi.report.page import as_json, html, report_data
 
 HOST = "127.0.0.1"
+NAMES = (HOST, "localhost")
 SHARE = 0.1  # of one core that the page may take: it is made again after ten times what it took
 LAST = 6.0  # s for which a page may fetch the end, after which a server that is to end does
 
@@ -40,7 +42,7 @@ class Source:
             began = real_time.monotonic()
             seen = self._changed()
             if self._data is None or (seen != self._seen and began >= self._next):
-                with open_run(self.path) as run:
+                with understood([self.path]), open_run(self.path) as run:
                     fresh = report_data([run])
                     fresh["live"] = run.status == "running"
                 stamp = self._data["stamp"] + 1 if self._data else 1
@@ -67,6 +69,8 @@ class Handler(BaseHTTPRequestHandler):
     """The page, and its data after a stamp: 204 where there is nothing new."""
 
     def do_GET(self):
+        if not self._of_this_machine():
+            return self._answer(403, "text/plain", f"only {self.server.url} is served")
         url = urlparse(self.path)
         if url.path not in ("/", "/data.json"):
             return self._answer(404, "text/plain", "there is only /")
@@ -79,6 +83,12 @@ class Handler(BaseHTTPRequestHandler):
         if str(data["stamp"]) in parse_qs(url.query).get("after", []):
             return self._answer(204, "application/json", "")
         return self._answer(200, "application/json", as_json(data))
+
+    def _of_this_machine(self):
+        """False where another name than this machine's was asked for: a page from elsewhere whose
+        name leads here (DNS rebinding) would read the run."""
+        host, _, port = self.headers.get("Host", "").rpartition(":")
+        return host in NAMES and port == str(self.server.server_address[1])
 
     def _answer(self, code, kind, text):
         body = text.encode()

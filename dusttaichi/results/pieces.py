@@ -20,6 +20,7 @@ import netCDF4
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import clone, explain, parts_folder, remove, replace_atomically, reserve
+from dusttaichi.processes import python_command
 from dusttaichi.results import seal
 from dusttaichi.results.layout import (
     copy_records,
@@ -115,7 +116,7 @@ def join(path, lock=None):
 
     lock: the RunLock of the directory, which that process holds, too, should this one be killed.
     """
-    command = [sys.executable, "-m", "dusttaichi.results.pieces", str(path)]
+    command = python_command("dusttaichi.results.pieces", path)
     done = subprocess.run(
         command,
         capture_output=True,

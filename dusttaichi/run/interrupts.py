@@ -2,10 +2,12 @@
 
 import signal
 import threading
+import time as real_time
 from contextlib import contextmanager
 
 from dusttaichi.errors import Interrupted
 
+PATIENCE = 15.0  # s that a run may take to its next pause before a further signal ends it at once
 NAMES = ("SIGINT", "SIGTERM", "SIGHUP")  # as far as the system has them and does not ignore them
 
 
@@ -28,12 +30,19 @@ class Interrupts:
     """Takes the signals while it is entered.
 
     A signal sets `asked`, which a run sees at its next pause, and until `collect` is called it
-    raises KeyboardInterrupt as well: Python loses that where an object is just being deleted.
+    raises KeyboardInterrupt as well: Python loses that where an object is just being deleted. A run
+    that does not come to its next pause in PATIENCE seconds is ended by the next signal.
     """
 
     def __init__(self):
-        self.asked, self._collects = False, False
+        self._asked_at, self._seen, self._collects = None, False, False
         self._handled = handled_by(self._take)
+
+    @property
+    def asked(self):
+        """True once there was a signal. Who reads it ends the run in order."""
+        self._seen = self._asked_at is not None
+        return self._seen
 
     def __enter__(self):
         self._handled.__enter__()
@@ -47,8 +56,11 @@ class Interrupts:
         self._collects = True
 
     def _take(self, *_):
-        self.asked = True
-        if not self._collects:
+        now = real_time.monotonic()
+        if self._asked_at is None:
+            self._asked_at = now
+        deaf = not self._seen and now - self._asked_at > PATIENCE
+        if deaf or not self._collects:
             raise KeyboardInterrupt
 
 

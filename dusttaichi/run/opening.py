@@ -9,7 +9,7 @@ from dusttaichi.run import checkpoint, stages
 from dusttaichi.run.code import Origin
 from dusttaichi.run.error_bar import States
 from dusttaichi.run.loop import Run
-from dusttaichi.run.persistence import RunFiles, write_scene
+from dusttaichi.run.persistence import RunFiles, check_outputs, write_scene
 from dusttaichi.run.same_scene import check_extensions, check_same, stage_stop
 from dusttaichi.run.state import RunState
 
@@ -34,7 +34,10 @@ class Opening:
         """
         if not force and not resume:
             refuse_existing(self.directory)
+        # what is resumed has made its files
         run = self.resumed() if resume else None
+        if run is None:
+            check_outputs(self.scene, self.directory, force)
         if run is None and self.scene.stages and not fresh:
             run = self.kept()
         return self.new(sample, force=force or resume) if run is None else run
@@ -44,7 +47,8 @@ class Opening:
         scene = self.scene
         sample = self.method.make_sample(scene) if sample is None else sample
         sim = self.method.build(scene, sample)
-        for text in getattr(sample, "info", {}).get("remarks", ()):
+        remarks = getattr(sample, "info", {}).get("remarks", ())
+        for text in [*remarks, *getattr(sim, "remarks", ())]:
             self.others["log"](text)
         checkpoint.discard(self.directory / CHECKPOINT)
         write_scene(scene, self.directory)

@@ -8,11 +8,14 @@ import yaml
 from dusttaichi import files
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT
+from dusttaichi.results import outputs
 from dusttaichi.run import checkpoint
+from dusttaichi.run.same_scene import input_files
 
 FLUSH_SHARE = 0.02  # of the real time that may go into writing
 LEAST = 5.0  # s between two flushes
 SCENE = "scene.yaml"
+MADE = "# Written by dusttaichi: the scene of this run, with every default."
 
 
 class RunFiles:
@@ -75,11 +78,24 @@ class RunFiles:
         self.writer.join()
 
 
+def check_outputs(scene, directory, force):
+    """Raises DustError where the files of a run would take the place of what it reads, or, without
+    `force`, of files that no run has made."""
+    directory = Path(directory)
+    with outputs.writing(force=force, inputs=input_files(scene)):
+        for name, mark in (files.RESULT, ""), (SCENE, MADE), (CHECKPOINT, "dusttaichi checkpoint"):
+            outputs.check(directory / name, mark)
+    own = directory / SCENE
+    if scene.path is not None and own.exists() and not outputs.made(own, MADE):
+        outputs.refuse_inputs(own, [scene.path])
+
+
 def write_scene(scene, directory):
     """The resolved scene beside the result; it can be run again. Raises DustError."""
     path = Path(directory) / SCENE
+    # its files are found from anywhere
+    text = f"{MADE}\n{scene.to_yaml(absolute=True)}"
     try:
-        # its files are found from anywhere
-        path.write_text(scene.to_yaml(absolute=True), encoding="utf-8")
+        files.write_whole(path, text.encode())
     except OSError as error:
         raise DustError(f"Cannot write {path}: {files.explain(error, path)}.") from error

@@ -24,7 +24,12 @@ FREE_TO_CHANGE = (
 
 def input_hashes(scene):
     """Hashes of the files that a scene reads, in order; "" for one that is not there (any more)."""
-    return [_hash(path) for path in _files(yaml.safe_load(scene.to_yaml()))]
+    return [_hash(path) for path in input_files(scene)]
+
+
+def input_files(scene):
+    """Paths of the files and run directories that a scene reads, in order."""
+    return list(_files(yaml.safe_load(scene.to_yaml())))
 
 
 def without(data, keys):

@@ -25,7 +25,7 @@ from dusttaichi.samples.values import (
     Velocity,
     unknown_materials,
 )
-from dusttaichi.scene.fields import Number, needed, problems
+from dusttaichi.scene.fields import Number, problems
 from dusttaichi.scene.quantities import Quantity
 
 Which = Annotated[int | Literal["largest"], Number(whole=True, ge=0, word="largest")]
@@ -87,13 +87,7 @@ class ExplicitSample(SampleBlock):
         context = info.context or {}
         if context.get("folder"):
             value = Path(context["folder"]) / value
-        try:
-            there = value.exists() or not context.get("check_files")
-        except OSError as error:  # such as a path that is too long
-            raise needed(f"it cannot be a file: {error.strerror}") from None
-        if not there:
-            raise needed(f"there is no such file ({value})")
-        return value
+        return files.found(value, context.get("check_files"))
 
     @model_validator(mode="after")
     def _check(self) -> ExplicitSample:

@@ -12,14 +12,16 @@ from __future__ import annotations
 
 import csv
 import re
-import stat
+import warnings
 from pathlib import Path
 
 import numpy as np
 
 from dusttaichi.errors import DustError
+from dusttaichi.files import refuse_unreadable
 from dusttaichi.samples.limits import memory
 from dusttaichi.scene import quantities
+from dusttaichi.scene.fields import needed
 
 COMPONENTS = {
     "position": ("x", "y", "z"),
@@ -43,11 +45,11 @@ def read(path: Path, where: str, length_unit: float | None = None, snapshot=LAST
     where: how errors name the file. length_unit [m]: what x, y, z of a CSV file count in where
     their headings do not say. snapshot: number from 0, or "last", of a NetCDF file.
     """
-    if path.is_dir():
+    if _is_run(path):
         path = path / "result.nc"
         if not path.exists():
             raise DustError(f"{where}: there is no result.nc in this directory; allowed: a run's.")
-    _check_kind(path, where)
+    check_kind(path, where)
     if not path.exists():
         raise DustError(
             f"{where}: there is no such file; allowed: a CSV file, a NetCDF file, or the "
@@ -62,20 +64,33 @@ def read(path: Path, where: str, length_unit: float | None = None, snapshot=LAST
     return _read_csv(path, where, length_unit)
 
 
-def _check_kind(path: Path, where: str) -> None:
+def found(path: Path, check: bool) -> Path:
+    """The path of a key of the YAML; pydantic's error where it cannot be one, or, with `check`,
+    where nothing is there."""
+    try:
+        there = path.exists() or not check
+    except OSError as error:  # such as a path that is too long
+        raise needed(f"it cannot be a file: {error.strerror}") from None
+    if not there:
+        raise needed(f"there is no such file ({path})")
+    return path
+
+
+def _is_run(path: Path) -> bool:
+    try:
+        return path.is_dir()
+    except OSError:  # such as a name that is too long
+        return False
+
+
+def check_kind(path: Path, where: str) -> None:
     """Refuse what is no file with an end, and what is larger than the memory."""
     try:
-        found = path.stat()
+        refuse_unreadable(path, memory())
     except FileNotFoundError:
         return
-    except OSError as error:
-        raise DustError(f"{where}: it cannot be read ({error.strerror}).") from None
-    if not stat.S_ISREG(found.st_mode):
-        raise DustError(f"{where}: it is a device or a pipe; allowed: a file.")
-    if found.st_size > memory():
-        raise DustError(
-            f"{where}: it has {found.st_size / 1e9:.3g} GB, more than the memory of this machine."
-        )
+    except ValueError as error:
+        raise DustError(f"{where}: {error}; allowed: a file that fits into the memory.") from None
 
 
 def _first_bytes(path: Path, where: str) -> bytes:
@@ -89,24 +104,24 @@ def _first_bytes(path: Path, where: str) -> bytes:
 def _read_csv(path: Path, where: str, length_unit: float | None) -> dict:
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = [
-                (line, row)
-                for line, row in enumerate(csv.reader(file, skipinitialspace=True), start=1)
-                if any(cell.strip() for cell in row) and not row[0].lstrip().startswith("#")
-            ]
+            rows = _rows(file)
+            line, cells = next(rows, (0, None))
+            if cells is None:
+                text = "the file is empty; allowed: a header x,y,z and lines of grains."
+                raise DustError(f"{where}: {text}")
+            names, factors = _header(cells, where, length_unit)
+            values = None if "material" in names else _plain_numbers(file, len(names))
+            if values is None:
+                file.seek(0)
+                rows = _rows(file)
+                next(rows)
+                found = [(_numbers(row, line, names, where), row) for line, row in rows]
+                values = np.array([numbers for numbers, _ in found], dtype=np.float64)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise DustError(
             f"{where}: it cannot be read as text ({error}); allowed: CSV or NetCDF."
         ) from None
-    if not rows:
-        raise DustError(f"{where}: the file is empty; allowed: a header x,y,z and lines of grains.")
-    names, factors = _header(rows[0][1], where, length_unit)
-    values = (
-        np.array(
-            [_numbers(row, line, names, where) for line, row in rows[1:]], dtype=np.float64
-        ).reshape(-1, len(names))
-        * factors
-    )
+    values = values.reshape(-1, len(names)) * factors
     column = {name: values[:, k] for k, name in enumerate(names)}
     state = {
         quantity: np.column_stack([column[name] for name in parts])
@@ -116,8 +131,28 @@ def _read_csv(path: Path, where: str, length_unit: float | None) -> dict:
     if "radius" in column:
         state["radius"] = column["radius"]
     if "material" in column:
-        state["material"] = [row[names.index("material")] for _, row in rows[1:]]
+        state["material"] = [row[names.index("material")] for _, row in found]
     return state
+
+
+def _rows(file):
+    """(number of the line, cells) of the lines that are neither empty nor a comment."""
+    for line, row in enumerate(csv.reader(iter(file.readline, ""), skipinitialspace=True), start=1):
+        if any(cell.strip() for cell in row) and not row[0].lstrip().startswith("#"):
+            yield line, row
+
+
+def _plain_numbers(file, columns: int) -> np.ndarray | None:
+    """The numbers below the header, a million lines in a second; None where something in them has
+    to be looked at line by line."""
+    lines = (line for line in file if line.strip() and not line.lstrip().startswith("#"))
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of a file without lines
+            values = np.loadtxt(lines, delimiter=",", comments=None, ndmin=2)
+    except ValueError:
+        return None
+    return values if values.size == 0 or values.shape[1] == columns else None
 
 
 def _header(cells: list[str], where: str, length_unit: float | None):
@@ -159,8 +194,15 @@ def _numbers(row: list[str], line: int, names: list[str], where: str) -> list[fl
         )
     try:
         return [
-            0.0 if name == "material" else float(cell)
+            0.0 if name == "material" else _number(cell)
             for name, cell in zip(names, row, strict=True)
         ]
     except ValueError as error:
         raise DustError(f"{where}: line {line}: {error}; allowed: plain numbers.") from None
+
+
+def _number(cell: str) -> float:
+    """A number as CSV files have it; Python also reads 1_0 and the digits of other scripts."""
+    if not cell.isascii() or "_" in cell:
+        raise ValueError(f"could not convert string to float: {cell!r}")
+    return float(cell)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from dusttaichi.files import refuse_unreadable
 from dusttaichi.scene import yaml_text
 from dusttaichi.scene.fields import problems
 
@@ -60,11 +61,14 @@ def _fitted():
 
 def _read(path, key):
     try:
+        refuse_unreadable(path, yaml_text.MOST_CHARACTERS)
         data = yaml_text.read(path.read_text(encoding="utf-8")).data
-    except OSError as error:
-        why = "there is no such file" if not path.exists() else error.strerror or str(error)
+    except UnicodeDecodeError as error:
+        raise problems([(key, f"{path} is no text: {error.reason}")]) from None
+    except (OSError, ValueError) as error:
+        why = "there is no such file" if isinstance(error, FileNotFoundError) else str(error)
         raise problems([(key, f"{why} ({path})")]) from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+    except yaml.YAMLError as error:
         raise problems([(key, f"{path} is no YAML: {' '.join(str(error).split())}")]) from None
     if not isinstance(data, dict) or "base" in data:
         raise problems([(key, f"{path} does not hold the block of a material")])

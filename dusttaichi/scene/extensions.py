@@ -11,16 +11,20 @@ import re
 import sys
 import traceback
 import types
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from dusttaichi import method
+from dusttaichi.files import refuse_unreadable
 from dusttaichi.physics.contact import registry as laws
 from dusttaichi.scene import problems
 
 KEY = "extensions"
+MOST_BYTES = 10_000_000  # of a file: no law is as long
 _EXAMPLE = "for example rolling_with_speed.py"
 
 
@@ -41,6 +45,25 @@ _owners: dict[tuple[str, Any], tuple[Extension, Any]] = {}  # of what is registe
 
 class _Refused(Exception):
     """Why a file cannot be used, as the end of a line about it."""
+
+
+_allows: ContextVar[Callable[[Path, Path], str | None] | None] = ContextVar("allows", default=None)
+
+
+@contextmanager
+def allowed_by(decide: Callable[[Path, Path], str | None]) -> Iterator[None]:
+    """Inside, decide(file, folder of the scene) says before a file is read why it is not to be
+    imported, or None. Without it every file that a scene names is imported."""
+    token = _allows.set(decide)
+    try:
+        yield
+    finally:
+        _allows.reset(token)
+
+
+def outside(path: Path, folder: Path) -> bool:
+    """True of a file (a resolved path) that is not in the folder of its scene, or below it."""
+    return not path.is_relative_to(folder.resolve())
 
 
 def load(
@@ -80,14 +103,21 @@ def imported(path: str | Path) -> Extension | None:
 def _extension(entry: Any, folder: Path, unchanged: bool) -> Extension:
     if not isinstance(entry, (str, Path)) or Path(entry).suffix != ".py":
         raise _Refused(f"a Python file is needed, whose name ends in .py, {_EXAMPLE}")
-    path = (folder / entry).resolve()
+    try:
+        path = (folder / entry).resolve()
+    except (OSError, RuntimeError) as error:  # RuntimeError of a loop of links, up to Python 3.12
+        raise _Refused(f"it cannot be found: {error}") from None
     known = _imported.get(path)
     if known is not None and not unchanged:
         return known  # whatever has become of the file
+    decide = _allows.get()
+    if known is None and decide is not None and (why := decide(path, folder)) is not None:
+        raise _Refused(why)
     try:
+        refuse_unreadable(path, MOST_BYTES)
         source = path.read_bytes()
-    except OSError as error:
-        why = "there is no such file" if not path.exists() else f"{error.strerror or error}"
+    except (OSError, ValueError) as error:
+        why = "there is no such file" if isinstance(error, FileNotFoundError) else str(error)
         raise _Refused(
             f"{why} ({path}); a Python file is needed, relative to the folder of the YAML file"
         ) from None
@@ -123,9 +153,8 @@ def _run(extension: Extension, source: bytes) -> None:
     try:
         code = compile(source, path, "exec", dont_inherit=True)
     except SyntaxError as error:
-        raise _Refused(
-            f"it is not valid Python: {error.msg} ({path}, line {error.lineno})"
-        ) from None
+        where = path if error.lineno is None else f"{path}, line {error.lineno}"
+        raise _Refused(f"it is not valid Python: {error.msg} ({where})") from None
     except ValueError as error:
         raise _Refused(f"it is not valid Python: {error} ({path})") from None
     # Taichi compiles from the text, when a kernel is first needed: from that which was imported
@@ -134,7 +163,9 @@ def _run(extension: Extension, source: bytes) -> None:
     sys.modules[module.__name__] = module
     try:
         exec(code, module.__dict__)
-    except (Exception, SystemExit) as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # whatever the file has made up
         del sys.modules[module.__name__]
         raise _Refused(_said(error, path)) from None
 

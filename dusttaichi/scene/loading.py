@@ -8,9 +8,11 @@ import yaml
 
 from dusttaichi import method
 from dusttaichi.errors import DustError
+from dusttaichi.files import refuse_unreadable
 from dusttaichi.scene import extensions, problems, shipped, yaml_text
 from dusttaichi.scene.readable_schema import readable, told_apart
 from dusttaichi.scene.scene import Scene
+from dusttaichi.scene.yaml_text import MOST_CHARACTERS
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -66,26 +68,34 @@ def _refuse_problems(document: yaml_text.Document, title: str) -> None:
 def _found(path: str | Path) -> Path:
     """The file itself; where there is none, the scene of that name that comes along."""
     path = Path(path)
-    return path if path.is_file() else shipped.find(path) or path
+    try:
+        return path if path.is_file() else shipped.find(path) or path
+    except OSError:  # such as a name that is too long
+        return path
 
 
 def _text(path: Path) -> str:
     try:
-        if path.is_char_device():  # such as /dev/zero, which has no end
-            raise DustError(f"{path} is a device; a YAML file is needed.")
+        refuse_unreadable(path, MOST_CHARACTERS)
         return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise DustError(f"{path} is not a text file in UTF-8; a YAML file is needed.") from None
+    except ValueError as error:
+        raise DustError(f"{_short(path)}: {error}; a YAML file is needed.") from None
     except FileNotFoundError:
         near = shipped.resembling(path)
         hint = f" Do you mean {near[0]}, which comes along?" if near else ""
         raise DustError(f"{path}: there is no such file.{hint}") from None
-    except IsADirectoryError:
-        raise DustError(f"{path} is a directory; a YAML file is needed.") from None
     except PermissionError:
         raise DustError(f"{path} cannot be read: permission denied.") from None
-    except UnicodeDecodeError:
-        raise DustError(f"{path} is not a text file in UTF-8; a YAML file is needed.") from None
     except OSError as error:
         raise DustError(f"{path} cannot be read: {error.strerror or error}.") from None
+
+
+def _short(path: Path) -> str:
+    """A path for a message, of which a very long one is cut."""
+    text = str(path)
+    return text if len(text) <= 200 else f"{text[:150]}...{text[-40:]}"
 
 
 def _document(text: str, title: str) -> yaml_text.Document:

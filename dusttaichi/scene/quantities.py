@@ -74,6 +74,7 @@ SIZES = {
     "time": (1e-25, 1e9),
     "mass": (1e-30, 1e9),
     "speed": (1e-20, 3e8),
+    "acceleration": (1e-20, 1e15),
     "angle": (1e-20, 1e6),
     "angular velocity": (1e-20, 1e15),
     "rate": (1e-20, 1e15),

@@ -1,4 +1,4 @@
-"""The inside of a worker process: `python -m dusttaichi.studies.child MODULE:FUNCTION`.
+"""The inside of a worker process; the argument of this module is MODULE:FUNCTION of its task.
 
 The protocol is described in workers.py. The function is imported with the first request, so that
 an interruption during the import is an answer like any other.

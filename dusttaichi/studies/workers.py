@@ -22,15 +22,13 @@ checkpoint before they are ended.
 import json
 import os
 import subprocess
-import sys
 import tempfile
 import threading
 from contextlib import suppress
 from dataclasses import dataclass, field
-from pathlib import Path
 
-import dusttaichi
 from dusttaichi.files import KERNEL_FOLDER
+from dusttaichi.processes import python_command
 
 LOST = 1  # code of a process that died, or did not answer in time
 INTERRUPTED = 130  # code of a task that was stopped
@@ -44,16 +42,11 @@ def usable_cores():
 
 
 def environment(kernels=None):
-    """The environment of a worker: that of this process, with the same dusttaichi to import.
+    """The environment of a worker: that of this process.
 
     kernels: the folder where Taichi keeps compiled kernels, its own by default.
     """
-    package = str(Path(dusttaichi.__file__).parent.parent)
-    paths = [package, *filter(None, [os.environ.get("PYTHONPATH")])]
-    own = {"PYTHONPATH": os.pathsep.join(paths)}
-    if kernels is not None:
-        own[KERNEL_FOLDER] = str(kernels)
-    return {**os.environ, **own}
+    return {**os.environ, **({} if kernels is None else {KERNEL_FOLDER: str(kernels)})}
 
 
 @dataclass(frozen=True)
@@ -85,7 +78,7 @@ class Worker:
         self._news = threading.Condition()
         self._errors = tempfile.TemporaryFile("w+", errors="replace")
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "dusttaichi.studies.child", task],
+            python_command("dusttaichi.studies.child", task),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._errors,

@@ -5,7 +5,7 @@ import re
 import subprocess
 from pathlib import Path
 from urllib.error import HTTPError
-from urllib.request import urlopen
+from urllib.request import Request, urlopen
 
 import numpy as np
 import pytest
@@ -243,9 +243,9 @@ def test_the_engine_reads_what_python_has_packed(data):
     assert np.array_equal(ends, unpacked(view["pairs"]["ends"]))
 
 
-def asked(url):
+def asked(url, host=None):
     try:
-        with urlopen(url) as answer:
+        with urlopen(Request(url, headers={"Host": host} if host else {})) as answer:
             return answer.status, answer.read().decode()
     except HTTPError as error:
         return error.code, error.read().decode()
@@ -277,3 +277,13 @@ def test_notebooks_show_runs_and_scenes(tmp_path):
     assert view.startswith("<iframe srcdoc=") and len(view) < 1e6  # no plotly.js
     scene = load("smoke")._repr_html_()
     assert "silicate_s12" in scene and "wall_speed: 5 m/s" in scene and "<details>" in scene
+
+
+def test_pages_from_elsewhere_cannot_read_a_run(server):
+    """Their own name may lead to this machine (DNS rebinding): it is in the header."""
+    result_at(server.source.path, 2)
+    port = server.server_address[1]
+    assert asked(server.url, f"localhost:{port}")[0] == 200
+    for host in ("evil.example", f"evil.example:{port}", "127.0.0.1", "localhost:1"):
+        code, text = asked(server.url, host)
+        assert code == 403 and "live" not in text

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from bits import assert_same_bits
 from dusttaichi.analysis import open_run, summary, table
 from dusttaichi.commands.app import app, main
 from dusttaichi.errors import DustError, GuardStop, Interrupted
-from dusttaichi.run import execute
+from dusttaichi.run import execute, interrupts
 from dusttaichi.run import loop as running
 from dusttaichi.scene import from_yaml, load
 
@@ -249,3 +250,19 @@ def test_unwritable_directory_is_a_sentence(tmp_path):
     (tmp_path / "file").write_text("not a directory")
     with pytest.raises(DustError, match="Cannot write"):
         execute(from_yaml(box()), Path(tmp_path / "file" / "run"))
+
+
+def test_a_run_that_does_not_come_to_a_pause_is_ended_by_a_further_signal(monkeypatch):
+    """No loop is deaf to signals; one that is on its way to its pause is not cut short."""
+    now = 0.0
+    monkeypatch.setattr(interrupts, "real_time", SimpleNamespace(monotonic=lambda: now))
+    with interrupts.Interrupts() as taken:
+        taken.collect()
+        signal.raise_signal(signal.SIGTERM)
+        now = interrupts.PATIENCE - 1.0
+        signal.raise_signal(signal.SIGTERM)
+        now = interrupts.PATIENCE + 1.0
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        assert taken.asked
+        signal.raise_signal(signal.SIGINT)  # the run has seen it: it writes its checkpoint now

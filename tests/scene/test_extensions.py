@@ -2,14 +2,17 @@
 
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import jsonschema
 import pytest
 import xarray as xr
 import yaml
 from scenes import BASE, extensions_forgotten
+from typer.testing import CliRunner
 
 from dusttaichi import method
+from dusttaichi.commands import options
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import registry as laws
@@ -86,7 +89,7 @@ def dust(*words):
 
 WRONG = {
     "[none.py]": r'extensions\[0\] = "none.py": there is no such file \(.*none.py\); a Python file',
-    "[sub.py]": r"extensions\[0\] = .*Is a directory.*; a Python file is needed, relative",
+    "[sub.py]": r"extensions\[0\] = .*is a directory.*; a Python file is needed, relative",
     "[law.txt]": r'extensions\[0\] = "law.txt": a Python file is needed, whose name ends in .py',
     "[3]": r"extensions\[0\] = 3: a Python file is needed",
     "law.py": r'extensions = "law.py": a list of Python files is needed, for example \[rolling_w',
@@ -280,3 +283,63 @@ def test_stages_and_members_of_another_file_do_not_count(folder, monkeypatch):
     assert _mode(member, False, True) == "resume"
     with pytest.raises(DustError, match="spring.py differs"):
         execute(member.scene, member.directory, resume=True)
+
+
+# -- which files the command imports -------------------------------------------------------------
+
+
+MARKED = "open('ran', 'w').close()\n"
+
+
+@pytest.fixture
+def placed(tmp_path, monkeypatch):
+    """A scene whose extension is beside it, in it by a link, or elsewhere: its text of `path`."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene").mkdir()
+    (tmp_path / "scene" / "near.py").write_text(MARKED + f"# {tmp_path}\n")
+    (tmp_path / "far.py").write_text(MARKED + f"# {tmp_path}, far\n")
+    (tmp_path / "scene" / "link.py").symlink_to(tmp_path / "far.py")
+
+    def check(name, *words):
+        text = f"name: a\nextensions: [{name}]\nmaterial: silicate_s12\nstop: {{steps: 1}}\n"
+        text += "sample: {kind: chain, grains: 3}\nboundary: {kind: open}\n"
+        (tmp_path / "scene" / "a.yaml").write_text(text)
+        done = CliRunner().invoke(app, ["check", "scene/a.yaml", *words])
+        return done.exception, (tmp_path / "ran").exists()
+
+    return check
+
+
+@pytest.mark.parametrize("name", ("../far.py", "link.py"))
+def test_code_from_outside_of_the_folder_is_asked_for(placed, name):
+    error, ran = placed(name)
+    assert isinstance(error, DustError) and not ran
+    assert "(line 2)" in str(error) and "allow it with --extensions" in str(error)
+    assert placed(name, "--extensions") == (None, True)
+
+
+def test_code_in_the_folder_is_imported_unless_none_is(placed):
+    error, ran = placed("near.py", "--no-extensions")
+    assert isinstance(error, DustError) and not ran and "--no-extensions" in str(error)
+    assert placed("near.py") == (None, True)
+
+
+@pytest.mark.parametrize("answer", (True, False))
+def test_the_question_at_a_terminal(placed, monkeypatch, answer):
+    asked = []
+    monkeypatch.setattr(
+        options, "sys", SimpleNamespace(stdin=_Terminal, stderr=_Terminal, argv=["dust"])
+    )
+    monkeypatch.setattr(options.typer, "confirm", lambda text, err: asked.append(text) or answer)
+    error, ran = placed("../far.py")
+    assert ran is answer and len(asked) == 1 and "far.py is outside" in asked[0]
+
+
+class _Terminal:
+    @staticmethod
+    def isatty():
+        return True
+
+
+def test_the_command_that_goes_on_allows_the_same():
+    assert options.again("run", "a.yaml", None, extensions=True).endswith("--extensions --resume")

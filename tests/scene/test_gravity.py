@@ -3,7 +3,7 @@
 import pytest
 
 from dusttaichi.errors import DustError
-from dusttaichi.scene import from_yaml
+from dusttaichi.scene import from_yaml, quantities
 
 DUST = """
 name: falling
@@ -63,3 +63,18 @@ def test_what_it_is_not(scene, gravity, said):
         from_yaml(f"{scene}\ngravity: {gravity}\n")
     for words in said:
         assert words in str(refused.value), str(refused.value)
+
+
+@pytest.mark.parametrize(
+    "gravity", ("1e300 m/s^2", "[0 m/s^2, 0 m/s^2, -1e16 m/s^2]", "1e-30 m/s^2")
+)
+def test_accelerations_have_bounds(gravity):
+    with pytest.raises(DustError, match=r"gravity.*cannot be computed with.*1e\+15 m/s\^2 can"):
+        from_yaml(
+            "name: a\nmaterial: silicate_s12\nsample: {kind: chain, grains: 3}\n"
+            f"boundary: {{kind: open}}\nstop: {{steps: 1}}\ngravity: {gravity}\n"
+        )
+
+
+def test_every_kind_of_quantity_has_bounds():
+    assert set(quantities.SIZES) == set(quantities.DIMENSIONS)

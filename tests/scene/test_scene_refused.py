@@ -215,6 +215,7 @@ def test_file_that_may_not_be_read(tmp_path, monkeypatch):
     def refuse(*args, **kwargs):
         raise PermissionError(13, "Permission denied")
 
+    (tmp_path / "a.yaml").write_text("name: a\n")
     monkeypatch.setattr(Path, "read_text", refuse)
     with pytest.raises(DustError, match="cannot be read: permission denied"):
         load(tmp_path / "a.yaml")
@@ -271,7 +272,7 @@ def test_a_chain_that_no_memory_holds():
 
 
 def test_a_device_is_no_scene():
-    with pytest.raises(DustError, match="is a device"):
+    with pytest.raises(DustError, match="it is a device or a pipe"):
         load("/dev/zero")
 
 

@@ -2,7 +2,9 @@
 
 kills: SIGKILL, SIGTERM, SIGINT at random moments. faults: writes that fail, at every call. mutate:
 scenes with faults. damage: damaged files. bits: threads, terminals, locales. twice: two runs on one
-directory. dask: a cluster that loses workers and scheduler. --write puts the figures into the docs.
+directory. dask: a cluster that loses workers and scheduler. aimed: kills at every rename, and while
+parts are joined. extreme: numbers at the ends of what may be. places: disks that are full or
+read-only, clocks that jump, other users. --write puts the figures into the docs.
 With --journal FILE each case is noted there, and a torture that was stopped goes on.
 """
 
@@ -13,9 +15,9 @@ import time
 from pathlib import Path
 
 HERE = Path(__file__).parent
-COUNTS = {"kills": 100, "mutate": 10_000, "damage": 200}  # of the others all there is
+COUNTS = {"kills": 100, "mutate": 10_000, "damage": 200, "aimed": 60, "extreme": 300}
 MODULES = {"bits": "same_bits", "dask": "cluster"}  # where it is not the name of the kind
-KINDS = (*COUNTS, "faults", "twice", *MODULES)
+KINDS = (*COUNTS, "faults", "twice", "places", *MODULES)
 
 
 def main():

@@ -81,6 +81,7 @@ KEPT = CAKE.replace("BOUNDARY", "box, pressure: 50 kPa, wall_speed: 1 m/s").repl
 )
 SCENES = {
     "plain": PLAIN,
+    "grains": GRAINS,
     "stages": STAGES,
     "error bar": PLAIN,
     "replicas": GRAINS + "replicas: 2\n",

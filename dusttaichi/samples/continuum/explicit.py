@@ -12,7 +12,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.samples.continuum.dust import whole
 from dusttaichi.samples.continuum.particles import COMPONENTS, Particles
 from dusttaichi.samples.continuum.registry import FreeBody, Matter, register
-from dusttaichi.scene.fields import needed
+from dusttaichi.samples.files import check_kind, found
 from dusttaichi.scene.quantities import Quantity
 
 COLUMNS = {"x", "y", "z", "vx", "vy", "vz", "mass", "density", "reference"} | set(COMPONENTS)
@@ -37,9 +37,7 @@ class ExplicitParticles(FreeBody):
         context = info.context or {}
         if context.get("folder"):
             value = Path(context["folder"]) / value
-        if context.get("check_files") and not value.exists():
-            raise needed(f"there is no such file ({value})")
-        return value
+        return found(value, context.get("check_files"))
 
 
 @register(ExplicitParticles)
@@ -52,6 +50,7 @@ def make(spec: ExplicitParticles, matter: Matter) -> Particles:
     """
     where = f"sample.file = '{spec.file}'"
     path = spec.file / "result.nc" if spec.file.is_dir() else spec.file
+    check_kind(path, where)
     table = _csv(path, spec.units, where) if path.suffix == ".csv" else _snapshot(path, where)
     _check(table, matter, where)
     density = table.get("density")

@@ -14,6 +14,7 @@ import sys
 from dataclasses import dataclass
 
 from dusttaichi.errors import DustError
+from dusttaichi.processes import python_command
 from dusttaichi.studies.bench import sample as bench_sample
 from dusttaichi.studies.bench import single_step
 
@@ -67,7 +68,7 @@ def _counted(precision, log):
 
 
 def _command(what, precision, steps):
-    return [sys.executable, "-m", __name__, what, precision, str(steps)]
+    return python_command(__name__, what, precision, steps)
 
 
 def _child(what, precision, steps):

@@ -29,7 +29,7 @@ from pathlib import Path
 import numpy as np
 
 from dusttaichi import samples, units
-from dusttaichi.files import cache_folder
+from dusttaichi.compute.cache import cache_folder
 from dusttaichi.physics.contact.constants import pair_constants
 from dusttaichi.scene import Scene
 

@@ -5,7 +5,8 @@ import io
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
+
+from dusttaichi.results.outputs import check
 
 
 @dataclass(frozen=True)
@@ -162,7 +163,8 @@ class Table:
 
     def to_csv(self, path) -> None:
         """Write `csv` into a file."""
-        Path(path).write_text(self.csv())
+        text = self.csv()
+        check(path, "; dusttaichi ").write_text(text)
 
 
 def csv_text(table, columns, rows) -> str:

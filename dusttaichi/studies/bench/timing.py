@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from dusttaichi.errors import DustError
+from dusttaichi.results.outputs import check
 from dusttaichi.studies.workers import LOST, Worker
 
 TASK = "dusttaichi.studies.bench.task:answer"
@@ -48,7 +49,7 @@ def check_file(out) -> None:
     if out is None:
         return
     try:
-        Path(out).open("a").close()
+        check(out, "; dusttaichi ").open("a").close()
     except OSError as error:
         raise DustError(f"{out} cannot be written: {error.strerror}") from error
 

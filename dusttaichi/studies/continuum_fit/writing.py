@@ -9,6 +9,7 @@ import yaml
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import explain
+from dusttaichi.results.outputs import check
 from dusttaichi.scene.continuum_material import ContinuumMaterial
 from dusttaichi.studies.continuum_fit.fitting import quantities
 from dusttaichi.studies.continuum_fit.model import PARAMETERS
@@ -90,6 +91,7 @@ def material(fit, name):
 
 
 def _write(path, text):
+    check(path, text.partition("\n")[0])
     try:
         Path(path).write_text(text, encoding="utf-8")
     except OSError as error:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from dusttaichi.results.outputs import check
 from dusttaichi.studies.extremes.cell import VERDICTS
 
 NUMBERS = (
@@ -54,8 +55,9 @@ def save(found, directory):
     """extremes.nc and extremes.csv; returns the dataset and the paths. Raises OSError."""
     data = dataset(found)
     paths = [Path(directory) / f"extremes{suffix}" for suffix in (".nc", ".csv")]
-    data.to_netcdf(paths[0])
     columns = ["group", "name", "verdict", "reason", *(name for name, _, _ in NUMBERS)]
+    check(paths[1], ",".join(columns[:4]))
+    data.to_netcdf(check(paths[0], "verdict"))
     with open(paths[1], "w", newline="", encoding="utf-8") as file:
         write = csv.writer(file).writerow
         write(columns)

@@ -8,6 +8,7 @@ import xarray as xr
 
 from dusttaichi.errors import DustError
 from dusttaichi.results import provenance
+from dusttaichi.results.outputs import NETCDF, check
 from dusttaichi.studies.ensemble.scenes import grid
 from dusttaichi.studies.sticking.collision import Collision
 from dusttaichi.studies.sticking.search import speed_of
@@ -93,7 +94,7 @@ def save_map(scene, text, directory, tolerance=1e-3, settings=()):
     paths = [Path(directory) / f"restitution{suffix}" for suffix in (".nc", ".png")]
     try:
         Path(directory).mkdir(parents=True, exist_ok=True)
-        data.to_netcdf(paths[0])
+        data.to_netcdf(check(paths[0], NETCDF))
         plots.save(figure, paths[1])
     except OSError as error:
         raise DustError(f"The map cannot be written to {directory}: {error}.") from error

@@ -1,0 +1,79 @@
+"""Results that another program has written or changed: what their texts and numbers may be."""
+
+import re
+from contextlib import contextmanager
+from pathlib import Path
+
+import yaml
+
+from dusttaichi.errors import DustError
+from dusttaichi.results.seal import seal_of
+
+_CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")  # a terminal would obey them
+_NUMBERS = ("grains", "time_step", "particles", "spacing")
+_TEXTS = ("title", "status", "stages", "sample", "scene_resolved", "error_bar")
+
+
+def attributes(found, path):
+    """The global attributes of a result, their texts without control characters.
+
+    Raises DustError where one that is a number or a text is something else.
+    """
+    clean = {k: _CONTROL.sub("", v) if isinstance(v, str) else v for k, v in found.items()}
+    for name in _NUMBERS:
+        value = clean.get(name, 0)
+        if isinstance(value, str) or getattr(value, "size", 1) != 1:
+            raise _not(path, name, value, "a number")
+    for name in _TEXTS:
+        if not isinstance(clean.get(name, ""), str):
+            raise _not(path, name, clean[name], "a text")
+    return clean
+
+
+def block(attributes, name, path):
+    """The YAML of an attribute as plain data, {} without it. Raises DustError for anything but a
+    block."""
+    text = attributes.get(name, "")
+    try:
+        data = yaml.safe_load(text) or {}
+    except yaml.YAMLError:
+        data = None
+    if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
+        raise _not(path, name, text, "a block of YAML")
+    return data
+
+
+def _not(path, name, value, needed):
+    shown = repr(value) if len(repr(value)) <= 70 else f"{value!r:.67}..."
+    return DustError(f"{path}: the attribute {name} = {shown}; {needed} is needed. {_ADVICE}")
+
+
+_ADVICE = "Another program has written or changed the file: take the original from a backup."
+
+
+@contextmanager
+def understood(paths):
+    """Inside, whatever goes wrong with a result that has no seal is a DustError: nothing is known
+    of what it holds. paths: result files and run directories; what is neither does not count."""
+    try:
+        yield
+    except DustError:
+        raise
+    except Exception as error:
+        files = [Path(p) / "result.nc" if Path(p).is_dir() else Path(p) for p in paths]
+        foreign = [file for file in files if _is_foreign(file)]
+        if not foreign:
+            raise
+        lines = str(error).splitlines() or [""]
+        raise DustError(
+            f"{foreign[0]} cannot be used ({type(error).__name__}: {lines[0]:.200}). It has no "
+            f"seal, and does not hold what a result does. {_ADVICE}"
+        ) from error
+
+
+def _is_foreign(file):
+    try:
+        with file.open("rb") as opened:
+            return opened.read(4) == b"\x89HDF" and seal_of(file) is None
+    except (OSError, DustError):
+        return False

@@ -1,0 +1,65 @@
+"""Where what can be made again is kept: compiled kernels, samples of benchmarks."""
+
+import os
+import stat
+import tempfile
+from functools import lru_cache
+from pathlib import Path
+
+XDG = "XDG_CACHE_HOME"
+_remarks = []
+
+
+def cache_folder():
+    """$XDG_CACHE_HOME/dusttaichi or ~/.cache/dusttaichi; where that cannot be written, a folder of
+    this user alone among the temporary files."""
+    return _folder(os.environ.get(XDG), os.environ.get("HOME"))
+
+
+def provide_home():
+    """Where Taichi would keep its files and cannot, as without HOME in containers, it ends the
+    process as soon as it is imported: there it is given the folder of `cache_folder`."""
+    folder = cache_folder()
+    if os.name == "posix" and _remarks:
+        os.environ[XDG] = str(folder.parent)
+
+
+def remarks():
+    """What the user should know of the folder, each sentence once in a process."""
+    found = list(_remarks)
+    _remarks.clear()
+    return found
+
+
+@lru_cache
+def _folder(cache, home):
+    parent = Path(cache) if cache else Path(home) / ".cache" if home else None
+    if parent is None and os.name != "posix":
+        parent = Path.home() / ".cache"
+    if parent is not None and _writable(parent / "dusttaichi"):
+        return parent / "dusttaichi"
+    own = _private() / "dusttaichi"
+    own.mkdir(exist_ok=True)
+    why = "HOME and XDG_CACHE_HOME are not set" if parent is None else f"{parent} is not writable"
+    _remarks.append(f"{why}: compiled kernels are kept in {own}")
+    return own
+
+
+def _writable(folder):
+    """True where that folder can be written, or made."""
+    there = next((place for place in (folder, *folder.parents) if place.exists()), folder)
+    return there.is_dir() and os.access(there, os.W_OK | os.X_OK)
+
+
+def _private():
+    """A folder that nobody else can put files into: what is kept there is run."""
+    user = os.getuid() if hasattr(os, "getuid") else 0
+    folder = Path(tempfile.gettempdir()) / f"dusttaichi-{user}"
+    try:
+        folder.mkdir(mode=0o700, exist_ok=True)
+        found = folder.lstat()
+        if stat.S_ISDIR(found.st_mode) and found.st_uid == user and not found.st_mode & 0o022:
+            return folder
+    except (OSError, AttributeError):
+        pass
+    return Path(tempfile.mkdtemp(prefix="dusttaichi-"))

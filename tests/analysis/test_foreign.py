@@ -1,0 +1,74 @@
+"""Results that another program has changed: sentences from every command, no traceback."""
+
+import netCDF4
+import pytest
+import synthetic
+from typer.testing import CliRunner
+
+from dusttaichi.analysis import open_run
+from dusttaichi.analysis.foreign import understood
+from dusttaichi.commands.app import app
+from dusttaichi.errors import DustError
+from dusttaichi.results import seal
+
+ESCAPE = "\x1b]0;evil\x07\x1b[31mred"
+
+
+def forged(path, change):
+    """A result without a seal."""
+    synthetic.plates_run(path)
+    seal.remove(path)
+    with netCDF4.Dataset(path, "a") as file:
+        file.delncattr("digest")
+        change(file)
+    return path
+
+
+def with_attribute(name, value):
+    return lambda file: file.setncattr(name, value)
+
+
+def without(name):
+    return lambda file: file.renameVariable(name, "something_else")
+
+
+CHANGES = {
+    "a list as the scene": with_attribute("scene_resolved", "[1, 2]"),
+    "no YAML as the scene": with_attribute("scene_resolved", "a: ["),
+    "text for a number": with_attribute("grains", "many"),
+    "numbers for a number": with_attribute("grains", [1, 2]),
+    "number for a text": with_attribute("title", 3.0),
+    "no grains": lambda file: file.delncattr("grains"),
+    "mathtext": with_attribute("title", r"$\frac{$ $x"),
+    "escapes": with_attribute("title", ESCAPE),
+    "no loss": without("loss"),
+    "no time": without("time"),
+    "no pressure": without("pressure"),
+    "no positions of walls": without("wall_force"),
+}
+COMMANDS = (["plot"], ["compare"], ["export", "--to", "extxyz"], ["render"], ["report"])
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_every_command_says_it_in_a_sentence(tmp_path, name):
+    path = forged(tmp_path / "result.nc", CHANGES[name])
+    for command, *options in COMMANDS:
+        output = [] if command == "compare" else ["-o", tmp_path / f"{command}.png"]
+        words = [command, path, *options, *output]
+        done = CliRunner().invoke(app, [str(word) for word in words])
+        assert done.exception is None or isinstance(done.exception, (DustError, SystemExit)), (
+            command,
+            done.exception,
+        )
+        assert "\x1b" not in done.output + str(done.exception)
+
+
+def test_a_mistake_of_ours_stays_one(tmp_path):
+    """Of a sealed result, what goes wrong is not its fault."""
+    synthetic.plates_run(tmp_path / "result.nc")
+    with pytest.raises(KeyError), understood([tmp_path]):
+        raise KeyError("pressure")
+    path = forged(tmp_path / "other.nc", CHANGES["escapes"])
+    with pytest.raises(DustError, match="it has no seal|It has no seal"), understood([path]):
+        raise KeyError("pressure")
+    assert open_run(path).name == "]0;evil[31mred"

@@ -1,0 +1,50 @@
+"""Processes of the program import nothing from the current directory."""
+
+import subprocess
+
+import pytest
+import toy
+
+from dusttaichi.analysis import open_run
+from dusttaichi.processes import python_command
+from dusttaichi.results import writer
+from dusttaichi.studies.workers import Worker
+
+NAMES = ("random", "json", "socket", "netCDF4", "numpy", "runpy", "dusttaichi", "tempfile")
+
+
+@pytest.fixture
+def hostile(tmp_path, monkeypatch):
+    """The current directory, in which any import leaves a mark and fails."""
+    folder = tmp_path / "downloaded"
+    folder.mkdir()
+    for name in NAMES:
+        (folder / f"{name}.py").write_text(
+            f"open({str(tmp_path / 'mark')!r}, 'w').close()\nraise RuntimeError('imported')\n"
+        )
+    monkeypatch.chdir(folder)
+    yield folder
+    assert not (tmp_path / "mark").exists()
+
+
+@pytest.mark.parametrize("inside", (False, True))
+def test_a_worker(hostile, inside):
+    request = {"scene": "x: 1", "directory": "run", "mode": "new", "error_bar": False}
+    with Worker("dusttaichi.studies.ensemble.task:run", folder=hostile if inside else None) as one:
+        answer = one.ask(**request)
+    assert answer.code == 2 and "material: it is missing" in answer.text
+
+
+def test_the_joining_of_parts(hostile, tmp_path, monkeypatch):
+    monkeypatch.setattr(writer, "PIECE", 30_000)
+    toy.prepare()
+    toy.go("plain", tmp_path / "run")
+    assert not (tmp_path / "run" / "result.parts").exists()
+    with open_run(tmp_path / "run") as run:
+        assert run.status.startswith("finished")
+
+
+def test_the_page_of_a_run(hostile):
+    command = python_command("dusttaichi", "watch", "--help")
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr

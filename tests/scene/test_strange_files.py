@@ -1,0 +1,138 @@
+"""Files that are none, that have no end, or that are very large: refused before they are read."""
+
+import os
+import time
+
+import pytest
+
+from dusttaichi.errors import DustError
+from dusttaichi.method import make_sample
+from dusttaichi.scene import from_yaml, load, yaml_text
+
+BASE = """
+name: strange
+material: silicate_s12
+boundary: {kind: open}
+stop: {steps: 10}
+"""
+CHAIN = BASE + "sample: {kind: chain, grains: 3}\n"
+CONTINUUM = """
+name: strange
+method: continuum
+material: FILE
+sample: {kind: block, size: [1 mm, 1 mm, 1 mm]}
+boundary: {kind: open}
+stop: {time: 1 us}
+numerics: {spacing: 0.1 mm}
+"""
+
+
+def pipe(path):
+    os.mkfifo(path)
+
+
+def loop(path):
+    path.symlink_to(path)
+
+
+def device(path):
+    path.symlink_to("/dev/zero")
+
+
+def folder(path):
+    path.mkdir()
+
+
+def huge(path):
+    """A hundred gigabytes that are nowhere."""
+    with path.open("w") as file:
+        file.truncate(10**11)
+
+
+KINDS = (pipe, loop, device, folder, huge, "x" * 5000)
+USES = {
+    "yaml": (".yaml", lambda path: load(path)),
+    "extension": (".py", lambda path: from_yaml(f"{CHAIN}extensions: ['{path}']")),
+    "csv": (
+        ".csv",
+        lambda path: make_sample(
+            from_yaml(f"{BASE}sample: {{kind: explicit, file: '{path}'}}", check_files=True)
+        ),
+    ),
+    "material": (".yaml", lambda path: from_yaml(CONTINUUM.replace("FILE", f"'{path}'"))),
+}
+
+
+@pytest.mark.skipif(os.name != "posix", reason="pipes and devices are of POSIX systems")
+@pytest.mark.parametrize("use", USES)
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: getattr(kind, "__name__", "long name"))
+def test_what_is_no_file_is_refused_at_once(tmp_path, kind, use):
+    suffix, read = USES[use]
+    path = tmp_path / f"{kind if isinstance(kind, str) else 'strange'}{suffix}"
+    if not isinstance(kind, str):
+        kind(path)
+    began = time.process_time()
+    with pytest.raises(DustError) as refused:
+        read(path)
+    # what reads a hundred gigabytes, or a device, does not come back
+    assert time.process_time() - began < 10.0
+    assert len(str(refused.value)) < 3000
+
+
+@pytest.mark.parametrize("text", ("class Own(BaseException): pass\nraise Own('no')", "exit(3)"))
+def test_an_extension_may_raise_anything(tmp_path, text):
+    (tmp_path / "law.py").write_text(text)
+    with pytest.raises(DustError, match="its code raises") as refused:
+        from_yaml(CHAIN + "extensions: [law.py]", tmp_path)
+    assert "(line 7)" in str(refused.value)
+
+
+# -- large texts: libyaml scans them, and says the same ------------------------------------------
+
+
+def large(text):
+    return text + "#" * 10 + "\n# filling".join([""] * (yaml_text.LARGE // 9)) + "\n"
+
+
+@pytest.mark.parametrize(
+    "text, parts",
+    [
+        ("sample: {kind: chain, grains: 3}", ()),
+        ("sample: {kind: chain, grains: 3.5}", ["sample.grains = 3.5", "(line 6)"]),
+        ("sample: {kind: chain, grains: 3}\nzz: 1e-3\nyes: off", ["zz = 0.001", "yes"]),
+        ("sample: " + "[" * 2000 + "]" * 2000, ["more than 50 blocks"]),
+        ("sample: {kind: chain", ["is not valid YAML", "(line "]),
+        ("zz: a\x00b", ["U+0000 is not allowed (line 6)"]),
+        ("ü: a\x07b", ["U+0007 is not allowed (line 6)"]),
+        ("zz: &a [*a]", ["an anchor refers to itself"]),
+        ("zz: 1\nzz: 2", ["the key is given twice, in lines 6 and 7"]),
+        ("zz: !!int 1.5", ["'1.5' cannot be read as !!int"]),
+    ],
+)
+def test_a_large_text_reads_as_a_small_one(text, parts):
+    said = []
+    for whole in (BASE + text + "\n", large(BASE + text + "\n")):
+        try:
+            said.append(from_yaml(whole).to_yaml())
+        except DustError as error:
+            said.append(str(error))
+    assert len(large("")) > yaml_text.LARGE
+    assert all(part in each for each in said for part in parts), said
+    if not parts:
+        assert said[0] == said[1]
+
+
+def test_numbers_of_csv_files_are_plain(tmp_path):
+    """Python reads 1_0 and Arabic digits as numbers, other programs do not."""
+    for number in ("1_0", "\u0663", "0x10", "1e"):
+        (tmp_path / "a.csv").write_text(f"x,y,z\n0,0,0\n{number},9,9\n")
+        scene = from_yaml(f"{BASE}sample: {{kind: explicit, file: {tmp_path / 'a.csv'}}}")
+        with pytest.raises(DustError, match=r"line 3: .*plain numbers"):
+            make_sample(scene)
+
+
+def test_comments_and_empty_lines_of_csv_files(tmp_path):
+    text = "# a comment\nx [um], y [um],z [um]\n\n0,0, 0\n# x\n 3 ,0,0\n\n"
+    (tmp_path / "a.csv").write_text(text)
+    scene = from_yaml(f"{BASE}sample: {{kind: explicit, file: {tmp_path / 'a.csv'}}}")
+    assert make_sample(scene).positions.tolist() == [[0, 0, 0], [3e-6, 0, 0]]

@@ -1,0 +1,153 @@
+"""Kills at the moments that matter: before and after each rename, and while parts are joined.
+
+Every file of a run comes to its place by a rename, so SIGKILL falls once before and once after
+each. The joining is a process of its own: it is killed with the run, or the run alone, or it alone.
+Then the result is readable, and the run goes on to the same bits.
+"""
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import bits
+import toy
+
+from dusttaichi.errors import DustError
+from dusttaichi.results import pieces
+from dusttaichi.results.reading import open_tree
+
+JOINS = ("the run", "the joining", "both")
+
+
+def run(count, seed, tally):
+    """Every rename of a run of one stage and of two; `count` kills at joinings."""
+    toy.prepare()
+    toy.with_parts(True)
+    with tempfile.TemporaryDirectory() as folder:
+        for name in toy.SCENES:
+            whole = bits.tree(
+                toy.go(name, Path(folder) / f"{name}-whole", fresh=True) / "result.nc"
+            )
+            for after in (False, True):
+                number = 0
+                while True:
+                    number += 1
+                    what = f"{name}, {'after' if after else 'before'} rename {number}"
+                    if what in tally.known:
+                        continue
+                    place = Path(folder) / "renames" / "run"
+                    killed, problem = _case(name, place, _at_rename(number, after), whole)
+                    if not killed:
+                        break
+                    tally.case("renames", f"{what}: {problem}" if problem else None, what)
+            for case in range(count // len(toy.SCENES)):
+                rng = random.Random(f"{seed} {name} {case}")
+                who, delay = JOINS[case % 3], rng.uniform(0.0, 1.5)
+                what = f"{name}, join {case}, {who} after {delay:.2f} s"
+                if what in tally.known:
+                    continue
+                place = Path(folder) / "joins" / "run"
+                _, problem = _case(name, place, _at_join(who, delay), whole)
+                tally.case("joins", f"{what}: {problem}" if problem else None, what)
+
+
+def _case(name, directory, aim, whole):
+    """(whether a kill fell, what went wrong then or None) of a run that is killed as `aim` says."""
+    shutil.rmtree(directory.parent, ignore_errors=True)
+    if not (child := os.fork()):
+        os.setpgid(0, 0)
+        aim()
+        code = 0
+        try:
+            toy.go(name, directory)
+        except DustError:  # the joining alone was killed
+            code = 2
+        except BaseException:
+            code = 1
+        os._exit(code)
+    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    if status == 0:
+        return False, _differs(whole, directory)
+    if status == 1:
+        return True, "a traceback"
+    try:
+        if (directory / "result.nc").exists():
+            open_tree(directory / "result.nc").close()
+        _resume(name, directory)
+    except DustError as error:
+        return True, str(error)
+    return True, _differs(whole, directory)
+
+
+def _resume(name, directory):
+    """Go on; a joining that has outlived its run holds the lock for a moment."""
+    for _ in range(100):
+        try:
+            toy.go(name, directory, resume=True)
+            return
+        except DustError as error:
+            if "Another run is writing" not in str(error):
+                raise
+            time.sleep(0.1)
+    toy.go(name, directory, resume=True)
+
+
+def _differs(whole, directory):
+    try:
+        bits.assert_same_bits(whole, directory / "result.nc")
+    except AssertionError as error:
+        return str(error)
+    return None
+
+
+def _at_rename(number, after):
+    """What makes a process kill itself at its so many-th rename."""
+
+    def aim():
+        replace, calls = os.replace, 0
+
+        def replaced(*paths):
+            nonlocal calls
+            calls += 1
+            if calls < number:
+                return replace(*paths)
+            if after:
+                replace(*paths)
+            os.kill(os.getpid(), signal.SIGKILL)
+
+        os.replace = replaced
+
+    return aim
+
+
+def _at_join(who, delay):
+    """What kills a run, the process that joins its parts, or both, while it joins them."""
+
+    def aim():
+        def joined(command, *, capture_output, text, errors, pass_fds, start_new_session):
+            with subprocess.Popen(
+                command,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=text,
+                errors=errors,
+                pass_fds=pass_fds,
+                start_new_session=start_new_session,
+            ) as process:
+                time.sleep(delay)
+                if who != "the run":
+                    process.kill()
+                if who != "the joining":
+                    os.kill(os.getpid(), signal.SIGKILL)
+                out, err = process.communicate()
+            return subprocess.CompletedProcess(command, process.returncode, out, err)
+
+        pieces.subprocess = SimpleNamespace(run=joined)
+
+    return aim

@@ -1,0 +1,167 @@
+"""Scenes with numbers at the ends of what the YAML allows, run for some steps.
+
+Each is refused, stopped by a guard, or comes to its end, with finite numbers in its result; none
+ends by a signal, with a traceback, or does not end. Half of them are of each method.
+"""
+
+import math
+import os
+import random
+import resource
+import signal
+import tempfile
+import traceback
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import yaml
+from killed import CONTINUUM
+
+from dusttaichi.errors import DustError
+from dusttaichi.run import execute
+from dusttaichi.scene import from_yaml, quantities
+
+SECONDS = 240  # of processor time; of a scene here some one
+BYTES = 12_000_000_000
+STEPS = 30
+GRAINS = (
+    "sample: {kind: pair, gap: 0.1 um, speed: 1 m/s}\nboundary: {kind: open}",
+    "sample: {kind: chain, grains: 5}\nboundary: {kind: open}\ngravity: 9.81 m/s^2",
+    "sample: {kind: lattice, structure: fcc, cells: [2, 2, 2]}\n"
+    "boundary: {kind: periodic, strain_rate: -1e3 s^-1}",
+    "sample: {kind: rbd, grains: 30, seed: 1}\nboundary: {kind: box, wall_speed: 1 cm/s}",
+    "sample: {kind: lattice, structure: sc, cells: [3, 3, 3]}\n"
+    "boundary: {kind: plates, wall_speed: -1 cm/s}",
+    "sample: {kind: rbd, grains: 30, seed: 2}\n"
+    "boundary: {kind: box, pressure: 1 kPa, wall_speed: 1 cm/s}",
+    "sample: {kind: explicit, positions: [[0 um, 0 um, 0 um], [9 um, 0 um, 0 um]], "
+    "velocities: [[1 m/s, 0 m/s, 0 m/s], [0 m/s, 0 m/s, 0 m/s]], "
+    "spins: [[0 rad/s, 0 rad/s, 1e5 rad/s], [0 rad/s, 0 rad/s, 0 rad/s]]}\n"
+    "boundary: {kind: open}",
+)
+HEAD = """
+name: extreme
+material: {base: silicate_s12, radius: 0.6 um, surface_energy: 20 mJ/m^2, young_modulus: 54 GPa,
+  poisson_ratio: 0.17, density: 2.65 g/cm^3, critical_rolling: 2 nm}
+interaction: {rolling: {modifier: 8}, sliding: {modifier: 2.5}, damping: viscoelastic}
+numerics: {time_step: auto, threads: 1}
+output: {series: {steps: 5}, snapshots: {steps: 15}}
+"""
+KEPT = ("threads", "cells", "grains", "seed", "steps", "dimension")  # what a run costs
+
+
+def originals(method):
+    """The scenes, as plain data, whose numbers are changed."""
+    if method == "grains":
+        texts = [f"{HEAD}{rest}\nstop: {{steps: {STEPS}}}\n" for rest in GRAINS]
+    else:
+        slow = CONTINUUM.replace("steps: 1000", f"steps: {STEPS}")
+        texts = [slow, slow.replace("0.65 m/s", "20 m/s")]
+    return [yaml.safe_load(text) for text in texts]
+
+
+def changed(data, rng):
+    """The data with one to three numbers somewhere within what their kind of quantity may be."""
+    places = [place for place in _numbers(data) if place[1] not in KEPT]
+    for block, key in rng.sample(places, min(len(places), rng.choice((1, 1, 2, 3)))):
+        block[key] = _extreme(block[key], rng)
+    return data
+
+
+def _numbers(data):
+    for key in list(data) if isinstance(data, dict) else range(len(data)):
+        value = data[key]
+        if isinstance(value, (dict, list)):
+            if key not in KEPT:
+                yield from _numbers(value)
+        elif _quantity(value) or (isinstance(value, (int, float)) and value is not True):
+            yield data, key
+
+
+def _quantity(value):
+    """The dimension of a text with a unit, or None."""
+    for name in quantities.DIMENSIONS if isinstance(value, str) else ():
+        try:
+            quantities.parse(value, name)
+            return name
+        except DustError:
+            continue
+    return None
+
+
+def _extreme(value, rng):
+    """Another number: of the ends of all there may be, or up to four decades from the given one."""
+    name = _quantity(value)
+    if name is None:
+        near = float(value) * 10.0 ** rng.uniform(-4.0, 4.0)
+        return rng.choice((0.0, 1e-12, 1.0, 1e6, 1e12, -1.0, near, near, near, near, near, near))
+    low, high = (math.log10(end) for end in quantities.SIZES[name])
+    power = rng.choice((low, high, rng.uniform(low, high)))
+    size = 10.0**power
+    if given := quantities.parse(value, name):
+        near = abs(given) * 10.0 ** rng.uniform(-4.0, 4.0)
+        size = rng.choice((size, near, near))
+    sign = rng.choice(("", "", "-")) if given >= 0.0 else "-"
+    return f"{sign}{size:.6g} {quantities.DIMENSIONS[name].unit}"
+
+
+def run(count, seed, tally):
+    """So many scenes, the half of each method."""
+    with tempfile.TemporaryDirectory() as folder:
+        for method in ("grains", "continuum"):
+            for number in range(count // 2):
+                what = f"{method} {number} of seed {seed}"
+                if what in tally.known:
+                    continue
+                rng = random.Random(f"{seed} {method} {number}")
+                text = yaml.safe_dump(changed(rng.choice(originals(method)), rng), sort_keys=False)
+                kind, problem = _case(text, Path(folder) / f"{method}{number}")
+                told = f"{what}: {problem}\n{text}" if problem else None
+                tally.case(f"{method} {kind}", told, what)
+
+
+def _case(text, directory):
+    """(how a scene ended, what went wrong or None)."""
+    told = directory.with_suffix(".told")
+    if not (child := os.fork()):
+        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 10))
+        resource.setrlimit(resource.RLIMIT_AS, (BYTES, BYTES))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        os._exit(_run(text, directory, told))
+    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    words = told.read_text() if told.exists() else ""
+    if status < 0:
+        signals = {-signal.SIGXCPU: "it does not end"}
+        return "signal", signals.get(status, f"ended by signal {-status}")
+    if status == 1:
+        return "traceback", words[-1500:]
+    if status in (2, 3) and len(words) < 30:
+        return "refused", f"a message that says little: {words!r}"
+    return {0: "finished", 2: "refused", 3: "stopped"}[status], _infinite(directory, status)
+
+
+def _run(text, directory, told):
+    np.seterr(all="ignore")
+    try:
+        execute(from_yaml(text), directory)
+    except DustError as error:
+        told.write_text(str(error))
+        return error.exit_code
+    except BaseException:
+        told.write_text(traceback.format_exc())
+        return 1
+    return 0
+
+
+def _infinite(directory, status):
+    """What in the result of a scene that came to its end is not a number, or None."""
+    if status != 0:
+        return None
+    with netCDF4.Dataset(directory / "result.nc") as file:
+        file.set_auto_mask(False)
+        for name in ("kinetic_translation", "potential", "loss", "kinetic", "energy_residual"):
+            if name in file.variables and not np.isfinite(file[name][:]).all():
+                return f"{name} is not a number"
+        positions = file["snapshots"]["position"][:]
+    return None if np.isfinite(positions).all() else "positions are not numbers"
