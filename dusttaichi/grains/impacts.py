@@ -52,7 +52,8 @@ def hardest_impact(pairs, speed):
     end = inf
     for pair in pairs:
         radius = min(pair.r1, pair.r2)
-        hardest = max(hardest, (speed / encounter.breaking_speed(pair)) ** 2)
+        breaking = encounter.breaking_speed(pair)  # 0 without adhesion: nothing to compare with
+        hardest = max(hardest, (speed / breaking) ** 2 if breaking > 0.0 else 0.0)
         overlap = max(overlap, encounter.overlap(pair, speed) / radius)
         # contacts at rest may be as deep as that already
         deepest = max(LARGEST_OVERLAP * radius, pair.delta0)

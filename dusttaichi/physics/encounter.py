@@ -48,19 +48,6 @@ def breaking_speed(contact):
     return sqrt(2.0 * max(contact.barrier, 0.0) / contact.mass)
 
 
-def speed_of_overlap(contact, most):
-    """Speed [m/s] of the head-on collision whose largest overlap is `most` [m], of at least that
-    at rest."""
-    s = brentq(lambda s: contact.delta0 * (3.0 * s**4 - 2.0 * s) - most, 1.0, 1e6, xtol=1e-12)
-    return sqrt(8.0 * (energy(s) - FORMED) * contact.F_c * contact.delta0 / contact.mass)
-
-
-def breaking_speed(contact):
-    """Speed [m/s] at which a pair has the energy that breaks a contact at rest: it sticks below,
-    where nothing else dissipates (the sticking speed v_s of `step`)."""
-    return sqrt(STICKING * contact.F_c * contact.delta0 / contact.mass)
-
-
 def step(contact, speed, alone):
     """Longest step [s] that resolves a collision at that speed.
 

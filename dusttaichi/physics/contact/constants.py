@@ -134,13 +134,15 @@ class Interface:
 
 
 def mixed_properties(a, b, interaction):
-    """(name, value) of the properties that the chosen laws have brought in, for two materials."""
+    """(name, value) of the properties that the chosen laws have brought in, for two materials; the
+    checks of a scene refuse it where one is missing."""
     from dusttaichi.physics.contact.registry import properties_of
 
     one, other = dict(a.properties), dict(b.properties)
     return tuple(
         (name, MIXING[found.mixing](one[name], other[name]))
         for name, found in properties_of(interaction).items()
+        if name in one and name in other
     )
 
 
@@ -298,10 +300,11 @@ class ContactConstants(Interface):
         """A number of a law; 0 for a spring or a damping that the interaction does not have."""
         if name in ("k_r", "k_s", "k_t", "kappa"):
             return self.numbers.get(name, 0.0)
-        if not name.startswith("_") and name != "numbers":
-            for own in (dict(self.properties), self.numbers):
-                if name in own:
-                    return own[name]
+        if not name.startswith("_") and name not in ("numbers", "properties"):
+            own = dict(self.properties)
+            own = own if name in own else self.numbers  # which are made of the properties
+            if name in own:
+                return own[name]
         raise AttributeError(f"a contact has no number {name!r}")
 
 
