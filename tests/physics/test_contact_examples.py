@@ -54,8 +54,8 @@ def open_part(probe, start):
 @pytest.mark.parametrize("precision", ["f64", "mixed"])
 @pytest.mark.parametrize("law", NORMAL)
 def test_normal_law(law, precision):
-    """A bounce: kernel and host have the same force and energy, momenta are kept, and nothing is lost
-    but what a pull that begins at touch does in the step that finds it (2e-3 of the speed without)."""
+    """A bounce: kernel and host have the same force and energy, momenta are kept, and nothing is
+    lost but what a pull that begins at touch does in the step that finds it (2e-3 without)."""
     with example("normal_laws.py"):
         made = scene_of({"normal": {"law": law, **NORMAL[law]}}, precision)
         pair = constants.pair_constants(made.material, made.interaction)
