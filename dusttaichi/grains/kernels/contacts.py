@@ -103,9 +103,8 @@ class ContactPass:
         self.channels = tuple(enumerate(channels.index(law.CHANNEL) for law in laws))
         self.forming = mechanics.forming
         self.radial = len(layout.model.radial)
-        # columns of the local sums: losses by law, branch x force, work of faces, changes
-        self.VIRIAL = len(laws)
-        self.FACES = self.VIRIAL + 9 * layout.stress
+        # columns of the local sums: losses by law, work of the faces, changes
+        self.FACES = len(laws)
         self.CHANGES = self.FACES + self.faces
         self.followed = layout.contact_loss
 
@@ -116,29 +115,33 @@ class ContactPass:
         """The blocks from `first` to before `last`, all of them of one tile of a table of sums.
         place: what the gatherer needs of cell or wall."""
         sums = ti.Vector.zero(self.real, ti.static((self.CHANGES + 1) * self.width))
+        virial = ti.Vector.zero(self.real, 9)
         p, dt = self.numbers.of_kind(self.kind), ti.cast(dt_wide, self.real)
         for block in range(first, last):
-            self.block(sums, block, dt, p, place)
-        if self.total(sums, self.CHANGES) > 0.0:
+            self.block(sums, virial, block, dt, p, place)
+        totals = self.totals(sums)
+        if totals[self.CHANGES] > 0.0:
             for block in range(first, last):
                 self.change_block(block, tile, dt, p, place)
-        self.add_sums(sums, tile)
+        self.add_sums(totals, virial, tile)
 
     @ti.func
     def tile_of_walls(self, tile, first, last, step, dt_wide, box: ti.template()):
         """The same of contacts with walls, where each block is of one wall. first, last: numbers of
         wall blocks."""
         sums = ti.Vector.zero(self.real, ti.static((self.CHANGES + 1) * self.width))
+        virial = ti.Vector.zero(self.real, 9)
         p, dt = self.numbers.of_kind(self.kind), ti.cast(dt_wide, self.real)
         behind, time = self.gatherer.counts[FIRST_WALL], dt_wide * step
         for c in range(first, last):
             plane = self.gatherer.plane(c, box, time)
-            self.block(sums, behind + c, dt, p, plane)
-        if self.total(sums, self.CHANGES) > 0.0:
+            self.block(sums, virial, behind + c, dt, p, plane)
+        totals = self.totals(sums)
+        if totals[self.CHANGES] > 0.0:
             for c in range(first, last):
                 plane = self.gatherer.plane(c, box, time)
                 self.change_block(behind + c, tile, dt, p, plane)
-        self.add_sums(sums, tile)
+        self.add_sums(totals, virial, tile)
         for c in range(first, last):
             self.add_impulse(c, behind + c, dt_wide)
 
@@ -153,18 +156,28 @@ class ContactPass:
             self.impulse[c, a] = self.impulse[c, a] + dt * force
 
     @ti.func
-    def block(self, sums: ti.template(), block, dt, p, place):
+    def block(self, sums: ti.template(), virial: ti.template(), block, dt, p, place):
         """Gather and compute a block of contacts."""
         b = block & self.mask
         g = ti.Vector.zero(self.real, ti.static(self.gatherer.columns * self.width))
         for lane in range(self.width):
             self.gatherer.gather(g, b, lane, place)
         for lane in range(self.width):
-            self.contact(sums, g, b, lane, dt, p, place)
+            self.contact(sums, virial, g, b, lane, dt, p, place)
 
     @ti.func
-    def contact(self, sums: ti.template(), g: ti.template(), b, lane, dt, kind_numbers, place):
-        p = self.numbers.of_contact(self.kind, b, lane, kind_numbers)
+    def contact(
+        self,
+        sums: ti.template(),
+        virial: ti.template(),
+        g: ti.template(),
+        b,
+        lane,
+        dt,
+        numbers,
+        place,
+    ):
+        p = self.numbers.of_contact(self.kind, b, lane, numbers)
         k = self.gatherer.motion(g, lane, dt, p, place)
         h = self.rows.history(b, lane)
         strength = self.gatherer.strength(place)
@@ -181,9 +194,9 @@ class ContactPass:
         self.rows.put_loads(b, lane, found)
         self.book(sums, b, lane, lost, strength)
         if ti.static(self.stress):
-            branch = self.gatherer.branch(g, lane, k, p) * dt
-            for m, n in ti.static(ti.ndrange(3, 3)):
-                self.add(sums, self.VIRIAL + 3 * m + n, lane, branch[m] * found.force[n])
+            # from the second body to the first; what was gathered is not read again after a store
+            branch = k.normal * ((p.touch - k.overlap) * dt)
+            self.add_virial(virial, branch, found.force)
         if ti.static(self.faces):
             work = dt * self.gatherer.power_of_faces(g, lane, found.force, place)
             self.add(sums, self.FACES, lane, work)
@@ -211,26 +224,35 @@ class ContactPass:
         sums[at] = sums[at] + value
 
     @ti.func
-    def total(self, sums: ti.template(), column: ti.template()):
-        """Sum over the lanes of a column."""
-        out = ti.cast(0.0, self.real)
+    def add_virial(self, virial: ti.template(), branch, force):
+        """Sum branch x force (T19 eq 23)."""
+        for m in ti.static(range(3)):
+            for n in ti.static(range(3)):
+                virial[3 * m + n] += branch[m] * force[n]
+
+    @ti.func
+    def totals(self, sums: ti.template()):
+        """Sums over the lanes, by column. (In one loop: LLVM unrolls small ones, and looks at a
+        hundred uses of a local array at most before it takes it for one that others may know.)"""
+        out = ti.Vector.zero(self.real, ti.static(self.CHANGES + 1))
         for lane in range(self.width):
-            out += sums[column * self.width + lane]
+            for n in ti.static(range(self.CHANGES + 1)):
+                out[n] += sums[n * self.width + lane]
         return out
 
     @ti.func
-    def add_sums(self, sums: ti.template(), tile):
+    def add_sums(self, totals, virial, tile):
         """The sums of a tile and step, in the precision of the laws, to those of all steps.
         (`+=` on a field is atomic in Taichi, and slow.)"""
         if ti.static(self.ledger):
             for n, channel in ti.static(self.channels):
-                self.add_loss(tile, channel, self.total(sums, n))
+                self.add_loss(tile, channel, totals[n])
         if ti.static(self.stress):
             for n in ti.static(range(9)):
-                value = ti.cast(self.total(sums, self.VIRIAL + n), ti.f64)
+                value = ti.cast(virial[n], ti.f64)
                 self.virial[tile, n] = self.virial[tile, n] + value
         if ti.static(self.faces):
-            work = ti.cast(self.total(sums, self.FACES), ti.f64)
+            work = ti.cast(totals[self.FACES], ti.f64)
             self.face_work[tile] = self.face_work[tile] + work
 
     @ti.func

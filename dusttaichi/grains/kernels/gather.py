@@ -86,11 +86,6 @@ class PairGatherer(Gatherer):
         return pair_motion(self.Motion, d, gap, dv, w1, w2, dt, p)
 
     @ti.func
-    def branch(self, g: ti.template(), lane, k: ti.template(), p):
-        """From the second body to the first."""
-        return self.get(g, 0, lane)
-
-    @ti.func
     def power_of_faces(self, g: ti.template(), lane, force, place):
         """Power of the moving faces of the cell on a contact between images."""
         out = 0.0 * force[0]
@@ -148,11 +143,6 @@ class WallGatherer(Gatherer):
         normal = self.vec3(place.normal[0], place.normal[1], place.normal[2])
         dv, w1 = self.get(g, 1, lane), self.get(g, 4, lane)
         return wall_motion(self.Motion, g[lane], normal, dv, w1, dt)
-
-    @ti.func
-    def branch(self, g: ti.template(), lane, k: ti.template(), p):
-        """From the wall to the centre of the grain."""
-        return k.normal * (p.touch - k.overlap)
 
     @ti.func
     def power_of_faces(self, g: ti.template(), lane, force, place):
