@@ -89,7 +89,8 @@ def by_launches(phases):
             for tile in range(phases.wall_tiles()):
                 phases.touch_walls(tile, step, dt, box)
 
-    def advance(steps, first, pending, _workers, numbers, box):
+    def advance(steps, first, pending, _workers, *arguments):
+        numbers, box = arguments
         done = 0
         while done < steps:
             step = first + done + 1
