@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from dusttaichi import simulate
 from dusttaichi.commands.app import app
 from dusttaichi.commands.check import _duration
 from dusttaichi.errors import DustError
@@ -133,6 +134,10 @@ def test_the_forces_of_the_start_are_those_of_the_law(fresh, tmp_path):
         quantities.parse(f, "force") for f in rows["total force on the walls"][1:-1].split(",")
     ]
     assert np.abs(total).max() < 1e-6 * force  # walls are where grains rest
+    with simulate(scene) as simulation:
+        found, torque = simulation.forces()  # the same in Python, undigested
+    np.testing.assert_allclose(found, [[-force, 0, 0], [force, 0, 0]], atol=1e-6 * force)
+    assert torque.shape == (2, 3) and not torque.any()
 
 
 def test_a_method_without_forces_says_so(fresh):
