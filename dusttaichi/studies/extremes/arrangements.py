@@ -7,7 +7,7 @@ import numpy as np
 from dusttaichi import samples, units
 from dusttaichi.grains.build import build
 from dusttaichi.physics.contact.constants import mixed_constants, pair_constants
-from dusttaichi.physics.encounter import STICKING
+from dusttaichi.physics.encounter import breaking_speed
 from dusttaichi.physics.stability import close_packed
 from dusttaichi.samples import Sample
 from dusttaichi.scene import Scene
@@ -57,7 +57,7 @@ def cluster(scene, grains):
 def meeting(scene, sticking, offset=0.3):
     """Two grains about to touch, at `sticking` times their sticking speed, off the centre."""
     c = pair_constants(scene.material, scene.interaction)
-    v = sticking * np.sqrt(STICKING * c.F_c * c.delta0 / c.mass)
+    v = sticking * breaking_speed(c)
     y = 2.0 * c.r * offset
     x = np.sqrt((2.0 * c.r + c.delta0) ** 2 - y**2)
     half = np.array([0.5 * v, 0.0, 0.0])
