@@ -87,10 +87,7 @@ class Window(NamedTuple):
 
 
 class State(NamedTuple):
-    """All that a simulation goes on from: arrays by name, and numbers that JSON can hold.
-
-    The numbers hold `dt`, the time step.
-    """
+    """All that a simulation continues from: arrays by name; numbers for JSON, `dt` among them."""
 
     arrays: dict
     numbers: dict
@@ -275,8 +272,8 @@ class Method:
     variables: all that its results may hold. reopen(scene, state): a Simulation in a State of a
     simulation of that scene. code(scene): source files outside of this package that decide the
     numbers of a scene. preview(scene): a Preview, made quickly and without compiling.
-    internals(scene): more sections, of the scene built. parts(scene): words for what takes time in
-    a step; scenes with the same words run at like speeds.
+    internals(scene), forces(scene): more sections, of the scene built; what acts at its start.
+    parts(scene): words for what takes time in a step; scenes of the same words are as fast.
     """
 
     name: str
@@ -288,6 +285,7 @@ class Method:
     code: Callable[[Scene], list[Path]] = lambda scene: []
     preview: Callable[[Scene], Preview] | None = None
     internals: Callable[[Scene], list] = lambda scene: []
+    forces: Callable[[Scene], list] = lambda scene: []
     parts: Callable[[Scene], tuple[str, ...]] = lambda scene: ()
 
 

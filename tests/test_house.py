@@ -1,6 +1,7 @@
 """The plan of the house, held against the code: sizes, and which room knows of which."""
 
 import ast
+import re
 import subprocess
 import sys
 from functools import cache
@@ -209,3 +210,36 @@ def test_methods_are_told_apart_in_one_place():
 )
 def test_telling_methods_apart_is_found(code, tells):
     assert bool(list(_of_methods(ast.parse(code)))) == tells
+
+
+# The two effects that were once written into half of the program: who names them, and why.
+THEIR_OWN = {
+    "asperities": {
+        "physics/contact/asperities.py": "the effect",
+        "physics/contact/registry.py": "the list of effects",
+        "scene/interaction.py": "its block in the YAML",
+        "scene/material.py": "its property of a material",
+        "scene/checks/grains.py": "what a scene with it needs",
+        "names.py": "its channel",
+        "studies/asperity_fit.py": "fits its one number",
+        "commands/fit.py": "the command of that study",
+        "plots/style.py": "the colour of its channel",
+        "studies/trade/knobs.py": "a switch of the trade study",
+        "plots/trade.py": "the colour of that switch",
+        "studies/bench/parts.py": "a part that the bench times",
+    },
+    "jkr": {
+        "physics/contact/jkr.py": "the law",
+        "report/particles.py": "normal forces of results that were written without forces",
+        "physics/contact/registry.py": "the list of laws",
+        "scene/interaction.py": "the default of its key",
+        "studies/bench/lammps.py": "LAMMPS' word for it",
+    },
+}
+
+
+@pytest.mark.parametrize("effect", THEIR_OWN)
+def test_an_effect_is_named_in_few_files(effect):
+    word = re.compile(rf"\b{effect}(_curve)?\b")
+    named = {_name(p) for p in FILES if word.search(p.read_text(encoding="utf-8"))}
+    assert named == set(THEIR_OWN[effect])

@@ -8,6 +8,7 @@ import numpy as np
 from dusttaichi.analysis.compression import compression_curve
 from dusttaichi.analysis.ledger import losses_by_channel
 from dusttaichi.analysis.summary import summary
+from dusttaichi.names import CHANNELS, EXTRA_CHANNELS
 
 CURVE = "phi_rms"
 GRID = 201  # pressures at which two curves are compared
@@ -65,15 +66,7 @@ ENERGIES = (
     Observable("lost", "J", "energy lost in all channels", _lost),
     *(
         Observable(f"lost_{name}", "J", f"energy lost on {name}", _channel(name))
-        for name in (
-            "forming",
-            "breaking",
-            "damping",
-            "rolling",
-            "sliding",
-            "twisting",
-            "asperities",
-        )
+        for name in (*CHANNELS, *EXTRA_CHANNELS)
     ),
     Observable(
         "kinetic",

@@ -11,6 +11,7 @@ from dusttaichi.commands.options import Extensions, SceneFile, Settings, importi
 from dusttaichi.names import NEVER
 
 LABEL = 42  # columns that the names of numbers take at least
+_NOT_KNOWN = [("not available", "the method of this scene has no forces without a step")]
 
 
 def check(
@@ -26,6 +27,9 @@ def check(
     ] = False,
     internals: Annotated[
         bool, typer.Option("--internals", help="build it: contacts, what is compiled in, fields")
+    ] = False,
+    forces: Annotated[
+        bool, typer.Option("--forces", help="build it: forces and energies of its start, no step")
     ] = False,
     costs: Annotated[
         bool, typer.Option("--costs", help="time the scene with each of its parts left out")
@@ -46,9 +50,17 @@ def check(
         console.print(scene.to_yaml().rstrip())
     if internals:
         _show([("Processor", processor.vector_rows()), *how.internals(scene)])
+    if forces:
+        _show(how.forces(scene) or [("Forces at the start", _NOT_KNOWN)])
     if costs:
         _show([("Cost of the parts", _part_costs(scene, preview.size))])
-    rest = {"--time": time, "--scene": resolved, "--internals": internals, "--costs": costs}
+    rest = {
+        "--time": time,
+        "--scene": resolved,
+        "--internals": internals,
+        "--forces": forces,
+        "--costs": costs,
+    }
     say(f"\nmore: {', '.join(option for option, there in rest.items() if not there)}")
 
 

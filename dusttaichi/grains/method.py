@@ -40,11 +40,18 @@ def _internals(scene):
     return internals(scene)
 
 
+def _forces(scene):
+    from dusttaichi.grains.forces import forces
+
+    return forces(scene)
+
+
 def _parts(scene):
-    """Boundary, laws of the contact, several materials, stress."""
+    """Boundary, effects of the contact, several materials, stress."""
     from dusttaichi.physics.contact.registry import EFFECTS, law_name
 
     effects = [e for e in EFFECTS[1:] if law_name(scene.interaction, e) is not None]
+    effects += scene.interaction.effects
     more = ["materials"] * bool(scene.materials) + ["stress"] * scene.output.stress
     return (scene.boundary.kind, *effects, *more)
 
@@ -54,7 +61,8 @@ def _code(scene):
     from dusttaichi.physics.contact.registry import EFFECTS, law_name, law_of
     from dusttaichi.samples.registry import KINDS
 
-    chosen = ((effect, law_name(scene.interaction, effect)) for effect in EFFECTS[1:])
+    chosen = [(effect, law_name(scene.interaction, effect)) for effect in EFFECTS]
+    chosen += [("effects", name) for name in scene.interaction.effects]
     used = [law_of(*one) for one in chosen if one[1] is not None]
     bodies = (getattr(scene.sample, name, None) for name in ("target", "projectile"))
     made = [KINDS[block.kind].make for block in (scene.sample, *bodies) if block is not None]
@@ -63,10 +71,11 @@ def _code(scene):
 
 
 def _file_of(thing):
-    """Path of the source of a module, class or function; None of one that was typed in."""
+    """Path of the source of a module, class, function or object; None of one that was typed in."""
+    named = inspect.ismodule(thing) or hasattr(thing, "__qualname__")
     try:
-        path = Path(inspect.getsourcefile(thing))
-    except TypeError:
+        path = Path(inspect.getsourcefile(thing if named else type(thing)))
+    except (TypeError, OSError):
         return None
     return path if path.is_file() else None
 
@@ -81,5 +90,6 @@ METHOD = Method(
     code=_code,
     preview=_preview,
     internals=_internals,
+    forces=_forces,
     parts=_parts,
 )

@@ -9,7 +9,7 @@ from dusttaichi.grains.build import build
 from dusttaichi.grains.measured import measurement
 from dusttaichi.grains.refine import halve_time_step
 from dusttaichi.grains.time_step import chosen_step
-from dusttaichi.grains.variables import VARIABLES
+from dusttaichi.grains.variables import VARIABLES, variables_of
 from dusttaichi.method import SimpleSimulation, State
 from dusttaichi.results.provenance import yaml_text
 from dusttaichi.results.variables import select
@@ -32,7 +32,8 @@ class MovingGrains(SimpleSimulation):
         self.plates = record.plates_of(scene.boundary, self.sample, sim.radius)
         self.workers = WorkerChoice(sim, fixed=scene.numerics.threads != "auto")
         features = features_of(scene, self.sample, sim)
-        self.variables = select(VARIABLES.values(), features, *scene.output.chosen)
+        every = (*VARIABLES.values(), *variables_of(sim.layout.model))
+        self.variables = select(every, features, *scene.output.chosen)
         self.bins = None
         if "profiles" in features:
             self.bins = record.bin_edges(sim.domain.clock(), sim.radius)
@@ -94,6 +95,11 @@ class MovingGrains(SimpleSimulation):
         named = {(v.group, v.name) for v in self.variables}
         return [(g, {k: a for k, a in own.items() if (g, k) in named}) for g, own in found]
 
+    def forces(self):
+        """Force [N] and torque [N m] of the contacts on every grain now, (N, 3) each."""
+        force, torque = self.sim.forces()
+        return force * units.FORCE, torque * units.TORQUE
+
     # -- state -----------------------------------------------------------------------------------
 
     def state(self):
@@ -124,6 +130,7 @@ class MovingGrains(SimpleSimulation):
 
     def sizes(self):
         out = {"grain": self.sim.grains, "channel": self.channels, "body": BODIES}
+        out["spring"] = self.sim.layout.model.potentials
         return out if self.bins is None else out | {"bin": len(self.bins) - 1}
 
     def constants(self):

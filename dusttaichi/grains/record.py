@@ -267,15 +267,15 @@ def snapshot(sim, contacts, time):
         return out
     pairs = sim.contact_state()
     record["contact_count"] = len(pairs["grain_i"])
-    out.append(("contacts", _in_si(pairs, sim.step, len(pairs["grain_i"]))))
+    out.append(("contacts", _in_si(pairs, sim, len(pairs["grain_i"]))))
     if sim.box is not None:
         walls = sim.wall_contact_state()
         record["wall_contact_count"] = len(walls["grain"])
-        out.append(("wall_contacts", _in_si(walls, sim.step, len(walls["grain"]))))
+        out.append(("wall_contacts", _in_si(walls, sim, len(walls["grain"]))))
     if sim.sphere is not None:
         own = sim.sphere.contacts()
         record["sphere_contact_count"] = len(own["grain"])
-        out.append(("sphere_contacts", _in_si(own, sim.step, len(own["grain"]))))
+        out.append(("sphere_contacts", _in_si(own, sim, len(own["grain"]))))
     return out
 
 
@@ -295,7 +295,9 @@ UNITS = {
 """What a column of contacts is multiplied by to be in SI."""
 
 
-def _in_si(contacts, step, rows):
+def _in_si(contacts, sim, rows):
     """The columns of contacts in SI, with the step of their snapshot."""
-    found = {name: UNITS[name] * a if name in UNITS else a for name, a in contacts.items()}
-    return found | {"step": np.full(rows, step)}
+    history = sim.layout.model.history.values()
+    scales = {h.result: units.internal(h.unit) for h in history if h.result} | UNITS
+    found = {name: scales[name] * a if name in scales else a for name, a in contacts.items()}
+    return found | {"step": np.full(rows, sim.step)}

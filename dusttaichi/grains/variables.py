@@ -1,7 +1,7 @@
 """The variables of the result of grains, each declared once; results.variables has the others."""
 
 from dusttaichi.names import WALLS
-from dusttaichi.results.variables import declared
+from dusttaichi.results.variables import declare, declared
 
 _TYPES = {
     "contact_count": "i8", "wall_contact_count": "i8", "outside_count": "i8", "step": "i8",
@@ -226,3 +226,19 @@ _TABLE = {
 }  # fmt: skip
 
 VARIABLES = {v.key: v for v in declared(_TABLE, _TYPES, _COUNTS)}
+
+
+def variables_of(model):
+    """Variables of the contact history that registered effects of a ContactModel declare."""
+    own = [
+        h for h in model.history.values() if h.result and f"contacts/{h.result}" not in VARIABLES
+    ]
+    out = ()
+    for group, needs in (("contacts", ""), ("wall_contacts", "walls ")):
+        row, features = group.removesuffix("s"), f"{needs}snapshots contacts"
+        rows = [
+            (h.result, f"{row} xyz" if h.components == 3 else row, h.unit, h.meaning, "", features)
+            for h in own
+        ]
+        out += declare(group, rows)
+    return out

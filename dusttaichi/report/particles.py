@@ -9,6 +9,7 @@ from dusttaichi.analysis.frame import read_frame
 from dusttaichi.names import AXES
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.jkr_curve import scaled_radius
+from dusttaichi.physics.contact.registry import DEFAULT
 from dusttaichi.plots import style
 from dusttaichi.report.packing import packed, quantised
 
@@ -270,11 +271,14 @@ def normal_force(run, frame, contacts: xr.Dataset):
     """Normal force of each contact of a Frame [N], positive where grains push each other apart.
 
     As the result has it; where it has none, from the overlap by S12 eqs 2 and 3, damping left out.
-    None where that takes several materials.
+    None where that takes several materials or another law.
     """
     if "normal_force" in contacts:
         return contacts.normal_force.values.astype(float)
     material = run.material
+    normal = run.scene.get("interaction", {}).get("normal", {})
+    if normal.get("law", DEFAULT["normal"]) != DEFAULT["normal"]:
+        return None
     if material is None or run.scene.get("materials"):
         return None
     i, j = frame.pairs.T

@@ -119,6 +119,16 @@ class Simulation:
             raise DustError("output.contacts = false: contacts are not recorded; allowed: true")
         return found["contacts"]
 
+    def forces(self):
+        """(force [N], torque [N m]) of the contacts on every grain now, (grains, 3) each.
+
+        They are evaluated from the positions, velocities and histories of now: nothing moves and
+        nothing is written. Raises DustError for a method that has none.
+        """
+        if not hasattr(self._run.sim, "forces"):
+            raise DustError("forces are known of grains; this scene is of another method")
+        return self._run.sim.forces()
+
     # -- going -----------------------------------------------------------------------------------
 
     def every(self, interval, function, name=None, *, units=()):

@@ -195,6 +195,14 @@ class Interaction(Block):
         values = dict(self)
         return hash((tuple(values.pop("effects").items()), *values.values()))
 
+    def asperity_volume(self, material: Any) -> float:
+        """Volume of asperities that a touch deforms per area [m]: that of the scene, else that of a
+        Material; 0 where they are off."""
+        if self.asperities is None:
+            return 0.0
+        own = self.asperities.volume
+        return (material.asperity_volume or 0.0) if own is None else own
+
     @field_validator("effects", mode="wrap")
     @classmethod
     def _of_their_own(cls, value: Any, handler: Any) -> Any:

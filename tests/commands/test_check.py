@@ -5,13 +5,16 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from dusttaichi import simulate
 from dusttaichi.commands.app import app
 from dusttaichi.commands.check import _duration
 from dusttaichi.errors import DustError
-from dusttaichi.scene import load
+from dusttaichi.physics.contact import constants
+from dusttaichi.scene import load, quantities
 from dusttaichi.studies import speeds, starts
 
 
@@ -95,6 +98,51 @@ def test_it_compiles_nothing():
     code += "from dusttaichi.commands.app import main\nmain()"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0 and "4,000" in done.stdout, done.stderr
+
+
+TWO = """
+name: two
+material: silicate_s12
+sample: {kind: explicit, positions: [[0 um, 0 um, 0 um], [1.199 um, 0 um, 0 um]]}
+boundary: {kind: box}
+numerics: {precision: f64}
+stop: {time: 1 us}
+"""
+
+
+def test_the_forces_of_the_start_are_those_of_the_law(fresh, tmp_path):
+    """Two grains 1 nm deep, in walls that they touch at rest: 2 by one, 4 by two of them."""
+    (tmp_path / "two.yaml").write_text(TWO)
+    text = said(str(tmp_path / "two.yaml"), "--forces")
+    title = "\nForces of the contacts at the start\n"
+    rows = dict(re.findall(r"^  (\S.*?)  +(.*)$", text[text.index(title) :], re.MULTILINE))
+    scene = load(tmp_path / "two.yaml")
+    pair = constants.pair_constants(scene.material, scene.interaction)
+    wall = constants.wall_constants(scene.material, scene.interaction)
+    force, energy, _ = pair.curve(1e-9)
+    energy += 10 * wall.curve(wall.delta0)[1]
+    assert rows["contacts between grains"] == "1" and rows["contacts with walls"] == "10"
+    assert rows["coordination number"] == "1"
+    for row in ("largest force on a grain", "mean force on a grain"):
+        value = quantities.parse(rows[row].partition(",")[0], "force")
+        assert value == pytest.approx(force, rel=1e-3), row  # four digits are printed
+    for row in ("normal", "all effects"):
+        value = quantities.parse(rows[f"potential energy, {row}"], "energy")
+        assert value == pytest.approx(energy, rel=1e-3)
+    assert rows["potential energy, sliding"] == "0 J"
+    total = [
+        quantities.parse(f, "force") for f in rows["total force on the walls"][1:-1].split(",")
+    ]
+    assert np.abs(total).max() < 1e-6 * force  # walls are where grains rest
+    with simulate(scene) as simulation:
+        found, torque = simulation.forces()  # the same in Python, undigested
+    np.testing.assert_allclose(found, [[-force, 0, 0], [force, 0, 0]], atol=1e-6 * force)
+    assert torque.shape == (2, 3) and not torque.any()
+
+
+def test_a_method_without_forces_says_so(fresh):
+    text = said(str(Path(__file__).parents[2] / "configs/guettler2009/bead.yaml"), "--forces")
+    assert "the method of this scene has no forces without a step" in text
 
 
 def test_the_run_time_follows_from_the_speed_measured_before(fresh):

@@ -6,12 +6,25 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from scenes import EXAMPLES, FAR, RADIUS, Probe, make_scene, polydisperse, registered, sample_of
+from scenes import (
+    EXAMPLES,
+    FAR,
+    RADIUS,
+    Probe,
+    extensions_forgotten,
+    make_scene,
+    polydisperse,
+    registered,
+    sample_of,
+)
 
+from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError
 from dusttaichi.grains.measured import measurement
 from dusttaichi.physics.contact import constants
+from dusttaichi.run import execute
 from dusttaichi.run.ledger import ledger
+from dusttaichi.scene import load
 
 LINES = 120  # of an example
 NORMAL = {"hertz": {}, "dmt": {}, "linear_cohesion": {"stiffness": "80 N/m", "cohesion": "10 MPa"}}
@@ -182,6 +195,18 @@ def test_a_weak_neck_breaks_into_the_bare_contact():
         assert probe.sim.contact_state()["neck"].tolist() == [0.0]
         assert now.parts["contacts"] == 1 and now.parts["loss"][-1] > 0.0
         assert abs(residual) < 5e-3
+
+
+def test_necks_are_in_the_result(tmp_path):
+    """A run has the energy of the necks, their losses and which are whole, in snapshots as well."""
+    with registered(), extensions_forgotten():
+        scene = load(EXAMPLES / "sintered_neck.yaml").with_value("stop", {"steps": 40})
+        with open_run(execute(scene, tmp_path / "run")) as run:
+            assert run.series.spring.values.tolist()[-1] == "neck"
+            assert run.series.channel.values.tolist()[-1] == "neck"
+            for group in ("contacts", "wall_contacts"):
+                whole = run.contacts(snapshot=0, group=group).neck
+                assert whole.size and (whole == 1.0).all()
 
 
 def test_necks_of_unequal_grains_and_walls():

@@ -59,6 +59,14 @@ def test_a_sample_of_ones_own():
     assert names["positions"].shape == (12, 3)
 
 
+def test_a_method_without_contacts_has_no_forces():
+    with (
+        dt.simulate(dt.from_yaml(PLAIN)) as simulation,
+        pytest.raises(dt.DustError, match="another method"),
+    ):
+        simulation.forces()
+
+
 @pytest.fixture
 def law():
     with law_of_the_docs():

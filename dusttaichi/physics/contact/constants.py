@@ -89,13 +89,6 @@ def characteristic_time(material):
     )
 
 
-def asperity_volume(material, asperities):
-    """Volume deformed per area [m]: what the scene says, else the material's own; 0 without."""
-    if asperities is None:
-        return 0.0
-    return (material.asperity_volume or 0.0) if asperities.volume is None else asperities.volume
-
-
 MIXING = {
     "geometric": lambda a, b: sqrt(a * b),
     "arithmetic": lambda a, b: 0.5 * (a + b),
@@ -118,8 +111,8 @@ class Interface:
     """Numbers of a contact between two materials, SI: what does not depend on the radii.
 
     gamma by a rule of MIXING; 1/E* = sum of (1 - nu^2)/E, 1/G* = sum of (2 - nu)/G (`printed`:
-    (2 - nu^2)/G), 1/G = 1/G1 + 1/G2; nu, xi_crit, density and asperity_volume (0 without
-    asperities) are means of the two.
+    (2 - nu^2)/G), 1/G = 1/G1 + 1/G2; nu, xi_crit, density and asperity_volume are means
+    of the two.
     """
 
     gamma: float = _of("J/m^2")
@@ -158,7 +151,7 @@ def interface(a, b, interaction):
             nu=m.poisson_ratio,
             xi_crit=m.critical_rolling,
             density=m.density,
-            asperity_volume=asperity_volume(m, interaction.asperities),
+            asperity_volume=interaction.asperity_volume(m),
             properties=mixed_properties(a, b, interaction),
         )
         for m in (a, b)

@@ -5,11 +5,12 @@ from collections.abc import Callable
 import yaml
 
 from dusttaichi.errors import DustError
+from dusttaichi.physics.contact import registry
 from dusttaichi.scene.grains import GrainsScene
 from dusttaichi.studies.bench.parts import GRAIN_STEPS, LEAST_STEPS, Part, Variant, measure_pair
 
 ROUNDS = 25
-EFFECTS = ("rolling", "sliding", "twisting", "asperities")
+EFFECTS = tuple(kind for kind in registry.EFFECTS if kind not in ("normal", "damping"))
 # a stretch is timed, which no stage or end belongs to
 PLAIN = {
     "stages": [],
