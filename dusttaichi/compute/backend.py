@@ -6,10 +6,8 @@ from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
 
-import taichi as ti
-from taichi.lang.impl import current_cfg
-
 from dusttaichi.compute import cache, processor
+from dusttaichi.compute.engine import settings, ti
 from dusttaichi.compute.reading import read_quickly
 from dusttaichi.compute.telling import tell_quickly
 from dusttaichi.errors import DustError
@@ -100,9 +98,7 @@ def start_taichi(scene, threads, simplify=True):
                 enable_fallback=False,
             )
         # `threads` of them are started; that kernels may ask for more makes them the same for all
-        current_cfg().cpu_max_num_threads = next(
-            (n for n in THREAD_CLASSES if n >= threads), threads
-        )
+        settings().cpu_max_num_threads = next((n for n in THREAD_CLASSES if n >= threads), threads)
     except Exception as error:
         raise DustError(
             f"numerics.backend = {scene.numerics.backend}: Taichi cannot start it here "

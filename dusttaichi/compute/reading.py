@@ -9,9 +9,10 @@ import textwrap
 from functools import cache
 from types import SimpleNamespace
 
-from taichi.lang import impl, kernel_impl, snode
-from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext
-from taichi.lang.struct import Struct
+from dusttaichi.compute.engine import ti
+
+impl, kernel_impl, snode, Struct = ti.lang.impl, ti.lang.kernel_impl, ti.lang.snode, ti.Struct
+ASTTransformerContext = ti.lang.ast.ast_transformer_utils.ASTTransformerContext
 
 
 def read_quickly():

@@ -4,8 +4,9 @@ of a small scene. Here a struct is looked through once; it must not be changed a
 had it.
 """
 
-from taichi.lang.struct import StructType
+from dusttaichi.compute.engine import ti
 
+StructType = ti.lang.struct.StructType
 _checked, _set_one_by_one = StructType.__instancecheck__, StructType.set_kernel_struct_args
 
 

@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-import taichi as ti
 
 from dusttaichi import samples, units
 from dusttaichi.compute.backend import LOOPS, start_taichi, threads_of
+from dusttaichi.compute.engine import ti
 from dusttaichi.compute.last_compiled import LastCompiled
 from dusttaichi.compute.memory import COARSE, arrays_of, room_for
 from dusttaichi.domain.domain import lengths

@@ -16,7 +16,7 @@ so a limit scales the parts across n_c alone, and rolling and sliding do not see
 Vectors are structs of lanes (grains.kernels.lanes) or anything with their methods.
 """
 
-import taichi as ti
+from dusttaichi.compute.engine import ti
 
 
 @ti.func
