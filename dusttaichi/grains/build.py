@@ -176,7 +176,8 @@ def chosen_kernels(scene, layout, running):
     kind, grains, threads = running
     walls, room = bool(scene.boundary.walls), room_for(grains)
     materials = len(scene.all_materials)
-    key = (scene.numerics.backend, threads, room, layout, walls, kind, materials)
+    started = (scene.numerics.backend, scene.numerics.debug, threads)
+    key = (*started, room, layout, walls, kind, materials)
     if (last := _LAST.of(key)) is not None:
         return last
     # what Taichi simplifies LLVM simplifies too: steps take as long, compiling two thirds
