@@ -49,7 +49,10 @@ def check(
         console.print("\nThe scene resolved", style="bold")
         console.print(scene.to_yaml().rstrip())
     if internals:
-        _show([("Processor", processor.vector_rows()), *how.internals(scene)])
+        from dusttaichi.compute import engine
+
+        compiler = [*processor.vector_rows(), *engine.rows(scene.numerics.debug)]
+        _show([("Processor and compiler", compiler), *how.internals(scene)])
     if forces:
         _show(how.forces(scene) or [("Forces at the start", _NOT_KNOWN)])
     if costs:

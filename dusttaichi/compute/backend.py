@@ -6,12 +6,8 @@ from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
 
-import taichi as ti
-from taichi.lang.impl import current_cfg
-
 from dusttaichi.compute import cache, processor
-from dusttaichi.compute.reading import read_quickly
-from dusttaichi.compute.telling import tell_quickly
+from dusttaichi.compute.engine import patch, settings, ti
 from dusttaichi.errors import DustError
 from dusttaichi.files import KERNEL_FOLDER
 
@@ -50,10 +46,11 @@ def threads_of(scene, grains):
 
 
 @contextmanager
-def _only_our_settings():
-    """Variables TI_* of other work in the shell are not there: they would take another backend, or
-    compile in another way. Those of the kernels on disk stay."""
-    foreign = [n for n in os.environ if n.startswith("TI_") and "OFFLINE_CACHE" not in n]
+def _shell(heard):
+    """Variables TI_* of other work in the shell are not there, unless they are to be heard: they
+    would take another backend, or compile in another way. Those of the kernels on disk stay."""
+    names = [] if heard else [n for n in os.environ if n.startswith("TI_")]
+    foreign = [name for name in names if "OFFLINE_CACHE" not in name]
     hidden = {name: os.environ.pop(name) for name in foreign}
     try:
         yield
@@ -76,22 +73,27 @@ def start_taichi(scene, threads, simplify=True):
     simplify: Taichi analyses the control flow of a kernel before LLVM does, which takes half of the
     time that compiling takes. What else it simplifies is needed: it takes the address of the fields
     out of loops, without which LLVM turns none of them into vectors.
+
+    With numerics.debug Taichi is as it comes: its internals are not patched, it checks the bounds
+    of fields, keeps to IEEE arithmetic, and the TI_* of the shell count.
     """
-    read_quickly()
-    tell_quickly()
+    debug = scene.numerics.debug
+    patch(debug)
     for text in cache.remarks():
         logging.getLogger("dusttaichi").warning(text)
     arch = {"cpu": ti.cpu, "cuda": ti.cuda}[scene.numerics.backend]
     os.environ.setdefault("TI_OFFLINE_CACHE_CLEANING_POLICY", "lru")
     try:
         # Taichi prints where it starts; the output of a run belongs to the user
-        with redirect_stdout(StringIO()), _only_our_settings():
+        with redirect_stdout(StringIO()), _shell(heard=debug):
             ti.init(
                 arch=arch,
                 cpu_max_num_threads=threads,
                 # what a number written in a kernel is: it must not make doubles of single lanes
                 default_fp=ti.f64 if scene.numerics.precision == "f64" else ti.f32,
-                fast_math=True,
+                fast_math=not debug,
+                debug=debug,
+                check_out_of_bound=debug,
                 cfg_optimization=simplify,
                 offline_cache=True,
                 offline_cache_max_size_of_files=CACHE_BYTES,
@@ -100,9 +102,7 @@ def start_taichi(scene, threads, simplify=True):
                 enable_fallback=False,
             )
         # `threads` of them are started; that kernels may ask for more makes them the same for all
-        current_cfg().cpu_max_num_threads = next(
-            (n for n in THREAD_CLASSES if n >= threads), threads
-        )
+        settings().cpu_max_num_threads = next((n for n in THREAD_CLASSES if n >= threads), threads)
     except Exception as error:
         raise DustError(
             f"numerics.backend = {scene.numerics.backend}: Taichi cannot start it here "

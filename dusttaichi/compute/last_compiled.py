@@ -1,7 +1,6 @@
 """What was compiled last in this process serves again where the next scene needs the same."""
 
-from taichi.lang import impl
-
+from dusttaichi.compute.engine import program
 from dusttaichi.compute.memory import Lease
 
 
@@ -19,12 +18,12 @@ class LastCompiled:
         """The Compiled of that key; None where it is another, or Taichi was started anew."""
         if self._compiled is None or self._compiled.compile_key != compile_key:
             return None
-        return self._compiled if impl.get_runtime().prog is self._program else None
+        return self._compiled if program() is self._program else None
 
     def tables(self, compiled, particles):
         """Tables of a Compiled for a scene of so many particles; those before are at their end."""
         if self._lease is not None:
             self._lease.end()
         self._compiled, self._lease = compiled, Lease()
-        self._program = impl.get_runtime().prog
+        self._program = program()
         return compiled.tables(particles, self._lease)

@@ -9,8 +9,8 @@ import ctypes
 from math import floor, log2
 
 import numpy as np
-import taichi as ti
-from taichi.lang import impl
+
+from dusttaichi.compute.engine import program, ti
 
 TYPES = {"f64": np.float64, "f32": np.float32, "i32": np.int32, "i64": np.int64}
 SMALLEST_ROOM = 1024  # particles
@@ -37,7 +37,7 @@ class Lease:
     are given to the next simulation."""
 
     def __init__(self):
-        self._program, self._ended = impl.get_runtime().prog, False
+        self._program, self._ended = program(), False
 
     def end(self):
         """The fields are given to another simulation."""
@@ -45,7 +45,7 @@ class Lease:
 
     def check(self):
         """Raises RuntimeError where it has ended."""
-        if self._ended or impl.get_runtime().prog is not self._program:
+        if self._ended or program() is not self._program:
             raise RuntimeError("The memory of this simulation is gone: another one was built.")
 
 

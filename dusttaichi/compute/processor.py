@@ -184,11 +184,10 @@ def _found_in_a_child():
 def _compile():
     """In the child: bits of the vectors that LLVM makes of a sum of products of doubles. Taichi
     writes the code into the current folder."""
-    import taichi as ti
-    from taichi.lang.impl import current_cfg
+    from dusttaichi.compute.engine import settings, ti
 
     ti.init(arch=ti.cpu, offline_cache=False, default_fp=ti.f64, log_level=ti.ERROR)
-    current_cfg().print_kernel_llvm_ir_optimized = True
+    settings().print_kernel_llvm_ir_optimized = True
     x = ti.field(ti.f64, shape=64)
 
     @ti.kernel

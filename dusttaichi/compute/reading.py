@@ -9,31 +9,36 @@ import textwrap
 from functools import cache
 from types import SimpleNamespace
 
-from taichi.lang import impl, kernel_impl, snode
-from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext
-from taichi.lang.struct import Struct
+from dusttaichi.compute.engine import ti
+
+impl, kernel_impl, snode, Struct = ti.lang.impl, ti.lang.kernel_impl, ti.lang.snode, ti.Struct
+ASTTransformerContext = ti.lang.ast.ast_transformer_utils.ASTTransformerContext
 
 
-def read_quickly():
-    """Leave out what the kernels of this project do not need.
+def patches():
+    """(module or class, name in it, what takes its place), to leave out what the kernels of this
+    project do not need. They are applied by engine.py.
 
     The line of the source that an error is in is named, not drawn with marks under its words;
     whether a function is a method of a class is told by where it is defined, not looked up in the
     source of its caller; where a field was declared is not noted. The lines of a function are found
     and parsed once, not at every call of it, and structs of the same members share one class.
     """
-    if kernel_impl._inside_class is _inside_class:
-        return
-    ASTTransformerContext.get_pos_info = _position
-    kernel_impl._inside_class = _inside_class
-    impl.get_traceback = snode.get_traceback = _nowhere
-    kernel_impl.getsourcelines = _once_for_each_code(kernel_impl.getsourcelines)
-    kernel_impl.getsourcefile = _once_for_each_code(kernel_impl.getsourcefile)
     # what it takes of that module: the lines of a function with tabs made spaces, and dedented
-    kernel_impl.textwrap = SimpleNamespace(fill=cache(textwrap.fill), dedent=cache(textwrap.dedent))
+    wrap = SimpleNamespace(fill=cache(textwrap.fill), dedent=cache(textwrap.dedent))
     trees = _Trees(kernel_impl.transform_tree)
-    kernel_impl.ast, kernel_impl.transform_tree = trees, trees.transform
-    Struct._register_members = _register_members
+    return [
+        (ASTTransformerContext, "get_pos_info", _position),
+        (impl, "get_traceback", _nowhere),
+        (snode, "get_traceback", _nowhere),
+        (kernel_impl, "_inside_class", _inside_class),
+        (kernel_impl, "getsourcelines", _once_for_each_code(kernel_impl.getsourcelines)),
+        (kernel_impl, "getsourcefile", _once_for_each_code(kernel_impl.getsourcefile)),
+        (kernel_impl, "textwrap", wrap),
+        (kernel_impl, "ast", trees),
+        (kernel_impl, "transform_tree", trees.transform),
+        (Struct, "_register_members", _register_members),
+    ]
 
 
 def _once_for_each_code(find):

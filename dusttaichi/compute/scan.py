@@ -3,8 +3,7 @@
 No sum depends on the number of threads, since the size of a piece does not.
 """
 
-import taichi as ti
-from taichi.lang.impl import current_cfg
+from dusttaichi.compute.engine import settings, ti
 
 CHUNK = 256  # numbers of a chunk: the unit of the parallel scans and of sums over particles
 FEW = 16384  # particles
@@ -13,7 +12,7 @@ FEW = 16384  # particles
 def little(room):
     """Whether a loop that does little for each of so many particles is left to one thread, as
     `ti.loop_config(serialize=...)` takes it: on a core it is over before others have woken up."""
-    return current_cfg().arch == ti.cpu and room <= FEW
+    return settings().arch == ti.cpu and room <= FEW
 
 
 @ti.func
@@ -37,7 +36,7 @@ class Scan:
     """
 
     def __init__(self, chunk_sum):
-        self.chunk_sum, self.serial = chunk_sum, current_cfg().arch == ti.cpu
+        self.chunk_sum, self.serial = chunk_sum, settings().arch == ti.cpu
 
     @ti.func
     def exclusive(self, values: ti.template(), starts: ti.template(), n):

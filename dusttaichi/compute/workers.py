@@ -6,7 +6,7 @@ under a microsecond. A worker that the system does not give a thread to is not w
 `assemble` lets the first one go on alone, and the result is the same bits.
 """
 
-import taichi as ti
+from dusttaichi.compute.engine import ti
 
 # A parallel loop is cut into runs of at least 512 iterations: one of each run works.
 STRIDE = 512

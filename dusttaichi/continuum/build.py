@@ -81,7 +81,7 @@ def chosen_kernels(scene, n, threads, kind):
     room = room_for(n)
     crowd = (numerics.h_over_spacing / 1.3) ** scene.dimension
     entries = int(room * LONGEST_LIST[scene.dimension] * max(1.0, crowd))
-    key = (numerics.backend, layout, room, entries, threads, kind)
+    key = (numerics.backend, numerics.debug, layout, room, entries, threads, kind)
     if (last := _LAST.of(key)) is not None:
         return last
     start_taichi(scene, threads)

@@ -11,8 +11,7 @@ ends early when a search is due, or where a beat would take too many steps (sync
 sync[DONE] tells. `most` holds the fastest signals of the step.
 """
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import first_of
 from dusttaichi.compute.workers import STRIDE, SYNC, assemble, barrier
 from dusttaichi.continuum.kernels.store import APART, DONE, DUE, ENDED, MOST_WORKERS, STUCK

@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-import taichi as ti
 
 from dusttaichi import samples, units
 from dusttaichi.compute.backend import LOOPS, start_taichi, threads_of
+from dusttaichi.compute.engine import ti
 from dusttaichi.compute.last_compiled import LastCompiled
 from dusttaichi.compute.memory import COARSE, arrays_of, room_for
 from dusttaichi.domain.domain import lengths
@@ -176,7 +176,8 @@ def chosen_kernels(scene, layout, running):
     kind, grains, threads = running
     walls, room = bool(scene.boundary.walls), room_for(grains)
     materials = len(scene.all_materials)
-    key = (scene.numerics.backend, threads, room, layout, walls, kind, materials)
+    started = (scene.numerics.backend, scene.numerics.debug, threads)
+    key = (*started, room, layout, walls, kind, materials)
     if (last := _LAST.of(key)) is not None:
         return last
     # what Taichi simplifies LLVM simplifies too: steps take as long, compiling two thirds

@@ -11,8 +11,7 @@ steps from step number `first`; with `pending` the first one has drifted already
 contacts (a search came between). It ends early when a search is due. sync[DONE] tells.
 """
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.compute.workers import STRIDE, SYNC, assemble, barrier
 from dusttaichi.grains.kernels.gather import Walls
 from dusttaichi.grains.kernels.phases import DONE, DUE, StepNumbers

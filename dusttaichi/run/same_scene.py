@@ -19,6 +19,7 @@ FREE_TO_CHANGE = (
     ("replicas",),
     ("numerics", "threads"),
     ("numerics", "ledger_tolerance"),
+    ("numerics", "debug"),
 )
 
 

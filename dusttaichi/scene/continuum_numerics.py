@@ -59,6 +59,7 @@ class ContinuumNumerics(CommonNumerics):
         "ledger_tolerance",
         "backend",
         "threads",
+        "debug",
     )
 
     spacing: Annotated[float, Quantity("length", gt=0, example="100 um")] = Field(

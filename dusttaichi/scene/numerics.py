@@ -34,6 +34,11 @@ class CommonNumerics(Block):
         description="CPU threads, no more than there are cores; auto: as many as are fastest "
         "on the cores that are free",
     )
+    debug: bool = Field(
+        False,
+        description="to look for an error in kernels: bounds are checked, fast math and patches of "
+        "the compiler are off, TI_* variables of the shell count; slower",
+    )
 
 
 class Numerics(CommonNumerics):
@@ -50,6 +55,7 @@ class Numerics(CommonNumerics):
         "backend",
         "threads",
         "skin",
+        "debug",
     )
 
     default: ClassVar[str] = "balanced"

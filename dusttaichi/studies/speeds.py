@@ -80,7 +80,7 @@ def speed_of(scene, size, seconds):
     """The Speed of a scene with `size` particles that took so many seconds a particle and step."""
     n = scene.numerics
     kind = (getattr(n, "backend", "cpu"), getattr(n, "precision", "f64"))
-    parts = method.of(scene).parts(scene)
+    parts = (*method.of(scene).parts(scene), *["debug"] * getattr(n, "debug", False))
     threads = threads_of(scene, size)
     return Speed(scene.name, scene.method, *kind, parts, size, threads, seconds)
 

@@ -1,9 +1,9 @@
 """Kernels are read quickly, and what they compute does not change."""
 
-import taichi as ti
 from scenes import make_scene
 
 from dusttaichi.compute.backend import start_taichi
+from dusttaichi.compute.engine import ti
 
 
 @ti.func

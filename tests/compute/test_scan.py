@@ -1,10 +1,10 @@
 """Prefix sums: on a core in one loop, on a device by chunks, the same numbers."""
 
 import numpy as np
-import taichi as ti
 from scenes import make_scene
 
 from dusttaichi.compute.backend import start_taichi
+from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, Scan
 
 

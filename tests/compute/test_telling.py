@@ -1,9 +1,9 @@
 """Numbers that kernels are told in structs."""
 
-import taichi as ti
 from scenes import make_scene
 
 from dusttaichi.compute.backend import start_taichi
+from dusttaichi.compute.engine import ti
 
 
 def test_structs_reach_a_kernel_whatever_their_place_and_however_often():

@@ -5,11 +5,10 @@ alone, silently."""
 import re
 
 import pytest
-import taichi as ti
 from continuum import dust
-from taichi.lang.impl import current_cfg
 
 from dusttaichi.compute.backend import start_taichi
+from dusttaichi.compute.engine import settings, ti
 from dusttaichi.compute.processor import compiled_bits
 from dusttaichi.continuum.build import layout_of
 from dusttaichi.continuum.compiled import Fields
@@ -54,8 +53,8 @@ def test_a_pass_over_neighbours_is_packed(number, more, tmp_path, monkeypatch):
             forces.pass_over(i, n)
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(current_cfg(), "print_kernel_llvm_ir_optimized", True)
-    monkeypatch.setattr(current_cfg(), "offline_cache", False)  # what it holds is not printed
+    monkeypatch.setattr(settings(), "print_kernel_llvm_ir_optimized", True)
+    monkeypatch.setattr(settings(), "offline_cache", False)  # what it holds is not printed
     if number == "first":
         first(StepNumbers(count=0), MATERIAL())
     else:

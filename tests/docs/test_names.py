@@ -8,9 +8,9 @@ import threading
 from pathlib import Path
 
 import pytest
-from taichi.lang import kernel_impl
 
 from dusttaichi import analysis
+from dusttaichi.compute.engine import ti
 from dusttaichi.compute.last_compiled import LastCompiled
 from dusttaichi.errors import DustError
 from dusttaichi.grains import build
@@ -67,7 +67,7 @@ def passed(tmp_path_factory):
         if event == "call":
             codes.add(frame.f_code)
             # what Taichi compiles is not called: its Func and Kernel are, which have the function
-            if frame.f_code.co_filename == kernel_impl.__file__:
+            if frame.f_code.co_filename == ti.lang.kernel_impl.__file__:
                 codes.add(getattr(getattr(frame.f_locals.get("self"), "func", None), "__code__", 0))
 
     with pytest.MonkeyPatch.context() as patch:

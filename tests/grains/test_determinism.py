@@ -47,7 +47,7 @@ def test_threads_change_no_bit():
 def test_settings_of_taichi_in_the_shell_change_nothing(monkeypatch):
     seen = []
     monkeypatch.setattr(backend.ti, "init", lambda **how: seen.append(dict(os.environ)))
-    monkeypatch.setattr(backend, "current_cfg", SimpleNamespace)
+    monkeypatch.setattr(backend, "settings", SimpleNamespace)
     for name, value in {"TI_ARCH": "vulkan", "TI_DEBUG": "1"}.items():
         monkeypatch.setenv(name, value)
     monkeypatch.setenv("TI_OFFLINE_CACHE_FILE_PATH", "/here")

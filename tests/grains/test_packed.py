@@ -7,11 +7,10 @@ import re
 from collections import Counter
 
 import pytest
-import taichi as ti
 from scenes import make_scene
-from taichi.lang.impl import current_cfg
 
 from dusttaichi.compute.backend import LOOPS, start_taichi
+from dusttaichi.compute.engine import settings, ti
 from dusttaichi.compute.processor import compiled_bits
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.grains.build import chosen_layout
@@ -40,8 +39,8 @@ def operations(precision, folder, monkeypatch):
     push = make_push(scene.push, {}, [], 1.0)
     layout = chosen_layout(scene, model, LOOPS["cpu"], push, polydisperse=False)
     start_taichi(scene, 1, simplify=False)
-    current_cfg().print_kernel_llvm_ir_optimized = True
-    current_cfg().offline_cache = False  # what comes from the cache is not printed
+    settings().print_kernel_llvm_ir_optimized = True
+    settings().offline_cache = False  # what comes from the cache is not printed
     phases = Phases(place(declare(64, layout, False)), layout, False)
 
     @ti.kernel

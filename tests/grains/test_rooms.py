@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-import taichi as ti
 from scenes import RADIUS, Probe, box, make_scene, sample_of
 
 from dusttaichi.compute import memory
+from dusttaichi.compute.engine import ti
 from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.walls import make_box
 from dusttaichi.errors import GuardStop

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import taichi as ti
 
+from dusttaichi.compute.engine import ti
 from dusttaichi.physics import laws
 from dusttaichi.physics.continuum import deviator, elasticity, path, strength
 from dusttaichi.physics.continuum.numbers import MaterialNumbers, largest_share

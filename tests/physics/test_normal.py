@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-import taichi as ti
 from scipy.optimize import brentq
 
+from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact import jkr as normal
 from dusttaichi.physics.contact.constants import PULL_OFF, S_PULL_OFF
 

@@ -13,8 +13,7 @@ Artificial stress (Gray et al. 2001): (R_i + R_j) f^n with R = -epsilon times th
 the stress and f the kernel over its value at the spacing, against the pairing of particles.
 """
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels import tensors
 from dusttaichi.continuum.kernels.smoothing import KERNELS, SHAPES
 from dusttaichi.continuum.kernels.store import near_begin

@@ -1,7 +1,6 @@
 """Neighbour lists: every pair within reach, from particles and ghosts sorted into cells."""
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import Scan
 
 

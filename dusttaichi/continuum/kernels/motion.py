@@ -4,8 +4,7 @@ Velocities stand half a step back: a kick by (dt of the last step + dt of this o
 half of the one and the first half of the other. At the start the last step has length 0.
 """
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels.store import (
     APART,
     CENTRE,

@@ -1,6 +1,6 @@
 """What the kernels are told of a scene as run-time numbers, beside those of the material."""
 
-import taichi as ti
+from dusttaichi.compute.engine import ti
 
 
 def numbers_type(dimension):

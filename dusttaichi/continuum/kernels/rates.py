@@ -5,8 +5,7 @@ A_i = -sum_j V_j x_ij (x) grad W,  G_i = sum_j V_j (v_j - v_i) (x) grad W,  C = 
 particles count with twice their volume, here as in the second pass.
 """
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels import tensors
 from dusttaichi.continuum.kernels.store import DT, VECTOR, near_begin
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC, HELD

@@ -5,8 +5,7 @@ rate, dS/dt = 2 mu (D - tr D/3) + W S - S W, pulled back to the strength (von Mi
 body has no strengths: it stays on its path, and its deviator is what the rate makes of it.
 """
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels import tensors
 from dusttaichi.physics.continuum.kernels import LAWS
 from dusttaichi.samples.continuum.particles import ELASTIC

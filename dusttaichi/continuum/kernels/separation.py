@@ -7,8 +7,7 @@ of the particle along the normal is tensile and the gap grows, and closes when t
 small.
 """
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels.store import near_begin
 
 CLOSED = -1.0

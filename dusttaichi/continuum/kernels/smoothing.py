@@ -5,8 +5,7 @@ Both are written without branches, so that a loop over neighbours has none.
 
 from math import pi
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels.store import TINY
 
 

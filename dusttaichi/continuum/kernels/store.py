@@ -7,9 +7,8 @@ Ghosts (periodic and mirror images) stand behind the particles in the fields tha
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import taichi as ti
-
 from dusttaichi.compute.backend import THREAD_CLASSES
+from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK
 from dusttaichi.compute.workers import OWN, SYNC
 

@@ -1,6 +1,6 @@
 """Tensors of two or three dimensions in kernels; in memory they are rows one after another."""
 
-import taichi as ti
+from dusttaichi.compute.engine import ti
 
 TINY = 1e-30  # [Pa], keeps a stress of zero from being divided by
 ROUND = 1e-6  # deviator over mean, below which a stress is isotropic

@@ -1,7 +1,6 @@
 """The periodic cell in the passes: the edges of the moment, and what they do to a pair."""
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, whole
 from dusttaichi.grains.kernels.store import GRAINS
 

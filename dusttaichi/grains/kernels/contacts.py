@@ -7,8 +7,7 @@ contacts; the numbers of a contact are values, not arguments in memory; the numb
 masked, as Taichi's integers may overflow; sums are in a local array; there is no branch.
 """
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.grains.kernels.store import FIRST_WALL
 from dusttaichi.physics.contact.kinematics import point_as_kept
 

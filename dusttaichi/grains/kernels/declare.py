@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK
 from dusttaichi.compute.workers import SYNC
 from dusttaichi.grains.kernels.numbers import declared

@@ -5,8 +5,7 @@ computed in a second loop, which reads rows and that array alone: so the compile
 vectors. What cancels (distances, overlaps) is formed in the precision of positions.
 """
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.grains.kernels.cell import make_cell
 from dusttaichi.grains.kernels.numbers import WALL
 from dusttaichi.grains.kernels.store import FIRST_WALL

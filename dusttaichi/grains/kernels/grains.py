@@ -2,8 +2,7 @@
 
 from math import factorial
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK
 from dusttaichi.grains.kernels.cell import CENTRE, GROWTH, RATE, START, TILT
 from dusttaichi.grains.kernels.gravity import make_gravity

@@ -4,7 +4,7 @@ Numbers in the field `gravity`: constant: three of the acceleration; central: th
 of the centre, the strength k and the exponent n of g(d) = k d^n at the distance d.
 """
 
-import taichi as ti
+from dusttaichi.compute.engine import ti
 
 NEAREST2 = 1e-12  # square of the distance below which the centre pulls no more [um^2]
 

@@ -1,8 +1,7 @@
 """Sums over the state at an output: energies, contacts, extremes. Partial sums by tile and chunk,
 added up by NumPy in their order, so that the result does not depend on the threads."""
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, whole
 from dusttaichi.grains.kernels.gather import Walls
 from dusttaichi.grains.kernels.grains import make_gather, make_push

@@ -1,7 +1,6 @@
 """The kernels of a search: all lists at once, for a launch takes Python as long as many steps."""
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.grains.kernels.gather import Walls
 from dusttaichi.grains.kernels.relist import make_relist
 from dusttaichi.grains.kernels.search import make_find, make_grid

@@ -9,9 +9,8 @@ store in the loop can change.
 from functools import cache
 from types import SimpleNamespace
 
-import taichi as ti
-
 from dusttaichi import units
+from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact.numbers import Number
 
 PAIR, WALL, ON_BALL = range(3)  # kinds of contact, rows of `numbers`

@@ -1,7 +1,6 @@
 """The phases of a step: of one grain or tile, and the share that one worker has of all of them."""
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, first_of, whole
 from dusttaichi.compute.workers import OWN
 from dusttaichi.grains.kernels.cell import make_cell

@@ -13,9 +13,9 @@ from types import SimpleNamespace
 from typing import get_args
 
 import numpy as np
-import taichi as ti
 
 from dusttaichi import units
+from dusttaichi.compute.engine import ti
 from dusttaichi.grains.kernels.numbers import WALL, EqualNumbers
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import block_in, properties_of

@@ -1,8 +1,7 @@
 """The lists that the steps go by, from the neighbours that a search has found: pairs with their
 history, carried over exactly, and the contacts of every grain."""
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import Scan, little, whole
 from dusttaichi.grains.kernels.store import (
     FIRST_SPHERE,

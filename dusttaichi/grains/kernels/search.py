@@ -5,8 +5,7 @@ of that moment: every pair closer than touch + skin is in the list, so that no c
 outside it. Lists are sorted by grain number, whatever order the threads worked in.
 """
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, Scan, little, whole
 from dusttaichi.grains.kernels.store import (
     GRAINS,

@@ -7,8 +7,7 @@ The search looks at every grain: a grid with cells as wide as the sphere would b
 
 from types import SimpleNamespace
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, whole
 from dusttaichi.grains.kernels.gravity import make_gravity
 from dusttaichi.grains.kernels.relist import KeptRows

@@ -12,9 +12,8 @@ differ its constants. Their order and widths follow from what the effects declar
 from dataclasses import dataclass
 from functools import cached_property
 
-import taichi as ti
-
 from dusttaichi.compute.backend import SMALL
+from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact.model import ContactModel
 
 NEIGHBOURS = 24  # neighbours of a grain within the skin that the search can hold

@@ -1,7 +1,6 @@
 """Grains near each wall, in order, with the history of their contacts."""
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, first_of, little, whole
 from dusttaichi.grains.kernels.relist import KeptRows
 from dusttaichi.grains.kernels.search import SEARCH

@@ -17,8 +17,8 @@ the step that finds the touch.
 from math import pi
 
 import numpy as np
-import taichi as ti
 
+from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact.numbers import History, Number
 
 NUMBERS = {

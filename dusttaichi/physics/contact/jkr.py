@@ -10,8 +10,7 @@ regular for t >= 0, a rational fit gives it to 8e-5, and each Newton step square
 
 from functools import cache
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact import constants, jkr_curve
 from dusttaichi.physics.contact.constants import PULL_OFF, S_PULL_OFF
 from dusttaichi.physics.contact.numbers import Number

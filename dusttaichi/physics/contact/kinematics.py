@@ -20,7 +20,7 @@ the gap touch^2 - d.d.
 
 from functools import cache
 
-import taichi as ti
+from dusttaichi.compute.engine import ti
 
 
 @cache

@@ -1,6 +1,6 @@
 """Elastic limits without branches: how far a displacement exceeds its limit."""
 
-import taichi as ti
+from dusttaichi.compute.engine import ti
 
 
 @ti.func

@@ -8,8 +8,7 @@ effects declare.
 from dataclasses import dataclass
 from functools import cached_property
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.names import CHANNELS, SPRINGS
 from dusttaichi.physics.contact import kinematics
 from dusttaichi.physics.contact.numbers import History

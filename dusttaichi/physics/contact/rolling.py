@@ -4,8 +4,7 @@ On a wall n2 = n_w is fixed, R = r (S12 eqs 21-23). The spring pulls on the cont
 dU/dn_i = R k_r xi, which turns grain i by the torque R k_r xi x n_i.
 """
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact.limit import limited
 from dusttaichi.physics.contact.numbers import Number
 

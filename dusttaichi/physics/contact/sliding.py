@@ -8,8 +8,7 @@ force k_s zeta (r1 n1 - r2 n2).n_c/d (S12 eq 13), on a wall -k_s zeta.
 
 from math import pi
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact.limit import limited
 from dusttaichi.physics.contact.numbers import Number
 

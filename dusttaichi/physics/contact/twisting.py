@@ -4,8 +4,7 @@ clamped to +-phi_crit. On a wall w2 = 0 (S12 eqs 26, 27).
 
 from math import pi
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact.numbers import History, Number
 
 NUMBERS = {

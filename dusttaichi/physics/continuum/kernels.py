@@ -9,8 +9,7 @@ order are `numbers.MaterialNumbers.of(material).values()`.
 from inspect import getmembers, isfunction
 from types import FunctionType, SimpleNamespace
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.physics.continuum import deviator, elasticity, path, strength
 from dusttaichi.physics.continuum.numbers import NUMBERS
 

@@ -28,7 +28,7 @@ class Stopwatch:
         self._began = time.perf_counter()
 
     def __exit__(self, *_):
-        import taichi as ti
+        from dusttaichi.compute.engine import ti
 
         ti.sync()
         self.seconds += time.perf_counter() - self._began

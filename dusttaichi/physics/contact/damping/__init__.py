@@ -7,8 +7,7 @@ work that it does, is the same for all laws and stands here.
 
 from functools import cache
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact.numbers import History
 
 HISTORY = {

@@ -1,7 +1,6 @@
 """Scaled damping: kappa = k_n' m0/t_c, from mass and time scale of equal grains (T19 eq 5)."""
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.damping.viscous import NUMBERS, coefficient
 

@@ -1,7 +1,6 @@
 """Viscoelastic damping: kappa in proportion to the contact radius (Brilliantov et al. 2007)."""
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact.numbers import Number
 
 NUMBERS = {"kappa": Number("kg/s", "damping constant of the normal motion where a = a0")}

@@ -1,7 +1,6 @@
 """Viscous damping: one kappa for all contacts, at any overlap (S12 eq 7)."""
 
-import taichi as ti
-
+from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact.numbers import Number
 
 NUMBERS = {"kappa": Number("kg/s", "damping constant of the normal motion")}

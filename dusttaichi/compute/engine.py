@@ -1,0 +1,54 @@
+"""The compiler, in one place: every other module takes `ti` from here, and none imports Taichi.
+
+Its internals are patched here too (compute/reading.py, compute/telling.py say what is won), only in
+the versions that the patches were tested with, and never with `numerics.debug: true`.
+"""
+
+from functools import cache
+
+import taichi as ti
+
+PATCHED = ("1.7.3", "1.7.4")  # versions of Taichi that the patches were tested with
+VERSION = ".".join(map(str, ti.__version__))
+
+__all__ = ["PATCHED", "VERSION", "patch", "program", "rows", "settings", "ti"]
+
+
+def program():
+    """The program that Taichi holds now: another one after each start."""
+    return ti.lang.impl.get_runtime().prog
+
+
+def settings():
+    """What the running Taichi was started with: arch, cpu_max_num_threads, ...; it may be set."""
+    return ti.lang.impl.current_cfg()
+
+
+def patch(debug):
+    """Patch the internals of a tested version, or give it its own back for debugging."""
+    for holder, name, own, ours in _patches():
+        setattr(holder, name, own if debug else ours)
+
+
+@cache
+def _patches():
+    """(module or class, name in it, what Taichi has there, what is put there); none for a version
+    that was not tested."""
+    if VERSION not in PATCHED:
+        return []
+    from dusttaichi.compute import reading, telling
+
+    found = [*reading.patches(), *telling.patches()]
+    return [(holder, name, getattr(holder, name), ours) for holder, name, ours in found]
+
+
+def rows(debug):
+    """Rows (what, value) of the compiler, for a scene with that `numerics.debug`."""
+    if debug:
+        text = "none, as numerics.debug is true: bounds are checked and fast math is off"
+    elif _patches():
+        text = "applied: kernels are read and called in less time"
+    else:
+        tested = " and ".join(PATCHED)
+        text = f"none: they are for Taichi {tested}, and without them the first step takes longer"
+    return [("compiler", f"Taichi {VERSION}"), ("patches of its internals", text)]

@@ -1,0 +1,82 @@
+"""The compiler as it is patched, and as it comes: with `numerics.debug`, and in other versions."""
+
+import numpy as np
+import pytest
+from scenes import Probe, box, make_scene, sample_of
+
+from dusttaichi.compute import engine
+from dusttaichi.compute.backend import start_taichi
+from dusttaichi.compute.engine import settings, ti
+
+RADIUS = 0.6e-6
+DEBUG = {"numerics": {"debug": True}}
+
+
+@pytest.fixture(autouse=True)
+def patched_again():
+    yield
+    engine._patches.cache_clear()
+    start_taichi(make_scene(), 1)
+
+
+def of_taichi():
+    """Whether all that is patched is Taichi's own."""
+    return {getattr(h, n) is own for h, n, own, ours in engine._patches() if own is not ours}
+
+
+def run(**keys):
+    """A pair that meets in a box whose walls come, and the program that its kernels belong to."""
+    x = np.array([[-0.6005, 0.0, 0.0], [0.6005, 0.01, 0.0]]) * 1e-6
+    v = np.array([[0.3, 0.0, 0.0], [-0.3, 0.0, 0.0]])
+    where = box(size="fit", wall_speed=0.01)
+    probe = Probe(make_scene(boundary=where, dt="5 ps", **keys), sample_of(x, v))
+    probe.advance(400)
+    return np.concatenate([probe.x / RADIUS, probe.v, probe.w * RADIUS]), engine.program()
+
+
+def test_a_scene_runs_in_debug_with_the_same_numbers():
+    assert engine.VERSION in engine.PATCHED  # else there is nothing to compare
+    usual, first = run(numerics={"precision": "f64"})
+    assert of_taichi() == {False} and settings().fast_math
+    bare, second = run(numerics={"precision": "f64", "debug": True})
+    assert of_taichi() == {True} and second is not first  # compiled anew, as the key says
+    assert settings().debug and settings().check_out_of_bound and not settings().fast_math
+    assert np.abs(usual[2:]).max() > 0.01  # they move
+    # 400 steps that each round at 1e-16, in another order without fast math
+    np.testing.assert_allclose(bare, usual, rtol=0, atol=1e-12)
+    start_taichi(make_scene(), 1)
+    assert of_taichi() == {False} and not settings().debug
+
+
+def test_bounds_are_checked_in_debug():
+    start_taichi(make_scene(**DEBUG), 1)
+    field = ti.field(ti.f64, shape=4)
+
+    @ti.kernel
+    def read(place: ti.i32) -> ti.f64:
+        return field[place]
+
+    assert read(3) == 0.0
+    with pytest.raises(AssertionError, match=r"size \(4\) with indices \(4\)"):
+        read(4)
+
+
+def test_settings_of_the_shell_count_in_debug(monkeypatch):
+    monkeypatch.setenv("TI_OPT_LEVEL", "2")
+    start_taichi(make_scene(), 1)
+    assert settings().opt_level != 2
+    start_taichi(make_scene(**DEBUG), 1)
+    assert settings().opt_level == 2
+
+
+def test_another_version_is_left_as_it_is(monkeypatch):
+    engine.patch(debug=True)
+    monkeypatch.setattr(engine, "VERSION", "1.7.9")
+    engine._patches.cache_clear()
+    before = ti.lang.kernel_impl.getsourcelines, ti.lang.struct.StructType.__instancecheck__
+    engine.patch(debug=False)
+    after = ti.lang.kernel_impl.getsourcelines, ti.lang.struct.StructType.__instancecheck__
+    assert after == before
+    rows = dict(engine.rows(debug=False))
+    assert rows["compiler"] == "Taichi 1.7.9"
+    assert "1.7.3 and 1.7.4" in rows["patches of its internals"]
