@@ -14,8 +14,10 @@ from dusttaichi.continuum.kernels.store import (
     CENTRE,
     DT,
     FACES,
+    LAYER,
     LEFT,
     LONGEST_LIST,
+    ROW,
     TURN,
     WANT,
     Layout,
@@ -26,10 +28,9 @@ from dusttaichi.errors import DustError
 from dusttaichi.names import AXES, WALLS
 from dusttaichi.physics.continuum.elasticity import bulk_modulus
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
-from dusttaichi.samples.continuum.particles import DUST, ELASTIC, HELD, RIGID, WALL
+from dusttaichi.samples.continuum.particles import DUST, ELASTIC, RIGID
 
 _LAST = LastCompiled()
-DOUBLE = 2.0  # times the volume of a rigid particle that kernels see: the dust's stress, mirrored
 
 
 def build(scene, particles, *, loops=None):
@@ -48,13 +49,14 @@ def build(scene, particles, *, loops=None):
         compiled,
         _LAST.tables(compiled, n),
         n,
-        numbers=numbers_of(scene, compiled.layout.dimension),
+        numbers=numbers_of(scene, compiled.layout.dimension) | periods(scene, particles),
         material=MaterialNumbers.of(scene.material),
         beat=1.0,
         threads=threads,
         bodies=len(moving),
     )
     sim.search = Search(sim, scene.numerics.smoothing_length, *surfaces(scene, particles))
+    sim.search.rigid = rigid_rows(scene, moving)
     put_particles(sim, particles, moving)
     sim.search.now()
     sim.load_once()
@@ -69,6 +71,7 @@ def layout_of(scene):
         dimension=scene.dimension,
         kernel=numerics.kernel,
         ghosts=bool(boundary.periodic_axes or getattr(boundary, "mirrors", ())),
+        rigid=bool(stiff_faces(boundary)) or scene.sample.has_rigid,
         separate=numerics.contact == "separate",
         viscous=numerics.viscosity.contact > 0.0 or numerics.viscosity.bulk > 0.0,
         artificial_stress=numerics.artificial_stress is not None,
@@ -122,6 +125,27 @@ def surfaces(scene, particles):
     return mirrors, [(axes.index(k), *map(float, particles.room[k])) for k in periodic]
 
 
+def periods(scene, particles):
+    """Lengths of the axes of the kernels that repeat [m], and one over them; 0 of the others."""
+    lengths = np.zeros(3)
+    for axis in (AXES.index(name) for name in scene.boundary.periodic_axes):
+        lengths[axis] = np.ptp(particles.room[axis])
+    lengths = lengths[list(particles.axes)]
+    inverse = np.divide(1.0, lengths, out=np.zeros(len(lengths)), where=lengths > 0.0)
+    return {"period": lengths.tolist(), "inv_period": inverse.tolist()}
+
+
+def rigid_rows(scene, moving):
+    """Rows of `rigid` that have a surface: rigid faces, layers, and all rigid bodies."""
+    faces = [WALLS.index(wall) for wall in stiff_faces(scene.boundary)]
+    return [*faces, *range(FACES, FACES + len(moving))]
+
+
+def stiff_faces(boundary):
+    """Names of the faces at which dust ends as at a rigid plane."""
+    return (*getattr(boundary, "rigid", ()), *getattr(boundary, "layers", ()))
+
+
 def put_particles(sim, particles, moving):
     """The particles and rigid bodies of a sample into the fields of a Simulation."""
     axes, n = sim.axes, len(particles)
@@ -132,12 +156,16 @@ def put_particles(sim, particles, moving):
     group[rigid] = FACES + rank[particles.body[rigid]]
     group[role == DUST] = -1
     elastic = role == ELASTIC
-    rows = np.zeros((FACES + len(moving), sim.rigid(0, 36).shape[1]))
+    moves = elastic | (role == DUST)
+    rows = np.zeros((FACES + len(moving), ROW))
     rows[:FACES, TURN] = 1.0
+    planes = particles.room.ravel()
+    for face in np.flatnonzero(np.isfinite(planes)):
+        rows[face, CENTRE + face // 2] = planes[face]
+        rows[face, LAYER] = np.any(particles.face == face)
     for k, body in enumerate(moving):
         rows[FACES + k] = body_row(body)
     sim.tables["rigid"].from_numpy(rows)
-    stiff = rigid | (role == WALL)
     centre = rows[:, CENTRE : CENTRE + 3][group]
     S = particles.deviator
     full = S[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]] if sim.dimension == 3 else S[:, [0, 4, 4, 2]]
@@ -152,23 +180,20 @@ def put_particles(sim, particles, moving):
             elastic, particles.modulus, bulk_modulus(particles.reference, sim.material)
         ),
         "shear_ratio": np.where(elastic, particles.shear_ratio, sim.material.mu_over_K),
-        "volume": np.where(stiff, DOUBLE * volume, volume),
-        "deviator": np.where(stiff[:, None], 0.0, full),
+        "volume": np.where(moves, volume, 0.0),
+        "deviator": np.where(rigid[:, None], 0.0, full),
         "arm": np.where(rigid[:, None], (particles.position - centre)[:, axes], 0.0),
-        # anything above 0 until the first pass: 0 is for what is rigid
-        "impedance": np.where(stiff, 0.0, 1.0),
-        "alpha": np.where(stiff, sim.numbers["contact"], 0.0),
         "group": group,
         "role": role,
         "number": np.arange(n, dtype=np.int32),
     }
     if "side" in sim.tables:
-        values["side"] = np.where(elastic, 2 + particles.body, np.where(stiff, 1, 0))
+        values["side"] = np.where(elastic, 2 + particles.body, np.where(rigid, 1, 0))
     if sim.layout.separate:
         values["gap"] = np.full(n, CLOSED)
     for name, value in values.items():
         sim.put(name, value)
-    if not (np.isin(role, (DUST, HELD, ELASTIC)).any()):
+    if not moves.any():
         raise DustError(
             "sample: there is nothing that gives way; dust or what is elastic is needed"
         )

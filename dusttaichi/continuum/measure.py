@@ -3,9 +3,20 @@
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.continuum.kernels.store import CENTRE, FACES, FORCE, MASS, OLD, SPEED, WORK
+from dusttaichi.continuum.kernels.store import (
+    CENTRE,
+    DRAGS,
+    FACES,
+    FORCE,
+    LOSS,
+    MASS,
+    OLD,
+    SPEED,
+    SPIN,
+    WORK,
+)
 from dusttaichi.method import Measurement
-from dusttaichi.samples.continuum.particles import DUST, HELD, RIGID, WALL
+from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
 
 def energies(sim):
@@ -16,7 +27,7 @@ def energies(sim):
     """
     role, mass = sim.of_particles("role"), sim.of_particles("mass")
     v = sim.velocities()
-    gives = (role != RIGID) & (role != WALL)
+    gives = (role == DUST) | (role == ELASTIC)
     speed2 = np.sum(v * v, axis=1)
     free = sim.of_particles("group") < 0
     kinetic = 0.5 * np.sum(mass[free] * speed2[free])
@@ -28,8 +39,8 @@ def energies(sim):
     gravity = -np.concatenate([mass[free], own]) @ (at @ sim.numbers["gravity"])
     elastic = elastic_energies(sim, gives)
     work, loss = sim.of_particles("work").sum(axis=0), sim.of_particles("loss").sum(axis=0)
-    loss = loss - half_step(sim, v)
-    dust = np.isin(role, (DUST, HELD))
+    loss = loss + sim.rigid(LOSS, 2).sum(axis=0) - half_step(sim, v, speed, spin)
+    dust = role == DUST
     density, compacted = sim.of_particles("density")[dust], sim.of_particles("reference")[dust]
     return {
         "kinetic": float(kinetic),
@@ -76,14 +87,21 @@ def against_artificial_stress(sim, v):
     return float(sim.of_particles("taken").sum() - last)
 
 
-def half_step(sim, v):
-    """Work of both viscosities in the half step up to now [J], (2,)."""
+def half_step(sim, v, speed, spin):
+    """Work of both viscosities in the half step up to now [J], (2,).
+
+    v: velocities of now; speed, spin: of faces and rigid bodies now.
+    """
     half = 0.5 * sim.clock[OLD]
     mean = 0.5 * (sim.raised(sim.of_particles("v")) + v)
+    speed, spin = 0.5 * (sim.rigid(SPEED) + speed), 0.5 * (sim.rigid(SPIN) + spin)
+    drags = sim.rigid(DRAGS, 12)
     return np.array(
         [
             half * np.sum(sim.raised(sim.of_particles(name)) * mean)
-            for name in ("viscous", "grid_force")
+            + half * np.sum(drags[:, column : column + 3] * speed)
+            + half * np.sum(drags[:, column + 3 : column + 6] * spin)
+            for name, column in (("viscous", 0), ("grid_force", 6))
         ]
     )
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from dusttaichi.continuum.kernels.store import CENTRE, FACES
-from dusttaichi.samples.continuum.particles import DUST, HELD
+from dusttaichi.samples.continuum.particles import DUST
 
 IN_SPACE = [0, 4, 8, 1, 2, 5]  # xx yy zz xy xz yz of nine rows
 
@@ -22,7 +22,7 @@ def series(sim, parts, window, areas, elastic):
     """What the continuum adds to a record; areas: of the walls [m^2], (6,); elastic: what
     measure.elastic_bodies tells."""
     role = sim.of_particles("role")
-    dust = np.isin(role, (DUST, HELD))
+    dust = role == DUST
     mass, density = sim.of_particles("mass")[dust], sim.of_particles("density")[dust]
     p = sim.of_particles("pressure")[dust]
     volume = mass / density

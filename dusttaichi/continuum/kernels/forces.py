@@ -16,26 +16,23 @@ the stress and f the kernel over its value at the spacing, against the pairing o
 import taichi as ti
 
 from dusttaichi.continuum.kernels import tensors
-from dusttaichi.continuum.kernels.smoothing import KERNELS, SHAPES
+from dusttaichi.continuum.kernels.smoothing import CLOSE, KERNELS, SHAPES
 from dusttaichi.continuum.kernels.store import near_begin
-from dusttaichi.samples.continuum.particles import DUST, ELASTIC, RIGID
-
-CLOSE = 0.01  # of h^2, keeps a viscosity finite where particles meet
+from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
 
 @ti.data_oriented
 class Forces:
-    """fields, lists: see store.place; layout: store.Layout."""
+    """fields, lists: see store.place; layout: store.Layout; images: images.Images or None."""
 
-    def __init__(self, fields, lists, layout):
-        self.f, self.lists, self.layout = fields, lists, layout
+    def __init__(self, fields, lists, layout, images):
+        self.f, self.lists, self.layout, self.images = fields, lists, layout, images
         self.slope, self.shape = KERNELS[layout.kernel], SHAPES[layout.kernel]
         self.n = layout.dimension
 
     @ti.func
     def pass_over(self, i, numbers: ti.template()):
-        """The forces on particle i [N]: all of them; what viscosity has of them, what acts on grid
-        noise, and what artificial stress has."""
+        """The force on particle i, with the parts of it that have a channel of the ledger."""
         x, v, k_i, alpha = self.f.x[i], self.f.v[i], self.f.impedance[i], self.f.alpha[i]
         stress = ti.Vector.zero(ti.f64, self.n)
         viscous = ti.Vector.zero(ti.f64, self.n)
@@ -83,19 +80,29 @@ class Forces:
         stress += tensors.matrix(self.f.flux[i], self.n) @ places
         grid += k_i * motions - tensors.matrix(self.f.drag[i], self.n) @ places
         volume = numbers.scale * self.f.volume[i]
-        viscous *= volume * numbers.inv_h
-        grid *= volume * numbers.grid * numbers.h
-        self.f.viscous[i], self.f.grid_force[i] = viscous, grid
-        pushing *= volume
         if ti.static(self.layout.artificial_stress):
-            self.f.pushing[i] = pushing
+            self.f.pushing[i] = volume * pushing
+        grid *= volume * numbers.grid * numbers.h
+        self.add_up(i, volume * stress, volume * numbers.inv_h * viscous, grid, numbers)
+
+    @ti.func
+    def add_up(self, i, stress, viscous, grid, numbers: ti.template()):
+        """The force on particle i, of its neighbours as given [N] and of all else."""
+        if ti.static(self.layout.rigid):
+            of_stress, of_pairs, of_noise = self.images.push(i, numbers)
+            stress += of_stress
+            viscous += of_pairs
+            grid += of_noise
+        self.f.viscous[i], self.f.grid_force[i] = viscous, grid
         role = self.f.role[i]
-        falls = ti.select(role == DUST or role == RIGID or role == ELASTIC, self.f.mass[i], 0.0)
-        self.f.force[i] = volume * stress + viscous + grid + pushing + falls * numbers.gravity
+        falls = ti.select(role == DUST or role == ELASTIC, self.f.mass[i], 0.0)
+        force = stress + viscous + grid + falls * numbers.gravity
+        if ti.static(self.layout.artificial_stress):
+            force += self.f.pushing[i]
+        self.f.force[i] = force
 
     @ti.func
     def resisted(self, k_i, k_j, approach, r2, numbers: ti.template()):
         """rho c mu h of a pair that closes [Pa m], 0 of one that does not; approach: u.d."""
-        # what is rigid has the impedance of the dust that it touches
-        mean = (k_i + k_j) * ti.select(k_i * k_j == 0.0, 1.0, 0.5)
+        mean = 0.5 * (k_i + k_j)
         return mean * ti.min(approach, 0.0) / (r2 * numbers.inv_h * numbers.inv_h + CLOSE)

@@ -7,8 +7,8 @@ def numbers_type(dimension):
     """The struct of the numbers of a step [SI]; a change of them compiles nothing anew."""
     return ti.types.struct(
         count=ti.i32,  # particles without ghosts
-        members=ti.i32,  # particles that move with faces or rigid bodies
         bodies=ti.i32,
+        touches=ti.i32,  # pairs of a particle and a surface near it
         beat=ti.f64,  # time of a step of the run
         h=ti.f64,
         inv_h=ti.f64,
@@ -23,5 +23,9 @@ def numbers_type(dimension):
         exponent=ti.f64,
         at_spacing=ti.f64,
         way2=ti.f64,  # square of the way after which a search is due
+        period=ti.types.vector(
+            dimension, ti.f64
+        ),  # of repeating axes, and one over it; 0 of others
+        inv_period=ti.types.vector(dimension, ti.f64),
         gravity=ti.types.vector(dimension, ti.f64),
     )

@@ -21,6 +21,7 @@ LEAST_GHOSTS = 4096
 MOST_WORKERS = THREAD_CLASSES[-1]
 APART = 8  # numbers between those of two workers in `most`: a line of the cache
 BODIES = 16  # rigid bodies that there is room for
+TOUCHES = 3  # surfaces near a particle that there is room for, on average
 VECTOR = 4  # neighbours that a vector of the processor holds; lists of near ones are multiples
 LONGEST_LIST = {2: 150, 3: 420}  # neighbours on average that there is room for at eta 1.3
 CHANNELS = ("compaction", "tension", "shear", "viscosity", "grid")
@@ -32,7 +33,11 @@ DT, OLD, LEFT, WANT, SUBSTEPS = range(5)
 CENTRE, SPEED, TURN, MOMENTUM, SPIN, FORCE, TORQUE, IMPULSE, WORK, MASS, INERTIA = (
     0, 3, 6, 10, 13, 16, 19, 22, 25, 26, 27,
 )  # fmt: skip
-ROW = 36
+# of what pairs and grid noise do of the force: forces and torques, then the work they took (2);
+# radius and half height of a body, 0 of a sphere; place at the last search; 1 of a layer of dust
+DRAGS, LOSS, RADIUS, HALF, SEARCHED, LAYER = 36, 48, 50, 51, 52, 55
+ROW = 56
+PARTS = 18  # numbers of what a particle does to a surface: force and torque, of stress and drags
 # places in `sync` behind those of compute.workers
 DUE, DONE, ENDED, STUCK = range(OWN, OWN + 4)
 
@@ -54,12 +59,14 @@ class Variable:
 
 
 class Layout(NamedTuple):
-    """What is compiled in: dimension, kernel, ghosts or none, contact that opens or sticks,
+    """What is compiled in: dimension, kernel, ghosts or none, surfaces of rigid faces and bodies or
+    none, contact that opens or sticks,
     viscosity by pairs or none, artificial stress or none."""
 
     dimension: int
     kernel: str
     ghosts: bool
+    rigid: bool
     separate: bool
     viscous: bool
     artificial_stress: bool
@@ -72,10 +79,10 @@ def declare(layout):
     rows = [
         ("x", "place", "m", vector, "seen", True),
         ("v", "velocity half a step back", "m/s", vector, "seen", True),
-        ("volume", "volume, of rigid particles doubled", "m^3", one, "seen", True),
+        ("volume", "volume, 0 of what is rigid or held", "m^3", one, "seen", True),
         ("flux", "stress times correction of the gradient", "Pa", tensor, "felt", True),
         ("drag", "velocity gradient times impedance", "Pa/m", tensor, "felt", True),
-        ("impedance", "density times sound, 0 of rigid particles", "Pa s/m", one, "felt", True),
+        ("impedance", "density times sound", "Pa s/m", one, "felt", True),
         ("alpha", "viscosity of its contacts", "1", one, "felt", True),
         ("force", "force of the neighbours and gravity", "N", vector, "own"),
         ("viscous", "viscous part of it", "N", vector, "own"),
@@ -145,7 +152,6 @@ def place(layout, room, entries):
         # of each list what is within reach of the kernel in this step, and how many
         "near": (ti.i32, (entries + VECTOR * room,)),
         "near_counts": (ti.i32, (room,)),
-        "members": (ti.i32, (room,)),
         # the grid of cells: its lowest corner [m], cells along each axis
         "grid_origin": (ti.f64, (layout.dimension,)),
         "grid_cells": (ti.i32, (layout.dimension,)),
@@ -155,6 +161,14 @@ def place(layout, room, entries):
         "sync": (ti.i32, (SYNC,)),
         "most": (ti.f64, (MOST_WORKERS * APART,)),
     }
+    if layout.rigid:
+        # which particles are near which surface, and what they do to it
+        lists |= {
+            "touch_first": (ti.i32, (room + 1,)),
+            "touch_row": (ti.i32, (TOUCHES * room,)),
+            "touch": (ti.f64, (TOUCHES * room, PARTS)),
+            "distance": (ti.f64, (room,)),
+        }
     if layout.ghosts:
         lists |= {
             "ghost_first": (ti.i32, (room + 1,)),

@@ -77,7 +77,7 @@ def make(scene) -> Particles:
     weight = scene.gravity.straight_down if scene.gravity else 0.0
     if weight and rests(scene):
         particles = at_rest_under_gravity(particles, weight, MaterialNumbers.of(scene.material))
-    return with_faces(particles, scene.boundary, scene.numerics.support)
+    return with_faces(particles, scene.boundary)
 
 
 def rests(scene) -> bool:
