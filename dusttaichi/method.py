@@ -99,7 +99,8 @@ class State(NamedTuple):
 class Simulation(Protocol):
     """A built scene in motion. `time` is step x dt [us]; size: what a step costs is proportional to
     it, the number of particles or cells. variables: of its result, in this scene. channels: names
-    of the losses; step_key: of the YAML, shortens the step. began [us]: of the run continued."""
+    of the losses; storing: those that may give back; step_key: of the YAML, shortens the step. began
+    [us]: of the run continued."""
 
     step: int
     dt: float
@@ -109,6 +110,7 @@ class Simulation(Protocol):
     domain: Domain
     variables: tuple[Variable, ...]
     channels: tuple[str, ...]
+    storing: tuple[str, ...]
     step_key: str
 
     def advance(self, steps: int) -> None:
@@ -181,6 +183,7 @@ class SimpleSimulation:
     size: int = 1
     variables: tuple[Variable, ...]
     channels: tuple[str, ...] = ()
+    storing: tuple[str, ...] = ()
     step_key: str = "numerics.time_step"
     kept: tuple[str, ...] = ()
     began: float = 0.0

@@ -73,7 +73,7 @@ def layout_of(scene):
         ghosts=bool(boundary.periodic_axes or getattr(boundary, "mirrors", ())),
         rigid=bool(stiff_faces(boundary)) or scene.sample.has_rigid,
         separate=numerics.contact == "separate",
-        viscous=numerics.viscosity.contact > 0.0 or numerics.viscosity.bulk > 0.0,
+        viscous=numerics.viscosity.by_pairs,
         artificial_stress=numerics.artificial_stress is not None,
     )
 
@@ -105,7 +105,9 @@ def numbers_of(scene, dimension):
         "courant": numerics.cfl,
         "contact": numerics.viscosity.contact,
         "bulk": numerics.viscosity.bulk,
+        "quadratic": numerics.viscosity.quadratic,
         "grid": numerics.viscosity.grid,
+        "limiter": float(numerics.viscosity.limiter == "balsara"),
         "share": 1.0 / 2.0 if printed else 1.0 / 3.0,
         "over_return": float(numerics.plastic_return == "benz"),
         "tension": 0.0 if stress is None else stress.epsilon,

@@ -45,8 +45,8 @@ def energies(sim):
     return {
         "kinetic": float(kinetic),
         "gravity_energy": float(gravity),
-        "elastic_energy": float(elastic.sum()) + against_artificial_stress(sim, v),
-        "loss": np.array([*(work - elastic), *loss]),
+        "elastic_energy": float(elastic.sum()),
+        "loss": np.array([*(work - elastic), *loss, against_artificial_stress(sim, v)]),
         "work": face_work(sim),
         "speed": float(np.sqrt(speed2.max())),
         "density": float(density.max(initial=0.0)),
@@ -78,8 +78,8 @@ def elastic_energies(sim, gives):
 
 
 def against_artificial_stress(sim, v):
-    """Work against artificial stress since the start [J], with the half step up to now: it comes
-    back where the tension goes; 0 where there is none."""
+    """Work against artificial stress since the start [J], with the half step up to now; 0 where
+    there is none. Much of it comes back where the tension goes."""
     if "taken" not in sim.tables:
         return 0.0
     half, mean = 0.5 * sim.clock[OLD], 0.5 * (sim.raised(sim.of_particles("v")) + v)

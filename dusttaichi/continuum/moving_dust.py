@@ -25,7 +25,7 @@ BODY = ("centre", "velocity", "spin", "inertia")
 class MovingDust(SimpleSimulation):
     """What dusttaichi.method.Simulation asks for, of the Simulation `sim` of a scene."""
 
-    channels, step_key = CHANNELS, "numerics.cfl"
+    channels, step_key, storing = CHANNELS, "numerics.cfl", ("artificial",)
 
     def __init__(self, scene, sample, sim):
         self.scene, self.sample, self.sim = scene, sample, sim

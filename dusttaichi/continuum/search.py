@@ -222,6 +222,6 @@ class Search:
         for name in ("flux", "drag", "tension"):
             if name in sim.tables:
                 sim.put_ghosts(name, n, sim.of_particles(name)[source] * both)
-        for name in ("volume", "impedance", "alpha", "side", "gap"):
+        for name in ("volume", "density", "impedance", "alpha", "beta", "side", "gap"):
             if name in sim.tables:
                 sim.put_ghosts(name, n, sim.of_particles(name)[source])

@@ -16,8 +16,7 @@ _TABLE = {
         ("substeps", "time", "1", "time steps of the method since the start", "", ""),
         ("kinetic", "time", "J", "kinetic energy of dust and rigid bodies", "", ""),
         ("gravity_energy", "time", "J", "energy in the field of gravity", "", ""),
-        ("elastic_energy", "time", "J", "elastic energy, p^2/2K + S:S/4mu per volume, and work "
-         "against artificial stress", _PHYS, ""),
+        ("elastic_energy", "time", "J", "elastic energy, p^2/2K + S:S/4mu per volume", _PHYS, ""),
         ("loss", "time channel", "J", "energy lost since the start", _PHYS, ""),
         ("work", "time", "J", "work of moving faces on the dust since the start", _PHYS, ""),
         "energy_residual",

@@ -3,10 +3,10 @@
 m_i dv_i/dt = sum_j V_i V_j (Q_i + Q_j) grad W + viscosity + m_i g with Q = sigma C, so that the
 work of the forces is the power of the stresses and no motion of a rigid body costs any.
 
-Two viscosities. The one of Monaghan & Gingold (1983), by pairs, alpha h (rho c) mu with the mean of
-rho c: at contacts with what is rigid, and in the bulk if asked. And one that acts on grid noise
-alone: with R = -1/2 sum_ij k_i V_i V_j F_ij |v_ij - L_i x_ij|^2 the forces -dR/dv vanish for every
-velocity that is linear in place, dissipate 2 R >= 0, and keep momentum and angular momentum, since
+Two viscosities. The one of Monaghan & Gingold (1983), by pairs, alpha (rho c) mu - beta rho mu^2
+with means of rho c and rho: at contacts with what is rigid, and in the bulk if asked. And one that
+acts on grid noise alone: with R = -1/2 sum_ij k_i V_i V_j F_ij |v_ij - L_i x_ij|^2 the forces
+-dR/dv vanish for every velocity that is linear in place, dissipate 2 R >= 0, and keep momentum and angular momentum, since
 L_i is the very fit that makes R least.
 
 Artificial stress (Gray et al. 2001): (R_i + R_j) f^n with R = -epsilon times the tensile part of
@@ -34,6 +34,7 @@ class Forces:
     def pass_over(self, i, numbers: ti.template()):
         """The force on particle i, with the parts of it that have a channel of the ledger."""
         x, v, k_i, alpha = self.f.x[i], self.f.v[i], self.f.impedance[i], self.f.alpha[i]
+        beta, rho = self.f.beta[i], self.f.density[i]
         stress = ti.Vector.zero(ti.f64, self.n)
         viscous = ti.Vector.zero(ti.f64, self.n)
         pushing = ti.Vector.zero(ti.f64, self.n)
@@ -69,8 +70,12 @@ class Forces:
                     stress[a] += Q_j[self.n * a + b] * wd[b]
                     grid[a] -= kL_j[self.n * a + b] * wd[b]
             if ti.static(self.layout.viscous):
-                along = ti.max(alpha, self.f.alpha[j]) * ti.max(own, other)
-                viscous += along * self.resisted(k_i, k_j, u.dot(d), r2, numbers) * d
+                # speed of approach h u.d/(r^2 + 0.01 h^2), of pairs that close
+                mu = ti.min(u.dot(d), 0.0) * numbers.inv_h
+                mu /= r2 * numbers.inv_h * numbers.inv_h + CLOSE
+                linear = 0.5 * ti.max(alpha, self.f.alpha[j]) * (k_i + k_j)
+                square = 0.5 * ti.max(beta, self.f.beta[j]) * (rho + self.f.density[j])
+                viscous += ti.max(own, other) * (linear - square * mu) * mu * d
             if ti.static(self.layout.artificial_stress):
                 shape = self.shape(ti.sqrt(r2) * numbers.inv_h) * numbers.at_spacing
                 for a, b in ti.static(ti.ndrange(self.n, self.n)):
@@ -83,7 +88,7 @@ class Forces:
         if ti.static(self.layout.artificial_stress):
             self.f.pushing[i] = volume * pushing
         grid *= volume * numbers.grid * numbers.h
-        self.add_up(i, volume * stress, volume * numbers.inv_h * viscous, grid, numbers)
+        self.add_up(i, volume * stress, volume * viscous, grid, numbers)
 
     @ti.func
     def add_up(self, i, stress, viscous, grid, numbers: ti.template()):
@@ -100,9 +105,3 @@ class Forces:
         if ti.static(self.layout.artificial_stress):
             force += self.f.pushing[i]
         self.f.force[i] = force
-
-    @ti.func
-    def resisted(self, k_i, k_j, approach, r2, numbers: ti.template()):
-        """rho c mu h of a pair that closes [Pa m], 0 of one that does not; approach: u.d."""
-        mean = 0.5 * (k_i + k_j)
-        return mean * ti.min(approach, 0.0) / (r2 * numbers.inv_h * numbers.inv_h + CLOSE)

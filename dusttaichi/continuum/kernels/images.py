@@ -7,8 +7,8 @@ they are as far on average as from the surface,
     x_i - x_k' = x_ik - n (n.x_ik) + n (d_i + d_k),
 
 the same for (k, i'), and exact where the surface is flat. Relative to the rigid motion v_R the
-image moves the other way (no slip: the velocity goes on through the surface as an odd function, with
-its gradient):
+image moves the other way (no slip: the velocity goes on through the surface as an odd function,
+and so does its gradient):
 
     v_i - v_k' = w_i + w_k + Omega x (x_i - x_k'),  w = v - v_R(x).
 
@@ -134,16 +134,17 @@ class Images:
         u = w + self.rigid.flat(spin.cross(between))
         u_k = w + self.rigid.flat(spin.cross(mirrored))
         own, its = base * self.closed(i, row), base * self.closed(k, row)
-        soft = 0.5 * self.softness(i, k, r2, numbers)
+        closing = numbers.inv_h / (r2 * numbers.inv_h * numbers.inv_h + CLOSE)
+        mu, mu_k = ti.min(u.dot(d), 0.0) * closing, ti.min(u_k.dot(d_k), 0.0) * closing
         middle = 2.0 * arm - self.rigid.raised(self.f.x[i] - self.f.x[k]) - between
         stress = own * self.of_rows(self.f.flux[i], d)
-        viscous = own * soft * ti.min(u.dot(d), 0.0) * d
+        viscous = own * self.resistance(i, k, mu) * d
         grid = own * self.noise(i, u, d, numbers)
         # twice on the body, at the place of k and at that of its image: the mean of both arms
         for part, force in ti.static(enumerate((stress, viscous, grid))):
             self.note(e, part, self.rigid.raised(force), middle)
         stress += its * self.of_rows(self.f.flux[k], d_k)
-        viscous += its * soft * ti.min(u_k.dot(d_k), 0.0) * d_k
+        viscous += its * self.resistance(i, k, mu_k) * d_k
         grid += its * self.noise(k, u_k, d_k, numbers)
         return stress, viscous, grid
 
@@ -170,11 +171,16 @@ class Images:
         return numbers.grid * numbers.h * shear
 
     @ti.func
-    def softness(self, i, k, r2, numbers: ti.template()):
-        """alpha rho c over the squared distance of a pair [Pa s/m^2]."""
-        alpha = ti.max(self.f.alpha[i], self.f.alpha[k])
-        mean = 0.5 * (self.f.impedance[i] + self.f.impedance[k])
-        return alpha * mean * numbers.inv_h / (r2 * numbers.inv_h * numbers.inv_h + CLOSE)
+    def resistance(self, i, k, mu):
+        """Half of alpha rho c mu - beta rho mu^2 of a pair (forces), of each of which two act [Pa];
+        mu: speed of approach, negative."""
+        out = 0.0
+        if ti.static(self.layout.viscous):
+            alpha = ti.max(self.f.alpha[i], self.f.alpha[k])
+            beta = ti.max(self.f.beta[i], self.f.beta[k])
+            linear = alpha * (self.f.impedance[i] + self.f.impedance[k])
+            out = 0.25 * (linear - beta * (self.f.density[i] + self.f.density[k]) * mu) * mu
+        return out
 
     @ti.func
     def note(self, e, part: ti.template(), force, middle):

@@ -98,7 +98,9 @@ class Motion:
                     if ti.static(self.layout.artificial_stress):
                         self.f.tension[image][k] = sign * self.f.tension[i][k]
                 self.f.impedance[image] = self.f.impedance[i]
-                self.f.alpha[image] = self.f.alpha[i]
+                if ti.static(self.layout.viscous):
+                    self.f.alpha[image], self.f.beta[image] = self.f.alpha[i], self.f.beta[i]
+                    self.f.density[image] = self.f.density[i]
                 if ti.static(self.layout.separate):
                     self.f.gap[image] = self.f.gap[i]
 

@@ -14,9 +14,11 @@ def numbers_type(dimension):
         inv_h=ti.f64,
         scale=ti.f64,  # of the kernel
         courant=ti.f64,
-        contact=ti.f64,  # coefficients of viscosity: at contacts, in the bulk, on grid noise
+        contact=ti.f64,  # viscosity: at contacts, in the bulk, quadratic, on grid noise
         bulk=ti.f64,
+        quadratic=ti.f64,
         grid=ti.f64,
+        limiter=ti.f64,  # 1: Balsara's, 0: none
         share=ti.f64,  # of the trace of the strain rate that leaves the deviator: 1/3, or 1/2
         over_return=ti.f64,  # 0: radial return, 1: the one of Benz & Asphaug
         tension=ti.f64,  # artificial stress: share, exponent, 1/shape of the kernel at the spacing

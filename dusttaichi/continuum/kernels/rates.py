@@ -14,6 +14,7 @@ from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
 FEW = 0.05  # determinant of A below which a particle has too few neighbours to correct its gradient
 DAMPED = 5.0  # viscosity of pairs that allows as long a step as one on grid noise
+STILL = 1e-12  # [1/s], keeps the share of a body at rest from being 0/0
 STRAIN = 1e-30  # keeps a rate of strain of zero from being divided by
 
 
@@ -103,7 +104,7 @@ class Rates:
         self.f.flux[i] = tensors.rows((swollen * stress) @ C)
         impedance = self.f.impedance[i]
         self.f.drag[i] = impedance * tensors.rows(L)
-        self.f.alpha[i] = ti.select(near * (1.0 - opened) < 0.0, numbers.contact, numbers.bulk)
+        self.resist(i, L, near * (1.0 - opened) < 0.0, numbers)
         if ti.static(self.layout.artificial_stress):
             self.f.tension[i] = tensors.rows(tensors.pulled(stress, -numbers.tension))
         if ti.static(self.layout.separate):
@@ -111,7 +112,21 @@ class Rates:
         D = 0.5 * (L + L.transpose())
         damped = ti.max(self.f.alpha[i], DAMPED * numbers.grid)
         strain = numbers.h * ti.sqrt(tensors.double_dot(D, D) + STRAIN)
-        return impedance / self.f.density[i] * ti.max(1.0, damped) + strain
+        return impedance / self.f.density[i] * ti.max(1.0, damped) + strain * (
+            1.0 + numbers.quadratic
+        )
+
+    @ti.func
+    def resist(self, i, L: ti.template(), touches, numbers: ti.template()):
+        """Coefficients of the viscosity by pairs of particle i, those of the bulk limited to where
+        it is compressed rather than sheared (Balsara 1995)."""
+        if ti.static(self.layout.viscous):
+            W = 0.5 * (L - L.transpose())
+            curl = ti.sqrt(2.0 * tensors.double_dot(W, W))
+            volume = ti.abs(L.trace())
+            share = volume / (volume + numbers.limiter * curl + STILL)
+            self.f.alpha[i] = ti.select(touches, numbers.contact, share * numbers.bulk)
+            self.f.beta[i] = share * numbers.quadratic
 
     @ti.func
     def opened(self, i):

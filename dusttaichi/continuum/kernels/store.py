@@ -24,7 +24,7 @@ BODIES = 16  # rigid bodies that there is room for
 TOUCHES = 3  # surfaces near a particle that there is room for, on average
 VECTOR = 4  # neighbours that a vector of the processor holds; lists of near ones are multiples
 LONGEST_LIST = {2: 150, 3: 420}  # neighbours on average that there is room for at eta 1.3
-CHANNELS = ("compaction", "tension", "shear", "viscosity", "grid")
+CHANNELS = ("compaction", "tension", "shear", "viscosity", "grid", "artificial")
 
 # places in the `clock`: length of this step and of the last one, what is left of the beat, the
 # length that growth goes on from, steps so far [s, 1]
@@ -83,12 +83,13 @@ def declare(layout):
         ("flux", "stress times correction of the gradient", "Pa", tensor, "felt", True),
         ("drag", "velocity gradient times impedance", "Pa/m", tensor, "felt", True),
         ("impedance", "density times sound", "Pa s/m", one, "felt", True),
-        ("alpha", "viscosity of its contacts", "1", one, "felt", True),
+        ("alpha", "linear viscosity of its pairs", "1", one, "felt", True),
+        ("beta", "quadratic viscosity of its pairs", "1", one, "felt", True),
+        ("density", "density", "kg/m^3", one, "felt", True),
         ("force", "force of the neighbours and gravity", "N", vector, "own"),
         ("viscous", "viscous part of it", "N", vector, "own"),
         ("grid_force", "part of it that acts on grid noise", "N", vector, "own"),
         ("mass", "mass", "kg", one, "own"),
-        ("density", "density", "kg/m^3", one, "own"),
         ("modulus", "bulk modulus of the present path", "Pa", one, "own"),
         ("reference", "density at zero pressure on the present path", "kg/m^3", one, "own"),
         ("shear_ratio", "shear modulus over bulk modulus", "1", one, "own"),
