@@ -99,8 +99,7 @@ class State(NamedTuple):
 class Simulation(Protocol):
     """A built scene in motion. `time` is step x dt [us]; size: what a step costs is proportional to
     it, the number of particles or cells. variables: of its result, in this scene. channels: names
-    of the losses; storing: those that may give back; step_key: of the YAML, shortens the step. began
-    [us]: of the run continued."""
+    of the losses; step_key: of the YAML, shortens the step. began [us]: of the run continued."""
 
     step: int
     dt: float
@@ -110,7 +109,6 @@ class Simulation(Protocol):
     domain: Domain
     variables: tuple[Variable, ...]
     channels: tuple[str, ...]
-    storing: tuple[str, ...]
     step_key: str
 
     def advance(self, steps: int) -> None:
@@ -183,7 +181,6 @@ class SimpleSimulation:
     size: int = 1
     variables: tuple[Variable, ...]
     channels: tuple[str, ...] = ()
-    storing: tuple[str, ...] = ()
     step_key: str = "numerics.time_step"
     kept: tuple[str, ...] = ()
     began: float = 0.0

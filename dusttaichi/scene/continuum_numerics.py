@@ -18,8 +18,8 @@ for fronts behind what pushes dust at 0.5 to 2 m/s; and at 2 to 10 m/s."""
 
 
 class Viscosity(Block):
-    """Artificial viscosity, by where it acts; none of it is material. Written as a word for the kind
-    of scene (quasi_static, front from 0.5 to 2 m/s, impact from 2 to 10 m/s) or as a block."""
+    """Artificial viscosity, by where it acts; none of it is material. Written as a word for the
+    kind of scene (quasi_static, front at 0.5 to 2 m/s, impact at 2 to 10 m/s) or as a block."""
 
     needed: ClassVar[str] = (
         f"{', '.join(VISCOSITIES)} or a block is needed, for example {{bulk: 0.1, quadratic: 2}}"

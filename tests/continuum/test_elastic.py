@@ -16,7 +16,7 @@ RING = {
     "bulk_modulus": "1 MPa",
     "shear_ratio": 0.22,
 }
-SPEED, SPACING = 0.93, 0.25e-3
+SPEED, SPACING = 1.866, 0.25e-3  # 0.059 of the speed of sound, as everybody has them
 
 
 def scene(sample, **blocks):
@@ -40,15 +40,18 @@ def test_rubber_rings_bounce_in_one_piece():
         for side in (-1, 1)
     ]
     numerics = {"spacing": f"{SPACING} m", "threads": 1, "artificial_stress": "on"}
+    numerics |= {"contact": "separate", "viscosity": {"grid": 1.0}}
     motion = built(scene({"kind": "several", "bodies": rings}, numerics=numerics))
     start, before = motion.measure(), bodies(motion)["body_velocity"][:, 0]
-    motion.advance(int(5.5e-3 / motion.sim.beat))
+    motion.advance(int(5e-3 / motion.sim.beat))
     end, found = motion.measure(), bodies(motion)
     open_by = end.energy - start.energy + end.lost - start.lost
     assert abs(open_by) < 0.01 * start.kinetic
     after = found["body_velocity"][:, 0]
-    # 0.73 at a spacing of 0.167 mm and at half of it; a coarse ring is within 5 %
-    np.testing.assert_allclose(-after / before, 0.73, rtol=0.05)
+    # 0.695 at a spacing of 0.167 mm (configs/continuum/rings.yaml); a coarse ring is within 5 %
+    np.testing.assert_allclose(-after / before, 0.695, rtol=0.05)
+    # the work against artificial stress has come back, but for some
+    assert abs(end.losses[5]) < 0.05 * start.kinetic
     np.testing.assert_allclose(after.sum(), 0.0, atol=1e-9 * SPEED)
     # apart from each other; no particle has left its ring, and none have met
     x = motion.sim.in_order(motion.sim.of_particles("x"))

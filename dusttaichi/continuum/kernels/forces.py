@@ -6,8 +6,8 @@ work of the forces is the power of the stresses and no motion of a rigid body co
 Two viscosities. The one of Monaghan & Gingold (1983), by pairs, alpha (rho c) mu - beta rho mu^2
 with means of rho c and rho: at contacts with what is rigid, and in the bulk if asked. And one that
 acts on grid noise alone: with R = -1/2 sum_ij k_i V_i V_j F_ij |v_ij - L_i x_ij|^2 the forces
--dR/dv vanish for every velocity that is linear in place, dissipate 2 R >= 0, and keep momentum and angular momentum, since
-L_i is the very fit that makes R least.
+-dR/dv vanish for every velocity that is linear in place, dissipate 2 R >= 0, and keep momentum and
+angular momentum, since L_i is the very fit that makes R least.
 
 Artificial stress (Gray et al. 2001): (R_i + R_j) f^n with R = -epsilon times the tensile part of
 the stress and f the kernel over its value at the spacing, against the pairing of particles.

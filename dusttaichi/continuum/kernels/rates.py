@@ -112,9 +112,8 @@ class Rates:
         D = 0.5 * (L + L.transpose())
         damped = ti.max(self.f.alpha[i], DAMPED * numbers.grid)
         strain = numbers.h * ti.sqrt(tensors.double_dot(D, D) + STRAIN)
-        return impedance / self.f.density[i] * ti.max(1.0, damped) + strain * (
-            1.0 + numbers.quadratic
-        )
+        sound = impedance / self.f.density[i]
+        return sound * ti.max(1.0, damped) + (1.0 + numbers.quadratic) * strain
 
     @ti.func
     def resist(self, i, L: ti.template(), touches, numbers: ti.template()):
