@@ -14,6 +14,7 @@ from dusttaichi.continuum.kernels.store import (
     CENTRE,
     DT,
     FACES,
+    FREEDOM,
     LAYER,
     LEFT,
     LONGEST_LIST,
@@ -22,7 +23,7 @@ from dusttaichi.continuum.kernels.store import (
     WANT,
     Layout,
 )
-from dusttaichi.continuum.search import Search
+from dusttaichi.continuum.search import SKIN, SUPPORT, Search
 from dusttaichi.continuum.simulation import Simulation, body_row
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES, WALLS
@@ -44,7 +45,7 @@ def build(scene, particles, *, loops=None):
         raise DustError(f"sample: {len(moving)} rigid bodies; there is room for {BODIES}")
     threads, n = threads_of(scene, len(particles)), len(particles)
     kind = (loops or LOOPS[scene.numerics.backend]).kind
-    compiled = chosen_kernels(scene, n, threads, kind)
+    compiled = chosen_kernels(scene, particles, threads, kind)
     sim = Simulation(
         compiled,
         _LAST.tables(compiled, n),
@@ -57,7 +58,7 @@ def build(scene, particles, *, loops=None):
     )
     sim.search = Search(sim, scene.numerics.smoothing_length, *surfaces(scene, particles))
     sim.search.rigid = rigid_rows(scene, moving)
-    put_particles(sim, particles, moving)
+    put_particles(sim, particles, moving, getattr(scene.boundary, "mirrors", ()))
     sim.search.now()
     sim.load_once()
     begin(sim, scene)
@@ -78,17 +79,32 @@ def layout_of(scene):
     )
 
 
-def chosen_kernels(scene, n, threads, kind):
-    """The Compiled of a scene of n particles, with loops of that kind."""
+def chosen_kernels(scene, particles, threads, kind):
+    """The Compiled of a scene with its particles, with loops of that kind."""
     layout, numerics = layout_of(scene), scene.numerics
-    room = room_for(n)
+    room = room_for(len(particles))
     crowd = (numerics.h_over_spacing / 1.3) ** scene.dimension
     entries = int(room * LONGEST_LIST[scene.dimension] * max(1.0, crowd))
-    key = (numerics.backend, layout, room, entries, threads, kind)
+    capacity = room, entries, room_for(ghost_count(scene, particles)) if layout.ghosts else 0
+    key = (numerics.backend, layout, capacity, threads, kind)
     if (last := _LAST.of(key)) is not None:
         return last
     start_taichi(scene, threads)
-    return compiled_for(key, layout, room, entries, kind)
+    return compiled_for(key, layout, capacity, kind)
+
+
+def ghost_count(scene, particles):
+    """Images beyond mirrors and periodic faces that there is room for: as many as an even filling
+    has, and half as many more."""
+    h = scene.numerics.smoothing_length
+    reach, boundary = (SUPPORT + SKIN[scene.dimension]) * h, scene.boundary
+    x, share = particles.position, 1.0
+    mirrors = [WALLS.index(wall) // 2 for wall in getattr(boundary, "mirrors", ())]
+    repeating = [AXES.index(name) for name in boundary.periodic_axes]
+    for axis in (*mirrors, *repeating):
+        extent = np.ptp(x[:, axis]) + particles.spacing
+        share *= 1.0 + (2.0 if axis in repeating else 1.0) * min(1.0, reach / extent)
+    return int(1.5 * (share - 1.0) * len(x)) + 1
 
 
 def numbers_of(scene, dimension):
@@ -148,8 +164,17 @@ def stiff_faces(boundary):
     return (*getattr(boundary, "rigid", ()), *getattr(boundary, "layers", ()))
 
 
-def put_particles(sim, particles, moving):
-    """The particles and rigid bodies of a sample into the fields of a Simulation."""
+def cut_by_mirrors(body, particles, mirrors):
+    """Axes of the mirrors that go through the centre of a rigid body: of it a half is there."""
+    axes = [WALLS.index(wall) // 2 for wall in mirrors]
+    planes = [particles.room.ravel()[WALLS.index(wall)] for wall in mirrors]
+    near = 1e-3 * particles.spacing
+    return [a for a, at in zip(axes, planes, strict=True) if abs(body.centre[a] - at) < near]
+
+
+def put_particles(sim, particles, moving, mirrors):
+    """The particles and rigid bodies of a sample into the fields of a Simulation; mirrors: names of
+    the faces that are."""
     axes, n = sim.axes, len(particles)
     role = particles.role.astype(np.int32)
     rank = np.cumsum([body.rigid for body in particles.bodies]) - 1
@@ -165,8 +190,9 @@ def put_particles(sim, particles, moving):
     for face in np.flatnonzero(np.isfinite(planes)):
         rows[face, CENTRE + face // 2] = planes[face]
         rows[face, LAYER] = np.any(particles.face == face)
+    rows[:, FREEDOM : FREEDOM + 6] = 1.0
     for k, body in enumerate(moving):
-        rows[FACES + k] = body_row(body)
+        rows[FACES + k] = body_row(body, cut_by_mirrors(body, particles, mirrors))
     sim.tables["rigid"].from_numpy(rows)
     centre = rows[:, CENTRE : CENTRE + 3][group]
     S = particles.deviator

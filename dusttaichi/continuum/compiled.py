@@ -72,13 +72,14 @@ class Compiled:
         return [(v, self.fields[v.name]) for v in store.declare(self.layout)]
 
 
-def compiled_for(key, layout, room, entries, kind):
-    """The Compiled of a layout with room for so many particles and list entries; Taichi runs.
+def compiled_for(key, layout, capacity, kind):
+    """The Compiled of a layout; Taichi runs. capacity: numbers of particles, list entries and
+    ghosts that there is room for.
 
     kind: of the loops (backend.Loops). A kernel a phase is for devices, whose memory is their own:
     wherever it runs, it looks at none directly.
     """
-    fields, lists = store.place(layout, room, entries)
+    fields, lists = store.place(layout, *capacity)
     f, scratch = Fields(fields), Fields(lists)
     n, StepNumbers = layout.dimension, numbers_type(layout.dimension)
     rigid, rates, forces = passes(f, scratch, layout)

@@ -52,6 +52,9 @@ def energies(sim):
         "density": float(density.max(initial=0.0)),
         "compacted": float(compacted.max(initial=0.0)),
         "momentum": (mass[free] @ v[free]) + own @ speed[FACES:],
+        "angular_momentum": mass[free] @ np.cross(sim.raised(sim.of_particles("x"))[free], v[free])
+        + own @ np.cross(sim.rigid(CENTRE)[FACES:], speed[FACES:])
+        + sim.angular_momenta()[FACES:].sum(axis=0),
     }
 
 

@@ -30,7 +30,15 @@ def series(sim, parts, window, areas, elastic):
     S = share @ components(sim.of_particles("deviator")[dust], sim.dimension)
     pressure = float(share @ p)
     solid = sim.material.rho_s
-    keys = ("kinetic", "gravity_energy", "elastic_energy", "loss", "work", "momentum")
+    keys = (
+        "kinetic",
+        "gravity_energy",
+        "elastic_energy",
+        "loss",
+        "work",
+        "momentum",
+        "angular_momentum",
+    )
     out = {key: parts[key] for key in keys}
     force = np.zeros((FACES + sim.bodies + len(elastic[0]), 3))
     if window is not None:

@@ -13,6 +13,7 @@ from dusttaichi.continuum.kernels.store import (
     FACES,
     FORCE,
     FREE,
+    FREEDOM,
     HALF,
     IMPULSE,
     INERTIA,
@@ -226,14 +227,22 @@ class Simulation:
         self.search.again()
 
 
-def body_row(body):
-    """The row of `rigid` of a body at the start (samples.continuum.particles.Body) [SI]."""
-    out = np.zeros(ROW)
+def body_row(body, mirrors=()):
+    """The row of `rigid` of a body at the start (samples.continuum.particles.Body) [SI].
+
+    mirrors: axes of the mirrors through its centre. Each leaves half of its mass, no force across
+    the mirror, and no torque but the one about its normal.
+    """
+    out, share = np.zeros(ROW), 0.5 ** len(mirrors)
+    out[FREEDOM : FREEDOM + 6] = 1.0
+    for axis in mirrors:
+        out[FREEDOM + axis] = 0.0
+        out[FREEDOM + 3 : FREEDOM + 6] *= np.arange(3) == axis
     out[CENTRE : CENTRE + 3], out[SPEED : SPEED + 3] = body.centre, body.velocity
-    out[TURN], out[MASS] = 1.0, body.mass
+    out[TURN], out[MASS] = 1.0, share * body.mass
     out[SPIN : SPIN + 3] = body.spin
-    out[MOMENTUM : MOMENTUM + 3] = body.inertia @ body.spin
-    out[INERTIA : INERTIA + 9] = np.linalg.pinv(body.inertia).ravel()
+    out[MOMENTUM : MOMENTUM + 3] = share * body.inertia @ body.spin
+    out[INERTIA : INERTIA + 9] = np.linalg.pinv(share * body.inertia).ravel()
     out[RADIUS], out[HALF] = body.radius, body.half_height
     return out
 

@@ -22,6 +22,8 @@ _TABLE = {
         "energy_residual",
         "energy_residual_relative",
         ("momentum", "time xyz", "kg m/s", "momentum of dust and free rigid bodies", "", ""),
+        ("angular_momentum", "time xyz", "kg m^2/s", "angular momentum of them about the origin", "",
+         ""),
         ("body_position", "time rigid xyz", "m", "centre of a rigid or elastic body", "", "bodies"),
         ("body_velocity", "time rigid xyz", "m/s", "its velocity", "", "bodies"),
         ("body_spin", "time rigid xyz", "rad/s", "its angular velocity", "", "bodies"),

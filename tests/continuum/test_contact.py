@@ -178,3 +178,44 @@ def twist(spacing_ratio):
 def test_a_disc_twists_in_a_ring_of_dust():
     """The rim of a rigid disc holds the dust: torsion of a ring that is free outside."""
     assert abs(twist(1.0)) < 0.03
+
+
+def test_half_a_disc_at_a_mirror_moves_as_the_whole():
+    """A rigid disc pushed into dust: a mirror through its middle leaves half of mass and force."""
+    bead = {"kind": "rigid", "diameter": "0.6 mm", "density": "1 g/cm^3"}
+    ends = []
+    for mirror in (False, True):
+        size = ["0.8 mm" if mirror else "1.6 mm", "0.8 mm"]
+        place = {"position": ["0.4 mm" if mirror else "0 mm", "0 mm"]}
+        target = {"kind": "block", "size": size, "lattice": "triangular"} | place
+        sample = {"kind": "impact", "target": target, "projectile": bead, "speed": "0.5 m/s"}
+        faces = {"kind": "faces", "bottom": "rigid", "x_max": "rigid"}
+        faces["x_min"] = "mirror" if mirror else "rigid"
+        blocks = {"boundary": faces, "numerics": {"spacing": "0.1 mm", "threads": 1}}
+        base = {"name": "half", "method": "continuum", "material": "dust_g09", "stop": {"steps": 1}}
+        scene = Scene.from_dict(base | blocks | {"sample": sample})
+        motion = dust.moving(scene, dust.method.make_sample(scene))
+        start, until = motion.measure(), int(0.4e-3 / motion.sim.beat)
+        motion.advance(until)
+        end = motion.measure()
+        assert abs(dust.ledger(motion, start, start.kinetic)) < 1e-3
+        ends.append((end.kinetic, motion.sim.body_speeds()[0][FACES, 2]))
+    whole, half = np.array(ends)
+    assert -0.45 < whole[1] < 0.0
+    # rows of a triangular lattice are not alike on both sides of the middle
+    assert half[1] == pytest.approx(whole[1], rel=0.03)
+    assert 2.0 * half[0] == pytest.approx(whole[0], rel=0.05)
+
+
+def test_the_limiter_leaves_sheared_dust_alone():
+    """A disc whose rows slide: the bulk viscosity is of pairs that close, the limiter takes it."""
+    x, area = dust.disc(5 * dust.SPACING)
+    lost = {}
+    for limiter in ("balsara", "none"):
+        viscosity = {"grid": 0.0, "bulk": 1.0, "quadratic": 2.0, "limiter": limiter}
+        v = np.stack([100.0 * x[:, 1], np.zeros(len(x))], axis=1)
+        scene = dust.scene(viscosity=viscosity, time_step="1 us")
+        motion = dust.moving(scene, dust.particles(x, area, v))
+        motion.advance(3)
+        lost[limiter] = motion.measure().losses[3]
+    assert 0.0 <= lost["balsara"] < 0.05 * lost["none"]

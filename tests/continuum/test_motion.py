@@ -92,6 +92,8 @@ def test_momentum_is_kept(clash):
     mass, v = motion.sim.of_particles("mass"), motion.sim.velocities()
     moved = np.sum(mass * np.linalg.norm(v, axis=1))
     now, turning = dust.momenta(motion)
+    series = motion.series(motion.measure(), None)
+    assert series["angular_momentum"][1] == pytest.approx(turning, rel=1e-9)
     assert np.abs(now - p).max() < 1e-12 * moved
     assert turning == pytest.approx(spin, rel=1e-6)
 

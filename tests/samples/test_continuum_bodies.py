@@ -248,3 +248,34 @@ def test_a_mirror_that_should_move_is_refused():
     stage = {"name": "down", "drive": {"wall_speed": "1 m/s"}, "stop": {"steps": 1}}
     with pytest.raises(DustError, match="top.*a mirror does not move"):
         Scene.from_dict(data | {"boundary": faces, "stages": [stage]})
+
+
+def test_a_periodic_edge_is_no_shorter_than_particles_reach():
+    data = {"name": "strip", "method": "continuum", "material": "dust_g09", "stop": {"steps": 1}}
+    data |= {"numerics": {"spacing": "0.1 mm"}}
+    strip = {"boundary": {"kind": "faces", "bottom": "rigid", "periodic": ["x"]}}
+    block = {"kind": "block", "size": ["0.2 mm", "1 mm"]}
+    with pytest.raises(DustError, match=r"boundary.periodic: .* 200 um wide along x.* 338 um"):
+        continuum.make(Scene.from_dict(data | strip | {"sample": block}))
+
+
+def test_particles_of_a_file_may_have_a_cell(tmp_path):
+    """A triangular lattice repeats after a whole number of spacings, not after its extent."""
+    path = tmp_path / "rows.csv"
+    places = [((i + 0.25 + 0.5 * (k % 2)) * 1e-4, k * 0.87e-4) for i in range(8) for k in (0, 1)]
+    rows = [f"{x},{z},1e-6" for x, z in places]
+    path.write_text("x,z,mass\n" + "\n".join(rows))
+    placed = made(2, kind="explicit", file=str(path), size=["0.8 mm", "0.2 mm"])
+    assert np.ptp(placed.room[0]) == pytest.approx(8e-4)
+    with pytest.raises(DustError, match="sample.size: .* take a larger size"):
+        made(2, kind="explicit", file=str(path), size=["0.5 mm", "0.2 mm"])
+
+
+def test_a_scene_without_dust_needs_no_material():
+    data = {"name": "bead", "method": "continuum", "stop": {"steps": 1}}
+    data |= {"numerics": {"spacing": "0.1 mm"}}
+    ring = {"kind": "elastic", "diameter": "1 mm", "density": "1 g/cm^3"}
+    ring |= {"youngs_modulus": "1 MPa", "poisson_ratio": 0.4}
+    assert Scene.from_dict(data | {"sample": ring}).material.name == "dust_g09"
+    with pytest.raises(DustError, match="material"):
+        Scene.from_dict(data | {"sample": {"kind": "sphere", "diameter": "1 mm"}})

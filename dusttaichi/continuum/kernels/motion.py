@@ -13,6 +13,7 @@ from dusttaichi.continuum.kernels.store import (
     DT,
     FACES,
     FORCE,
+    FREEDOM,
     IMPULSE,
     INERTIA,
     LEFT,
@@ -185,7 +186,7 @@ class Motion:
                     # force and torque stand one behind the other, as they do in `touch`
                     total = self.lists.touch[e, c]
                     total += self.lists.touch[e, 6 + c] + self.lists.touch[e, 12 + c]
-                    self.f.rigid[row, FORCE + c] += total
+                    self.f.rigid[row, FORCE + c] += self.f.rigid[row, FREEDOM + c] * total
                     self.f.rigid[row, DRAGS + c] += self.lists.touch[e, 6 + c]
                     self.f.rigid[row, DRAGS + 6 + c] += self.lists.touch[e, 12 + c]
 

@@ -16,7 +16,6 @@ from dusttaichi.compute.workers import OWN, SYNC
 FACES = 6  # groups 0-5 move as a face does, those from 6 on are rigid bodies
 FREE = -1  # group of dust
 TINY = 1e-12  # (r/h)^2 that keeps coincident particles from dividing by zero
-GHOST_SHARE = 0.5  # ghosts that there is room for, of the particles, and a few
 LEAST_GHOSTS = 4096
 MOST_WORKERS = THREAD_CLASSES[-1]
 APART = 8  # numbers between those of two workers in `most`: a line of the cache
@@ -34,9 +33,10 @@ CENTRE, SPEED, TURN, MOMENTUM, SPIN, FORCE, TORQUE, IMPULSE, WORK, MASS, INERTIA
     0, 3, 6, 10, 13, 16, 19, 22, 25, 26, 27,
 )  # fmt: skip
 # of what pairs and grid noise do of the force: forces and torques, then the work they took (2);
-# radius and half height of a body, 0 of a sphere; place at the last search; 1 of a layer of dust
-DRAGS, LOSS, RADIUS, HALF, SEARCHED, LAYER = 36, 48, 50, 51, 52, 55
-ROW = 56
+# radius and half height of a body, 0 of a sphere; place at the last search; 1 of a layer of dust;
+# 0 of the components of force and torque that mirrors through its centre cancel, 1 of the others
+DRAGS, LOSS, RADIUS, HALF, SEARCHED, LAYER, FREEDOM = 36, 48, 50, 51, 52, 55, 56
+ROW = 62
 PARTS = 18  # numbers of what a particle does to a surface: force and torque, of stress and drags
 # places in `sync` behind those of compute.workers
 DUE, DONE, ENDED, STUCK = range(OWN, OWN + 4)
@@ -133,10 +133,10 @@ def near_begin(lists: ti.template(), i):
     return lists.first[i] + (VECTOR - 1) * i
 
 
-def place(layout, room, entries):
-    """Taichi fields by name, with room for so many particles and entries of neighbour lists."""
+def place(layout, room, entries, ghosts=0):
+    """Taichi fields by name, with room for so many particles, list entries and ghosts."""
     types = {"f64": ti.f64, "i32": ti.i32}
-    seen = room + max(LEAST_GHOSTS, int(GHOST_SHARE * room)) if layout.ghosts else room
+    seen = room + max(LEAST_GHOSTS, ghosts) if layout.ghosts else room
     variables, fields = declare(layout), {}
     for block in dict.fromkeys(v.place for v in variables):
         together = {}

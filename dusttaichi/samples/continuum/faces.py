@@ -13,10 +13,11 @@ from dusttaichi.samples.continuum.particles import DUST, HELD, Particles
 ORDER = ("top", "bottom", "x_min", "x_max", "y_min", "y_max")  # who holds the dust of a corner
 
 
-def with_faces(particles: Particles, boundary) -> Particles:
+def with_faces(particles: Particles, boundary, reach: float = 0.0) -> Particles:
     """The sample in its room, its layers held.
 
-    boundary: open, or the FacesBoundary. The room of the result ends where something is (of a layer
+    boundary: open, or the FacesBoundary. reach [m]: of the neighbour lists, which no periodic edge
+    may be shorter than. The room of the result ends where something is (of a layer
     its inner face, half way between two rows), and is not a number where a face is open. Raises
     DustError for a layer or a periodic edge that the sample has no room for.
     """
@@ -24,6 +25,7 @@ def with_faces(particles: Particles, boundary) -> Particles:
         return replace(particles, room=np.full((3, 2), np.nan))
     room = _room(particles, boundary)
     role, face = particles.role.copy(), particles.face.copy()
+    _check_periods(boundary, room, reach)
     for wall in ORDER:
         if wall in boundary.layers:
             axis, side = divmod(WALLS.index(wall), 2)
@@ -42,6 +44,18 @@ def with_faces(particles: Particles, boundary) -> Particles:
         raise DustError("boundary: the layers hold all of the dust; take thinner ones.")
     info = particles.info | {"held": int((role == HELD).sum())}
     return replace(particles, role=role, face=face, room=room, info=info)
+
+
+def _check_periods(boundary, room, reach) -> None:
+    """Raise DustError where a particle would see two images of another along one axis."""
+    for name in boundary.periodic_axes:
+        edge = np.ptp(room[AXES.index(name)])
+        if edge < reach:
+            raise DustError(
+                f"boundary.periodic: the sample is {edge * 1e6:.4g} um wide along {name}, and "
+                f"particles reach {reach * 1e6:.4g} um; allowed: no less than that. Take a wider "
+                "sample, or a smaller numerics.spacing."
+            )
 
 
 def _between(held, free, side, plane) -> float:
