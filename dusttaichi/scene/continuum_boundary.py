@@ -13,10 +13,10 @@ from dusttaichi.scene.quantities import Quantity
 
 
 class LayerFace(Block):
-    """Dust that is held where it is, but is pressed and sheared like all dust (G09 section 4.1)."""
+    """Dust that is held where it is (G09 section 4.1): a rough plane, which dust never leaves."""
 
     layer: Annotated[float, Quantity("length", gt=0, example="0.15 mm")] = Field(
-        description="thickness of the dust that is held; at least the reach of the kernel"
+        description="thickness of the dust that is held"
     )
 
 

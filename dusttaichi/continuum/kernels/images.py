@@ -72,16 +72,17 @@ class Images:
             if m == count or k != i:
                 arm_k = arm - self.rigid.raised(self.f.x[i] - self.f.x[k])
                 touch_k = self.rigid.surface(row, arm_k, numbers.h)
-                between, _, there = self.apart(arm, arm_k, touch, touch_k)
-                weight = there * self.f.volume[k]
-                weight *= self.rigid.share(row, 0.5 * (touch[0] + touch_k[0]))
-                weight *= self.slope(between.norm_sqr(), numbers.inv_h, numbers.scale)
-                u = w_i + self.f.v[k] - self.rigid.motion(row, arm_k)
-                u += self.rigid.flat(spin.cross(between))
-                d = self.rigid.flat(between)
-                for a, b in ti.static(ti.ndrange(self.n, self.n)):
-                    A[a, b] -= weight * d[a] * d[b]
-                    G[a, b] -= weight * u[a] * d[b]
+                if touch[0] + touch_k[0] < 2.0 * numbers.h:
+                    between, _, there = self.apart(arm, arm_k, touch, touch_k)
+                    weight = there * self.f.volume[k]
+                    weight *= self.rigid.share(row, 0.5 * (touch[0] + touch_k[0]))
+                    weight *= self.slope(between.norm_sqr(), numbers.inv_h, numbers.scale)
+                    u = w_i + self.f.v[k] - self.rigid.motion(row, arm_k)
+                    u += self.rigid.flat(spin.cross(between))
+                    d = self.rigid.flat(between)
+                    for a, b in ti.static(ti.ndrange(self.n, self.n)):
+                        A[a, b] -= weight * d[a] * d[b]
+                        G[a, b] -= weight * u[a] * d[b]
         return A, G
 
     @ti.func
@@ -122,30 +123,38 @@ class Images:
         touch = self.rigid.surface(row, arm, numbers.h)
         arm_k = arm - self.rigid.raised(self.f.x[i] - self.f.x[k])
         touch_k = self.rigid.surface(row, arm_k, numbers.h)
-        between, n, there = self.apart(arm, arm_k, touch, touch_k)
-        r2 = between.norm_sqr()
-        base = there * self.f.volume[i] * self.f.volume[k]
-        base *= self.rigid.share(row, 0.5 * (touch[0] + touch_k[0]))
-        base *= self.slope(r2, numbers.inv_h, numbers.scale)
-        spin = self.rigid.vector(row, SPIN)
-        w = self.f.v[i] - self.rigid.motion(row, arm) + self.f.v[k] - self.rigid.motion(row, arm_k)
-        mirrored = 2.0 * n.dot(between) * n - between
-        d, d_k = self.rigid.flat(between), self.rigid.flat(mirrored)
-        u = w + self.rigid.flat(spin.cross(between))
-        u_k = w + self.rigid.flat(spin.cross(mirrored))
-        own, its = base * self.closed(i, row), base * self.closed(k, row)
-        closing = numbers.inv_h / (r2 * numbers.inv_h * numbers.inv_h + CLOSE)
-        mu, mu_k = ti.min(u.dot(d), 0.0) * closing, ti.min(u_k.dot(d_k), 0.0) * closing
-        middle = 2.0 * arm - self.rigid.raised(self.f.x[i] - self.f.x[k]) - between
-        stress = own * self.of_rows(self.f.flux[i], d)
-        viscous = own * self.resistance(i, k, mu) * d
-        grid = own * self.noise(i, u, d, numbers)
-        # twice on the body, at the place of k and at that of its image: the mean of both arms
-        for part, force in ti.static(enumerate((stress, viscous, grid))):
-            self.note(e, part, self.rigid.raised(force), middle)
-        stress += its * self.of_rows(self.f.flux[k], d_k)
-        viscous += its * self.resistance(i, k, mu_k) * d_k
-        grid += its * self.noise(k, u_k, d_k, numbers)
+        stress = ti.Vector.zero(ti.f64, self.n)
+        viscous, grid = stress, stress
+        if touch[0] + touch_k[0] < 2.0 * numbers.h:  # else the image is out of reach
+            between, n, there = self.apart(arm, arm_k, touch, touch_k)
+            r2 = between.norm_sqr()
+            base = there * self.f.volume[i] * self.f.volume[k]
+            base *= self.rigid.share(row, 0.5 * (touch[0] + touch_k[0]))
+            base *= self.slope(r2, numbers.inv_h, numbers.scale)
+            spin = self.rigid.vector(row, SPIN)
+            w = (
+                self.f.v[i]
+                - self.rigid.motion(row, arm)
+                + self.f.v[k]
+                - self.rigid.motion(row, arm_k)
+            )
+            mirrored = 2.0 * n.dot(between) * n - between
+            d, d_k = self.rigid.flat(between), self.rigid.flat(mirrored)
+            u = w + self.rigid.flat(spin.cross(between))
+            u_k = w + self.rigid.flat(spin.cross(mirrored))
+            own, its = base * self.closed(i, row), base * self.closed(k, row)
+            closing = numbers.inv_h / (r2 * numbers.inv_h * numbers.inv_h + CLOSE)
+            mu, mu_k = ti.min(u.dot(d), 0.0) * closing, ti.min(u_k.dot(d_k), 0.0) * closing
+            middle = 2.0 * arm - self.rigid.raised(self.f.x[i] - self.f.x[k]) - between
+            stress += own * self.of_rows(self.f.flux[i], d)
+            viscous += own * self.resistance(i, k, mu) * d
+            grid += own * self.noise(i, u, d, numbers)
+            # twice on the body, at the place of k and at that of its image: the mean of both arms
+            for part, force in ti.static(enumerate((stress, viscous, grid))):
+                self.note(e, part, self.rigid.raised(force), middle)
+            stress += its * self.of_rows(self.f.flux[k], d_k)
+            viscous += its * self.resistance(i, k, mu_k) * d_k
+            grid += its * self.noise(k, u_k, d_k, numbers)
         return stress, viscous, grid
 
     @ti.func
