@@ -62,6 +62,13 @@ class ContinuumScene(Scene):
             return data | {"material": "dust_g09"}
         return data
 
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema, handler):
+        written = handler(schema)
+        block = handler.resolve_ref_schema(written)
+        block["required"] = [key for key in block["required"] if key != "material"]
+        return written
+
     @field_validator("gravity", mode="before")
     @classmethod
     def _in_the_plane(cls, value: Any, info: ValidationInfo) -> Any:

@@ -144,7 +144,7 @@ class ContinuumMaterial(Block):
             whole[key] = {**whole[key], **value} if both else value
         if "poisson_ratio" in changed and "shear_ratio" not in changed:
             whole.pop("shear_ratio", None)
-        if "youngs_modulus" in changed and "bulk_modulus" not in changed:
+        if "young_modulus" in changed and "bulk_modulus" not in changed:
             whole.pop("bulk_modulus", None)
         return with_moduli(whole)
 

@@ -4,10 +4,10 @@ from dusttaichi.errors import DustError
 from dusttaichi.scene import quantities
 from dusttaichi.scene.fields import problems
 
-KEYS = ("poisson_ratio", "youngs_modulus")
+KEYS = ("poisson_ratio", "young_modulus")
 SCHEMA = {
     "poisson_ratio": {"type": "number", "description": "Poisson's ratio"},
-    "youngs_modulus": {"type": "string", "description": "Young's modulus, for bulk_modulus"},
+    "young_modulus": {"type": "string", "description": "Young's modulus, for bulk_modulus"},
 }
 
 
@@ -25,18 +25,18 @@ def with_moduli(data: dict) -> dict:
         if not isinstance(nu, (int, float)) or isinstance(nu, bool) or not 0 <= nu < 0.5:
             raise problems([("poisson_ratio", "a number of at least 0 and below 0.5 is needed")])
         out["shear_ratio"] = 1.5 * (1.0 - 2.0 * nu) / (1.0 + nu)
-    if "youngs_modulus" in data:
+    if "young_modulus" in data:
         if "bulk_modulus" in data:
-            raise problems([("youngs_modulus", "it is not allowed together with bulk_modulus")])
+            raise problems([("young_modulus", "it is not allowed together with bulk_modulus")])
         ratio = out.get("shear_ratio")
         if not isinstance(ratio, (int, float)) or isinstance(ratio, bool) or not ratio > 0:
-            raise problems([("youngs_modulus", "it needs a poisson_ratio, or a shear_ratio")])
+            raise problems([("young_modulus", "it needs a poisson_ratio, or a shear_ratio")])
         try:
-            young = quantities.parse(data["youngs_modulus"], "pressure")
+            young = quantities.parse(data["young_modulus"], "pressure")
         except DustError:
             young = 0.0
         if not young > 0:
             text = 'a pressure above 0 is needed, for example "300 kPa"'
-            raise problems([("youngs_modulus", text)])
+            raise problems([("young_modulus", text)])
         out["bulk_modulus"] = f"{young * (3.0 + ratio) / (9.0 * ratio)!r} Pa"
     return out

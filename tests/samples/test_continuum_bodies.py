@@ -275,7 +275,7 @@ def test_a_scene_without_dust_needs_no_material():
     data = {"name": "bead", "method": "continuum", "stop": {"steps": 1}}
     data |= {"numerics": {"spacing": "0.1 mm"}}
     ring = {"kind": "elastic", "diameter": "1 mm", "density": "1 g/cm^3"}
-    ring |= {"youngs_modulus": "1 MPa", "poisson_ratio": 0.4}
+    ring |= {"young_modulus": "1 MPa", "poisson_ratio": 0.4}
     assert Scene.from_dict(data | {"sample": ring}).material.name == "dust_g09"
     with pytest.raises(DustError, match="material"):
         Scene.from_dict(data | {"sample": {"kind": "sphere", "diameter": "1 mm"}})
