@@ -14,22 +14,24 @@ from dusttaichi.continuum.kernels.store import (
     CENTRE,
     DT,
     FACES,
+    FREEDOM,
+    LAYER,
     LEFT,
     LONGEST_LIST,
+    ROW,
     TURN,
     WANT,
     Layout,
 )
-from dusttaichi.continuum.search import Search
+from dusttaichi.continuum.search import SKIN, SUPPORT, Search
 from dusttaichi.continuum.simulation import Simulation, body_row
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES, WALLS
 from dusttaichi.physics.continuum.elasticity import bulk_modulus
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
-from dusttaichi.samples.continuum.particles import DUST, ELASTIC, HELD, RIGID, WALL
+from dusttaichi.samples.continuum.particles import DUST, ELASTIC, RIGID
 
 _LAST = LastCompiled()
-DOUBLE = 2.0  # times the volume of a rigid particle that kernels see: the dust's stress, mirrored
 
 
 def build(scene, particles, *, loops=None):
@@ -43,19 +45,20 @@ def build(scene, particles, *, loops=None):
         raise DustError(f"sample: {len(moving)} rigid bodies; there is room for {BODIES}")
     threads, n = threads_of(scene, len(particles)), len(particles)
     kind = (loops or LOOPS[scene.numerics.backend]).kind
-    compiled = chosen_kernels(scene, n, threads, kind)
+    compiled = chosen_kernels(scene, particles, threads, kind)
     sim = Simulation(
         compiled,
         _LAST.tables(compiled, n),
         n,
-        numbers=numbers_of(scene, compiled.layout.dimension),
+        numbers=numbers_of(scene, compiled.layout.dimension) | periods(scene, particles),
         material=MaterialNumbers.of(scene.material),
         beat=1.0,
         threads=threads,
         bodies=len(moving),
     )
     sim.search = Search(sim, scene.numerics.smoothing_length, *surfaces(scene, particles))
-    put_particles(sim, particles, moving)
+    sim.search.rigid = rigid_rows(scene, moving)
+    put_particles(sim, particles, moving, getattr(scene.boundary, "mirrors", ()))
     sim.search.now()
     sim.load_once()
     begin(sim, scene)
@@ -69,23 +72,39 @@ def layout_of(scene):
         dimension=scene.dimension,
         kernel=numerics.kernel,
         ghosts=bool(boundary.periodic_axes or getattr(boundary, "mirrors", ())),
+        rigid=bool(stiff_faces(boundary)) or scene.sample.has_rigid,
         separate=numerics.contact == "separate",
-        viscous=numerics.viscosity.contact > 0.0 or numerics.viscosity.bulk > 0.0,
+        viscous=numerics.viscosity.by_pairs,
         artificial_stress=numerics.artificial_stress is not None,
     )
 
 
-def chosen_kernels(scene, n, threads, kind):
-    """The Compiled of a scene of n particles, with loops of that kind."""
+def chosen_kernels(scene, particles, threads, kind):
+    """The Compiled of a scene with its particles, with loops of that kind."""
     layout, numerics = layout_of(scene), scene.numerics
-    room = room_for(n)
+    room = room_for(len(particles))
     crowd = (numerics.h_over_spacing / 1.3) ** scene.dimension
     entries = int(room * LONGEST_LIST[scene.dimension] * max(1.0, crowd))
-    key = (numerics.backend, numerics.debug, layout, room, entries, threads, kind)
+    capacity = room, entries, room_for(ghost_count(scene, particles)) if layout.ghosts else 0
+    key = (numerics.backend, numerics.debug, layout, capacity, threads, kind)
     if (last := _LAST.of(key)) is not None:
         return last
     start_taichi(scene, threads)
-    return compiled_for(key, layout, room, entries, kind)
+    return compiled_for(key, layout, capacity, kind)
+
+
+def ghost_count(scene, particles):
+    """Images beyond mirrors and periodic faces that there is room for: as many as an even filling
+    has, and half as many more."""
+    h = scene.numerics.smoothing_length
+    reach, boundary = (SUPPORT + SKIN[scene.dimension]) * h, scene.boundary
+    x, share = particles.position, 1.0
+    mirrors = [WALLS.index(wall) // 2 for wall in getattr(boundary, "mirrors", ())]
+    repeating = [AXES.index(name) for name in boundary.periodic_axes]
+    for axis in (*mirrors, *repeating):
+        extent = np.ptp(x[:, axis]) + particles.spacing
+        share *= 1.0 + (2.0 if axis in repeating else 1.0) * min(1.0, reach / extent)
+    return int(1.5 * (share - 1.0) * len(x)) + 1
 
 
 def numbers_of(scene, dimension):
@@ -102,7 +121,9 @@ def numbers_of(scene, dimension):
         "courant": numerics.cfl,
         "contact": numerics.viscosity.contact,
         "bulk": numerics.viscosity.bulk,
+        "quadratic": numerics.viscosity.quadratic,
         "grid": numerics.viscosity.grid,
+        "limiter": float(numerics.viscosity.limiter == "balsara"),
         "share": 1.0 / 2.0 if printed else 1.0 / 3.0,
         "over_return": float(numerics.plastic_return == "benz"),
         "tension": 0.0 if stress is None else stress.epsilon,
@@ -122,8 +143,38 @@ def surfaces(scene, particles):
     return mirrors, [(axes.index(k), *map(float, particles.room[k])) for k in periodic]
 
 
-def put_particles(sim, particles, moving):
-    """The particles and rigid bodies of a sample into the fields of a Simulation."""
+def periods(scene, particles):
+    """Lengths of the axes of the kernels that repeat [m], and one over them; 0 of the others."""
+    lengths = np.zeros(3)
+    for axis in (AXES.index(name) for name in scene.boundary.periodic_axes):
+        lengths[axis] = np.ptp(particles.room[axis])
+    lengths = lengths[list(particles.axes)]
+    inverse = np.divide(1.0, lengths, out=np.zeros(len(lengths)), where=lengths > 0.0)
+    return {"period": lengths.tolist(), "inv_period": inverse.tolist()}
+
+
+def rigid_rows(scene, moving):
+    """Rows of `rigid` that have a surface: rigid faces, layers, and all rigid bodies."""
+    faces = [WALLS.index(wall) for wall in stiff_faces(scene.boundary)]
+    return [*faces, *range(FACES, FACES + len(moving))]
+
+
+def stiff_faces(boundary):
+    """Names of the faces at which dust ends as at a rigid plane."""
+    return (*getattr(boundary, "rigid", ()), *getattr(boundary, "layers", ()))
+
+
+def cut_by_mirrors(body, particles, mirrors):
+    """Axes of the mirrors that go through the centre of a rigid body: of it a half is there."""
+    axes = [WALLS.index(wall) // 2 for wall in mirrors]
+    planes = [particles.room.ravel()[WALLS.index(wall)] for wall in mirrors]
+    near = 1e-3 * particles.spacing
+    return [a for a, at in zip(axes, planes, strict=True) if abs(body.centre[a] - at) < near]
+
+
+def put_particles(sim, particles, moving, mirrors):
+    """The particles and rigid bodies of a sample into the fields of a Simulation; mirrors: names of
+    the faces that are."""
     axes, n = sim.axes, len(particles)
     role = particles.role.astype(np.int32)
     rank = np.cumsum([body.rigid for body in particles.bodies]) - 1
@@ -132,12 +183,17 @@ def put_particles(sim, particles, moving):
     group[rigid] = FACES + rank[particles.body[rigid]]
     group[role == DUST] = -1
     elastic = role == ELASTIC
-    rows = np.zeros((FACES + len(moving), sim.rigid(0, 36).shape[1]))
+    moves = elastic | (role == DUST)
+    rows = np.zeros((FACES + len(moving), ROW))
     rows[:FACES, TURN] = 1.0
+    planes = particles.room.ravel()
+    for face in np.flatnonzero(np.isfinite(planes)):
+        rows[face, CENTRE + face // 2] = planes[face]
+        rows[face, LAYER] = np.any(particles.face == face)
+    rows[:, FREEDOM : FREEDOM + 6] = 1.0
     for k, body in enumerate(moving):
-        rows[FACES + k] = body_row(body)
+        rows[FACES + k] = body_row(body, cut_by_mirrors(body, particles, mirrors))
     sim.tables["rigid"].from_numpy(rows)
-    stiff = rigid | (role == WALL)
     centre = rows[:, CENTRE : CENTRE + 3][group]
     S = particles.deviator
     full = S[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]] if sim.dimension == 3 else S[:, [0, 4, 4, 2]]
@@ -152,23 +208,20 @@ def put_particles(sim, particles, moving):
             elastic, particles.modulus, bulk_modulus(particles.reference, sim.material)
         ),
         "shear_ratio": np.where(elastic, particles.shear_ratio, sim.material.mu_over_K),
-        "volume": np.where(stiff, DOUBLE * volume, volume),
-        "deviator": np.where(stiff[:, None], 0.0, full),
+        "volume": np.where(moves, volume, 0.0),
+        "deviator": np.where(rigid[:, None], 0.0, full),
         "arm": np.where(rigid[:, None], (particles.position - centre)[:, axes], 0.0),
-        # anything above 0 until the first pass: 0 is for what is rigid
-        "impedance": np.where(stiff, 0.0, 1.0),
-        "alpha": np.where(stiff, sim.numbers["contact"], 0.0),
         "group": group,
         "role": role,
         "number": np.arange(n, dtype=np.int32),
     }
     if "side" in sim.tables:
-        values["side"] = np.where(elastic, 2 + particles.body, np.where(stiff, 1, 0))
+        values["side"] = np.where(elastic, 2 + particles.body, np.where(rigid, 1, 0))
     if sim.layout.separate:
         values["gap"] = np.full(n, CLOSED)
     for name, value in values.items():
         sim.put(name, value)
-    if not (np.isin(role, (DUST, HELD, ELASTIC)).any()):
+    if not moves.any():
         raise DustError(
             "sample: there is nothing that gives way; dust or what is elastic is needed"
         )

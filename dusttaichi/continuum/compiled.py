@@ -6,11 +6,13 @@ from typing import Any
 from dusttaichi.compute.memory import Table, arrays_of
 from dusttaichi.continuum.kernels import store
 from dusttaichi.continuum.kernels.forces import Forces
-from dusttaichi.continuum.kernels.lists import Lists, make_list
+from dusttaichi.continuum.kernels.images import Images
+from dusttaichi.continuum.kernels.lists import Lists, make_list, make_measure
 from dusttaichi.continuum.kernels.motion import Motion
 from dusttaichi.continuum.kernels.numbers import numbers_type
 from dusttaichi.continuum.kernels.rates import Rates
 from dusttaichi.continuum.kernels.response import Response
+from dusttaichi.continuum.kernels.rigid import Rigid
 from dusttaichi.continuum.kernels.separation import Separation
 from dusttaichi.continuum.kernels.smoothing import KERNELS
 from dusttaichi.continuum.step import make_advance
@@ -30,6 +32,7 @@ class Kernels:
     advance: Any
     count: Any
     write: Any
+    measure: Any
     StepNumbers: Any
 
 
@@ -69,22 +72,32 @@ class Compiled:
         return [(v, self.fields[v.name]) for v in store.declare(self.layout)]
 
 
-def compiled_for(key, layout, room, entries, kind):
-    """The Compiled of a layout with room for so many particles and list entries; Taichi runs.
+def compiled_for(key, layout, capacity, kind):
+    """The Compiled of a layout; Taichi runs. capacity: numbers of particles, list entries and
+    ghosts that there is room for.
 
     kind: of the loops (backend.Loops). A kernel a phase is for devices, whose memory is their own:
     wherever it runs, it looks at none directly.
     """
-    fields, lists = store.place(layout, room, entries)
+    fields, lists = store.place(layout, *capacity)
     f, scratch = Fields(fields), Fields(lists)
-    n, smoothing = layout.dimension, KERNELS[layout.kernel]
-    contact = Separation(f, scratch, n, smoothing) if layout.separate else None
-    law = Response(f, n)
-    rates = Rates(f, scratch, layout, smoothing=smoothing, law=law, contact=contact)
-    forces = Forces(f, scratch, layout)
-    StepNumbers = numbers_type(n)
-    advance = make_advance((Motion(f, scratch, layout), rates, forces), StepNumbers, kind)
+    n, StepNumbers = layout.dimension, numbers_type(layout.dimension)
+    rigid, rates, forces = passes(f, scratch, layout)
+    advance = make_advance((Motion(f, scratch, layout, rigid), rates, forces), StepNumbers, kind)
     count, write = make_list(Lists(f, scratch, n))
-    kernels = Kernels(advance, count, write, StepNumbers)
+    measure = make_measure(f, scratch, rigid, StepNumbers) if layout.rigid else None
+    kernels = Kernels(advance, count, write, measure, StepNumbers)
     memory = arrays_of({**fields, **lists}) if kind == "workers" else {}
     return Compiled(key, layout, kernels, fields, lists, memory)
+
+
+def passes(f, lists, layout):
+    """(Rigid, Rates, Forces) of a layout over Fields of state and lists."""
+    slope, rigid = KERNELS[layout.kernel], Rigid(f, layout.dimension)
+    images = Images(f, lists, layout, slope, rigid) if layout.rigid else None
+    contact = None
+    if layout.separate:
+        contact = Separation(f, lists, layout.dimension, slope=slope, images=images)
+    law = Response(f, layout.dimension)
+    rates = Rates(f, lists, layout, law=law, images=images, contact=contact)
+    return rigid, rates, Forces(f, lists, layout, images)

@@ -3,9 +3,20 @@
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.continuum.kernels.store import CENTRE, FACES, FORCE, MASS, OLD, SPEED, WORK
+from dusttaichi.continuum.kernels.store import (
+    CENTRE,
+    DRAGS,
+    FACES,
+    FORCE,
+    LOSS,
+    MASS,
+    OLD,
+    SPEED,
+    SPIN,
+    WORK,
+)
 from dusttaichi.method import Measurement
-from dusttaichi.samples.continuum.particles import DUST, HELD, RIGID, WALL
+from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
 
 def energies(sim):
@@ -16,7 +27,7 @@ def energies(sim):
     """
     role, mass = sim.of_particles("role"), sim.of_particles("mass")
     v = sim.velocities()
-    gives = (role != RIGID) & (role != WALL)
+    gives = (role == DUST) | (role == ELASTIC)
     speed2 = np.sum(v * v, axis=1)
     free = sim.of_particles("group") < 0
     kinetic = 0.5 * np.sum(mass[free] * speed2[free])
@@ -28,19 +39,22 @@ def energies(sim):
     gravity = -np.concatenate([mass[free], own]) @ (at @ sim.numbers["gravity"])
     elastic = elastic_energies(sim, gives)
     work, loss = sim.of_particles("work").sum(axis=0), sim.of_particles("loss").sum(axis=0)
-    loss = loss - half_step(sim, v)
-    dust = np.isin(role, (DUST, HELD))
+    loss = loss + sim.rigid(LOSS, 2).sum(axis=0) - half_step(sim, v, speed, spin)
+    dust = role == DUST
     density, compacted = sim.of_particles("density")[dust], sim.of_particles("reference")[dust]
     return {
         "kinetic": float(kinetic),
         "gravity_energy": float(gravity),
-        "elastic_energy": float(elastic.sum()) + against_artificial_stress(sim, v),
-        "loss": np.array([*(work - elastic), *loss]),
+        "elastic_energy": float(elastic.sum()),
+        "loss": np.array([*(work - elastic), *loss, against_artificial_stress(sim, v)]),
         "work": face_work(sim),
         "speed": float(np.sqrt(speed2.max())),
         "density": float(density.max(initial=0.0)),
         "compacted": float(compacted.max(initial=0.0)),
         "momentum": (mass[free] @ v[free]) + own @ speed[FACES:],
+        "angular_momentum": mass[free] @ np.cross(sim.raised(sim.of_particles("x"))[free], v[free])
+        + own @ np.cross(sim.rigid(CENTRE)[FACES:], speed[FACES:])
+        + sim.angular_momenta()[FACES:].sum(axis=0),
     }
 
 
@@ -67,8 +81,8 @@ def elastic_energies(sim, gives):
 
 
 def against_artificial_stress(sim, v):
-    """Work against artificial stress since the start [J], with the half step up to now: it comes
-    back where the tension goes; 0 where there is none."""
+    """Work against artificial stress since the start [J], with the half step up to now; 0 where
+    there is none. Much of it comes back where the tension goes."""
     if "taken" not in sim.tables:
         return 0.0
     half, mean = 0.5 * sim.clock[OLD], 0.5 * (sim.raised(sim.of_particles("v")) + v)
@@ -76,14 +90,21 @@ def against_artificial_stress(sim, v):
     return float(sim.of_particles("taken").sum() - last)
 
 
-def half_step(sim, v):
-    """Work of both viscosities in the half step up to now [J], (2,)."""
+def half_step(sim, v, speed, spin):
+    """Work of both viscosities in the half step up to now [J], (2,).
+
+    v: velocities of now; speed, spin: of faces and rigid bodies now.
+    """
     half = 0.5 * sim.clock[OLD]
     mean = 0.5 * (sim.raised(sim.of_particles("v")) + v)
+    speed, spin = 0.5 * (sim.rigid(SPEED) + speed), 0.5 * (sim.rigid(SPIN) + spin)
+    drags = sim.rigid(DRAGS, 12)
     return np.array(
         [
             half * np.sum(sim.raised(sim.of_particles(name)) * mean)
-            for name in ("viscous", "grid_force")
+            + half * np.sum(drags[:, column : column + 3] * speed)
+            + half * np.sum(drags[:, column + 3 : column + 6] * spin)
+            for name, column in (("viscous", 0), ("grid_force", 6))
         ]
     )
 

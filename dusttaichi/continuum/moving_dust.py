@@ -25,7 +25,7 @@ BODY = ("centre", "velocity", "spin", "inertia")
 class MovingDust(SimpleSimulation):
     """What dusttaichi.method.Simulation asks for, of the Simulation `sim` of a scene."""
 
-    channels, step_key = CHANNELS, "numerics.cfl"
+    channels, step_key, storing = CHANNELS, "numerics.cfl", ("artificial",)
 
     def __init__(self, scene, sample, sim):
         self.scene, self.sample, self.sim = scene, sample, sim
@@ -35,11 +35,11 @@ class MovingDust(SimpleSimulation):
         self.around = domain_of(scene, sample, self.dt)
         self.variables = select(VARIABLES, self._features(), *scene.output.chosen)
         self.started = measure.energies(sim)["loss"]
-        # walls whose force is summed: over the particles that they move
+        # walls whose force is summed: over the particles of a layer, or the touches of a rigid face
         self._pressed = {WALLS[face] for face in np.unique(sample.face) if face >= 0}
+        self._pressed |= set(getattr(scene.boundary, "rigid", ()))
         rigid = [body for body in sample.bodies if body.rigid]
-        # rigid faces are bodies without a size
-        self._flying = {b: body.name for b, body in enumerate(rigid) if body.size > 0.0}
+        self._flying = {b: body.name for b, body in enumerate(rigid)}
         self.drive(scene.stage_plans[0].drive)
 
     def _features(self):

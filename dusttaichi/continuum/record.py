@@ -3,7 +3,7 @@
 import numpy as np
 
 from dusttaichi.continuum.kernels.store import CENTRE, FACES
-from dusttaichi.samples.continuum.particles import DUST, HELD
+from dusttaichi.samples.continuum.particles import DUST
 
 IN_SPACE = [0, 4, 8, 1, 2, 5]  # xx yy zz xy xz yz of nine rows
 
@@ -22,7 +22,7 @@ def series(sim, parts, window, areas, elastic):
     """What the continuum adds to a record; areas: of the walls [m^2], (6,); elastic: what
     measure.elastic_bodies tells."""
     role = sim.of_particles("role")
-    dust = np.isin(role, (DUST, HELD))
+    dust = role == DUST
     mass, density = sim.of_particles("mass")[dust], sim.of_particles("density")[dust]
     p = sim.of_particles("pressure")[dust]
     volume = mass / density
@@ -30,7 +30,15 @@ def series(sim, parts, window, areas, elastic):
     S = share @ components(sim.of_particles("deviator")[dust], sim.dimension)
     pressure = float(share @ p)
     solid = sim.material.rho_s
-    keys = ("kinetic", "gravity_energy", "elastic_energy", "loss", "work", "momentum")
+    keys = (
+        "kinetic",
+        "gravity_energy",
+        "elastic_energy",
+        "loss",
+        "work",
+        "momentum",
+        "angular_momentum",
+    )
     out = {key: parts[key] for key in keys}
     force = np.zeros((FACES + sim.bodies + len(elastic[0]), 3))
     if window is not None:

@@ -8,14 +8,17 @@ from itertools import product
 
 import numpy as np
 
+from dusttaichi.continuum.kernels.store import CENTRE, SEARCHED
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import moment
+from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
 FARTHEST = 1e6  # m; beyond, the place of a particle does not count as a number
 SUPPORT = 2.0  # reach of the kernels in smoothing lengths
 # extra reach of the lists in smoothing lengths, by dimension: what a longer list costs a step, and
 # what a search costs
 SKIN = {2: 0.6, 3: 0.3}
+YIELD = (DUST, ELASTIC)  # roles of what has neighbours
 MOST_CELLS = 4.0  # cells for each particle that there is room for
 
 
@@ -23,11 +26,12 @@ class Search:
     """The neighbour lists of a Simulation.
 
     mirrors: (axis, side, plane [m]) of each mirror; edges: (axis, low, high) of each periodic axis,
-    all of the kernels' axes. count: searches so far.
+    all of the kernels' axes. rigid: rows of what has a rigid surface. count: searches so far.
     """
 
     def __init__(self, sim, h, mirrors, edges):
         self.sim, self.h, self.mirrors, self.edges = sim, h, mirrors, edges
+        self.rigid = []
         self.skin = SKIN[sim.dimension] * h
         self.reach, self.count = SUPPORT * h + self.skin, 0
         self.total = 0  # entries of all lists
@@ -55,6 +59,9 @@ class Search:
         order = np.argsort(cell, kind="stable")
         self.sim.reorder(order)
         self.sim.put("x_search", wrapped[order])
+        rows = self.sim.tables["rigid"].to_numpy()
+        rows[:, SEARCHED : SEARCHED + 3] = rows[:, CENTRE : CENTRE + 3]
+        self.sim.tables["rigid"].from_numpy(rows)
         self._list(wrapped[order], grid)
         self.count += 1
 
@@ -96,10 +103,15 @@ class Search:
         sim, n = self.sim, len(x)
         seen = np.concatenate([x, self._ghosts(x)])
         low, width, cells = grid
-        cell = self._cells(seen, *grid)
+        # what is rigid or held is nobody's neighbour: it is seen as the surface of its body or face
+        yields = np.ones(len(seen), bool)
+        yields[:n] = np.isin(sim.of_particles("role"), YIELD)
+        yields = np.flatnonzero(yields)
+        cell = self._cells(seen[yields], *grid)
         first = np.searchsorted(np.sort(cell), np.arange(np.prod(cells) + 1)).astype(np.int32)
         sim.lists["cell_first"].from_numpy(first)
-        sim.lists["in_cell"].from_numpy(np.argsort(cell, kind="stable").astype(np.int32))
+        in_cell = yields[np.argsort(cell, kind="stable")]
+        sim.lists["in_cell"].from_numpy(in_cell.astype(np.int32))
         self._place_ghosts(x)
         sim.lists["grid_origin"].from_numpy(low)
         sim.lists["grid_cells"].from_numpy(cells)
@@ -112,11 +124,34 @@ class Search:
                 "numerics.cfl, a larger numerics.viscosity.grid or a lower speed."
             )
         sim.kernels.write(n, self.reach**2, 1.0 / width)
-        group = sim.of_particles("group")
-        members = np.flatnonzero(group >= 0)
-        members = members[np.argsort(group[members], kind="stable")].astype(np.int32)
-        sim.lists["members"].from_numpy(members)
-        sim.members = len(members)
+        self._touches(n)
+
+    def _touches(self, n):
+        """Which particles come near which surface of what is rigid, before the next search."""
+        sim = self.sim
+        if not sim.layout.rigid:
+            return
+        yields = np.isin(sim.of_particles("role"), YIELD)
+        own, rows = [], []
+        for row in self.rigid:
+            sim.kernels.measure(row, sim.step_numbers())
+            # both may go their part of the skin, and the lists may be old by as much
+            near = sim.lists["distance"].to_numpy(n) < SUPPORT * self.h + 2.0 * self.skin
+            own.append(np.flatnonzero(near & yields))
+            rows.append(np.full(len(own[-1]), row))
+        own, rows = np.concatenate(own), np.concatenate(rows)
+        order = np.argsort(own, kind="stable")
+        room = sim.lists["touch_row"].field.shape[0]
+        if len(own) > room:
+            raise GuardStop(
+                f"{moment(sim)} {len(own)} contacts of particles with rigid surfaces are more than "
+                f"there is room for ({room}): the gaps between them are narrower than the reach of "
+                "a particle. Try a smaller numerics.spacing."
+            )
+        first = np.searchsorted(own[order], np.arange(n + 1)).astype(np.int32)
+        sim.lists["touch_first"].from_numpy(first)
+        sim.lists["touch_row"].from_numpy(rows[order].astype(np.int32))
+        sim.touches = len(own)
 
     def _ghosts(self, x):
         """Places of all images within reach of the room; who they are of, their signs and shifts
@@ -125,13 +160,14 @@ class Search:
         if not sim.layout.ghosts:
             return np.zeros((0, sim.dimension))
         source, sign, shift = [], [], []
+        yields = np.isin(sim.of_particles("role"), YIELD)
         for chosen in product(*self._images(sim.dimension)):
             signs = np.array([s for s, _ in chosen])
             shifts = np.array([t for _, t in chosen])
             if (signs == 1.0).all() and (shifts == 0.0).all():
                 continue
             image = x * signs + shifts
-            inside = np.flatnonzero(self._near(image))
+            inside = np.flatnonzero(self._near(image) & yields)
             source.append(inside)
             sign.append(np.broadcast_to(signs, (len(inside), sim.dimension)))
             shift.append(np.broadcast_to(shifts, (len(inside), sim.dimension)))
@@ -186,6 +222,6 @@ class Search:
         for name in ("flux", "drag", "tension"):
             if name in sim.tables:
                 sim.put_ghosts(name, n, sim.of_particles(name)[source] * both)
-        for name in ("volume", "impedance", "alpha", "side", "gap"):
+        for name in ("volume", "density", "impedance", "alpha", "beta", "side", "gap"):
             if name in sim.tables:
                 sim.put_ghosts(name, n, sim.of_particles(name)[source])

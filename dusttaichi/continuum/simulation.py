@@ -13,12 +13,15 @@ from dusttaichi.continuum.kernels.store import (
     FACES,
     FORCE,
     FREE,
+    FREEDOM,
+    HALF,
     IMPULSE,
     INERTIA,
     LEFT,
     MASS,
     MOMENTUM,
     OLD,
+    RADIUS,
     ROW,
     SPEED,
     SPIN,
@@ -52,7 +55,7 @@ class Simulation:
         self.beat, self.threads, self.bodies = beat, threads, bodies
         self.tables, self.lists = tables
         self.names = [variable.name for variable in declare(self.layout)]
-        self.step, self.members, self.search = 0, 0, None
+        self.step, self.touches, self.search = 0, 0, None
         self._told = {}, None  # numbers that the kernels were told last, and their struct
 
     @property
@@ -113,13 +116,13 @@ class Simulation:
                 self.search.now()
                 pending = 1
 
-    def _told_numbers(self):
+    def step_numbers(self):
         """The StepNumbers of now: the last ones where nothing has changed, since Taichi takes a
         millisecond to make a struct, and a search comes as often as every step."""
         numbers = self.numbers | {
             "count": self.n,
-            "members": self.members,
             "bodies": self.bodies,
+            "touches": self.touches,
             "beat": self.beat,
             "way2": self.search.way2,
         }
@@ -128,7 +131,7 @@ class Simulation:
         return self._told[1]
 
     def _call(self, beats, pending):
-        told = self._told_numbers()
+        told = self.step_numbers()
         self.kernels.advance(beats, pending, self.threads, told, self.told_material)
         sync = self.lists["sync"].to_numpy()
         if sync[STUCK]:
@@ -224,14 +227,23 @@ class Simulation:
         self.search.again()
 
 
-def body_row(body):
-    """The row of `rigid` of a body at the start (samples.continuum.particles.Body) [SI]."""
-    out = np.zeros(ROW)
+def body_row(body, mirrors=()):
+    """The row of `rigid` of a body at the start (samples.continuum.particles.Body) [SI].
+
+    mirrors: axes of the mirrors through its centre. Each leaves half of its mass, no force across
+    the mirror, and no torque but the one about its normal.
+    """
+    out, share = np.zeros(ROW), 0.5 ** len(mirrors)
+    out[FREEDOM : FREEDOM + 6] = 1.0
+    for axis in mirrors:
+        out[FREEDOM + axis] = 0.0
+        out[FREEDOM + 3 : FREEDOM + 6] *= np.arange(3) == axis
     out[CENTRE : CENTRE + 3], out[SPEED : SPEED + 3] = body.centre, body.velocity
-    out[TURN], out[MASS] = 1.0, body.mass
+    out[TURN], out[MASS] = 1.0, share * body.mass
     out[SPIN : SPIN + 3] = body.spin
-    out[MOMENTUM : MOMENTUM + 3] = body.inertia @ body.spin
-    out[INERTIA : INERTIA + 9] = np.linalg.pinv(body.inertia).ravel()
+    out[MOMENTUM : MOMENTUM + 3] = share * body.inertia @ body.spin
+    out[INERTIA : INERTIA + 9] = np.linalg.pinv(share * body.inertia).ravel()
+    out[RADIUS], out[HALF] = body.radius, body.half_height
     return out
 
 

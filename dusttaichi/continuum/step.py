@@ -50,7 +50,7 @@ def by_workers(motion, rates, forces, StepNumbers):
                 while done < beats and present > 0:
                     if drifted == 0:
                         if me == 0:
-                            motion.move_bodies(numbers)
+                            sync[DUE] = motion.move_bodies(numbers)
                         met += present
                         barrier(sync, met)
                         for i in range(begin, end):
@@ -93,9 +93,8 @@ def by_launches(motion, rates, forces, StepNumbers):
 
     @ti.kernel
     def kick_and_drift(numbers: StepNumbers):
-        sync[DUE] = 0
         for _ in range(1):
-            motion.move_bodies(numbers)
+            sync[DUE] = motion.move_bodies(numbers)
         for i in range(numbers.count):
             if motion.kick_and_drift(i, numbers) == 1:
                 sync[DUE] = 1

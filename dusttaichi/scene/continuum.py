@@ -2,7 +2,7 @@
 
 from typing import Any, ClassVar, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from dusttaichi.samples.continuum import AnyParticles, reads_particles
 from dusttaichi.scene.continuum_boundary import ContinuumBoundary, FacesBoundary, OpenBoundary
@@ -54,6 +54,21 @@ class ContinuumScene(Scene):
     )
     numerics: ContinuumNumerics = Field(description="particles, kernel, viscosity, time step")
 
+    @model_validator(mode="before")
+    @classmethod
+    def _without_dust(cls, data: Any) -> Any:
+        """Where no body is of dust, the material is one that nothing is made of."""
+        if isinstance(data, dict) and "material" not in data and not _has_dust(data.get("sample")):
+            return data | {"material": "dust_g09"}
+        return data
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema, handler):
+        written = handler(schema)
+        block = handler.resolve_ref_schema(written)
+        block["required"] = [key for key in block["required"] if key != "material"]
+        return written
+
     @field_validator("gravity", mode="before")
     @classmethod
     def _in_the_plane(cls, value: Any, info: ValidationInfo) -> Any:
@@ -92,3 +107,14 @@ class ContinuumScene(Scene):
         if not any(plan.drive.wall_speed for plan in self.stage_plans):
             return []
         return [("top", "a mirror does not move; allowed with wall_speed: rigid, or a layer")]
+
+
+def _has_dust(sample: Any) -> bool:
+    """Whether plain data of a sample has a body of dust, or is none."""
+    if not isinstance(sample, dict):
+        return True
+    inner = [sample[key] for key in ("target", "projectile") if key in sample]
+    inner += sample.get("bodies") or []
+    if inner:
+        return any(map(_has_dust, inner))
+    return sample.get("kind", "rigid") not in ("elastic", "rigid")

@@ -13,10 +13,10 @@ from dusttaichi.scene.quantities import Quantity
 
 
 class LayerFace(Block):
-    """Dust that is held where it is, but is pressed and sheared like all dust (G09 section 4.1)."""
+    """Dust that is held where it is (G09 section 4.1): a rough plane, which dust never leaves."""
 
     layer: Annotated[float, Quantity("length", gt=0, example="0.15 mm")] = Field(
-        description="thickness of the dust that is held; at least the reach of the kernel"
+        description="thickness of the dust that is held"
     )
 
 
@@ -37,7 +37,7 @@ class FacesBoundary(Block):
     x_min: Face = Field(
         "open",
         description="what is at this face: open, mirror (a smooth plane), rigid (a rough rigid "
-        "wall), or {layer: thickness} of dust that is held",
+        "plane), or {layer: thickness} of dust that is held",
     )
     x_max: Face = Field("open", description="as x_min")
     y_min: Face = Field("open", description="as x_min; in three dimensions")
@@ -48,11 +48,6 @@ class FacesBoundary(Block):
     gap: Annotated[float, Quantity("length", ge=0, example="0.1 mm")] = Field(
         "0 m", description="between the sample and each of mirror and rigid"
     )
-    overhang: Annotated[float, Quantity("length", ge=0, example="1 mm")] = Field(
-        "0 m",
-        description="how far rigid faces go on beyond the sample where its sides are open: room "
-        "for what spreads on them",
-    )
     wall_speed: Annotated[float, Quantity("speed")] = Field(
         "0 m/s", description="speed of the top face downwards; negative pulls it up"
     )
@@ -61,6 +56,13 @@ class FacesBoundary(Block):
     WITHOUT_LOADS: ClassVar[str] = (
         "it is for grains; the faces of a continuum move at a wall_speed, or rest"
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _endless(cls, data: Any) -> Any:
+        if isinstance(data, dict) and "overhang" in data:
+            raise problems([("overhang", "rigid faces are planes without an edge; leave it out")])
+        return data
 
     @field_validator("periodic", mode="after")
     @classmethod
@@ -80,8 +82,6 @@ class FacesBoundary(Block):
             found.append(("", "all faces are open; at least one is needed, or kind: open"))
         if self.gap and not (set(self.mirrors) | set(self.rigid)):
             found.append(("gap", "it is for mirror and rigid faces only"))
-        if self.overhang and not self.rigid:
-            found.append(("overhang", "it is for rigid faces only"))
         if found:
             raise problems(found)
         return self

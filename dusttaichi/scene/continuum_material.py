@@ -7,8 +7,9 @@ from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
 from dusttaichi.physics.continuum import conditions
 from dusttaichi.physics.continuum.numbers import SHEAR, MaterialNumbers
-from dusttaichi.scene import continuum_dusts
+from dusttaichi.scene import continuum_dusts, moduli
 from dusttaichi.scene.fields import Block, Number, needed, problems
+from dusttaichi.scene.moduli import with_moduli
 from dusttaichi.scene.quantities import Quantity
 
 Share = Annotated[float, Number(gt=0, lt=1)]
@@ -93,7 +94,7 @@ class ContinuumMaterial(Block):
     """Written as a name, a file that `dust fit continuum` wrote, either with some numbers changed
     (`base`) or drawn from their covariance (`draw`), or as numbers."""
 
-    extra_keys: ClassVar[tuple[str, ...]] = ("base", "draw", "poisson_ratio")
+    extra_keys: ClassVar[tuple[str, ...]] = ("base", "draw", *moduli.KEYS)
     needed: ClassVar[str] = continuum_dusts.NEEDED
 
     name: str = Field("custom", description="name of the material in results and figures")
@@ -124,13 +125,13 @@ class ContinuumMaterial(Block):
         if isinstance(data, ContinuumMaterial):
             return data
         if isinstance(data, str):
-            return cls._poisson(cls._known(data, info))
+            return with_moduli(cls._known(data, info))
         if not isinstance(data, dict):
             raise needed(cls.needed)
         if "base" not in data:
             if "draw" in data:
                 raise problems([("draw", "it needs a `base` that has a covariance")])
-            return cls._poisson(data)
+            return with_moduli(data)
         whole = {**cls._known(data["base"], info, "base"), "name": Path(data["base"]).stem}
         changed = {key: value for key, value in data.items() if key not in ("base", "draw")}
         if "draw" in data:
@@ -143,7 +144,9 @@ class ContinuumMaterial(Block):
             whole[key] = {**whole[key], **value} if both else value
         if "poisson_ratio" in changed and "shear_ratio" not in changed:
             whole.pop("shear_ratio", None)
-        return cls._poisson(whole)
+        if "young_modulus" in changed and "bulk_modulus" not in changed:
+            whole.pop("bulk_modulus", None)
+        return with_moduli(whole)
 
     @staticmethod
     def _known(name: Any, info: ValidationInfo, key: str = "") -> dict[str, Any]:
@@ -159,19 +162,6 @@ class ContinuumMaterial(Block):
         except ValidationError:
             return False
         return True
-
-    @classmethod
-    def _poisson(cls, data: dict) -> dict:
-        """mu/K = 3 (1 - 2 nu)/(2 (1 + nu)) of a Poisson ratio."""
-        if "poisson_ratio" not in data:
-            return data
-        if "shear_ratio" in data:
-            raise problems([("poisson_ratio", "it is not allowed together with shear_ratio")])
-        nu = data["poisson_ratio"]
-        if not isinstance(nu, (int, float)) or isinstance(nu, bool) or not 0 <= nu < 0.5:
-            raise problems([("poisson_ratio", "a number of at least 0 and below 0.5 is needed")])
-        rest = {key: value for key, value in data.items() if key != "poisson_ratio"}
-        return {**rest, "shear_ratio": 1.5 * (1.0 - 2.0 * nu) / (1.0 + nu)}
 
     @model_validator(mode="after")
     def _check(self) -> "ContinuumMaterial":
@@ -204,7 +194,7 @@ class ContinuumMaterial(Block):
             "base": base,
             "draw": draw,
             **block["properties"],
-            "poisson_ratio": {"type": "number", "description": "Poisson's ratio"},
+            **moduli.SCHEMA,
         }
         some = {
             key: {"type": "object", "description": f"what of the {key} strength is changed"}

@@ -2,15 +2,28 @@
 
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from dusttaichi.scene.fields import Block, Number, Switch
+from dusttaichi.scene.fields import Block, Number, Switch, needed
 from dusttaichi.scene.numerics import CommonNumerics
 from dusttaichi.scene.quantities import Quantity
 
+VISCOSITIES = {
+    "quasi_static": {},
+    "front": {"contact": 0.1, "bulk": 0.1, "quadratic": 2.0},
+    "impact": {"contact": 0.3, "bulk": 0.3, "quadratic": 2.0},
+}
+"""Word -> coefficients that differ from the defaults: for dust that is pressed, or hit by a bead;
+for fronts behind what pushes dust at 0.5 to 2 m/s; and at 2 to 10 m/s."""
+
 
 class Viscosity(Block):
-    """Artificial viscosity, by where it acts; none of it is material."""
+    """Artificial viscosity, by where it acts; none of it is material. Written as a word for the
+    kind of scene (quasi_static, front at 0.5 to 2 m/s, impact at 2 to 10 m/s) or as a block."""
+
+    needed: ClassVar[str] = (
+        f"{', '.join(VISCOSITIES)} or a block is needed, for example {{bulk: 0.1, quadratic: 2}}"
+    )
 
     contact: Annotated[float, Number(ge=0, le=10)] = Field(
         0.0,
@@ -20,11 +33,40 @@ class Viscosity(Block):
     bulk: Annotated[float, Number(ge=0, le=10)] = Field(
         0.0, description="coefficient alpha of all other pairs"
     )
+    quadratic: Annotated[float, Number(ge=0, le=10)] = Field(
+        0.0,
+        description="coefficient beta of the term that is quadratic in the speed of approach of "
+        "all pairs: what a front needs, and hardly anything where dust is strained slowly",
+    )
+    limiter: Literal["balsara", "none"] = Field(
+        "balsara",
+        description="bulk and quadratic viscosity by |div v|/(|div v| + |curl v|) (Balsara 1995): "
+        "none where dust is sheared only; or by 1",
+    )
     grid: Annotated[float, Number(ge=0, le=1)] = Field(
         0.02,
         description="coefficient of a viscosity that acts on the part of velocity differences "
         "that no velocity linear in place explains: on grid noise",
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _expand(cls, data: Any) -> Any:
+        if isinstance(data, str) and data in VISCOSITIES:
+            return VISCOSITIES[data]
+        if not isinstance(data, (dict, Viscosity)):
+            raise needed(cls.needed)
+        return data
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema, handler):
+        block = handler.resolve_ref_schema(handler(schema))
+        return {"description": cls.__doc__, "anyOf": [{"enum": list(VISCOSITIES)}, block]}
+
+    @property
+    def by_pairs(self) -> bool:
+        """Whether pairs of particles resist their approach."""
+        return self.contact > 0.0 or self.bulk > 0.0 or self.quadratic > 0.0
 
 
 class ArtificialStress(Block):

@@ -16,7 +16,7 @@ RING = {
     "bulk_modulus": "1 MPa",
     "shear_ratio": 0.22,
 }
-SPEED, SPACING = 0.93, 0.25e-3
+SPEED, SPACING = 1.866, 0.25e-3  # 0.059 of the speed of sound, as everybody has them
 
 
 def scene(sample, **blocks):
@@ -40,15 +40,18 @@ def test_rubber_rings_bounce_in_one_piece():
         for side in (-1, 1)
     ]
     numerics = {"spacing": f"{SPACING} m", "threads": 1, "artificial_stress": "on"}
+    numerics |= {"contact": "separate", "viscosity": {"grid": 1.0}}
     motion = built(scene({"kind": "several", "bodies": rings}, numerics=numerics))
     start, before = motion.measure(), bodies(motion)["body_velocity"][:, 0]
-    motion.advance(int(5.5e-3 / motion.sim.beat))
+    motion.advance(int(5e-3 / motion.sim.beat))
     end, found = motion.measure(), bodies(motion)
     open_by = end.energy - start.energy + end.lost - start.lost
     assert abs(open_by) < 0.01 * start.kinetic
     after = found["body_velocity"][:, 0]
-    # 0.73 at a spacing of 0.167 mm and at half of it; a coarse ring is within 5 %
-    np.testing.assert_allclose(-after / before, 0.73, rtol=0.05)
+    # 0.695 at a spacing of 0.167 mm (configs/continuum/rings.yaml); a coarse ring is within 5 %
+    np.testing.assert_allclose(-after / before, 0.695, rtol=0.05)
+    # the work against artificial stress has come back, but for some
+    assert abs(end.losses[5]) < 0.05 * start.kinetic
     np.testing.assert_allclose(after.sum(), 0.0, atol=1e-9 * SPEED)
     # apart from each other; no particle has left its ring, and none have met
     x = motion.sim.in_order(motion.sim.of_particles("x"))
@@ -61,7 +64,7 @@ def test_rubber_rings_bounce_in_one_piece():
 def depth(projectile, spacing):
     """How far [m] a bead of 0.6 mm sinks into dust within 0.8 ms; spacing [mm]."""
     bead = {"diameter": "0.6 mm", "density": "2540 kg/m^3"}
-    target = {"kind": "block", "size": ["2.4 mm", "1.4 mm"]}
+    target = {"kind": "block", "size": ["1.8 mm", "1.2 mm"]}
     sample = {"kind": "impact", "target": target, "projectile": bead | projectile}
     blocks = {
         "boundary": {"kind": "faces", "bottom": {"layer": "0.3 mm"}},
@@ -78,16 +81,16 @@ def depth(projectile, spacing):
 
 
 def test_an_elastic_bead_falls_as_a_rigid_one():
-    """They differ by a fifth where six particles span the bead, and meet at spacing zero: linearly
-    extrapolated over a third of the spacing within 10 %."""
+    """They differ by an eighth where twelve particles span the bead, and meet at spacing zero:
+    linearly extrapolated from 70 and 50 um within 10 %, from 50 and 35 um (slower) within 1 %."""
     kinds = {
         "rigid": {"kind": "rigid"},
-        "elastic": {"kind": "elastic", "bulk_modulus": "5 MPa", "shear_ratio": 0.6},
+        "elastic": {"kind": "elastic", "bulk_modulus": "1 MPa", "shear_ratio": 0.6},
     }
     end = {}
     for name, projectile in kinds.items():
-        coarse, fine = (depth(projectile, spacing) for spacing in (0.1, 0.07))
-        end[name] = fine - 0.07 / 0.03 * (coarse - fine)
+        coarse, fine = (depth(projectile, spacing) for spacing in (0.07, 0.05))
+        end[name] = fine - 0.05 / 0.02 * (coarse - fine)
     assert end["elastic"] == pytest.approx(end["rigid"], rel=0.1)
 
 

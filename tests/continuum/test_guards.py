@@ -47,19 +47,9 @@ def test_what_is_too_fast_is_stopped():
     """A disc at 1 km/s, which a step of the speed of sound would carry through the wall, and a wall
     that is pushed into dust as fast as no step can follow."""
     x, area = dust.disc(3 * dust.SPACING)
-    wall, _ = dust.rows(12, 4)
-    wall = wall - [6 * dust.SPACING, 4.0 * dust.SPACING]
     x[:, 1] += 3.0 * dust.SPACING - x[:, 1].min()
-    rigid = np.arange(len(x) + len(wall)) >= len(x)
-    sample = dust.particles(
-        np.concatenate([x, wall]),
-        area,
-        np.where(rigid[:, None], 0.0, [0.0, -1000.0]),
-        role=np.where(rigid, 3, 0).astype(np.int8),
-        face=np.where(rigid, 4, -1).astype(np.int8),
-        body=np.where(rigid, -1, 0).astype(np.int32),
-        room=np.array([[np.nan] * 2, [np.nan] * 2, [0.0, np.nan]]),
-    )
+    room = np.array([[np.nan] * 2, [np.nan] * 2, [0.0, np.nan]])
+    sample = dust.particles(x, area, [0.0, -1000.0], room=room)
     motion = dust.moving(dust.scene(boundary={"kind": "faces", "bottom": "rigid"}), sample)
     with pytest.raises(GuardStop, match="filling factor"):
         for _ in range(20):

@@ -92,6 +92,8 @@ def test_momentum_is_kept(clash):
     mass, v = motion.sim.of_particles("mass"), motion.sim.velocities()
     moved = np.sum(mass * np.linalg.norm(v, axis=1))
     now, turning = dust.momenta(motion)
+    series = motion.series(motion.measure(), None)
+    assert series["angular_momentum"][1] == pytest.approx(turning, rel=1e-9)
     assert np.abs(now - p).max() < 1e-12 * moved
     assert turning == pytest.approx(spin, rel=1e-6)
 
@@ -204,17 +206,11 @@ def pressed(count, speed):
     """Scene and particles of so many rows of dust between rigid walls, periodic sideways, pressed
     from above at a speed [m/s]."""
     columns, high = 6, dust.SPACING * np.sqrt(3.0) / 2.0
-    x, area = dust.rows(columns, count + 12)
-    x[:, 1] -= 6 * high
-    role, face = np.zeros(len(x), np.int8), np.full(len(x), -1, np.int8)
-    for number, where in ((4, x[:, 1] < 0.0), (5, x[:, 1] > count * high)):
-        role[where], face[where] = 3, number
+    x, area = dust.rows(columns, count)
     boundary = {"kind": "faces", "bottom": "rigid", "top": "rigid", "periodic": ["x"]}
     boundary |= {"wall_speed": f"{speed} m/s"}
     room = np.array([[0.0, columns * dust.SPACING], [np.nan, np.nan], [0.0, count * high]])
-    body = np.where(face < 0, 0, -1).astype(np.int32)
-    more = {"role": role, "face": face, "room": room, "body": body}
-    return dust.scene(boundary=boundary), dust.particles(x, area, **more)
+    return dust.scene(boundary=boundary), dust.particles(x, area, room=room)
 
 
 def test_a_kernel_a_phase_gives_the_same_motion():
@@ -265,32 +261,21 @@ def test_a_contact_may_open():
     """A disc on a rigid wall: it leaves the wall where it may, and no work appears from nothing;
     else it stays."""
     x, area = dust.disc(5 * dust.SPACING)
-    high = dust.SPACING * np.sqrt(3.0) / 2.0
-    wall, _ = dust.rows(20, 4)
-    wall = wall - [10 * dust.SPACING, 4 * high]
     x[:, 1] += 1.1 * dust.SPACING - x[:, 1].min()
-    rigid = np.arange(len(x) + len(wall)) >= len(x)
-    sample = dust.particles(
-        np.concatenate([x, wall]),
-        area,
-        np.where(rigid[:, None], 0.0, [0.0, -0.2]),
-        role=np.where(rigid, 3, 0).astype(np.int8),
-        face=np.where(rigid, 4, -1).astype(np.int8),
-        body=np.where(rigid, -1, 0).astype(np.int32),
-        room=np.array([[np.nan] * 2, [np.nan] * 2, [0.0, np.nan]]),
-    )
+    room = np.array([[np.nan] * 2, [np.nan] * 2, [0.0, np.nan]])
+    sample = dust.particles(x, area, [0.0, -0.2], room=room)
     away = {}
     for contact in ("separate", "stick"):
         scene = dust.scene(
             material={"base": "dust_g09", "bulk_modulus": "4.5 kPa"},
             boundary={"kind": "faces", "bottom": "rigid"},
             contact=contact,
+            cfl=0.25,  # at 0.5 so soft a disc is strained by 2 % in a step: too long for 1 %
             **OPEN,  # of so small a disc more takes nearly all that it could leave with
         )
         motion = dust.moving(scene, sample)
         start = motion.measure()
         motion.advance(90)
         assert abs(dust.ledger(motion, start, start.kinetic)) < 0.01
-        dusty = motion.sim.of_particles("role") == 0
-        away[contact] = motion.sim.of_particles("x")[dusty, 1].min() / dust.SPACING
+        away[contact] = motion.sim.of_particles("x")[:, 1].min() / dust.SPACING
     assert away["separate"] > 1.5 and away["stick"] < 1.0

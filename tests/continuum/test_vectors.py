@@ -11,14 +11,9 @@ from dusttaichi.compute.backend import start_taichi
 from dusttaichi.compute.engine import settings, ti
 from dusttaichi.compute.processor import compiled_bits
 from dusttaichi.continuum.build import layout_of
-from dusttaichi.continuum.compiled import Fields
+from dusttaichi.continuum.compiled import Fields, passes
 from dusttaichi.continuum.kernels import store
-from dusttaichi.continuum.kernels.forces import Forces
 from dusttaichi.continuum.kernels.numbers import numbers_type
-from dusttaichi.continuum.kernels.rates import Rates
-from dusttaichi.continuum.kernels.response import Response
-from dusttaichi.continuum.kernels.separation import Separation
-from dusttaichi.continuum.kernels.smoothing import KERNELS
 from dusttaichi.physics.continuum.kernels import MATERIAL
 
 # the kernel's slope takes one root for each neighbour
@@ -28,19 +23,17 @@ BLOCK = re.compile(r"^vector\.body[\w.]*:.*?(?=^[\w.]+:)", re.MULTILINE | re.DOT
 NARROWEST = 256
 # what a scene can have in these loops beside what all have
 MORE = {"contact": "separate", "viscosity": {"contact": 1.0}}
+WALL = {"boundary": {"kind": "faces", "bottom": "rigid"}}
 
 
-@pytest.mark.parametrize("more", [{}, MORE], ids=["plain", "separate, viscous"])
+@pytest.mark.parametrize("more", [{}, MORE, WALL], ids=["plain", "separate, viscous", "rigid"])
 @pytest.mark.parametrize("number", ["first", "second"])
 def test_a_pass_over_neighbours_is_packed(number, more, tmp_path, monkeypatch):
     scene = dust.scene(**more)
     layout, StepNumbers = layout_of(scene), numbers_type(2)
     start_taichi(scene, 1)
     f, lists = (Fields(fields) for fields in store.place(layout, 64, 64))
-    slope = KERNELS[layout.kernel]
-    contact = Separation(f, lists, 2, slope) if layout.separate else None
-    rates = Rates(f, lists, layout, smoothing=slope, law=Response(f, 2), contact=contact)
-    forces = Forces(f, lists, layout)
+    _, rates, forces = passes(f, lists, layout)
 
     @ti.kernel
     def first(n: StepNumbers, m: MATERIAL):

@@ -13,7 +13,7 @@ from dusttaichi.names import WALLS
 from dusttaichi.physics.continuum import elasticity
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.samples import continuum
-from dusttaichi.samples.continuum import DUST, HELD, RIGID, WALL, AnyParticles, Matter, lattice
+from dusttaichi.samples.continuum import DUST, HELD, RIGID, AnyParticles, Matter, lattice
 from dusttaichi.scene import Scene
 from dusttaichi.scene.continuum_boundary import ContinuumBoundary
 from dusttaichi.scene.continuum_material import ContinuumMaterial
@@ -35,7 +35,7 @@ def made(dimension, **block):
 
 def walled(particles, **faces):
     boundary = BOUNDARY.validate_python({"kind": "faces", **faces})
-    return continuum.with_faces(particles, boundary, 2.6 * SPACING)
+    return continuum.with_faces(particles, boundary)
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -105,7 +105,7 @@ def test_the_bead_of_the_paper():
     assert sample.velocity[bead, 2] == pytest.approx(-0.65)
 
 
-def test_layers_hold_dust_and_rigid_faces_add_rows():
+def test_layers_hold_dust_and_rigid_faces_are_planes():
     block = made(2, kind="block", size=SIZE[2])
     bed = walled(block, bottom={"layer": "0.3 mm"}, x_min={"layer": "0.6 mm"}, x_max="mirror")
     assert set(bed.role) == {DUST, HELD} and len(bed) == len(block)
@@ -113,27 +113,17 @@ def test_layers_hold_dust_and_rigid_faces_add_rows():
     assert (bed.position[held & (bed.face == WALLS.index("bottom")), 2] < -2.2e-3).all()
     area = 4e-3 * 0.3e-3 + (2.5e-3 - 0.3e-3) * 0.6e-3
     assert bed.volume[held].sum() == pytest.approx(area, rel=0.08)
-    assert bed.room[0] == pytest.approx([-1.4e-3, 2e-3])
-    assert np.isnan(bed.room[2, 1]) and bed.room[2, 0] == pytest.approx(-2.2e-3)
+    assert bed.room[0] == pytest.approx([-1.4e-3, 2e-3], abs=0.5 * SPACING)
+    assert np.isnan(bed.room[2, 1])
+    assert bed.room[2, 0] == pytest.approx(-2.2e-3, abs=0.5 * SPACING)
+    inside = bed.position[~held]  # a layer ends between two rows
+    assert inside[:, 2].min() > bed.room[2, 0] > bed.position[bed.face == 4, 2].max()
     pressed = walled(block, bottom="rigid", top="rigid", periodic=["x"], wall_speed="0.1 m/s")
-    rows = pressed.role == WALL
-    assert pressed.room[0] == pytest.approx([-2e-3, 2e-3]) and pressed.room[2] == pytest.approx(
-        [-2.5e-3, 0.0]
-    )
-    assert [body.name for body in pressed.bodies] == ["block", "bottom", "top"]
-    assert (np.abs(pressed.position[rows, 2] + 1.25e-3) > 1.25e-3).all()
-    assert pressed.volume[rows].sum() == pytest.approx(2 * 2.6 * SPACING * 4e-3, rel=1e-9)
-    nearest, _ = cKDTree(pressed.position).query(pressed.position, k=2)
-    assert nearest[:, 1].min() > 0.7 * SPACING
-
-
-def test_a_rigid_face_goes_on_where_the_sample_is_open():
-    ball = made(2, kind="sphere", diameter="1 mm")
-    wide = walled(ball, bottom="rigid", x_min="rigid", overhang="2 mm")
-    x = wide.position[(wide.role == WALL) & (wide.face == WALLS.index("bottom")), 0]
-    reach = 2.6 * SPACING  # of the kernel, which every wall goes on by
-    assert x.min() == pytest.approx(-0.5e-3 - reach, abs=SPACING)
-    assert x.max() == pytest.approx(0.5e-3 + reach + 2e-3, abs=SPACING)
+    assert pressed.room[0] == pytest.approx([-2e-3, 2e-3])
+    assert pressed.room[2] == pytest.approx([-2.5e-3, 0.0])
+    assert [body.name for body in pressed.bodies] == ["block"] and len(pressed) == len(block)
+    apart = walled(block, bottom="rigid", gap="0.1 mm")
+    assert apart.room[2, 0] == pytest.approx(-2.6e-3)
 
 
 def test_several_bodies_fly_and_turn():
@@ -222,7 +212,8 @@ def test_samples_that_cannot_be(block, said):
         {"bottom": "mirror", "periodic": ["z"]},
         {"wall_speed": "1 m/s", "bottom": "rigid"},
         {"bottom": {"layer": "0 mm"}},
-        {"bottom": "mirror", "overhang": "1 mm"},
+        {"bottom": "mirror", "gap": "-1 mm"},
+        {"bottom": "rigid", "overhang": "1 mm"},
     ],
 )
 def test_faces_that_cannot_be(faces):
@@ -257,3 +248,34 @@ def test_a_mirror_that_should_move_is_refused():
     stage = {"name": "down", "drive": {"wall_speed": "1 m/s"}, "stop": {"steps": 1}}
     with pytest.raises(DustError, match="top.*a mirror does not move"):
         Scene.from_dict(data | {"boundary": faces, "stages": [stage]})
+
+
+def test_a_periodic_edge_is_no_shorter_than_particles_reach():
+    data = {"name": "strip", "method": "continuum", "material": "dust_g09", "stop": {"steps": 1}}
+    data |= {"numerics": {"spacing": "0.1 mm"}}
+    strip = {"boundary": {"kind": "faces", "bottom": "rigid", "periodic": ["x"]}}
+    block = {"kind": "block", "size": ["0.2 mm", "1 mm"]}
+    with pytest.raises(DustError, match=r"boundary.periodic: .* 200 um wide along x.* 338 um"):
+        continuum.make(Scene.from_dict(data | strip | {"sample": block}))
+
+
+def test_particles_of_a_file_may_have_a_cell(tmp_path):
+    """A triangular lattice repeats after a whole number of spacings, not after its extent."""
+    path = tmp_path / "rows.csv"
+    places = [((i + 0.25 + 0.5 * (k % 2)) * 1e-4, k * 0.87e-4) for i in range(8) for k in (0, 1)]
+    rows = [f"{x},{z},1e-6" for x, z in places]
+    path.write_text("x,z,mass\n" + "\n".join(rows))
+    placed = made(2, kind="explicit", file=str(path), size=["0.8 mm", "0.2 mm"])
+    assert np.ptp(placed.room[0]) == pytest.approx(8e-4)
+    with pytest.raises(DustError, match="sample.size: .* take a larger size"):
+        made(2, kind="explicit", file=str(path), size=["0.5 mm", "0.2 mm"])
+
+
+def test_a_scene_without_dust_needs_no_material():
+    data = {"name": "bead", "method": "continuum", "stop": {"steps": 1}}
+    data |= {"numerics": {"spacing": "0.1 mm"}}
+    ring = {"kind": "elastic", "diameter": "1 mm", "density": "1 g/cm^3"}
+    ring |= {"young_modulus": "1 MPa", "poisson_ratio": 0.4}
+    assert Scene.from_dict(data | {"sample": ring}).material.name == "dust_g09"
+    with pytest.raises(DustError, match="material"):
+        Scene.from_dict(data | {"sample": {"kind": "sphere", "diameter": "1 mm"}})

@@ -6,6 +6,7 @@ import yaml
 from pydantic import ValidationError
 
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
+from dusttaichi.samples.continuum.elastic import ElasticSample
 from dusttaichi.scene import ContinuumMaterial
 
 
@@ -114,3 +115,20 @@ def test_a_draw_without_a_covariance_is_refused(data, said):
     with pytest.raises(ValidationError) as caught:
         read(data)
     assert said in str(caught.value)
+
+
+def test_young_modulus_gives_the_bulk_modulus():
+    """K = E/(3 (1 - 2 nu)) and mu = E/(2 (1 + nu)), of dust on a base and of an elastic body."""
+    given = {"young_modulus": "2.1 MPa", "poisson_ratio": 0.3}
+    dust = ContinuumMaterial.model_validate({"base": "dust_g09", **given})
+    body = {"kind": "elastic", "diameter": "1 mm", "density": "1 g/cm^3"}
+    for found in (dust, ElasticSample.model_validate(body | given)):
+        assert found.bulk_modulus == pytest.approx(2.1e6 / 1.2)
+        assert found.shear_ratio * found.bulk_modulus == pytest.approx(2.1e6 / 2.6)
+    for wrong, text in (
+        ({"young_modulus": "2 m", "poisson_ratio": 0.3}, "pressure above 0"),
+        ({"young_modulus": "2 MPa"}, "needs a poisson_ratio"),
+        (given | {"bulk_modulus": "1 MPa"}, "not allowed together"),
+    ):
+        with pytest.raises(ValidationError, match=text):
+            ElasticSample.model_validate(body | wrong)

@@ -49,23 +49,23 @@ def pieces(run, snapshot=-1):
     (rho_0 / rho)^(1/d) of the particles.
     """
     frame = read_particles(run, snapshot)
-    planes = _mirrors(run, snapshot)
+    planes = _planes(run, snapshot)
     return pieces_of(frame, planes)
 
 
-def _mirrors(run, snapshot):
-    """(axis, coordinate [m]) of each mirror plane of a run."""
+def _planes(run, snapshot):
+    """(axis, coordinate [m]) of each mirror and each rigid face of a run."""
     boundary = run.scene.get("boundary", {})
-    mirrors = [wall for wall in WALLS if boundary.get(wall) == "mirror"]
+    planes = [wall for wall in WALLS if boundary.get(wall) in ("mirror", "rigid")]
     group = run.tree["snapshots"]
-    if not mirrors or "box" not in group:
+    if not planes or "box" not in group:
         return []
     box = group.box.isel(snapshot=snapshot)
-    return [(WALLS.index(wall) // 2, float(box.sel(wall=wall))) for wall in mirrors]
+    return [(WALLS.index(wall) // 2, float(box.sel(wall=wall))) for wall in planes]
 
 
 def pieces_of(frame, planes=()):
-    """The Pieces of a ParticleFrame. planes: (axis, coordinate [m]) of mirrors."""
+    """The Pieces of a ParticleFrame. planes: (axis, coordinate [m]) of mirrors and rigid faces."""
     moves = np.flatnonzero(frame.flies)
     x, size = frame.position[moves], frame.size[moves]
     pairs = cKDTree(x).query_pairs(APART * size.max(), output_type="ndarray")

@@ -3,11 +3,11 @@
 m_i dv_i/dt = sum_j V_i V_j (Q_i + Q_j) grad W + viscosity + m_i g with Q = sigma C, so that the
 work of the forces is the power of the stresses and no motion of a rigid body costs any.
 
-Two viscosities. The one of Monaghan & Gingold (1983), by pairs, alpha h (rho c) mu with the mean of
-rho c: at contacts with what is rigid, and in the bulk if asked. And one that acts on grid noise
-alone: with R = -1/2 sum_ij k_i V_i V_j F_ij |v_ij - L_i x_ij|^2 the forces -dR/dv vanish for every
-velocity that is linear in place, dissipate 2 R >= 0, and keep momentum and angular momentum, since
-L_i is the very fit that makes R least.
+Two viscosities. The one of Monaghan & Gingold (1983), by pairs, alpha (rho c) mu - beta rho mu^2
+with means of rho c and rho: at contacts with what is rigid, and in the bulk if asked. And one that
+acts on grid noise alone: with R = -1/2 sum_ij k_i V_i V_j F_ij |v_ij - L_i x_ij|^2 the forces
+-dR/dv vanish for every velocity that is linear in place, dissipate 2 R >= 0, and keep momentum and
+angular momentum, since L_i is the very fit that makes R least.
 
 Artificial stress (Gray et al. 2001): (R_i + R_j) f^n with R = -epsilon times the tensile part of
 the stress and f the kernel over its value at the spacing, against the pairing of particles.
@@ -15,27 +15,25 @@ the stress and f the kernel over its value at the spacing, against the pairing o
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels import tensors
-from dusttaichi.continuum.kernels.smoothing import KERNELS, SHAPES
+from dusttaichi.continuum.kernels.smoothing import CLOSE, KERNELS, SHAPES
 from dusttaichi.continuum.kernels.store import near_begin
-from dusttaichi.samples.continuum.particles import DUST, ELASTIC, RIGID
-
-CLOSE = 0.01  # of h^2, keeps a viscosity finite where particles meet
+from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
 
 @ti.data_oriented
 class Forces:
-    """fields, lists: see store.place; layout: store.Layout."""
+    """fields, lists: see store.place; layout: store.Layout; images: images.Images or None."""
 
-    def __init__(self, fields, lists, layout):
-        self.f, self.lists, self.layout = fields, lists, layout
+    def __init__(self, fields, lists, layout, images):
+        self.f, self.lists, self.layout, self.images = fields, lists, layout, images
         self.slope, self.shape = KERNELS[layout.kernel], SHAPES[layout.kernel]
         self.n = layout.dimension
 
     @ti.func
     def pass_over(self, i, numbers: ti.template()):
-        """The forces on particle i [N]: all of them; what viscosity has of them, what acts on grid
-        noise, and what artificial stress has."""
+        """The force on particle i, with the parts of it that have a channel of the ledger."""
         x, v, k_i, alpha = self.f.x[i], self.f.v[i], self.f.impedance[i], self.f.alpha[i]
+        beta, rho = self.f.beta[i], self.f.density[i]
         stress = ti.Vector.zero(ti.f64, self.n)
         viscous = ti.Vector.zero(ti.f64, self.n)
         pushing = ti.Vector.zero(ti.f64, self.n)
@@ -71,8 +69,12 @@ class Forces:
                     stress[a] += Q_j[self.n * a + b] * wd[b]
                     grid[a] -= kL_j[self.n * a + b] * wd[b]
             if ti.static(self.layout.viscous):
-                along = ti.max(alpha, self.f.alpha[j]) * ti.max(own, other)
-                viscous += along * self.resisted(k_i, k_j, u.dot(d), r2, numbers) * d
+                # speed of approach h u.d/(r^2 + 0.01 h^2), of pairs that close
+                mu = ti.min(u.dot(d), 0.0) * numbers.inv_h
+                mu /= r2 * numbers.inv_h * numbers.inv_h + CLOSE
+                linear = 0.5 * ti.max(alpha, self.f.alpha[j]) * (k_i + k_j)
+                square = 0.5 * ti.max(beta, self.f.beta[j]) * (rho + self.f.density[j])
+                viscous += ti.max(own, other) * (linear - square * mu) * mu * d
             if ti.static(self.layout.artificial_stress):
                 shape = self.shape(ti.sqrt(r2) * numbers.inv_h) * numbers.at_spacing
                 for a, b in ti.static(ti.ndrange(self.n, self.n)):
@@ -82,19 +84,23 @@ class Forces:
         stress += tensors.matrix(self.f.flux[i], self.n) @ places
         grid += k_i * motions - tensors.matrix(self.f.drag[i], self.n) @ places
         volume = numbers.scale * self.f.volume[i]
-        viscous *= volume * numbers.inv_h
-        grid *= volume * numbers.grid * numbers.h
-        self.f.viscous[i], self.f.grid_force[i] = viscous, grid
-        pushing *= volume
         if ti.static(self.layout.artificial_stress):
-            self.f.pushing[i] = pushing
-        role = self.f.role[i]
-        falls = ti.select(role == DUST or role == RIGID or role == ELASTIC, self.f.mass[i], 0.0)
-        self.f.force[i] = volume * stress + viscous + grid + pushing + falls * numbers.gravity
+            self.f.pushing[i] = volume * pushing
+        grid *= volume * numbers.grid * numbers.h
+        self.add_up(i, volume * stress, volume * viscous, grid, numbers)
 
     @ti.func
-    def resisted(self, k_i, k_j, approach, r2, numbers: ti.template()):
-        """rho c mu h of a pair that closes [Pa m], 0 of one that does not; approach: u.d."""
-        # what is rigid has the impedance of the dust that it touches
-        mean = (k_i + k_j) * ti.select(k_i * k_j == 0.0, 1.0, 0.5)
-        return mean * ti.min(approach, 0.0) / (r2 * numbers.inv_h * numbers.inv_h + CLOSE)
+    def add_up(self, i, stress, viscous, grid, numbers: ti.template()):
+        """The force on particle i, of its neighbours as given [N] and of all else."""
+        if ti.static(self.layout.rigid):
+            of_stress, of_pairs, of_noise = self.images.push(i, numbers)
+            stress += of_stress
+            viscous += of_pairs
+            grid += of_noise
+        self.f.viscous[i], self.f.grid_force[i] = viscous, grid
+        role = self.f.role[i]
+        falls = ti.select(role == DUST or role == ELASTIC, self.f.mass[i], 0.0)
+        force = stress + viscous + grid + falls * numbers.gravity
+        if ti.static(self.layout.artificial_stress):
+            force += self.f.pushing[i]
+        self.f.force[i] = force

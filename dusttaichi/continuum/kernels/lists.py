@@ -2,6 +2,7 @@
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import Scan
+from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
 
 @ti.data_oriented
@@ -12,6 +13,12 @@ class Lists:
         self.f, self.lists, self.n = fields, lists, dimension
         self.scan = Scan(lists.chunk_sum)
         self.counts = lists.counts
+
+    @ti.func
+    def yields(self, i):
+        """1 where particle i is of dust or an elastic body that moves by itself."""
+        role = self.f.role[i]
+        return ti.cast(role == DUST or role == ELASTIC, ti.i32)
 
     @ti.func
     def own_cell(self, i, inv_width):
@@ -51,7 +58,10 @@ def make_list(lists):
     @ti.kernel
     def count(n: ti.i32, reach2: ti.f64, inv_width: ti.f64):
         for i in range(n):
-            lists.counts[i] = lists.neighbours(i, reach2, inv_width, False)
+            # what is rigid or held needs none
+            lists.counts[i] = 0
+            if lists.yields(i) == 1:
+                lists.counts[i] = lists.neighbours(i, reach2, inv_width, False)
         lists.scan.exclusive(lists.counts, lists.lists.first, n)
         for _ in range(1):
             lists.lists.first[n] = lists.lists.first[n - 1] + lists.counts[n - 1]
@@ -59,6 +69,20 @@ def make_list(lists):
     @ti.kernel
     def write(n: ti.i32, reach2: ti.f64, inv_width: ti.f64):
         for i in range(n):
-            lists.neighbours(i, reach2, inv_width, True)
+            if lists.yields(i) == 1:
+                lists.neighbours(i, reach2, inv_width, True)
 
     return count, write
+
+
+def make_measure(fields, lists, rigid, StepNumbers):
+    """A kernel: `measure(row, numbers)` writes the distance of all particles from the surface of a
+    face or rigid body [m] into `distance`."""
+
+    @ti.kernel
+    def measure(row: ti.i32, numbers: StepNumbers):
+        for i in range(numbers.count):
+            arm = rigid.arm(row, fields.x[i], numbers)
+            lists.distance[i] = rigid.surface(row, arm, numbers.h)[0]
+
+    return measure

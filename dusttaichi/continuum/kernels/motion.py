@@ -8,15 +8,19 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels.store import (
     APART,
     CENTRE,
+    DRAGS,
     DT,
     FACES,
     FORCE,
+    FREEDOM,
     IMPULSE,
     INERTIA,
     LEFT,
+    LOSS,
     MASS,
     MOMENTUM,
     OLD,
+    SEARCHED,
     SPEED,
     SPIN,
     STUCK,
@@ -26,7 +30,7 @@ from dusttaichi.continuum.kernels.store import (
     WANT,
     WORK,
 )
-from dusttaichi.samples.continuum.particles import DUST, ELASTIC, RIGID, WALL
+from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
 GROWTH = 1.1  # of a step over the one before
 MOST_STEPS = 1e4  # in a beat: with more, something moves as nothing should
@@ -35,10 +39,10 @@ ROUNDING = 1e-9  # of a beat: what is left of it then is nothing
 
 @ti.data_oriented
 class Motion:
-    """fields, lists: see store.place; layout: store.Layout."""
+    """fields, lists: see store.place; layout: store.Layout; rigid: kernels.rigid.Rigid."""
 
-    def __init__(self, fields, lists, layout):
-        self.f, self.lists, self.layout = fields, lists, layout
+    def __init__(self, fields, lists, layout, rigid):
+        self.f, self.lists, self.layout, self.rigid = fields, lists, layout, rigid
         self.n = layout.dimension
 
     # -- particles -------------------------------------------------------------------------------
@@ -52,20 +56,19 @@ class Motion:
         if role == DUST or role == ELASTIC:
             new = v + (half / self.f.mass[i]) * self.f.force[i]
             x += dt * new
+            self.f.volume[i] = self.f.mass[i] / self.f.density[i]
         elif group < FACES:
-            new = self.flat(self.vector(group, SPEED))
+            new = self.rigid.flat(self.rigid.vector(group, SPEED))
             x += dt * new
         else:
-            arm = self.rotated(group, self.raised(self.f.arm[i]))
-            x = self.flat(self.vector(group, CENTRE) + arm)
-            new = self.flat(self.vector(group, SPEED) + self.vector(group, SPIN).cross(arm))
+            arm = self.rigid.rotated(group, self.rigid.raised(self.f.arm[i]))
+            x = self.rigid.flat(self.rigid.vector(group, CENTRE) + arm)
+            new = self.rigid.motion(group, arm)
         mean = (0.5 * half) * (v + new)
         self.f.loss[i] -= ti.Vector([self.f.viscous[i].dot(mean), self.f.grid_force[i].dot(mean)])
         if ti.static(self.layout.artificial_stress):
             self.f.taken[i] -= self.f.pushing[i].dot(mean)
         self.f.x[i], self.f.v[i] = x, new
-        if role != RIGID and role != WALL:
-            self.f.volume[i] = self.f.mass[i] / self.f.density[i]
         self.move_ghosts(i, numbers)
         return ti.cast((x - self.f.x_search[i]).norm_sqr() > numbers.way2, ti.i32)
 
@@ -95,7 +98,9 @@ class Motion:
                     if ti.static(self.layout.artificial_stress):
                         self.f.tension[image][k] = sign * self.f.tension[i][k]
                 self.f.impedance[image] = self.f.impedance[i]
-                self.f.alpha[image] = self.f.alpha[i]
+                if ti.static(self.layout.viscous):
+                    self.f.alpha[image], self.f.beta[image] = self.f.alpha[i], self.f.beta[i]
+                    self.f.density[image] = self.f.density[i]
                 if ti.static(self.layout.separate):
                     self.f.gap[image] = self.f.gap[i]
 
@@ -103,35 +108,48 @@ class Motion:
 
     @ti.func
     def move_bodies(self, numbers: ti.template()):
-        """Kick and drift of faces and rigid bodies; impulse and work of what moves as it is told.
+        """Kick and drift of faces and rigid bodies; impulse, and work of the faces. Returns 1 where
+        one has gone its part of the skin.
 
         The spin of a body follows from its angular momentum, which is kicked; it turns by a
         quaternion.
         """
         dt, half = self.f.clock[DT], 0.5 * (self.f.clock[OLD] + self.f.clock[DT])
-        for face in range(FACES):
-            force, speed = self.vector(face, FORCE), self.vector(face, SPEED)
-            self.put(face, IMPULSE, self.vector(face, IMPULSE) + half * force)
-            self.f.rigid[face, WORK] -= half * force.dot(speed)
-        for b in range(FACES, FACES + numbers.bodies):
-            force = self.vector(b, FORCE)
-            self.put(b, IMPULSE, self.vector(b, IMPULSE) + half * force)
-            speed = self.vector(b, SPEED) + (half / self.f.rigid[b, MASS]) * force
-            momentum = self.vector(b, MOMENTUM) + half * self.vector(b, TORQUE)
-            self.put(b, SPEED, speed)
-            self.put(b, MOMENTUM, momentum)
-            self.put(b, CENTRE, self.vector(b, CENTRE) + dt * speed)
-            self.turn(b, self.spin(b, momentum) * dt)
-            self.put(b, SPIN, self.spin(b, momentum))
+        due = 0
+        for b in range(FACES + numbers.bodies):
+            force, speed = self.rigid.vector(b, FORCE), self.rigid.vector(b, SPEED)
+            self.rigid.put(b, IMPULSE, self.rigid.vector(b, IMPULSE) + half * force)
+            before, spin = speed, self.rigid.vector(b, SPIN)
+            turned = spin
+            if b < FACES:
+                self.f.rigid[b, WORK] -= half * force.dot(speed)
+            else:
+                speed += (half / self.f.rigid[b, MASS]) * force
+                momentum = self.rigid.vector(b, MOMENTUM) + half * self.rigid.vector(b, TORQUE)
+                self.rigid.put(b, SPEED, speed)
+                self.rigid.put(b, MOMENTUM, momentum)
+                turned = self.spin(b, momentum)
+                self.turn(b, turned * dt)
+                self.rigid.put(b, SPIN, self.spin(b, momentum))
+            for part in ti.static(range(2)):
+                drag = self.rigid.vector(b, DRAGS + 6 * part)
+                turning = self.rigid.vector(b, DRAGS + 6 * part + 3)
+                power = drag.dot(before + speed) + turning.dot(spin + turned)
+                self.f.rigid[b, LOSS + part] -= 0.5 * half * power
+            place = self.rigid.vector(b, CENTRE) + dt * speed
+            self.rigid.put(b, CENTRE, place)
+            gone = (place - self.rigid.vector(b, SEARCHED)).norm_sqr()
+            due = ti.max(due, ti.cast(gone > numbers.way2, ti.i32))
+        return due
 
     @ti.func
     def spin(self, b, momentum):
         """R I^-1 R^T L of body b, with the inverse of its inertia in its own frame."""
-        own = self.back(b, momentum)
+        own = self.rigid.back(b, momentum)
         out = ti.Vector.zero(ti.f64, 3)
         for a, c in ti.static(ti.ndrange(3, 3)):
             out[a] += self.f.rigid[b, INERTIA + 3 * a + c] * own[c]
-        return self.rotated(b, out)
+        return self.rigid.rotated(b, out)
 
     @ti.func
     def turn(self, b, angle):
@@ -146,64 +164,30 @@ class Motion:
         for a in ti.static(range(3)):
             self.f.rigid[b, TURN + 1 + a] = rest[a] / length
 
-    @ti.func
-    def rotated(self, b, r):
-        """A vector of the frame of body b in that of the scene."""
-        w = self.f.rigid[b, TURN]
-        u = ti.Vector([self.f.rigid[b, TURN + 1 + a] for a in ti.static(range(3))])
-        t = 2.0 * u.cross(r)
-        return r + w * t + u.cross(t)
-
-    @ti.func
-    def back(self, b, r):
-        """The reverse of `rotated`."""
-        w = self.f.rigid[b, TURN]
-        u = ti.Vector([-self.f.rigid[b, TURN + 1 + a] for a in ti.static(range(3))])
-        t = 2.0 * u.cross(r)
-        return r + w * t + u.cross(t)
-
-    @ti.func
-    def vector(self, row, begin: ti.template()):
-        """Three numbers of a row of `rigid`."""
-        return ti.Vector([self.f.rigid[row, begin + a] for a in ti.static(range(3))])
-
-    @ti.func
-    def put(self, row, begin: ti.template(), values):
-        for a in ti.static(range(3)):
-            self.f.rigid[row, begin + a] = values[a]
-
-    @ti.func
-    def raised(self, r):
-        """A vector of the kernels in three dimensions: (x, z) is (x, 0, z)."""
-        out = ti.Vector.zero(ti.f64, 3)
-        if ti.static(self.n == 2):
-            out = ti.Vector([r[0], 0.0, r[1]])
-        else:
-            out = ti.Vector([r[0], r[1], r[2]])
-        return out
-
-    @ti.func
-    def flat(self, r):
-        """The reverse of `raised`."""
-        out = ti.Vector.zero(ti.f64, self.n)
-        for a in ti.static(range(self.n)):
-            out[a] = r[2 if a == self.n - 1 else a]
-        return out
-
     # -- the end of a step -----------------------------------------------------------------------
 
     @ti.func
     def add_up(self, numbers: ti.template()):
-        """Forces and torques on faces and rigid bodies, their particles in a fixed order."""
+        """Forces and torques on faces and rigid bodies: of all that touches their surfaces, in a
+        fixed order, and gravity."""
         for row in range(FACES + numbers.bodies):
-            self.put(row, FORCE, ti.Vector.zero(ti.f64, 3))
-            self.put(row, TORQUE, ti.Vector.zero(ti.f64, 3))
-        for m in range(numbers.members):
-            i = self.lists.members[m]
-            group, force = self.f.group[i], self.raised(self.f.force[i])
-            arm = self.raised(self.f.x[i]) - self.vector(group, CENTRE)
-            self.put(group, FORCE, self.vector(group, FORCE) + force)
-            self.put(group, TORQUE, self.vector(group, TORQUE) + arm.cross(force))
+            self.rigid.put(row, FORCE, ti.Vector.zero(ti.f64, 3))
+            self.rigid.put(row, TORQUE, ti.Vector.zero(ti.f64, 3))
+            for c in range(DRAGS, LOSS):
+                self.f.rigid[row, c] = 0.0
+            if row >= FACES:
+                weight = self.f.rigid[row, MASS] * numbers.gravity
+                self.rigid.put(row, FORCE, self.rigid.raised(weight))
+        if ti.static(self.layout.rigid):
+            for e in range(numbers.touches):
+                row = self.lists.touch_row[e]
+                for c in ti.static(range(6)):
+                    # force and torque stand one behind the other, as they do in `touch`
+                    total = self.lists.touch[e, c]
+                    total += self.lists.touch[e, 6 + c] + self.lists.touch[e, 12 + c]
+                    self.f.rigid[row, FORCE + c] += self.f.rigid[row, FREEDOM + c] * total
+                    self.f.rigid[row, DRAGS + c] += self.lists.touch[e, 6 + c]
+                    self.f.rigid[row, DRAGS + 6 + c] += self.lists.touch[e, 12 + c]
 
     @ti.func
     def next_step(self, present, numbers: ti.template()):

@@ -1,28 +1,32 @@
 """First pass: velocity gradient with corrected kernel gradients, and the response of the dust.
 
 A_i = -sum_j V_j x_ij (x) grad W,  G_i = sum_j V_j (v_j - v_i) (x) grad W,  C = A^-1,  L = G C
-(Randles & Libersky 1996): L is exact where the velocity is a linear function of place. Rigid
-particles count with twice their volume, here as in the second pass.
+(Randles & Libersky 1996): L is exact where the velocity is a linear function of place. Near what is
+rigid the sums go over mirror images as well (images).
 """
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels import tensors
-from dusttaichi.continuum.kernels.store import DT, VECTOR, near_begin
-from dusttaichi.samples.continuum.particles import DUST, ELASTIC, HELD
+from dusttaichi.continuum.kernels.smoothing import KERNELS
+from dusttaichi.continuum.kernels.store import DT, LAYER, VECTOR, near_begin
+from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
 FEW = 0.05  # determinant of A below which a particle has too few neighbours to correct its gradient
 DAMPED = 5.0  # viscosity of pairs that allows as long a step as one on grid noise
+STILL = 1e-12  # [1/s], keeps the share of a body at rest from being 0/0
 STRAIN = 1e-30  # keeps a rate of strain of zero from being divided by
 
 
 @ti.data_oriented
 class Rates:
-    """fields, lists: see store.place; layout: store.Layout; smoothing: a kernel's slope; law: what
-    answers to a velocity gradient (response.Response); contact: contact.Separation or None."""
+    """fields, lists: see store.place; layout: store.Layout; law: what
+    answers to a velocity gradient (response.Response); images: images.Images or None; contact:
+    separation.Separation or None."""
 
-    def __init__(self, fields, lists, layout, *, smoothing, law, contact):
+    def __init__(self, fields, lists, layout, *, law, images, contact):
         self.f, self.lists, self.layout = fields, lists, layout
-        self.slope, self.law, self.contact = smoothing, law, contact
+        self.slope = KERNELS[layout.kernel]
+        self.law, self.images, self.contact = law, images, contact
         self.n = layout.dimension
 
     @ti.func
@@ -32,7 +36,7 @@ class Rates:
         speed = self.f.v[i].norm()
         self.look(i, 4.0 * numbers.h * numbers.h)
         role = self.f.role[i]
-        if role == DUST or role == HELD or role == ELASTIC:
+        if role == DUST or role == ELASTIC:
             speed = ti.max(speed, self.answer(i, numbers, material))
         return speed
 
@@ -80,15 +84,26 @@ class Rates:
         for a, b in ti.static(ti.ndrange(self.n, self.n)):
             if ti.static(a > b):
                 A[a, b] = A[b, a]
+        if ti.static(self.layout.rigid):
+            for e in range(self.lists.touch_first[i], self.lists.touch_first[i + 1]):
+                row = self.lists.touch_row[e]
+                touch = self.images.touch(i, row, numbers)
+                if touch[0] < 2.0 * numbers.h:
+                    near -= 1.0 - self.f.rigid[row, LAYER]
+                    if self.images.closed(i, row) == 1.0:
+                        more_A, more_G = self.images.strained(i, row, touch, numbers)
+                        A += more_A
+                        G += more_G
         C = ti.Matrix.identity(ti.f64, self.n)
         if A.determinant() >= FEW:
             C = A.inverse()
         L = G @ C
-        stress = self.law.respond(i, L, self.f.clock[DT], numbers, material)
-        self.f.flux[i] = tensors.rows(stress @ C)
+        stress, swollen = self.law.respond(i, L, self.f.clock[DT], numbers, material)
+        # neighbours count with the volumes of the first pass, the particle with its own of now
+        self.f.flux[i] = tensors.rows((swollen * stress) @ C)
         impedance = self.f.impedance[i]
         self.f.drag[i] = impedance * tensors.rows(L)
-        self.f.alpha[i] = ti.select(near * (1.0 - opened) < 0.0, numbers.contact, numbers.bulk)
+        self.resist(i, L, near * (1.0 - opened) < 0.0, numbers)
         if ti.static(self.layout.artificial_stress):
             self.f.tension[i] = tensors.rows(tensors.pulled(stress, -numbers.tension))
         if ti.static(self.layout.separate):
@@ -96,7 +111,20 @@ class Rates:
         D = 0.5 * (L + L.transpose())
         damped = ti.max(self.f.alpha[i], DAMPED * numbers.grid)
         strain = numbers.h * ti.sqrt(tensors.double_dot(D, D) + STRAIN)
-        return impedance / self.f.density[i] * ti.max(1.0, damped) + strain
+        sound = impedance / self.f.density[i]
+        return sound * ti.max(1.0, damped) + (1.0 + numbers.quadratic) * strain
+
+    @ti.func
+    def resist(self, i, L: ti.template(), touches, numbers: ti.template()):
+        """Coefficients of the viscosity by pairs of particle i, those of the bulk limited to where
+        it is compressed rather than sheared (Balsara 1995)."""
+        if ti.static(self.layout.viscous):
+            W = 0.5 * (L - L.transpose())
+            curl = ti.sqrt(2.0 * tensors.double_dot(W, W))
+            volume = ti.abs(L.trace())
+            share = volume / (volume + numbers.limiter * curl + STILL)
+            self.f.alpha[i] = ti.select(touches, numbers.contact, share * numbers.bulk)
+            self.f.beta[i] = share * numbers.quadratic
 
     @ti.func
     def opened(self, i):

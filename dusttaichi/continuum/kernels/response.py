@@ -20,7 +20,8 @@ class Response:
 
     @ti.func
     def respond(self, i, end: ti.template(), dt, numbers: ti.template(), m: ti.template()):
-        """The stress of particle i after the step; its state goes on.
+        """The stress of particle i after the step, and its volume over that before; its state goes
+        on.
 
         end: gradient of the velocity of the step by the places at its end. By those half way,
         L = end (1 - dt end/2)^-1, it is a pure spin where the body only turns.
@@ -46,7 +47,8 @@ class Response:
             Y = LAWS.shear(density / m.rho_s, m)
             over = LAWS.radial(LAWS.second_invariant(trial), Y)
         after = trial * (over * ti.select(numbers.over_return > 0.5, over, 1.0))
-        power = self.f.volume[i] * dt
+        swollen = self.f.density[i] / density
+        power = 0.5 * (1.0 + swollen) * self.f.volume[i] * dt
         pressed = -0.5 * (before + p) * growth * power
         self.f.work[i] += ti.Vector(
             [
@@ -58,4 +60,4 @@ class Response:
         self.f.density[i], self.f.reference[i], self.f.pressure[i] = density, reference, p
         self.f.deviator[i], self.f.modulus[i] = tensors.rows(after), K
         self.f.impedance[i] = ti.sqrt((K + 4.0 / 3.0 * mu) * density)
-        return after - p * one
+        return after - p * one, swollen

@@ -8,24 +8,27 @@ small.
 """
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.continuum.kernels.store import near_begin
+from dusttaichi.continuum.kernels.store import LAYER, near_begin
 
 CLOSED = -1.0
 
 
 @ti.data_oriented
 class Separation:
-    """fields, lists: see store.place; n: dimension; slope: that of the smoothing kernel."""
+    """fields, lists: see store.place; n: dimension; slope: that of the smoothing kernel; images:
+    images.Images or None."""
 
-    def __init__(self, fields, lists, n, slope):
+    def __init__(self, fields, lists, n, *, slope, images):
         self.f, self.lists, self.n, self.slope = fields, lists, n, slope
+        self.images, self.surfaces = images, images is not None
 
     @ti.func
     def follow(self, i, stress: ti.template(), numbers: ti.template()):
         """Open or close the contact of particle i; stress: that of now [Pa].
 
-        Normal: the gradient of the foreign volume around it. Gap and its rate: means over the
-        foreign particles around it, weighted as in the normal.
+        From a surface: its normal and distance. Else the normal is the gradient of the foreign
+        volume around it, gap and its rate are means over the foreign particles, weighted as in the
+        normal.
         """
         x, v = self.f.x[i], self.f.v[i]
         normal = ti.Vector.zero(ti.f64, self.n)
@@ -41,6 +44,17 @@ class Separation:
                 normal += weight * d
                 place += weight * d
                 motion += weight * (v - self.f.v[j])
+        if ti.static(self.surfaces):
+            nearest = 2.0 * numbers.h
+            for e in range(self.lists.touch_first[i], self.lists.touch_first[i + 1]):
+                row = self.lists.touch_row[e]
+                touch = self.images.touch(i, row, numbers)
+                if touch[0] < nearest and self.f.rigid[row, LAYER] == 0.0:
+                    # a surface goes before what else there is
+                    nearest, total = touch[0], 1.0
+                    normal = self.images.rigid.flat(ti.Vector([touch[1], touch[2], touch[3]]))
+                    place = nearest * normal
+                    motion = self.images.relative_motion(i, row, numbers)
         gap = self.f.gap[i]
         length = normal.norm()
         if total > 0.0 and length > 0.0:

@@ -8,6 +8,8 @@ from math import pi
 from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels.store import TINY
 
+CLOSE = 0.01  # of h^2, keeps a viscosity finite where particles meet
+
 
 @ti.func
 def cubic_spline(r2, inv_h, scale):

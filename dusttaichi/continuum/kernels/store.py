@@ -15,14 +15,14 @@ from dusttaichi.compute.workers import OWN, SYNC
 FACES = 6  # groups 0-5 move as a face does, those from 6 on are rigid bodies
 FREE = -1  # group of dust
 TINY = 1e-12  # (r/h)^2 that keeps coincident particles from dividing by zero
-GHOST_SHARE = 0.5  # ghosts that there is room for, of the particles, and a few
 LEAST_GHOSTS = 4096
 MOST_WORKERS = THREAD_CLASSES[-1]
 APART = 8  # numbers between those of two workers in `most`: a line of the cache
 BODIES = 16  # rigid bodies that there is room for
+TOUCHES = 3  # surfaces near a particle that there is room for, on average
 VECTOR = 4  # neighbours that a vector of the processor holds; lists of near ones are multiples
 LONGEST_LIST = {2: 150, 3: 420}  # neighbours on average that there is room for at eta 1.3
-CHANNELS = ("compaction", "tension", "shear", "viscosity", "grid")
+CHANNELS = ("compaction", "tension", "shear", "viscosity", "grid", "artificial")
 
 # places in the `clock`: length of this step and of the last one, what is left of the beat, the
 # length that growth goes on from, steps so far [s, 1]
@@ -31,7 +31,12 @@ DT, OLD, LEFT, WANT, SUBSTEPS = range(5)
 CENTRE, SPEED, TURN, MOMENTUM, SPIN, FORCE, TORQUE, IMPULSE, WORK, MASS, INERTIA = (
     0, 3, 6, 10, 13, 16, 19, 22, 25, 26, 27,
 )  # fmt: skip
-ROW = 36
+# of what pairs and grid noise do of the force: forces and torques, then the work they took (2);
+# radius and half height of a body, 0 of a sphere; place at the last search; 1 of a layer of dust;
+# 0 of the components of force and torque that mirrors through its centre cancel, 1 of the others
+DRAGS, LOSS, RADIUS, HALF, SEARCHED, LAYER, FREEDOM = 36, 48, 50, 51, 52, 55, 56
+ROW = 62
+PARTS = 18  # numbers of what a particle does to a surface: force and torque, of stress and drags
 # places in `sync` behind those of compute.workers
 DUE, DONE, ENDED, STUCK = range(OWN, OWN + 4)
 
@@ -53,12 +58,14 @@ class Variable:
 
 
 class Layout(NamedTuple):
-    """What is compiled in: dimension, kernel, ghosts or none, contact that opens or sticks,
+    """What is compiled in: dimension, kernel, ghosts or none, surfaces of rigid faces and bodies or
+    none, contact that opens or sticks,
     viscosity by pairs or none, artificial stress or none."""
 
     dimension: int
     kernel: str
     ghosts: bool
+    rigid: bool
     separate: bool
     viscous: bool
     artificial_stress: bool
@@ -71,16 +78,17 @@ def declare(layout):
     rows = [
         ("x", "place", "m", vector, "seen", True),
         ("v", "velocity half a step back", "m/s", vector, "seen", True),
-        ("volume", "volume, of rigid particles doubled", "m^3", one, "seen", True),
+        ("volume", "volume, 0 of what is rigid or held", "m^3", one, "seen", True),
         ("flux", "stress times correction of the gradient", "Pa", tensor, "felt", True),
         ("drag", "velocity gradient times impedance", "Pa/m", tensor, "felt", True),
-        ("impedance", "density times sound, 0 of rigid particles", "Pa s/m", one, "felt", True),
-        ("alpha", "viscosity of its contacts", "1", one, "felt", True),
+        ("impedance", "density times sound", "Pa s/m", one, "felt", True),
+        ("alpha", "linear viscosity of its pairs", "1", one, "felt", True),
+        ("beta", "quadratic viscosity of its pairs", "1", one, "felt", True),
+        ("density", "density", "kg/m^3", one, "felt", True),
         ("force", "force of the neighbours and gravity", "N", vector, "own"),
         ("viscous", "viscous part of it", "N", vector, "own"),
         ("grid_force", "part of it that acts on grid noise", "N", vector, "own"),
         ("mass", "mass", "kg", one, "own"),
-        ("density", "density", "kg/m^3", one, "own"),
         ("modulus", "bulk modulus of the present path", "Pa", one, "own"),
         ("reference", "density at zero pressure on the present path", "kg/m^3", one, "own"),
         ("shear_ratio", "shear modulus over bulk modulus", "1", one, "own"),
@@ -124,10 +132,10 @@ def near_begin(lists: ti.template(), i):
     return lists.first[i] + (VECTOR - 1) * i
 
 
-def place(layout, room, entries):
-    """Taichi fields by name, with room for so many particles and entries of neighbour lists."""
+def place(layout, room, entries, ghosts=0):
+    """Taichi fields by name, with room for so many particles, list entries and ghosts."""
     types = {"f64": ti.f64, "i32": ti.i32}
-    seen = room + max(LEAST_GHOSTS, int(GHOST_SHARE * room)) if layout.ghosts else room
+    seen = room + max(LEAST_GHOSTS, ghosts) if layout.ghosts else room
     variables, fields = declare(layout), {}
     for block in dict.fromkeys(v.place for v in variables):
         together = {}
@@ -144,7 +152,6 @@ def place(layout, room, entries):
         # of each list what is within reach of the kernel in this step, and how many
         "near": (ti.i32, (entries + VECTOR * room,)),
         "near_counts": (ti.i32, (room,)),
-        "members": (ti.i32, (room,)),
         # the grid of cells: its lowest corner [m], cells along each axis
         "grid_origin": (ti.f64, (layout.dimension,)),
         "grid_cells": (ti.i32, (layout.dimension,)),
@@ -154,6 +161,14 @@ def place(layout, room, entries):
         "sync": (ti.i32, (SYNC,)),
         "most": (ti.f64, (MOST_WORKERS * APART,)),
     }
+    if layout.rigid:
+        # which particles are near which surface, and what they do to it
+        lists |= {
+            "touch_first": (ti.i32, (room + 1,)),
+            "touch_row": (ti.i32, (TOUCHES * room,)),
+            "touch": (ti.f64, (TOUCHES * room, PARTS)),
+            "distance": (ti.f64, (room,)),
+        }
     if layout.ghosts:
         lists |= {
             "ghost_first": (ti.i32, (room + 1,)),

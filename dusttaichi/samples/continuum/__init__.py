@@ -55,6 +55,9 @@ __all__ = [
 ]
 
 
+REACH = 2.6  # of the neighbour lists in smoothing lengths (continuum.search)
+
+
 def matter_of(scene) -> Matter:
     """What the bodies of a scene are made of."""
     material = scene.material
@@ -77,7 +80,7 @@ def make(scene) -> Particles:
     weight = scene.gravity.straight_down if scene.gravity else 0.0
     if weight and rests(scene):
         particles = at_rest_under_gravity(particles, weight, MaterialNumbers.of(scene.material))
-    return with_faces(particles, scene.boundary, scene.numerics.support)
+    return with_faces(particles, scene.boundary, REACH * scene.numerics.smoothing_length)
 
 
 def rests(scene) -> bool:

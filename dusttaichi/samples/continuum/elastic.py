@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -13,6 +13,7 @@ from dusttaichi.samples.continuum.dust import whole
 from dusttaichi.samples.continuum.particles import ELASTIC, Particles
 from dusttaichi.samples.continuum.registry import FreeBody, Matter, lifted, register
 from dusttaichi.samples.continuum.sphere import volume_of
+from dusttaichi.scene import moduli
 from dusttaichi.scene.fields import Number, problems
 from dusttaichi.scene.quantities import Density, Quantity
 
@@ -20,6 +21,8 @@ from dusttaichi.scene.quantities import Density, Quantity
 class ElasticSample(FreeBody):
     """An elastic body about the origin, on a lattice of its own: p = K (rho/rho_0 - 1), and no
     limit on any stress."""
+
+    extra_keys: ClassVar[tuple[str, ...]] = moduli.KEYS
 
     kind: Literal["elastic"]
     diameter: Annotated[float, Quantity("length", gt=0, example="1.1 mm")] = Field(
@@ -35,6 +38,17 @@ class ElasticSample(FreeBody):
     shear_ratio: Annotated[float, Number(gt=0, le=1.5)] = Field(
         description="shear modulus over bulk modulus, 3 (1 - 2 nu)/(2 (1 + nu)) of a Poisson ratio"
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _moduli(cls, data: Any) -> Any:
+        return moduli.with_moduli(data) if isinstance(data, dict) else data
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema, handler):
+        block = handler.resolve_ref_schema(handler(schema))
+        either = [key for key in block["required"] if key not in ("bulk_modulus", "shear_ratio")]
+        return {**block, "properties": {**block["properties"], **moduli.SCHEMA}, "required": either}
 
     @model_validator(mode="after")
     def _check(self) -> ElasticSample:

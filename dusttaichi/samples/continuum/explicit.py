@@ -9,9 +9,10 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
 from dusttaichi.errors import DustError
+from dusttaichi.names import AXES
 from dusttaichi.samples.continuum.dust import whole
 from dusttaichi.samples.continuum.particles import COMPONENTS, Particles
-from dusttaichi.samples.continuum.registry import FreeBody, Matter, register
+from dusttaichi.samples.continuum.registry import Edges, FreeBody, Matter, register
 from dusttaichi.samples.files import check_kind, found
 from dusttaichi.scene.quantities import Quantity
 
@@ -26,6 +27,12 @@ class ExplicitParticles(FreeBody):
         description="CSV with the header x,z,mass[,y,density,vx,vy,vz,reference,xx,yy,zz,xy,xz,yz] "
         "in SI, or the directory or result.nc of another run (the dust of its last snapshot); "
         "relative to the YAML file"
+    )
+    size: Edges | None = Field(
+        None,
+        description="[width, height], in three dimensions [Lx, Ly, Lz] of the box that the "
+        "particles fill about their middle, for faces and periodic axes; default: the extent of "
+        "their places, and a spacing",
     )
     units: Annotated[float, Quantity("length", gt=0, bare_unit=True, example="um")] = Field(
         "m", description="unit of x, y, z in a CSV file"
@@ -68,10 +75,16 @@ def make(spec: ExplicitParticles, matter: Matter) -> Particles:
         bodies=(whole("particles", table["position"], table["mass"], rigid=False),),
         info={"source": str(spec.file), "mass": float(table["mass"].sum())},
     )
-    half = matter.spacing / 2
-    for axis in particles.axes:
+    for number, axis in enumerate(particles.axes):
         x = particles.position[:, axis]
-        particles.room[axis] = (x.min() - half, x.max() + half)
+        edge = np.ptp(x) + matter.spacing if spec.size is None else spec.size[number]
+        if edge < np.ptp(x):
+            raise DustError(
+                f"sample.size: the particles are {np.ptp(x) * 1e3:.6g} mm apart along "
+                f"{AXES[axis]}, more than {edge * 1e3:.6g} mm; take a larger size."
+            )
+        middle = 0.5 * (x.min() + x.max())
+        particles.room[axis] = (middle - edge / 2, middle + edge / 2)
     return spec.placed(particles)
 
 

@@ -1,4 +1,4 @@
-"""What stands at the faces of the room: dust that is held, rows of rigid walls, mirror planes."""
+"""What is at the faces of the room: dust that is held, rigid walls, mirror planes."""
 
 from __future__ import annotations
 
@@ -8,25 +8,24 @@ import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES, WALLS
-from dusttaichi.samples.continuum import lattice
-from dusttaichi.samples.continuum.particles import DUST, HELD, WALL, Body, Particles, joined
-from dusttaichi.samples.continuum.registry import lifted
+from dusttaichi.samples.continuum.particles import DUST, HELD, Particles
 
 ORDER = ("top", "bottom", "x_min", "x_max", "y_min", "y_max")  # who holds the dust of a corner
 
 
-def with_faces(particles: Particles, boundary, support: float) -> Particles:
-    """The sample in its room: layers held, rows of rigid walls behind their faces.
+def with_faces(particles: Particles, boundary, reach: float = 0.0) -> Particles:
+    """The sample in its room, its layers held.
 
-    boundary: open, or the FacesBoundary. support [m]: reach of the kernel, which rigid rows fill.
-    The room of the result ends where something stands (of a layer its inner face), and is not a
-    number where a face is open. Raises DustError for a layer or a periodic edge that the sample has
-    no room for.
+    boundary: open, or the FacesBoundary. reach [m]: of the neighbour lists, which no periodic edge
+    may be shorter than. The room of the result ends where something is (of a layer
+    its inner face, half way between two rows), and is not a number where a face is open. Raises
+    DustError for a layer or a periodic edge that the sample has no room for.
     """
     if boundary.kind == "open":
         return replace(particles, room=np.full((3, 2), np.nan))
     room = _room(particles, boundary)
     role, face = particles.role.copy(), particles.face.copy()
+    _check_periods(boundary, room, reach)
     for wall in ORDER:
         if wall in boundary.layers:
             axis, side = divmod(WALLS.index(wall), 2)
@@ -40,13 +39,31 @@ def with_faces(particles: Particles, boundary, support: float) -> Particles:
                     f"{particles.spacing * 1e6:g} um."
                 )
             role[beyond], face[beyond] = HELD, WALLS.index(wall)
+            room[axis, side] = _between(x[beyond], x[role == DUST], side, room[axis, side])
     if not (role == DUST).any() and (particles.role == DUST).any():
         raise DustError("boundary: the layers hold all of the dust; take thinner ones.")
-    inside = replace(particles, role=role, face=face, room=room)
-    rows = [_rows(inside, boundary, wall, support) for wall in boundary.rigid]
-    together = joined([inside, *rows]) if rows else inside
-    info = particles.info | {"held": int((role == HELD).sum()), "walls": sum(map(len, rows))}
-    return replace(together, room=room, info=info)
+    info = particles.info | {"held": int((role == HELD).sum())}
+    return replace(particles, role=role, face=face, room=room, info=info)
+
+
+def _check_periods(boundary, room, reach) -> None:
+    """Raise DustError where a particle would see two images of another along one axis."""
+    for name in boundary.periodic_axes:
+        edge = np.ptp(room[AXES.index(name)])
+        if edge < reach:
+            raise DustError(
+                f"boundary.periodic: the sample is {edge * 1e6:.4g} um wide along {name}, and "
+                f"particles reach {reach * 1e6:.4g} um; allowed: no less than that. Take a wider "
+                "sample, or a smaller numerics.spacing."
+            )
+
+
+def _between(held, free, side, plane) -> float:
+    """Where a layer ends [m]: half way between its last particles and the first ones that move, as
+    rows of a lattice are cut; at `plane` where there is none of these."""
+    if not len(free):
+        return plane
+    return 0.5 * (held.max() + free.min() if side == 0 else held.min() + free.max())
 
 
 def _room(particles: Particles, boundary) -> np.ndarray:
@@ -73,44 +90,3 @@ def _room(particles: Particles, boundary) -> np.ndarray:
         axis = AXES[int(np.flatnonzero(edges <= 0)[0])]
         raise DustError(f"boundary: nothing is left between its layers along {axis}.")
     return room
-
-
-def _rows(particles: Particles, boundary, wall: str, support: float) -> Particles:
-    """The rows of a rigid wall: a slab as thick as the kernel reaches, beyond its face."""
-    axis, side = divmod(WALLS.index(wall), 2)
-    spacing, dimension, room = particles.spacing, particles.dimension, particles.room
-    low = particles.position.min(axis=0) - spacing / 2
-    high = particles.position.max(axis=0) + spacing / 2
-    low, high = np.fmin(low, room[:, 0]), np.fmax(high, room[:, 1])
-    for other in particles.axes:
-        # corners belong to bottom and top, and to the faces of x before those of y
-        first = other != 2 and (axis == 2 or (axis, other) == (0, 1))
-        if AXES[other] in boundary.periodic_axes:
-            low[other], high[other] = room[other]
-        elif first and other != axis:
-            open_sides = [boundary.face(WALLS[2 * other + side]) == "open" for side in range(2)]
-            more = support + boundary.overhang * np.array(open_sides)
-            low[other], high[other] = low[other] - more[0], high[other] + more[1]
-    plane = room[axis, side]
-    low[axis], high[axis] = (plane - support, plane) if side == 0 else (plane, plane + support)
-    axes = list(particles.axes)
-    size = (high - low)[axes]
-    points = lattice.fill(size, spacing, "triangular" if dimension == 2 else "hexagonal")
-    points += ((low + high) / 2)[axes]
-    dust = particles.density[particles.role != WALL].mean()
-    mass = np.full(len(points), dust * np.prod(size) / len(points))
-    still = np.zeros(3)
-    body = Body(
-        wall, True, float(mass.sum()), (low + high) / 2, still, still, np.zeros((3, 3)), 0.0
-    )
-    return Particles(
-        position=lifted(points),
-        mass=mass,
-        density=np.full(len(points), dust),
-        role=np.full(len(points), WALL, np.int8),
-        face=np.full(len(points), WALLS.index(wall), np.int8),
-        spacing=spacing,
-        dimension=dimension,
-        bodies=(body,),
-        info={"name": wall},
-    )

@@ -47,6 +47,10 @@ class ImpactSample(BodyBlock):
         None, description="between both surfaces at the start, default numerics.spacing"
     )
 
+    @property
+    def has_rigid(self) -> bool:
+        return self.target.has_rigid or self.projectile.has_rigid
+
     def conflicts(self, scene) -> Found:
         below = [
             (f"{name}.{path}" if path else name, text)

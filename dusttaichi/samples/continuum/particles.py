@@ -19,7 +19,7 @@ class Body:
 
     mass [kg, or kg/m]; centre [m], velocity [m/s], spin [rad/s]: (3,). inertia (3, 3) about the
     centre [kg m^2, or kg m]. size: its largest diameter [m]. shape: "sphere" ..., for what is known
-    of it in closed form.
+    of it in closed form; radius, half_height [m]: of a rigid one, half_height 0 of a sphere.
     """
 
     name: str
@@ -32,6 +32,8 @@ class Body:
     size: float
     shape: str = ""
     elastic: bool = False
+    radius: float = 0.0
+    half_height: float = 0.0
 
     def at(self, shift, velocity, spin) -> Body:
         """The body elsewhere, with other motions added to its own (each (3,))."""

@@ -100,6 +100,11 @@ class BodyBlock(Block):
     is_body: ClassVar[bool] = True
     """False where it is made of several bodies, and so cannot be one of them."""
 
+    @property
+    def has_rigid(self) -> bool:
+        """Whether a body of it is rigid."""
+        return False
+
     def conflicts(self, scene) -> Found:
         """What does not go with the scene's other blocks, as (dotted path below this, text)."""
         found = []

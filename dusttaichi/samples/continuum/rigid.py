@@ -16,7 +16,11 @@ from dusttaichi.scene.quantities import Density, Quantity
 
 
 class RigidSample(FreeBody):
-    """A rigid body about the origin, on a lattice of its own."""
+    """A rigid body about the origin. Its surface is exact; its particles show where it is."""
+
+    @property
+    def has_rigid(self) -> bool:
+        return True
 
     kind: Literal["rigid"]
     shape: Literal["sphere", "cylinder"] = Field(
@@ -61,7 +65,8 @@ def make(spec: RigidSample, matter: Matter) -> Particles:
     inertia = mass * _gyration(spec, dimension)
     size = max(spec.diameter, spec.height or 0.0)
     name = "bead" if spec.shape == "sphere" else "punch"
-    body = Body(name, True, mass, still, still, still, inertia, size, spec.shape)
+    extent = {"radius": spec.diameter / 2, "half_height": (spec.height or 0.0) / 2}
+    body = Body(name, True, mass, still, still, still, inertia, size, spec.shape, **extent)
     # as many points as there are: their volumes are scaled, their middle is the body's
     points = points - points.mean(axis=0)
     count = len(points)

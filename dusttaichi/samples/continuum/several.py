@@ -37,6 +37,10 @@ class SeveralBodies(BodyBlock):
             raise needed("at least one body is needed")
         return value
 
+    @property
+    def has_rigid(self) -> bool:
+        return any(body.has_rigid for body in self.bodies)
+
     def conflicts(self, scene) -> Found:
         return [
             (f"bodies.{n}.{path}" if path else f"bodies.{n}", text)

@@ -1,0 +1,199 @@
+"""Contact of dust with faces and rigid bodies: mirror images behind their surfaces.
+
+A rigid surface bounds what each particle i near it sees by the images k' of its neighbours k and of
+itself. For a pair (i, k) the mirror is a plane, its normal n the mean of both normals, from which
+they are as far on average as from the surface,
+
+    x_i - x_k' = x_ik - n (n.x_ik) + n (d_i + d_k),
+
+the same for (k, i'), and exact where the surface is flat. Relative to the rigid motion v_R the
+image moves the other way (no slip: the velocity goes on through the surface as an odd function,
+and so does its gradient):
+
+    v_i - v_k' = w_i + w_k + Omega x (x_i - x_k'),  w = v - v_R(x).
+
+L is thus exact for every velocity that is linear in the distance, and for the motion of the body
+itself. The forces are the adjoint: the power of the stress of i, V_i Q_i : V_k' (v_k' - v_i) (x)
+grad W, has the force T = V_i V_k' Q_i grad W on i and on k, and -T on the body, at x_k' and at x_k.
+So the work of the forces is the power of the stresses, and momentum and angular momentum stay.
+
+A contact that is open has no images, one particle at a time: those of its own sums.
+"""
+
+from dusttaichi.compute.engine import ti
+from dusttaichi.continuum.kernels.smoothing import CLOSE
+from dusttaichi.continuum.kernels.store import LAYER, PARTS, SPIN, near_begin
+
+
+@ti.data_oriented
+class Images:
+    """fields, lists: see store.place; layout: store.Layout; slope: that of the smoothing kernel;
+    rigid: kernels.rigid.Rigid."""
+
+    def __init__(self, fields, lists, layout, slope, rigid):
+        self.f, self.lists, self.layout = fields, lists, layout
+        self.slope, self.rigid, self.n = slope, rigid, layout.dimension
+
+    @ti.func
+    def apart(self, arm_i, arm_k, touch_i: ti.template(), touch_k: ti.template()):
+        """(x_i - x_k', n) of a pair as (3,) each, and 1, or 0 where the surface turns away by more
+        than a right angle between them. arm: from the centre; touch: distance and normal, (4,)."""
+        d_i, n_i = touch_i[0], ti.Vector([touch_i[1], touch_i[2], touch_i[3]])
+        d_k, n_k = touch_k[0], ti.Vector([touch_k[1], touch_k[2], touch_k[3]])
+        n, there = n_i + n_k, 0.0
+        if n_i.dot(n_k) > 0.0:
+            n, there = n.normalized(), 1.0
+        between = arm_i - arm_k
+        return between + (d_i + d_k - n.dot(between)) * n, n, there
+
+    @ti.func
+    def touch(self, i, row, numbers: ti.template()):
+        """Distance and normal of particle i from the surface `row`, (4,)."""
+        arm = self.rigid.arm(row, self.f.x[i], numbers)
+        return self.rigid.surface(row, arm, numbers.h)
+
+    @ti.func
+    def relative_motion(self, i, row, numbers: ti.template()):
+        """Velocity of particle i less that of the body at its place."""
+        return self.f.v[i] - self.rigid.motion(row, self.rigid.arm(row, self.f.x[i], numbers))
+
+    @ti.func
+    def strained(self, i, row, touch: ti.template(), numbers: ti.template()):
+        """What images behind the surface `row` add to A and G of the first pass (rates)."""
+        A = ti.Matrix.zero(ti.f64, self.n, self.n)
+        G = ti.Matrix.zero(ti.f64, self.n, self.n)
+        arm = self.rigid.arm(row, self.f.x[i], numbers)
+        w_i = self.f.v[i] - self.rigid.motion(row, arm)
+        spin = self.rigid.vector(row, SPIN)
+        begin, count = near_begin(self.lists, i), self.lists.near_counts[i]
+        for m in range(count + 1):
+            k = self.other(i, begin, m, count)
+            if m == count or k != i:
+                arm_k = arm - self.rigid.raised(self.f.x[i] - self.f.x[k])
+                touch_k = self.rigid.surface(row, arm_k, numbers.h)
+                if touch[0] + touch_k[0] < 2.0 * numbers.h:
+                    between, _, there = self.apart(arm, arm_k, touch, touch_k)
+                    weight = there * self.f.volume[k]
+                    weight *= self.rigid.share(row, 0.5 * (touch[0] + touch_k[0]))
+                    weight *= self.slope(between.norm_sqr(), numbers.inv_h, numbers.scale)
+                    u = w_i + self.f.v[k] - self.rigid.motion(row, arm_k)
+                    u += self.rigid.flat(spin.cross(between))
+                    d = self.rigid.flat(between)
+                    for a, b in ti.static(ti.ndrange(self.n, self.n)):
+                        A[a, b] -= weight * d[a] * d[b]
+                        G[a, b] -= weight * u[a] * d[b]
+        return A, G
+
+    @ti.func
+    def other(self, i, begin, m, count):
+        """The neighbour number m of particle i; the particle itself behind all others."""
+        k = i
+        if m < count:
+            k = self.lists.near[begin + m]
+        return k
+
+    @ti.func
+    def push(self, i, numbers: ti.template()):
+        """(stress, viscous, grid): forces of all images on particle i [N]; those on the surfaces
+        are written down, with their torques about the centres."""
+        stress = ti.Vector.zero(ti.f64, self.n)
+        viscous, grid = stress, stress
+        for e in range(self.lists.touch_first[i], self.lists.touch_first[i + 1]):
+            row = self.lists.touch_row[e]
+            arm = self.rigid.arm(row, self.f.x[i], numbers)
+            touch = self.rigid.surface(row, arm, numbers.h)
+            for c in ti.static(range(PARTS)):
+                self.lists.touch[e, c] = 0.0
+            if touch[0] < 2.0 * numbers.h:
+                begin, count = near_begin(self.lists, i), self.lists.near_counts[i]
+                for m in range(count + 1):
+                    k = self.other(i, begin, m, count)
+                    if m == count or k != i:
+                        of_stress, of_pairs, of_noise = self.pair(i, k, e, arm, numbers)
+                        stress += of_stress
+                        viscous += of_pairs
+                        grid += of_noise
+        return stress, viscous, grid
+
+    @ti.func
+    def pair(self, i, k, e, arm, numbers: ti.template()):
+        """Forces on i of its images with k (stress, viscous, grid): T_ik + T_ki each."""
+        row = self.lists.touch_row[e]
+        touch = self.rigid.surface(row, arm, numbers.h)
+        arm_k = arm - self.rigid.raised(self.f.x[i] - self.f.x[k])
+        touch_k = self.rigid.surface(row, arm_k, numbers.h)
+        stress = ti.Vector.zero(ti.f64, self.n)
+        viscous, grid = stress, stress
+        if touch[0] + touch_k[0] < 2.0 * numbers.h:  # else the image is out of reach
+            between, n, there = self.apart(arm, arm_k, touch, touch_k)
+            r2 = between.norm_sqr()
+            base = there * self.f.volume[i] * self.f.volume[k]
+            base *= self.rigid.share(row, 0.5 * (touch[0] + touch_k[0]))
+            base *= self.slope(r2, numbers.inv_h, numbers.scale)
+            spin = self.rigid.vector(row, SPIN)
+            w = (
+                self.f.v[i]
+                - self.rigid.motion(row, arm)
+                + self.f.v[k]
+                - self.rigid.motion(row, arm_k)
+            )
+            mirrored = 2.0 * n.dot(between) * n - between
+            d, d_k = self.rigid.flat(between), self.rigid.flat(mirrored)
+            u = w + self.rigid.flat(spin.cross(between))
+            u_k = w + self.rigid.flat(spin.cross(mirrored))
+            own, its = base * self.closed(i, row), base * self.closed(k, row)
+            closing = numbers.inv_h / (r2 * numbers.inv_h * numbers.inv_h + CLOSE)
+            mu, mu_k = ti.min(u.dot(d), 0.0) * closing, ti.min(u_k.dot(d_k), 0.0) * closing
+            middle = 2.0 * arm - self.rigid.raised(self.f.x[i] - self.f.x[k]) - between
+            stress += own * self.of_rows(self.f.flux[i], d)
+            viscous += own * self.resistance(i, k, mu) * d
+            grid += own * self.noise(i, u, d, numbers)
+            # twice on the body, at the place of k and at that of its image: the mean of both arms
+            for part, force in ti.static(enumerate((stress, viscous, grid))):
+                self.note(e, part, self.rigid.raised(force), middle)
+            stress += its * self.of_rows(self.f.flux[k], d_k)
+            viscous += its * self.resistance(i, k, mu_k) * d_k
+            grid += its * self.noise(k, u_k, d_k, numbers)
+        return stress, viscous, grid
+
+    @ti.func
+    def closed(self, i, row):
+        """1 where the contact of particle i with a surface is closed; dust never leaves a layer."""
+        out = 1.0
+        if ti.static(self.layout.separate):
+            out = ti.select(self.f.gap[i] >= 0.0, self.f.rigid[row, LAYER], 1.0)
+        return out
+
+    @ti.func
+    def of_rows(self, rows: ti.template(), d):
+        """Q d of a tensor in memory."""
+        out = ti.Vector.zero(ti.f64, self.n)
+        for a, b in ti.static(ti.ndrange(self.n, self.n)):
+            out[a] += rows[self.n * a + b] * d[b]
+        return out
+
+    @ti.func
+    def noise(self, i, u, d, numbers: ti.template()):
+        """What acts on grid noise (forces), of the share of particle i."""
+        shear = self.f.impedance[i] * u - self.of_rows(self.f.drag[i], d)
+        return numbers.grid * numbers.h * shear
+
+    @ti.func
+    def resistance(self, i, k, mu):
+        """Half of alpha rho c mu - beta rho mu^2 of a pair (forces), of each of which two act [Pa];
+        mu: speed of approach, negative."""
+        out = 0.0
+        if ti.static(self.layout.viscous):
+            alpha = ti.max(self.f.alpha[i], self.f.alpha[k])
+            beta = ti.max(self.f.beta[i], self.f.beta[k])
+            linear = alpha * (self.f.impedance[i] + self.f.impedance[k])
+            out = 0.25 * (linear - beta * (self.f.density[i] + self.f.density[k]) * mu) * mu
+        return out
+
+    @ti.func
+    def note(self, e, part: ti.template(), force, middle):
+        """Add the reaction to a force T of a pair to what touch e does to its surface."""
+        torque = middle.cross(force)
+        for a in ti.static(range(3)):
+            self.lists.touch[e, 6 * part + a] -= 2.0 * force[a]
+            self.lists.touch[e, 6 * part + 3 + a] -= torque[a]

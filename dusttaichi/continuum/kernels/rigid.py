@@ -1,0 +1,122 @@
+"""Faces and rigid bodies in kernels: rows of `rigid`, the motion of their points, their surfaces.
+
+A face is a plane across an axis, a rigid body a sphere or an upright cylinder (in two dimensions a
+disc or a rectangle) in its own frame. Surfaces are signed distances with normals, positive outside.
+"""
+
+from dusttaichi.compute.engine import ti
+from dusttaichi.continuum.kernels.store import CENTRE, FACES, HALF, RADIUS, SPEED, SPIN, TURN
+
+LEAST = 1e-2  # of h: no particle counts as nearer to a surface, or beyond it
+TINY = 1e-30  # [m], keeps the middle of a body from being divided by
+
+
+@ti.data_oriented
+class Rigid:
+    """fields: see store.place; n: dimension."""
+
+    def __init__(self, fields, n):
+        self.f, self.n = fields, n
+
+    @ti.func
+    def vector(self, row, begin: ti.template()):
+        """Three numbers of a row of `rigid`."""
+        return ti.Vector([self.f.rigid[row, begin + a] for a in ti.static(range(3))])
+
+    @ti.func
+    def put(self, row, begin: ti.template(), values):
+        for a in ti.static(range(3)):
+            self.f.rigid[row, begin + a] = values[a]
+
+    @ti.func
+    def raised(self, r):
+        """A vector of the kernels in three dimensions: (x, z) is (x, 0, z)."""
+        out = ti.Vector.zero(ti.f64, 3)
+        if ti.static(self.n == 2):
+            out = ti.Vector([r[0], 0.0, r[1]])
+        else:
+            out = ti.Vector([r[0], r[1], r[2]])
+        return out
+
+    @ti.func
+    def flat(self, r):
+        """The reverse of `raised`."""
+        out = ti.Vector.zero(ti.f64, self.n)
+        for a in ti.static(range(self.n)):
+            out[a] = r[2 if a == self.n - 1 else a]
+        return out
+
+    @ti.func
+    def rotated(self, b, r):
+        """A vector of the frame of body b in that of the scene."""
+        w = self.f.rigid[b, TURN]
+        u = ti.Vector([self.f.rigid[b, TURN + 1 + a] for a in ti.static(range(3))])
+        t = 2.0 * u.cross(r)
+        return r + w * t + u.cross(t)
+
+    @ti.func
+    def back(self, b, r):
+        """The reverse of `rotated`."""
+        w = self.f.rigid[b, TURN]
+        u = -ti.Vector([self.f.rigid[b, TURN + 1 + a] for a in ti.static(range(3))])
+        t = 2.0 * u.cross(r)
+        return r + w * t + u.cross(t)
+
+    @ti.func
+    def arm(self, row, x, numbers: ti.template()):
+        """From the centre of a face or body to x, its nearest image where axes repeat, (3,)."""
+        r = x - self.flat(self.vector(row, CENTRE))
+        for a in ti.static(range(self.n)):
+            r[a] -= numbers.period[a] * ti.round(r[a] * numbers.inv_period[a])
+        return self.raised(r)
+
+    @ti.func
+    def motion(self, row, arm):
+        """Velocity of the point of a face or body at an arm (3,) of its centre, (dimension,)."""
+        return self.flat(self.vector(row, SPEED) + self.vector(row, SPIN).cross(arm))
+
+    @ti.func
+    def surface(self, row, arm, h):
+        """Distance [m], no less than a little, and outward normal, (4,), of a point at an arm."""
+        distance, normal = 0.0, ti.Vector.zero(ti.f64, 3)
+        if row < FACES:
+            inward = 1.0 - 2.0 * ti.cast(row % 2, ti.f64)
+            for a in ti.static(range(3)):
+                if row // 2 == a:
+                    normal[a] = inward
+                    distance = inward * arm[a]
+        elif self.f.rigid[row, HALF] == 0.0:
+            length = arm.norm() + TINY
+            distance, normal = length - self.f.rigid[row, RADIUS], arm / length
+        else:
+            distance, own = self.cylinder(row, self.back(row, arm))
+            normal = self.rotated(row, own)
+        return ti.Vector([ti.max(distance, LEAST * h), normal[0], normal[1], normal[2]])
+
+    @ti.func
+    def cylinder(self, row, q):
+        """The same of a cylinder about z in its own frame, of which edges are round outside."""
+        across = ti.sqrt(q[0] * q[0] + q[1] * q[1]) + TINY
+        up = ti.select(q[2] >= 0.0, 1.0, -1.0)
+        a = across - self.f.rigid[row, RADIUS]
+        b = ti.abs(q[2]) - self.f.rigid[row, HALF]
+        side, end = ti.max(a, 0.0), ti.max(b, 0.0)
+        if side + end == 0.0:  # inside: the nearer of side and end
+            side, end = ti.select(a > b, 1.0, 0.0), ti.select(a > b, 0.0, 1.0)
+        length = ti.sqrt(side * side + end * end)
+        normal = ti.Vector(
+            [side * q[0] / across / length, side * q[1] / across / length, up * end / length]
+        )
+        return ti.select(ti.max(a, b) > 0.0, length, ti.max(a, b)), normal
+
+    @ti.func
+    def share(self, row, distance):
+        """Volume of the mirror image of what is at a distance, over its own: below 1 in a sphere,
+        which has less room."""
+        out = 1.0
+        if row >= FACES and self.f.rigid[row, HALF] == 0.0:
+            radius = self.f.rigid[row, RADIUS]
+            out = ti.max(radius - distance, 0.0) / (radius + distance)
+            if ti.static(self.n == 3):
+                out *= out
+        return out
