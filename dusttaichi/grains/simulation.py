@@ -6,7 +6,6 @@ The box (walls) and the cell (periodic faces) of its domain move as the drive of
 
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -14,8 +13,8 @@ from dusttaichi import units
 from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.servo import EVEN, WALL, Servo
 from dusttaichi.domain.walls import TOP
-from dusttaichi.grains.kernels.gather import Walls
-from dusttaichi.grains.kernels.phases import DONE, StepNumbers
+from dusttaichi.grains.arguments import NO_WALLS, step_numbers, walls_argument
+from dusttaichi.grains.kernels.phases import DONE
 from dusttaichi.grains.kernels.store import FIRST_WALL
 from dusttaichi.grains.measure import Readout
 from dusttaichi.grains.search import Search
@@ -23,28 +22,6 @@ from dusttaichi.grains.sphere import MovingSphere
 from dusttaichi.grains.stage_push import push_anew
 from dusttaichi.grains.state import GrainState, LedgerSums
 from dusttaichi.names import NEVER
-
-NO_WALLS = Walls()
-
-
-@lru_cache(maxsize=4)
-def walls_argument(box):
-    """The walls of a Box as kernels take them."""
-    return Walls(
-        normal=box.normal.tolist(),
-        offset=box.offset.tolist(),
-        speed=box.speed.tolist(),
-        strength=box.strength.tolist(),
-        slid=float(box.slid[TOP, 0]),
-        along=float(box.along[TOP, 0]),
-    )
-
-
-@lru_cache(maxsize=1)
-def step_numbers(dt, masses, wall_due, reach2):
-    """The numbers of a step as kernels take them; masses: units of mass and moment of inertia."""
-    mass, inertia = masses
-    return StepNumbers(dt=dt, kick=dt / mass, turn=dt / inertia, reach2=reach2, wall_due=wall_due)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,71 @@
+"""Rows of the field of contacts: what a contact keeps, and its loads."""
+
+from dusttaichi.compute.engine import ti
+
+
+def _masks(law):
+    """Whether a law masks what it keeps of contacts that did not touch before."""
+    return getattr(law, "MASKED", False)
+
+
+@ti.data_oriented
+class Rows:
+    """Rows of the field of contacts: history and loads."""
+
+    def __init__(self, fields, layout):
+        self.table, self.load, self.real = fields["contact"], layout.load, layout.law
+        self.vec3 = ti.types.vector(3, layout.law)
+        named = [(name, *layout.rows[name]) for name in layout.model.history]
+        self.scalars = tuple((name, first) for name, first, width in named if width == 1)
+        self.vectors = tuple((name, first) for name, first, width in named if width == 3)
+        masked = [*layout.model.radial, *(n for n in layout.model.springs if _masks(n))]
+        own = {name for law in masked for name in law.HISTORY}
+        self.own = (*own, "touched")  # not masked: their effects do that
+        members = {name: self.real if width == 1 else self.vec3 for name, _, width in named}
+        self.History = ti.types.struct(**members)
+        self.touched = layout.rows["touched"][0]
+        self.lost = layout.rows.get("lost", (-1, 0))[0]
+
+    @ti.func
+    def vector(self, b, first: ti.template(), lane):
+        t = ti.static(self.table)
+        return self.vec3(t[b, first, lane], t[b, first + 1, lane], t[b, first + 2, lane])
+
+    @ti.func
+    def put_vector(self, b, first: ti.template(), lane, a):
+        for c in ti.static(range(3)):
+            self.table[b, first + c, lane] = a[c]
+
+    @ti.func
+    def add(self, b, row: ti.template(), lane, value):
+        self.table[b, row, lane] = self.table[b, row, lane] + value
+
+    @ti.func
+    def history(self, b, lane):
+        """What a contact has kept."""
+        return self.History(
+            **{name: self.table[b, first, lane] for name, first in self.scalars},
+            **{name: self.vector(b, first, lane) for name, first in self.vectors},
+        )
+
+    @ti.func
+    def keep(self, b, lane, h: ti.template(), held):
+        """Write the history, that of springs times `held`: 1 where the contact touched before."""
+        for name, first in ti.static(self.scalars):
+            value = h.__getitem__(name)
+            if ti.static(name not in self.own):
+                value = value * held
+            self.table[b, first, lane] = value
+        for name, first in ti.static(self.vectors):
+            vector = h.__getitem__(name)
+            if ti.static(name not in self.own):
+                vector = vector * held
+            self.put_vector(b, first, lane, vector)
+
+    @ti.func
+    def put_loads(self, b, lane, found: ti.template()):
+        """Force and torque on the first body, then on the second."""
+        self.put_vector(b, self.load, lane, found.force)
+        self.put_vector(b, self.load + 3, lane, found.torque_1)
+        self.put_vector(b, self.load + 6, lane, -found.force)
+        self.put_vector(b, self.load + 9, lane, found.torque_2)
