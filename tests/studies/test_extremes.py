@@ -130,6 +130,7 @@ def test_losses_that_make_energy_are_stopped():
     class Sim:
         time, step = 1.0, 2
         channels = ("forming", "breaking", "damping", "rolling", "sliding", "twisting")
+        step_key = "numerics.time_step"
 
         @staticmethod
         def trust(measurement):
