@@ -37,12 +37,12 @@ def test_schema_describes_every_key_and_gives_an_example_of_every_quantity():
 def _described(node, where=""):
     """Yield the places of all keys of a schema that say nothing."""
     if isinstance(node, dict):
-        properties = node.get("properties", {})
-        for name, field in properties.items() if isinstance(properties, dict) else ():
+        for name, field in node.get("properties", {}).items():  # one may be called properties
             if not {"description", "const", "enum"} & set(field):
                 yield f"{where}.{name}"
-        for name, part in node.items():
-            yield from _described(part, f"{where}.{name}" if name != "properties" else where)
+            yield from _described(field, f"{where}.{name}")
+        for name in node.keys() - {"properties"}:
+            yield from _described(node[name], f"{where}.{name}")
     elif isinstance(node, list):
         for part in node:
             yield from _described(part, where)
