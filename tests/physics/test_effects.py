@@ -22,6 +22,8 @@ EFFECTS = {
     "all": ("rolling", "sliding", "twisting"),  # last: the tests below find what is compiled
 }
 SPRINGS = ("rolling", "sliding", "twisting")
+# what a contact is rounded to, over that of double precision: in `mixed` contacts are single
+ROUNDING = {"f64": 1.0, "mixed": 3e5}
 with law_of_the_docs():
     LAWS = {
         f"{effect}, {law}": (effect, law)
@@ -58,19 +60,24 @@ def law():
         yield
 
 
-@pytest.fixture(scope="module", params=[*LAWS, *EFFECTS])
+@pytest.fixture(
+    scope="module",
+    params=[(name, precision) for precision in ROUNDING for name in (*LAWS, *EFFECTS)],
+    ids=lambda param: " ".join(param),
+)
 def strained(request):
     """(effects, probe): 12 elastic steps after a start with generic velocities and spins."""
-    effect, law = LAWS.get(request.param, (None, None))
-    effects = EFFECTS[request.param] if law is None else (effect,)
-    scene = make_scene(effects=effects, boundary=box("bottom"))
+    name, precision = request.param
+    effect, law = LAWS.get(name, (None, None))
+    effects = EFFECTS[name] if law is None else (effect,)
+    scene = make_scene(effects=effects, boundary=box("bottom"), numerics={"precision": precision})
     if law is not None:
         scene = scene.with_value(f"interaction.{effect}.law", law)
     probe = Probe(scene, sample_of(triangle(), V, W))
     probe.laws = dict(registry.chosen_model(scene.interaction).effects)
     probe.pair = constants.pair_constants(scene.material, scene.interaction)
     probe.wall = constants.wall_constants(scene.material, scene.interaction)
-    probe.own = law is not None
+    probe.own, probe.rounding = law is not None, ROUNDING[precision]
     probe.advance(12)
     assert np.all(probe.sim.measure()["loss"] == 0), "nothing may have slipped yet"
     assert np.all(probe.sim.measure()["loss_wall"] == 0)
@@ -139,7 +146,9 @@ def test_energy_is_what_measure_reports(strained):
     assert measured["contacts"] == 3 and measured["wall_contacts"] == 3
     for name, other in zip(("potential", "potential_wall"), expected, strict=True):
         own = measured[name]
-        np.testing.assert_allclose(own, other, rtol=1e-11, atol=1e-14)
+        np.testing.assert_allclose(
+            own, other, rtol=1e-11 * probe.rounding, atol=1e-14 * probe.rounding
+        )
     for effect in effects:
         assert expected[0, NUMBER[effect]] > 0 and expected[1, NUMBER[effect]] > 0
 
@@ -149,16 +158,16 @@ def test_loads_are_minus_the_gradient(strained):
     arguments as above, and forces are the small difference of attraction and repulsion."""
     effects, probe = strained
     force, torque = probe.loads()
-    h = 1e-30
+    h, most = 1e-30, 1e-9 * max(1.0, 0.03 * probe.rounding)
     for grain in range(3):
         for axis in range(3):
             step = np.zeros((3, 3), complex)
             step[grain, axis] = 1j * h
             by_place = -energies(probe, effects, x=probe.x + step).sum().imag / h
             by_angle = -energies(probe, effects, turn=step).sum().imag / h
-            assert by_place == pytest.approx(force[grain, axis], abs=1e-9 * np.abs(force).max())
+            assert by_place == pytest.approx(force[grain, axis], abs=most * np.abs(force).max())
             scale = max(np.abs(torque).max(), 1e-25)  # without effects there is no torque at all
-            assert by_angle == pytest.approx(torque[grain, axis], abs=1e-9 * scale)
+            assert by_angle == pytest.approx(torque[grain, axis], abs=most * scale)
 
 
 def momenta(probe):
@@ -254,3 +263,25 @@ def test_action_is_reaction(collide):
     assert np.abs(force.sum(0)).max() < 1e-14 * np.abs(force).sum()
     lever = np.cross(probe.x, force).sum(0) + torque.sum(0)
     assert np.abs(lever).max() < 1e-13 * (np.abs(torque).sum() + RADIUS * np.abs(force).sum())
+
+
+@pytest.mark.parametrize("precision", ROUNDING)
+def test_losses_are_what_the_energy_lacks(precision):
+    """Damping and asperities of a collision that also slips: what they book is what kinetic and
+    potential energy have lost, to 1 % of it (first order in the step, which finds a touch late)."""
+    x, v, w = cluster(0.5, 2e6, np.random.default_rng(10))
+    keys = {"interaction": {"asperities": "on", "damping": "viscoelastic"}}
+    scene = make_scene(
+        dt="0.02 ns",
+        boundary=FAR,
+        material="silica_pd08",
+        numerics={"precision": precision},
+        **keys,
+    )
+    probe = Probe(scene, sample_of(x, v, w))
+    own, lost, _ = probe.energy()
+    probe.advance(1000)
+    now, dissipated, _ = probe.energy()
+    by_channel = dict(zip(probe.sim.layout.channels, probe.sim.measure()["loss"], strict=True))
+    assert by_channel["damping"] > 0.0 and by_channel["asperities"] > 0.0
+    assert dissipated - lost == pytest.approx(own - now, rel=1e-2)
