@@ -53,6 +53,12 @@ class SinteredNeck:
         "neck_zeta": History("m", "shear", 3),
     }
     CHANNEL = "neck"
+    STIFFNESS = {
+        "k_n": "neck_stretch",
+        "k_s": "neck_shear",
+        "k_r": "neck_bend",
+        "k_t": "neck_twist",
+    }
     MASKED = True  # it says itself what is kept where grains do not touch
 
     @staticmethod

@@ -12,6 +12,8 @@ from math import inf, pi, sqrt
 import numpy as np
 from scipy.optimize import brentq
 
+from dusttaichi.physics.contact.registry import law_of
+
 
 def close_packed(n):
     """Unit-diameter centres of the n <= 13 most connected grains of a close-packed cluster."""
@@ -66,7 +68,8 @@ def stiffness_matrix(centres, pair, walls=()):
 def _add_springs(matrices, contact, n, grains, strength=1.0):
     """Add the springs of a contact to (K, C). n: its normal; grains: (i, j), j None for a wall."""
     (K, C), (i, j), rows = matrices, grains, []
-    for k, dx, turn1, turn2 in springs(contact, n, strength):
+    four = springs(contact, n, strength)
+    for k, dx, turn1, turn2 in four:
         row = np.zeros((len(dx), K.shape[0]))
         row[:, 6 * i : 6 * i + 3] = dx
         row[:, 6 * i + 3 : 6 * i + 6] = turn1
@@ -76,7 +79,16 @@ def _add_springs(matrices, contact, n, grains, strength=1.0):
         rows.append(np.sqrt(k) * row)
     B = np.concatenate(rows)
     K += B.T @ B
-    C += contact.kappa / contact.k_n * np.outer(B[0], B[0])
+    C += contact.kappa / four[0][0] * np.outer(B[0], B[0])
+
+
+def stiffness(contact, name):
+    """Stiffness k_n, k_s, k_r or k_t of a contact, with what its further effects say that they add
+    (`STIFFNESS`: kind of spring -> their number)."""
+    own, effects = getattr(contact, name), getattr(contact, "interaction", None)
+    effects = () if effects is None else effects.effects
+    added = [getattr(law_of("effects", effect), "STIFFNESS", {}) for effect in effects]
+    return own + sum(contact.numbers[number[name]] for number in added if name in number)
 
 
 def springs(contact, n, strength=1.0, ratio=1.0):
@@ -99,10 +111,15 @@ def springs(contact, n, strength=1.0, ratio=1.0):
     row = n[..., None, :]  # across: theta -> -theta x n
     tangential = np.eye(3) - n[..., :, None] * row
     return (
-        (contact.k_n, row, 0.0 * row, 0.0 * row),
-        (strength * contact.k_s, tangential, across, across),
-        (strength * contact.k_r, 0.0 * across, across * R / r, -across * R / r * ratio),
-        (strength * contact.k_t / r**2, 0.0 * row, row, -row * ratio),
+        (stiffness(contact, "k_n"), row, 0.0 * row, 0.0 * row),
+        (strength * stiffness(contact, "k_s"), tangential, across, across),
+        (
+            strength * stiffness(contact, "k_r"),
+            0.0 * across,
+            across * R / r,
+            -across * R / r * ratio,
+        ),
+        (strength * stiffness(contact, "k_t") / r**2, 0.0 * row, row, -row * ratio),
     )
 
 

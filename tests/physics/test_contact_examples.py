@@ -21,6 +21,7 @@ from scenes import (
 from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError
 from dusttaichi.grains.measured import measurement
+from dusttaichi.grains.time_step import time_step
 from dusttaichi.physics.contact import constants
 from dusttaichi.run import execute
 from dusttaichi.run.ledger import ledger
@@ -159,6 +160,15 @@ def test_a_neck_needs_its_strength():
             scene_of(NECK).with_value("material", "silicate_s12").to_yaml()
         with pytest.raises(DustError, match="neck_strength = 3.*unit"):
             necked(3)
+
+
+def test_the_automatic_step_knows_stiff_necks():
+    """Shorter by about the root of the stiffnesses' ratio: twelve along the normal alone."""
+    with example("sintered_neck.py"):
+        material = {"base": "silicate_s12", "properties": {"neck_strength": "1 GPa"}}
+        bare = time_step(scene_of(material=material, dt="auto"), 2)
+        stiff = time_step(scene_of(NECK, material=material, dt="auto"), 2)
+        assert 2.0 < bare.period / stiff.period < 8.0
 
 
 @pytest.mark.parametrize("precision", ["f64", "mixed"])

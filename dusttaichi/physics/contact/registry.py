@@ -16,6 +16,9 @@ A law is a module (or any object) with
 It may have ``MATERIAL``: name -> Property, properties of the grains' material that it brings into
 the YAML; c has them by name, mixed from those of the two materials.
 
+It may have ``STIFFNESS``: "k_n", "k_s", "k_r" or "k_t" -> its number that adds to this spring, for
+the choice of the time step.
+
 A normal law has ``response`` and a damping law ``coefficient`` in place of the last three, see
 NEEDED and the built-in laws. A law along the normal (``RADIAL``) may have ``form``, called for a
 contact that has just formed, ``pending`` and ``push``, see physics.contact.asperities.
