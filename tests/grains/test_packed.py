@@ -7,7 +7,7 @@ import re
 from collections import Counter
 
 import pytest
-from scenes import make_scene
+from scenes import box, make_scene
 
 from dusttaichi.compute.backend import LOOPS, start_taichi
 from dusttaichi.compute.engine import settings, ti
@@ -16,6 +16,7 @@ from dusttaichi.domain.pushes import make_push
 from dusttaichi.grains.build import chosen_layout
 from dusttaichi.grains.kernels.contacts import ContactPass
 from dusttaichi.grains.kernels.declare import declare, place
+from dusttaichi.grains.kernels.gather import Walls
 from dusttaichi.grains.kernels.phases import Phases
 from dusttaichi.physics.contact.registry import chosen_model
 
@@ -29,26 +30,39 @@ def nothing(self, block, tile, dt, p, place):
     """In place of what happens to contacts that form or break."""
 
 
-def operations(precision, folder, monkeypatch):
-    """Counter of the arithmetic of the compiled pair pass by (lanes, type)."""
+CELL = {"kind": "periodic", "size": ["5 um"] * 3}
+SCENES = {
+    "pairs": {},
+    "walls": {"boundary": box("bottom")},
+    "stress in a cell": {"boundary": CELL, "output": {"series": {"steps": 10}}},
+}
+
+
+def operations(name, precision, folder, monkeypatch):
+    """Counter of the arithmetic of the compiled pass over walls or pairs by (lanes, type)."""
     monkeypatch.chdir(folder)
     # few contacts form or break: those are not part of the loop, and not packed
     monkeypatch.setattr(ContactPass, "change_block", nothing)
-    scene = make_scene(damping="viscoelastic", numerics={"precision": precision})
+    scene = make_scene(damping="viscoelastic", numerics={"precision": precision}, **SCENES[name])
     model = chosen_model(scene.interaction, scene.numerics.newton_steps)
     push = make_push(scene.push, {}, [], 1.0)
     layout = chosen_layout(scene, model, LOOPS["cpu"], push, polydisperse=False)
     start_taichi(scene, 1, simplify=False)
     settings().print_kernel_llvm_ir_optimized = True
     settings().offline_cache = False  # what comes from the cache is not printed
-    phases = Phases(place(declare(64, layout, False)), layout, False)
+    walls = name == "walls"
+    phases = Phases(place(declare(64, layout, walls)), layout, walls)
 
     @ti.kernel
-    def pass_over_pairs(dt: ti.f64):
-        for tile in range(phases.pair_tiles()):
-            phases.touch_pairs(tile, dt, 0.0)
+    def pass_over_contacts(dt: ti.f64, surfaces: Walls):
+        if ti.static(walls):
+            for tile in range(phases.wall_tiles()):
+                phases.touch_walls(tile, 1, dt, surfaces)
+        else:
+            for tile in range(phases.pair_tiles()):
+                phases.touch_pairs(tile, dt, phases.frame(1, dt))
 
-    pass_over_pairs(0.0)
+    pass_over_contacts(0.0, Walls())
     found = Counter()
     for file in folder.glob("*optimized*.ll"):
         for lanes, kind, rest in ARITHMETIC.findall(file.read_text()):
@@ -58,11 +72,13 @@ def operations(precision, folder, monkeypatch):
 
 
 @pytest.mark.parametrize("precision, kind", [("mixed", "float"), ("f64", "double")])
-def test_contacts_are_packed(precision, kind, tmp_path, monkeypatch):
-    found = operations(precision, tmp_path, monkeypatch)
+@pytest.mark.parametrize("name", SCENES)
+def test_contacts_are_packed(name, precision, kind, tmp_path, monkeypatch):
+    found = operations(name, precision, tmp_path, monkeypatch)
     lanes = min(LOOPS["cpu"].width, compiled_bits() // {"float": 32, "double": 64}[kind])
     packed = sum(n for (count, _), n in found.items() if count > 1)
-    # what is gathered in double precision may be left as it is, a tenth of all
-    assert packed > 0.85 * found.total(), found
+    # what is gathered, and what is the same for a tile, may be left as it is: a fifth of all. Two
+    # doubles at a time (SSE2) LLVM may leave more: what is gathered costs more than it saves
+    assert packed > (0.75 if lanes > 2 else 0.5) * found.total(), found
     # and they fill the registers: one number of another width would halve them
-    assert found[lanes, kind] > 0.8 * found.total(), found
+    assert found[lanes, kind] > (0.7 if lanes > 2 else 0.5) * found.total(), found

@@ -102,7 +102,7 @@ class PairGatherer(Gatherer):
 class WallGatherer(Gatherer):
     """Of a grain and a wall. place: the Plane of the wall of a block."""
 
-    flat, kind, columns = True, WALL, 7
+    flat, kind, columns = True, WALL, 10
 
     def __init__(self, fields, layout, mechanics, numbers):
         super().__init__(fields, layout, mechanics, numbers)
@@ -136,11 +136,12 @@ class WallGatherer(Gatherer):
         g[lane] = ti.cast(touch - distance, self.real)
         self.put(g, 1, lane, self.v[i] - place.velocity)
         self.put(g, 4, lane, self.w[i])
+        # the same for all lanes: a shorter loop would be unrolled, and its array not seen through
+        self.put(g, 7, lane, place.normal)
 
     @ti.func
     def motion(self, g: ti.template(), lane, dt, p, place):
-        normal = self.vec3(place.normal[0], place.normal[1], place.normal[2])
-        dv, w1 = self.get(g, 1, lane), self.get(g, 4, lane)
+        dv, w1, normal = self.get(g, 1, lane), self.get(g, 4, lane), self.get(g, 7, lane)
         return wall_motion(self.Motion, g[lane], normal, dv, w1, dt)
 
     @ti.func
