@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+import yaml
 from continuum_results import frame, write
 
 from dusttaichi.analysis import continuum as of
@@ -20,7 +21,7 @@ BEAD = {
     "diameter": 1.1e-3,
     "mass": 2540 * np.pi * 0.55e-3**2,
 }
-IMPACT = {"kind": "impact", "surface": 0.0, "gap": A, "projectile": BEAD}
+IMPACT = {"kind": "impact", "surface": 0.0, "gap": 0.0, "projectile": BEAD}
 
 
 def bed(width=24, depth=20):
@@ -235,3 +236,12 @@ def test_runs_of_beads_in_one_figure(fallen, tmp_path):
 def test_straight_line_to_spacing_zero():
     value, slope = of.at_zero_spacing(np.array([1e-4, 2e-4, 4e-4]), np.array([1.1, 1.2, 1.4]))
     assert value == pytest.approx(1.0) and slope == pytest.approx(1e3)
+
+
+def test_intrusion_begins_where_the_surfaces_meet(fallen):
+    """With a gap to fall the depth is that below the surface, the time that from there on."""
+    with open_run(fallen.path) as run:
+        run.attrs["sample"] = yaml.safe_dump(IMPACT | {"gap": 0.1e-3})
+        later, whole = of.intrusion(run).stop, of.intrusion(fallen).stop
+    assert later.depth == pytest.approx(whole.depth - 0.1e-3, rel=5e-3)
+    assert later.time < whole.time - 0.1e-3 / (D * np.pi / 2 / T) + 1e-5

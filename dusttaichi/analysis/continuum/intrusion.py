@@ -104,9 +104,9 @@ def intrusion(run):
     height = way.body_position.sel(xyz="z").values
     velocity = way.body_velocity.sel(xyz="z").values
     spacing, gravity = float(run.attrs["spacing"]), float(run.attrs.get("gravity", 0.0))
-    # the kernel reaches across one spacing: what is placed so is in touch from the start
+    # the surface of the body meets that of the dust when it has fallen the gap between them
     speed = -float(velocity[0])
-    fall = max(0.0, info.get("gap", spacing) - spacing)
+    fall = info.get("gap", spacing)
     touch = fall / speed if speed > 0.0 else 0.0
     from_touch = time >= touch
     time = time[from_touch] - touch

@@ -8,13 +8,15 @@ _held = {}
 
 
 def _neighbours(sim):
-    """Neighbours that a particle has within reach of the kernel, on average; images count."""
+    """Neighbours that a particle has within reach of the kernel, on average over those that have
+    any (what is rigid or held has none); images beyond faces count."""
     first = sim.lists["first"].to_numpy(sim.n + 1)
     entry = sim.lists["entry"].to_numpy()[: first[-1]]
     x = sim.tables["x"].to_numpy()
     here = np.repeat(x[: sim.n], np.diff(first), axis=0)
     apart = np.linalg.norm(here - x[entry], axis=1)
-    return np.count_nonzero(apart < 2.0 * sim.numbers["h"]) / sim.n
+    some = max(1, np.count_nonzero(np.diff(first)))
+    return np.count_nonzero(apart < 2.0 * sim.numbers["h"]) / some
 
 
 def build(scene):
