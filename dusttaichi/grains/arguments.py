@@ -17,7 +17,6 @@ def walls_argument(box):
         offset=box.offset.tolist(),
         speed=box.speed.tolist(),
         strength=box.strength.tolist(),
-        slid=float(box.slid[TOP, 0]),
         along=float(box.along[TOP, 0]),
     )
 

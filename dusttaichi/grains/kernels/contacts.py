@@ -4,7 +4,8 @@ computed, their losses summed; a tile of blocks at a time. One pass for pairs, w
 Conditions under which LLVM turns the loop over the lanes of a block into vectors: gathers are in a
 loop of their own (kernels.gather); results are stored straight into rows of the one field of
 contacts; the numbers of a contact are values, not arguments in memory; the number of a block is
-masked, as Taichi's integers may overflow; sums are in a local array; there is no branch.
+masked, as Taichi's integers may overflow; sums are in a local array, the nine of the stress values
+(see `totals`); there is no branch.
 """
 
 from dusttaichi.compute.engine import ti
@@ -17,9 +18,9 @@ FORMING, BREAKING = range(2)  # channels of the ledger that no effect has to its
 
 @ti.data_oriented
 class ContactPass:
-    """`tile(tile, first, last, dt, p, ...)` for the contacts of one gatherer.
+    """`tile(tile, first, last, dt, place)`, or `tile_of_walls`, for the contacts of one gatherer.
 
-    sums: names of the tables by tile: of losses, of branch x force, of the work of the faces.
+    where: beginning of the names of its tables of sums by tile, "wall_" of walls.
     """
 
     def __init__(self, fields, layout, mechanics, gatherer, where=""):
@@ -221,9 +222,9 @@ class ContactPass:
         half_kick = 0.5 * dt * k.speed * elastic.force
         if state > 0.0:
             self.lose(tile, b, lane, FORMING, -(elastic.energy + half_kick))
-            self.rows.table[b, self.rows.touched, lane] = 1.0
             if dt > 0.0:  # contacts that a start has have touched before
                 self.form(b, lane, k, h, p, dt)
+            self.rows.table[b, self.rows.touched, lane] = 1.0
         else:
             self.lose(tile, b, lane, BREAKING, elastic.energy - half_kick)
             self.release(tile, b, lane, k, h, p, dt, place)
@@ -241,7 +242,6 @@ class ContactPass:
                 self.rows.add(b, first + c, lane, force[c])
                 self.rows.add(b, first + 6 + c, lane, -force[c])
             self.rows.keep(b, lane, h, 0.0)
-            self.rows.table[b, self.rows.touched, lane] = 1.0
 
     @ti.func
     def release(self, tile, b, lane, k: ti.template(), h: ti.template(), p, dt, place):

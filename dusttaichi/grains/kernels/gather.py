@@ -17,8 +17,7 @@ Walls = ti.types.struct(
     offset=ti.types.vector(6, ti.f64),  # plane: x.n = offset + speed t
     speed=ti.types.vector(6, ti.f64),  # along the normal
     strength=ti.types.vector(6, ti.f64),  # of rolling, sliding, twisting
-    slid=ti.f64,  # the top wall has gone along x by slid + along time
-    along=ti.f64,
+    along=ti.f64,  # speed of the top wall along x
 )
 
 TOP = WALLS.index("top")
@@ -112,19 +111,17 @@ class WallGatherer(Gatherer):
 
     @ti.func
     def plane(self, c, box: ti.template(), time):
-        """Of the wall of block c: unit normal, offset at `time`, velocity, strength, how far it has
-        gone along itself."""
+        """Of the wall of block c: unit normal, offset at `time`, velocity, strength."""
         k = self.of[c]
         normal = self.place3(box.normal[k, 0], box.normal[k, 1], box.normal[k, 2])
-        slid, along = ti.cast(0.0, self.geometry), ti.cast(0.0, self.geometry)
+        along = ti.cast(0.0, self.geometry)
         if k == TOP:
-            slid = ti.cast(box.slid + box.along * time, self.geometry)
             along = ti.cast(box.along, self.geometry)
         velocity = normal * ti.cast(box.speed[k], self.geometry)
         velocity[0] += along
         return ti.Struct(
             normal=normal, offset=box.offset[k] + box.speed[k] * time, velocity=velocity,
-            strength=ti.cast(box.strength[k], self.real), slid=slid,
+            strength=ti.cast(box.strength[k], self.real),
         )  # fmt: skip
 
     @ti.func

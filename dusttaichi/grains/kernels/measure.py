@@ -61,7 +61,7 @@ class ContactSums:
         self.potentials = len(layout.model.potentials)
         self.first_pending = self.columns.pending.start
         self.pending = tuple(
-            (layout.channels.index(law.CHANNEL), law) for _, law in contacts.mechanics.pending_laws
+            (layout.channels.index(law.CHANNEL), law) for law in contacts.mechanics.pending
         )
 
     @ti.func

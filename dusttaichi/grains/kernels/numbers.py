@@ -63,8 +63,6 @@ def internal_numbers(contact, model):
 class EqualNumbers:
     """Reads the numbers of a kind of contact, the same for all of them."""
 
-    own = False  # of each contact
-
     def __init__(self, fields, layout):
         self.table, self.touches = fields["numbers"], fields["touches"]
         self.Numbers = numbers_type(layout.model, layout.law)

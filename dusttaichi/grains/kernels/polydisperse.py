@@ -117,8 +117,6 @@ def make_numbers(fields, layout):
 class OwnNumbers(EqualNumbers):
     """Reads the numbers that each contact has to itself."""
 
-    own = True
-
     def __init__(self, fields, layout):
         super().__init__(fields, layout)
         self.contact, self.touch, self.first = fields["contact"], fields["touch"], layout.constants

@@ -97,9 +97,7 @@ class Mechanics:
         self.losses, self.potentials = len(model.laws), len(columns)
         self.pushing = tuple(law for law in self.radial if hasattr(law, "push"))
         self.forming = tuple(law for law in model.laws if hasattr(law, "form"))
-        self.pending_laws = tuple(
-            (n, law) for n, law in enumerate(model.laws) if hasattr(law, "pending")
-        )
+        self.pending = tuple(law for law in model.laws if hasattr(law, "pending"))
 
     @ti.func
     def touch(self, k: ti.template(), h: ti.template(), p):
