@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, TypeAdapter, ValidationError
-from pydantic_core import core_schema
 
-from dusttaichi.scene.fields import Block, Count, Number, needed
+from dusttaichi.scene.fields import Block, Count, Mark, Number, needed
 from dusttaichi.scene.material import DEFAULT
 from dusttaichi.scene.quantities import Quantity, Vector, format
 
@@ -89,7 +88,7 @@ _FRACTION = TypeAdapter(Annotated[float, Number(ge=0)])
 _LENGTH = TypeAdapter(Annotated[float, Quantity("length", ge=0)])
 
 
-class _ImpactMark:
+class _ImpactMark(Mark):
     """Reads an Impact: a text with a unit, or a plain number."""
 
     needed = (
@@ -109,14 +108,6 @@ class _ImpactMark:
 
     def _serialize(self, value: Impact) -> Any:
         return value.value if value.fraction else format(value.value, "length")
-
-    def __get_pydantic_core_schema__(self, source, handler):
-        return core_schema.no_info_plain_validator_function(
-            self._validate,
-            serialization=core_schema.plain_serializer_function_ser_schema(
-                self._serialize, when_used="json"
-            ),
-        )
 
     def __get_pydantic_json_schema__(self, schema, handler):
         return {"anyOf": [_FRACTION.json_schema(), _LENGTH.json_schema()]}

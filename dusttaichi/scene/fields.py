@@ -25,6 +25,18 @@ class Block(BaseModel):
             cls.model_rebuild(force=True)
 
 
+class Mark:
+    """Of a field that `_validate` reads from the YAML and `_serialize` writes for it."""
+
+    def __get_pydantic_core_schema__(self, source, handler):
+        return core_schema.no_info_plain_validator_function(
+            self._validate,
+            serialization=core_schema.plain_serializer_function_ser_schema(
+                self._serialize, when_used="json"
+            ),
+        )
+
+
 def needed(text: str) -> PydanticCustomError:
     """An error whose text ends the line 'path = value: ...'."""
     return PydanticCustomError("needed", "{text}", {"text": text})

@@ -3,11 +3,11 @@
 from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError, core_schema
+from pydantic_core import PydanticCustomError
 
 from dusttaichi.physics.contact import registry
 from dusttaichi.scene import quantities
-from dusttaichi.scene.fields import Block, Number, needed, problems
+from dusttaichi.scene.fields import Block, Mark, Number, needed, problems
 from dusttaichi.scene.quantities import Quantity
 
 DEFAULT = "default"  # name of the scene's `material` beside those of `materials`
@@ -56,7 +56,7 @@ def _named(name: Any) -> dict[str, Any]:
     return NAMED[name]
 
 
-class _Properties:
+class _Properties(Mark):
     """Marks the properties that laws of contacts have brought in (numbers.Property of
     physics.contact): written by name with units, held as pairs (name, SI value) in their order."""
 
@@ -88,14 +88,6 @@ class _Properties:
     @classmethod
     def _serialize(cls, value: Any) -> Any:
         return {n: quantities.format(v, cls._declared(n).dimension) for n, v in value}
-
-    def __get_pydantic_core_schema__(self, source, handler):
-        return core_schema.no_info_plain_validator_function(
-            self._validate,
-            serialization=core_schema.plain_serializer_function_ser_schema(
-                self._serialize, when_used="json"
-            ),
-        )
 
     def __get_pydantic_json_schema__(self, schema, handler):
         found = {

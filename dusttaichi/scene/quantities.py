@@ -10,9 +10,10 @@ from decimal import Decimal, DecimalException
 from functools import lru_cache
 from typing import Annotated, Any
 
-from pydantic_core import PydanticCustomError, core_schema
+from pydantic_core import PydanticCustomError
 
 from dusttaichi.errors import DustError
+from dusttaichi.scene.fields import Mark
 
 
 @dataclass(frozen=True)
@@ -207,7 +208,7 @@ def format(value: float, dimension: str, digits: int | None = None) -> str:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class Quantity(Mark):
     """Marks a pydantic field that is written with a unit and held as an SI float.
 
     gt, ge, lt, le: bounds in SI. word: a word allowed in place of the number ("auto", "fit"), or
@@ -297,14 +298,6 @@ class Quantity:
         if isinstance(value, tuple):
             return [self._serialize(item) for item in value]
         return format(value, self.dimension)
-
-    def __get_pydantic_core_schema__(self, source, handler):
-        return core_schema.no_info_plain_validator_function(
-            self._validate,
-            serialization=core_schema.plain_serializer_function_ser_schema(
-                self._serialize, when_used="json"
-            ),
-        )
 
     def __get_pydantic_json_schema__(self, schema, handler):
         kind = DIMENSIONS[self.dimension]
