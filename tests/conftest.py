@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from dusttaichi.compute.collector import collect_seldom
+from dusttaichi.scene import extensions
 
 HERE = Path(__file__).parent
 # files that take longest: they come first, so that at the end no process waits for another
@@ -78,3 +79,27 @@ def pytest_collection_finish():
     gc.collect()
     gc.freeze()
     collect_seldom()
+
+
+@pytest.fixture(autouse=True)
+def registries_as_before():
+    """A test that registers a law, a kind of sample or a method removes it again: what the schema
+    says, and so other tests of the same process, depend on it."""
+    before = {kind: set(table) for kind, table in extensions._tables().items()}
+    yield
+    after = {kind: set(table) for kind, table in extensions._tables().items()}
+    extra = {kind: names - before[kind] for kind, names in after.items() if names != before[kind]}
+    assert not extra, f"the test leaves registered: {extra}"
+
+
+@pytest.fixture
+def toys(monkeypatch):
+    """What preparing the toy's method changes (run/toy.py) holds for this test alone."""
+    from dusttaichi import method
+    from dusttaichi.results import pieces, writer
+    from dusttaichi.run import loop
+
+    monkeypatch.setattr(method, "METHODS", dict(method.METHODS))
+    monkeypatch.setattr(loop, "BURST_SECONDS", loop.BURST_SECONDS)
+    monkeypatch.setattr(writer, "PIECE", writer.PIECE)
+    monkeypatch.setattr(pieces, "subprocess", pieces.subprocess)

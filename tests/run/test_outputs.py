@@ -32,7 +32,7 @@ def dust(*words):
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch):
+def here(tmp_path, monkeypatch, toys):
     """The current directory, with a scene of the user's that has a comment."""
     monkeypatch.chdir(tmp_path)
     toy.prepare()

@@ -7,7 +7,6 @@ import toy
 
 from dusttaichi.analysis import open_run
 from dusttaichi.processes import python_command
-from dusttaichi.results import writer
 from dusttaichi.studies.workers import Worker
 
 NAMES = ("random", "json", "socket", "netCDF4", "numpy", "runpy", "dusttaichi", "tempfile")
@@ -35,8 +34,8 @@ def test_a_worker(hostile, inside):
     assert answer.code == 2 and "material: it is missing" in answer.text
 
 
-def test_the_joining_of_parts(hostile, tmp_path, monkeypatch):
-    monkeypatch.setattr(writer, "PIECE", 30_000)
+def test_the_joining_of_parts(hostile, tmp_path, toys):
+    toy.with_parts(True)
     toy.prepare()
     toy.go("plain", tmp_path / "run")
     assert not (tmp_path / "run" / "result.parts").exists()

@@ -3,24 +3,10 @@
 import sys
 from pathlib import Path
 
-import pytest
 from scenes import extensions_forgotten
 from tally import Tally
 
 sys.path[:0] = [str(Path(__file__).parents[1] / "run")]
-
-
-@pytest.fixture
-def toys(monkeypatch):
-    """The method of the toy is known, for this test alone."""
-    from dusttaichi import method
-    from dusttaichi.results import pieces, writer
-    from dusttaichi.run import loop
-
-    monkeypatch.setattr(method, "METHODS", dict(method.METHODS))
-    monkeypatch.setattr(loop, "BURST_SECONDS", loop.BURST_SECONDS)
-    monkeypatch.setattr(writer, "PIECE", writer.PIECE)
-    monkeypatch.setattr(pieces, "subprocess", pieces.subprocess)
 
 
 def test_mutated_scenes():
