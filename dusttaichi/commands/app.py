@@ -56,7 +56,7 @@ def _options(
     pass
 
 
-def main():
+def main(commands=app):
     """Entry point: errors of the user are one clear message, not a traceback.
 
     The exit code is 0 at the end of a command, 1 where `dust extremes` finds something wrong, that
@@ -64,19 +64,19 @@ def main():
     """
     try:
         with guarded():
-            _run_command()
+            _run(commands)
     except DustError as error:
         _end(error)
     except KeyboardInterrupt:  # another one, while the first was being told
         _end(Interrupted("interrupted"))
 
 
-def _run_command():
+def _run(commands):
     collect_seldom()
     for number in _deadly_signals():
         signal.signal(number, signal.default_int_handler)
     try:
-        if app(standalone_mode=False) == Interrupted.exit_code:  # what typer makes of Ctrl-C
+        if commands(standalone_mode=False) == Interrupted.exit_code:  # what typer makes of Ctrl-C
             raise Interrupted("interrupted")
     except DustError as error:
         _end(error)
