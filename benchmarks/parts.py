@@ -19,6 +19,7 @@ from benchmarks.timing import TASK, check_file, prepare, seconds_a_step
 from dusttaichi import method
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import registry
+from dusttaichi.scene.drive import SPEEDS
 from dusttaichi.scene.grains import GrainsScene
 from dusttaichi.scene.numerics import PRESETS
 from dusttaichi.studies.bench import Timed, machine
@@ -137,7 +138,7 @@ def parts_of(scene) -> list[Part]:
     # as it begins, however long it is timed: a wall that goes on would crush the sample
     still = [
         key
-        for key in ("wall_speed", "compression_rate", "strain_rate", "face_speed")
+        for key in SPEEDS
         if getattr(scene.boundary, key, None)
     ]
     data = yaml.safe_load(scene.to_yaml())
