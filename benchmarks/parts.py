@@ -136,11 +136,7 @@ def parts_of(scene) -> list[Part]:
         )
     stress = scene.output.stress
     # as it begins, however long it is timed: a wall that goes on would crush the sample
-    still = [
-        key
-        for key in SPEEDS
-        if getattr(scene.boundary, key, None)
-    ]
+    still = [key for key in SPEEDS if getattr(scene.boundary, key, None)]
     data = yaml.safe_load(scene.to_yaml())
     data |= {**PLAIN, "output": PLAIN["output"] | {"stress": stress}}
     data["boundary"] = {k: v for k, v in data["boundary"].items() if k not in still}
