@@ -56,15 +56,17 @@ def _options(
     pass
 
 
-def main(commands=app):
+def main(commands=None):
     """Entry point: errors of the user are one clear message, not a traceback.
+
+    commands: a typer app, by default `app`.
 
     The exit code is 0 at the end of a command, 1 where `dust extremes` finds something wrong, that
     of the DustError (2, or 3 where a guard stopped a run), and 130 after an interruption.
     """
     try:
         with guarded():
-            _run(commands)
+            _run(app if commands is None else commands)
     except DustError as error:
         _end(error)
     except KeyboardInterrupt:  # another one, while the first was being told

@@ -121,7 +121,7 @@ def _timings(name, threads, rounds, seconds, log):
             processes.append(stack.enter_context(Timed(f"{__name__}:answer")))
             built.append(processes[-1].ask("build", scene=str(name), threads=n))
         log(f"{name}: timing it")
-        found = [[p.ask("time", seconds=seconds)["step"] for p in processes] for _ in range(rounds)]
+        found = [[p.ask("time", span=seconds)["step"] for p in processes] for _ in range(rounds)]
     for which, n in enumerate(threads):
         own = [each[which] for each in found]
         size, step = built[which]["size"], median(own)
@@ -180,16 +180,16 @@ def _build(scene, threads):
     return {"size": sim.size, "contacts": sim.measure().parts.get("contacts")}
 
 
-def _time(seconds):
-    """Seconds of a step, over steps that take about so many seconds."""
+def _time(span):
+    """Seconds of a step, over steps that take about `span` seconds."""
     sim, took, made = _held["sim"], 0.0, 0
-    while took < seconds:
+    while took < span:
         began, first = time.perf_counter(), sim.step
         sim.advance(_held["steps"])
         each = time.perf_counter() - began
         took, made = took + each, made + sim.step - first
         # a tenth of the stretch a call, so that what a call costs does not count
-        _held["steps"] = max(1, round(_held["steps"] * min(10.0, 0.1 * seconds / each)))
+        _held["steps"] = max(1, round(_held["steps"] * min(10.0, 0.1 * span / each)))
     return {"step": took / made}
 
 

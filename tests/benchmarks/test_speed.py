@@ -197,9 +197,3 @@ def test_numbers_that_cannot_be(tmp_path):
         speed.main([100], threads=[0])
     with pytest.raises(DustError, match="cannot be written"):
         speed.main([100], out=tmp_path / "none" / "bench.csv")
-
-
-def test_a_process_that_dies_is_an_error(tmp_path):
-    with speed.Timed(timing.TASK, tmp_path) as process:
-        with pytest.raises(DustError, match="process of the benchmark ended.*no_such_command"):
-            process.ask("no_such_command")
