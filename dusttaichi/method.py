@@ -22,8 +22,7 @@ from dusttaichi import units
 if TYPE_CHECKING:
     from dusttaichi.domain.domain import Domain
     from dusttaichi.results.variables import Variable
-    from dusttaichi.scene.boundary import Drive
-    from dusttaichi.scene.scene import Scene
+    from dusttaichi.scene.drive import Drive
 
 DEFAULT = "grains"
 GROUP = "dusttaichi.methods"  # entry points of other packages that bring a method along
@@ -72,6 +71,12 @@ class Start:
 
     def to_numbers(self) -> dict[str, float]:
         return asdict(self)
+
+
+class Scene(Protocol):
+    """All that is known of a scene here."""
+
+    method: str
 
 
 class Window(NamedTuple):
@@ -311,17 +316,18 @@ def register(method: Method) -> None:
 
 def names() -> list[str]:
     """Names of all methods there are."""
-    return [*METHODS, *(p.name for p in _brought_along() if p.name not in METHODS)]
+    return [
+        *METHODS,
+        *(p.name for p in metadata.entry_points(group=GROUP) if p.name not in METHODS),
+    ]
 
 
 def named(name: str) -> Method:
     """The Method of that name. Raises KeyError where there is none."""
     known = METHODS.get(name)
     if known is None:
-        found = [point for point in _brought_along() if point.name == name]
-        if not found:
-            raise KeyError(name)
-        known = found[0].load()
+        brought = {point.name: point for point in metadata.entry_points(group=GROUP)}
+        known = brought[name].load()
     elif isinstance(known, str):
         module, attribute = known.split(":")
         known = getattr(importlib.import_module(module), attribute)
@@ -342,7 +348,3 @@ def moment(simulation: Simulation) -> str:
 def make_sample(scene: Scene) -> Any:
     """What a scene starts from; of grains a Sample, all in SI. Raises DustError."""
     return of(scene).make_sample(scene)
-
-
-def _brought_along():
-    return metadata.entry_points(group=GROUP)

@@ -14,10 +14,10 @@ HERE = Path(__file__).parent
 LONG = (
     "studies/test_ensemble_run.py",
     "torture/test_torture.py",
-    "studies/test_bench.py",
+    "benchmarks/test_speed.py",
     "docs/test_pages.py",
     "studies/test_extremes.py",
-    "studies/test_parts.py",
+    "benchmarks/test_parts.py",
     "grains/test_pair.py",
     "grains/test_precision.py",
     "run/test_run.py",

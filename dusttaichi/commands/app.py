@@ -56,27 +56,29 @@ def _options(
     pass
 
 
-def main():
+def main(commands=None):
     """Entry point: errors of the user are one clear message, not a traceback.
+
+    commands: a typer app, by default `app`.
 
     The exit code is 0 at the end of a command, 1 where `dust extremes` finds something wrong, that
     of the DustError (2, or 3 where a guard stopped a run), and 130 after an interruption.
     """
     try:
         with guarded():
-            _run_command()
+            _run(app if commands is None else commands)
     except DustError as error:
         _end(error)
     except KeyboardInterrupt:  # another one, while the first was being told
         _end(Interrupted("interrupted"))
 
 
-def _run_command():
+def _run(commands):
     collect_seldom()
     for number in _deadly_signals():
         signal.signal(number, signal.default_int_handler)
     try:
-        if app(standalone_mode=False) == Interrupted.exit_code:  # what typer makes of Ctrl-C
+        if commands(standalone_mode=False) == Interrupted.exit_code:  # what typer makes of Ctrl-C
             raise Interrupted("interrupted")
     except DustError as error:
         _end(error)

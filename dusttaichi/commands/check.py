@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from dusttaichi.commands.console import console, remark, say
+from dusttaichi.commands.console import console, say
 from dusttaichi.commands.options import Extensions, SceneFile, Settings, importing, load_scene
 from dusttaichi.names import NEVER
 
@@ -31,9 +31,6 @@ def check(
     forces: Annotated[
         bool, typer.Option("--forces", help="build it: forces and energies of its start, no step")
     ] = False,
-    costs: Annotated[
-        bool, typer.Option("--costs", help="time the scene with each of its parts left out")
-    ] = False,
 ):
     """Check a YAML file and say what it is: sample, contacts, time step, cost."""
     from dusttaichi import method
@@ -55,15 +52,7 @@ def check(
         _show([("Processor and compiler", compiler), *how.internals(scene)])
     if forces:
         _show(how.forces(scene) or [("Forces at the start", _NOT_KNOWN)])
-    if costs:
-        _show([("Cost of the parts", _part_costs(scene, preview.size))])
-    rest = {
-        "--time": time,
-        "--scene": resolved,
-        "--internals": internals,
-        "--forces": forces,
-        "--costs": costs,
-    }
+    rest = {"--time": time, "--scene": resolved, "--internals": internals, "--forces": forces}
     say(f"\nmore: {', '.join(option for option, there in rest.items() if not there)}")
 
 
@@ -134,12 +123,6 @@ def _duration(seconds):
     for size, unit in ((1.0, "s"), (60.0, "min"), (3600.0, "h"), (86400.0, "days")):
         if seconds < 100.0 * size or unit == "days":
             return f"{max(seconds / size, 1.0 if unit == 's' else 0.0):.2g} {unit}"
-
-
-def _part_costs(scene, grains):
-    from dusttaichi.studies.bench.costs import cost_rows
-
-    return cost_rows(scene, grains, remark)
 
 
 def schema(

@@ -18,6 +18,7 @@ import yaml
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT, RESULT, clone, run_files
 from dusttaichi.run.same_scene import without, without_paths
+from dusttaichi.scene.drive import SHEARS
 
 FOLDER = ".stages"
 REPLICA = "replica_"  # begin of the names of directories of replicas
@@ -33,7 +34,7 @@ FREE = (
 
 
 # keys of a drive that change what is compiled and written, in every stage
-SHAPING = ("shear_speed", "shear_rate", "push")
+SHAPING = (*SHEARS, "push")
 
 
 def folder_of(scene, stage, directory, origin):

@@ -6,7 +6,6 @@ import numpy as np
 import scipy
 
 from dusttaichi.errors import DustError
-from dusttaichi.samples.sample import touching_pairs
 from dusttaichi.samples.values import edges_of, exactly_one, shape_of
 
 
@@ -75,9 +74,9 @@ def scale(positions, shape: str, edges, radius: float, *, centred: bool = False)
     return np.maximum(2 * sideways, upwards)
 
 
-def pieces(positions: np.ndarray, touch: float) -> tuple[int, np.ndarray]:
-    """Number of connected pieces, and each grain's piece (N,); touch: distance of contact [m]."""
+def pieces(positions: np.ndarray, grains) -> tuple[int, np.ndarray]:
+    """Number of connected pieces, and each grain's piece (N,); grains: as mixture.Grains."""
     n = len(positions)
-    pairs = touching_pairs(positions, touch)
+    pairs = grains.touching(positions)
     graph = scipy.sparse.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
     return scipy.sparse.csgraph.connected_components(graph, directed=False)

@@ -15,7 +15,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from dusttaichi.physics.contact.constants import interface
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.sample import Sample
+from dusttaichi.samples.sample import ROUNDING, Sample, touching_pairs
 from dusttaichi.samples.values import Radius
 from dusttaichi.scene.fields import Block, Number, problems
 
@@ -37,6 +37,11 @@ class PowerLaw(Block):
     @model_validator(mode="after")
     def _check(self) -> PowerLaw:
         return _ordered(self)
+
+    @property
+    def least(self) -> float:
+        """No radius is smaller [m]."""
+        return self.smallest
 
     def draw(self, rng, count: int) -> np.ndarray:
         """Radii (count,) [m]: the inverse of the cumulated distribution."""
@@ -61,6 +66,8 @@ class Lognormal(Block):
         if not self.smallest < self.median < self.largest:
             raise problems([("median", "it must lie between smallest and largest")])
         return _ordered(self)
+
+    least = PowerLaw.least
 
     def draw(self, rng, count: int) -> np.ndarray:
         """Radii (count,) [m]."""
@@ -90,6 +97,11 @@ class Radii(Block):
             raise problems([("shares", text)])
         return self
 
+    @property
+    def least(self) -> float:
+        """No radius is smaller [m]."""
+        return min(self.radii)
+
     def draw(self, rng, count: int) -> np.ndarray:
         """Radii (count,) [m]."""
         shares = np.ones(len(self.radii)) if self.shares is None else np.array(self.shares)
@@ -104,6 +116,8 @@ def _ordered(block):
 
 def sized(positions, grains: Grains, materials: Materials, info: dict) -> Sample:
     """The Sample at rest of Grains at these centres (N, 3) [m]; info: what is said of it."""
+    if isinstance(grains, Alike):
+        return Sample.at_rest(positions, info | {"equilibrium_distance": float(grains.touch)})
     own = materials.polydisperse(grains.radii, grains.numbers)
     said = {"smallest_radius": grains.radii.min(), "largest_radius": grains.radii.max()}
     info = info | {name: float(value) for name, value in said.items()}
@@ -162,9 +176,37 @@ class Grains:
             (self.radii[i], self.numbers[i]), (self.radii[j], self.numbers[j])
         )
 
+    def volume(self) -> float:
+        """Of all of them [m^3]."""
+        return float(np.sum(4 / 3 * np.pi * self.radii**3))
+
+    def touching(self, positions) -> np.ndarray:
+        """Pairs i < j that touch at these centres (N, 3) [m], to rounding, (C, 2) int."""
+        pairs = touching_pairs(positions, 2.0 * float(self.radii.max(initial=0.0)))
+        apart = np.linalg.norm(positions[pairs[:, 0]] - positions[pairs[:, 1]], axis=1)
+        return pairs[apart <= self.distance(*pairs.T) * (1 + ROUNDING)]
+
     def taken(self, which):
         """The same of some of the grains."""
-        return Grains(self.radii[which], self.numbers[which], self.touch)
+        return replace(self, radii=self.radii[which], numbers=self.numbers[which])
+
+    def joined(self, others):
+        """The same of these and others, in this order."""
+        radii, numbers = ([getattr(g, name) for g in (self, *others)] for name in _OWN)
+        return replace(self, radii=np.concatenate(radii), numbers=np.concatenate(numbers))
+
+
+_OWN = ("radii", "numbers")
+
+
+class Alike(Grains):
+    """Grains that are all as the scene's `material`; touch: distance of their centres [m]."""
+
+    def distance(self, i, j):
+        return self.touch
+
+    def volume(self):
+        return len(self) * (4 / 3 * np.pi * float(self.radii[0]) ** 3)
 
 
 class Touch:
@@ -186,6 +228,52 @@ class Touch:
         (r1, n1), (r2, n2) = one, other
         reduced = r1 * r2 / (r1 + r2)
         return r1 + r2 - self.factors[n1, n2] * np.cbrt(reduced)
+
+
+class Crowd:
+    """Grains to be drawn as many as are needed, as a block asks: alike, or of its sizes and shares.
+
+    radius: of the mean volume [m]; smallest: radius that none is below [m]; largest: of ten
+    thousand [m]. distance: of the centres of two that touch [m], of those not alike about. overlap:
+    of two of the mean volume at rest [m].
+    """
+
+    def __init__(self, spec, materials: Materials, rng):
+        self._spec, self._materials = spec, materials
+        self.alike = not mixed(spec)
+        self.radius = self.smallest = self.largest = materials.radius
+        self.distance = materials.distance
+        self.overlap = 2 * self.radius - self.distance
+        if self.alike:
+            return
+        radii = drawn(spec, materials, 10_000, rng).radii
+        self.radius = float(np.mean(radii**3) ** (1 / 3))
+        self.distance = 2.0 * self.radius
+        touch = Touch(materials)
+        self.overlap = float(touch.factors.min() * np.cbrt(self.radius / 2.0))
+        self.largest = float(radii.max())
+        self.smallest = radii.min() if spec.sizes is None else spec.sizes.least
+
+    def draw(self, count: int, rng) -> Grains:
+        """The next `count` of them; those alike take no random numbers."""
+        if not self.alike:
+            return drawn(self._spec, self._materials, count, rng)
+        radii, numbers = np.full(count, self.radius), np.zeros(count, np.int32)
+        return Alike(radii, numbers, self.distance)
+
+    def least(self, grains: Grains) -> np.ndarray:
+        """Between the centre of each and that of whatever touches it [m], at least; (N,)."""
+        return self._beside(grains, self.smallest).min(axis=0)
+
+    def most(self, grains: Grains, largest: float) -> np.ndarray:
+        """The same at most, of those up to a radius [m]."""
+        return self._beside(grains, largest).max(axis=0)
+
+    def _beside(self, grains, radius):
+        if self.alike:
+            return np.full((1, len(grains)), self.distance)
+        kinds = np.arange(len(self._materials.all))[:, None]
+        return grains.touch.distance((grains.radii, grains.numbers), (radius, kinds))
 
 
 def mixed(spec) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES
 from dusttaichi.results.reading import open_tree
-from dusttaichi.samples.files import COMPONENTS, LAST, unit_factor
+from dusttaichi.samples.csv_file import COMPONENTS, unit_factor
 from dusttaichi.samples.limits import check_grains
 
 _BOTH = {"twist": "twist", "approach": "approach"}
@@ -31,7 +31,7 @@ _VECTORS = ("pointer_i", "pointer_j", "pointer", "foot")
 _NUMBERS = ("i", "j", "grain", "wall")
 
 
-def read(path: Path, where: str, snapshot=LAST) -> dict:
+def read(path: Path, where: str, snapshot="last") -> dict:
     """Arrays of a snapshot in SI, in the order of the file.
 
     position, velocity, spin (N, 3), radius and material (N,) as far as it has them. Of a result
@@ -67,7 +67,7 @@ class _Snapshot:
         self.groups = set(tree.children)
         node = tree["snapshots"] if "snapshots" in self.groups else tree
         self.frame = dict(node.to_dataset(inherit=False).variables)
-        self.asked, self.number = snapshot, -1 if snapshot == LAST else snapshot
+        self.asked, self.number = snapshot, -1 if snapshot == "last" else snapshot
 
     def read(self) -> dict:
         state = {}

@@ -21,7 +21,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from dusttaichi.errors import DustError
-from dusttaichi.samples import cut, unequal
+from dusttaichi.samples import cut, shots
 from dusttaichi.samples.ballistic import (
     across,
     arrival,
@@ -32,6 +32,7 @@ from dusttaichi.samples.ballistic import (
 from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import (
+    Crowd,
     SharesField,
     SizesField,
     drawn,
@@ -40,7 +41,7 @@ from dusttaichi.samples.mixture import (
     unknown_shares,
 )
 from dusttaichi.samples.registry import SampleBlock, register
-from dusttaichi.samples.sample import ROUNDING, Sample, extent
+from dusttaichi.samples.sample import Sample, extent
 from dusttaichi.samples.values import CutGrains, CutSize, Seed, shape_of
 from dusttaichi.scene.fields import Count, Number, problems
 
@@ -168,7 +169,7 @@ def make(spec: PcaSample, materials: Materials) -> Sample:
     else:
         positions = _cut(spec, radius, aggregate, rng)
     sample = Sample.at_rest(positions)
-    count, piece = cut.pieces(positions, equilibrium_distance * (1 + ROUNDING))
+    count, piece = cut.pieces(positions, Crowd(spec, materials, rng).draw(len(positions), rng))
     sample.info.update(
         kind="pca",
         shape=spec.shape,
@@ -192,12 +193,12 @@ def _one_by_one(spec, materials: Materials, rng) -> Sample:
     if spec.shape == "aggregate":
         _check_grains(spec.grains * SLOWER)
         grains = drawn(spec, materials, spec.grains, rng)
-        x = unequal.aggregate(grains, rng, spec.cluster, spec.impact_parameter)
+        x = shots.aggregate(grains, rng, spec.cluster, spec.impact_parameter)
         return sized(x, grains, materials, info | {"grains": len(x)})
     radius = float(np.mean(drawn(spec, materials, 10_000, rng).radii ** 3) ** (1 / 3))
     edges = cut.proportions(spec, radius)
     _check_grains(_guessed_grains(spec, radius, edges) * SLOWER)
-    grown = unequal.Aggregate(drawn(spec, materials, 1, rng), spec.impact_parameter)
+    grown = shots.Aggregate(drawn(spec, materials, 1, rng), spec.impact_parameter)
     needed = None
     while needed is None:
         for _ in range(max(20, len(grown.positions) // 10)):

@@ -18,14 +18,14 @@ import scipy
 from pydantic import Field, model_validator
 
 from dusttaichi.errors import DustError
-from dusttaichi.samples import cut, unequal
+from dusttaichi.samples import cut
 from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import (
+    Crowd,
+    Grains,
     SharesField,
     SizesField,
-    drawn,
-    mixed,
     sized,
     unknown_shares,
 )
@@ -73,38 +73,40 @@ class RandomPackingSample(SampleBlock):
 def make(spec: RandomPackingSample, materials: Materials) -> Sample:
     """The packing that spec asks for: grains at rest in a periodic cell with a corner at 0.
 
-    No two centres are closer than the equilibrium distance, images included.
+    No two centres are closer than their equilibrium distance, images included.
     info: period, the edges of the cell [m]; closest, the smallest distance of two centres [m].
     The filling factor is met to one grain. Raises DustError for a size without room, too many
     grains, or a packing that is not found.
     """
-    if mixed(spec):
-        return _unequal(spec, materials)
-    radius, equilibrium_distance = materials.radius, materials.distance
-    grain = 4 / 3 * math.pi * radius**3
-    if spec.grains is not None:
-        count = spec.grains
-        period = np.full(3, (count * grain / spec.filling_factor) ** (1 / 3))
-    else:
+    rng = np.random.Generator(np.random.PCG64(spec.seed))
+    crowd = Crowd(spec, materials, rng)
+    if spec.size is not None:
         period = np.array(spec.size)
-        cut.check_room(period, radius)
-        count = spec.filling_factor * float(period.prod()) / grain
+        cut.check_room(period, crowd.radius)
+        count = spec.filling_factor * float(period.prod()) / (4 / 3 * math.pi * crowd.radius**3)
+    else:
+        count = spec.grains
     if count > MOST_GRAINS:
         raise DustError(
             f"sample: the packing would have {count:.1e} grains; allowed: {MOST_GRAINS:.0e}."
         )
     check_grains(count, "sample")
-    count = max(1, int(count + 1e-9))
-    if period.min() < 4 * radius:
+    if crowd.alike or spec.size is None:
+        grains = crowd.draw(max(1, int(count + 1e-9)), rng)
+    else:  # as many as fill it
+        grains = crowd.draw(max(1, int(2 * count)), rng)
+        filled = np.cumsum(4 / 3 * np.pi * grains.radii**3)
+        grains = grains.taken(filled <= spec.filling_factor * period.prod())
+    if spec.size is None:
+        period = np.full(3, (grains.volume() / spec.filling_factor) ** (1 / 3))
+    if period.min() < max(4 * crowd.radius, 2 * grains.radii.max(initial=0.0)):
         raise DustError(
             f"sample: the periodic cell, {cut.in_um(period)}, is narrower than two grains; "
             "allowed: more grains or a larger size."
         )
-    rng = np.random.Generator(np.random.PCG64(spec.seed))
-    overlap = 2 * radius - equilibrium_distance
     for _ in range(ATTEMPTS):
-        points = rng.random((count, 3)) * period
-        positions = _pushed_apart(points, period, equilibrium_distance, MARGIN * overlap)
+        points = rng.random((len(grains), 3)) * period
+        positions = _pushed_apart(points, period, grains, crowd)
         if positions is not None:
             break
     else:
@@ -113,60 +115,43 @@ def make(spec: RandomPackingSample, materials: Materials) -> Sample:
             f"was found with seed {spec.seed}; try a lower filling factor, more grains, or another "
             "seed."
         )
-    sample = Sample.at_rest(positions)
-    sample.info.update(
-        kind="random_packing",
-        seed=int(spec.seed),
-        grains=count,
-        equilibrium_distance=float(equilibrium_distance),
-        closest=_closest(positions, period),
-        period=period.tolist(),
-    )
-    return sample
+    info = {"kind": "random_packing", "seed": int(spec.seed), "grains": len(positions)}
+    info |= {"closest": _closest(positions, period), "period": period.tolist()}
+    return sized(positions, grains, materials, info)
 
 
-def _unequal(spec, materials: Materials) -> Sample:
-    """The packing of grains that are not all alike; with `size` as many as fill it."""
-    rng = np.random.Generator(np.random.PCG64(spec.seed))
-    if spec.grains is not None:
-        grains = drawn(spec, materials, spec.grains, rng)
-        volume = np.sum(4 / 3 * math.pi * grains.radii**3)
-        period = np.full(3, (volume / spec.filling_factor) ** (1 / 3))
-    else:
-        period = np.array(spec.size)
-        mean = np.mean(4 / 3 * math.pi * drawn(spec, materials, 10_000, rng).radii ** 3)
-        count = spec.filling_factor * float(period.prod()) / mean
-        grains = drawn(spec, materials, max(1, int(min(2 * count, MOST_GRAINS))), rng)
-        filled = np.cumsum(4 / 3 * math.pi * grains.radii**3)
-        grains = grains.taken(filled <= spec.filling_factor * period.prod())
-    cut.check_room(period, float(grains.radii.max(initial=materials.radius)))
-    for _ in range(ATTEMPTS):
-        points = rng.random((len(grains), 3)) * period
-        x = unequal.pushed_apart(points, period, grains, rounds=MOST_ROUNDS, evaluations=ROUND)
-        if x is not None:
-            info = {"kind": "random_packing", "seed": int(spec.seed), "grains": len(x)}
-            return sized(x, grains, materials, info | {"period": period.tolist()})
-    raise DustError(
-        f"sample.filling_factor = {spec.filling_factor:g}: no packing without overlaps was found "
-        f"with seed {spec.seed}; try a lower filling factor, more grains, or another seed."
-    )
-
-
-def _pushed_apart(points, period, distance: float, margin: float) -> np.ndarray | None:
-    """Points (N, 3) moved until none of them is closer than distance to another or its images.
+def _pushed_apart(points, period, grains: Grains, crowd: Crowd) -> np.ndarray | None:
+    """Points (N, 3) moved until all stand at their equilibrium distances or farther, images too.
 
     None if that does not come about.
     """
-    reach = distance + margin
-    x = points / reach  # lengths of order one, for the minimiser
-    box = period / reach
+    margin = MARGIN * crowd.overlap
+    unit = crowd.distance + margin  # lengths of order one, for the minimiser
+    x, box = points / unit, period / unit
+    reach = 1.0 if crowd.alike else 2.0 * float(grains.radii.max()) / unit
+
+    def energy(flat):
+        """Sum of (1 - |x_i - x_j|/d_ij)^2 / 2 over pairs closer than d_ij, and its gradient."""
+        at = np.mod(flat.reshape(-1, 3), box)
+        i, j = _tree(at, box).query_pairs(reach, output_type="ndarray").T
+        apart = at[i] - at[j]
+        apart -= box * np.round(apart / box)
+        length = np.sqrt((apart**2).sum(axis=1))
+        wanted = (grains.distance(i, j) + margin) / unit
+        overlap = np.maximum(1.0 - length / wanted, 0.0)
+        push = (overlap / np.maximum(length, 1e-12) / wanted)[:, None] * apart
+        n = len(at)
+        gradient = np.column_stack(
+            [np.bincount(j, push[:, k], n) - np.bincount(i, push[:, k], n) for k in range(3)]
+        )
+        return 0.5 * float((overlap**2).sum()), gradient.reshape(-1)
+
     for _ in range(MOST_ROUNDS):
-        if _closest(x, box) * reach >= distance:
-            return np.mod(x, box) * reach
+        if _apart(x, box, grains, unit):
+            return np.mod(x, box) * unit
         found = scipy.optimize.minimize(
-            _energy,
+            energy,
             x.reshape(-1),
-            args=(box,),
             jac=True,
             method="L-BFGS-B",
             options={"maxfun": ROUND, "maxiter": ROUND, "ftol": 0.0, "gtol": 0.0, "maxcor": 20},
@@ -175,20 +160,14 @@ def _pushed_apart(points, period, distance: float, margin: float) -> np.ndarray 
     return None
 
 
-def _energy(flat, box):
-    """Sum of (1 - |x_i - x_j|)^2 / 2 over pairs closer than 1, and its gradient."""
-    x = np.mod(flat.reshape(-1, 3), box)
-    i, j = _tree(x, box).query_pairs(1.0, output_type="ndarray").T
+def _apart(x, box, grains, unit) -> bool:
+    """Whether no two of the points stand closer than their equilibrium distance [m]."""
+    x = np.mod(x, box)
+    reach = 2.0 * float(grains.radii.max()) / unit
+    i, j = _tree(x, box).query_pairs(reach, output_type="ndarray").T
     apart = x[i] - x[j]
     apart -= box * np.round(apart / box)
-    length = np.sqrt((apart**2).sum(axis=1))
-    overlap = 1.0 - length
-    push = (overlap / np.maximum(length, 1e-12))[:, None] * apart
-    n = len(x)
-    gradient = np.column_stack(
-        [np.bincount(j, push[:, k], n) - np.bincount(i, push[:, k], n) for k in range(3)]
-    )
-    return 0.5 * float((overlap**2).sum()), gradient.reshape(-1)
+    return bool((np.sqrt((apart**2).sum(axis=1)) * unit >= grains.distance(i, j)).all())
 
 
 def _tree(x, box) -> scipy.spatial.cKDTree:

@@ -25,13 +25,14 @@ import scipy
 from pydantic import Field, model_validator
 
 from dusttaichi.errors import DustError
-from dusttaichi.samples import cut, unequal
+from dusttaichi.samples import cut
 from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import (
+    Crowd,
+    Grains,
     SharesField,
     SizesField,
-    drawn,
     mixed,
     sized,
     unknown_shares,
@@ -44,7 +45,6 @@ from dusttaichi.scene.fields import Number, problems
 BULK = 0.15  # filling factor of the bulk, S12 section 3.1; only to guess how wide to deposit
 LEAST_PERIOD = 40.0  # grain radii: a narrower periodic deposit grows as a correlated column
 MOST_DROPS = 2e7  # a mistyped size must not fill the memory; 1e6 grains take 1.5e6 drops, 8 s
-SLOWER = 20  # times as long, where grains are not all alike
 CELLS = 3  # cells per touching distance in the map of landing heights
 
 
@@ -84,93 +84,112 @@ class RbdSample(SampleBlock):
 
 
 class Deposit:
-    """A laterally periodic deposit of equal spheres on the floor z = 0.
+    """A laterally periodic deposit of spheres on the floor z = 0.
 
-    period: (2,) [m], at least two distances each; distance: between the centres of grains that
-    touch [m]; floor: height at which a centre comes to rest on the floor [m].
-    positions: (M, 3) [m], x and y in [0, period), in the order of the drops.
+    period: (2,) [m], at least two distances of any grains that touch. crowd: the mixture.Crowd that
+    its grains are drawn from. positions: (M, 3) [m], x and y in [0, period), and grains: in the
+    order of the drops.
 
-    A drop's height is max(floor, max over earlier grains j closer than distance laterally of
-    z_j + sqrt(distance^2 - l_j^2)). Drops are worked off in batches: first all that a batch
-    owes to earlier batches, then its own members' mutual support until nothing changes. Only
-    maxima of the same sums are taken, so the result is, bit for bit, that of one drop at a time.
+    A drop's height is max(its radius, max over earlier grains j closer than d_j laterally of
+    z_j + sqrt(d_j^2 - l_j^2)), d_j the distance at which both touch. Drops are worked off in
+    batches: first all that a batch owes to earlier batches, then its own members' mutual support
+    until nothing changes. Only maxima of the same sums are taken, so the result is, bit for bit,
+    that of one drop at a time.
 
     Earlier grains that no later drop can reach are left out of the search. A map of cells keeps
     a lower bound of the height at which a drop comes to rest anywhere in the cell.
     """
 
-    def __init__(self, period, distance: float, floor: float):
+    def __init__(self, period, crowd: Crowd):
         self.period = np.broadcast_to(np.asarray(period, dtype=np.float64), 2).copy()
-        if not (self.period >= 2 * distance).all():
+        self.crowd, self.grains = crowd, crowd.draw(0, np.random.default_rng(0))
+        self.largest = crowd.largest
+        if not (self.period >= 2 * self.widest).all():
             raise ValueError("the period must be at least two touching distances")
-        self.distance = distance
-        self.floor = floor
         self.positions = np.empty((0, 3))
         self._reachable = np.empty(0, dtype=np.int64)
-        cells = np.ceil(CELLS * self.period / distance).astype(int)
+        cells = np.ceil(CELLS * self.period / crowd.distance).astype(int)
         edges = self.period / cells
         self._half_diagonal = 0.5 * float(np.hypot(*edges))
         self._cell_edges = edges
-        self._landing = np.full(cells, floor, dtype=np.float64)
+        self._landing = np.full(cells, crowd.smallest, dtype=np.float64)
         centres = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in cells), indexing="ij"), -1)
         self._cells = scipy.spatial.cKDTree((centres * edges).reshape(-1, 2), boxsize=self.period)
 
     @property
+    def widest(self) -> float:
+        """Distance of two that touch, at most [m]."""
+        return self.crowd.distance if self.crowd.alike else 2.0 * self.largest
+
+    @property
     def complete_below(self) -> float:
         """No later drop can come to rest below this height [m]."""
-        return float(self._landing.min()) - ROUNDING * self.distance
+        return float(self._landing.min()) - ROUNDING * self.crowd.distance
 
-    def drop(self, xy: np.ndarray) -> None:
+    def drop(self, xy: np.ndarray, grains: Grains) -> None:
         """Let grains fall at xy (n, 2) [m], in this order."""
-        earlier = self.positions[self._reachable]
+        start = len(self.positions)
+        if grains.radii.max(initial=0.0) > self.largest:  # it may reach what others do not
+            self.largest = float(grains.radii.max())
+            if (self.period < 2 * self.widest).any():
+                raise DustError(
+                    f"sample.sizes: a grain of {1e6 * self.largest:g} um is too large for the "
+                    "cake; allowed: a smaller largest radius, or more grains."
+                )
+            self._reachable = np.arange(start)
+        self.grains = self.grains.joined([grains])
+        self.positions = np.concatenate([self.positions, np.column_stack([xy, grains.radii])])
+        z = self.positions[start:, 2]
         tree = scipy.spatial.cKDTree(xy, boxsize=self.period)
-        z = np.full(len(xy), self.floor, dtype=np.float64)
-        reach = self.distance * (1 + ROUNDING)
-        if len(earlier):
+        reach = self.widest * (1 + ROUNDING)
+        if len(self._reachable):
+            earlier = self.positions[self._reachable]
             near = tree.sparse_distance_matrix(
                 scipy.spatial.cKDTree(earlier[:, :2], boxsize=self.period),
                 reach,
                 output_type="ndarray",
             )
-            i, j, rise = self._support(xy, near["i"], earlier[:, :2], near["j"])
-            np.maximum.at(z, i, earlier[j, 2] + rise)
-        pairs = tree.query_pairs(reach, output_type="ndarray")
-        i, j, rise = self._support(xy, pairs[:, 1], xy, pairs[:, 0])
+            i, j, rise = self._support(near["i"] + start, self._reachable[near["j"]])
+            np.maximum.at(z, i - start, self.positions[j, 2] + rise)
+        pairs = tree.query_pairs(reach, output_type="ndarray") + start
+        i, j, rise = self._support(pairs[:, 1], pairs[:, 0])
         while True:
             raised = z.copy()
-            np.maximum.at(raised, i, z[j] + rise)
+            np.maximum.at(raised, i - start, z[j - start] + rise)
             if np.array_equal(raised, z):
                 break
-            z = raised
-        start = len(self.positions)
-        self.positions = np.concatenate([self.positions, np.column_stack([xy, z])])
-        self._raise_landing(tree, z)
+            z[:] = raised
+        self._raise_landing(tree, z, grains)
         self._reachable = np.append(self._reachable, np.arange(start, len(self.positions)))
         self._forget_covered()
 
-    def _support(self, upper, i, lower, j):
-        """Of pairs (upper grain i, lower grain j), those that can touch, and how far i is above."""
-        apart = upper[i] - lower[j]
+    def _support(self, upper, lower):
+        """Of pairs of grains, those that can touch, and how far the upper is then above."""
+        apart = self.positions[upper, :2] - self.positions[lower, :2]
         apart -= self.period * np.round(apart / self.period)
-        left = self.distance**2 - (apart[:, 0] ** 2 + apart[:, 1] ** 2)
-        touch = left > 0
-        return i[touch], j[touch], np.sqrt(left[touch])
+        touch = self.grains.distance(upper, lower)
+        left = touch**2 - (apart[:, 0] ** 2 + apart[:, 1] ** 2)
+        able = left > 0
+        return upper[able], lower[able], np.sqrt(left[able])
 
-    def _raise_landing(self, tree: scipy.spatial.cKDTree, z: np.ndarray) -> None:
-        within = self.distance - self._half_diagonal
-        near = tree.sparse_distance_matrix(self._cells, within, output_type="ndarray")
+    def _raise_landing(self, tree: scipy.spatial.cKDTree, z: np.ndarray, grains: Grains) -> None:
+        least = self.crowd.least(grains)
+        within = least.max(initial=0.0) - self._half_diagonal
+        near = tree.sparse_distance_matrix(self._cells, max(within, 0.0), output_type="ndarray")
+        near = near[near["v"] <= (least - self._half_diagonal)[near["i"]]]
         farthest = near["v"] + self._half_diagonal
-        rise = np.sqrt(np.maximum(self.distance**2 - farthest**2, 0.0))
+        rise = np.sqrt(np.maximum(least[near["i"]] ** 2 - farthest**2, 0.0))
         np.maximum.at(self._landing.reshape(-1), near["j"], z[near["i"]] + rise)
 
     def _forget_covered(self) -> None:
         """A grain is out of reach if all around it drops rest higher than on its very top."""
-        window = 2 * np.ceil(self.distance / self._cell_edges).astype(int) + 1
+        window = 2 * np.ceil(self.widest / self._cell_edges).astype(int) + 1
         lowest = scipy.ndimage.minimum_filter(self._landing, size=tuple(window), mode="wrap")
         x, y, z = self.positions[self._reachable].T
         cell_x = np.minimum((x / self._cell_edges[0]).astype(int), lowest.shape[0] - 1)
         cell_y = np.minimum((y / self._cell_edges[1]).astype(int), lowest.shape[1] - 1)
-        top = z + self.distance * (1 + ROUNDING)
+        most = self.crowd.most(self.grains.taken(self._reachable), self.largest)
+        top = z + most * (1 + ROUNDING)
         self._reachable = self._reachable[lowest[cell_x, cell_y] < top]
 
 
@@ -178,89 +197,51 @@ class Deposit:
 def make(spec: RbdSample, materials: Materials) -> Sample:
     """The sample that spec asks for: grains at rest, standing on z = 0, axis x = y = 0.
 
-    Grains have the radius of the materials and touch at their equilibrium distance.
-    With `grains`, cuts of the same proportions are nested about the axis and the smallest that
-    holds that many grains is taken, so the number is exact. With `size`, all grains that lie
-    wholly inside are. Pairs between equilibrium_distance and 2 r are rare (the width of that
-    shell is delta0) and count as not touching here.
+    Each two grains touch at their equilibrium distance. With `grains`, cuts of the same
+    proportions are nested about the axis and the smallest that holds that many grains is taken, so
+    the number is exact. With `size`, all grains that lie wholly inside are. Pairs between the
+    equilibrium distance and the sum of their radii are rare (the width of that shell is delta0) and
+    count as not touching here.
     Raises DustError if the size leaves no room for a grain, no grain is in it, or the deposit
     would be too large for the memory.
     """
-    if mixed(spec):
-        return _unequal(spec, materials)
-    radius, distance = materials.radius, materials.distance
-    proportions = cut.proportions(spec, radius)
-    if spec.grains is None:
-        cake, drops, scale = _deposit_size(spec, radius, distance, proportions)
-        kept = scale <= 1.0
-    else:
-        cake, drops, scale = _deposit_grains(spec, radius, distance, proportions)
+    width = None
+    while True:
+        rng = np.random.Generator(np.random.PCG64(spec.seed))
+        crowd = Crowd(spec, materials, rng)
+        edges, least = cut.proportions(spec, crowd.radius), LEAST_PERIOD * crowd.radius
+        least = max(least, 8.0 * crowd.largest)
+        if spec.grains is None:
+            period, height, needed = np.maximum(edges[:2], least), edges[2], 1.0
+        else:
+            width = width or _guessed_width(spec, crowd.radius)
+            period, height, needed = max(1.1 * width, least), spec.aspect * width, math.inf
+        _check_drops(np.broadcast_to(period, 2), height, crowd.radius)
+        deposit = Deposit(period, crowd)
+        while deposit.complete_below <= needed * edges[2] - crowd.smallest:
+            _drop_batch(deposit, rng)
+            if spec.grains is not None and len(deposit.positions) >= spec.grains:
+                scale, last = _scale(deposit, spec, edges), spec.grains - 1
+                needed = np.partition(scale, last)[last]
+        if spec.grains is None or needed <= period:
+            break
+        width = 1.5 * max(period, min(needed, 2 * period))
+    scale = _scale(deposit, spec, edges)
+    kept = scale <= 1.0
+    if spec.grains is not None:
         kept = np.sort(np.argsort(scale, kind="stable")[: spec.grains])
-    positions = cake[kept]
+    positions, grains = _centred(deposit)[kept], deposit.grains.taken(kept)
     if len(positions) == 0:
-        raise cut.nothing_inside(proportions, radius, spec.seed)
-    sample = Sample.at_rest(positions)
-    sample.info.update(_describe(sample, spec, radius, distance), deposited=drops)
+        raise cut.nothing_inside(edges, crowd.radius, spec.seed)
+    info = {"kind": "rbd", "shape": spec.shape, "seed": int(spec.seed), "grains": len(positions)}
+    sample = sized(positions, grains, materials, info | {"deposited": len(scale)})
+    sample.info.update(_describe(sample, grains))
     return sample
 
 
-def _unequal(spec, materials: Materials) -> Sample:
-    """The cut of a cake of grains that are not all alike, taken as that of equal ones."""
-    rng = np.random.Generator(np.random.PCG64(spec.seed))
-    some = drawn(spec, materials, 10_000, rng).radii
-    radius, widest = float(np.mean(some**3) ** (1 / 3)), 2.0 * float(some.max())
-    proportions = cut.proportions(spec, radius)
-    width = proportions[0] if spec.grains is None else _guessed_width(spec, radius)
-    while True:
-        period = max(1.1 * width, LEAST_PERIOD * radius, 4.0 * widest)
-        _check_drops(np.full(2, period), SLOWER * spec.aspect * width, radius)
-        deposit = unequal.Deposit(period, widest)
-        needed = 1.0 if spec.grains is None else math.inf
-        while deposit.surface(0.0) <= needed * proportions[2] + widest:
-            deposit.drop(drawn(spec, materials, math.ceil((period / radius) ** 2), rng), rng)
-            cake = deposit.positions - np.array([period / 2, period / 2, 0.0])
-            scale = cut.scale(cake, spec.shape, proportions, deposit.grains.radii)
-            if spec.grains is not None and len(cake) >= spec.grains:
-                needed = np.partition(scale, spec.grains - 1)[spec.grains - 1]
-        if spec.grains is None or needed * proportions[0] <= period:
-            break
-        width = 1.5 * max(period, min(needed, 2 * period))
-    kept = np.flatnonzero(scale <= needed)[: spec.grains]
-    if len(kept) == 0:
-        raise cut.nothing_inside(proportions, radius, spec.seed)
-    info = {"kind": "rbd", "shape": spec.shape, "seed": int(spec.seed), "grains": len(kept)}
-    grains = deposit.grains.taken(kept)
-    return sized(cake[kept], grains, materials, info | {"deposited": len(cake)})
-
-
-def _deposit_size(spec, radius, distance, size):
-    period = np.maximum(size[:2], LEAST_PERIOD * radius)
-    _check_drops(period, size[2], radius)
-    deposit = Deposit(period, distance, radius)
-    rng = np.random.Generator(np.random.PCG64(spec.seed))
-    while deposit.complete_below <= size[2] - radius:
-        _drop_batch(deposit, rng)
-    cake = _centred(deposit)
-    return cake, len(cake), cut.scale(cake, spec.shape, size, radius)
-
-
-def _deposit_grains(spec, radius, distance, proportions):
-    width = _guessed_width(spec, radius)
-    while True:
-        rng = np.random.Generator(np.random.PCG64(spec.seed))
-        period = max(1.1 * width, LEAST_PERIOD * radius)
-        _check_drops(np.full(2, period), spec.aspect * width, radius)
-        deposit = Deposit(period, distance, radius)
-        needed = math.inf
-        while deposit.complete_below <= needed * proportions[2] - radius:
-            _drop_batch(deposit, rng)
-            cake = _centred(deposit)
-            scale = cut.scale(cake, spec.shape, proportions, radius)
-            if len(cake) >= spec.grains:
-                needed = np.partition(scale, spec.grains - 1)[spec.grains - 1]
-        if needed <= period:
-            return cake, len(cake), scale
-        width = 1.5 * max(period, min(needed, 2 * period))
+def _scale(deposit, spec, edges):
+    """By how much the cut must be scaled to hold each grain just wholly, (N,)."""
+    return cut.scale(_centred(deposit), spec.shape, edges, deposit.grains.radii)
 
 
 def _check_drops(period, height, radius) -> None:
@@ -276,9 +257,10 @@ def _check_drops(period, height, radius) -> None:
 
 def _drop_batch(deposit: Deposit, rng) -> None:
     """Four grains per touching distance squared: several layers' worth, few rounds of support."""
-    n = math.ceil(4 * float(np.prod(deposit.period)) / deposit.distance**2)
+    n = math.ceil(4 * float(np.prod(deposit.period)) / deposit.crowd.distance**2)
+    grains = deposit.crowd.draw(n, rng)
     below = np.nextafter(deposit.period, 0)  # x = period would be outside [0, period)
-    deposit.drop(np.minimum(rng.random((n, 2)) * deposit.period, below))
+    deposit.drop(np.minimum(rng.random((n, 2)) * deposit.period, below), grains)
 
 
 def _centred(deposit: Deposit) -> np.ndarray:
@@ -292,24 +274,21 @@ def _guessed_width(spec, radius) -> float:
     return radius * max(centres ** (1 / 3) + 2.0, 2.0 / spec.aspect)
 
 
-def _describe(sample: Sample, spec, radius, distance) -> dict:
-    n = len(sample)
-    pieces, piece = cut.pieces(sample.positions, distance * (1 + ROUNDING))
-    on_floor = sample.positions[:, 2] == radius
+def _describe(sample: Sample, grains: Grains) -> dict:
+    # one number for all where they are alike
+    radii = float(grains.radii[0]) if sample.radii is None else grains.radii
+    pieces, piece = cut.pieces(sample.positions, grains)
+    on_floor = sample.positions[:, 2] == radii
     stands = np.zeros(pieces, dtype=bool)
     stands[piece[on_floor]] = True
     info = {
-        "kind": "rbd",
-        "shape": spec.shape,
-        "seed": int(spec.seed),
-        "grains": n,
-        "equilibrium_distance": float(distance),
         "floor_grains": int(np.count_nonzero(on_floor)),
         "pieces": int(pieces),
         "largest_piece": int(np.bincount(piece).max()),
         "loose_fragments": int(np.count_nonzero(~stands)),
         "loose_grains": int(np.count_nonzero(~stands[piece])),
-        "bulk_filling_factor": bulk_filling_factor(sample, radius),
     }
-    info.update(zip(("width", "depth", "height"), extent(sample, radius).tolist(), strict=True))
-    return info
+    if sample.radii is None:
+        info["bulk_filling_factor"] = bulk_filling_factor(sample, radii)
+    edges = extent(sample, radii)
+    return info | dict(zip(("width", "depth", "height"), edges.tolist(), strict=True))

@@ -6,7 +6,9 @@ from pydantic import Field, field_validator, model_validator
 
 from dusttaichi.names import AXES, WALLS
 from dusttaichi.scene.drive import (
-    FACE_LAWS,
+    MOVES,
+    TOP_SPEED,
+    CompressionRate,
     Drive,
     Gain,
     Pressed,
@@ -24,23 +26,33 @@ from dusttaichi.scene.quantities import Quantity, Vector
 AxisName = Literal[AXES]
 
 
-class OpenBoundary(Block):
+class Surroundings(Block):
+    """What every kind of boundary says beside its `walls`, the names of those that are there."""
+
+    @property
+    def periodic_axes(self) -> tuple[str, ...]:
+        """Axes along which the sample repeats."""
+        return ()
+
+    @property
+    def drives(self) -> tuple[str, ...]:
+        """Keys of a Drive that this boundary has something to move for."""
+        there = {
+            "top": "top" in self.walls,
+            "faces": bool(self.periodic_axes),
+            "cell": self.periodic_axes == AXES,
+        }
+        own = (key for key in MOVES if key in type(self).model_fields)
+        return tuple(key for key in own if any(there[what] for what in MOVES[key].what))
+
+
+class OpenBoundary(Surroundings):
     """Nothing around the grains."""
 
     kind: Literal["open"]
 
     @property
-    def drives(self) -> tuple[str, ...]:
-        """Keys of a Drive that this boundary knows."""
-        return ()
-
-    @property
     def walls(self) -> tuple[str, ...]:
-        """Walls that are there."""
-        return ()
-
-    @property
-    def periodic_axes(self) -> tuple[str, ...]:
         return ()
 
 
@@ -66,7 +78,7 @@ class Planes(Block):
         return self
 
 
-class BoxBoundary(Block):
+class BoxBoundary(Surroundings):
     """A box of flat walls that stick like grains (S12 section 2.2); the top wall may move."""
 
     kind: Literal["box"]
@@ -83,9 +95,7 @@ class BoxBoundary(Block):
         description="where walls stand, in place of a size along these axes: {z: [0 um, 40 um]}",
     )
     omit: tuple[WallName, ...] = Field((), description="walls that are left out")
-    wall_speed: Annotated[float, Quantity("speed", ge=0)] = Field(
-        "0 m/s", description="speed of the top wall downwards"
-    )
+    wall_speed: Annotated[float, Quantity("speed", ge=0)] = TOP_SPEED
     side_walls: Annotated[float, Number(ge=0)] = Field(
         1e-3, description="factor on rolling, sliding and twisting at the four side walls"
     )
@@ -120,25 +130,15 @@ class BoxBoundary(Block):
     def walls(self) -> tuple[str, ...]:
         return tuple(wall for wall in WALLS if wall not in self.omit)
 
-    @property
-    def drives(self) -> tuple[str, ...]:
-        return ("wall_speed", "pressure", "gain", "shear_speed") if "top" in self.walls else ()
 
-    @property
-    def periodic_axes(self) -> tuple[str, ...]:
-        return ()
-
-
-class PlatesBoundary(Block):
+class PlatesBoundary(Surroundings):
     """Two plates, bottom and top (PD08 section 3.1, S12 section 5.3); grains may leave sideways."""
 
     kind: Literal["plates"]
     gap: Annotated[float | Literal["fit"], Quantity("length", gt=0, word="fit")] = Field(
         "fit", description="height between the plates, or fit: as high as the sample"
     )
-    wall_speed: Annotated[float, Quantity("speed")] = Field(
-        "0 m/s", description="speed of the top plate downwards; negative pulls the plates apart"
-    )
+    wall_speed: Speed = TOP_SPEED
     glue: Annotated[float, Number(ge=1)] = Field(
         1.0, description="factor on the normal force between grains and plates"
     )
@@ -153,16 +153,8 @@ class PlatesBoundary(Block):
     def walls(self) -> tuple[str, ...]:
         return ("bottom", "top")
 
-    @property
-    def drives(self) -> tuple[str, ...]:
-        return ("wall_speed", "shear_speed")
 
-    @property
-    def periodic_axes(self) -> tuple[str, ...]:
-        return ()
-
-
-class PeriodicBoundary(Block):
+class PeriodicBoundary(Surroundings):
     """A cell that repeats along some axes; the others are open, or have walls."""
 
     kind: Literal["periodic"]
@@ -176,10 +168,8 @@ class PeriodicBoundary(Block):
         "across the faces, also of some of the three; cube: a cube of the largest of these",
     )
     walls: tuple[WallName, ...] = Field((), description="walls on axes that are not periodic")
-    wall_speed: Annotated[float, Quantity("speed")] = Field(
-        "0 m/s", description="speed of the top wall downwards, where there is one"
-    )
-    compression_rate: Annotated[float, Number(gt=0)] | None = Drive.model_fields["compression_rate"]
+    wall_speed: Speed = TOP_SPEED
+    compression_rate: CompressionRate | None = Drive.model_fields["compression_rate"]
     strain_rate: Rates | None = Drive.model_fields["strain_rate"]
     face_speed: Speeds | None = Drive.model_fields["face_speed"]
     pressure: Pressed | None = Drive.model_fields["pressure"]
@@ -211,12 +201,6 @@ class PeriodicBoundary(Block):
         if found:
             raise problems(found)
         return self
-
-    @property
-    def drives(self) -> tuple[str, ...]:
-        of_top = ("wall_speed", "pressure", "gain", "shear_speed") if "top" in self.walls else ()
-        of_cell = ("pressure", "stress", "gain", "shear_rate") if self.axes == AXES else ()
-        return (*of_top, *FACE_LAWS, *of_cell)
 
     @property
     def periodic_axes(self) -> tuple[str, ...]:

@@ -7,7 +7,8 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
 from dusttaichi.names import AXES, WALLS
-from dusttaichi.scene.boundary import AxisName, OpenBoundary
+from dusttaichi.scene.boundary import AxisName, OpenBoundary, Surroundings
+from dusttaichi.scene.drive import TOP_SPEED, Speed
 from dusttaichi.scene.fields import Block, problems
 from dusttaichi.scene.quantities import Quantity
 
@@ -30,7 +31,7 @@ Face = Annotated[
 ]
 
 
-class FacesBoundary(Block):
+class FacesBoundary(Surroundings):
     """A box around the sample, as large as it is; each face is open, or has something."""
 
     kind: Literal["faces"]
@@ -48,11 +49,8 @@ class FacesBoundary(Block):
     gap: Annotated[float, Quantity("length", ge=0, example="0.1 mm")] = Field(
         "0 m", description="between the sample and each of mirror and rigid"
     )
-    wall_speed: Annotated[float, Quantity("speed")] = Field(
-        "0 m/s", description="speed of the top face downwards; negative pulls it up"
-    )
+    wall_speed: Speed = TOP_SPEED
 
-    DRIVEN: ClassVar[str] = "top"
     WITHOUT_LOADS: ClassVar[str] = (
         "it is for grains; the faces of a continuum move at a wall_speed, or rest"
     )
@@ -110,11 +108,6 @@ class FacesBoundary(Block):
         """Face -> thickness [m] of the dust that is held there."""
         faces = {wall: self.face(wall) for wall in WALLS}
         return {wall: f.layer for wall, f in faces.items() if isinstance(f, LayerFace)}
-
-    @property
-    def drives(self) -> tuple[str, ...]:
-        """Keys of a Drive that this boundary knows."""
-        return ("wall_speed",) if self.DRIVEN in self.walls else ()
 
     @property
     def periodic_axes(self) -> tuple[str, ...]:

@@ -1,5 +1,6 @@
 """How walls and faces move: at speeds that are given, or as a pressure or stress asks for."""
 
+from dataclasses import dataclass
 from typing import Annotated
 
 from pydantic import Field, model_validator
@@ -11,61 +12,81 @@ from dusttaichi.scene.quantities import Quantity, Vector
 Speed, Rate = Annotated[float, Quantity("speed")], Annotated[float, Quantity("rate")]
 Pressed = Annotated[float, Quantity("pressure", gt=0, example="5 kPa")]
 Gain = Annotated[float, Number(gt=0, le=0.5)]
+CompressionRate = Annotated[float, Number(gt=0)]
 Rates = Annotated[Vector, Quantity("rate", count=3, spread=True)]
 Speeds = Annotated[Vector, Quantity("speed", count=3, spread=True)]
 Stresses = Annotated[
     tuple, Quantity("pressure", count=3, spread=True, word="free", mixed=True, example="-5 kPa")
 ]
-FACE_LAWS = ("compression_rate", "strain_rate", "face_speed")
-LOADS = ("pressure", "stress")
-SHEARS = ("shear_speed", "shear_rate")
 GAIN = 0.15
 """Of the servo, where none is given: share of a missing load that its next change makes up for."""
 WALL_SPEED, STRAIN_RATE = 0.05, 1000.0
 """Largest speed [m/s] and rate [1/s] of the servo, where none is given."""
 
 
+@dataclass(frozen=True)
+class Moves:
+    """Marks a key of a Drive: what it moves, or belongs to, and how.
+
+    how: "speed", "load" (which moves it as needed), "shear" (along itself), "gain" (of a load).
+    what: "top" wall, "faces" of periodic axes, whole "cell" that is periodic along all axes.
+    """
+
+    how: str
+    what: tuple[str, ...]
+
+
+# of every boundary with a top
+TOP_SPEED = Field(
+    "0 m/s",
+    description="speed of the top wall, plate or face downwards, where there is one; negative, "
+    "where that is allowed, pulls it up",
+)
+
+
 class Drive(Block):
     """How walls and faces move; what is not given rests. Each boundary knows some of these."""
 
-    wall_speed: Speed | None = Field(
+    wall_speed: Annotated[Speed | None, Moves("speed", ("top",))] = Field(
         None,
         description="speed of the top wall downwards; negative pulls it up; with pressure the "
         "largest one, 5 cm/s if not given",
     )
-    compression_rate: Annotated[float, Number(gt=0)] | None = Field(
+    compression_rate: Annotated[CompressionRate | None, Moves("speed", ("faces",))] = Field(
         None,
         description="C_v of Kataoka et al. 2013: every periodic edge shrinks as exp(-2 C_v t/t_c)",
     )
-    strain_rate: Rates | None = Field(
+    strain_rate: Annotated[Rates | None, Moves("speed", ("faces",))] = Field(
         None,
         description="every periodic edge grows as exp(rate t): one rate, or one for each axis; "
         "along an axis whose stress is held the largest one; 1e3 s^-1 or twice the shear_rate, "
         "whichever is more, if not given",
     )
-    face_speed: Speeds | None = Field(
+    face_speed: Annotated[Speeds | None, Moves("speed", ("faces",))] = Field(
         None,
         description="outward speed v_b of both faces of a periodic axis (T19): L = L_0 + 2 v_b t; "
         "one speed, or one for each axis",
     )
-    pressure: Pressed | None = Field(
+    pressure: Annotated[Pressed | None, Moves("load", ("top", "cell"))] = Field(
         None,
         description="pressure that is held: on the top wall, which moves as it takes, or of a cell "
         "that is periodic along all axes, whose edges shrink or grow alike",
     )
-    stress: Stresses | None = Field(
+    stress: Annotated[Stresses | None, Moves("load", ("cell",))] = Field(
         None,
         description="normal stress that is held along each periodic axis, negative in compression, "
         "as in the result; `free` along an axis that moves as strain_rate says: "
         "[-5 kPa, -5 kPa, free]",
     )
-    gain: Gain | None = Field(
+    gain: Annotated[Gain | None, Moves("gain", ("top", "cell"))] = Field(
         None,
         description="of what holds a pressure or stress: share of a missing load that its next "
         "change of speed makes up for, by the stiffness that it measures; 0.15 if not given",
     )
-    shear_speed: Speed | None = Field(None, description="speed of the top wall along x")
-    shear_rate: Rate | None = Field(
+    shear_speed: Annotated[Speed | None, Moves("shear", ("top",))] = Field(
+        None, description="speed of the top wall along x"
+    )
+    shear_rate: Annotated[Rate | None, Moves("shear", ("cell",))] = Field(
         None,
         description="rate at which a cell that is periodic along all axes is sheared: its upper "
         "image moves along x by this times the height of the cell",
@@ -116,6 +137,20 @@ class Drive(Block):
         if self.stress is None:
             return ()
         return tuple(n for n, level in enumerate(self.stress) if level != "free")
+
+
+# key -> Moves, of those that move walls and faces
+MOVES = {
+    key: mark
+    for key, item in Drive.model_fields.items()
+    for mark in item.metadata
+    if isinstance(mark, Moves)
+}
+SPEEDS, LOADS, SHEARS = (
+    tuple(key for key, moves in MOVES.items() if moves.how == how)
+    for how in ("speed", "load", "shear")
+)
+FACE_LAWS = tuple(key for key in SPEEDS if "faces" in MOVES[key].what)
 
 
 def together(block: Block) -> list[tuple[str, str]]:

@@ -78,7 +78,7 @@ class Worker:
         self._news = threading.Condition()
         self._errors = tempfile.TemporaryFile("w+", errors="replace")
         self._process = subprocess.Popen(
-            python_command("dusttaichi.studies.child", task),
+            python_command("dusttaichi.studies.child", task, also=[task.partition(":")[0]]),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._errors,

@@ -12,6 +12,7 @@ import pytest
 import typer
 from scenes import extensions_forgotten
 
+from benchmarks.__main__ import app as benchmarks
 from dusttaichi.commands.app import app
 from dusttaichi.scene import Scene, from_yaml, load
 from dusttaichi.scene.yaml_text import read
@@ -65,6 +66,21 @@ def test_command_is_understood(command):
         return
     assert words[0] in group.commands
     # Parsing refuses unknown options and surplus arguments; nothing is run.
+    group.commands[words[0]].make_context(words[0], words[1:]).close()
+
+
+@pytest.mark.parametrize(
+    "command",
+    sorted(
+        {
+            *re.findall(r"`(python\s-m\sbenchmarks[^`]+)`", EVERYTHING),
+            *(part for part in PARTS if part.startswith("python -m benchmarks")),
+        }
+    ),
+)
+def test_benchmark_is_understood(command):
+    words = command.split()[3:]
+    group = typer.main.get_command(benchmarks)
     group.commands[words[0]].make_context(words[0], words[1:]).close()
 
 

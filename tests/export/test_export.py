@@ -10,11 +10,11 @@ import pytest
 import snapshots
 from typer.testing import CliRunner
 
+from benchmarks import lammps
 from dusttaichi import analysis
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.export import export
-from dusttaichi.studies.bench import lammps
 
 R = np.array([0.6e-6, 0.5e-6, 0.7e-6, 0.6e-6, 0.6e-6])
 CELL = np.array([-1e-6, 9e-6, 0.0, 8e-6, 0.0, 7e-6])

@@ -5,11 +5,13 @@ import subprocess
 import pytest
 import toy
 
+import benchmarks
 from dusttaichi.analysis import open_run
 from dusttaichi.processes import python_command
 from dusttaichi.studies.workers import Worker
 
-NAMES = ("random", "json", "socket", "netCDF4", "numpy", "runpy", "dusttaichi", "tempfile")
+NAMES = ("random", "json", "socket", "netCDF4", "numpy", "runpy", "dusttaichi", "benchmarks")
+NAMES += ("tempfile",)
 
 
 @pytest.fixture
@@ -32,6 +34,14 @@ def test_a_worker(hostile, inside):
     with Worker("dusttaichi.studies.ensemble.task:run", folder=hostile if inside else None) as one:
         answer = one.ask(**request)
     assert answer.code == 2 and "material: it is missing" in answer.text
+
+
+def test_a_worker_whose_task_is_of_another_package(hostile):
+    """It is taken from where this process has it, and so are the modules below it."""
+    assert benchmarks.__path__
+    with Worker("benchmarks.task:answer", folder=hostile) as worker:
+        answer = worker.ask(do="no_such_command")
+    assert answer.text.endswith("'Benchmark' object has no attribute 'no_such_command'")
 
 
 def test_the_joining_of_parts(hostile, tmp_path, toys):

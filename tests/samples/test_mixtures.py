@@ -5,8 +5,8 @@ import pytest
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact.constants import mixed_constants
-from dusttaichi.samples import make
-from dusttaichi.samples.mixture import Lognormal, PowerLaw, Radii
+from dusttaichi.samples import Materials, make, rbd
+from dusttaichi.samples.mixture import Crowd, Grains, Lognormal, PowerLaw, Radii, Touch
 from dusttaichi.scene import from_yaml
 
 TEXT = """
@@ -128,6 +128,30 @@ def test_a_deposit_rests_on_exact_contacts():
     # all but those on the floor, and those whose support is outside of the cut, touch one below
     below = [np.any(np.abs(row[:k]) < 1e-15) for k, row in enumerate(gap)]
     assert np.mean(on_floor | np.array(below)) > 0.6
+
+
+@pytest.mark.parametrize("batch", [30, 1000])
+def test_a_deposit_is_that_of_one_drop_at_a_time(batch):
+    """Bit for bit, also where a larger grain comes late than any that was expected."""
+    scene, sizes = made("kind: rbd, grains: 9")[0], np.random.default_rng(3).random(400)
+    crowd = Crowd(scene.sample, Materials(scene), np.random.default_rng(1))
+    radii = 0.3e-6 + 0.5e-6 * sizes**3
+    radii[300] = 1.2 * crowd.largest
+    grains = Grains(radii, (np.arange(400) % 2).astype(np.int32), Touch(Materials(scene)))
+    xy, period = np.random.default_rng(5).random((400, 2)) * 8e-6, 8e-6
+    deposit = rbd.Deposit(period, crowd)
+    for begin in range(0, 400, batch):
+        complete, part = deposit.complete_below, slice(begin, begin + batch)
+        deposit.drop(xy[part], grains.taken(part))
+        assert (deposit.positions[begin:, 2] >= complete).all()
+    z = np.empty(400)
+    for k in range(400):
+        apart = xy[k] - xy[:k]
+        apart -= period * np.round(apart / period)
+        left = grains.distance(k, np.arange(k)) ** 2 - (apart[:, 0] ** 2 + apart[:, 1] ** 2)
+        on = left > 0
+        z[k] = max(radii[k], np.max(z[:k][on] + np.sqrt(left[on]), initial=radii[k]))
+    assert np.array_equal(deposit.positions[:, 2], z)
 
 
 def test_a_packing_has_the_filling_factor_and_no_overlap():

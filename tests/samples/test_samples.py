@@ -12,6 +12,7 @@ from bodies import scene
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact.constants import pair_constants
 from dusttaichi.samples import bulk_filling_factor, coordination, filling_factor, make, rbd
+from dusttaichi.samples.mixture import Crowd
 from dusttaichi.samples.sample import Sample, touching_pairs
 from dusttaichi.samples.values import CylinderSize
 
@@ -31,6 +32,14 @@ def rbd_spec(grains=None, size=None, shape="box", aspect=1.0, seed=1):
 
 def cake(**spec):
     return rbd.make(rbd_spec(**spec), MATERIALS)
+
+
+CROWD = Crowd(rbd_spec(), MATERIALS, None)
+
+
+def dropped(deposit, xy):
+    """Let equal grains fall into a deposit."""
+    deposit.drop(xy, CROWD.draw(len(xy), None))
 
 
 # --- random ballistic deposition -------------------------------------------------------------
@@ -54,10 +63,10 @@ def deposit_one_by_one(xy, period, distance, floor):
 @pytest.mark.parametrize("batch", [60, 1000])
 def test_deposit_is_that_of_one_drop_at_a_time(period, n, batch):
     xy = np.random.default_rng(5).random((n, 2)) * period
-    deposit = rbd.Deposit(period, D, R)
+    deposit = rbd.Deposit(period, CROWD)
     for start in range(0, n, batch):
         complete = deposit.complete_below
-        deposit.drop(xy[start : start + batch])
+        dropped(deposit, xy[start : start + batch])
         assert (deposit.positions[start:, 2] >= complete).all()
     assert np.array_equal(deposit.positions[:, :2], xy)
     assert np.array_equal(deposit.positions[:, 2], deposit_one_by_one(xy, np.array(period), D, R))
@@ -65,10 +74,10 @@ def test_deposit_is_that_of_one_drop_at_a_time(period, n, batch):
 
 def test_search_leaves_out_only_what_no_drop_can_reach():
     period = 14 * R
-    deposit = rbd.Deposit(period, D, R)
+    deposit = rbd.Deposit(period, CROWD)
     rng = np.random.default_rng(6)
     for _ in range(3):
-        deposit.drop(rng.random((300, 2)) * period)
+        dropped(deposit, rng.random((300, 2)) * period)
     x, cells = deposit.positions, np.array(deposit._landing.shape)
     # Probes all over, most of them close to the corners of the map's cells, where its bound binds.
     probes = rng.integers(0, cells, (4000, 2)) + rng.choice([0.001, 0.5, 0.999], (4000, 2))
@@ -87,13 +96,13 @@ def test_search_leaves_out_only_what_no_drop_can_reach():
 
 def test_narrow_period_is_refused():
     with pytest.raises(ValueError, match="two touching distances"):
-        rbd.Deposit(1.9 * D, D, R)
+        rbd.Deposit(1.9 * D, CROWD)
 
 
 def test_grains_touch_what_they_stuck_to_at_the_equilibrium_distance():
     period = 30 * R
-    deposit = rbd.Deposit(period, D, R)
-    deposit.drop(np.random.default_rng(2).random((1500, 2)) * period)
+    deposit = rbd.Deposit(period, CROWD)
+    dropped(deposit, np.random.default_rng(2).random((1500, 2)) * period)
     x = deposit.positions
     for i in range(1, len(x)):
         apart = x[i] - x[:i]
@@ -180,8 +189,8 @@ def test_deposit_with_its_fluffy_top_is_less_filled():
     # The other half of S12's reason: with the rough top left on, 0.12-0.14 as well.
     period, found = 40 * R, []
     for seed in range(20):
-        deposit = rbd.Deposit(period, D, R)
-        deposit.drop(np.random.default_rng(seed).random((2000, 2)) * period)
+        deposit = rbd.Deposit(period, CROWD)
+        dropped(deposit, np.random.default_rng(seed).random((2000, 2)) * period)
         height = np.ptp(deposit.positions[:, 2]) + 2 * R
         found.append(2000 * 4 / 3 * np.pi * R**3 / (period**2 * height))
     assert 0.12 < np.mean(found) < 0.14

@@ -2,7 +2,7 @@
 
 from dusttaichi.names import AXES
 from dusttaichi.scene.boundary import BoxBoundary, PeriodicBoundary, PlatesBoundary, own_drive
-from dusttaichi.scene.drive import FACE_LAWS, LOADS, SHEARS
+from dusttaichi.scene.drive import FACE_LAWS, LOADS, SHEARS, SPEEDS
 
 Found = list[tuple[str, str]]
 
@@ -36,7 +36,7 @@ def drive_of_stages(scene) -> Found:
     drive = own_drive(scene.boundary)
     return [
         (f"boundary.{key}", "with stages it belongs to the drive of each stage")
-        for key in ("wall_speed", *FACE_LAWS, *LOADS, *SHEARS)
+        for key in (*SPEEDS, *LOADS, *SHEARS)
         if getattr(drive, key)
     ]
 

@@ -4,10 +4,10 @@ from dusttaichi.errors import DustError
 from dusttaichi.samples.values import CylinderSize
 from dusttaichi.scene import quantities
 from dusttaichi.scene.continuum import ContinuumScene
-from dusttaichi.scene.drive import FACE_LAWS, SHEARS
+from dusttaichi.scene.drive import SHEARS, SPEEDS
 from dusttaichi.scene.numerics import PRESETS
 
-DRIVES = ("wall_speed", *FACE_LAWS, *SHEARS)
+DRIVES = (*SPEEDS, *SHEARS)
 # what a preset fills; what else the user gives in numerics stays
 PRESET_KEYS = ("accuracy", "time_step", *PRESETS["reference"])
 # what does not touch the result: the reference keeps only these

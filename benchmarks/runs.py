@@ -1,11 +1,11 @@
 """Runs as a user has them, on one thread, on all cores, and as `threads: auto` chooses: what
-`dust bench --runs` prints. Output, guards and searches are in it."""
+`python -m benchmarks runs` prints. Output, guards and searches are in it."""
 
 import time
 from statistics import median
 
-from dusttaichi.studies.bench.task import Stopwatch
-from dusttaichi.studies.bench.timing import Timed, machine
+from benchmarks.task import Stopwatch
+from dusttaichi.studies.bench import Timed, machine
 from dusttaichi.studies.workers import usable_cores
 
 SCENE = "omni_static"
@@ -26,7 +26,7 @@ def main(*, quick=False, sizes=SIZES, rounds=ROUNDS, log=print) -> str:
         for number in range(rounds):
             for each in threads:
                 log(f"{grains} grains, threads {each}, round {number + 1} of {rounds}")
-                with Timed(task=f"{__name__}:answer") as process:
+                with Timed(f"{__name__}:answer") as process:
                     found[each].append(process.ask("run", grains=grains, threads=each, steps=steps))
         lines += ["", f"{grains:,} grains, {found['auto'][0]['steps']:,} steps", *_rows(found)]
     return "\n".join(lines)

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.sample import Recipe, bench_scene, load, make
 from dusttaichi import samples, units
-from dusttaichi.studies.bench.sample import Recipe, bench_scene, load, make
 
 LEDGER_EVERY = 1000  # steps between measurements of a run
 
@@ -64,7 +64,7 @@ class Benchmark:
         """Build a scene (YAML) and make its first step; the sample is that of `path`, or its own.
 
         polydisperse: compiled as grains that each have a radius of their own, all the same; ledger:
-        whether it is kept; copies: so many of the scene as a batch. See bench.parts.
+        whether it is kept; copies: so many of the scene as a batch. See parts.Variant.
         """
         from dusttaichi.grains.batch import build_batch
         from dusttaichi.grains.build import build

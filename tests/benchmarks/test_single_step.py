@@ -1,16 +1,18 @@
 """Counting the instructions of a process by stepping through it."""
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
+from benchmarks import single_step
 from dusttaichi.errors import DustError
-from dusttaichi.studies.bench import single_step
 
 CHILD = """
 import sys, threading
-from dusttaichi.studies.bench.single_step import mark
+from benchmarks.single_step import mark
 rounds, go, done = [50, 100], threading.Semaphore(0), threading.Semaphore(0)
 def work():
     for n in rounds:
@@ -32,7 +34,11 @@ for _ in rounds:
 @pytest.mark.skipif(not single_step.possible(), reason="not Linux")
 def test_twice_the_work_takes_more_instructions():
     with subprocess.Popen(
-        [sys.executable, "-c", CHILD], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", CHILD],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
     ) as child:
         child.stdout.readline()
         try:

@@ -1,4 +1,6 @@
-"""Runs the benchmark: processes in turn, round after round, medians and ratios.
+"""Speed, start and memory, LAMMPS beside them: what `python -m benchmarks speed` prints.
+
+Processes in turn, round after round, medians and ratios.
 
 Machines are noisy. So every configuration of a size stays ready in a process of its own, each
 round times all of them one after another, and a ratio is that of two neighbours in a round.
@@ -12,14 +14,14 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks import lammps as lammps_bench
+from benchmarks import sample as bench_sample
+from benchmarks.start import starts_and_precisions
+from benchmarks.table import Row, SpeedTable
+from benchmarks.timing import TASK, Plan, check_file, prepare, seconds_a_step
 from dusttaichi.errors import DustError
 from dusttaichi.scene.numerics import PRESETS
-from dusttaichi.studies.bench import lammps as lammps_bench
-from dusttaichi.studies.bench import sample as bench_sample
-from dusttaichi.studies.bench.plan import Plan, prepare
-from dusttaichi.studies.bench.start import starts_and_precisions
-from dusttaichi.studies.bench.table import Row, Table
-from dusttaichi.studies.bench.timing import Timed, check_file, machine, seconds_a_step
+from dusttaichi.studies.bench import Timed, machine
 
 SIZES = (1_000, 11_000, 100_000)
 FILLING_FACTORS = (0.15, 0.35, 0.55)
@@ -62,7 +64,7 @@ def main(
     quick: bool = False,
     rounds: int | None = None,
     log: Callable[[str], None] = lambda line: None,
-) -> Table:
+) -> SpeedTable:
     """Measure speed, start and memory for every combination; ten minutes, `quick` two.
 
     sizes: numbers of grains; by default 1e3, 1.1e4 and, if not quick, 1e5. steps: of a timed
@@ -92,7 +94,7 @@ def main(
         )
         starts, usable = starts_and_precisions(plan, sorted(set(sizes)), notes)
         rows = [row for grains in sizes for row in _speed(plan, grains, usable, notes)]
-    table = Table(
+    table = SpeedTable(
         speed=tuple(rows),
         start=tuple(starts),
         machine=machine(*([f"LAMMPS {lammps_bench.lammps_version()}"] if lammps else [])),
@@ -131,7 +133,7 @@ def _speed(plan: Plan, grains: int, precisions, notes) -> list[Row]:
         processes, built = {}, {}
         for each in configurations:
             kernels = plan.kernels_of(grains, each.precision)
-            processes[each] = stack.enter_context(Timed(kernels))
+            processes[each] = stack.enter_context(Timed(TASK, kernels))
             built[each] = processes[each].ask(
                 "build",
                 grains=grains,

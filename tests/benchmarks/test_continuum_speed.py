@@ -2,23 +2,24 @@
 
 import pytest
 
-from dusttaichi.studies.bench import continuum, continuum_task
+from benchmarks import continuum
+from benchmarks.table import RowTable
 
 
 def test_a_worker_times_the_scene_of_the_benchmark():
     scene = continuum.scene_of(2, 900, 1).to_yaml()
-    built = continuum_task.answer(None, do="build", scene=scene)
+    built = continuum.answer(None, do="build", scene=scene)
     assert 900 <= built["particles"] < 1400  # with the bead
     # 18 or 24 of a triangular lattice are within 2.6 spacings, fewer at edges
     assert 14 < built["neighbours"] < 25
     assert built["search"] > 0.0
-    found = continuum_task.answer(None, do="timed", steps=10)
+    found = continuum.answer(None, do="timed", steps=10)
     assert found["used"] > 0.0 and found["real"] > 0.0
 
 
 def test_the_table_tells_a_size_a_line(tmp_path):
     row = continuum.Row(2, 5836, 17.5, 0.65, 37.2, 5.2, 1.8, 3.0)
-    table = continuum.ContinuumTable((row,), (), "a machine", ("a note",))
+    table = RowTable("a machine", ("a note",), "Speed", continuum.COLUMNS, (row,))
     assert "37.2" in table.text() and "1.80" in table.markdown()
     table.to_csv(tmp_path / "speed.csv")
     lines = (tmp_path / "speed.csv").read_text().splitlines()

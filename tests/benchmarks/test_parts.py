@@ -6,10 +6,9 @@ import io
 import pytest
 from scenes import CONFIGS, KERNELS
 
+from benchmarks import parts
 from dusttaichi.errors import DustError
 from dusttaichi.scene import load
-from dusttaichi.studies import bench
-from dusttaichi.studies.bench import costs, parts
 
 SMOKE = CONFIGS / "smoke.yaml"
 
@@ -47,13 +46,13 @@ def table(tmp_path_factory):
             "time step", "of a second", one, parts.Variant({"numerics.time_step": "1 s"})
         )
         chosen = (parts.Part("twisting", "off", one, two), refused)
-        result = parts.main(60, chosen, 100, 2, out=folder / "parts.csv")
+        result = parts.main(parts=chosen, grains=60, steps=100, rounds=2, out=folder / "parts.csv")
     assert (folder / "parts.csv").read_text() == result.csv()
     return result
 
 
 def test_parts_are_timed_in_pairs(table):
-    (row,) = table.speed
+    (row,) = table.rows
     assert row.name == "twisting" and min(row.has, row.lacks, row.ratio) > 0
     assert row.scatter >= 0 and row.share == pytest.approx(100 * (1 - row.ratio))
     assert any("refused" in note and "time_step" in note for note in table.notes)
@@ -65,18 +64,17 @@ def test_parts_as_text_and_csv(table):
     lines = [line for line in table.csv().splitlines() if not line.startswith("#")]
     (row,) = csv.DictReader(io.StringIO("\n".join(lines)))
     assert row["part"] == "twisting" and row["instead"] == "off"
-    assert float(row["ratio [1]"]) == pytest.approx(table.speed[0].ratio, rel=1e-5)
+    assert float(row["ratio [1]"]) == pytest.approx(table.rows[0].ratio, rel=1e-5)
     assert "| twisting | off |" in table.markdown()
 
 
 def test_parts_refuse_numbers_that_cannot_be():
     with pytest.raises(DustError, match="at least 1"):
-        parts.main(60, rounds=-1)
-    assert bench.main is not parts.main
+        parts.main(grains=60, rounds=-1)
 
 
 def test_the_parts_of_a_scene():
-    found = {part.name: part for part in costs.parts_of(load(SMOKE))}
+    found = {part.name: part for part in parts.parts_of(load(SMOKE))}
     effects = ["rolling", "sliding", "twisting", "damping"]
     assert list(found) == [*effects, "walls", "energy ledger", "noise: the scene with all"]
     for name in effects:
@@ -84,19 +82,26 @@ def test_the_parts_of_a_scene():
         assert getattr(two.interaction, name) in (None, two.interaction.damping)
         assert one.with_value(f"interaction.{name}", "none" if name == "damping" else "off") == two
     assert found["walls"].lacks.scene(0).boundary.kind == "open"
-    tensile = {part.name for part in costs.parts_of(load(CONFIGS / "tensile_ice.yaml"))}
+    tensile = {part.name for part in parts.parts_of(load(CONFIGS / "tensile_ice.yaml"))}
     assert {"periodic faces and stress", "stress", "damping"} <= tensile
 
 
-def test_costs_are_told_of_every_part(monkeypatch):
+def test_every_part_of_a_scene_has_a_row_or_a_note(monkeypatch):
     def measured(part, grains, paths, **_):
+        assert grains == 60 and paths == (None, None)
         if part.name == "walls":
             raise DustError("no room\nhere")
         return parts.PartRow(part.name, "", 2.0, 1.5, 0.75, 0.01)
 
-    monkeypatch.setattr(costs, "measure_pair", measured)
+    monkeypatch.setattr(parts, "measure_pair", measured)
     said = []
-    rows = dict(costs.cost_rows(load(SMOKE), 60, said.append))
-    assert rows["rolling"] == "25.0 ± 1.0 % of a step"
-    assert rows["walls"] == "not measured: no room here"
-    assert len(said) == len(rows) and said[0] == f"1 of {len(rows)}: rolling"
+    table = parts.main(load(SMOKE), log=said.append)
+    assert len(said) == len(table.rows) + 1 and said[0] == f"1 of {len(said)}: rolling"
+    (row,) = [line for line in table.text().splitlines() if line.startswith("rolling")]
+    assert row.split()[-4:] == ["1.5", "0.750", "0.010", "25.0"] and "a step" in table.text()
+    assert "walls: refused: no room here" in table.notes
+
+
+def test_parts_of_other_methods_are_not_known():
+    with pytest.raises(DustError, match="method continuum.*benchmarks continuum"):
+        parts.main(load(CONFIGS / "guettler2009/bead.yaml"))

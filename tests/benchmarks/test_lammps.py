@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from benchmarks import lammps
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import constants
-from dusttaichi.studies.bench import lammps
 
 pytest.importorskip("lammps", reason="pip has no LAMMPS for Windows")
 

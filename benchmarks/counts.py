@@ -1,4 +1,4 @@
-"""Instructions of a step: what `dust bench --counts` prints.
+"""Instructions of a step: what `python -m benchmarks counts` prints.
 
 They do not depend on how busy a machine is, as times do. Linux counts them (perf_event) where it
 may; else a step is gone through instruction by instruction (single_step); else there is no count.
@@ -13,10 +13,10 @@ import subprocess
 import sys
 from dataclasses import dataclass
 
+from benchmarks import sample as bench_sample
+from benchmarks import single_step
 from dusttaichi.errors import DustError
 from dusttaichi.processes import python_command
-from dusttaichi.studies.bench import sample as bench_sample
-from dusttaichi.studies.bench import single_step
 
 GRAINS, FILLING_FACTOR, STEPS = 1000, 0.35, 100
 PRECISIONS = ("f64", "mixed")

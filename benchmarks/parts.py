@@ -1,4 +1,5 @@
-"""What each part of a scene costs: pairs of scenes, one with the part and one without it.
+"""What each part of a scene costs: what `python -m benchmarks parts [FILE]` prints, of the scene of
+the benchmark or of any scene of grains. Pairs of scenes, one with the part and one without it.
 
 Each pair is the same grains for the same steps, in two processes that are timed in turn, round
 after round; the result is the median of the ratios within a round, and their scatter.
@@ -10,12 +11,18 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import yaml
+
+from benchmarks import sample as bench_sample
+from benchmarks.table import Column, RowTable, digits
+from benchmarks.timing import TASK, check_file, prepare, seconds_a_step
+from dusttaichi import method
 from dusttaichi.errors import DustError
+from dusttaichi.physics.contact import registry
+from dusttaichi.scene.drive import SPEEDS
+from dusttaichi.scene.grains import GrainsScene
 from dusttaichi.scene.numerics import PRESETS
-from dusttaichi.studies.bench import sample as bench_sample
-from dusttaichi.studies.bench.plan import prepare
-from dusttaichi.studies.bench.table import Column, Table, csv_text, digits
-from dusttaichi.studies.bench.timing import Timed, check_file, machine, seconds_a_step
+from dusttaichi.studies.bench import Timed, machine
 
 GRAINS, QUICK_GRAINS = 11_000, 1_000
 FILLING_FACTOR = 0.35
@@ -108,9 +115,62 @@ PARTS = (
 )
 
 
+EFFECTS = tuple(kind for kind in registry.EFFECTS if kind not in ("normal", "damping"))
+# a stretch is timed, which no stage or end belongs to
+PLAIN = {
+    "stages": [],
+    "stop": {"steps": 1},
+    "output": {"series": {"steps": 1000}, "profiles": "off", "contacts": False},
+}
+
+
+def parts_of(scene) -> list[Part]:
+    """The parts that a scene has and could do without, each with the scene without it.
+
+    Raises DustError for a scene whose parts are not known.
+    """
+    if not isinstance(scene, GrainsScene):
+        raise DustError(
+            f"parts are timed of scenes of grains; this one is of the method {scene.method}. "
+            "The step of the continuum is timed by python -m benchmarks continuum."
+        )
+    stress = scene.output.stress
+    # as it begins, however long it is timed: a wall that goes on would crush the sample
+    still = [key for key in SPEEDS if getattr(scene.boundary, key, None)]
+    data = yaml.safe_load(scene.to_yaml())
+    data |= {**PLAIN, "output": PLAIN["output"] | {"stress": stress}}
+    data["boundary"] = {k: v for k, v in data["boundary"].items() if k not in still}
+    data["numerics"]["threads"] = (
+        1  # workers that wait for each other are slow where cores are taken
+    )
+    base = type(scene).from_dict(data)
+    full = Variant(base=base)
+
+    def part(name, settings, **built):
+        return Part(name, "", full, Variant(settings, built, base=base))
+
+    found = [
+        part(name, {f"interaction.{name}": "off"})
+        for name in EFFECTS
+        if getattr(scene.interaction, name) is not None
+    ]
+    if scene.interaction.damping.model != "none":
+        found.append(part("damping", {"interaction.damping": "none"}))
+    if scene.boundary.kind != "open":
+        name = "periodic faces" if scene.boundary.kind == "periodic" else "walls"
+        name += " and stress" if stress else ""
+        found.append(part(name, {"boundary": {"kind": "open"}, "output.stress": False}))
+    if stress:
+        found.append(part("stress", {"output.stress": False}))
+    if scene.push:
+        found.append(part("pushes", {"push": []}))
+    found.append(part("energy ledger", {}, ledger=False))
+    return [*found, Part("noise: the scene with all", "", full, full)]
+
+
 @dataclass(frozen=True)
 class PartRow:
-    """has, lacks: time a step over the number of contacts between grains [ns], medians.
+    """has, lacks: time of a step, of the benchmark's scene over its contacts [ns], medians.
 
     ratio: lacks over has, median of the rounds; scatter: half of the range that holds the middle
     half of them. share: what the part costs, of the time with it [%].
@@ -134,68 +194,55 @@ class PartRow:
         return 100.0 * (1.0 - self.ratio)
 
 
-COLUMNS = (
-    Column(("part",), "part", write=str, words=True),
-    Column(("in its", "place"), "instead", write=str, words=True),
-    Column(("with, ns", "a contact"), "has", "ns", digits(1)),
-    Column(("without, ns", "a contact"), "lacks", "ns", digits(1)),
-    Column(("without", "over with"), "ratio", "1", digits(3)),
-    Column(("scatter of", "the ratio"), "scatter", "1", digits(3)),
-    Column(("cost,", "% of with"), "share", "%", digits(1)),
-)
-
-
-@dataclass(frozen=True)
-class PartsTable(Table):
-    """speed: PartRow each; nothing on start."""
-
-    @property
-    def _parts(self):
-        return [("What each part costs", COLUMNS, self.speed)]
-
-    def csv(self) -> str:
-        """One line a part; machine and notes are lines that begin with #."""
-        rows = [
-            [
-                f"{v:.6g}" if isinstance(v, float) else v
-                for v in (getattr(row, c.name) for c in COLUMNS)
-            ]
-            for row in self.speed
-        ]
-        return csv_text(self, COLUMNS, rows)
+def _columns(per):
+    return (
+        Column(("part",), "part", words=True),
+        Column(("in its", "place"), "instead", words=True),
+        Column(("with, ns", per), "has", "ns", digits(1)),
+        Column(("without, ns", per), "lacks", "ns", digits(1)),
+        Column(("without", "over with"), "ratio", "1", digits(3)),
+        Column(("scatter of", "the ratio"), "scatter", "1", digits(3)),
+        Column(("cost,", "% of with"), "share", "%", digits(1)),
+    )
 
 
 def main(
+    scene=None,
+    parts=None,
+    *,
     grains: int | None = None,
-    parts=PARTS,
     steps: int | None = None,
     rounds: int | None = None,
-    *,
     out: str | Path | None = None,
     quick: bool = False,
     log: Callable[[str], None] = lambda line: None,
-) -> PartsTable:
-    """Measure every part; some ten minutes, `quick` three. Returns a PartsTable.
+) -> RowTable:
+    """Measure every part; some ten minutes, `quick` three. Returns a RowTable of PartRows.
 
-    grains: of the sample, 11 000, quick 1000. steps: of a timed stretch. rounds: 31, quick 15.
-    out: CSV file to write, after every part. log: called with a line on what goes on. A part that
-    the build refuses becomes a note. Ctrl-C ends the measurement with what there is.
+    scene: a Scene of grains, timed at its start with each of its parts left out, half a minute
+    each; by default that of the benchmark with the `parts` of PARTS. grains: of the benchmark's
+    sample, 11 000, quick 1000. steps: of a timed stretch. rounds: 31, quick 15. out: CSV file to
+    write, after every part. log: called with a line on what goes on. A part that the build refuses
+    becomes a note. Ctrl-C ends the measurement with what there is. Raises DustError for a scene
+    whose parts are not known.
     """
-    grains = grains or (QUICK_GRAINS if quick else GRAINS)
     rounds = rounds or (QUICK_ROUNDS if quick else ROUNDS)
+    if scene is None:
+        grains, parts = grains or (QUICK_GRAINS if quick else GRAINS), parts or PARTS
+    else:
+        grains, parts = method.of(scene).preview(scene).size, parts_of(scene)
     if min(grains, rounds, steps or 1) < 1:
         raise DustError("grains, steps and rounds must be at least 1")
     check_file(out)
     rows, notes, here = [], [], machine()
 
     def table():
-        return PartsTable(tuple(rows), (), here, (*_notes(grains, rounds), *notes))
+        columns = _columns("a contact" if scene is None else "a step")
+        further = (*_notes(scene, grains, rounds), *notes)
+        return RowTable(here, further, "What each part costs", columns, tuple(rows))
 
     try:
-        recipes = [bench_sample.Recipe(n, FILLING_FACTOR) for n in (grains, FEW)]
-        for recipe in recipes:
-            prepare(recipe, log)
-        paths = [str(recipe.path) for recipe in recipes]
+        paths = (None, None) if scene is not None else _prepared(grains, log)
         for number, part in enumerate(parts, start=1):
             against = f" against {part.instead}" if part.instead else ""
             log(f"{number} of {len(parts)}: {part.name}{against}")
@@ -203,7 +250,7 @@ def main(
                 rows.append(measure_pair(part, grains, paths, steps=steps, rounds=rounds))
             except DustError as error:
                 reason = " ".join(str(error).split())
-                notes.append(f"{part.name} against {part.instead}: refused: {reason}")
+                notes.append(f"{part.name}{against}: refused: {reason}")
             if out is not None:
                 table().to_csv(out)
     except KeyboardInterrupt:
@@ -211,23 +258,34 @@ def main(
     return table()
 
 
-def _notes(grains, rounds):
+def _prepared(grains, log):
+    """Files of the samples of so many grains and of FEW."""
+    recipes = [bench_sample.Recipe(n, FILLING_FACTOR) for n in (grains, FEW)]
+    for recipe in recipes:
+        prepare(recipe, log)
+    return [str(recipe.path) for recipe in recipes]
+
+
+def _notes(scene, grains, rounds):
+    per = "per contact of two grains" if scene is None else "per step"
     return (
-        f"Time: contacts, grains, walls, search at its rate, ledger every 1000 steps, one thread; "
-        f"per contact of two grains; medians of {rounds} rounds, in each of which both are timed. "
+        "Time: contacts, grains, walls, search at its rate, ledger every 1000 steps, one thread; "
+        f"{per}; medians of {rounds} rounds, in each of which both are timed. "
         "Scatter: half of the range of the middle half of the rounds.",
         f"Scene: {grains} grains, filling factor {FILLING_FACTOR:g}, silicate, rolling 8, sliding "
-        "2.5, viscous damping, box with its top wall at 1 cm/s; grains start at 1 cm/s rms.",
+        "2.5, viscous damping, box with its top wall at 1 cm/s; grains start at 1 cm/s rms."
+        if scene is None
+        else f"Scene: {scene.name}, {grains} grains, at its start, walls and faces at rest.",
     )
 
 
-def measure_pair(part, grains, paths, *, steps=None, rounds=ROUNDS, per_step=False) -> PartRow:
+def measure_pair(part, grains, paths, *, steps=None, rounds=ROUNDS) -> PartRow:
     """Both variants in processes of their own, timed in turn; which is first changes.
 
-    paths: files of the samples of `grains` and of FEW; None twice where the scene has its own.
-    per_step: times in place of times over the number of contacts.
+    paths: files of the samples of `grains` and of FEW; None twice where the scene has its own, and
+    then times are of a step in place of over the number of contacts.
     """
-    with Timed() as one, Timed() as other:
+    with Timed(TASK) as one, Timed(TASK) as other:
         pair = list(zip((one, other), (part.has, part.lacks), strict=True))
         lengths = []
         for process, variant in pair:
@@ -242,9 +300,9 @@ def measure_pair(part, grains, paths, *, steps=None, rounds=ROUNDS, per_step=Fal
         for number in range(rounds):
             for which in (0, 1) if number % 2 == 0 else (1, 0):
                 timing = pair[which][0].ask("time", steps=lengths[which])
-                if not timing["contacts"] and not per_step:
+                over = 1 if paths[0] is None else timing["contacts"]
+                if not over:
                     raise DustError("there are no contacts to take the time by")
-                over = 1 if per_step else timing["contacts"]
                 found[which].append(1e9 * seconds_a_step(timing) / over)
     ratios = [b / a for a, b in zip(*found, strict=True)]
     low, _, high = statistics.quantiles(ratios, n=4) if rounds > 1 else [math.nan] * 3

@@ -100,27 +100,22 @@ START = (
 
 @dataclass(frozen=True)
 class Table:
-    """speed: a Row a configuration; start: a Start for a number of grains and a precision.
+    """Rows measured on a machine, in one line; notes: how it was measured, and what is missing.
 
-    machine: one line. notes: lines that say how it was measured and what is missing.
+    blocks: of each table (title, Columns, rows); `csv` has the first of them.
     """
 
-    speed: tuple[Row, ...]
-    start: tuple[Start, ...]
     machine: str
     notes: tuple[str, ...] = ()
 
     @property
-    def _parts(self):
-        with_lammps = any(not math.isnan(row.lammps_ratio) for row in self.speed)
-        columns = SPEED + LAMMPS if with_lammps else SPEED
-        parts = (("Speed", columns, self.speed), ("Start and memory", START, self.start))
-        return [part for part in parts if part[2]]
+    def blocks(self):
+        raise NotImplementedError
 
     def text(self) -> str:
         """For the screen, in columns."""
         blocks = [self.machine]
-        for title, columns, rows in self._parts:
+        for title, columns, rows in self.blocks:
             heads = [(*column.title, "")[:2] for column in columns]
             lines = [*zip(*heads, strict=True), *_cells(columns, rows)]
             widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
@@ -136,7 +131,7 @@ class Table:
     def markdown(self) -> str:
         """For a README."""
         blocks = [self.machine]
-        for title, columns, rows in self._parts:
+        for title, columns, rows in self.blocks:
             lines = [
                 tuple(" ".join(column.title) for column in columns),
                 tuple(":---" if column.words else "---:" for column in columns),
@@ -145,6 +140,53 @@ class Table:
             table = [f"| {' | '.join(line)} |" for line in lines]
             blocks.append("\n".join([f"**{title}**", "", *table]))
         return "\n\n".join([*blocks, "\n".join(f"- {note}" for note in self.notes)]).rstrip()
+
+    def csv(self) -> str:
+        """One line a row; machine and notes are lines that begin with #."""
+        _, columns, rows = self.blocks[0]
+        return self._csv(columns, [[_short(getattr(r, c.name)) for c in columns] for r in rows])
+
+    def _csv(self, columns, rows) -> str:
+        out = io.StringIO()
+        out.writelines(f"# {line}\n" for line in (self.machine, *self.notes))
+        write = csv.writer(out, lineterminator="\n").writerow
+        write(f"{c.name} [{c.unit}]" if c.unit else c.name for c in columns)
+        for row in rows:
+            write(row)
+        return out.getvalue()
+
+    def to_csv(self, path) -> None:
+        """Write `csv` into a file."""
+        text = self.csv()
+        check(path, "; dusttaichi ").write_text(text)
+
+
+@dataclass(frozen=True)
+class RowTable(Table):
+    """One table of rows, each with the attributes that the columns name."""
+
+    title: str = ""
+    columns: tuple[Column, ...] = ()
+    rows: tuple = ()
+
+    @property
+    def blocks(self):
+        return [(self.title, self.columns, self.rows)]
+
+
+@dataclass(frozen=True)
+class SpeedTable(Table):
+    """speed: a Row a configuration; start: a Start for a number of grains and a precision."""
+
+    speed: tuple[Row, ...] = ()
+    start: tuple[Start, ...] = ()
+
+    @property
+    def blocks(self):
+        with_lammps = any(not math.isnan(row.lammps_ratio) for row in self.speed)
+        columns = SPEED + LAMMPS if with_lammps else SPEED
+        parts = (("Speed", columns, self.speed), ("Start and memory", START, self.start))
+        return [part for part in parts if part[2]]
 
     def csv(self) -> str:
         """One line a configuration, start and memory of its grains behind; empty where nothing is.
@@ -159,23 +201,11 @@ class Table:
             values = [getattr(row, column.name) for column in own]
             values += [getattr(start, column.name, math.nan) for column in more]
             rows.append(["" if value != value else value for value in values])
-        return csv_text(self, own + more, rows)
-
-    def to_csv(self, path) -> None:
-        """Write `csv` into a file."""
-        text = self.csv()
-        check(path, "; dusttaichi ").write_text(text)
+        return self._csv(own + more, rows)
 
 
-def csv_text(table, columns, rows) -> str:
-    """CSV of rows under the names and units of the columns; machine and notes behind # above."""
-    out = io.StringIO()
-    out.writelines(f"# {line}\n" for line in (table.machine, *table.notes))
-    write = csv.writer(out, lineterminator="\n").writerow
-    write(f"{c.name} [{c.unit}]" if c.unit else c.name for c in columns)
-    for row in rows:
-        write(row)
-    return out.getvalue()
+def _short(value):
+    return f"{value:.6g}" if isinstance(value, (int, float)) else value
 
 
 def _cells(columns, rows) -> list[tuple[str, ...]]:

@@ -1,4 +1,4 @@
-"""Speed of the continuum: what `dust bench --continuum` prints.
+"""Speed of the continuum: what `python -m benchmarks continuum` prints.
 
 A bead falls into a bed, in two dimensions and in three. Each size stays ready in processes with one
 thread and with two, which are timed in turn, round after round; a ratio is that of two neighbours
@@ -7,16 +7,19 @@ programs do with it; what two threads gain is told by the real clock.
 """
 
 import statistics
+import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
-from dusttaichi.scene import Scene, quantities
-from dusttaichi.studies.bench.table import Column, Table, csv_text, digits
-from dusttaichi.studies.bench.timing import Timed, check_file, machine
+import numpy as np
 
-TASK = "dusttaichi.studies.bench.continuum_task:answer"
+from benchmarks.table import Column, RowTable, digits
+from benchmarks.timing import check_file
+from dusttaichi.scene import Scene, quantities
+from dusttaichi.studies.bench import Timed, machine
+
 SIZES = {2: (5_000, 20_000, 65_000), 3: (20_000,)}  # particles of the bed, about, by dimension
 QUICK = {2: (5_000, 20_000), 3: (5_000,)}
 THREADS = (1, 2)
@@ -59,20 +62,6 @@ COLUMNS = (
 )
 
 
-@dataclass(frozen=True)
-class ContinuumTable(Table):
-    """speed: a Row each; nothing on start."""
-
-    @property
-    def _parts(self):
-        return [("Speed of the continuum", COLUMNS, self.speed)]
-
-    def csv(self) -> str:
-        """One line a size; machine and notes are lines that begin with #."""
-        rows = [[f"{getattr(row, c.name):.6g}" for c in COLUMNS] for row in self.speed]
-        return csv_text(self, COLUMNS, rows)
-
-
 def scene_of(dimension: int, particles: int, threads: int) -> Scene:
     """A bead of 1.1 mm at 0.65 m/s above a bed of about so many particles."""
     spacing = 1e-3 * (ROOM[dimension] / particles) ** (1.0 / dimension)
@@ -107,8 +96,8 @@ def main(
     out: str | Path | None = None,
     quick: bool = False,
     log: Callable[[str], None] = lambda line: None,
-) -> ContinuumTable:
-    """Measure every size; some three minutes, `quick` one. Returns a ContinuumTable.
+) -> RowTable:
+    """Measure every size; some three minutes, `quick` one. Returns a RowTable of a Row each.
 
     sizes: dimension -> numbers of particles. steps: of a timed stretch. rounds: 7, quick 5. out:
     CSV file to write. log: called with a line on what goes on.
@@ -125,7 +114,7 @@ def main(
         "in both passes and the motion; a neighbour: within reach of the kernel. Speed-up: ratios "
         "of real times of one round, which other programs disturb.",
     )
-    table = ContinuumTable(tuple(rows), (), machine(), notes)
+    table = RowTable(machine(), notes, "Speed of the continuum", COLUMNS, tuple(rows))
     if out is not None:
         table.to_csv(out)
     return table
@@ -133,7 +122,7 @@ def main(
 
 def _measure(dimension, particles, steps, rounds) -> Row:
     with ExitStack() as stack:
-        processes = [stack.enter_context(Timed(task=TASK)) for _ in THREADS]
+        processes = [stack.enter_context(Timed(f"{__name__}:answer")) for _ in THREADS]
         for process, threads in zip(processes, THREADS, strict=True):
             built = process.ask("build", scene=scene_of(dimension, particles, threads).to_yaml())
         steps = steps or max(LEAST_STEPS, PARTICLE_STEPS // built["particles"])
@@ -152,3 +141,54 @@ def _measure(dimension, particles, steps, rounds) -> Row:
         speed_up=statistics.median(one["real"] / two["real"] for one, two in found),
         spread=100.0 * (max(used) - min(used)) / statistics.median(used),
     )
+
+
+# -- in the worker ---------------------------------------------------------------------------------
+
+_held = {}
+
+
+def _neighbours(sim):
+    """Neighbours that a particle has within reach of the kernel, on average over those that have
+    any (what is rigid or held has none); images beyond faces count."""
+    first = sim.lists["first"].to_numpy(sim.n + 1)
+    entry = sim.lists["entry"].to_numpy()[: first[-1]]
+    x = sim.tables["x"].to_numpy()
+    here = np.repeat(x[: sim.n], np.diff(first), axis=0)
+    apart = np.linalg.norm(here - x[entry], axis=1)
+    some = max(1, np.count_nonzero(np.diff(first)))
+    return np.count_nonzero(apart < 2.0 * sim.numbers["h"]) / some
+
+
+def _build(scene):
+    """Build a scene (YAML) and make a few steps. Answers particles, neighbours, search [s]."""
+    from dusttaichi import method
+    from dusttaichi.scene import from_yaml
+
+    scene = from_yaml(scene)
+    motion = method.of(scene).build(scene, method.make_sample(scene))
+    motion.advance(1)
+    began = time.process_time()
+    motion.sim.search.now()
+    search = time.process_time() - began
+    _held["motion"] = motion
+    found = {"particles": motion.size, "neighbours": _neighbours(motion.sim)}
+    return found | {"search": search}
+
+
+def _timed(steps):
+    """Real time and processor time [s] of a step of the method, over whole steps of the run."""
+    motion = _held["motion"]
+    began, real, used = motion.sim.substeps, time.perf_counter(), time.process_time()
+    while motion.sim.substeps - began < steps:
+        motion.advance(1)
+    done = motion.sim.substeps - began
+    return {
+        "real": (time.perf_counter() - real) / done,
+        "used": (time.process_time() - used) / done,
+    }
+
+
+def answer(parent, *, do, **arguments):
+    """What the worker answers. do: "build" a scene, or measure `timed` steps of it."""
+    return {"build": _build, "timed": _timed}[do](**arguments)

@@ -1,19 +1,22 @@
-"""What a benchmark was asked for."""
+"""What all benchmarks share: the worker that is timed, its time a step, the plan of a benchmark."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from dusttaichi.studies.bench import sample as bench_sample
-from dusttaichi.studies.bench.timing import Timed
+from benchmarks import sample as bench_sample
+from dusttaichi.errors import DustError
+from dusttaichi.results.outputs import check
+from dusttaichi.studies.bench import Timed
 
+TASK = "benchmarks.task:answer"
 GRAIN_STEPS, LAMMPS_GRAIN_STEPS = 10_000_000, 1_000_000  # of a timed stretch, about a second
 LEAST_STEPS, LAMMPS_LEAST_STEPS = 200, 30
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What main was asked for, and where kernels are kept meanwhile."""
+    """What a benchmark measures, and where it keeps kernels meanwhile."""
 
     filling_factors: tuple[float, ...]
     threads: tuple[int, ...]
@@ -43,5 +46,20 @@ def prepare(recipe, log: Callable[[str], None], kernels: Path | None = None) -> 
     if bench_sample.load(recipe.path) is not None:
         return
     log(f"{recipe.grains} grains: making the sample of filling factor {recipe.filling_factor:g}")
-    with Timed(kernels) as process:
+    with Timed(TASK, kernels) as process:
         process.ask("prepare", grains=recipe.grains, filling_factor=recipe.filling_factor)
+
+
+def seconds_a_step(timing: dict) -> float:
+    """Seconds of a step, all in: the sum of what `task.Benchmark.time` answers."""
+    return timing["step"] + timing["search"] + timing["ledger"]
+
+
+def check_file(out) -> None:
+    """Refuse a file that cannot be written before ten minutes of measuring end at it."""
+    if out is None:
+        return
+    try:
+        check(out, "; dusttaichi ").open("a").close()
+    except OSError as error:
+        raise DustError(f"{out} cannot be written: {error.strerror}") from error

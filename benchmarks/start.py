@@ -5,11 +5,11 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from benchmarks import sample as bench_sample
+from benchmarks.table import Start
+from benchmarks.timing import TASK, Plan, prepare
 from dusttaichi.errors import DustError
-from dusttaichi.studies.bench import sample as bench_sample
-from dusttaichi.studies.bench.plan import Plan, prepare
-from dusttaichi.studies.bench.table import Start
-from dusttaichi.studies.bench.timing import Timed
+from dusttaichi.studies.bench import Timed
 
 
 def starts_and_precisions(plan: Plan, sizes, notes) -> tuple[list[Start], tuple[str, ...]]:
@@ -58,7 +58,7 @@ def _starts_of(plan: Plan, sizes, precision: str) -> Iterator[Start]:
 def _first_step(kernels: Path, recipe, precision: str) -> tuple[float, dict]:
     """Seconds from the start of a process to its first step, and its memory."""
     begin = time.perf_counter()
-    with Timed(kernels) as process:
+    with Timed(TASK, kernels) as process:
         try:
             process.ask(
                 "build", grains=recipe.grains, path=str(recipe.path), threads=1, precision=precision

@@ -1,13 +1,13 @@
-"""Growth of samples from grains that are not all alike, one grain or cluster after another.
+"""Aggregates grown shot after shot: of grains that are not all alike, of clusters, at an impact
+parameter.
 
-The rules are those of the generators of equal grains (pca, bcca, rbd, random_packing); what two
-grains touch at is their own equilibrium distance. Grains are taken in the order they were drawn.
+The rules are those of pca and bcca, which shoot many equal grains at once; what two grains touch at
+is their own equilibrium distance. Grains are taken in the order they were drawn.
 """
 
 from __future__ import annotations
 
 import numpy as np
-import scipy
 
 from dusttaichi.samples.ballistic import (
     across,
@@ -17,7 +17,6 @@ from dusttaichi.samples.ballistic import (
     random_rotations,
 )
 from dusttaichi.samples.mixture import Grains
-from dusttaichi.samples.sample import ROUNDING
 
 SHOTS = 8  # of one grain at once; the first that hits counts
 
@@ -42,7 +41,7 @@ class Aggregate:
     def add(self, body, grains: Grains, rng) -> None:
         """Shoot a body (n, 3) of grains, about its centre, at the aggregate."""
         x, before = self.positions, len(self.positions)
-        together = _joined(self.grains, grains)
+        together = self.grains.joined([grains])
         touch = together.distance(np.arange(before, len(together))[:, None], np.arange(before))
         # any disc that covers all does, where the impact parameter is even over it
         centre = np.zeros(3) if self.impact is None else self._centre()
@@ -128,102 +127,3 @@ def _collided(one, other, grains: Grains, rng):
         if np.isfinite(flight):
             flying[:, 2] -= flight
             return still, flying
-
-
-class Deposit:
-    """A laterally periodic deposit on the floor z = 0 that grows drop by drop (samples.rbd).
-
-    period: edge of the square [m]. grains: those dropped so far, positions (M, 3) [m].
-    """
-
-    def __init__(self, period: float, widest: float):
-        self.period = period
-        self.cells = max(1, int(period / widest))
-        self.members = [[] for _ in range(self.cells**2)]
-        self.positions, self.grains = np.empty((0, 3)), None
-
-    def drop(self, grains: Grains, rng) -> None:
-        """Let more grains fall, in their order."""
-        before = len(self.positions)
-        self.grains = grains if self.grains is None else _joined(self.grains, grains)
-        x = np.empty((len(self.grains), 3))
-        x[:before] = self.positions
-        x[before:, :2] = rng.random((len(grains), 2)) * self.period
-        for k in range(before, len(x)):
-            x[k, 2] = self._height(x, k)
-            self.members[self._cell(x[k])].append(k)
-        self.positions = x
-
-    def _cell(self, place) -> int:
-        i, j = (np.minimum(place[:2] / self.period * self.cells, self.cells - 1)).astype(int)
-        return int(i * self.cells + j)
-
-    def _near(self, place) -> np.ndarray:
-        """Numbers of the grains in the cells around a place."""
-        i, j = divmod(self._cell(place), self.cells)
-        n = self.cells
-        around = {((i + a) % n) * n + (j + b) % n for a in (-1, 0, 1) for b in (-1, 0, 1)}
-        return np.array([g for cell in sorted(around) for g in self.members[cell]], dtype=np.int64)
-
-    def _height(self, x, k) -> float:
-        """Height at which grain k comes to rest: on the floor, or on the highest that it meets."""
-        near = self._near(x[k])
-        floor = self.grains.radii[k]
-        if not len(near):
-            return floor
-        apart = x[near, :2] - x[k, :2]
-        apart -= self.period * np.round(apart / self.period)
-        left = self.grains.distance(k, near) ** 2 - (apart**2).sum(axis=1)
-        below = left > 0.0
-        return max(floor, np.max(x[near[below], 2] + np.sqrt(left[below]), initial=floor))
-
-    def surface(self, quantile: float) -> float:
-        """Height [m] that this share of the tops of the cells lies below."""
-        tops = [max((self.positions[g, 2] for g in cell), default=0.0) for cell in self.members]
-        return float(np.quantile(tops, quantile))
-
-
-def _joined(one: Grains, other: Grains) -> Grains:
-    radii = np.concatenate([one.radii, other.radii])
-    return Grains(radii, np.concatenate([one.numbers, other.numbers]), one.touch)
-
-
-def pushed_apart(points, period, grains: Grains, *, rounds: int, evaluations: int):
-    """Points (N, 3) [m] in a periodic cell moved until all stand at their distances or farther.
-
-    None if that does not come about.
-    """
-    unit = 2.0 * float(grains.radii.mean())
-    widest = 2.0 * float(grains.radii.max())
-    x, box = points / unit, period / unit
-
-    def energy(flat):
-        """Sum of (1 - distance/touch)^2/2 over pairs that are too near, and its gradient."""
-        at = np.mod(flat.reshape(-1, 3), box)
-        tree = scipy.spatial.cKDTree(at, boxsize=box)
-        i, j = tree.query_pairs(widest / unit, output_type="ndarray").T
-        apart = at[i] - at[j]
-        apart -= box * np.round(apart / box)
-        length = np.sqrt((apart**2).sum(axis=1))
-        # a little farther than needed, so that the springs leave no overlap in the end
-        wanted = grains.distance(i, j) / unit * (1.0 + 1e-5)
-        over = np.maximum(1.0 - length / wanted, 0.0)
-        pull = (-over / (wanted * np.maximum(length, 1e-12)))[:, None] * apart
-        gradient = np.zeros_like(at)
-        np.add.at(gradient, i, pull)
-        np.add.at(gradient, j, -pull)
-        worst = np.max(1.0 + 1e-5 - length / wanted * (1.0 + 1e-5), initial=0.0)
-        return 0.5 * float(np.sum(over**2)), gradient.reshape(-1), worst
-
-    for _ in range(rounds):
-        if energy(x.reshape(-1))[2] <= ROUNDING:
-            return np.mod(x, box) * unit
-        found = scipy.optimize.minimize(
-            lambda flat: energy(flat)[:2],
-            x.reshape(-1),
-            jac=True,
-            method="L-BFGS-B",
-            options={"maxfun": evaluations, "maxiter": evaluations, "ftol": 0.0, "gtol": 0.0},
-        )
-        x = np.mod(found.x.reshape(-1, 3), box)
-    return None

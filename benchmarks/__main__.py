@@ -1,0 +1,90 @@
+"""The command line of the benchmarks."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from dusttaichi.commands.app import main
+from dusttaichi.commands.console import remark, say, say_written
+from dusttaichi.commands.options import Overwrite, Settings, load_scene, writing
+from dusttaichi.studies.bench import machine
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="What the developers of dusttaichi measure. How fast this machine is: dust bench.",
+)
+Quick = Annotated[bool, typer.Option("--quick", help="less, in a few minutes")]
+Csv = Annotated[Path | None, typer.Option("--output", "-o", help="CSV file of the numbers")]
+
+
+@app.command()
+def speed(
+    *,
+    quick: Quick = False,
+    lammps: Annotated[bool, typer.Option(help="time LAMMPS on the same samples")] = True,
+    output: Csv = None,
+    force: Overwrite = False,
+):
+    """Measure ns a contact and a grain-step by size, filling factor, threads; beside LAMMPS."""
+    from benchmarks import speed
+
+    _show(speed.main, output, force, quick=quick, lammps=lammps)
+
+
+@app.command()
+def parts(
+    file: Annotated[
+        Path | None, typer.Argument(help="a scene of grains, its own parts", metavar="[FILE]")
+    ] = None,
+    *,
+    settings: Settings = None,
+    quick: Quick = False,
+    output: Csv = None,
+    force: Overwrite = False,
+):
+    """Measure what each part of a scene costs: with it and without it, in turn."""
+    from benchmarks import parts
+
+    scene = None if file is None else load_scene(file, settings=settings)
+    _show(parts.main, output, force, quick=quick, scene=scene)
+
+
+@app.command()
+def continuum(*, quick: Quick = False, output: Csv = None, force: Overwrite = False):
+    """Measure a particle-step of the continuum, in two and three dimensions."""
+    from benchmarks import continuum
+
+    _show(continuum.main, output, force, quick=quick)
+
+
+@app.command()
+def counts():
+    """Count the instructions a pair and a grain, where the system lets a program count them."""
+    from benchmarks import counts
+
+    say(machine())
+    for found in counts.main(log=remark):
+        say(found.text())
+
+
+@app.command()
+def runs(*, quick: Quick = False):
+    """Time whole runs on one thread, on all cores and as `threads: auto` chooses, in turn."""
+    from benchmarks import runs
+
+    say(f"\n{runs.main(quick=quick, log=remark)}")
+
+
+def _show(measure, output, force, **how):
+    with writing(force=force):
+        table = measure(out=output, log=remark, **how)
+    say(f"\n{table.text()}")
+    if output is not None:
+        say_written([output])
+
+
+if __name__ == "__main__":
+    main(app)

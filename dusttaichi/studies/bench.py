@@ -1,0 +1,198 @@
+"""How fast this machine is: what `dust bench` prints, within a minute or two.
+
+Two of the bundled scenes, one of each method, stay ready in processes with one thread and with all
+cores. These are timed in turn, round after round, so that what else the machine does falls on all
+of them; the numbers are medians of the rounds.
+"""
+
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+
+from dusttaichi.errors import DustError
+from dusttaichi.studies import speeds
+from dusttaichi.studies.workers import LOST, Worker, usable_cores
+
+SCENES = ("omni_static", "guettler2009/bead")
+ROUNDS, SECONDS = 5, 0.6  # how often each is timed, and for how long
+WARM_UP = 0.3  # s of steps before the first round
+BUSY = 15.0  # spread of the rounds [%] from which a remark is made
+
+
+class Timed:
+    """A worker process that holds one simulation and times it.
+
+    A context manager: the process ends with it, by itself, so that it writes its kernels to the
+    cache, or killed where something failed.
+
+    task: what answers it, "module:function". kernels: the folder where compiled kernels are kept,
+    Taichi's own by default.
+    """
+
+    def __init__(self, task: str, kernels: Path | None = None):
+        self._worker = Worker(task, kernels=kernels)
+
+    def ask(self, do: str, **arguments) -> dict:
+        """What the task answers to `do`. Raises DustError with what went wrong."""
+        answer = self._worker.ask(do=do, **arguments)
+        if answer.code == LOST:
+            raise DustError(answer.text.replace("the process", "A process of the benchmark"))
+        if answer.code != 0:
+            raise DustError(answer.text)
+        return answer.found
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, *_):
+        if kind is not None:
+            self._worker.kill()
+        self._worker.close()
+
+
+def machine(*further: str) -> str:
+    """One line on the machine and the versions. further: what else belongs in it."""
+    from dusttaichi.compute import processor
+    from dusttaichi.results.provenance import provenance
+
+    here = provenance("", "")
+    bits = processor.compiled_bits()
+    texts = [
+        f"{here['cpu']}, {here['cpu_cores']} cores",
+        "vectors of unknown width" if bits is None else f"vectors of {bits} bits",
+        f"Python {here['python_version']}",
+        f"Taichi {here['taichi_version']}",
+        f"dusttaichi {here['dusttaichi_version']}",
+    ]
+    return "; ".join([*texts, *further])
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Speed of a scene on so many threads: the medians of the rounds.
+
+    size: particles. contacts: between grains, None for a method without. seconds: of a step.
+    speed_up: over one thread. spread: largest minus smallest round over the median [%].
+    """
+
+    scene: str
+    size: int
+    contacts: int | None
+    threads: int
+    seconds: float
+    speed_up: float
+    spread: float
+
+    def text(self) -> str:
+        """The line of the table."""
+        words = "1 thread " if self.threads == 1 else f"{self.threads} threads"
+        what, number = ("contact", self.contacts) if self.contacts else ("particle", self.size)
+        line = f"  {words:<11}{1.0 / self.seconds:>9,.0f} steps/s"
+        line += f"{1e9 * self.seconds / number:>9.1f} ns a {what} and step"
+        return line if self.threads == 1 else f"{line}   {self.speed_up:.2f} times one thread"
+
+
+def main(
+    scenes=SCENES,
+    *,
+    rounds: int = ROUNDS,
+    seconds: float = SECONDS,
+    log: Callable[[str], None] = lambda line: None,
+) -> list[Timing]:
+    """Time the scenes on one thread and on all cores; the Timings, one by one.
+
+    scenes: names or files. seconds: of a timed stretch. The speeds are kept for `dust check`.
+    Raises DustError where a process fails.
+    """
+    threads = sorted({1, usable_cores()})
+    return [timing for scene in scenes for timing in _timings(scene, threads, rounds, seconds, log)]
+
+
+def _timings(name, threads, rounds, seconds, log):
+    from dusttaichi.scene import load
+
+    with ExitStack() as stack:
+        processes, built = [], []
+        for n in threads:
+            log(f"{name}: building it on {_threads(n)}")
+            processes.append(stack.enter_context(Timed(f"{__name__}:answer")))
+            built.append(processes[-1].ask("build", scene=str(name), threads=n))
+        log(f"{name}: timing it")
+        found = [[p.ask("time", span=seconds)["step"] for p in processes] for _ in range(rounds)]
+    for which, n in enumerate(threads):
+        own = [each[which] for each in found]
+        size, step = built[which]["size"], median(own)
+        scene = load(name).with_value("numerics.threads", n)
+        speeds.remember(speeds.speed_of(scene, size, step / size))
+        yield Timing(
+            str(name),
+            size,
+            built[which]["contacts"],
+            n,
+            seconds=step,
+            speed_up=median(each[0] / each[which] for each in found),
+            spread=100.0 * (max(own) - min(own)) / step,
+        )
+
+
+def text(timings: list[Timing]) -> str:
+    """The table for the screen, under the line on the machine."""
+    from dusttaichi.compute import processor
+
+    lines, shown = [machine()], None
+    for timing in timings:
+        if timing.scene != shown:
+            contacts = "" if timing.contacts is None else f", {timing.contacts:,} contacts"
+            lines += ["", f"{timing.scene}: {timing.size:,} particles{contacts}"]
+            shown = timing.scene
+        lines.append(timing.text())
+    worst = max(timing.spread for timing in timings)
+    remarks = [processor.warning()]
+    if worst > BUSY:
+        remarks.append(
+            f"The rounds differ by up to {worst:.0f} %: other programs use the machine, or its "
+            "clock changes. Repeat this when it is quiet."
+        )
+    return "\n".join([*lines, *(f"\n{remark}" for remark in remarks if remark)])
+
+
+def _threads(number):
+    return "one thread" if number == 1 else f"{number} threads"
+
+
+# -- in the worker ---------------------------------------------------------------------------------
+
+_held = {}
+
+
+def _build(scene, threads):
+    from dusttaichi import method
+    from dusttaichi.scene import load
+
+    scene = load(scene).with_value("numerics.threads", threads)
+    sim = _held["sim"] = method.of(scene).build(scene, method.make_sample(scene))
+    sim.advance(1)
+    _held["steps"] = 1
+    _time(WARM_UP)
+    return {"size": sim.size, "contacts": sim.measure().parts.get("contacts")}
+
+
+def _time(span):
+    """Seconds of a step, over steps that take about `span` seconds."""
+    sim, took, made = _held["sim"], 0.0, 0
+    while took < span:
+        began, first = time.perf_counter(), sim.step
+        sim.advance(_held["steps"])
+        each = time.perf_counter() - began
+        took, made = took + each, made + sim.step - first
+        # a tenth of the stretch a call, so that what a call costs does not count
+        _held["steps"] = max(1, round(_held["steps"] * min(10.0, 0.1 * span / each)))
+    return {"step": took / made}
+
+
+def answer(parent, *, do, **arguments):
+    """What the worker answers. do: "build" a scene, or "time" it."""
+    return {"build": _build, "time": _time}[do](**arguments)
