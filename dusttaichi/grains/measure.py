@@ -50,12 +50,14 @@ class Readout:
         owner = np.repeat(np.arange(self.grains), np.diff(start))
         owner, entry = owner[entry >= 0], entry[entry >= 0]
         row, lane = np.divmod(entry, width)
-        block, first = row >> 1, self.layout.load + 6 * (row & 1)
+        block, other, load = row >> 1, row & 1, self.layout.load
         out = np.empty((2, self.grains, 3))
         # one column after another, which takes little memory
-        for n in range(6):
-            own = self.fields["contact"].take(block, first + n, lane)
-            out[n // 3, :, n % 3] = np.bincount(owner, weights=own, minlength=self.grains)
+        for n in range(3):
+            force = self.fields["contact"].take(block, load + n, lane) * (1 - 2 * other)
+            torque = self.fields["contact"].take(block, load + 3 + 3 * other + n, lane)
+            for part, own in enumerate((force, torque)):
+                out[part, :, n] = np.bincount(owner, weights=own, minlength=self.grains)
         return out
 
     def wall_forces(self):
@@ -244,7 +246,7 @@ class Readout:
         d = self.distances(np.flatnonzero(on), i, j)
         distance = np.linalg.norm(d, axis=1)
         load = self.state.rows("load")[: len(on)][on].astype(float)
-        load, normal = (load[:, :3], load[:, 3:6], load[:, 9:12]), d / distance[:, None]
+        load, normal = (load[:, :3], load[:, 3:6], load[:, 6:9]), d / distance[:, None]
         i, j = self.order[i], self.order[j]
         radii = np.broadcast_to(self.radii, self.grains)
         own = radii[i][:, None], radii[j][:, None]

@@ -74,7 +74,6 @@ def _strike_in(sim, contacts, impulses, change):
     more = history[:, columns].sum(axis=1, keepdims=True) * change
     push = more[rows] * unit(d)
     load[rows, :3] += push
-    load[rows, 6:9] -= push
     if walls is not None:
         rows, _, wall = walls
         load[rows, :3] += more[rows] * sim.box.normal[wall]

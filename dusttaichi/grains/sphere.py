@@ -219,7 +219,7 @@ class MovingSphere:
         distance = np.linalg.norm(d, axis=1)
         number = sim.order[grain]
         radius = np.broadcast_to(sim.radii, sim.grains)[number]
-        load = load[:, :3], load[:, 3:6], load[:, 9:12]
+        load = load[:, :3], load[:, 3:6], load[:, 6:9]
         found = {"grain": number, "overlap": radius + self.radius - distance}
         found |= pair_parts(d / distance[:, None], load, (radius, self.radius))
         if sim.layout.contact_loss:

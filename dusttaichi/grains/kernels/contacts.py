@@ -240,7 +240,6 @@ class ContactPass:
             force = k.normal * law.form(k, h, p, dt, push)
             for c in ti.static(range(3)):
                 self.rows.add(b, first + c, lane, force[c])
-                self.rows.add(b, first + 6 + c, lane, -force[c])
             self.rows.keep(b, lane, h, 0.0)
 
     @ti.func

@@ -43,9 +43,10 @@ class Orientations:
 def make_gather(fields, layout):
     """Returns `total(g)`: force and torque on grain g, summed in the order of its list.
 
-    An entry is a row and a lane of the loads, of force and torque on the one grain or the other of
-    a contact, and a list ends with -1: a grain has four contacts or so, and what LLVM makes of a
-    loop over a known number of them, unrolled and vectorised, takes a third longer.
+    An entry is a block of contacts, the one grain or the other of a contact, and its lane; a list
+    ends with -1: a grain has four contacts or so, and what LLVM makes of a loop over a known number
+    of them, unrolled and vectorised, takes a third longer. The rows of the force are the same for
+    both grains, so that their addresses differ by constants.
     """
     W = layout.width  # a power of two
     shift = W.bit_length() - 1
@@ -59,10 +60,12 @@ def make_gather(fields, layout):
         code = entry[e]
         while code >= 0:
             row, k = code >> shift, code & (W - 1)
-            b, n = row >> 1, LOAD + 6 * (row & 1)
-            own = ti.Vector([contact[b, n + m, k] for m in ti.static(range(6))])
-            force += ti.cast(own[:3], layout.geometry)
-            torque += ti.cast(own[3:], layout.geometry)
+            b, other = (row >> 1) & layout.mask, row & 1
+            sign = ti.cast(1 - 2 * other, layout.geometry)
+            for m in ti.static(range(3)):
+                force[m] += sign * ti.cast(contact[b, LOAD + m, k], layout.geometry)
+                own = contact[b, LOAD + 3 + 3 * other + m, k]
+                torque[m] += ti.cast(own, layout.geometry)
             e += 1
             code = entry[e]
         return force, torque

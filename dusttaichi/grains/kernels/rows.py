@@ -64,8 +64,7 @@ class Rows:
 
     @ti.func
     def put_loads(self, b, lane, found: ti.template()):
-        """Force and torque on the first body, then on the second."""
+        """Force and torque on the first body, torque on the second: the force on it is opposite."""
         self.put_vector(b, self.load, lane, found.force)
         self.put_vector(b, self.load + 3, lane, found.torque_1)
-        self.put_vector(b, self.load + 6, lane, -found.force)
-        self.put_vector(b, self.load + 9, lane, found.torque_2)
+        self.put_vector(b, self.load + 6, lane, found.torque_2)

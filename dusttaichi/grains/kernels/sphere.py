@@ -42,7 +42,7 @@ def make_sphere(fields, layout):
     def loads():
         first, n = counts[FIRST_SPHERE], whole(counts[ON_SPHERE], W)
         force = ti.Vector([along(first, n, 0), along(first, n, 1), along(first, n, 2)])
-        torque = ti.Vector([along(first, n, 9), along(first, n, 10), along(first, n, 11)])
+        torque = ti.Vector([along(first, n, 6), along(first, n, 7), along(first, n, 8)])
         return -force, torque
 
     @ti.func

@@ -25,7 +25,7 @@ ON_SPHERE, FIRST_SPHERE = 7, 8  # contacts with the sphere, and their first bloc
 WALL_SECTIONS = 9  # see `wall_sections`
 COUNTS = 10
 SPHERE = 2  # number of the sphere behind the grains: two that fill empty lanes stand before it
-LOADS = 12  # force and torque on both bodies of a contact
+LOADS = 9  # force on the first body of a contact, torques on both
 
 
 @dataclass(frozen=True)
