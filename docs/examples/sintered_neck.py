@@ -46,11 +46,11 @@ class SinteredNeck:
         "neck_lever": Number("1", "tension over that of the bending force R k theta"),
     }
     HISTORY = {
-        "neck": History("1", "1 where a neck is whole", result="neck"),
-        "neck_rest": History("m", "overlap when it was made"),
-        "neck_phi": History("rad", "twist of the neck"),
-        "neck_xi": History("m", "bending, as a rolling displacement", 3),
-        "neck_zeta": History("m", "shear", 3),
+        "neck": History("1", "1 where a neck is whole, -1 where there is none", 1, "neck"),
+        "neck_rest": History("m", "overlap when it was made", 1, "neck_rest"),
+        "neck_phi": History("rad", "twist of the neck", 1, "neck_twist"),
+        "neck_xi": History("m", "bending, as a rolling displacement", 3, "neck_bending"),
+        "neck_zeta": History("m", "shear", 3, "neck_shear", odd=True),
     }
     CHANNEL = "neck"
     STIFFNESS = {
@@ -88,29 +88,32 @@ class SinteredNeck:
     @staticmethod
     @ti.func
     def update(k: ti.template(), h: ti.template(), p, dt):
-        start = ti.select(dt > 0.0, 0.0, 1.0)  # contacts of the start have necks
-        before = start * k.now + (1.0 - start) * h.neck
-        h.neck_rest = start * k.overlap + (1.0 - start) * h.neck_rest
+        # contacts of the start have necks, but for those that a sample brings along without
+        made = ti.select(dt > 0.0, 0.0, 1.0 - h.neck * h.neck)
+        before = made * k.now + ti.max(h.neck, 0.0)
+        h.neck_rest = made * k.overlap + (1.0 - made) * h.neck_rest
         h.neck_xi = before * across(h.neck_xi + k.rolling_rate * dt, k.normal)
         h.neck_zeta = before * across(h.neck_zeta + k.sliding_rate * dt, k.normal)
         h.neck_phi = before * (h.neck_phi + (k.rotation_1 - k.rotation_2).dot(k.middle))
         bending = p.neck_bend * ti.sqrt(h.neck_xi.dot(h.neck_xi))
         tension = p.neck_stretch * (h.neck_rest - k.overlap) + p.neck_lever * bending
-        h.neck = ti.select(tension > p.neck_force, 0.0, before) * k.now
-        return (before - h.neck) * SinteredNeck.stored(k, h, p)
+        whole = ti.select(tension > p.neck_force, 0.0, before) * k.now
+        h.neck = 2.0 * whole - 1.0
+        return (before - whole) * SinteredNeck.stored(k, h, p)
 
     @staticmethod
     @ti.func
     def evaluate(k: ti.template(), h: ti.template(), p, load: ti.template()):
-        shear = h.neck_zeta * (-p.neck_shear * h.neck)
-        couple = (h.neck_xi * (p.R * p.neck_bend * h.neck)).cross(k.normal)
-        couple += k.normal * (p.neck_twist * h.neck_phi * h.neck)
+        whole = ti.max(h.neck, 0.0)
+        shear = h.neck_zeta * (-p.neck_shear * whole)
+        couple = (h.neck_xi * (p.R * p.neck_bend * whole)).cross(k.normal)
+        couple += k.normal * (p.neck_twist * h.neck_phi * whole)
         turn = k.normal.cross(shear) * (1.0 - k.overlap * p.inv_sum)
-        load.push += p.neck_stretch * (k.overlap - h.neck_rest) * h.neck
+        load.push += p.neck_stretch * (k.overlap - h.neck_rest) * whole
         load.force += shear
         load.torque_1 -= couple + turn * p.r1
         load.torque_2 += couple - turn * p.r2
-        return h.neck * SinteredNeck.stored(k, h, p)
+        return whole * SinteredNeck.stored(k, h, p)
 
 
 register("effects", "neck", SinteredNeck, Neck)

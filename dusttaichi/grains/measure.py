@@ -261,7 +261,7 @@ class Readout:
             "torque_i": load[1],
             "torque_j": load[2],
             **pair_parts(normal, load, (radii[i], radii[j])),
-            **self._history(state),
+            **self.history_of(state),
         }
 
     def distances(self, rows, i, j):
@@ -284,7 +284,7 @@ class Readout:
             return 2.0 * self.radius
         return self.radii[i] + self.radii[j]
 
-    def _history(self, history):
+    def history_of(self, history):
         """What contacts have kept, by the names of the result, in internal units; losses [fJ] where
         they are followed. Zeros for what the scene does not have."""
         zero, rows = np.zeros(len(history)), self.layout.rows
@@ -318,7 +318,7 @@ class Readout:
         found = {"grain": self.order[grain], "wall": wall, "pointer": pointer}
         found |= {"force": load[:, :3], "torque": load[:, 3:6], "foot": foot + way}
         parts = wall_parts(normal, (found["force"], found["torque"]), radius)
-        return found | {"overlap": radius - distance} | parts | self._history(state)
+        return found | {"overlap": radius - distance} | parts | self.history_of(state)
 
     def wall_distances(self):
         """Distance of every centre from every wall [um], (N, 6), in the sample's order."""

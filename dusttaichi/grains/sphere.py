@@ -9,6 +9,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.grains.grain_contacts import moving, size_ranges
 from dusttaichi.grains.kernels.store import SPHERE
 from dusttaichi.grains.pointers import touching
+from dusttaichi.grains.variables import own_history
 from dusttaichi.names import AXES, WALLS
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.parts import pair_parts
@@ -222,8 +223,10 @@ class MovingSphere:
         load = load[:, :3], load[:, 3:6], load[:, 6:9]
         found = {"grain": number, "overlap": radius + self.radius - distance}
         found |= pair_parts(d / distance[:, None], load, (radius, self.radius))
+        kept = sim.history_of(state[on])
+        found |= {h.result: kept[h.result] for h in own_history(sim.layout.model)}
         if sim.layout.contact_loss:
-            found["loss"] = state[on, sim.layout.rows["lost"][0] :]
+            found["loss"] = kept["loss"]
         return found | {"force": load[0], "torque": load[1]}
 
     def impulses(self):

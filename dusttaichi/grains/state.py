@@ -19,7 +19,7 @@ from dusttaichi.grains.kernels.store import (
     WALL_BLOCKS,
 )
 from dusttaichi.grains.pointers import pair_displacements, unit, wall_displacements
-from dusttaichi.units import LENGTH
+from dusttaichi.units import LENGTH, internal
 
 
 def _by_contact(a):
@@ -222,7 +222,8 @@ class GrainState:
         r_i, r_j = radii[contacts["i"][known], None], radii[contacts["j"][known], None]
         own = np.where(swapped, r_j, r_i), np.where(swapped, r_i, r_j)
         found = pair_displacements(first[known], second[known], unit(d[rows]), own)
-        self._put_springs(rows, known, contacts, *found)
+        brought = {name: values[known] for name, values in contacts.items()}
+        self._put_springs(rows, brought, found, np.where(swapped, -1.0, 1.0))
 
     def take_wall_contacts(self, contacts, radii, normals):
         """Pointers, foot points and twist of contacts with walls that a sample brings along.
@@ -241,20 +242,25 @@ class GrainState:
         grain, wall = contacts["grain"][known], contacts["wall"][known]
         around = self["x"][self.rank[grain]], radii[grain, None], normals[wall]
         pointer, foot = contacts["pointer"][known], contacts["foot"][known] / LENGTH
-        self._put_springs(rows, known, contacts, *wall_displacements(pointer, foot, around))
+        brought = {name: values[known] for name, values in contacts.items()}
+        self._put_springs(rows, brought, wall_displacements(pointer, foot, around))
 
-    def _put_springs(self, rows, known, contacts, xi, zeta):
-        """Into these rows the contacts that are known: displacements (rows, 3), and what else of
-        the history they bring along by the names of the result."""
+    def _put_springs(self, rows, contacts, displacements, order=1.0):
+        """Into these rows the contacts: displacements xi, zeta (rows, 3), and what else of the
+        history they bring along by the names of the result. order: -1 where the sample has the two
+        bodies of a contact the other way round, (rows, 1)."""
         history, layout = self.rows("history"), self.layout
-        for name, values in (("xi", xi), ("zeta", zeta), ("touched", np.ones((len(rows), 1)))):
+        springs = (*displacements, np.ones((len(rows), 1)))
+        for name, values in zip(("xi", "zeta", "touched"), springs, strict=True):
             first, width = layout.rows[name]
             history[rows, first : first + width] = values
         for name, own in layout.model.history.items():
             if own.result in contacts:
                 first, width = layout.rows[name]
-                values = own.sign * contacts[own.result][known]
-                history[rows, first : first + width] = values.reshape(len(rows), width)
+                values = contacts[own.result].reshape(len(rows), -1)
+                if values.shape[1] == width:  # another effect may have used the name otherwise
+                    values = own.sign * values / internal(own.unit) * (order if own.odd else 1.0)
+                    history[rows, first : first + width] = values
         self.put_rows("history", history)
 
     # -- checkpoint ------------------------------------------------------------------------------

@@ -1,5 +1,7 @@
 """The variables of the result of grains, each declared once; results.variables has the others."""
 
+from dataclasses import replace
+
 from dusttaichi.names import WALLS
 from dusttaichi.results.variables import declare, declared
 
@@ -230,15 +232,23 @@ VARIABLES = {v.key: v for v in declared(_TABLE, _TYPES, _COUNTS)}
 
 def variables_of(model):
     """Variables of the contact history that registered effects of a ContactModel declare."""
-    own = [
-        h for h in model.history.values() if h.result and f"contacts/{h.result}" not in VARIABLES
-    ]
-    out = ()
-    for group, needs in (("contacts", ""), ("wall_contacts", "walls ")):
+    own, out = own_history(model), ()
+    for group, needs in (
+        ("contacts", ""),
+        ("wall_contacts", "walls "),
+        ("sphere_contacts", "sphere "),
+    ):
         row, features = group.removesuffix("s"), f"{needs}snapshots contacts"
         rows = [
             (h.result, f"{row} xyz" if h.components == 3 else row, h.unit, h.meaning, "", features)
             for h in own
         ]
-        out += declare(group, rows)
+        out += tuple(replace(v, history=True) for v in declare(group, rows))
     return out
+
+
+def own_history(model):
+    """History of registered effects that the result has, beside that of all models."""
+    return [
+        h for h in model.history.values() if h.result and f"contacts/{h.result}" not in VARIABLES
+    ]

@@ -75,6 +75,8 @@ def _define_variable(folder, variable, sizes, ragged, checked):
         variable.name, variable.dtype, variable.dims, fill_value=fill, **options
     )
     new.units, new.long_name = variable.units, variable.long_name
+    if variable.history:
+        new.contact_history = "kept"
     if variable.source:
         new.comment = f"{SOURCE}{variable.source}"
     if variable.group != "series" and not ragged and variable.grows:

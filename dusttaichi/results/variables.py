@@ -45,7 +45,8 @@ class Variable:
     """One variable of the result file.
 
     needs: the features that a scene must have to have it. counts: the dimension whose rows it
-    counts, where it says how many rows of a ragged group belong to each record.
+    counts, where it says how many rows of a ragged group belong to each record. history: a contact
+    keeps it, and a sample that is read from the result takes it along.
     """
 
     group: str
@@ -57,6 +58,7 @@ class Variable:
     dtype: str = "f8"
     needs: frozenset = frozenset()
     counts: str = ""
+    history: bool = False
 
     @property
     def key(self):

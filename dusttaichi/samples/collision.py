@@ -160,9 +160,10 @@ def _body(sample: Sample, turn: np.ndarray, masses=None) -> Sample:
     """A sample about its centre of mass, turned; its contacts turn with it."""
     contacts = None
     if sample.contacts is not None:
-        contacts = dict(sample.contacts)
-        for pointer in ("pointer_i", "pointer_j"):
-            contacts[pointer] = contacts[pointer] @ turn.T
+        contacts = {
+            name: values @ turn.T if values.ndim == 2 else values
+            for name, values in sample.contacts.items()
+        }
     centre, speed = sample.positions.mean(axis=0), sample.velocities.mean(axis=0)
     if masses is not None:
         centre, speed = (masses @ a / masses.sum() for a in (sample.positions, sample.velocities))
@@ -183,9 +184,16 @@ def _joined_contacts(one: Sample, other: Sample) -> dict | None:
     ]
     if not brought:
         return None
-    return {
-        key: np.concatenate(
-            [contacts[key] + (first if key in ("i", "j") else 0) for contacts, first in brought]
-        )
-        for key in brought[0][0]
+    shapes = {
+        name: values.shape[1:] for contacts, _ in brought for name, values in contacts.items()
     }
+    joined = {}
+    for name, shape in shapes.items():
+        # what one body's contacts keep for an effect that the other's did not have is zero there
+        parts = [
+            contacts.get(name, np.zeros((len(contacts["i"]), *shape))) for contacts, _ in brought
+        ]
+        if name in ("i", "j"):
+            parts = [part + first for part, (_, first) in zip(parts, brought, strict=True)]
+        joined[name] = np.concatenate(parts)
+    return joined

@@ -190,9 +190,11 @@ class _Snapshot:
         if there < stop:
             raise DustError(f"{where}: it holds {there} {what}; allowed: {stop}, as it counts.")
         rows = {}
-        for ours, theirs in names.items():
+        registered = [name for name, v in held.items() if "contact_history" in v.attrs]
+        for ours, theirs in (names | dict(zip(registered, registered, strict=True))).items():
             rows[ours] = self._plain(held[theirs][start:stop].values, theirs)
-            shape = (stop - start, 3) if ours in _VECTORS else (stop - start,)
+            vector = ours in _VECTORS or (ours in registered and held[theirs].ndim == 2)
+            shape = (stop - start, 3) if vector else (stop - start,)
             if rows[ours].shape != shape:
                 raise DustError(
                     f"{where}: {theirs} of its {what} has the shape {rows[ours].shape}; allowed: "

@@ -25,6 +25,7 @@ from dusttaichi.grains.time_step import time_step
 from dusttaichi.physics.contact import constants
 from dusttaichi.run import execute
 from dusttaichi.run.ledger import ledger
+from dusttaichi.samples import make
 from dusttaichi.scene import load
 
 LINES = 120  # of an example
@@ -202,7 +203,7 @@ def test_a_weak_neck_breaks_into_the_bare_contact():
         start = measurement(probe.sim)
         probe.advance(1000)
         residual, now = open_part(probe, start)
-        assert probe.sim.contact_state()["neck"].tolist() == [0.0]
+        assert probe.sim.contact_state()["neck"].tolist() == [-1.0]
         assert now.parts["contacts"] == 1 and now.parts["loss"][-1] > 0.0
         assert abs(residual) < 5e-3
 
@@ -217,6 +218,30 @@ def test_necks_are_in_the_result(tmp_path):
             for group in ("contacts", "wall_contacts"):
                 whole = run.contacts(snapshot=0, group=group).neck
                 assert whole.size and (whole == 1.0).all()
+
+
+def test_a_sample_brings_its_necks_along(tmp_path):
+    """As they were, turned with a body that is turned; where one is broken no new one is made."""
+    with registered(), extensions_forgotten():
+        scene = load(EXAMPLES / "sintered_neck.yaml").with_value("stop", {"steps": 2000})
+        scene = scene.with_value("material.properties.neck_strength", "1 kPa")
+        folder = execute(scene, tmp_path / "run")
+        taken = {"kind": "explicit", "file": str(folder), "keep": ["walls", "box"]}
+        again = Probe(scene.with_value("sample", taken), make(scene.with_value("sample", taken)))
+        with open_run(folder) as run:
+            for group, found in (
+                ("contacts", again.sim.contact_state()),
+                ("wall_contacts", again.sim.wall_contact_state()),
+            ):
+                old = run.contacts(group=group)
+                assert set(old.neck.values) == {-1.0, 1.0}, group
+                keys = ("grain_i", "grain_j") if group == "contacts" else ("grain", "wall")
+                before, after = (np.lexsort([np.asarray(a[k]) for k in keys]) for a in (old, found))
+                for name in ("neck", "neck_rest", "neck_twist", "neck_bending", "neck_shear"):
+                    scale = 1e-6 if name in ("neck_rest", "neck_bending", "neck_shear") else 1.0
+                    values = np.asarray(old[name])[before]
+                    # single precision, the default, of what is up to a nanometre
+                    np.testing.assert_allclose(scale * found[name][after], values, atol=1e-15)
 
 
 def test_necks_of_unequal_grains_and_walls():

@@ -143,6 +143,10 @@ def test_bodies_that_move_and_have_contacts(tmp_path):
             contacts.createVariable(name, "f8", ("contact",))[0] = number
         for name, pointer in (("pointer_i", [0, 0, 1]), ("pointer_j", [0, 0, -1])):
             contacts.createVariable(name, "f8", ("contact", "xyz"))[0] = pointer
+        # of an effect of its own, whose vector turns as well; one of no effect stays behind
+        for name, mark in (("bending", "contact_history"), ("other", "comment")):
+            contacts.createVariable(name, "f8", ("contact", "xyz"))[0] = [0, 0, 2]
+            contacts[name].setncattr(mark, "kept")
     body = {"kind": "explicit", "file": str(tmp_path / "body.nc")}
     chain = {"kind": "chain", "grains": 3}
     sample = collision(target=chain, projectile=body)
@@ -151,6 +155,8 @@ def test_bodies_that_move_and_have_contacts(tmp_path):
     line = (sample.positions[4] - sample.positions[3]) / D
     np.testing.assert_allclose(held["pointer_i"][0], line, atol=1e-9)
     np.testing.assert_allclose(held["pointer_j"][0], -line, atol=1e-9)
+    np.testing.assert_allclose(held["bending"][0], 2 * line, atol=1e-9)
+    assert "other" not in held
     np.testing.assert_allclose(sample.spins[3], 5 * line, atol=1e-8)
     np.testing.assert_allclose(sample.velocities[3] - sample.velocities[4], 2 * line, atol=1e-9)
     np.testing.assert_allclose(sample.velocities.sum(axis=0), 0, atol=1e-14)

@@ -28,8 +28,9 @@ class Property:
 class History:
     """A number that a contact keeps from step to step: SI unit, meaning, components (1 or 3).
 
-    result: name of the variable under which /contacts of the result has it; "" for none. sign:
-    -1 where the result has the opposite sign.
+    result: name of the variable under which /contacts of the result has it, from where samples take
+    it along; "" for none. sign: -1 where the result has the opposite sign. odd: it changes sign
+    where the two bodies change places, as a displacement of the first against the second does.
     """
 
     unit: str
@@ -37,3 +38,4 @@ class History:
     components: int = 1
     result: str = ""
     sign: int = 1
+    odd: bool = False
