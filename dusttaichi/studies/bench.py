@@ -1,4 +1,4 @@
-"""How fast this machine is: what `dust bench` prints, within a minute or two.
+"""How fast this machine is: what `dust bench` prints, in a minute or two.
 
 Two of the bundled scenes, one of each method, stay ready in processes with one thread and with all
 cores. These are timed in turn, round after round, so that what else the machine does falls on all
@@ -13,7 +13,6 @@ from pathlib import Path
 from statistics import median
 
 from dusttaichi.errors import DustError
-from dusttaichi.studies import speeds
 from dusttaichi.studies.workers import LOST, Worker, usable_cores
 
 SCENES = ("omni_static", "guettler2009/bead")
@@ -104,16 +103,13 @@ def main(
 ) -> list[Timing]:
     """Time the scenes on one thread and on all cores; the Timings, one by one.
 
-    scenes: names or files. seconds: of a timed stretch. The speeds are kept for `dust check`.
-    Raises DustError where a process fails.
+    scenes: names or files. seconds: of a timed stretch. Raises DustError where a process fails.
     """
     threads = sorted({1, usable_cores()})
     return [timing for scene in scenes for timing in _timings(scene, threads, rounds, seconds, log)]
 
 
 def _timings(name, threads, rounds, seconds, log):
-    from dusttaichi.scene import load
-
     with ExitStack() as stack:
         processes, built = [], []
         for n in threads:
@@ -124,17 +120,13 @@ def _timings(name, threads, rounds, seconds, log):
         found = [[p.ask("time", span=seconds)["step"] for p in processes] for _ in range(rounds)]
     for which, n in enumerate(threads):
         own = [each[which] for each in found]
-        size, step = built[which]["size"], median(own)
-        scene = load(name).with_value("numerics.threads", n)
-        speeds.remember(speeds.speed_of(scene, size, step / size))
         yield Timing(
             str(name),
-            size,
-            built[which]["contacts"],
-            n,
-            seconds=step,
+            **built[which],
+            threads=n,
+            seconds=median(own),
             speed_up=median(each[0] / each[which] for each in found),
-            spread=100.0 * (max(own) - min(own)) / step,
+            spread=100.0 * (max(own) - min(own)) / median(own),
         )
 
 
@@ -175,9 +167,10 @@ def _build(scene, threads):
     scene = load(scene).with_value("numerics.threads", threads)
     sim = _held["sim"] = method.of(scene).build(scene, method.make_sample(scene))
     sim.advance(1)
+    found = {"size": sim.size, "contacts": sim.measure().parts.get("contacts")}
     _held["steps"] = 1
     _time(WARM_UP)
-    return {"size": sim.size, "contacts": sim.measure().parts.get("contacts")}
+    return found
 
 
 def _time(span):
