@@ -24,7 +24,7 @@ interaction: {rolling: {modifier: 8}, sliding: {modifier: 2.5}, damping: viscous
 sample: {kind: rbd, grains: 60, seed: 3}
 boundary: {kind: box, wall_speed: 1 m/s}
 stop: {steps: 300}
-numerics: {time_step: 0.3 ns}
+numerics: {time_step: 0.3 ns, threads: 1}
 output: {series: {steps: 50}, profiles: off, snapshots: off, checkpoint: 1000 s}
 """
 
