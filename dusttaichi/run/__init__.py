@@ -11,7 +11,7 @@ from dusttaichi.errors import GuardStop
 from dusttaichi.run.error_bar import States, estimate
 from dusttaichi.run.interrupts import Interrupts, before_the_first_step
 from dusttaichi.run.opening import Opening
-from dusttaichi.run.report import Report
+from dusttaichi.run.state import Report
 
 __all__ = ["Report", "execute", "run_directory"]
 

@@ -12,7 +12,6 @@ from dusttaichi import units
 from dusttaichi.errors import DustError
 from dusttaichi.names import NEVER
 from dusttaichi.results.variables import declare
-from dusttaichi.run.averages import close_window, open_window
 from dusttaichi.run.ledger import turnover
 from dusttaichi.run.schedule import next_step
 
@@ -50,7 +49,7 @@ class Series(Activity):
         self._write(None)
 
     def act(self):
-        self._write(close_window(self.run.state, self.run.sim))
+        self._write(self.run.state.close_window(self.run.sim))
 
     def _write(self, window):
         run, sim = self.run, self.run.sim
@@ -103,7 +102,7 @@ class Averages(Activity):
         return begin if begin > step else NEVER
 
     def act(self):
-        open_window(self.run.state, self.run.sim)
+        self.run.state.open_window(self.run.sim)
 
 
 class EndCheck(Activity):

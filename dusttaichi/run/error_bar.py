@@ -21,7 +21,7 @@ from dusttaichi.errors import GuardStop, Interrupted
 from dusttaichi.method import State, Window
 from dusttaichi.run import checkpoint
 from dusttaichi.run.ledger import ledger
-from dusttaichi.run.report import Report
+from dusttaichi.run.state import Report
 
 FOLDER = ".error_bar"  # of a run directory, while the run goes on
 FIRST = 256  # steps between the first states

@@ -10,8 +10,7 @@ from contextlib import contextmanager, nullcontext
 
 from dusttaichi.errors import GuardStop, Interrupted
 from dusttaichi.run import activities, ledger, stages
-from dusttaichi.run.averages import open_window
-from dusttaichi.run.report import Report
+from dusttaichi.run.state import Report
 from dusttaichi.run.stop import End
 
 BURST_SECONDS = 0.25  # of real time between two checks of the clock, the guards and Ctrl-C
@@ -68,7 +67,7 @@ class Run:
 
     def begin(self):
         """Step 0: the first records and the first state."""
-        open_window(self.state, self.sim)
+        self.state.open_window(self.sim)
         for activity in self.activities:
             activity.begin()
 
@@ -162,7 +161,7 @@ class Run:
         self.snapshots.act()
         self.sim.drive(self.scene.stage_plans[following].drive)
         self.state.begin_stage(following, self.sim.step)
-        open_window(self.state, self.sim)
+        self.state.open_window(self.sim)
         self.plan_stage()
         for activity in self.activities:
             activity.begin_stage()

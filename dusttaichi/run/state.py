@@ -1,10 +1,11 @@
-"""What decides how a run goes on, beside the state of its simulation: part of every checkpoint."""
+"""What decides how a run goes on, beside the state of its simulation: part of every checkpoint; and
+what it reports of itself meanwhile."""
 
 from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
-from dusttaichi.method import Start
+from dusttaichi.method import Start, Window
 
 
 @dataclass
@@ -45,6 +46,16 @@ class RunState:
         self.stage, self.first, self.ended, self.tension = stage, step, "", Tension()
         self.pressures, self.settling = [], []
 
+    def open_window(self, sim):
+        """The average of the next record begins at this step."""
+        self.opened, self.sums = sim.step, sim.sums()
+
+    def close_window(self, sim):
+        """The Window that ends at this step; the next one opens."""
+        opened, before = self.opened, self.sums
+        self.open_window(sim)
+        return Window(before, self.sums, (sim.step - opened) * sim.dt)
+
     def to_meta(self):
         """Plain data that JSON can hold."""
         return asdict(self) | {"sums": {k: np.asarray(v).tolist() for k, v in self.sums.items()}}
@@ -57,3 +68,19 @@ class RunState:
             "sums": {name: np.array(values) for name, values in meta["sums"].items()},
         }
         return cls(**(meta | own))
+
+
+@dataclass
+class Report:
+    """How far a run is, for whoever shows it.
+
+    filling_factor, pressure [Pa]: None where there is none. task: what goes on, where it is not the
+    run itself.
+    """
+
+    step: int
+    end: int
+    filling_factor: float | None
+    pressure: float | None
+    steps_per_second: float
+    task: str = ""

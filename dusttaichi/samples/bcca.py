@@ -22,22 +22,19 @@ from dusttaichi.samples.ballistic import first_touch, random_in_disc, random_rot
 from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import (
-    SharesField,
-    SizesField,
+    MixtureBlock,
     drawn,
     mixed,
     sized,
-    unknown_shares,
 )
-from dusttaichi.samples.registry import SampleBlock, register
+from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import Sample
-from dusttaichi.samples.values import Seed
 from dusttaichi.scene.fields import Count, Number
 
 MOST_GRAINS = 2**20  # a minute or two
 
 
-class BccaSample(SampleBlock):
+class BccaSample(MixtureBlock):
     """An aggregate grown by ballistic collisions of equal clusters (BCCA)."""
 
     kind: Literal["bcca"]
@@ -50,12 +47,6 @@ class BccaSample(SampleBlock):
         description="grains of the smaller over those of the larger of two clusters that meet "
         "(quasi-BCCA); 1: equal ones",
     )
-    sizes: SizesField = None
-    shares: SharesField = None
-    seed: Seed = Field(1, description="seed of the random numbers")
-
-    def conflicts(self, scene) -> list[tuple[str, str]]:
-        return unknown_shares(self.shares, scene)
 
 
 def generations(grains: int, distance: float, rng) -> Iterator[np.ndarray]:

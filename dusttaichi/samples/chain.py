@@ -11,34 +11,27 @@ from dusttaichi.names import AXES
 from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import (
-    SharesField,
-    SizesField,
+    MixtureBlock,
     drawn,
     mixed,
     sized,
-    unknown_shares,
 )
-from dusttaichi.samples.registry import SampleBlock, register
+from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import Sample
 from dusttaichi.samples.values import Seed
 from dusttaichi.scene.boundary import AxisName
 from dusttaichi.scene.fields import Count
 
 
-class ChainSample(SampleBlock):
+class ChainSample(MixtureBlock):
     """A straight chain of grains in equilibrium contact."""
 
     kind: Literal["chain"]
     grains: Count = Field(description="number of grains")
     axis: AxisName = Field("z", description="direction of the chain")
-    sizes: SizesField = None
-    shares: SharesField = None
     seed: Seed | None = Field(
         None, description="seed of the sizes and materials that are drawn, default 1"
     )
-
-    def conflicts(self, scene) -> list[tuple[str, str]]:
-        return unknown_shares(self.shares, scene)
 
 
 @register(ChainSample)

@@ -8,15 +8,16 @@ the grains too. Each grain is drawn on its own, in the order in which the genera
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from dusttaichi.physics.contact.constants import interface
 from dusttaichi.samples.materials import Materials
+from dusttaichi.samples.registry import SampleBlock
 from dusttaichi.samples.sample import ROUNDING, Sample, touching_pairs
-from dusttaichi.samples.values import Radius
+from dusttaichi.samples.values import Radius, Seed
 from dusttaichi.scene.fields import Block, Number, problems
 
 Share = Annotated[float, Number(gt=0)]
@@ -132,28 +133,31 @@ class _Shares(dict):
 
 
 Sizes = Annotated[PowerLaw | Lognormal | Radii, Field(discriminator="kind")]
-SizesField = Annotated[
-    Sizes | None,
-    Field(
+
+
+class MixtureBlock(SampleBlock):
+    """The block of a kind that draws sizes and materials of its grains."""
+
+    last: ClassVar[tuple[str, ...]] = ("sizes", "shares", "seed")
+
+    sizes: Sizes | None = Field(
+        None,
         description="sizes of the grains, by a law or a list; by default all have the radius of "
-        "their material"
-    ),
-]
-SharesField = Annotated[
-    Annotated[dict[str, Share], AfterValidator(_Shares)] | None,
-    Field(
+        "their material",
+    )
+    shares: Annotated[dict[str, Share], AfterValidator(_Shares)] | None = Field(
+        None,
         description="materials of the grains and how many grains have each, in any unit, as "
-        "{default: 3, ice: 1}; by default all are of material"
-    ),
-]
+        "{default: 3, ice: 1}; by default all are of material",
+    )
+    seed: Seed = Field(1, description="seed of the random numbers")
 
-
-def unknown_shares(given, scene) -> list[tuple[str, str]]:
-    """A problem for the first name that no material of the scene has."""
-    names = ["default", *scene.materials]
-    wrong = [name for name in given or () if name not in names]
-    text = f"the scene does not have it; allowed: {', '.join(names)}"
-    return [(f"shares.{wrong[0]}", text)] if wrong else []
+    def conflicts(self, scene) -> list[tuple[str, str]]:
+        """A problem for the first name among the shares that no material of the scene has."""
+        names = ["default", *scene.materials]
+        wrong = [name for name in self.shares or () if name not in names]
+        text = f"the scene does not have it; allowed: {', '.join(names)}"
+        return [(f"shares.{wrong[0]}", text)] if wrong else []
 
 
 @dataclass(frozen=True)

@@ -33,16 +33,14 @@ from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import (
     Crowd,
-    SharesField,
-    SizesField,
+    MixtureBlock,
     drawn,
     mixed,
     sized,
-    unknown_shares,
 )
-from dusttaichi.samples.registry import SampleBlock, register
+from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import Sample, extent
-from dusttaichi.samples.values import CutGrains, CutSize, Seed, shape_of
+from dusttaichi.samples.values import CutGrains, CutSize, shape_of
 from dusttaichi.scene.fields import Count, Number, problems
 
 BULK = 0.15  # filling factor of the bulk; only to guess how large an aggregate to cut from
@@ -52,7 +50,7 @@ SLOWER = 50  # times as long, where grains are not all alike
 FEW = 1e-3  # and grains of it that may have come to rest in a cut, as a part of the cut's
 
 
-class PcaSample(SampleBlock):
+class PcaSample(MixtureBlock):
     """An aggregate grown grain by grain from all sides (PD08 section 3.1.1), or a cut from one."""
 
     kind: Literal["pca"]
@@ -76,9 +74,6 @@ class PcaSample(SampleBlock):
         description="of every shot, over the sum of the outer radii; by default any, even over the "
         "disc",
     )
-    sizes: SizesField = None
-    shares: SharesField = None
-    seed: Seed = Field(1, description="seed of the random numbers")
 
     @model_validator(mode="before")
     @classmethod
@@ -97,9 +92,6 @@ class PcaSample(SampleBlock):
         if found:
             raise problems(found)
         return self
-
-    def conflicts(self, scene) -> list[tuple[str, str]]:
-        return unknown_shares(self.shares, scene)
 
 
 class Aggregate:

@@ -24,14 +24,12 @@ from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import (
     Crowd,
     Grains,
-    SharesField,
-    SizesField,
+    MixtureBlock,
     sized,
-    unknown_shares,
 )
-from dusttaichi.samples.registry import SampleBlock, register
+from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import Sample
-from dusttaichi.samples.values import BoxSize, Seed, exactly_one
+from dusttaichi.samples.values import BoxSize, exactly_one
 from dusttaichi.scene.fields import Count, Number, problems
 
 MOST_GRAINS = 2e5  # minutes
@@ -41,7 +39,7 @@ ROUND = 200  # evaluations between two checks of what is left of the overlaps
 MARGIN = 0.02  # overlaps delta0: springs reach so much farther, so that they leave none in the end
 
 
-class RandomPackingSample(SampleBlock):
+class RandomPackingSample(MixtureBlock):
     """Grains packed at random in a periodic cell, up to just below random close packing."""
 
     kind: Literal["random_packing"]
@@ -54,12 +52,6 @@ class RandomPackingSample(SampleBlock):
     filling_factor: Annotated[float, Number(gt=0, le=0.62)] = Field(
         0.6, description="grain volume over the volume of the cell"
     )
-    sizes: SizesField = None
-    shares: SharesField = None
-    seed: Seed = Field(1, description="seed of the random numbers")
-
-    def conflicts(self, scene) -> list[tuple[str, str]]:
-        return unknown_shares(self.shares, scene)
 
     @model_validator(mode="after")
     def _check(self) -> RandomPackingSample:

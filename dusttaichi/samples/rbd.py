@@ -31,15 +31,13 @@ from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import (
     Crowd,
     Grains,
-    SharesField,
-    SizesField,
+    MixtureBlock,
     mixed,
     sized,
-    unknown_shares,
 )
-from dusttaichi.samples.registry import SampleBlock, register
+from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import ROUNDING, Sample, bulk_filling_factor, extent
-from dusttaichi.samples.values import TOO_NARROW, CutGrains, CutSize, Seed, edges_of
+from dusttaichi.samples.values import TOO_NARROW, CutGrains, CutSize, edges_of
 from dusttaichi.scene.fields import Number, problems
 
 BULK = 0.15  # filling factor of the bulk, S12 section 3.1; only to guess how wide to deposit
@@ -48,7 +46,7 @@ MOST_DROPS = 2e7  # a mistyped size must not fill the memory; 1e6 grains take 1.
 CELLS = 3  # cells per touching distance in the map of landing heights
 
 
-class RbdSample(SampleBlock):
+class RbdSample(MixtureBlock):
     """A cake grown by random ballistic deposition (S12 section 3.1)."""
 
     kind: Literal["rbd"]
@@ -58,9 +56,6 @@ class RbdSample(SampleBlock):
     aspect: Annotated[float, Number(gt=0)] = Field(
         1.0, description="height over width, with grains"
     )
-    sizes: SizesField = None
-    shares: SharesField = None
-    seed: Seed = Field(1, description="seed of the random numbers")
 
     @model_validator(mode="after")
     def _check(self) -> RbdSample:
@@ -70,7 +65,7 @@ class RbdSample(SampleBlock):
         return self
 
     def conflicts(self, scene) -> list[tuple[str, str]]:
-        wrong = unknown_shares(self.shares, scene)
+        wrong = super().conflicts(scene)
         if wrong:
             return wrong
         alike = not mixed(self) and self.size is not None

@@ -21,15 +21,13 @@ from dusttaichi.samples import cut
 from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import (
-    SharesField,
-    SizesField,
+    MixtureBlock,
     drawn,
     sized,
-    unknown_shares,
 )
-from dusttaichi.samples.registry import SampleBlock, register
+from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import ROUNDING, Sample
-from dusttaichi.samples.values import BoxSize, Seed, exactly_one
+from dusttaichi.samples.values import BoxSize, exactly_one
 from dusttaichi.scene.fields import Count, Number, problems
 
 MOST_GRAINS = 30_000  # a minute
@@ -37,7 +35,7 @@ POINTS = 32  # drawn at once
 TRIES = 100  # times as many points without a grain that finds room: there is none
 
 
-class SpaceFillingSample(SampleBlock):
+class SpaceFillingSample(MixtureBlock):
     """A tree of grains in contact that fills a box evenly, to a wished filling factor."""
 
     kind: Literal["space_filling"]
@@ -51,12 +49,6 @@ class SpaceFillingSample(SampleBlock):
     filling_factor: Annotated[float, Number(gt=0, le=0.4)] = Field(
         0.15, description="grain volume over the volume of the box"
     )
-    sizes: SizesField = None
-    shares: SharesField = None
-    seed: Seed = Field(1, description="seed of the random numbers")
-
-    def conflicts(self, scene) -> list[tuple[str, str]]:
-        return unknown_shares(self.shares, scene)
 
     @model_validator(mode="after")
     def _check(self) -> SpaceFillingSample:

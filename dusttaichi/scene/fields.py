@@ -16,12 +16,16 @@ class Block(BaseModel):
     extra_keys: ClassVar[tuple[str, ...]] = ()
     # Order of the keys where a block has inherited some; inherited ones come first otherwise.
     order: ClassVar[tuple[str, ...]] = ()
+    # Inherited keys that come last in every block.
+    last: ClassVar[tuple[str, ...]] = ()
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
         super().__pydantic_init_subclass__(**kwargs)
-        if cls.order and cls.order != tuple(cls.model_fields):
-            cls.__pydantic_fields__ = {name: cls.model_fields[name] for name in cls.order}
+        first = (name for name in cls.model_fields if name not in cls.last)
+        order = cls.order or (*first, *cls.last)
+        if order != tuple(cls.model_fields):
+            cls.__pydantic_fields__ = {name: cls.model_fields[name] for name in order}
             cls.model_rebuild(force=True)
 
 

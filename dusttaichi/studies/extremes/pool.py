@@ -7,7 +7,7 @@ from queue import Empty, SimpleQueue
 from dusttaichi.studies.extremes.cell import CellResult
 from dusttaichi.studies.workers import POLL, Worker
 
-TASK = "dusttaichi.studies.extremes.task:attempt_cell"
+TASK = "dusttaichi.studies.extremes.trial:attempt_cell"
 STARTING = 60.0  # s that a process may take more for its first cell: it imports and compiles
 
 

@@ -2,7 +2,8 @@
 
 import time as real_time
 import traceback
-from dataclasses import replace
+import warnings
+from dataclasses import asdict, replace
 from math import inf, nan, pi
 
 import numpy as np
@@ -19,10 +20,16 @@ from dusttaichi.run import ledger
 from dusttaichi.scene import Scene
 from dusttaichi.scene.grains import GrainsScene
 from dusttaichi.studies.extremes import arrangements
-from dusttaichi.studies.extremes.cell import CellResult
+from dusttaichi.studies.extremes.cell import Cell, CellResult
 from dusttaichi.studies.extremes.limit import measured_limit
 
 RECORDS = 25  # records of a run, besides the checks of its guards
+
+
+def attempt_cell(parent, *, cell):
+    """In a worker process: try a Cell (as its dict); returns its CellResult as a dict."""
+    warnings.simplefilter("ignore")
+    return asdict(attempt(Cell(**cell)))
 
 
 def attempt(cell):
