@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from dusttaichi.physics.contact.constants import interface
+from dusttaichi.physics.contact.interface import interface
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.sample import ROUNDING, Sample, touching_pairs
 from dusttaichi.samples.values import Radius

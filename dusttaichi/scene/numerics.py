@@ -51,6 +51,8 @@ class Numerics(CommonNumerics):
         "precision",
         "newton_steps",
         "mass_scaling",
+        "stiffness_scaling",
+        "scaling_anyway",
         "ledger_tolerance",
         "backend",
         "threads",
@@ -87,6 +89,17 @@ class Numerics(CommonNumerics):
         1.0,
         description="factor on the mass of all grains, for quasi-static runs: steps grow with its "
         "root, and so does the speed at which inertia is felt",
+    )
+    stiffness_scaling: Annotated[float, Number(ge=1e-4, le=1)] = Field(
+        1.0,
+        description="factor s on the elastic moduli, for compression and tension: steps grow as "
+        "s^(-1/3); pull-off force, rolling, largest sliding force, damping ratio and the filling "
+        "factor at rest stay",
+    )
+    scaling_anyway: bool = Field(
+        False,
+        description="take stiffness_scaling also where the scene is about what it changes: sound, "
+        "sticking, impacts",
     )
     skin: Annotated[float | Literal["auto"], Number(gt=0, le=10, word="auto")] = Field(
         "auto", description="extra reach of the neighbour search as a fraction of the radius"
