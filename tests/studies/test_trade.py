@@ -134,8 +134,9 @@ def test_a_step_that_is_given_is_traded_as_a_fraction():
 def test_presets_are_free_of_what_they_set():
     text = "numerics: {time_step: 0.1 ns, newton_steps: 0, skin: 0.1, mass_scaling: 4}\n"
     base = scenes.base(from_yaml(edited("numerics", text.strip())))
-    fast, balanced, reference = (scenes.changed(base, p.changes) for p in knobs.presets(base))
-    for scene in (fast, balanced, reference):
+    found = [scenes.changed(base, p.changes) for p in knobs.presets(base)]
+    draft, fast, balanced, reference = found
+    for scene in (draft, fast, balanced, reference):
         assert scene.numerics.time_step == "auto"
         assert {k: getattr(scene.numerics, k) for k in scene.numerics.preset} == (
             scene.numerics.preset

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from dusttaichi.errors import DustError
 from dusttaichi.scene.continuum import ContinuumScene
-from dusttaichi.scene.numerics import PRESETS
+from dusttaichi.scene.numerics import DRAFT, PRESETS
 from dusttaichi.studies.trade import continuum, scenes
 from dusttaichi.studies.trade.point import NUMERICAL, PHYSICAL, SAMPLE, Point
 
@@ -207,7 +207,7 @@ def presets(scene):
             "preset",
             name,
             math.nan,
-            NUMERICAL,
+            PHYSICAL if name == DRAFT else NUMERICAL,
             scenes.reference(scene) if name == "reference" else scenes.preset(scene, name),
         )
         for name in PRESETS
