@@ -62,15 +62,28 @@ def _axis(scene, words):
     rungs = None if knob is None else knob.rungs(scene)
     if rungs is None or isinstance(rungs, str) or not wanted:
         names = ", ".join(k.name for k in knobs.knobs_of(scene))
-        why = rungs or f"a knob and its rungs are needed, of {names}"
+        why = f"a knob and its rungs are needed, of {names}"
+        why = rungs if isinstance(rungs, str) else why
         raise DustError(f"--grid {' '.join(words)}: {why}")
     there = dict(rungs)
     out = []
     for text in wanted:
-        if text not in there and text != "1":
+        changes = {} if text == "1" else there.get(text) or _between(rungs, text)
+        if changes is None:
             raise DustError(f"--grid {name} {text}: allowed: 1, {', '.join(there)}")
-        out.append((name, text, there.get(text, {}) if text != "1" else {}))
+        out.append((name, text, changes))
     return out
+
+
+def _between(rungs, text):
+    """Changes for a number that is no rung, where those of the first rung set its own number."""
+    first, changes = rungs[0]
+    try:
+        number, own = float(text), float(first)
+    except ValueError:
+        return None
+    found = {path: number if value == own else value for path, value in changes.items()}
+    return None if found == changes else found
 
 
 def grid(scene, directory, text, seeds, *, force=False, log=lambda text: None):
