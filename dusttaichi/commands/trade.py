@@ -39,6 +39,10 @@ def trade(
             metavar="RUNGS",
         ),
     ] = None,
+    suggest: Annotated[
+        bool,
+        typer.Option("--suggest", help="no runs: the cheapest settings measured for such scenes"),
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="run kept points again")] = False,
     extensions: Extensions = None,
     output: Output = None,
@@ -50,6 +54,9 @@ def trade(
     scene = load_scene(file, extensions=extensions)
     runs = scene.output.directory
     folder = output or runs.with_name(f"{runs.name}-trade")
+    if suggest:
+        _suggest(scene)
+        return
     if grid is not None:
         _grid(scene, folder, grid, seeds or measure.SEEDS, force=force, quiet=quiet, file=file)
         return
@@ -84,6 +91,16 @@ def _tell(found, scene):
         if text:
             say(text)
     say()
+
+
+def _suggest(scene):
+    """What `--suggest` prints."""
+    from dusttaichi.studies.trade.suggest import kind_of, suggestions
+
+    found = suggestions(scene)
+    say(f"cheapest settings measured for {kind_of(scene)}, costs in steps of accuracy: balanced:")
+    for own in found:
+        say(f"  {own.settings}: {own.text()}")
 
 
 def _grid(scene, folder, text, seeds, *, force, quiet, file):
