@@ -34,6 +34,7 @@ FEATURES = {
     "plates": "between plates",
     "stress": "with `output.stress`",
     "stages": "with stages",
+    "stiffness": "with stages of different `stiffness_scaling`",
     "push": "with pushes",
     "gravity": "with gravity",
     "sphere": "with a sphere",

@@ -12,6 +12,7 @@ LOSSES = ("loss", "loss_wall", "loss_sphere")
 POTENTIAL = ("gravity_energy", "elastic_energy")  # of a continuum
 # of what acts from outside
 WORKS = ("wall_work", "face_work", "push_work", "gravity_work", "sphere_work", "work")
+WORKS += ("stiffness_work",)
 
 
 @dataclass(frozen=True)
@@ -19,7 +20,8 @@ class Ledger:
     """Energies over time [J], each (times,), unless said otherwise.
 
     losses: channel -> cumulative loss in contacts of grains, walls and sphere together.
-    work: of walls, periodic faces, pushes, gravity and a driven sphere, 0 without them. stored:
+    work: of walls, periodic faces, pushes, gravity, a driven sphere and changes of stiffness, 0
+    without them. stored:
     kinetic and potential energy less their start. residual: stored - work + losses, as the run
     wrote it. reference: the energy that has gone through the system, |work| + initial kinetic +
     |initial potential| + losses.

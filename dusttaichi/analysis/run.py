@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from dusttaichi.analysis import foreign
+from dusttaichi.analysis.draft import named
 from dusttaichi.analysis.tension import is_tensile_test, recorded_tension, start_of_tension
 from dusttaichi.errors import DustError
 from dusttaichi.names import WALLS
@@ -44,8 +45,8 @@ class Run:
 
     @property
     def name(self):
-        """The run's title, or the name of its folder."""
-        return self.attrs.get("title") or self.path.resolve().parent.name
+        """The run's title, or the name of its folder; of a draft with that behind it."""
+        return named(self.attrs.get("title") or self.path.resolve().parent.name, self.scene)
 
     @property
     def status(self):

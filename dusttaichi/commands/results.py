@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from dusttaichi.commands.console import plain_table, say, say_abreast, say_written
+from dusttaichi.commands.console import plain_table, remark, say, say_abreast, say_written
 from dusttaichi.commands.options import Overwrite, RunPath, RunPaths, writing
 from dusttaichi.errors import DustError
 
@@ -144,11 +144,14 @@ def compare(
 ):
     """Runs side by side: fit and distance from the law, tensile strength, contacts, ledger."""
     from dusttaichi import analysis, plots
+    from dusttaichi.analysis.draft import mixture
 
     with ExitStack() as opened:
         opened.enter_context(writing(force=force, inputs=runs))
         results = [opened.enter_context(analysis.open_run(path)) for path in runs]
         rows = analysis.compare(results)
+        if text := mixture(results):
+            remark(f"warning: {text}")
         drawn = [] if figures is None else plots.save_together(results, figures)
         _say_side_by_side(rows)
         if any(_known(row.get(key)) for row in rows for key in analysis.FIT_ERRORS):

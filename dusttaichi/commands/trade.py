@@ -31,17 +31,35 @@ def trade(
         bool, typer.Option(help="run the default beside each point, to compare costs")
     ] = True,
     jobs: Annotated[int | None, typer.Option(min=1, help="processes at a time: all cores")] = None,
+    grid: Annotated[
+        str | None,
+        typer.Option(
+            help='every combination of these rungs at every seed: "stiffness_scaling 1 0.1; '
+            'mass_scaling 1 4"; several by "|"',
+            metavar="RUNGS",
+        ),
+    ] = None,
+    suggest: Annotated[
+        bool,
+        typer.Option("--suggest", help="no runs: the cheapest settings measured for such scenes"),
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="run kept points again")] = False,
     extensions: Extensions = None,
     output: Output = None,
     quiet: Quiet = False,
 ):
     """Cost and error of every knob of a scene: table, figure, and the cheapest setting."""
-    from dusttaichi.studies.trade import measure, report
+    from dusttaichi.studies.trade import measure
 
     scene = load_scene(file, extensions=extensions)
     runs = scene.output.directory
     folder = output or runs.with_name(f"{runs.name}-trade")
+    if suggest:
+        _suggest(scene)
+        return
+    if grid is not None:
+        _grid(scene, folder, grid, seeds or measure.SEEDS, force=force, quiet=quiet, file=file)
+        return
     wanted = measure.Wanted.of(knobs, quick, seeds=seeds, tolerance=tolerance, name=observable)
     how = {"jobs": jobs, "pairs": pairs, "force": force}
     with writing(force=force, inputs=[file]), _Shown(quiet) as shown:
@@ -53,6 +71,14 @@ def trade(
                 f"interrupted; the points that are finished are in {folder / measure.POINTS}. "
                 f"Go on with: {onward}"
             ) from None
+    _tell(found, scene)
+    say_written(paths)
+
+
+def _tell(found, scene):
+    """Table and advice of a Trade."""
+    from dusttaichi.studies.trade import report
+
     title, headings, rows = report.table(found)
     table = plain_table(*headings, title=title)
     for row in rows:
@@ -65,7 +91,46 @@ def trade(
         if text:
             say(text)
     say()
-    say_written(paths)
+
+
+def _suggest(scene):
+    """What `--suggest` prints."""
+    from dusttaichi.studies.trade.suggest import kind_of, suggestions
+
+    found = suggestions(scene)
+    say(f"cheapest settings measured for {kind_of(scene)}, costs in steps of accuracy: balanced:")
+    for own in found:
+        say(f"  {own.settings}: {own.text()}")
+
+
+def _grid(scene, folder, text, seeds, *, force, quiet, file):
+    """What `--grid` prints and writes."""
+    from dusttaichi.analysis.grid import outcomes, read, text_of
+    from dusttaichi.plots import save
+    from dusttaichi.plots.grid import grid as draw
+    from dusttaichi.studies.trade.grid import grid
+    from dusttaichi.studies.trade.report import percent
+
+    log = (lambda _: None) if quiet else say
+    with writing(force=force, inputs=[file]):
+        path = grid(scene, folder, text, seeds, force=force, log=log)
+    found = outcomes(read(path))
+    title = "steps over those of the scene as it is, and error of the mean of the seeds"
+    table = plain_table(*GRID, title=title)
+    for own in found:
+        if own.refused:
+            continue
+        numbers = f"{own.cost:.3f}", percent(own.error), percent(own.scatter)
+        contacts = f"{own.contacts:.2f}"
+        table.add_row(own.settings, text_of(own.observable), *numbers, contacts, str(own.seeds))
+    say(table)
+    for own in found:
+        if own.refused:
+            say(f"{own.settings}: {own.refused}")
+    say_written([path, save(draw(found), path.with_suffix(".png"))])
+
+
+GRID = ("settings", "observable", "cost", "error", "scatter", "contacts a grain", "seeds")
 
 
 class _Shown(ProgressBar):

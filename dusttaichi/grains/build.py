@@ -19,7 +19,7 @@ from dusttaichi.grains.grain_contacts import (
     contact_constants,
     farthest_contacts,
     grain_properties,
-    moving,
+    scaled,
     wall_overlaps,
 )
 from dusttaichi.grains.kernels import search, store
@@ -56,9 +56,9 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
     Raises DustError for a sample that does not fit, or a step that cannot be stable.
     """
     sample = samples.pushed(scene, sample)
-    material, scene = scene.material, moving(scene)
+    scene = scaled(scene)
     own = grain_properties(scene, sample)
-    check_precision(scene, sample, contact_constants(scene)[0].delta0)
+    check_precision(scene, sample, contact_constants(scene)[0].rest_overlap)
     step = step or chosen_step(scene, sample, own, scenes)
     radius = scene.material.radius / units.LENGTH if own is None else float(np.median(own.radius))
     order = grain_order(sample.positions / units.LENGTH, 4.0 * radius, scenes)
@@ -80,10 +80,8 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
     ball = placed_sphere(scene, sample, own, box)
     compiled = chosen_kernels(scene, layout, (loops.kind, len(order), threads))
     tables = _LAST.tables(compiled, len(order))
-    if own is not None:
-        tables[1]["interfaces"].from_numpy(interfaces(scene, model))
-    if scenes is not None:
-        tables[0]["scene"].from_numpy(scenes[order].astype(np.int32))
+    on_pairs, on_walls, on_sphere, table = chosen_numbers(scene, model, own)
+    _fill(tables, table, None if scenes is None else scenes[order])
     return Simulation(
         compiled,
         tables,
@@ -91,20 +89,29 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
         order=order,
         typical=typical_grain(scene.material, radius),
         polydisperse=own,
-        pair=internal_numbers(pair, model),
-        wall=internal_numbers(wall, model),
-        sphere=chosen_sphere(scene, own, ball, model),
+        pair=on_pairs,
+        wall=on_walls,
+        sphere=None if ball is None else (ball, on_sphere),
         gravity=make_gravity(scene.gravity),
         box=box,
         cell=cell,
-        t_c=constants.characteristic_time(material) / units.TIME,
+        t_c=constants.characteristic_time(scene.material.unscaled) / units.TIME,
         drive=scene.stage_plans[0].drive,
         push=push,
         skin=chosen_skin(scene, smallest),
         dt=step.dt / units.TIME,
         threads=threads,
+        stiffness=scene.numerics.stiffness_scaling,
         scenes=1 if scenes is None else int(scenes[-1]) + 1,
     )
+
+
+def _fill(tables, interfaces, scenes):
+    """Numbers of unlike grains and of a batch into their fields; None where there are none."""
+    if interfaces is not None:
+        tables[1]["interfaces"].from_numpy(interfaces)
+    if scenes is not None:
+        tables[0]["scene"].from_numpy(scenes.astype(np.int32))
 
 
 def typical_grain(material, radius):
@@ -119,12 +126,20 @@ def chosen_skin(scene, smallest):
     return None if skin == "auto" else skin * smallest
 
 
-def chosen_sphere(scene, own, ball, model):
-    """(RigidSphere, numbers of the contact that reaches farthest); None without a sphere."""
-    if ball is None:
-        return None
-    farthest = max(sphere_contacts(scene, own), key=lambda c: c.delta0)
-    return ball, internal_numbers(farthest, model)
+def chosen_numbers(scene, model, own):
+    """Internal numbers of a contact of two grains, with a wall and with the sphere (None without),
+    each that which reaches farthest, and the table of interfaces (None of equal grains).
+
+    own: GrainProperties, or None of equal grains.
+    """
+    scene = scaled(scene)
+    two = contact_constants(scene) if own is None else farthest_contacts(scene, own)
+    pair, wall = (internal_numbers(contact, model) for contact in two)
+    ball, table = None, None if own is None else interfaces(scene, model)
+    if scene.sphere is not None:
+        farthest = max(sphere_contacts(scene, own), key=lambda c: c.delta0)
+        ball = internal_numbers(farthest, model)
+    return pair, wall, ball, table
 
 
 def chosen_layout(scene, model, loops, push, polydisperse):
@@ -137,7 +152,7 @@ def chosen_layout(scene, model, loops, push, polydisperse):
         stress=scene.output.stress,
         forced=push.forced,
         carried=push.carried,
-        stored=stored(model) if polydisperse else (),
+        stored=stored(model, scene.softened) if polydisperse else (),
         precision=scene.numerics.precision,
         sphere=scene.sphere is not None,
         gravity="" if scene.gravity is None else scene.gravity.kind,
@@ -227,7 +242,7 @@ def surroundings(scene, sample, own, scenes, contacts):
     contacts: ContactConstants of the pair and of the wall contact that reach farthest.
     """
     (pair, wall), alone = contacts, around(scenes)
-    radius, overlap = scene.material.radius / units.LENGTH, wall.delta0 / units.LENGTH
+    radius, overlap = scene.material.radius / units.LENGTH, wall.rest_overlap / units.LENGTH
     if own is not None:
         radius, overlap = own.radius[alone], wall_overlaps(scene, own)[alone]
     period, room = sample.info.get("period"), sample.info.get("room")
@@ -235,7 +250,7 @@ def surroundings(scene, sample, own, scenes, contacts):
         scene.boundary,
         sample.positions[alone] / units.LENGTH,
         radius,
-        contact=2.0 * radius - pair.delta0 / units.LENGTH,
+        contact=2.0 * radius - pair.rest_overlap / units.LENGTH,
         overlap=overlap,
         period=None if period is None else np.array(period) / units.LENGTH,
         room=None if room is None else np.array(room) / units.LENGTH,

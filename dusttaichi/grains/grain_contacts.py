@@ -8,27 +8,21 @@ from dusttaichi.grains.state import GrainProperties
 from dusttaichi.physics.contact import constants
 
 
-def moving(scene):
-    """The scene with grains as heavy as they move: numerics.mass_scaling in their densities."""
-    factor = scene.numerics.mass_scaling
-    if factor == 1.0:
+def scaled(scene):
+    """The scene with its materials as they are computed: numerics.mass_scaling in their densities,
+    stiffness_scaling in their moduli. That of a scene that this has made is the same again."""
+    factors = scene.numerics.mass_scaling, scene.numerics.stiffness_scaling
+    if factors == (1.0, 1.0) and scene.material.unscaled is scene.material:
         return scene
-
-    def heavier(material):
-        return material.model_copy(update={"density": factor * material.density})
-
+    kinds = {name: m.scaled(*factors) for name, m in scene.materials.items()}
     return scene.model_copy(
-        update={
-            "material": heavier(scene.material),
-            "materials": {name: heavier(m) for name, m in scene.materials.items()},
-            "numerics": scene.numerics.model_copy(update={"mass_scaling": 1.0}),
-        }
+        update={"material": scene.material.scaled(*factors), "materials": kinds}
     )
 
 
 def contact_constants(scene):
     """ContactConstants of two grains and of a grain and a wall of the scene."""
-    scene = moving(scene)
+    scene = scaled(scene)
     pair = constants.pair_constants(scene.material, scene.interaction)
     wall = constants.wall_constants(scene.material, scene.interaction)
     return pair, glued(wall, scene.boundary)
@@ -38,7 +32,7 @@ def grain_properties(scene, sample):
     """GrainProperties of a sample whose grains are not all alike; None where they are."""
     if sample.radii is None and sample.materials is None:
         return None
-    scene = moving(scene)
+    scene = scaled(scene)
     kinds = scene.all_materials
     number = np.zeros(len(sample), np.int32) if sample.materials is None else sample.materials
     radius = np.array([m.radius for m in kinds])[number] if sample.radii is None else sample.radii
@@ -62,6 +56,7 @@ def size_ranges(scene, polydisperse):
 
 def farthest_contacts(scene, polydisperse):
     """ContactConstants of two grains and of a grain and a wall that hold on farthest."""
+    scene = scaled(scene)
     kinds, interaction = size_ranges(scene, polydisperse), scene.interaction
     pairs = [
         constants.mixed_constants(a, r1, b, r2, interaction)
@@ -75,11 +70,12 @@ def farthest_contacts(scene, polydisperse):
 
 def wall_overlaps(scene, polydisperse):
     """Overlap of each grain in equilibrium with a wall [um], (N,)."""
+    scene = scaled(scene)
     kinds = scene.all_materials
     overlap = {
         key: constants.wall_constants(
             kinds[key[1]], scene.interaction, key[0] * units.LENGTH, scene.material
-        ).delta0
+        ).rest_overlap
         / units.LENGTH
         for key in set(
             zip(polydisperse.radius.tolist(), polydisperse.material.tolist(), strict=True)

@@ -54,9 +54,10 @@ def hardest_impact(pairs, speed):
         radius = min(pair.r1, pair.r2)
         breaking = encounter.breaking_speed(pair)  # 0 without adhesion: nothing to compare with
         hardest = max(hardest, (speed / breaking) ** 2 if breaking > 0.0 else 0.0)
-        overlap = max(overlap, encounter.overlap(pair, speed) / radius)
+        # of the surfaces: softened contacts form before these meet
+        overlap = max(overlap, (encounter.overlap(pair, speed) - pair.gap) / radius)
         # contacts at rest may be as deep as that already
-        deepest = max(LARGEST_OVERLAP * radius, pair.delta0)
+        deepest = max(LARGEST_OVERLAP * radius + pair.gap, pair.delta0)
         end = min(end, encounter.speed_of_overlap(pair, deepest))
     return Impact(speed, hardest, overlap, end)
 

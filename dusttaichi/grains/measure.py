@@ -95,6 +95,7 @@ class Readout:
             "wall_work": 0.0,
             "face_work": 0.0,
             "push_work": self._push_work(),
+            "stiffness_work": self.ledger_sums.stiffness_work,
             "gravity_work": self.potential_of_start - self.gravity_potential(),
         }
         if self.cell is not None:

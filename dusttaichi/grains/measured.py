@@ -11,6 +11,7 @@ def measurement(sim):
     on_sphere = m["potential_sphere"].sum()
     energy = kinetic + m["potential"].sum() + m["potential_wall"].sum() + on_sphere
     work = m["wall_work"] + m["face_work"] + m["push_work"] + m["gravity_work"]
+    work += m["stiffness_work"]
     return Measurement(
         kinetic=kinetic,
         potential=m["potential"].sum() + m["potential_wall"].sum() + on_sphere,

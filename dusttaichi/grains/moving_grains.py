@@ -4,10 +4,16 @@ import numpy as np
 
 from dusttaichi import samples, units
 from dusttaichi.compute.worker_choice import WorkerChoice
-from dusttaichi.grains import record, stretch, trust
+from dusttaichi.grains import record, softened, stretch, trust
 from dusttaichi.grains.build import build
 from dusttaichi.grains.measured import measurement
 from dusttaichi.grains.refine import halve_time_step
+from dusttaichi.grains.stage_stiffness import (
+    change_stiffness,
+    steps_of_stages,
+    take_numbers,
+    with_stiffness,
+)
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.grains.variables import VARIABLES, variables_of
 from dusttaichi.method import SimpleSimulation, State
@@ -37,13 +43,17 @@ class MovingGrains(SimpleSimulation):
         self.bins = None
         if "profiles" in features:
             self.bins = record.bin_edges(sim.domain.clock(), sim.radius)
+        self._steps = {}
+        if scene.restiffens:
+            self._steps = steps_of_stages(scene, self.sample, sim.polydisperse)
         self._first = sim.dt, sim.push  # which halving the step changes
 
     @property
     def remarks(self):
         """Sentences for the user about the start."""
         impact = chosen_step(self.scene, self.sample, self.sim.polydisperse).impact
-        return [] if impact is None else impact.remarks()
+        own = [] if impact is None else impact.remarks()
+        return [*own, *softened.remarks(self.scene, impact)]
 
     @property
     def step(self):
@@ -61,6 +71,12 @@ class MovingGrains(SimpleSimulation):
         self.workers.advance(steps)
 
     def drive(self, drive):
+        scale = drive.stiffness_scaling or self.scene.numerics.stiffness_scaling
+        if scale != self.sim.stiffness:
+            step = self._steps[scale].dt / units.TIME
+            # steps are counted on: they may get shorter, and more, but not fewer
+            scene = with_stiffness(self.scene, scale)
+            change_stiffness(self.sim, scene, min(step, self.sim.dt))
         self.sim.drive(drive)
 
     # -- measuring -------------------------------------------------------------------------------
@@ -106,10 +122,17 @@ class MovingGrains(SimpleSimulation):
         arrays = {BEFORE + name: getattr(self.sample, name) for name in (*SAMPLE, *OWN)}
         arrays = self.sim.arrays() | {k: a for k, a in arrays.items() if a is not None}
         numbers = {"dt": self.sim.dt, "sample_info": self.sample.info}
+        numbers["stiffness_scaling"] = self.sim.stiffness
         return State(arrays, self.sim.numbers() | numbers)
 
     def restore(self, state):
         self.sim.dt, self.sim.push = self._first
+        scale = state.numbers["stiffness_scaling"]
+        if scale != self.sim.stiffness:
+            take_numbers(self.sim, with_stiffness(self.scene, scale))
+            self.sim.stiffness = scale
+        if self.scene.restiffens:
+            self.sim.dt = state.numbers["dt"]
         self.sim.restore(*state)
 
     # -- half the step ---------------------------------------------------------------------------
@@ -164,6 +187,7 @@ class MovingGrains(SimpleSimulation):
             "sample": yaml_text(self.sample.info),
             "grains": sim.grains,
             "sphere_radius": sim.sphere and sim.sphere.radius * units.LENGTH,
+            "stiffness_scaling": None if sim.stiffness == 1.0 else sim.stiffness,
             "sphere_mass": sim.sphere and sim.sphere.mass * units.MASS,
         }
 
@@ -213,6 +237,7 @@ def features_of(scene, sample, sim):
         "pair": first_body(scene, sample) is not None,
         "sphere": sim.sphere is not None,
         "stages": bool(scene.stages),
+        "stiffness": scene.restiffens,
         "shear": any(plan.drive.shears for plan in scene.stage_plans),
         "tilt": sim.layout.tilted,
         "profiles": bounded and any(plan.profiles is not None for plan in scene.stage_plans),

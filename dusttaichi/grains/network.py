@@ -6,7 +6,7 @@ import numpy as np
 
 from dusttaichi import units
 from dusttaichi.domain.walls import glued
-from dusttaichi.grains.grain_contacts import contact_constants, moving
+from dusttaichi.grains.grain_contacts import contact_constants, scaled
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.network import Contacts, limit
 
@@ -48,8 +48,8 @@ def contacts_of(sim, scene):
         normal=np.reshape(normal, (-1, 3)),
         strength=np.array(strength, float),
         ratio=np.array([ratio for _, ratio in kinds], float),
-        k_n=_along(kinds, overlap, "slope"),
-        kappa=_along(kinds, overlap, "kappa_at"),
+        k_n=_along(kinds, overlap + _column(kinds, "gap"), "slope"),
+        kappa=_along(kinds, overlap + _column(kinds, "gap"), "kappa_at"),
         **same,
     )
 
@@ -84,7 +84,7 @@ def _kinds(sim, scene):
     if sim.polydisperse is None:
         pair, wall = contact_constants(scene)
         return lambda i, j: (wall, 1.0) if j is None else (pair, 1.0)
-    heavy, bodies = moving(scene), sim.polydisperse
+    heavy, bodies = scaled(scene), sim.polydisperse
     kinds, interaction = heavy.all_materials, heavy.interaction
 
     @cache

@@ -11,9 +11,14 @@ from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.plan import planned
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.domain.walls import glued
-from dusttaichi.grains import network
+from dusttaichi.grains import network, softened
 from dusttaichi.grains.build import build, chosen_layout, is_thick, surroundings
-from dusttaichi.grains.grain_contacts import contact_constants, farthest_contacts, grain_properties
+from dusttaichi.grains.grain_contacts import (
+    contact_constants,
+    farthest_contacts,
+    grain_properties,
+    scaled,
+)
 from dusttaichi.grains.inventory import compiled_rows, field_rows, preset_rows, tables
 from dusttaichi.grains.kernels.declare import declare
 from dusttaichi.grains.sphere import placed_sphere, sphere_contacts
@@ -29,8 +34,9 @@ from dusttaichi.scene.push import of_stages
 def preview(scene):
     """The Preview of a scene (dusttaichi.method): its sample is made, nothing is compiled."""
     sample = samples.make(scene)
+    pushed, scene = samples.pushed(scene, sample), scaled(scene)
     own = grain_properties(scene, sample)
-    step = chosen_step(scene, samples.pushed(scene, sample), own)
+    step = chosen_step(scene, pushed, own)
     contacts = contact_constants(scene)
     far = contacts if own is None else farthest_contacts(scene, own)
     domain = _domain(scene, sample, own, far, step)
@@ -41,6 +47,8 @@ def preview(scene):
         sections.append(("Contact of a grain and the sphere", _contact(farthest, scene)))
     if scene.gravity is not None:
         sections.append(("Gravity", _gravity(scene)))
+    if scene.softened:
+        sections.append(("Softened contacts", softened.rows(scene)))
     sections.append(("Time step", _step(step)))
     sections.append(("Memory", [("state", _state_memory(scene, sample, own, step, domain))]))
     return Preview(sections, len(sample), domain.dt, planned(scene, domain))
@@ -152,7 +160,7 @@ def _domain(scene, sample, own, contacts, step):
     radii = np.full(len(sample), scene.material.radius / units.LENGTH)
     radii = radii if own is None else own.radius
     volume, t_c = 4.0 / 3.0 * np.pi * (radii**3).sum(), constants.characteristic_time
-    dt, t_c = step.dt / units.TIME, t_c(scene.material) / units.TIME
+    dt, t_c = step.dt / units.TIME, t_c(scene.material.unscaled) / units.TIME
     return Domain(dt, float(volume), float(radii.max()), box, cell, t_c)
 
 

@@ -76,6 +76,7 @@ def series(sim, m, window, plates=None):
         record["shear_strain"] = sim.domain.shear_strain(sim.step)
     if sim.cell is not None:
         record["face_work"] = m["face_work"] * units.ENERGY
+    record["stiffness_work"] = m["stiffness_work"] * units.ENERGY
     if sim.push.works:
         record["push_work"] = m["push_work"] * units.ENERGY
     if sim.gravity is not None:
@@ -253,6 +254,7 @@ def snapshot(sim, contacts, time):
         "velocity": v * units.SPEED,
         "spin": w * units.SPIN,
     }
+    record["stiffness_scaling"] = sim.stiffness
     if sim.layout.orientation:
         record["orientation"] = np.empty((sim.grains, 4))
         record["orientation"][sim.order] = sim.state["orientation"]

@@ -25,7 +25,7 @@ def halve_time_step(sim):
     force, torque = sim.loads()
     v[:n] += 0.5 * old / sim.mass * force
     w[:n] += 0.5 * old / sim.inertia * torque
-    pairs, walls = _pairs(sim), sim.state.wall_lanes()
+    pairs, walls = contact_pairs(sim), sim.state.wall_lanes()
     if sim.sphere is not None:
         v[sim.sphere.row], w[sim.sphere.row] = sim.sphere.now()[1:]
     impulses = [law.IMPULSE for law in sim.layout.model.laws if hasattr(law, "IMPULSE")]
@@ -38,7 +38,7 @@ def halve_time_step(sim):
     sim.dt, sim.step = new, 2 * sim.step
     if sim.sphere is not None:
         sim.sphere.set_back()
-    _set_speeds(sim, pairs, walls, sim.state["v"], new)
+    set_speeds(sim, pairs, walls, sim.state["v"], new)
     sim.search.searched_at *= 2
     sim.push = _later(sim.push)
     sim.servo = None if sim.servo is None else sim.servo.halved()
@@ -54,7 +54,7 @@ def _later(push):
     return push
 
 
-def _pairs(sim):
+def contact_pairs(sim):
     """(rows of the state, first and second grain, distance vector [um]) of all listed pairs, those
     with the sphere included."""
     i, j = sim.state.pairs()
@@ -80,8 +80,11 @@ def _strike_in(sim, contacts, impulses, change):
     sim.state.put_rows("load", load)
 
 
-def _set_speeds(sim, pairs, walls, v, new):
-    """Normal speeds of contacts half a step back, as kernels.contacts has them."""
+def set_speeds(sim, pairs, walls, v, new):
+    """Normal speeds of contacts half a step of the length `new` back, as kernels.contacts has them.
+
+    pairs: as of `contact_pairs`; walls: WallLanes or None; v [um/us]: of that time.
+    """
     layout = sim.layout
     if not any(hasattr(law, "halved") for law in layout.model.laws):
         return

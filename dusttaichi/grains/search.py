@@ -78,7 +78,7 @@ class Search:
         if self.fixed_skin is None:
             self.skin = self._best_skin(speed)
         # contacts hold beyond first touch
-        touch = 2.0 * sim.radius + sim.pair.reach
+        touch = 2.0 * sim.radius + sim.pair.far
         low, extent, edges = bounds[:3], bounds[3:6] - bounds[:3], np.zeros(3)
         if sim.cell is not None:
             edges = self._wrap(step, touch)
@@ -101,13 +101,13 @@ class Search:
         numbers = [*low, *(1.0 / width), *cells, *edges, tilt, sim.scenes * np.prod(cells), near]
         walls = [NOWHERE] * 6
         if sim.box is not None:
-            wall_reach = self.skin + sim.wall.reach + (sim.radius if equal else 0.0)
+            wall_reach = self.skin + sim.wall.far + (sim.radius if equal else 0.0)
             walls = np.where(sim.box.present, wall_reach, NOWHERE)
         sim.scratch["search"].from_numpy(np.array([*numbers, step * sim.dt, *walls]))
         sim.kernels.list_neighbours(sim.walls_argument)
         self._check_room()
         if sim.sphere is not None:
-            far = sim.sphere.radius + self.skin + sim.sphere.contact.reach
+            far = sim.sphere.radius + self.skin + sim.sphere.contact.far
             sim.kernels.relist_sphere(far + (sim.radius if equal else 0.0), edges.tolist())
             sim.kernels.list_entries()
 

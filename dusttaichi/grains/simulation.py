@@ -68,13 +68,15 @@ class Simulation(Readout):
         dt,
         threads,
         scenes=1,
+        stiffness=1.0,
     ):
         """compiled: Compiled; tables: its fields, scratch and sums as this scene uses them.
 
         sample: Sample; order: its grains in internal order. typical: Typical; polydisperse:
         GrainProperties, or None of equal grains. sphere: (RigidSphere, numbers of its contacts)
         or None. gravity: Gravity or None. box, cell: or None; t_c: see Domain. drive: the first.
-        skin [um] or None: as it suits. scenes: of a batch, the `scene` field filled.
+        skin [um] or None: as it suits. scenes: of a batch, the `scene` field filled. stiffness: of
+        the contacts over that of the material (numerics.stiffness_scaling).
         """
         self.compiled, self.kernels, self.layout = compiled, compiled.kernels, compiled.layout
         self.fields, self.scratch, self.sums = tables
@@ -85,7 +87,7 @@ class Simulation(Readout):
         self.box, self.cell, self.t_c, self.push = box, cell, t_c, push
         self.sphere = None if sphere is None else MovingSphere(self, *sphere)
         self.gravity = gravity
-        self.dt, self.threads, self.step = dt, threads, 0
+        self.dt, self.threads, self.step, self.stiffness = dt, threads, 0, stiffness
         self.search = Search(self, skin)
         self.ledger_sums, self.servo = LedgerSums(), None
         self._move(drive)
@@ -146,6 +148,7 @@ class Simulation(Readout):
         if sample.wall_contacts is not None:
             radii = np.broadcast_to(self.radii, self.grains)
             state.take_wall_contacts(sample.wall_contacts, radii, self.box.normal)
+        state.stiffen(sample.info.get("stiffness_scaling", 1.0) / self.stiffness)
         self._load_contacts()
         state.clear_sums()
         self.push.begin(state["x"], self.contact_loads()[0])

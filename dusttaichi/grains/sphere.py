@@ -6,7 +6,7 @@ import numpy as np
 
 from dusttaichi import units
 from dusttaichi.errors import DustError
-from dusttaichi.grains.grain_contacts import moving, size_ranges
+from dusttaichi.grains.grain_contacts import scaled, size_ranges
 from dusttaichi.grains.kernels.store import SPHERE
 from dusttaichi.grains.pointers import touching
 from dusttaichi.grains.variables import own_history
@@ -49,7 +49,7 @@ def sphere_contact(scene, material, radius):
 
 def sphere_contacts(scene, polydisperse=None):
     """ContactConstants of the sphere with grains: of the two ends of the radii of each material."""
-    scene = moving(scene)
+    scene = scaled(scene)
     if polydisperse is None:
         return [sphere_contact(scene, scene.material, scene.material.radius)]
     ends = [(m, r) for m, *radii in size_ranges(scene, polydisperse) for r in sorted(set(radii))]

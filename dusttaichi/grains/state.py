@@ -52,7 +52,7 @@ class LedgerSums:
     impulse (6, 3): of earlier drives. sphere_force, sphere_impulse (3,), sphere_work: the same of a
     sphere that is driven. face_jumps: what changes of the drive leave over. damping: half of the
     work of step 0, which would belong to a time before it (pairs, walls, the sphere). push_work: of
-    pushes that have ended.
+    pushes that have ended. stiffness_work: of changes of the contacts' stiffness.
     """
 
     wall_force: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
@@ -61,6 +61,7 @@ class LedgerSums:
     sphere_impulse: np.ndarray = field(default_factory=lambda: np.zeros(3))
     sphere_work: float = 0.0
     push_work: float = 0.0
+    stiffness_work: float = 0.0
     wall_work: float = 0.0
     face_power: float = 0.0
     face_jumps: float = 0.0
@@ -244,6 +245,15 @@ class GrainState:
         pointer, foot = contacts["pointer"][known], contacts["foot"][known] / LENGTH
         brought = {name: values[known] for name, values in contacts.items()}
         self._put_springs(rows, brought, wall_displacements(pointer, foot, around))
+
+    def stiffen(self, ratio):
+        """Sliding displacements whose force stays; ratio: stiffness of before over that of now, in
+        moduli, to whose power 2/3 springs go."""
+        if ratio == 1.0:
+            return
+        history, (first, width) = self.rows("history"), self.layout.rows["zeta"]
+        history[:, first : first + width] *= ratio ** (2.0 / 3.0)
+        self.put_rows("history", history)
 
     def _put_springs(self, rows, contacts, displacements, order=1.0):
         """Into these rows the contacts: displacements xi, zeta (rows, 3), and what else of the

@@ -8,7 +8,7 @@ import numpy as np
 from dusttaichi import units
 from dusttaichi.domain.walls import glued, wall_strengths
 from dusttaichi.errors import DustError
-from dusttaichi.grains.grain_contacts import contact_constants, moving, size_ranges
+from dusttaichi.grains.grain_contacts import contact_constants, scaled, size_ranges
 from dusttaichi.grains.impacts import Impact, check, hardest_impact
 from dusttaichi.grains.sphere import sphere_contact, sphere_contacts
 from dusttaichi.physics import encounter, stability
@@ -101,7 +101,7 @@ def stiffest_of(scene, grains, polydisperse):
 def arrangements(scene, polydisperse):
     """(mass [kg], ContactConstants of a pair, of a wall, strengths of the walls) of the clusters of
     `stiffest_of`; a rigid sphere counts as a wall that grains stand on."""
-    scene = moving(scene)
+    scene = scaled(scene)
     strengths = wall_strengths(scene.boundary)
     if polydisperse is None:
         mass, (pair, wall) = constants.grain_mass(scene.material), contact_constants(scene)
@@ -127,7 +127,7 @@ def contact_extremes(scene, polydisperse):
     if polydisperse is None:
         pair, wall = contact_constants(scene)
         return [pair], [wall]
-    scene = moving(scene)
+    scene = scaled(scene)
     ends = [(m, r) for m, *radii in size_ranges(scene, polydisperse) for r in sorted(set(radii))]
     pairs = [
         constants.mixed_constants(a, r1, b, r2, scene.interaction)
@@ -235,7 +235,8 @@ def _face_speed(scene, drive, sample, radii):
     if drive.strain_rate is not None:
         rate = np.array(drive.strain_rate)
     elif drive.compression_rate is not None:
-        rate[:] = 2.0 * drive.compression_rate / constants.characteristic_time(scene.material)
+        t_c = constants.characteristic_time(scene.material.unscaled)
+        rate[:] = 2.0 * drive.compression_rate / t_c
     elif drive.held and len(axes) == 3:
         rate[:] = STRAIN_RATE
     faces = float(np.linalg.norm((rate * edges)[axes]))

@@ -27,6 +27,7 @@ from dusttaichi.plots.continuum import (
 )
 from dusttaichi.plots.coordination import coordination
 from dusttaichi.plots.cycles import cycles
+from dusttaichi.plots.draft import marked
 from dusttaichi.plots.drops import drops
 from dusttaichi.plots.dust import dust
 from dusttaichi.plots.dynamic import dynamic_speeds
@@ -190,7 +191,7 @@ def drawings(run):
             found["sphere_column"] = _if_possible(sphere_column, run)
     if run.is_continuum:
         found |= _continuum(run, several)
-    return found
+    return marked(found, run)
 
 
 def _stretched(run):

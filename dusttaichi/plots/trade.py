@@ -18,6 +18,7 @@ LOOKS = {  # knob -> colour, marker
     "window": (style.PURPLE, "o"),
     "speed": (style.BLUE, "s"),
     "mass_scaling": (style.ORANGE, "s"),
+    "stiffness_scaling": (style.RED, "s"),
     "side_walls": (style.GREEN, "s"),
     "rolling": (style.SKY, "^"),
     "sliding": (style.RED, "^"),

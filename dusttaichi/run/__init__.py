@@ -7,7 +7,7 @@ are what it does on the way; persistence.py is what is on disk; error_bar.py run
 from pathlib import Path
 
 from dusttaichi import files
-from dusttaichi.errors import GuardStop
+from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.run.error_bar import States, estimate
 from dusttaichi.run.interrupts import Interrupts, before_the_first_step
 from dusttaichi.run.opening import Opening
@@ -45,6 +45,11 @@ def execute(
     there kept), Interrupted (after flushing and a checkpoint).
     """
     directory = Path(directory)
+    if error_bar and getattr(scene, "restiffens", False):
+        raise DustError(
+            "--error-bar: stages whose stiffness_scaling differs have steps of different length; "
+            "allowed: one stiffness_scaling for all stages"
+        )
     with Interrupts() as interrupts, files.RunLock(directory) as lock:
         others = {"interrupts": interrupts, "report": report, "log": log, "advancing": advancing}
         opening = Opening(scene, directory, lock, keep_states=error_bar, **others)

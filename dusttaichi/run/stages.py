@@ -34,7 +34,7 @@ FREE = (
 
 
 # keys of a drive that change what is compiled and written, in every stage
-SHAPING = (*SHEARS, "push")
+SHAPING = (*SHEARS, "push", "stiffness_scaling")
 
 
 def folder_of(scene, stage, directory, origin):

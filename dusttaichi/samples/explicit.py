@@ -200,6 +200,8 @@ def _of_run(spec, sample: Sample, state: dict, materials: Materials, where: str)
             sample, walls, spec.fragment, nearest=_nearest(state), masses=masses, where=where
         )
         sample.info.update(fragments=count, grains_of_all=before)
+    if state.get("stiffness_scaling", 1.0) != 1.0:
+        sample.info.update(stiffness_scaling=state["stiffness_scaling"])
     return taken.along(sample, state, walls, spec, where)
 
 

@@ -13,7 +13,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from dusttaichi.physics.contact.constants import interface
+from dusttaichi.physics.contact.interface import interface
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock
 from dusttaichi.samples.sample import ROUNDING, Sample, touching_pairs

@@ -37,8 +37,8 @@ def read(path: Path, where: str, snapshot="last") -> dict:
     position, velocity, spin (N, 3), radius and material (N,) as far as it has them. Of a result
     also contacts and wall_contacts, name -> rows; period (3,), edges of its cell [m], inf along
     axes that are not periodic, and tilt [m], how much further along x the image above stands; room
-    (6,), coordinates of walls and faces [m], NaN where there is
-    none; time [s]. where: how errors name the file. snapshot: number from 0, or "last".
+    (6,), coordinates of walls and faces [m], NaN where there is none; time [s]; stiffness_scaling
+    of its contacts. where: how errors name the file. snapshot: number from 0, or "last".
     Raises DustError for a file that cannot be used.
     """
     try:
@@ -170,7 +170,15 @@ class _Snapshot:
         time = self.frame.get("snapshot_time")
         if time is not None and time.ndim == 1 and len(time):
             found["time"] = float(time[self._place(len(time))].values)
+        found["stiffness_scaling"] = self._stiffness()
         return found | {"period": period, "tilt": self._tilt()}
+
+    def _stiffness(self) -> float:
+        """Factor on the stiffness of its contacts (numerics.stiffness_scaling)."""
+        own = self.frame.get("stiffness_scaling")
+        if own is None:
+            return float(self.tree.attrs.get("stiffness_scaling", 1.0))
+        return float(self._plain(own[self._place(len(own))].values, "stiffness_scaling"))
 
     def _tilt(self) -> float:
         """How much further along x the image above the cell stands, 0 of one that is upright."""

@@ -88,5 +88,21 @@ class GrainsScene(Scene):
         """Their names, in the same order."""
         return (DEFAULT, *self.materials)
 
+    @property
+    def softened(self) -> bool:
+        """Whether contacts are softer than the material is."""
+        return any(scale != 1.0 for scale in self.stiffnesses)
+
+    @property
+    def stiffnesses(self) -> tuple[float, ...]:
+        """stiffness_scaling of every stage."""
+        own = self.numerics.stiffness_scaling
+        return tuple(plan.drive.stiffness_scaling or own for plan in self.stage_plans)
+
+    @property
+    def restiffens(self) -> bool:
+        """Whether it differs from stage to stage."""
+        return len(set(self.stiffnesses)) > 1
+
     def conflicts(self) -> list[tuple[str, str]]:
         return [*super().conflicts(), *check(self)]

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import Field, PrivateAttr, model_validator
 from pydantic_core import PydanticCustomError
 
 from dusttaichi.physics.contact import registry
@@ -130,6 +130,8 @@ class Material(Block):
     properties: Annotated[tuple[tuple[str, float], ...], _Properties()] = Field(
         {}, description="properties that registered laws of contacts need, by name"
     )
+    # no key of the YAML: what `scaled` has made this one of
+    _unscaled: "Material | None" = PrivateAttr(None)
 
     @model_validator(mode="before")
     @classmethod
@@ -154,6 +156,27 @@ class Material(Block):
         if self.critical_rolling >= self.radius:
             raise problems([("critical_rolling", "it must be smaller than the radius of a grain")])
         return self
+
+    def scaled(self, mass: float, stiffness: float) -> "Material":
+        """This material, as it is without any scaling, with its density and its Young's modulus
+        times these factors (numerics.mass_scaling, stiffness_scaling)."""
+        own = self.unscaled
+        if mass == stiffness == 1.0:
+            return own
+        factors = {"density": mass * own.density, "young_modulus": stiffness * own.young_modulus}
+        out = own.model_copy(update=factors)
+        out._unscaled = own
+        return out
+
+    @property
+    def unscaled(self) -> "Material":
+        """The material that `scaled` has made this one of, or this one."""
+        return self._unscaled or self
+
+    @property
+    def stiffness_scaling(self) -> float:
+        """Its Young's modulus over that without scaling."""
+        return self.young_modulus / self.unscaled.young_modulus
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema, handler):

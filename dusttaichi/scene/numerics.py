@@ -7,12 +7,21 @@ from pydantic import Field, model_validator
 from dusttaichi.scene.fields import Block, Number
 from dusttaichi.scene.quantities import Quantity
 
+DRAFT = "draft"
 PRESETS: dict[str, dict[str, Any]] = {
+    DRAFT: {
+        "step_fraction": 0.28,
+        "precision": "mixed",
+        "newton_steps": 1,
+        "mass_scaling": 4.0,
+        "stiffness_scaling": 0.1,
+    },
     "fast": {"step_fraction": 0.28, "precision": "mixed", "newton_steps": 1},
     "balanced": {"step_fraction": 0.2, "precision": "mixed", "newton_steps": 1},
     "reference": {"step_fraction": 0.05, "precision": "f64", "newton_steps": 3},
 }
-"""What `accuracy` sets where the YAML does not say otherwise: numerics alone, no physics."""
+"""What `accuracy` sets where the YAML does not say otherwise: numerics alone, no physics, but for
+a draft, whose grains are heavier and softer."""
 
 
 class CommonNumerics(Block):
@@ -51,6 +60,8 @@ class Numerics(CommonNumerics):
         "precision",
         "newton_steps",
         "mass_scaling",
+        "stiffness_scaling",
+        "scaling_anyway",
         "ledger_tolerance",
         "backend",
         "threads",
@@ -60,10 +71,11 @@ class Numerics(CommonNumerics):
 
     default: ClassVar[str] = "balanced"
 
-    accuracy: Literal["fast", "balanced", "reference"] = Field(
+    accuracy: Literal["draft", "fast", "balanced", "reference"] = Field(
         default,
-        description="preset of step_fraction, precision and newton_steps, each of which may be "
-        "given as well; `dust trade` measures what they cost",
+        description="preset of step_fraction, precision and newton_steps, for a draft of "
+        "mass_scaling and stiffness_scaling too, each of which may be given as well; `dust trade` "
+        "measures what they cost",
     )
     # Leapfrog is stable up to 1/pi = 0.318 of the period.
     step_fraction: Annotated[
@@ -87,6 +99,17 @@ class Numerics(CommonNumerics):
         1.0,
         description="factor on the mass of all grains, for quasi-static runs: steps grow with its "
         "root, and so does the speed at which inertia is felt",
+    )
+    stiffness_scaling: Annotated[float, Number(ge=1e-4, le=1)] = Field(
+        1.0,
+        description="factor s on the elastic moduli, for compression and tension: steps grow as "
+        "s^(-1/3); pull-off force, rolling, largest sliding force, damping ratio and the filling "
+        "factor at rest stay",
+    )
+    scaling_anyway: bool = Field(
+        False,
+        description="take stiffness_scaling also where the scene is about what it changes: sound, "
+        "sticking, impacts",
     )
     skin: Annotated[float | Literal["auto"], Number(gt=0, le=10, word="auto")] = Field(
         "auto", description="extra reach of the neighbour search as a fraction of the radius"

@@ -167,7 +167,7 @@ def _polydisperse(n):
         ("mass", "mass of a grain", "pg", ("f64", 0), (n.moving,)),
         ("inertia", "moment of inertia of a grain", "pg um^2", ("f64", 0), (n.grains,)),
         ("material", "number of its material", "1", ("i32", 0), (n.grains,)),
-        ("touch", "sum of the radii of a contact", "um", ("f64", 0),
+        ("touch", "distance of the centres of a contact at first touch", "um", ("f64", 0),
          (n.pairs + n.walls, n.width)),
     ]
 

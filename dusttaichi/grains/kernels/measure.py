@@ -92,9 +92,11 @@ class ContactSums:
                 value = law.pending(k, h, p, dt, load.dot(k.normal))
                 self.add(tile, self.first_pending + channel, value)
             self.add(tile, self.columns.contacts, k.now)
-            self.most(tile, self.columns.deepest, k.now * k.overlap)
+            # of the surfaces, which softened contacts do not wait for
+            overlap = k.overlap - (p.touch - p.r1 - p.r2)
+            self.most(tile, self.columns.deepest, k.now * overlap)
             # the smaller radius; on a wall inv_r2 is 0
-            strain = k.now * k.overlap * ti.max(p.inv_r1, p.inv_r2)
+            strain = k.now * overlap * ti.max(p.inv_r1, p.inv_r2)
             self.most(tile, self.columns.strain, strain)
             if ti.static(self.faces):
                 power = self.own.gatherer.power_of_faces(g, lane, load, place)

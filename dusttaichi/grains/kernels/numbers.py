@@ -40,7 +40,8 @@ def numbers_type(model, real):
 
 def internal_numbers(contact, model):
     """All numbers of a contact by name, internal units, and beside those that kernels have its
-    `delta0` and `bound`; contact: ContactConstants."""
+    `delta0`, `bound`, `gap`, and `far`: gap of the surfaces up to which it may hold; contact:
+    ContactConstants."""
     r1, wall = contact.r1 / units.LENGTH, contact.r2 == float("inf")
     r2 = 0.0 if wall else contact.r2 / units.LENGTH
     own = {
@@ -49,14 +50,15 @@ def internal_numbers(contact, model):
         "inv_r1": 1.0 / r1,
         "inv_r2": 0.0 if wall else 1.0 / r2,
         "R": contact.R / units.LENGTH,
-        "touch": r1 + r2,
+        "touch": r1 + r2 + contact.gap / units.LENGTH,
         "inv_sum": 0.0 if wall else 1.0 / (r1 + r2),
         "mass": contact.mass / units.MASS,
     }
     for name, number in model.numbers.items():
         own[name] = contact.numbers[name] / units.internal(number.unit)
     delta0, bound = contact.delta0 / units.LENGTH, contact.bound / units.ENERGY
-    return SimpleNamespace(**own, delta0=delta0, bound=bound)
+    gap = contact.gap / units.LENGTH
+    return SimpleNamespace(**own, delta0=delta0, bound=bound, gap=gap, far=gap + own["reach"])
 
 
 @ti.data_oriented

@@ -1,7 +1,7 @@
 """Grains of their own radius and material: the numbers of each contact, rows of its block.
 
 Those of a pair of grains never change, so they are computed once, when a search lists the pair,
-from the two radii and from a table of interfaces (`Interface` of physics.contact.constants, one row
+from the two radii and from a table of interfaces (`Interface` of physics.contact.interface, one row
 for each two materials, and the keys of the laws' blocks, in internal units: the formulas hold in
 any consistent ones). The passes read them in the place of those of equal grains.
 """
@@ -22,6 +22,8 @@ from dusttaichi.physics.contact.registry import block_in, properties_of
 from dusttaichi.scene.quantities import DIMENSIONS
 
 contact_radius = ti.func(constants.equilibrium_contact_radius)
+equilibrium_overlap = ti.func(constants.equilibrium_overlap)
+first_touch = ti.func(constants.first_touch)
 pull_off_force = ti.func(constants.pull_off_force)
 reduced_radius = ti.func(constants.reduced_radius)
 
@@ -32,9 +34,9 @@ FACE = [(name, column) for column, name in enumerate([*INTERFACE, "glue"])]
 """(name, column) of what the rows of the table say of two materials."""
 
 
-def stored(model):
+def stored(model, softened=False):
     """Names of the numbers that each contact has: rows from Layout.constants on."""
-    return ("r1", "r2", "mass", *model.numbers)
+    return ("r1", "r2", "mass", *(["gap"] if softened else []), *model.numbers)
 
 
 def own_keys(block):
@@ -122,6 +124,7 @@ class OwnNumbers(EqualNumbers):
         self.contact, self.touch, self.first = fields["contact"], fields["touch"], layout.constants
         column = {name: layout.constants + n for n, name in enumerate(layout.stored)}
         self.r1, self.r2, self.mass = (column[name] for name in ("r1", "r2", "mass"))
+        self.softened, self.gap = "gap" in column, column.get("gap", 0)
         self.of_laws = tuple((name, column[name]) for name in layout.model.numbers)
 
     @ti.func
@@ -135,13 +138,16 @@ class OwnNumbers(EqualNumbers):
         inv_r2, R = 1.0 / r2, r1 * r2 * inv_sum
         if ti.static(kind == WALL):
             r2, inv_r2, inv_sum, R = 0.0 * r1, 0.0 * r1, 0.0 * r1, r1
+        touch = r1 + r2
+        if ti.static(self.softened):
+            touch += self.contact[b, self.gap, lane]
         return self.Numbers(
             r1=r1,
             r2=r2,
             inv_r1=inv_r1,
             inv_r2=inv_r2,
             R=R,
-            touch=r1 + r2,
+            touch=touch,
             inv_sum=inv_sum,
             mass=self.contact[b, self.mass, lane],
             **{name: self.contact[b, row, lane] for name, row in self.of_laws},
@@ -203,6 +209,7 @@ def make_write(fields, interfaces, scene, layout):
     faces = [*FACE, *property_columns(scene.interaction)]
     of_laws = [(law, columns[effect]) for effect, law in model.effects]
     column = {name: layout.constants + n for n, name in enumerate(layout.stored)}
+    softened = "gap" in column
 
     @ti.func
     def contact(row, two: ti.template()):
@@ -222,6 +229,10 @@ def make_write(fields, interfaces, scene, layout):
     def write(b, k, row, two: ti.template()):
         c = contact(row, two)
         touch[b, k] = c.r1 + c.r2
+        if ti.static(softened):
+            gap = first_touch(equilibrium_overlap(c.a0, c.R), c.stiffness_scaling)
+            touch[b, k] += gap
+            table[b, column["gap"], k] = gap
         table[b, column["r1"], k] = c.r1
         table[b, column["r2"], k] = c.r2
         table[b, column["mass"], k] = c.mass

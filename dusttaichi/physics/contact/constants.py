@@ -1,16 +1,19 @@
-"""What all laws of a contact have in common: interfaces of two materials, radii, JKR's scales.
+"""What all laws of a contact have in common: radii, JKR's scales, the constants of a contact.
 
 Everything here is in SI and imports no Taichi; the formulas hold in any consistent units, and
 `grains.kernels.polydisperse` uses the same ones in internal units. Symbols: r radius, R reduced
 radius, E_star, G_star, gamma, a0, delta0, F_c. Numbers that belong to a law are in the law's file.
 """
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from functools import cached_property
-from math import inf, pi, sqrt
+from math import inf, pi
 from types import SimpleNamespace
 
 import numpy as np
+
+from dusttaichi.physics.contact.interface import Interface, interface, reduced_modulus
+from dusttaichi.physics.contact.interface import reduced_shear_modulus as reduced_shear_modulus
 
 PULL_OFF = (9.0 / 16.0) ** (1.0 / 3.0)  # delta_c / delta0
 CLOSEST = 0.9  # diameters: at 10 % overlap JKR is far outside what it was derived for
@@ -37,26 +40,6 @@ def reduced_radius(r1, r2):
     return r1 * r2 / (r1 + r2)
 
 
-def reduced_modulus(material):
-    """E* of two grains of one material [Pa] (S12 sect. 2.1)."""
-    return material.young_modulus / (2.0 * (1.0 - material.poisson_ratio**2))
-
-
-def shear_modulus(material):
-    """G of one grain [Pa]."""
-    return material.young_modulus / (2.0 * (1.0 + material.poisson_ratio))
-
-
-def reduced_shear_modulus(material, rule):
-    """G* of two grains of one material [Pa].
-
-    `mindlin`: 1/G* = 2 (2 - nu)/G, contact mechanics; `printed`: 2 (2 - nu^2)/G, as S12 prints it.
-    """
-    nu = material.poisson_ratio
-    compliance = {"mindlin": 2.0 - nu, "printed": 2.0 - nu**2}[rule]
-    return shear_modulus(material) / (2.0 * compliance)
-
-
 def equilibrium_contact_radius(gamma, R, E_star):
     """a0 = (9 pi gamma R^2 / E*)^(1/3) [m] (S12 after eq 2)."""
     return (9.0 * pi * gamma * R**2 / E_star) ** (1.0 / 3.0)
@@ -77,6 +60,15 @@ def normal_stiffness(gamma, R, E_star):
     return 1.2 * (9.0 * pi * gamma * R**2 * E_star**2) ** (1.0 / 3.0)
 
 
+def first_touch(delta0, s):
+    """Gap of two surfaces [m] at which a contact of stiffness s E forms: delta0 (1 - s^(2/3)).
+
+    delta0 of E is s^(2/3) times that of s E. What it has more is added to the distance of first
+    touch, so that softened grains at rest have the distance of the others, and the filling factor.
+    """
+    return delta0 * (1.0 - s ** (2.0 / 3.0))
+
+
 def collision_time(r, density, gamma, E_star):
     """t_c = 0.95 r^(7/6) rho^(1/2) / (gamma^(1/6) E*^(1/3)) [s] (T19 sect. 2)."""
     return 0.95 * r ** (7.0 / 6.0) * density**0.5 / (gamma ** (1.0 / 6.0) * E_star ** (1.0 / 3.0))
@@ -86,93 +78,6 @@ def characteristic_time(material):
     """t_c of two equal grains of a material [s]."""
     return collision_time(
         material.radius, material.density, material.surface_energy, reduced_modulus(material)
-    )
-
-
-MIXING = {
-    "geometric": lambda a, b: sqrt(a * b),
-    "arithmetic": lambda a, b: 0.5 * (a + b),
-    "work_of_adhesion": lambda a, b: a + b - 2.0 / (1.0 / a + 1.0 / b),
-}
-"""gamma of a contact between two materials from the two surface energies, by name of the rule.
-
-The papers have one material only. gamma is that of one surface, F_c = 3 pi gamma R, and each rule
-gives back gamma1 = gamma2. `work_of_adhesion`: gamma1 + gamma2 less an interface energy that is the
-harmonic mean of the two.
-"""
-
-
-def _of(unit):
-    return field(metadata={"unit": unit})
-
-
-@dataclass(frozen=True)
-class Interface:
-    """Numbers of a contact between two materials, SI: what does not depend on the radii.
-
-    gamma by a rule of MIXING; 1/E* = sum of (1 - nu^2)/E, 1/G* = sum of (2 - nu)/G (`printed`:
-    (2 - nu^2)/G), 1/G = 1/G1 + 1/G2; nu, xi_crit, density and asperity_volume are means
-    of the two.
-    """
-
-    gamma: float = _of("J/m^2")
-    E_star: float = _of("Pa")
-    G_star: float = _of("Pa")
-    G: float = _of("Pa")
-    nu: float = _of("1")
-    xi_crit: float = _of("m")
-    density: float = _of("kg/m^3")
-    asperity_volume: float = _of("m")
-    properties: tuple  # (name, value) of those that laws have brought in, SI
-
-
-def mixed_properties(a, b, interaction):
-    """(name, value) of the properties that the chosen laws have brought in, for two materials; the
-    checks of a scene refuse it where one is missing."""
-    from dusttaichi.physics.contact.registry import properties_of
-
-    one, other = dict(a.properties), dict(b.properties)
-    return tuple(
-        (name, MIXING[found.mixing](one[name], other[name]))
-        for name, found in properties_of(interaction).items()
-        if name in one and name in other
-    )
-
-
-def interface(a, b, interaction):
-    """Interface of two materials, in either order the same."""
-    rule = interaction.shear_modulus
-    one, two = (
-        Interface(
-            gamma=m.surface_energy,
-            E_star=reduced_modulus(m),
-            G_star=reduced_shear_modulus(m, rule),
-            G=shear_modulus(m) / 2.0,
-            nu=m.poisson_ratio,
-            xi_crit=m.critical_rolling,
-            density=m.density,
-            asperity_volume=interaction.asperity_volume(m),
-            properties=mixed_properties(a, b, interaction),
-        )
-        for m in (a, b)
-    )
-    if one == two:
-        return one
-
-    def series(x, y):
-        # x and y are those of two grains of one material each: 1/(2 x) is the part of one grain
-        return 2.0 * x * y / (x + y)
-
-    return Interface(
-        gamma=MIXING[interaction.mixing](one.gamma, two.gamma),
-        E_star=series(one.E_star, two.E_star),
-        G_star=series(one.G_star, two.G_star),
-        G=series(one.G, two.G),
-        nu=0.5 * (one.nu + two.nu),
-        xi_crit=0.5 * (one.xi_crit + two.xi_crit),
-        density=0.5 * (one.density + two.density),
-        asperity_volume=0.5 * (one.asperity_volume + two.asperity_volume),
-        properties=one.properties,
     )
 
 
@@ -229,6 +134,16 @@ class ContactConstants(Interface):
     def delta0(self):
         """Overlap at equilibrium [m]."""
         return self._law.rest(self)
+
+    @property
+    def gap(self):
+        """Gap of the surfaces at which a softened contact forms [m], 0 of one that is not."""
+        return first_touch(self.delta0, self.stiffness_scaling)
+
+    @property
+    def rest_overlap(self):
+        """What the distance of the centres is short of the sum of the radii at rest [m]."""
+        return self.delta0 - self.gap
 
     @property
     def delta_c(self):

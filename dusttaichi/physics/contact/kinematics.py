@@ -15,7 +15,8 @@ length of the pointers. A wall is a second body of infinite radius: 1/r2 = 1/(r1
 is its normal, and zeta is S12 eq 24.
 
 What cancels is formed in double precision by the caller: the distance vector d of the centres and
-the gap touch^2 - d.d.
+the gap touch^2 - d.d. `touch` is r1 + r2; softened contacts form earlier, but their zeta is that of
+surfaces at the radii all the same.
 """
 
 from functools import cache
@@ -30,7 +31,7 @@ def motion_type(real):
 
     @ti.dataclass
     class Motion:
-        overlap: real  # sum of the radii less the distance; radius less that from a wall
+        overlap: real  # what the distance (from a wall) is short of that of first touch
         distance_inverse: real  # one over the distance of the centres
         normal: vec3  # n_c, from the second body to the first
         turned: vec3  # change of n_c over the last step
@@ -111,7 +112,7 @@ def pair_motion(Motion: ti.template(), d, gap, dv, w1, w2, dt, p):
         spin_2=w2,
         rotation_1=w1 * dt,
         rotation_2=w2 * dt,
-        slip=touch * turned,
+        slip=(p.r1 + p.r2) * turned,
     )
 
 
@@ -191,7 +192,7 @@ def point(k: ti.template(), h: ti.template(), p, flat: ti.template()):
     k.lever = -1.0
     if ti.static(not flat):
         k.zeta_along = p.r1 * short_1 + p.r2 * short_2
-        k.lever = (k.zeta_along - p.touch) * k.distance_inverse
+        k.lever = (k.zeta_along - p.r1 - p.r2) * k.distance_inverse
     k.pointer_1 = e1 + k.normal * (short_1 - 1.0)
     k.pointer_2 = e2 - k.normal * (short_2 - 1.0)
 
@@ -204,5 +205,5 @@ def point_as_kept(k: ti.template(), h: ti.template(), p, flat: ti.template()):
     k.lever = -1.0
     if ti.static(not flat):
         k.zeta_along = h.zeta.dot(k.normal)
-        k.lever = (k.zeta_along - p.touch) * k.distance_inverse
+        k.lever = (k.zeta_along - p.r1 - p.r2) * k.distance_inverse
         h.zeta = h.zeta - k.normal * k.zeta_along

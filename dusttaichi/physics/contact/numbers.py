@@ -16,7 +16,7 @@ class Property:
     """A property of the grains' material that a law brings into the YAML: `material: {NAME: ...}`.
 
     dimension: name of a dimension of scene.quantities, such as "pressure". mixing: name of the rule
-    (constants.MIXING) by which two materials have one value in their contact.
+    (interface.MIXING) by which two materials have one value in their contact.
     """
 
     dimension: str

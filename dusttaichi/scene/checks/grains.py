@@ -4,7 +4,7 @@ import math
 
 from dusttaichi.names import AXES
 from dusttaichi.physics.contact import constants
-from dusttaichi.physics.contact.registry import properties_of
+from dusttaichi.physics.contact.registry import DEFAULT, law_name, properties_of
 from dusttaichi.samples.values import TOO_NARROW
 from dusttaichi.scene import gravity, push, sphere
 from dusttaichi.scene.boundary import BoxBoundary, PeriodicBoundary, PlatesBoundary
@@ -13,6 +13,7 @@ from dusttaichi.scene.quantities import DIMENSIONS
 Found = list[tuple[str, str]]
 LARGEST_CONTACT = 0.25  # of the radius: grains at rest then overlap by a twentieth of it
 LEAST_POISSON = 0.01
+FARTHEST = 0.25  # of the radius: gap across which a softened contact may hold
 DENSEST = 0.74  # filling factor of the densest packing of equal spheres
 
 
@@ -27,7 +28,14 @@ def check(scene) -> Found:
         *_contacts(scene),
         *_damping(scene),
     ]
-    return [*found, *_mass_scaling(scene), *sample, *_sizes(scene), *_room(scene)]
+    return [
+        *found,
+        *_mass_scaling(scene),
+        *_softening(scene),
+        *sample,
+        *_sizes(scene),
+        *_room(scene),
+    ]
 
 
 def _lost(scene) -> Found:
@@ -126,7 +134,89 @@ def _mass_scaling(scene) -> Found:
     elif not driven:
         why = "no wall or face moves"
     text = "it is for quasi-static runs, in which a wall or a face moves slowly; 1 is allowed here"
-    return [("numerics.mass_scaling", f"{text}: {why}")] if why else []
+    return [_scaling("mass_scaling", scene, f"{text}: {why}")] if why else []
+
+
+def _scaling(key, scene, text):
+    """A problem of a key of numerics, which the preset of a draft may have set."""
+    numerics = scene.numerics
+    if numerics.preset.get(key) == getattr(numerics, key):
+        text = f"it sets {key}: {numerics.preset[key]:g}, and {text}"
+        return "numerics.accuracy", f"{text}; fast, balanced and reference leave that alone"
+    return f"numerics.{key}", text
+
+
+def _softening(scene) -> Found:
+    """Softer contacts press, roll and slide alike, but store more energy."""
+    scale, own = min(scene.stiffnesses), _stiffness_of_stages(scene)
+    if scale == 1.0 or own:
+        return own
+    law = law_name(scene.interaction, "normal")
+    texts = [text for _, m in _all_materials(scene) if (text := _too_soft(m, scale))]
+    if law != DEFAULT["normal"]:
+        texts = [f"it is not made for the normal law {law}; 1 is allowed here"]
+    why = None if scene.numerics.scaling_anyway else _elastic(scene)
+    if why is not None:
+        texts.append(
+            f"{why}, which goes with the stiffness of contacts; 1 is allowed here, or "
+            "scaling_anyway: true beside it"
+        )
+    return [_scaling("stiffness_scaling", scene, text) for text in texts[:1]]
+
+
+def _stiffness_of_stages(scene):
+    """What keeps stages from having a stiffness of their own."""
+    if scene.stages and (own := scene.stages[0].drive.stiffness_scaling) is not None:
+        text = f"the first stage has that of numerics; give numerics.stiffness_scaling: {own:g}"
+        return [("stages.0.drive.stiffness_scaling", text)]
+    if not scene.restiffens:
+        return []
+    with_it = {
+        "a push": bool(scene.push or push.of_stages(scene)),
+        "a free sphere": scene.sphere is not None and not scene.sphere.driven,
+        "asperities": scene.interaction.asperities is not None,
+    }
+    number = next(n for n, s in enumerate(scene.stiffnesses) if s != scene.stiffnesses[0])
+    return [
+        (f"stages.{number}.drive.stiffness_scaling", f"it may not change in a scene with {what}")
+        for what, there in with_it.items()
+        if there
+    ]
+
+
+def _too_soft(material, scale):
+    """What is wrong with a Material softened so much; None where nothing is."""
+    R = constants.reduced_radius(material.radius, material.radius)
+    a0 = constants.equilibrium_contact_radius(
+        material.surface_energy, R, constants.reduced_modulus(material)
+    )
+    own = constants.equilibrium_overlap(a0, R)
+    soft = own * scale ** (-2.0 / 3.0)
+    gap = soft - own + constants.PULL_OFF * soft
+    most = FARTHEST * material.radius
+    if gap <= most:
+        return None
+    least = (own * (1.0 + constants.PULL_OFF) / (most + own)) ** 1.5
+    return (
+        f"contacts would hold across a gap of {gap / material.radius:.3g} of the radius, more than "
+        f"{FARTHEST}: grains would feel those behind their neighbours; allowed with this material: "
+        f"{least:.2g} and more"
+    )
+
+
+def _elastic(scene):
+    """What a scene is about that goes with the stiffness of contacts; None where nothing does."""
+    if scene.push or push.of_stages(scene):
+        return "a push is answered at the speed of sound"
+    if scene.sphere is not None and not scene.sphere.driven:
+        return "how far a free sphere gets is decided by the energy of contacts"
+    if scene.sample.flies:
+        return "whether bodies stick is decided by the energy that breaks contacts"
+    if scene.interaction.asperities is not None:
+        return "asperities act at impacts"
+    if not any(plan.drive.moves for plan in scene.stage_plans):
+        return "no wall or face moves, and grains vibrate, collide or stick"
+    return None
 
 
 def _lengths(boundary) -> list[float]:

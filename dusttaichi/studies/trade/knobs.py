@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 from dusttaichi.errors import DustError
 from dusttaichi.scene.continuum import ContinuumScene
-from dusttaichi.scene.numerics import PRESETS
+from dusttaichi.scene.numerics import DRAFT, PRESETS
 from dusttaichi.studies.trade import continuum, scenes
 from dusttaichi.studies.trade.point import NUMERICAL, PHYSICAL, SAMPLE, Point
 
-FRACTIONS = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3)
+FRACTIONS = (0.05, 0.1, 0.15, 0.2, 0.25, 0.28, 0.3)
 PRECISIONS = ("f64", "mixed", "f32")
 NEWTON_STEPS = (0, 1, 2, 3)
 SKINS = ("auto", 0.02, 0.05, 0.1, 0.2, 0.4)
@@ -17,6 +17,7 @@ SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0)
 SIZES = (0.25, 0.5, 1.0, 2.0)
 WINDOWS = ("interval", 10, 100, 1000)
 MASSES = (1.0, 4.0, 16.0, 64.0)
+SOFTNESS = (1.0, 0.3, 0.1, 0.03, 0.01, 0.003)
 SIDES = (0.0, 0.001, 0.01, 0.1, 1.0)
 QUICK = 3  # rungs a knob
 
@@ -79,6 +80,23 @@ def _mass_scaling(scene):
     return _values("numerics.mass_scaling", MASSES)(scene)
 
 
+def _stiffness_scaling(scene):
+    if scene.push:
+        return "a push is answered at the speed of sound, which it changes"
+    rungs = _values("numerics.stiffness_scaling", SOFTNESS[1:])(scene)
+    # a ladder is there to tell what it does, also where a scene is about that
+    rungs = [(text, {"numerics.scaling_anyway": True} | changes) for text, changes in rungs]
+    return [rung for rung in rungs if _allowed(scene, rung[1])] or "contacts are too soft already"
+
+
+def _allowed(scene, changes):
+    """False where the scene refuses the changes."""
+    try:
+        return bool(scenes.changed(scene, changes))
+    except DustError:
+        return False
+
+
 def _side_walls(scene):
     sides = {"x_min", "x_max", "y_min", "y_max"}
     if scene.boundary.kind != "box" or not sides & set(scene.boundary.walls):
@@ -114,6 +132,7 @@ KNOBS = (
     Knob("window", NUMERICAL, "steps that pressures are averaged over", _window),
     Knob("speed", PHYSICAL, "speed of walls and faces over that of the scene", _speed),
     Knob("mass_scaling", PHYSICAL, "factor on the mass of all grains", _mass_scaling),
+    Knob("stiffness_scaling", PHYSICAL, "factor on the elastic moduli", _stiffness_scaling),
     Knob("side_walls", PHYSICAL, "factor on the side walls", _side_walls),
     *(
         Knob(name, PHYSICAL, f"{name} on or off", _part(name))
@@ -176,7 +195,7 @@ def ladder(scene, names=NAMES, quick=False):
 
 
 def presets(scene):
-    """The points of the three presets; that of `reference` is converged in all numerics.
+    """The points of the presets; that of `reference` is converged in all numerics.
 
     The continuum has no presets: of one its reference alone.
     """
@@ -188,7 +207,7 @@ def presets(scene):
             "preset",
             name,
             math.nan,
-            NUMERICAL,
+            PHYSICAL if name == DRAFT else NUMERICAL,
             scenes.reference(scene) if name == "reference" else scenes.preset(scene, name),
         )
         for name in PRESETS

@@ -9,7 +9,7 @@ from dusttaichi.scene.numerics import PRESETS
 
 DRIVES = (*SPEEDS, *SHEARS)
 # what a preset fills; what else the user gives in numerics stays
-PRESET_KEYS = ("accuracy", "time_step", *PRESETS["reference"])
+PRESET_KEYS = ("accuracy", "time_step")
 # what does not touch the result: the reference keeps only these
 NEUTRAL_KEYS = ("backend", "threads", "ledger_tolerance")
 
@@ -143,7 +143,8 @@ def _body(body, factor):
 
 def preset(scene, name):
     """Changes that give a scene a preset, without the keys by hand that it would fill."""
-    return {"numerics": _kept(scene, lambda key: key not in PRESET_KEYS) | {"accuracy": name}}
+    filled = (*PRESET_KEYS, *PRESETS[name])
+    return {"numerics": _kept(scene, lambda key: key not in filled) | {"accuracy": name}}
 
 
 def reference(scene):

@@ -8,8 +8,8 @@ NUMBERS = {"kappa": Number("kg/s", "damping constant of the normal motion")}
 
 @ti.pyfunc
 def numbers(c, own):
-    """kappa as the scene says."""
-    return {"kappa": own.kappa + 0.0 * c.R}
+    """kappa as the scene says; of a softened contact in the same proportion to sqrt(k_n)."""
+    return {"kappa": own.kappa * c.stiffness_scaling ** (1.0 / 3.0) + 0.0 * c.R}
 
 
 @ti.pyfunc

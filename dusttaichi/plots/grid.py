@@ -1,0 +1,57 @@
+"""Cost against error of the settings of `dust trade --grid`, one panel for each scene."""
+
+import numpy as np
+
+from dusttaichi.analysis.grid import AS_IT_IS, text_of
+from dusttaichi.plots import style
+
+KINDS = (  # knobs in the settings -> colour, marker, label
+    (("stiffness_scaling",), style.RED, "s", "stiffness"),
+    (("mass_scaling",), style.ORANGE, "s", "mass"),
+    (("speed",), style.BLUE, "s", "speed"),
+    (("step_fraction",), style.GREEN, "o", "step"),
+    (("mass_scaling", "stiffness_scaling"), style.PURPLE, "D", "stiffness and mass"),
+    (("speed", "stiffness_scaling"), style.SKY, "D", "stiffness and speed"),
+    (("step_fraction", "stiffness_scaling"), style.YELLOW, "D", "stiffness and step"),
+)
+OTHER = (style.BLACK, "D", "three or more")
+COLUMNS = 3
+
+
+@style.styled
+def grid(outcomes, observables=()):
+    """The figure of Outcomes (analysis.grid): a panel for each scene, of the first of `observables`
+    that it has, else of its first. Dashed: a fifth of the cost."""
+    panels = {}
+    for o in outcomes:
+        if not o.refused and o.settings != AS_IT_IS:
+            panels.setdefault((o.scene, o.grains), {}).setdefault(o.observable, []).append(o)
+    figure, axes = style.new_grid(len(panels), COLUMNS, height=1.9)
+    handles = {}
+    for place, ((scene, grains), found) in zip(axes, panels.items(), strict=True):
+        name = next((n for n in observables if n in found), next(iter(found)))
+        _panel(place, found[name])
+        title = f"{scene.removeprefix('trade_')}, {grains} grains:\n{text_of(name)}"
+        place.set_title(title, fontsize=7)
+        handles |= dict(zip(*reversed(place.get_legend_handles_labels()), strict=True))
+    figure.supxlabel("steps over those of the scene as it is", fontsize=8)
+    figure.supylabel("error of the mean of the seeds", fontsize=8)
+    figure.legend(handles.values(), handles, loc="outside lower center", ncols=4, fontsize=7)
+    return figure
+
+
+def _panel(axes, outcomes):
+    scatter = outcomes[0].scatter
+    errors = np.array([max(o.error, 1e-4) for o in outcomes])
+    axes.axhspan(1e-5, scatter, color=style.GREY, alpha=0.18, linewidth=0, label="scatter of seeds")
+    axes.axvline(0.2, color=style.BLACK, linewidth=0.8, linestyle=(0, (5, 2)))
+    for o, error in zip(outcomes, errors, strict=True):
+        colour, marker, label = _look(o.settings)
+        axes.plot(o.cost, error, marker, color=colour, markersize=4, label=label)
+    axes.set(xscale="log", yscale="log")
+    axes.set_ylim(0.5 * min(errors.min(), scatter), 2.0 * max(errors.max(), scatter))
+
+
+def _look(settings):
+    knobs = tuple(sorted(part.split()[0] for part in settings.split(", ")))
+    return next((look for own, *look in KINDS if own == knobs), OTHER)

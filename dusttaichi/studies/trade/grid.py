@@ -1,0 +1,177 @@
+"""Every combination of some knobs, at every seed: errors of means, beside the scatter of seeds.
+
+A single run of a small sample says little of a change that moves the mean by less than its seeds
+scatter. So each setting runs with all seeds, one after the other in this process, and its mean is
+compared with that of the scene as it is. Costs are numbers of steps: a step takes as long whatever
+the stiffness, the masses and the speeds, and steps can be counted on a machine that others use.
+"""
+
+import csv
+import shutil
+import time
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from dusttaichi import __version__, files
+from dusttaichi.errors import DustError
+from dusttaichi.run.code import package_hash
+from dusttaichi.studies.trade import knobs, scenes
+
+PRESSURES = (1e3, 3e3, 1e4, 3e4, 6e4)  # Pa, at which curves are compared
+FILE = "grid.csv"
+SCENE = ("scene", "grains", "settings", "seed", "status")
+RUN = ("steps", "time_step [s]", "ledger", "seconds", "version")
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One combination: text of each knob, and the changes of the scene."""
+
+    rungs: tuple[tuple[str, str], ...]
+    changes: dict
+
+    @property
+    def text(self):
+        """As "stiffness_scaling 0.1, mass_scaling 4", "as it is" for none."""
+        return ", ".join(f"{name} {rung}" for name, rung in self.rungs) or "as it is"
+
+
+def settings_of(scene, text):
+    """The Settings of a base scene that a text such as "stiffness_scaling 1 0.1; mass_scaling 1 4"
+    asks for: the scene as it is first, then all combinations; several texts by "|".
+
+    Raises DustError for a knob or a rung that there is not.
+    """
+    found = {(): {}}
+    for part in text.split("|"):
+        axes = [_axis(scene, words.split()) for words in part.split(";") if words.strip()]
+        for chosen in product(*axes):
+            rungs = tuple((name, rung) for name, rung, changes in chosen if changes)
+            changes = {path: value for _, _, own in chosen for path, value in own.items()}
+            found.setdefault(rungs, changes)
+    return [Setting(rungs, changes) for rungs, changes in found.items()]
+
+
+def _axis(scene, words):
+    """[(knob, text, changes)] of "mass_scaling 1 4"; no changes for what the scene has already."""
+    name, *wanted = words
+    knob = next((k for k in knobs.knobs_of(scene) if k.name == name), None)
+    rungs = None if knob is None else knob.rungs(scene)
+    if rungs is None or isinstance(rungs, str) or not wanted:
+        names = ", ".join(k.name for k in knobs.knobs_of(scene))
+        why = f"a knob and its rungs are needed, of {names}"
+        why = rungs if isinstance(rungs, str) else why
+        raise DustError(f"--grid {' '.join(words)}: {why}")
+    there = dict(rungs)
+    out = []
+    for text in wanted:
+        changes = {} if text == "1" else there.get(text) or _between(rungs, text)
+        if changes is None:
+            raise DustError(f"--grid {name} {text}: allowed: 1, {', '.join(there)}")
+        out.append((name, text, changes))
+    return out
+
+
+def _between(rungs, text):
+    """Changes for a number that is no rung, where those of the first rung set its own number."""
+    first, changes = rungs[0]
+    try:
+        number, own = float(text), float(first)
+    except ValueError:
+        return None
+    found = {path: number if value == own else value for path, value in changes.items()}
+    return None if found == changes else found
+
+
+def grid(scene, directory, text, seeds, *, force=False, log=lambda text: None):
+    """Run all settings at all seeds, those left out that `grid.csv` has; returns its path.
+
+    Rows are written as they come. Raises DustError, KeyboardInterrupt with all finished rows kept.
+    """
+    base, directory = scenes.base(scene), Path(directory)
+    settings = settings_of(base, text)
+    wanted = [(setting, n) for n in range(seeds) for setting in settings]
+    with files.RunLock(directory):
+        path = directory / FILE
+        if force:
+            path.unlink(missing_ok=True)
+        table = _kept(path)
+        done = {(row["settings"], int(row["seed"])) for row in table}
+        for k, (setting, n) in enumerate(wanted, 1):
+            if (setting.text, n) in done:
+                continue
+            row = _row(base, directory / "run", setting, n)
+            table.append(row)
+            _write(path, table)
+            log(f"{k} of {len(wanted)}: {setting.text}, seed + {n}: {row['steps']} steps, "
+                f"{row['seconds']} s, {row['status']}")  # fmt: skip
+    return path
+
+
+def _row(base, folder, setting, n):
+    """A row of the table: the run of a setting with its seeds moved by n."""
+    from dusttaichi.run import execute
+
+    row = {"scene": base.name, "settings": setting.text, "seed": n}
+    row |= {"version": f"{__version__} {package_hash()[:8]}"} | dict(setting.rungs)
+    began = time.process_time()
+    try:
+        scene = scenes.changed(base, setting.changes | scenes.seeds_moved(base, n))
+        execute(scene, folder, force=True, fresh=True)
+        row |= _measured(folder)
+    except DustError as error:
+        row |= {"status": " ".join(str(error).split()), "steps": ""}
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+    return row | {"seconds": f"{time.process_time() - began:.1f}"}
+
+
+def _measured(folder):
+    """What is kept of a run: numbers by name, as text."""
+    from dusttaichi import analysis
+    from dusttaichi.analysis import observables
+    from dusttaichi.analysis.ledger import losses_by_channel
+
+    with analysis.open_run(folder) as run:
+        found, last = observables.measured(run), run.series.isel(time=-1)
+        numbers = dict(found.values)
+        if found.curve is not None:
+            lg, phi = found.curve
+            for p in PRESSURES:
+                known = lg[0] <= np.log10(p) <= lg[-1]
+                if known:
+                    numbers[f"phi at {p / 1e3:g} kPa"] = float(np.interp(np.log10(p), lg, phi))
+        if "shear_strain" in run.series:
+            for own in analysis.shearings(run):
+                numbers[f"shear strength {own.stage}"] = own.strength
+        numbers["contacts a grain"] = float(last.contact_count) / run.grains
+        through = losses_by_channel(run.series)
+        numbers |= {f"lost {name} [J]": float(loss[-1]) for name, loss in through.items()}
+        return {
+            "grains": run.grains,
+            "status": run.status,
+            "steps": int(last.step),
+            "time_step [s]": run.attrs["time_step"],
+            "ledger": analysis.ledger(run).worst,
+        } | {name: f"{value:.6g}" for name, value in numbers.items()}
+
+
+def _kept(path):
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            return [{k: v for k, v in row.items() if v} for row in csv.DictReader(file)]
+    except OSError:
+        return []
+
+
+def _write(path, table):
+    names = dict.fromkeys([*SCENE, *RUN, *(name for row in table for name in row)])
+    temporary = path.with_suffix(".tmp")
+    with open(temporary, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(names), restval="")
+        writer.writeheader()
+        writer.writerows(table)
+    files.replace_atomically(temporary, path)

@@ -1,0 +1,128 @@
+"""The cheapest settings for a kind of scene, from what `dust trade --grid` has measured.
+
+The table `measured.csv` comes along with the program; `docs/studies/trade.md` says how it was made.
+"""
+
+import csv
+from dataclasses import dataclass
+from importlib import resources
+
+from dusttaichi.errors import DustError
+from dusttaichi.scene.continuum import ContinuumScene
+
+TABLE = "measured.csv"
+COLUMNS = ("kind", "scene", "grains", "settings", "observable", "cost", "error", "scatter", "seeds")
+TOLERANCE = 0.05
+MOST = 4  # lines
+KINDS = {
+    "trade_omni": "compression in a box",
+    "omni_static": "compression in a box",
+    "trade_uni": "compression between plates",
+    "uni_static": "compression between plates",
+    "trade_tensile": "tension",
+    "tensile_ice": "tension",
+    "trade_isotropic": "compression from all sides",
+    "trade_shear": "shear",
+    "trade_collision": "collision",
+}
+"""Kind of the scenes that were measured, by name."""
+
+
+@dataclass(frozen=True)
+class Suggestion:
+    """Settings with their cost over that of the scene as it is (`accuracy: balanced`), and the
+    observable whose error is largest beside the scatter of its seeds."""
+
+    settings: str
+    cost: float
+    error: float
+    scatter: float
+    observable: str
+
+    def text(self):
+        """One line of it."""
+        if self.error <= self.scatter:
+            worth = f"within the scatter of seeds, {_percent(self.scatter)}"
+        else:
+            worth = f"scatter of seeds {_percent(self.scatter)}"
+        return f"cost {self.cost:.2f}, error {_percent(self.error)} ({self.observable}; {worth})"
+
+
+def _percent(share):
+    return f"{100 * share:.2g} %"
+
+
+def kind_of(scene):
+    """Which of KINDS a scene is; None of none."""
+    if isinstance(scene, ContinuumScene) or scene.push or scene.sphere is not None:
+        return None
+    if scene.sample.flies:
+        return "collision"
+    drives = [plan.drive for plan in scene.stage_plans]
+    if any(drive.shears for drive in drives):
+        return "shear"
+    if any(any(speed > 0 for speed in drive.face_speed or ()) for drive in drives):
+        return "tension"
+    pressed = any((drive.wall_speed or 0.0) > 0 or drive.pressure is not None for drive in drives)
+    if pressed and scene.boundary.kind in ("box", "plates"):
+        return "compression in a box" if scene.boundary.kind == "box" else KINDS["trade_uni"]
+    if scene.boundary.kind == "periodic" and any(drive.moving_faces for drive in drives):
+        return KINDS["trade_isotropic"]
+    return None
+
+
+def measured(kind):
+    """Rows of the table of a kind of scene, dicts of text."""
+    text = resources.files("dusttaichi.studies.trade").joinpath(TABLE).read_text("utf-8")
+    return [row for row in csv.DictReader(text.splitlines()) if row["kind"] == kind]
+
+
+def suggestions(scene, tolerance=TOLERANCE):
+    """Suggestions for a scene, cheapest first: settings that err by no more than the tolerance or
+    the scatter of the seeds in everything measured, at every number of grains.
+
+    Raises DustError for a scene of a kind that was not measured.
+    """
+    kind = kind_of(scene)
+    rows = [] if kind is None else measured(kind)
+    if not rows:
+        known = ", ".join(dict.fromkeys(KINDS.values()))
+        raise DustError(f"there are no measurements for this kind of scene; there are of {known}")
+    groups = {}
+    for row in rows:
+        groups.setdefault(row["settings"], []).append(row)
+    sizes = {row["grains"] for row in rows}
+    found = []
+    for settings, some in groups.items():
+        if any(float(row["error"]) > max(tolerance, float(row["scatter"])) for row in some):
+            continue
+        if {row["grains"] for row in some} != sizes and len(sizes) > 1:
+            continue
+        worst = max(some, key=lambda row: float(row["error"]) / max(float(row["scatter"]), 1e-9))
+        cost = max(float(row["cost"]) for row in some)
+        numbers = float(worst["error"]), float(worst["scatter"])
+        found.append(Suggestion(settings, cost, *numbers, worst["observable"]))
+    return _front(sorted(found, key=lambda own: own.cost))
+
+
+def _front(found):
+    """The cheapest, and each dearer one that errs by less."""
+    out, least = [], float("inf")
+    for own in found:
+        if own.error < least:
+            out.append(own)
+            least = own.error
+    return out[:MOST]
+
+
+def to_table(outcomes):
+    """Rows of the table for Outcomes (analysis.grid), dicts of text."""
+    out = []
+    for own in outcomes:
+        if own.refused or own.scene not in KINDS:
+            continue
+        row = {"kind": KINDS[own.scene]}
+        row |= {name: getattr(own, name) for name in COLUMNS if name != "kind"}
+        numbers = {k: f"{v:.4g}" for k, v in row.items() if isinstance(v, float)}
+        out.append(row | numbers)
+    return out

@@ -1,0 +1,246 @@
+"""Softened contacts (numerics.stiffness_scaling): what stays, what changes, stages and samples."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from scenes import Probe, box, make_scene, polydisperse, sample_of, two_materials
+
+from dusttaichi import units
+from dusttaichi.errors import DustError
+from dusttaichi.grains.grain_contacts import contact_constants, scaled
+from dusttaichi.grains.kernels.numbers import internal_numbers
+from dusttaichi.grains.kernels.polydisperse import stored
+from dusttaichi.grains.stage_stiffness import change_stiffness, with_stiffness
+from dusttaichi.grains.time_step import time_step
+from dusttaichi.physics.contact import constants
+from dusttaichi.physics.contact.registry import chosen_model
+from dusttaichi.run import execute
+from dusttaichi.scene import from_yaml
+
+S = 0.03
+
+
+def softer(scene, scale=S):
+    return with_stiffness(scene, scale)
+
+
+@pytest.mark.parametrize("damping", ["viscous", "scaled", "viscoelastic"])
+@pytest.mark.parametrize("scale", [0.1, 0.003])
+def test_what_a_softened_contact_keeps(damping, scale):
+    """Powers of s by hand; all are products of a few roots: 1e-12 is rounding."""
+    scene = make_scene(damping=damping, modifiers={"rolling": 8.0, "sliding": 2.5})
+    for own, soft in zip(
+        contact_constants(scene), contact_constants(softer(scene, scale)), strict=True
+    ):
+
+        def ratio(number, own=own, soft=soft):
+            return number(soft) / number(own)
+
+        same = {
+            "pull-off": lambda c: c.F_c,
+            "rolling stiffness": lambda c: c.k_r,
+            "rolling limit": lambda c: c.xi_crit,
+            "largest sliding force": lambda c: c.k_s * c.zeta_crit,
+            "largest twisting moment": lambda c: c.k_t * c.phi_crit,
+            "damping ratio": lambda c: c.kappa / np.sqrt(c.k_n * c.mass),
+            "overlap at rest": lambda c: c.rest_overlap,
+            "mass": lambda c: c.mass,
+        }
+        for name, number in same.items():
+            assert ratio(number) == pytest.approx(1.0, rel=1e-12), name
+        for name in ("k_n", "k_s"):
+            power = ratio(lambda c, name=name: getattr(c, name))
+            assert power == pytest.approx(scale ** (2 / 3), rel=1e-12), name
+        # energies go with the overlap
+        for name in ("barrier", "bound", "delta0"):
+            power = ratio(lambda c, name=name: getattr(c, name))
+            assert power == pytest.approx(scale ** (-2 / 3), rel=1e-9), name
+        assert soft.delta0 - soft.gap == pytest.approx(own.delta0, rel=1e-9)
+
+
+def test_periods_grow_with_the_root_of_the_normal_stiffness():
+    """Where rolling and twisting, whose springs stay, are left out."""
+    scene = make_scene(effects=("sliding",), boundary=box(wall_speed=0.01), dt="auto")
+    periods = [time_step(softer(scene, scale), 100).period for scale in (1.0, S)]
+    assert periods[1] / periods[0] == pytest.approx(S ** (-1 / 3), rel=1e-9)
+
+
+def test_scaling_is_applied_once():
+    """Of mass and stiffness alike; a scene without has the materials that it was given."""
+    factors = {"mass_scaling": 4, "stiffness_scaling": S}
+    scene = make_scene(boundary=box(wall_speed=0.01), numerics=factors)
+    once = scaled(scene)
+    assert scaled(once).material == once.material
+    assert once.material.density == 4 * scene.material.density
+    assert once.material.young_modulus == S * scene.material.young_modulus
+    assert once.material.stiffness_scaling == pytest.approx(S, rel=1e-15)
+    plain = make_scene()
+    assert scaled(plain) is plain
+
+
+@pytest.mark.parametrize("precision", ["f64", "mixed"])
+def test_grains_at_rest_stay_and_pull_as_hard(precision):
+    """At the distance of hard grains at rest nothing pulls; at first touch JKR pulls with 8/9 of
+    the pull-off force 3 pi gamma R (s^3 = 2/3), whatever the stiffness."""
+    scene = softer(make_scene(effects=(), numerics={"precision": precision}))
+    pair = contact_constants(scene)[0]
+    rest = 2 * pair.r - pair.rest_overlap
+
+    def force(gap):
+        probe = Probe(scene, sample_of([[0, 0, 0], [rest + gap, 0, 0]]))
+        return probe.loads()[0][0, 0]  # towards the other is positive
+
+    # an overlap is known to 1e-16 m in double precision, 2e-13 m after single; k_n = 40 N/m
+    assert abs(force(0.0)) < {"f64": 1e-6, "mixed": 1e-3}[precision] * pair.F_c
+    # the slope there is 2/3 of 4 F_c/delta0: 1e-6 of delta0 short of it
+    pull = 8 / 9 * 3 * np.pi * 0.02 * 0.3e-6
+    assert force((1 - 1e-6) * pair.delta0) == pytest.approx(pull, rel=1e-4)
+
+
+def test_contacts_of_unlike_grains_have_the_same_numbers():
+    """What a search writes for each contact is what physics.constants says, to rounding."""
+    scene = softer(two_materials(damping="viscoelastic"))
+    radii, kinds = [0.6e-6, 0.2e-6], [0, 1]
+    probe = Probe(scene, polydisperse([[0, 0, 0], [0.8e-6, 0, 0]], radii, kinds))
+    own, model = scaled(scene), chosen_model(scene.interaction)
+    names, first = stored(model, softened=True), probe.sim.layout.constants
+    one, other = own.all_materials
+    pair = constants.mixed_constants(one, radii[0], other, radii[1], scene.interaction)
+    expected = internal_numbers(pair, model)
+    row = probe.sim.state.lanes("contact")[0, first:]
+    np.testing.assert_allclose(row, [getattr(expected, name) for name in names], rtol=1e-12)
+    assert probe.sim.state["touch"][0, 0] == pytest.approx(expected.touch, rel=1e-15)
+    # at rest at the distance of hard grains, as far as that is known in double precision
+    rest = 0.8e-6 - pair.rest_overlap
+    probe = Probe(scene, polydisperse([[0, 0, 0], [rest, 0, 0]], radii, kinds))
+    assert abs(probe.loads()[0][0, 0]) < 1e-6 * pair.F_c
+
+
+def test_a_contact_at_rest_is_stiffened():
+    """It stays where it is, and what its potential changes by is in the ledger."""
+    scene = softer(make_scene())
+    pair = contact_constants(scene)[0]
+    probe = Probe(scene, sample_of([[0, 0, 0], [2 * pair.r - pair.rest_overlap, 0, 0]]))
+    probe.advance(10)
+    hard = make_scene()
+    change_stiffness(probe.sim, hard, 0.3 * probe.sim.dt)
+    assert probe.sim.time == pytest.approx(1e-3, rel=1e-12)  # ten steps of 0.1 ns
+    assert probe.sim.step == 34  # 10/0.3 upwards
+    stiff = contact_constants(hard)[0]
+    work = probe.sim.ledger_sums.stiffness_work * units.ENERGY
+    assert work == pytest.approx(pair.bound - stiff.bound, rel=1e-6)
+    before = probe.x
+    probe.advance(1000)
+    # as far as the distance at rest is known, 1e-16 m, times a few
+    np.testing.assert_allclose(probe.x, before, atol=1e-15)
+
+
+def test_a_spring_that_slides_keeps_its_force():
+    scene = softer(make_scene(effects=("sliding",)))
+    pair = contact_constants(scene)[0]
+    sample = sample_of(
+        [[0, 0, 0], [2 * pair.r - pair.rest_overlap, 0, 0]], v=[[0, 0.5, 0], [0, -0.5, 0]]
+    )
+    probe = Probe(scene, sample)
+    probe.advance(10)
+    before = probe.loads()[0]
+    change_stiffness(probe.sim, make_scene(effects=("sliding",)), probe.sim.dt)
+    after = probe.loads()[0]
+    assert abs(before[0, 1]) > 0.01 * pair.F_c
+    # the way along n_c that goes with an angle of the pointers, a thousandth, is of second order
+    np.testing.assert_allclose(after[:, 1], before[:, 1], rtol=1e-3)
+
+
+STAGED = """
+name: staged
+material: silicate_s12
+interaction: {{rolling: {{modifier: 8}}, sliding: {{modifier: 2.5}}, damping: viscoelastic}}
+sample: {{kind: rbd, grains: 60, seed: 1}}
+boundary: {boundary}
+stages:
+  - {{name: press, drive: {drive}, stop: {{time: 3 us}}}}
+  - {{name: harden, drive: {{stiffness_scaling: 1}}, stop: {{time: 200 ns}}}}
+numerics: {{threads: 1, stiffness_scaling: 0.03}}
+output: {{series: {{time: 20 ns}}, snapshots: {{time: 100 ns}}}}
+"""
+ROOMS = {
+    "box": ("{kind: box, side_walls: 0.001}", "{wall_speed: 0.5 m/s}"),
+    "cell": ("{kind: periodic}", "{strain_rate: -1e5 s^-1}"),
+}
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_stage_goes_back_to_hard_contacts(room, tmp_path):
+    boundary, drive = ROOMS[room]
+    scene = from_yaml(STAGED.format(boundary=boundary, drive=drive))
+    run = execute(scene, tmp_path / "run", fresh=True)
+    with xr.open_datatree(run / "result.nc") as tree:
+        series = tree.to_dataset()
+        stage, time = series.stage.values, series.time.values
+        first = int(np.flatnonzero(stage == 1)[0])
+        work = series.stiffness_work.values
+        assert np.all(work[:first] == 0.0) and work[first] != 0.0
+        assert np.all(work[first:] == work[first])
+        # it holds at every moment, the first of the new stage included: 1 % is the guard's
+        assert np.abs(series.energy_residual_relative.values).max() < 2e-3
+        # steps of the hard stage are shorter by s^(1/3), and go on in time
+        assert np.all(np.diff(time) > 0) and np.all(np.diff(series.step.values) > 0)
+        kinetic = (series.kinetic_translation + series.kinetic_rotation).values
+        assert kinetic[-1] < kinetic[first:].max()  # it relaxes
+        assert set(tree["snapshots"].stiffness_scaling.values) == {0.03, 1.0}
+
+
+def test_a_softened_sample_is_taken_over(tmp_path):
+    """Sliding forces of its contacts stay; grains at rest stay where they are."""
+    boundary, drive = ROOMS["box"]
+    text = STAGED.format(boundary=boundary, drive=drive).split("stages:")[0]
+    end = "stop: {time: 1 us}\nnumerics: {threads: 1, stiffness_scaling: 0.03}\n"
+    end += "output: {variables: [sliding_force]}\n"
+    pressed = text.replace("0.001}", "0.001, wall_speed: 0.5 m/s}") + end
+    run = execute(from_yaml(pressed), tmp_path / "soft", fresh=True)
+    sample = f"sample: {{kind: explicit, file: {run}, keep: [walls]}}"
+    taken = pressed.replace("sample: {kind: rbd, grains: 60, seed: 1}", sample)
+    forces = {}
+    for scale in (0.03, 1):
+        own = from_yaml(taken.replace("0.03", f"{scale}"))
+        hard = execute(own, tmp_path / f"on_{scale}", fresh=True)
+        with xr.open_datatree(hard / "result.nc") as tree:
+            contacts, count = tree["contacts"], int(tree["snapshots"].contact_count.values[0])
+            pairs = [contacts[name].values[:count] for name in ("grain_i", "grain_j")]
+            force = contacts["sliding_force"].values[:count]
+            forces[scale] = dict(zip(zip(*pairs, strict=True), force, strict=True))
+    both = sorted(set(forces[0.03]) & set(forces[1]))
+    assert len(both) > 20
+    soft, hard = (np.array([forces[s][pair] for pair in both]) for s in (0.03, 1))
+    largest = np.abs(soft).max()
+    np.testing.assert_allclose(hard, soft, atol=2e-3 * largest)
+
+
+def refusal(text):
+    with pytest.raises(DustError) as caught:
+        from_yaml(text)
+    return str(caught.value)
+
+
+def test_it_is_refused_where_a_scene_is_about_what_it_changes():
+    base = "name: a\nmaterial: silicate_s12\nstop: {time: 1 us}\n"
+    soft = "numerics: {stiffness_scaling: 0.1}\n"
+    open_ = "boundary: {kind: open}\n"
+    collision = (
+        "sample: {kind: collision, speed: 1 m/s, target: {kind: pca, grains: 20}, "
+        "projectile: {kind: pca, grains: 20}}\n"
+    )
+    assert "bodies stick" in refusal(base + open_ + collision + soft)
+    from_yaml(base + open_ + collision + soft.replace("0.1", "0.1, scaling_anyway: true"))
+    push = "push: [{grains: [0], velocity: [1 cm/s, 0 m/s, 0 m/s]}]\n"
+    wave = "sample: {kind: chain, grains: 20}\n" + push
+    assert "speed of sound" in refusal(base + open_ + wave + soft)
+    pressed = "sample: {kind: rbd, grains: 20}\nboundary: {kind: box, wall_speed: 1 cm/s}\n"
+    text = refusal(base.replace("silicate_s12", "ice_t19") + pressed + soft.replace("0.1", "0.001"))
+    assert "of the radius" in text and "0.019 and more" in text
+    staged = (
+        "sample: {kind: rbd, grains: 20}\nboundary: {kind: box}\nstages:\n"
+        "  - {name: one, drive: {wall_speed: 1 cm/s, stiffness_scaling: 0.1}, stop: {time: 1 us}}\n"
+    )
+    text = refusal(base.replace("stop: {time: 1 us}\n", "") + staged)
+    assert "numerics.stiffness_scaling: 0.1" in text

@@ -1,0 +1,67 @@
+"""Settings that are suggested for a scene, of a table by hand."""
+
+import pytest
+from scenes import CONFIGS, edited
+
+from dusttaichi.errors import DustError
+from dusttaichi.scene import from_yaml, load
+from dusttaichi.studies.trade import suggest
+
+HEAD = ",".join(suggest.COLUMNS)
+BOX = "compression in a box"
+
+
+def row(settings, cost, error, *, scatter=0.03, grains=400, observable="phi(P)"):
+    return dict(
+        zip(
+            suggest.COLUMNS,
+            (BOX, "trade_omni", f"{grains}", settings, observable, f"{cost}", f"{error}",
+             f"{scatter}", "4"),
+            strict=True,
+        )
+    )  # fmt: skip
+
+
+@pytest.fixture
+def table(monkeypatch):
+    rows = [
+        row("as it is", 1.0, 0.0),
+        row("cheap", 0.1, 0.2),  # errs by more than both
+        row("soft", 0.2, 0.04),
+        row("worse", 0.3, 0.045),  # beaten
+        row("fast", 0.5, 0.01),
+    ]
+    monkeypatch.setattr(suggest, "measured", lambda kind: [r for r in rows if r["kind"] == kind])
+    return rows
+
+
+def suggested(name="omni", **how):
+    return suggest.suggestions(load(CONFIGS / f"trade/{name}.yaml"), **how)
+
+
+def test_the_cheapest_come_first(table):
+    found = suggested()
+    assert [own.settings for own in found] == ["soft", "fast", "as it is"]
+    assert found[0].text() == "cost 0.20, error 4 % (phi(P); scatter of seeds 3 %)"
+    assert [own.settings for own in suggested(tolerance=0.5)][0] == "cheap"
+
+
+def test_the_worst_of_what_was_measured_counts(table):
+    table.append(row("soft", 0.2, 0.3, observable="ratio"))
+    assert [own.settings for own in suggested()] == ["worse", "fast", "as it is"]
+
+
+def test_kinds_of_scenes(table):
+    kinds = {
+        name: suggest.kind_of(load(CONFIGS / f"trade/{name}.yaml"))
+        for name in ("omni", "uni", "tensile", "isotropic", "shear", "collision", "sound", "bead")
+    }
+    for name, kind in kinds.items():
+        assert kind == suggest.KINDS.get(f"trade_{name}"), name
+    with pytest.raises(DustError, match="no measurements for this kind of scene"):
+        suggested("sound")
+
+
+def test_a_scene_without_measurements_still_has_a_kind():
+    text = edited("boundary", "boundary: {kind: box, pressure: 1 kPa}")
+    assert suggest.kind_of(from_yaml(text)) == BOX
