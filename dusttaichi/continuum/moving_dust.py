@@ -26,6 +26,7 @@ class MovingDust(SimpleSimulation):
     """What dusttaichi.method.Simulation asks for, of the Simulation `sim` of a scene."""
 
     channels, step_key, storing = CHANNELS, "numerics.cfl", ("artificial",)
+    binds = False  # what is at rest has no energy of bonds that motion could be compared with
 
     def __init__(self, scene, sample, sim):
         self.scene, self.sample, self.sim = scene, sample, sim
