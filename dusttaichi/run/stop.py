@@ -33,7 +33,9 @@ class End:
         """
         domain, step = sim.domain, sim.step
         self.pressure = pressure(record, domain)
-        reason = self._reached(record, domain, step) or self._settled(measurement, getattr(sim, "binds", True))
+        reason = self._reached(record, domain, step) or self._settled(
+            measurement, getattr(sim, "binds", True)
+        )
         reason = reason or self._crept(record, domain)
         if reason:
             self.step, self.reason, self.state.ended = step, reason, reason
