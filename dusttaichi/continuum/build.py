@@ -29,6 +29,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.names import AXES, WALLS
 from dusttaichi.physics.continuum.elasticity import bulk_modulus
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
+from dusttaichi.samples.continuum.flaws import flaws_of
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC, RIGID
 
 _LAST = LastCompiled()
@@ -51,14 +52,17 @@ def build(scene, particles, *, loops=None):
         _LAST.tables(compiled, n),
         n,
         numbers=numbers_of(scene, compiled.layout.dimension) | periods(scene, particles),
-        material=MaterialNumbers.of(scene.material),
+        materials=MaterialNumbers.together(scene.all_materials),
         beat=1.0,
         threads=threads,
         bodies=len(moving),
     )
+    if compiled.layout.materials:
+        sim.lists["materials"].from_numpy(np.stack(sim.materials.values(), axis=1))
     sim.search = Search(sim, scene.numerics.smoothing_length, *surfaces(scene, particles))
     sim.search.rigid = rigid_rows(scene, moving)
     put_particles(sim, particles, moving, getattr(scene.boundary, "mirrors", ()))
+    put_options(sim, particles, scene)
     sim.search.now()
     sim.load_once()
     begin(sim, scene)
@@ -76,7 +80,16 @@ def layout_of(scene):
         separate=numerics.contact == "separate",
         viscous=numerics.viscosity.by_pairs,
         artificial_stress=numerics.artificial_stress is not None,
+        self_gravity=self_gravity(scene) is not None,
+        heat=scene.material.heat_capacity is not None,
+        damage=any(material.damage for material in scene.all_materials),
+        materials=bool(scene.materials),
     )
+
+
+def self_gravity(scene):
+    """The block of the self-gravity of a scene, or None."""
+    return scene.gravity.self_gravity if scene.gravity else None
 
 
 def chosen_kernels(scene, particles, threads, kind):
@@ -111,7 +124,8 @@ def numbers_of(scene, dimension):
     """What kernels are told of the scene, but for what changes on the way."""
     numerics, h = scene.numerics, scene.numerics.smoothing_length
     stress = numerics.artificial_stress
-    x, y, z = scene.gravity.acceleration if scene.gravity else (0.0, 0.0, 0.0)
+    own = self_gravity(scene)
+    x, y, z = (scene.gravity and scene.gravity.acceleration) or (0.0, 0.0, 0.0)
     at_spacing = smoothing.SHAPES[numerics.kernel](numerics.spacing / h)
     printed = numerics.deviator == "printed" and dimension == 2
     return {
@@ -130,6 +144,8 @@ def numbers_of(scene, dimension):
         "exponent": 1.0 if stress is None else stress.n,
         "at_spacing": 1.0 / at_spacing,
         "gravity": [x, z] if dimension == 2 else [x, y, z],
+        "attraction": 0.0 if own is None else own.constant,
+        "soft2": h * h if own is None or own.softening == "auto" else own.softening**2,
     }
 
 
@@ -198,16 +214,17 @@ def put_particles(sim, particles, moving, mirrors):
     S = particles.deviator
     full = S[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]] if sim.dimension == 3 else S[:, [0, 4, 4, 2]]
     volume = particles.mass / particles.density
+    dust = sim.material
+    if sim.layout.materials:
+        dust = sim.materials.taken(particles.material)
     values = {
         "x": particles.position[:, axes],
         "v": particles.velocity[:, axes],
         "mass": particles.mass,
         "density": particles.density,
         "reference": particles.reference,
-        "modulus": np.where(
-            elastic, particles.modulus, bulk_modulus(particles.reference, sim.material)
-        ),
-        "shear_ratio": np.where(elastic, particles.shear_ratio, sim.material.mu_over_K),
+        "modulus": np.where(elastic, particles.modulus, bulk_modulus(particles.reference, dust)),
+        "shear_ratio": np.where(elastic, particles.shear_ratio, dust.mu_over_K),
         "volume": np.where(moves, volume, 0.0),
         "deviator": np.where(rigid[:, None], 0.0, full),
         "arm": np.where(rigid[:, None], (particles.position - centre)[:, axes], 0.0),
@@ -225,6 +242,14 @@ def put_particles(sim, particles, moving, mirrors):
         raise DustError(
             "sample: there is nothing that gives way; dust or what is elastic is needed"
         )
+
+
+def put_options(sim, particles, scene):
+    """What particles have of options that are compiled in: materials, flaws."""
+    if sim.layout.materials:
+        sim.put("material", particles.material.astype(np.int32))
+    if sim.layout.damage:
+        sim.put("flaws", flaws_of(particles, scene.all_materials))
 
 
 def begin(sim, scene):

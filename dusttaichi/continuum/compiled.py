@@ -5,6 +5,7 @@ from typing import Any
 
 from dusttaichi.compute.memory import Table, arrays_of
 from dusttaichi.continuum.kernels import store
+from dusttaichi.continuum.kernels.attraction import Attraction, make_potential
 from dusttaichi.continuum.kernels.forces import Forces
 from dusttaichi.continuum.kernels.images import Images
 from dusttaichi.continuum.kernels.lists import Lists, make_list, make_measure
@@ -33,6 +34,7 @@ class Kernels:
     count: Any
     write: Any
     measure: Any
+    potential: Any
     StepNumbers: Any
 
 
@@ -82,22 +84,25 @@ def compiled_for(key, layout, capacity, kind):
     fields, lists = store.place(layout, *capacity)
     f, scratch = Fields(fields), Fields(lists)
     n, StepNumbers = layout.dimension, numbers_type(layout.dimension)
-    rigid, rates, forces = passes(f, scratch, layout)
-    advance = make_advance((Motion(f, scratch, layout, rigid), rates, forces), StepNumbers, kind)
+    attraction = Attraction(f, scratch, n) if layout.self_gravity else None
+    rigid, rates, forces = passes(f, scratch, layout, attraction)
+    motion = Motion(f, scratch, layout, rigid, attraction)
+    advance = make_advance((motion, rates, forces), StepNumbers, kind)
     count, write = make_list(Lists(f, scratch, n))
     measure = make_measure(f, scratch, rigid, StepNumbers) if layout.rigid else None
-    kernels = Kernels(advance, count, write, measure, StepNumbers)
+    potential = make_potential(attraction, StepNumbers) if layout.self_gravity else None
+    kernels = Kernels(advance, count, write, measure, potential, StepNumbers)
     memory = arrays_of({**fields, **lists}) if kind == "workers" else {}
     return Compiled(key, layout, kernels, fields, lists, memory)
 
 
-def passes(f, lists, layout):
+def passes(f, lists, layout, attraction=None):
     """(Rigid, Rates, Forces) of a layout over Fields of state and lists."""
     slope, rigid = KERNELS[layout.kernel], Rigid(f, layout.dimension)
     images = Images(f, lists, layout, slope, rigid) if layout.rigid else None
     contact = None
     if layout.separate:
         contact = Separation(f, lists, layout.dimension, slope=slope, images=images)
-    law = Response(f, layout.dimension)
+    law = Response(f, lists, layout)
     rates = Rates(f, lists, layout, law=law, images=images, contact=contact)
-    return rigid, rates, Forces(f, lists, layout, images)
+    return rigid, rates, Forces(f, lists, layout, images, attraction)

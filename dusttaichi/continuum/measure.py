@@ -37,11 +37,10 @@ def energies(sim):
     kinetic += 0.5 * np.sum(spin * sim.angular_momenta())
     at = np.concatenate([sim.of_particles("x")[free], sim.rigid(CENTRE)[FACES:, sim.axes]])
     gravity = -np.concatenate([mass[free], own]) @ (at @ sim.numbers["gravity"])
+    gravity += attraction_energy(sim)
     elastic = elastic_energies(sim, gives)
     work, loss = sim.of_particles("work").sum(axis=0), sim.of_particles("loss").sum(axis=0)
     loss = loss + sim.rigid(LOSS, 2).sum(axis=0) - half_step(sim, v, speed, spin)
-    dust = role == DUST
-    density, compacted = sim.of_particles("density")[dust], sim.of_particles("reference")[dust]
     return {
         "kinetic": float(kinetic),
         "gravity_energy": float(gravity),
@@ -49,8 +48,7 @@ def energies(sim):
         "loss": np.array([*(work - elastic), *loss, against_artificial_stress(sim, v)]),
         "work": face_work(sim),
         "speed": float(np.sqrt(speed2.max())),
-        "density": float(density.max(initial=0.0)),
-        "compacted": float(compacted.max(initial=0.0)),
+        "largest": largest(sim, role == DUST),
         "momentum": (mass[free] @ v[free]) + own @ speed[FACES:],
         "angular_momentum": mass[free] @ np.cross(sim.raised(sim.of_particles("x"))[free], v[free])
         + own @ np.cross(sim.rigid(CENTRE)[FACES:], speed[FACES:])
@@ -58,10 +56,38 @@ def energies(sim):
     }
 
 
+def largest(sim, dust):
+    """(phi_2, largest filling factor, largest without pressure) of the dust of each material."""
+    density, compacted = sim.of_particles("density")[dust], sim.of_particles("reference")[dust]
+    number = sim.of_particles("material")[dust] if sim.layout.materials else np.zeros(len(density))
+    out = []
+    for k, (phi_2, solid) in enumerate(zip(sim.materials.phi_2, sim.materials.rho_s, strict=True)):
+        own = number == k
+        ends = (values[own].max(initial=0.0) / solid for values in (density, compacted))
+        out.append((float(phi_2), *map(float, ends)))
+    return out
+
+
+def attraction_energy(sim):
+    """Energy of the particles in the field of each other [J]; 0 without self-gravity."""
+    if not sim.layout.self_gravity:
+        return 0.0
+    sim.kernels.potential(sim.step_numbers())
+    return 0.5 * sim.lists["potential"].to_numpy(sim.n).sum()
+
+
 def elastic_energies(sim, gives):
     """Elastic energy of pressure in compression and in tension, and of the deviator [J], (3,).
 
     p^2/2K and S:S/4mu per volume.
+    """
+    return elastic_of_particles(sim, gives).sum(axis=0)
+
+
+def elastic_of_particles(sim, gives):
+    """The same of each particle of those that give way [J], (n, 3), in internal order.
+
+    Where dust is damaged the whole share of it stores tension and deviator.
     """
     density = sim.of_particles("density")[gives]
     volume = sim.of_particles("mass")[gives] / density
@@ -70,14 +96,34 @@ def elastic_energies(sim, gives):
     d = sim.dimension
     trace = S[:, :: d + 1].sum(axis=1)
     squares = np.sum(S * S, axis=1) + trace * trace
-    of_pressure = volume * p * p / (2.0 * K)
-    return np.array(
+    of_pressure, whole = volume * p * p / (2.0 * K), undamaged(sim)[gives]
+    return np.stack(
         [
-            of_pressure[p >= 0.0].sum(),
-            of_pressure[p < 0.0].sum(),
-            (volume * squares / (4.0 * ratio * K)).sum(),
-        ]
+            np.where(p >= 0.0, of_pressure, 0.0),
+            np.where(p < 0.0, whole * of_pressure, 0.0),
+            whole * volume * squares / (4.0 * ratio * K),
+        ],
+        axis=1,
     )
+
+
+def undamaged(sim):
+    """Share of each particle that carries tension and deviator, (n,), in internal order."""
+    if not sim.layout.damage:
+        return np.ones(sim.n)
+    return 1.0 - sim.of_particles("damage") ** 3
+
+
+def heat(sim, stored):
+    """Heat of each particle [J], (n,), in internal order: what of the work of its stresses it does
+    not store, and what both viscosities have taken, with the half step up to now.
+
+    stored: elastic energy of each at step 0 [J], in the order of the sample.
+    """
+    everything = np.ones(sim.n, bool)
+    out = sim.of_particles("work").sum(axis=1) - elastic_of_particles(sim, everything).sum(axis=1)
+    out += stored[sim.of_particles("number")] + sim.of_particles("warmed")
+    return out + 0.5 * sim.clock[OLD] * sim.of_particles("heating")
 
 
 def against_artificial_stress(sim, v):

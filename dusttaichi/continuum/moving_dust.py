@@ -11,6 +11,7 @@ from dusttaichi.continuum.build import build
 from dusttaichi.continuum.kernels.store import CENTRE, CHANNELS, FACES
 from dusttaichi.continuum.surroundings import domain_of
 from dusttaichi.continuum.variables import VARIABLES
+from dusttaichi.continuum.warming import Warming
 from dusttaichi.method import SimpleSimulation, State
 from dusttaichi.names import AXES, WALLS
 from dusttaichi.results.provenance import yaml_text
@@ -26,6 +27,7 @@ class MovingDust(SimpleSimulation):
     """What dusttaichi.method.Simulation asks for, of the Simulation `sim` of a scene."""
 
     channels, step_key, storing = CHANNELS, "numerics.cfl", ("artificial",)
+    binds = False  # what is at rest has no energy of bonds that motion could be compared with
 
     def __init__(self, scene, sample, sim):
         self.scene, self.sample, self.sim = scene, sample, sim
@@ -35,6 +37,7 @@ class MovingDust(SimpleSimulation):
         self.around = domain_of(scene, sample, self.dt)
         self.variables = select(VARIABLES, self._features(), *scene.output.chosen)
         self.started = measure.energies(sim)["loss"]
+        self._warms = Warming(scene, sample, sim) if sim.layout.heat else None
         # walls whose force is summed: over the particles of a layer, or the touches of a rigid face
         self._pressed = {WALLS[face] for face in np.unique(sample.face) if face >= 0}
         self._pressed |= set(getattr(scene.boundary, "rigid", ()))
@@ -50,6 +53,9 @@ class MovingDust(SimpleSimulation):
             "stages": bool(self.scene.stages),
             "bodies": len(self._shown()) > 0,
             "snapshots": True,
+            "heat": self.sim.layout.heat,
+            "damage": self.sim.layout.damage,
+            "materials": self.sim.layout.materials,
         }
         return {name for name, has in there.items() if has}
 
@@ -87,7 +93,8 @@ class MovingDust(SimpleSimulation):
 
     def series(self, measurement, window):
         elastic = measure.elastic_bodies(self.sim, self.sample)
-        return record.series(self.sim, measurement.parts, window, self._areas(), elastic)
+        found = record.series(self.sim, measurement.parts, window, self._areas(), elastic)
+        return found | (self._warms.series() if self._warms else {})
 
     def _shown(self):
         """Names of the bodies that records tell of: rigid ones, then elastic ones."""
@@ -105,7 +112,7 @@ class MovingDust(SimpleSimulation):
         return areas
 
     def snapshot(self):
-        return record.snapshot(self.sim)
+        return record.snapshot(self.sim) | (self._warms.snapshot() if self._warms else {})
 
     # -- state -----------------------------------------------------------------------------------
 
@@ -179,7 +186,11 @@ class MovingDust(SimpleSimulation):
 
     def constants(self):
         names = ("mass", "role", "body")
-        return {f"snapshots/{name}": getattr(self.sample, name) for name in names}
+        out = {f"snapshots/{name}": getattr(self.sample, name) for name in names}
+        if self.sim.layout.materials:
+            solid = self.sim.materials.rho_s[self.sample.material]
+            out |= {"snapshots/material": self.sample.material, "snapshots/solid_density": solid}
+        return out
 
     def attributes(self):
         scene = self.scene

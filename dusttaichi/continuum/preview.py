@@ -14,17 +14,18 @@ from dusttaichi.continuum.surroundings import domain_of
 from dusttaichi.domain.plan import planned
 from dusttaichi.method import Preview
 from dusttaichi.physics.continuum import elasticity, strength
-from dusttaichi.physics.continuum.numbers import MaterialNumbers
-from dusttaichi.samples.continuum import make
-from dusttaichi.samples.continuum.particles import DUST, ELASTIC, HELD, ROLES
+from dusttaichi.samples.continuum import make, numbers_of
+from dusttaichi.samples.continuum.particles import ELASTIC, ROLES
 from dusttaichi.scene import quantities
 
 
 def preview(scene):
     """The Preview of a scene (dusttaichi.method): its particles are made, nothing is compiled."""
     sample = make(scene)
-    m = MaterialNumbers.of(scene.material)
-    dust = np.isin(sample.role, (DUST, HELD))
+    dust = sample.is_dust
+    m = numbers_of(scene, sample)
+    if scene.materials:
+        m = m.taken(dust)
     sound = elasticity.sound_speed(sample.density[dust], sample.reference[dust], m)
     elastic = sample.role == ELASTIC
     stiff = sample.modulus[elastic] * (1.0 + 4.0 / 3.0 * sample.shear_ratio[elastic])

@@ -3,6 +3,8 @@
 import numpy as np
 
 from dusttaichi.continuum.kernels.store import CENTRE, FACES
+from dusttaichi.continuum.measure import undamaged
+from dusttaichi.physics.continuum.damage import carried_pressure
 from dusttaichi.samples.continuum.particles import DUST
 
 IN_SPACE = [0, 4, 8, 1, 2, 5]  # xx yy zz xy xz yz of nine rows
@@ -24,12 +26,13 @@ def series(sim, parts, window, areas, elastic):
     role = sim.of_particles("role")
     dust = role == DUST
     mass, density = sim.of_particles("mass")[dust], sim.of_particles("density")[dust]
-    p = sim.of_particles("pressure")[dust]
+    whole = undamaged(sim)[dust]
+    p = carried_pressure(sim.of_particles("pressure")[dust], whole)
     volume = mass / density
     share = volume / volume.sum() if len(volume) else volume
-    S = share @ components(sim.of_particles("deviator")[dust], sim.dimension)
+    S = share @ components(whole[:, None] * sim.of_particles("deviator")[dust], sim.dimension)
     pressure = float(share @ p)
-    solid = sim.material.rho_s
+    solid = sim.material_of(dust).rho_s
     keys = (
         "kinetic",
         "gravity_energy",
@@ -56,20 +59,24 @@ def series(sim, parts, window, areas, elastic):
         "pressure": np.divide(inward, areas, out=np.full(6, np.nan), where=areas > 0.0),
         "pressure_mean": pressure,
         "stress_mean": S - pressure * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]),
-        "filling_factor_mean": float(mass @ density / mass.sum() / solid) if len(mass) else 0.0,
-        "largest_filling_factor": parts["density"] / solid,
+        "filling_factor_mean": float(mass @ (density / solid) / mass.sum()) if len(mass) else 0.0,
+        "largest_filling_factor": max(phi for _, phi, _ in parts["largest"]),
+        "damage_mean": float(mass @ (1.0 - whole) / mass.sum()) if len(mass) else 0.0,
         "largest_speed": parts["speed"],
     }
 
 
 def snapshot(sim):
     """The particles of now, in the order of the sample."""
+    whole = undamaged(sim)
     now = {
         "position": sim.raised(sim.of_particles("x")),
         "velocity": sim.velocities(),
         "density": sim.of_particles("density"),
         "reference_density": sim.of_particles("reference"),
-        "pressure": sim.of_particles("pressure"),
-        "deviator": components(sim.of_particles("deviator"), sim.dimension),
+        "pressure": carried_pressure(sim.of_particles("pressure"), whole),
+        "deviator": components(whole[:, None] * sim.of_particles("deviator"), sim.dimension),
     }
+    if sim.layout.damage:
+        now["damage"] = 1.0 - whole
     return {name: sim.in_order(values) for name, values in now.items()}

@@ -13,7 +13,7 @@ from dusttaichi.errors import GuardStop
 from dusttaichi.method import moment
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
-FARTHEST = 1e6  # m; beyond, the place of a particle does not count as a number
+FARTHEST = 1e10  # m; beyond, the place of a particle does not count as a number
 SUPPORT = 2.0  # reach of the kernels in smoothing lengths
 # extra reach of the lists in smoothing lengths, by dimension: what a longer list costs a step, and
 # what a search costs

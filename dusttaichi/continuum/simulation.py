@@ -42,16 +42,18 @@ class Simulation:
     """State and kernels of one scene. `step` counts beats of length `beat` [s].
 
     compiled: Compiled. n: particles; dimension: 2 or 3; axes: those of the kernels among x, y, z.
-    numbers: what kernels are told (kernels.numbers), but for what changes. material:
-    MaterialNumbers. tables, lists: memory.Table by name. bodies: rigid bodies.
+    numbers: what kernels are told (kernels.numbers), but for what changes. materials:
+    MaterialNumbers of all materials; material: of the first. tables, lists: memory.Table by name.
+    bodies: rigid bodies.
     """
 
-    def __init__(self, compiled, tables, n, *, numbers, material, beat, threads, bodies):
+    def __init__(self, compiled, tables, n, *, numbers, materials, beat, threads, bodies):
         self.compiled, self.kernels, self.layout = compiled, compiled.kernels, compiled.layout
         self.dimension = self.layout.dimension
         self.axes = [0, 2] if self.dimension == 2 else [0, 1, 2]
         self.n, self.numbers = n, numbers
-        self.material, self.told_material = material, MATERIAL(**asdict(material))
+        self.materials, self.material = materials, materials.taken(0)
+        self.told_material = MATERIAL(**asdict(self.material))
         self.beat, self.threads, self.bodies = beat, threads, bodies
         self.tables, self.lists = tables
         self.names = [variable.name for variable in declare(self.layout)]
@@ -68,6 +70,12 @@ class Simulation:
     def of_particles(self, name):
         """A copy of a variable of all particles, in internal order."""
         return self.tables[name].to_numpy(self.n)
+
+    def material_of(self, which=slice(None)):
+        """MaterialNumbers of particles in internal order, of one where there is one alone."""
+        if not self.layout.materials:
+            return self.material
+        return self.materials.taken(self.of_particles("material")[which])
 
     def put(self, name, values):
         """Write a variable of all particles."""

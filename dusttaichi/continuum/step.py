@@ -64,7 +64,7 @@ def by_workers(motion, rates, forces, StepNumbers):
                     fastest = 0.0
                     for i in range(begin, end):
                         fastest = ti.max(fastest, rates.pass_over(i, numbers, material))
-                        motion.answer_ghosts(i, numbers)
+                        motion.show_others(i, numbers)
                     lists.most[APART * me] = fastest
                     met += present
                     barrier(sync, met)
@@ -106,7 +106,7 @@ def by_launches(motion, rates, forces, StepNumbers):
         for i in range(numbers.count):
             # the largest of all is the same in whatever order they come
             ti.atomic_max(lists.most[0], rates.pass_over(i, numbers, material))
-            motion.answer_ghosts(i, numbers)
+            motion.show_others(i, numbers)
 
     @ti.kernel
     def push(numbers: StepNumbers):

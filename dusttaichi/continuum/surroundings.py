@@ -28,7 +28,8 @@ def domain_of(scene, sample, dt):
         edges = np.where(periodic, room[:, 1] - room[:, 0], 0.0)
         centre = np.where(periodic, room.mean(axis=1), 0.0)
         cell = Cell(edges, np.zeros(3), np.zeros(3), centre, axes)
-    solid = np.sum(sample.mass / scene.material.solid_density)
+    density = np.array([material.solid_density for material in scene.all_materials])
+    solid = np.sum(sample.mass / density[sample.material])
     radius = sample.spacing / units.LENGTH
     return Domain(dt, solid / units.LENGTH**3, radius, box, cell)
 

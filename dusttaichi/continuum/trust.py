@@ -24,8 +24,10 @@ def check(sim, measurement):
             f"{when} the energy is not a number: the step is too long for what happens. Try a "
             "smaller numerics.cfl, a larger numerics.viscosity.grid or a lower speed."
         )
-    phi, kept = m["density"] / sim.material.rho_s, m["compacted"] / sim.material.rho_s
-    most = sim.material.phi_2
+    # of the dust that is nearest to its own end
+    most, phi, kept = max(
+        m["largest"], key=lambda row: max(row[1] / BEYOND / row[0], row[2] / row[0])
+    )
     if phi > BEYOND * most or kept > most:
         raise GuardStop(
             f"{when} dust has the filling factor {phi:.4g}, and {kept:.4g} when its pressure is "

@@ -2,11 +2,12 @@
 
 from dusttaichi.results.variables import declared
 
-_INTEGERS = {"role": "i4", "body": "i4", "substeps": "i8"}
+_INTEGERS = {"role": "i4", "body": "i4", "substeps": "i8", "material": "i4"}
 _PHYS, _G09 = "docs, Continuum", "G09 section 4"
 
 # Features: "walls" (any face that moves particles), "height" (a finite one), "stages", "bodies"
-# (rigid or elastic ones). In two dimensions masses, energies and forces are per metre of depth.
+# (rigid or elastic ones), "heat", "damage", "materials" (several). In two dimensions masses,
+# energies and forces are per metre of depth.
 _TABLE = {
     "series": [
         "time",
@@ -15,7 +16,8 @@ _TABLE = {
         "stage",
         ("substeps", "time", "1", "time steps of the method since the start", "", ""),
         ("kinetic", "time", "J", "kinetic energy of dust and rigid bodies", "", ""),
-        ("gravity_energy", "time", "J", "energy in the field of gravity", "", ""),
+        ("gravity_energy", "time", "J", "energy in the field of gravity, that of the "
+         "bodies themselves included", "", ""),
         ("elastic_energy", "time", "J", "elastic energy, p^2/2K + S:S/4mu per volume", _PHYS, ""),
         ("loss", "time channel", "J", "energy lost since the start", _PHYS, ""),
         ("work", "time", "J", "work of moving faces on the dust since the start", _PHYS, ""),
@@ -36,6 +38,12 @@ _TABLE = {
         ("filling_factor_mean", "time", "1", "filling factor of the dust, mean over its mass", "",
          ""),
         ("largest_filling_factor", "time", "1", "largest filling factor", "", ""),
+        ("damage_mean", "time", "1", "damage of the dust, mean over its mass", _PHYS, "damage"),
+        ("heat", "time", "J", "heat that the dust has got since the start: what compaction, "
+         "tension, shear and both viscosities have dissipated in it", _PHYS, "heat"),
+        ("temperature_mean", "time", "K", "temperature of the dust, mean over its heat capacity",
+         _PHYS, "heat"),
+        ("largest_temperature", "time", "K", "largest temperature of the dust", _PHYS, "heat"),
         ("largest_speed", "time", "m/s", "speed of the fastest particle", "", ""),
         "wall_clock",
     ],
@@ -49,6 +57,13 @@ _TABLE = {
          "present elastic path", _PHYS, ""),
         ("pressure", "snapshot particle", "Pa", "its pressure", "", ""),
         ("deviator", "snapshot particle component", "Pa", "deviator of its stress", "", ""),
+        ("damage", "snapshot particle", "1", "its damage: share that carries no tension and no "
+         "deviator", _PHYS, "damage"),
+        ("temperature", "snapshot particle", "K", "its temperature", _PHYS, "heat"),
+        ("material", "particle", "1", "number of its material: 0 that of the scene, then its "
+         "`materials`", "", "materials"),
+        ("solid_density", "particle", "kg/m^3", "density of the solid of its material", "",
+         "materials"),
         ("mass", "particle", "kg", "its mass", "", ""),
         ("role", "particle", "1", "0 dust, 1 rigid, 2 held, 3 wall, 4 elastic", "", ""),
         ("body", "particle", "1", "number of its body", "", ""),

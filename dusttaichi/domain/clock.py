@@ -93,7 +93,7 @@ class Clock:
 
     def step_of_length(self, length, axis):
         """First step of the stage at which that length is no more than `length`, or NEVER."""
-        if self.lengths(self.first)[axis] > length and not self.narrows(axis):
+        if not self.narrows(axis):
             return NEVER
         return self._first(lambda step: self.lengths(step)[axis] <= length)
 

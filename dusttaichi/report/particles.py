@@ -172,7 +172,9 @@ def _of_continuum(run, frames, rows):
     dust, stressed = np.isin(role, (DUST, HELD)), np.isin(role, (DUST, HELD, ELASTIC))
     found = []
     solid = run.attrs.get("solid_density")
-    phi = None if solid is None else density / float(solid)
+    if "solid_density" in frames:
+        solid = frames.solid_density.values
+    phi = None if solid is None else density / np.asarray(solid, dtype=float)
     if phi is not None:
         found.append(_number("filling factor φ", "", np.where(dust, phi, np.nan), rows))
     else:

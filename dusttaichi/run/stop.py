@@ -5,6 +5,7 @@ import numpy as np
 from dusttaichi import units
 from dusttaichi.domain.servo import EVEN, WALL
 from dusttaichi.names import AXES, NEVER, WALLS
+from dusttaichi.run.ledger import turnover
 from dusttaichi.run.state import Tension
 
 TENSIONS = 10  # points of the series that stop.past_maximum, plateau and creep look at
@@ -32,7 +33,9 @@ class End:
         """
         domain, step = sim.domain, sim.step
         self.pressure = pressure(record, domain)
-        reason = self._reached(record, domain, step) or self._settled(measurement)
+        reason = self._reached(record, domain, step) or self._settled(
+            measurement, getattr(sim, "binds", True)
+        )
         reason = reason or self._crept(record, domain)
         if reason:
             self.step, self.reason, self.state.ended = step, reason, reason
@@ -60,11 +63,14 @@ class End:
             reason = f"the tension has fallen by {share} below its largest value"
         return reason
 
-    def _settled(self, m):
-        """Why the stage ends because nothing happens any more, or ""."""
+    def _settled(self, m, binds):
+        """Why the stage ends because nothing happens any more, or ""; binds: method.Simulation."""
         stop, state = self.plan.stop, self.state
-        if stop.rest is not None and m.kinetic < stop.rest * m.bound:
-            return f"at rest: kinetic energy below {stop.rest:.3g} of what the bonds hold"
+        if stop.rest is not None:
+            scale = m.bound if binds else turnover(m, state.start)[1]
+            if m.kinetic < stop.rest * scale:
+                of = "what the bonds hold" if binds else "the energy that has gone through"
+                return f"at rest: kinetic energy below {stop.rest:.3g} of {of}"
         if stop.plateau is not None and plateau(state.pressures, self.pressure, stop.plateau):
             return f"plateau: the pressure changes by less than {stop.plateau:.3g}"
         return ""

@@ -8,9 +8,10 @@ from dusttaichi.samples.continuum import AnyParticles, reads_particles
 from dusttaichi.scene.continuum_boundary import ContinuumBoundary, FacesBoundary, OpenBoundary
 from dusttaichi.scene.continuum_material import ContinuumMaterial
 from dusttaichi.scene.continuum_numerics import ContinuumNumerics
-from dusttaichi.scene.gravity import Gravity
+from dusttaichi.scene.gravity import ContinuumGravity
 from dusttaichi.scene.gravity import check as check_gravity
-from dusttaichi.scene.scene import Scene
+from dusttaichi.scene.material import DEFAULT
+from dusttaichi.scene.scene import Scene, check_names
 
 
 @reads_particles
@@ -25,6 +26,7 @@ class ContinuumScene(Scene):
         "method",
         "dimension",
         "material",
+        "materials",
         "sample",
         "gravity",
         "boundary",
@@ -43,11 +45,16 @@ class ContinuumScene(Scene):
         description="what the dust is made of: a name, a block with `base` and the numbers that "
         "differ, or a block with all numbers"
     )
+    materials: dict[str, ContinuumMaterial] = Field(
+        {},
+        description="further materials that bodies of dust may be of, by name, each written like "
+        "`material`",
+    )
     sample: AnyParticles = Field(description="what bodies there are at the start")
-    gravity: Gravity | None = Field(
+    gravity: ContinuumGravity | None = Field(
         None,
         description="acceleration of everything that is free: downwards, or a list, "
-        "[x, z] with dimension: 2",
+        "[x, z] with dimension: 2; or {self_gravity: on}",
     )
     boundary: ContinuumBoundary = Field(
         OpenBoundary(kind="open"), description="what surrounds the dust"
@@ -69,6 +76,21 @@ class ContinuumScene(Scene):
         block["required"] = [key for key in block["required"] if key != "material"]
         return written
 
+    @field_validator("materials", mode="after")
+    @classmethod
+    def _names(cls, value: dict[str, ContinuumMaterial]) -> dict[str, ContinuumMaterial]:
+        return check_names(value)
+
+    @property
+    def all_materials(self) -> tuple[ContinuumMaterial, ...]:
+        """What dust may be made of, by number: the material, and the others."""
+        return (self.material, *self.materials.values())
+
+    @property
+    def material_names(self) -> tuple[str, ...]:
+        """Their names, in the same order."""
+        return (DEFAULT, *self.materials)
+
     @field_validator("gravity", mode="before")
     @classmethod
     def _in_the_plane(cls, value: Any, info: ValidationInfo) -> Any:
@@ -88,7 +110,17 @@ class ContinuumScene(Scene):
             for block, problems in blocks.items()
             for key, text in problems
         ]
-        return [*super().conflicts(), *found, *check_gravity(self), *self._plane_gravity()]
+        found += [*check_gravity(self), *self._plane_gravity(), *self._heat()]
+        return [*super().conflicts(), *found]
+
+    def _heat(self) -> list[tuple[str, str]]:
+        """All of the dust has a temperature, or none."""
+        warm = [material.heat_capacity is not None for material in self.all_materials]
+        if any(warm) == all(warm):
+            return []
+        without = self.material_names[warm.index(False)]
+        path = "material" if without == DEFAULT else f"materials.{without}"
+        return [(f"{path}.heat_capacity", "another material has one; give it to all, or to none")]
 
     def _plane_gravity(self) -> list[tuple[str, str]]:
         """What of the gravity a continuum, or its plane, does not have."""
@@ -96,9 +128,24 @@ class ContinuumScene(Scene):
             return []
         if self.gravity.central is not None:
             return [("gravity.central", "allowed with method: grains only; give an acceleration")]
-        if self.dimension == 2 and self.gravity.acceleration[1]:
-            return [("gravity.acceleration.1", "there is no y in plane strain; give 0 there")]
-        return []
+        found = []
+        if self.dimension == 2 and (self.gravity.acceleration or (0.0, 0.0))[1]:
+            text = "there is no y in plane strain; give 0 there"
+            found.append(("gravity.acceleration.1", text))
+        return [*found, *self._self_gravity()]
+
+    def _self_gravity(self) -> list[tuple[str, str]]:
+        """What attracts nothing: images, whose number has no end, and rigid bodies."""
+        if self.gravity.self_gravity is None:
+            return []
+        found = []
+        if self.boundary.periodic_axes or getattr(self.boundary, "mirrors", ()):
+            text = "images beyond periodic faces and mirrors do not attract; leave one of both out"
+            found.append(("gravity.self_gravity", text))
+        if self.sample.has_rigid:
+            text = "rigid bodies do not attract; take elastic ones, or leave it out"
+            found.append(("gravity.self_gravity", text))
+        return found
 
     def _mirrors(self) -> list[tuple[str, str]]:
         """Images beyond a mirror stay where they are."""

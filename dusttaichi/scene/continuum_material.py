@@ -7,6 +7,7 @@ from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
 from dusttaichi.physics.continuum import conditions
 from dusttaichi.physics.continuum.numbers import SHEAR, MaterialNumbers
+from dusttaichi.samples.values import Seed
 from dusttaichi.scene import continuum_dusts, moduli
 from dusttaichi.scene.fields import Block, Number, needed, problems
 from dusttaichi.scene.moduli import with_moduli
@@ -75,6 +76,20 @@ class ShearLaw(Block):
         return {"description": cls.__doc__, "anyOf": [{"enum": list(SHEAR)}, block]}
 
 
+class Damage(Block):
+    """Flaws that grow into cracks under tension (Grady & Kipp 1980, Benz & Asphaug 1995)."""
+
+    lg_k: Annotated[float, Number(ge=-30, le=60)] = Field(
+        description="lg of k in m^-3: k strain^m flaws in a volume activate below a strain "
+        "(Weibull); in two dimensions dust is a spacing deep"
+    )
+    m: Annotated[float, Number(ge=1, le=40)] = Field(description="exponent m of that")
+    crack_speed: Annotated[float, Number(gt=0, le=1)] = Field(
+        0.4, description="speed of a crack over the longitudinal speed of sound"
+    )
+    seed: Seed = Field(1, description="seed of the places of the flaws")
+
+
 class Provenance(Block):
     """Where fitted numbers come from: `dust fit continuum` writes it."""
 
@@ -117,6 +132,15 @@ class ContinuumMaterial(Block):
     compressive: CompressiveLaw = Field(description="compressive strength Sigma")
     tensile: TensileLaw = Field(description="tensile strength T")
     shear: ShearLaw = Field("sqrt", description="shear strength Y")
+    damage: Damage | None = Field(
+        None, description="damage by tension: flaws that grow, default none"
+    )
+    heat_capacity: (
+        Annotated[float, Quantity("heat capacity", gt=0, example="800 J/(kg K)")] | None
+    ) = Field(None, description="heat capacity; with it the result has a temperature")
+    temperature: Annotated[float, Quantity("temperature", ge=0, example="280 K")] = Field(
+        "0 K", description="temperature at the start; the strengths do not depend on it"
+    )
     source: Provenance | None = Field(None, description="where the numbers come from")
 
     @model_validator(mode="before")

@@ -1,19 +1,17 @@
 """A scene of the method `grains`: what the grains are, how they act on each other, and where."""
 
-import re
 from typing import ClassVar, Literal
 
 from pydantic import Field, field_validator
 
 from dusttaichi.samples import AnySample, reads_samples
 from dusttaichi.scene.checks.grains import check
-from dusttaichi.scene.fields import needed
 from dusttaichi.scene.gravity import Gravity
 from dusttaichi.scene.interaction import Interaction
 from dusttaichi.scene.material import DEFAULT, Material
 from dusttaichi.scene.numerics import Numerics
 from dusttaichi.scene.push import Push
-from dusttaichi.scene.scene import NAME, Scene
+from dusttaichi.scene.scene import Scene, check_names
 from dusttaichi.scene.sphere import Sphere
 
 
@@ -70,13 +68,7 @@ class GrainsScene(Scene):
     @field_validator("materials", mode="after")
     @classmethod
     def _names(cls, value: dict[str, Material]) -> dict[str, Material]:
-        for name in value:
-            if not re.fullmatch(NAME, name) or name == DEFAULT or name.isdigit():
-                raise needed(
-                    f"\"{name}\" cannot name a material; letters, digits, '.', '_' and '-' are "
-                    f'needed, not a number, and not "{DEFAULT}", which is the material above'
-                )
-        return value
+        return check_names(value)
 
     @property
     def all_materials(self) -> tuple[Material, ...]:

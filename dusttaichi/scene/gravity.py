@@ -1,12 +1,12 @@
 """Gravity: the same acceleration everywhere, or one towards a point."""
 
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES
-from dusttaichi.scene.fields import Block, Number, needed, problems
+from dusttaichi.scene.fields import Block, Number, Switch, needed, problems
 from dusttaichi.scene.quantities import Quantity, Vector, parse
 
 G = 6.6743e-11  # m^3 kg^-1 s^-2, CODATA 2018
@@ -115,6 +115,8 @@ def check(scene) -> Found:
         return []
     if scene.gravity.central is not None:
         return [("gravity.central", "a cell repeats, and a point does not; use kind: open or box")]
+    if scene.gravity.acceleration is None:
+        return []
     return [
         (
             f"gravity.acceleration.{n}",
@@ -124,3 +126,35 @@ def check(scene) -> Found:
         for n, (axis, g) in enumerate(zip(AXES, scene.gravity.acceleration, strict=True))
         if g and axis in axes
     ]
+
+
+class SelfGravity(Block):
+    """Every particle attracts every other one as a ball, in plane strain as a cylinder."""
+
+    softening: Annotated[float | Literal["auto"], Quantity("length", gt=0, word="auto")] = Field(
+        "auto",
+        description="radius of that ball, inside of which the attraction falls to 0; auto: the "
+        "smoothing length",
+    )
+    constant: Annotated[float, Number(gt=0)] = Field(
+        G, description="constant of gravity in m^3/(kg s^2); a larger one shortens a run"
+    )
+
+
+_SELF = Switch("off, on or a block with softening and constant is needed", on=True)
+
+
+class ContinuumGravity(Gravity):
+    """`acceleration`, `self_gravity` or both; `gravity: 9.81 m/s^2` is along -z."""
+
+    self_gravity: Annotated[SelfGravity | None, _SELF] = Field(
+        None, description="attraction of dust and elastic bodies by themselves and each other"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> "ContinuumGravity":
+        if self.acceleration is None and self.central is None and self.self_gravity is None:
+            raise problems([("", "an acceleration or self_gravity is needed")])
+        if self.acceleration is not None and self.central is not None:
+            raise problems([("", "exactly one of acceleration and central is needed")])
+        return self

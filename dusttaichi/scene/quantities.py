@@ -63,6 +63,10 @@ DIMENSIONS = {
         "a surface energy", "surface energies", "J/m^2", "20 mJ/m^2", {"mJ/m^2": -3, "J/m^2": 0}
     ),
     "stiffness": Dimension("a stiffness", "stiffnesses", "N/m", "0.75 N/m", {"N/m": 0}),
+    "temperature": Dimension("a temperature", "temperatures", "K", "280 K", {"K": 0}),
+    "heat capacity": Dimension(
+        "a heat capacity", "heat capacities", "J/(kg K)", "800 J/(kg K)", {"J/(kg K)": 0}
+    ),
     "mass rate": Dimension(
         "a mass per time", "masses per time", "kg/s", "1e-6 g/s", {"g/s": -3, "kg/s": 0}
     ),
@@ -71,7 +75,7 @@ DIMENSIONS = {
 # Sizes in SI between which a number lies that is not 0: far outside of what is physical, and inside
 # of what can be computed.
 SIZES = {
-    "length": (1e-25, 1e3),
+    "length": (1e-25, 1e7),
     "time": (1e-25, 1e9),
     "mass": (1e-30, 1e9),
     "speed": (1e-20, 3e8),
@@ -85,6 +89,8 @@ SIZES = {
     "density": (1e-9, 1e9),
     "surface energy": (1e-15, 1e6),
     "stiffness": (1e-20, 1e12),
+    "temperature": (1e-6, 1e9),
+    "heat capacity": (1e-6, 1e9),
     "mass rate": (1e-30, 1e9),
 }
 

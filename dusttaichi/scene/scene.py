@@ -24,12 +24,24 @@ from dusttaichi.scene.boundary import Boundary, bounded_axes, own_drive
 from dusttaichi.scene.extensions import Extension
 from dusttaichi.scene.fields import Block, Count, needed
 from dusttaichi.scene.fields import problems as several
+from dusttaichi.scene.material import DEFAULT
 from dusttaichi.scene.numerics import CommonNumerics
 from dusttaichi.scene.output import Interval, Output, applies, default_intervals
 from dusttaichi.scene.stage import Stage, StagePlan
 from dusttaichi.scene.stop import Stop
 
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$"
+
+
+def check_names(materials: dict[str, Any]) -> dict[str, Any]:
+    """The `materials` of a scene; raises a validation error for what cannot name one."""
+    for name in materials:
+        if not re.fullmatch(NAME, name) or name == DEFAULT or name.isdigit():
+            raise needed(
+                f"\"{name}\" cannot name a material; letters, digits, '.', '_' and '-' are "
+                f'needed, not a number, and not "{DEFAULT}", which is the material above'
+            )
+    return materials
 
 
 class Scene(Block):

@@ -80,8 +80,9 @@ class Stop(Block):
     )
     rest: Annotated[float, Number(gt=0, lt=1)] | None = Field(
         None,
-        description="kinetic energy over the energy that the bonds hold at rest, below which "
-        "everything has come to rest, for example 1e-6",
+        description="kinetic energy over the energy that the bonds hold at rest (of a continuum: "
+        "over the energy that has gone through the system), below which everything has come to "
+        "rest, for example 1e-6",
     )
     plateau: Annotated[float, Number(gt=0, lt=1)] | None = Field(
         None,

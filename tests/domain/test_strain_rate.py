@@ -38,4 +38,6 @@ def test_edges_go_as_the_rate_says(rate):
 def test_a_room_that_only_grows_never_gets_narrow():
     clock = Clock(1e-4, 1.0, (5.0, 5.0, 5.0), growth=(1.0, 0.0, 0.0), least=(2.0, 2.0, 2.0))
     assert clock.step_of_length(2.0, 0) == clock.step_of_length(2.0, 1) == NEVER
+    # nor does a room end a stage that is as narrow already, and stays so or grows
+    assert clock.step_of_length(5.0, 0) == clock.step_of_length(5.0, 1) == NEVER
     assert clock.last_step(Stop(filling_factor=0.004))[0] == np.ceil(np.log(2.0) / 1e-4)

@@ -18,7 +18,8 @@ class ParticleFrame:
 
     number: of the snapshot, from 0. time [s], step. position [m], velocity [m/s]: (N, 3). density
     [kg/m^3], mass [kg, kg/m in two dimensions], pressure [Pa], role, body: (N,). deviator (N, 6)
-    [Pa]: xx, yy, zz, xy, xz, yz. spacing [m], dimension, solid [kg/m^3]: density of the solid.
+    [Pa]: xx, yy, zz, xy, xz, yz. spacing [m], dimension, solid [kg/m^3]: density of the
+    solid, (N,) with several materials.
     """
 
     number: int
@@ -34,7 +35,7 @@ class ParticleFrame:
     body: np.ndarray
     spacing: float
     dimension: int
-    solid: float
+    solid: float | np.ndarray
 
     @property
     def is_dust(self):
@@ -66,6 +67,10 @@ class ParticleFrame:
         """Distance (N,) [m] to the nearest particles in a close packing of such volumes."""
         share = TRIANGULAR if self.dimension == 2 else HEXAGONAL
         return (self.volume / share) ** (1.0 / self.dimension)
+
+
+def _solid(run):
+    return float(run.attrs["solid_density"])
 
 
 def sample_info(run):
@@ -105,5 +110,5 @@ def read_particles(run, snapshot=-1):
         body=data.body.values.astype(int),
         spacing=float(run.attrs["spacing"]),
         dimension=int(run.attrs["dimension"]),
-        solid=float(run.attrs["solid_density"]),
+        solid=data.solid_density.values if "solid_density" in data else _solid(run),
     )

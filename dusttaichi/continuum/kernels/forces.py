@@ -22,10 +22,12 @@ from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
 @ti.data_oriented
 class Forces:
-    """fields, lists: see store.place; layout: store.Layout; images: images.Images or None."""
+    """fields, lists: see store.place; layout: store.Layout; images: images.Images or None;
+    attraction: attraction.Attraction or None."""
 
-    def __init__(self, fields, lists, layout, images):
+    def __init__(self, fields, lists, layout, images, attraction):
         self.f, self.lists, self.layout, self.images = fields, lists, layout, images
+        self.attraction = attraction
         self.slope, self.shape = KERNELS[layout.kernel], SHAPES[layout.kernel]
         self.n = layout.dimension
 
@@ -34,13 +36,11 @@ class Forces:
         """The force on particle i, with the parts of it that have a channel of the ledger."""
         x, v, k_i, alpha = self.f.x[i], self.f.v[i], self.f.impedance[i], self.f.alpha[i]
         beta, rho = self.f.beta[i], self.f.density[i]
-        stress = ti.Vector.zero(ti.f64, self.n)
-        viscous = ti.Vector.zero(ti.f64, self.n)
-        pushing = ti.Vector.zero(ti.f64, self.n)
-        grid = ti.Vector.zero(ti.f64, self.n)
-        # sums of what depends on i by a factor only
-        places = ti.Vector.zero(ti.f64, self.n)
-        motions = ti.Vector.zero(ti.f64, self.n)
+        stress, viscous = ti.Vector.zero(ti.f64, self.n), ti.Vector.zero(ti.f64, self.n)
+        pushing, grid = ti.Vector.zero(ti.f64, self.n), ti.Vector.zero(ti.f64, self.n)
+        # sums of what depends on i by a factor only; power of the two viscosities
+        places, motions = ti.Vector.zero(ti.f64, self.n), ti.Vector.zero(ti.f64, self.n)
+        power = 0.0
         # The loop takes little from outside (h and scale come behind it): with more, LLVM goes over
         # four vectors at a time, and most of a list is left to be done one by one.
         side, opened = 0, 0.0
@@ -60,6 +60,8 @@ class Forces:
                 own -= opened * foreign
                 other -= ti.select(self.f.gap[j] >= 0.0, foreign, 0.0)
             wd, wu = other * d, other * u
+            if ti.static(self.layout.heat):
+                power += numbers.grid * numbers.h * self.noise_power(i, j, own, other, d, u)
             places += own * d
             motions += own * u
             Q_j, kL_j = self.f.flux[j], self.f.drag[j]
@@ -69,12 +71,13 @@ class Forces:
                     stress[a] += Q_j[self.n * a + b] * wd[b]
                     grid[a] -= kL_j[self.n * a + b] * wd[b]
             if ti.static(self.layout.viscous):
-                # speed of approach h u.d/(r^2 + 0.01 h^2), of pairs that close
-                mu = ti.min(u.dot(d), 0.0) * numbers.inv_h
-                mu /= r2 * numbers.inv_h * numbers.inv_h + CLOSE
+                mu = self.approach(d, u, numbers.inv_h)
                 linear = 0.5 * ti.max(alpha, self.f.alpha[j]) * (k_i + k_j)
                 square = 0.5 * ti.max(beta, self.f.beta[j]) * (rho + self.f.density[j])
-                viscous += ti.max(own, other) * (linear - square * mu) * mu * d
+                resisting = ti.max(own, other) * (linear - square * mu) * mu
+                viscous += resisting * d
+                if ti.static(self.layout.heat):
+                    power += resisting * u.dot(d)
             if ti.static(self.layout.artificial_stress):
                 shape = self.shape(ti.sqrt(r2) * numbers.inv_h) * numbers.at_spacing
                 for a, b in ti.static(ti.ndrange(self.n, self.n)):
@@ -87,20 +90,38 @@ class Forces:
         if ti.static(self.layout.artificial_stress):
             self.f.pushing[i] = volume * pushing
         grid *= volume * numbers.grid * numbers.h
-        self.add_up(i, volume * stress, volume * viscous, grid, numbers)
+        self.add_up(i, volume * stress, volume * viscous, grid, volume * power, numbers)
 
     @ti.func
-    def add_up(self, i, stress, viscous, grid, numbers: ti.template()):
-        """The force on particle i, of its neighbours as given [N] and of all else."""
+    def approach(self, d, u, inv_h):
+        """Speed of approach h u.d/(r^2 + 0.01 h^2) of a pair that closes, else 0."""
+        return ti.min(u.dot(d), 0.0) * inv_h / (d.norm_sqr() * inv_h * inv_h + CLOSE)
+
+    @ti.func
+    def noise_power(self, i, j, own, other, d, u):
+        """Power of what acts on grid noise in a pair, over grid h: of i and of j."""
+        of_i = self.f.impedance[i] * u - tensors.matrix(self.f.drag[i], self.n) @ d
+        of_j = self.f.impedance[j] * u - tensors.matrix(self.f.drag[j], self.n) @ d
+        return (own * of_i + other * of_j).dot(u)
+
+    @ti.func
+    def add_up(self, i, stress, viscous, grid, power, numbers: ti.template()):
+        """The force on particle i, of its neighbours as given [N] and of all else, and its heat:
+        half of the power of the viscosities of all its pairs [W]."""
         if ti.static(self.layout.rigid):
-            of_stress, of_pairs, of_noise = self.images.push(i, numbers)
+            of_stress, of_pairs, of_noise, of_images = self.images.push(i, numbers)
             stress += of_stress
             viscous += of_pairs
             grid += of_noise
+            power += of_images
+        if ti.static(self.layout.heat):
+            self.f.heating[i] = -0.5 * power
         self.f.viscous[i], self.f.grid_force[i] = viscous, grid
         role = self.f.role[i]
         falls = ti.select(role == DUST or role == ELASTIC, self.f.mass[i], 0.0)
         force = stress + viscous + grid + falls * numbers.gravity
+        if ti.static(self.layout.self_gravity):
+            force += falls * self.attraction.pull(i, numbers)
         if ti.static(self.layout.artificial_stress):
             force += self.f.pushing[i]
         self.f.force[i] = force

@@ -94,9 +94,10 @@ class Images:
 
     @ti.func
     def push(self, i, numbers: ti.template()):
-        """(stress, viscous, grid): forces of all images on particle i [N]; those on the surfaces
-        are written down, with their torques about the centres."""
-        stress = ti.Vector.zero(ti.f64, self.n)
+        """(stress, viscous, grid, power): forces of all images on particle i [N], and the power of
+        both viscosities [W]; forces on the surfaces are written down, with their torques about the
+        centres."""
+        stress, power = ti.Vector.zero(ti.f64, self.n), 0.0
         viscous, grid = stress, stress
         for e in range(self.lists.touch_first[i], self.lists.touch_first[i + 1]):
             row = self.lists.touch_row[e]
@@ -109,20 +110,22 @@ class Images:
                 for m in range(count + 1):
                     k = self.other(i, begin, m, count)
                     if m == count or k != i:
-                        of_stress, of_pairs, of_noise = self.pair(i, k, e, arm, numbers)
+                        of_stress, of_pairs, of_noise, warms = self.pair(i, k, e, arm, numbers)
                         stress += of_stress
                         viscous += of_pairs
                         grid += of_noise
-        return stress, viscous, grid
+                        power += warms
+        return stress, viscous, grid, power
 
     @ti.func
     def pair(self, i, k, e, arm, numbers: ti.template()):
-        """Forces on i of its images with k (stress, viscous, grid): T_ik + T_ki each."""
+        """Forces on i of its images with k (stress, viscous, grid): T_ik + T_ki each; and the
+        power of both viscosities."""
         row = self.lists.touch_row[e]
         touch = self.rigid.surface(row, arm, numbers.h)
         arm_k = arm - self.rigid.raised(self.f.x[i] - self.f.x[k])
         touch_k = self.rigid.surface(row, arm_k, numbers.h)
-        stress = ti.Vector.zero(ti.f64, self.n)
+        stress, power = ti.Vector.zero(ti.f64, self.n), 0.0
         viscous, grid = stress, stress
         if touch[0] + touch_k[0] < 2.0 * numbers.h:  # else the image is out of reach
             between, n, there = self.apart(arm, arm_k, touch, touch_k)
@@ -148,13 +151,19 @@ class Images:
             stress += own * self.of_rows(self.f.flux[i], d)
             viscous += own * self.resistance(i, k, mu) * d
             grid += own * self.noise(i, u, d, numbers)
+            if ti.static(self.layout.heat):
+                power += (viscous + grid).dot(u)
             # twice on the body, at the place of k and at that of its image: the mean of both arms
             for part, force in ti.static(enumerate((stress, viscous, grid))):
                 self.note(e, part, self.rigid.raised(force), middle)
             stress += its * self.of_rows(self.f.flux[k], d_k)
-            viscous += its * self.resistance(i, k, mu_k) * d_k
-            grid += its * self.noise(k, u_k, d_k, numbers)
-        return stress, viscous, grid
+            of_pairs = its * self.resistance(i, k, mu_k) * d_k
+            of_noise = its * self.noise(k, u_k, d_k, numbers)
+            if ti.static(self.layout.heat):
+                power += (of_pairs + of_noise).dot(u_k)
+            viscous += of_pairs
+            grid += of_noise
+        return stress, viscous, grid, power
 
     @ti.func
     def closed(self, i, row):

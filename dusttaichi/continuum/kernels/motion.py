@@ -39,10 +39,12 @@ ROUNDING = 1e-9  # of a beat: what is left of it then is nothing
 
 @ti.data_oriented
 class Motion:
-    """fields, lists: see store.place; layout: store.Layout; rigid: kernels.rigid.Rigid."""
+    """fields, lists: see store.place; layout: store.Layout; rigid: kernels.rigid.Rigid;
+    attraction: attraction.Attraction or None."""
 
-    def __init__(self, fields, lists, layout, rigid):
+    def __init__(self, fields, lists, layout, rigid, attraction):
         self.f, self.lists, self.layout, self.rigid = fields, lists, layout, rigid
+        self.attraction = attraction
         self.n = layout.dimension
 
     # -- particles -------------------------------------------------------------------------------
@@ -68,6 +70,8 @@ class Motion:
         self.f.loss[i] -= ti.Vector([self.f.viscous[i].dot(mean), self.f.grid_force[i].dot(mean)])
         if ti.static(self.layout.artificial_stress):
             self.f.taken[i] -= self.f.pushing[i].dot(mean)
+        if ti.static(self.layout.heat):
+            self.f.warmed[i] += half * self.f.heating[i]
         self.f.x[i], self.f.v[i] = x, new
         self.move_ghosts(i, numbers)
         return ti.cast((x - self.f.x_search[i]).norm_sqr() > numbers.way2, ti.i32)
@@ -83,6 +87,13 @@ class Motion:
                     self.f.x[image][a] = sign * self.f.x[i][a] + self.lists.ghost_shift[g, a]
                     self.f.v[image][a] = sign * self.f.v[i][a]
                 self.f.volume[image] = self.f.volume[i]
+
+    @ti.func
+    def show_others(self, i, numbers: ti.template()):
+        """What others read of particle i in the second pass: its images, and where it attracts."""
+        self.answer_ghosts(i, numbers)
+        if ti.static(self.layout.self_gravity):
+            self.attraction.note(i)
 
     @ti.func
     def answer_ghosts(self, i, numbers: ti.template()):

@@ -98,7 +98,8 @@ class Rates:
         if A.determinant() >= FEW:
             C = A.inverse()
         L = G @ C
-        stress, swollen = self.law.respond(i, L, self.f.clock[DT], numbers, material)
+        m = self.law.material(i, material)
+        stress, swollen = self.law.respond(i, L, self.f.clock[DT], numbers, m)
         # neighbours count with the volumes of the first pass, the particle with its own of now
         self.f.flux[i] = tensors.rows((swollen * stress) @ C)
         impedance = self.f.impedance[i]

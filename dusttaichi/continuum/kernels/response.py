@@ -7,16 +7,27 @@ body has no strengths: it stays on its path, and its deviator is what the rate m
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels import tensors
-from dusttaichi.physics.continuum.kernels import LAWS
+from dusttaichi.physics.continuum.kernels import LAWS, MATERIAL
+from dusttaichi.physics.continuum.numbers import NUMBERS
 from dusttaichi.samples.continuum.particles import ELASTIC
 
 
 @ti.data_oriented
 class Response:
-    """fields: see store.place; dimension: 2 or 3."""
+    """fields, lists: see store.place; layout: store.Layout."""
 
-    def __init__(self, fields, dimension):
-        self.f, self.n = fields, dimension
+    def __init__(self, fields, lists, layout):
+        self.f, self.lists, self.layout, self.n = fields, lists, layout, layout.dimension
+        self.columns = tuple(enumerate(NUMBERS))
+
+    @ti.func
+    def material(self, i, first: ti.template()):
+        """The numbers of the material of particle i; first: those of the scene's `material`."""
+        own = first
+        if ti.static(self.layout.materials):
+            row = self.f.material[i]
+            own = MATERIAL(**{name: self.lists.materials[row, n] for n, name in self.columns})
+        return own
 
     @ti.func
     def respond(self, i, end: ti.template(), dt, numbers: ti.template(), m: ti.template()):
@@ -49,6 +60,15 @@ class Response:
         after = trial * (over * ti.select(numbers.over_return > 0.5, over, 1.0))
         swollen = self.f.density[i] / density
         power = 0.5 * (1.0 + swollen) * self.f.volume[i] * dt
+        self.f.density[i], self.f.reference[i], self.f.pressure[i] = density, reference, p
+        self.f.deviator[i], self.f.modulus[i] = tensors.rows(after), K
+        self.f.impedance[i] = ti.sqrt((K + 4.0 / 3.0 * mu) * density)
+        if ti.static(self.layout.damage):
+            whole = 1.0 - self.f.damage[i] ** 3
+            before, S = LAWS.carried_pressure(before, whole), whole * S
+            self.crack(i, after, dt, m)
+            whole = 1.0 - self.f.damage[i] ** 3
+            p, after = LAWS.carried_pressure(p, whole), whole * after
         pressed = -0.5 * (before + p) * growth * power
         self.f.work[i] += ti.Vector(
             [
@@ -57,7 +77,15 @@ class Response:
                 0.5 * tensors.double_dot(S + after, D) * power,
             ]
         )
-        self.f.density[i], self.f.reference[i], self.f.pressure[i] = density, reference, p
-        self.f.deviator[i], self.f.modulus[i] = tensors.rows(after), K
-        self.f.impedance[i] = ti.sqrt((K + 4.0 / 3.0 * mu) * density)
         return after - p * one, swollen
+
+    @ti.func
+    def crack(self, i, S: ti.template(), dt, m: ti.template()):
+        """Flaws of particle i grow over a step; S: the deviator that it had without damage."""
+        weakest, exponent, count = self.f.flaws[i][0], self.f.flaws[i][1], self.f.flaws[i][2]
+        K, pressure = self.f.modulus[i], self.f.pressure[i]
+        strain = LAWS.tensile_strain(tensors.largest(S) - pressure, K, m)
+        active = LAWS.active_flaws(strain, weakest, exponent, count)
+        sound = self.f.impedance[i] / self.f.density[i]
+        step = m.crack_speed * sound * dt * self.f.flaws[i][3]
+        self.f.damage[i] = LAWS.grown(self.f.damage[i], active, count, step)

@@ -11,6 +11,7 @@ from dusttaichi.compute.backend import THREAD_CLASSES
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK
 from dusttaichi.compute.workers import OWN, SYNC
+from dusttaichi.physics.continuum.numbers import NUMBERS
 
 FACES = 6  # groups 0-5 move as a face does, those from 6 on are rigid bodies
 FREE = -1  # group of dust
@@ -19,6 +20,7 @@ LEAST_GHOSTS = 4096
 MOST_WORKERS = THREAD_CLASSES[-1]
 APART = 8  # numbers between those of two workers in `most`: a line of the cache
 BODIES = 16  # rigid bodies that there is room for
+MATERIALS = 16  # materials likewise
 TOUCHES = 3  # surfaces near a particle that there is room for, on average
 VECTOR = 4  # neighbours that a vector of the processor holds; lists of near ones are multiples
 LONGEST_LIST = {2: 150, 3: 420}  # neighbours on average that there is room for at eta 1.3
@@ -59,8 +61,8 @@ class Variable:
 
 class Layout(NamedTuple):
     """What is compiled in: dimension, kernel, ghosts or none, surfaces of rigid faces and bodies or
-    none, contact that opens or sticks,
-    viscosity by pairs or none, artificial stress or none."""
+    none, contact that opens or sticks, viscosity by pairs or none, artificial stress or none,
+    self-gravity or none, heat of viscosity or none, damage or none, one material or several."""
 
     dimension: int
     kernel: str
@@ -69,6 +71,10 @@ class Layout(NamedTuple):
     separate: bool
     viscous: bool
     artificial_stress: bool
+    self_gravity: bool
+    heat: bool
+    damage: bool
+    materials: bool
 
 
 def declare(layout):
@@ -116,6 +122,15 @@ def declare(layout):
         rows.append(("tension", "artificial stress of tension", "Pa", tensor, "felt", True))
         rows.append(("pushing", "force of artificial stress", "N", vector, "own"))
         rows.append(("taken", "work against artificial stress so far", "J", one, "own"))
+    if layout.heat:
+        rows.append(("heating", "heat by viscosity and grid noise per time", "W", one, "own"))
+        rows.append(("warmed", "heat by viscosity and grid noise so far", "J", one, "own"))
+    if layout.damage:
+        # strain at which the weakest activates, exponent, number, 1/radius [1/m]
+        rows.append(("flaws", "flaws of a particle, radius of its volume", "", ("f64", 4), "own"))
+        rows.append(("damage", "cube root of its damage", "1", one, "own"))
+    if layout.materials:
+        rows.append(("material", "number of its material", "1", count, "own"))
     return [Variable(*row) for row in rows]
 
 
@@ -169,6 +184,15 @@ def place(layout, room, entries, ghosts=0):
             "touch": (ti.f64, (TOUCHES * room, PARTS)),
             "distance": (ti.f64, (room,)),
         }
+    if layout.self_gravity:
+        # places, one axis behind the other, and masses of all that attracts; energies of each
+        lists |= {
+            "places": (ti.f64, (layout.dimension, room)),
+            "weights": (ti.f64, (room,)),
+            "potential": (ti.f64, (room,)),
+        }
+    if layout.materials:
+        lists["materials"] = (ti.f64, (MATERIALS, len(NUMBERS)))
     if layout.ghosts:
         lists |= {
             "ghost_first": (ti.i32, (room + 1,)),

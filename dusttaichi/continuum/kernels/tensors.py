@@ -64,3 +64,22 @@ def turned(S: ti.template(), W: ti.template()):
     one = ti.Matrix.identity(ti.f64, n)
     R = (one - 0.5 * W).inverse() @ (one + 0.5 * W)
     return R @ S @ R.transpose()
+
+
+@ti.func
+def largest(S: ti.template()):
+    """Largest principal value of a deviator; in the plane the one out of it is -trace.
+
+    In space 2 sqrt(J2/3) cos(a/3), cos a = (J3/2) (3/J2)^(3/2).
+    """
+    n = ti.static(S.n)
+    out = 0.0
+    if ti.static(n == 2):
+        apart = 0.5 * (S[0, 0] - S[1, 1])
+        out = 0.5 * S.trace() + ti.sqrt(apart * apart + S[0, 1] * S[0, 1])
+        out = ti.max(out, -S.trace())
+    else:
+        size = ti.sqrt(0.5 * double_dot(S, S) / 3.0) + TINY
+        cosine = 0.5 * S.determinant() / size**3
+        out = 2.0 * size * ti.cos(ti.acos(ti.max(-1.0, ti.min(1.0, cosine))) / 3.0)
+    return out

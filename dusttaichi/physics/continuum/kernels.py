@@ -10,7 +10,7 @@ from inspect import getmembers, isfunction
 from types import FunctionType, SimpleNamespace
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.physics.continuum import deviator, elasticity, path, strength
+from dusttaichi.physics.continuum import attraction, damage, deviator, elasticity, path, strength
 from dusttaichi.physics.continuum.numbers import NUMBERS
 
 MATERIAL = ti.types.struct(**dict.fromkeys(NUMBERS, ti.f64))
@@ -48,5 +48,5 @@ def _compiled(*modules):
     return SimpleNamespace(**laws)
 
 
-LAWS = _compiled(strength, elasticity, path, deviator)
+LAWS = _compiled(strength, elasticity, path, deviator, attraction, damage)
 """The Taichi functions: LAWS.compressive(phi, m), LAWS.pressure(density, reference, m), ..."""

@@ -3,6 +3,8 @@
 from dataclasses import dataclass, fields
 from math import log
 
+import numpy as np
+
 from dusttaichi.physics.contact.numbers import Number
 
 FLOOR = 0.005
@@ -31,6 +33,7 @@ NUMBERS = {
     "C": Number("1", "factor of the shear strength"),
     "a": Number("1", "exponent of the compressive strength in the shear strength"),
     "q_max": Number("1", "largest pressure over the bulk modulus at the same density"),
+    "crack_speed": Number("1", "speed of cracks over the longitudinal speed of sound"),
 }
 """Name -> Number (SI unit and meaning) of what the kernels get at run time, in this order."""
 
@@ -63,11 +66,13 @@ class MaterialNumbers:
     C: float
     a: float
     q_max: float
+    crack_speed: float = 0.0
 
     @classmethod
     def of(cls, material):
         """Numbers of a material block (scene.continuum_material.ContinuumMaterial)."""
         squeeze, pull, shear = material.compressive, material.tensile, material.shear
+        damage = getattr(material, "damage", None)
         return cls(
             rho_s=material.solid_density,
             rho_i=material.density,
@@ -85,7 +90,18 @@ class MaterialNumbers:
             C=shear.factor,
             a=shear.exponent,
             q_max=0.9 * largest_share(material.exponent),
+            crack_speed=0.0 if damage is None else damage.crack_speed,
         )
+
+    @classmethod
+    def together(cls, materials):
+        """Numbers of several materials, arrays (materials,) each."""
+        rows = (cls.of(material).values() for material in materials)
+        return cls(*(np.array(column) for column in zip(*rows, strict=True)))
+
+    def taken(self, index):
+        """The numbers at an index of their arrays, such as the material of each particle (n,)."""
+        return MaterialNumbers(*(value[index] for value in self.values()))
 
     def values(self):
         """The numbers in the order of NUMBERS, for a struct of a kernel."""

@@ -1,5 +1,7 @@
 """Bodies of the continuum: where its particles are before the first step. One kind a file."""
 
+from dataclasses import replace
+
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.samples.continuum import (  # noqa: F401, each registers its kind
     block,
@@ -49,6 +51,7 @@ __all__ = [
     "made",
     "make",
     "matter_of",
+    "numbers_of",
     "reads_particles",
     "register",
     "with_faces",
@@ -60,14 +63,26 @@ REACH = 2.6  # of the neighbour lists in smoothing lengths (continuum.search)
 
 def matter_of(scene) -> Matter:
     """What the bodies of a scene are made of."""
-    material = scene.material
-    return Matter(
-        dimension=scene.dimension,
-        spacing=scene.numerics.spacing,
-        solid=material.solid_density,
-        filling_factor=material.filling_factor,
-        most=material.compressive.phi_2,
+    first, *others = (
+        Matter(
+            dimension=scene.dimension,
+            spacing=scene.numerics.spacing,
+            solid=material.solid_density,
+            filling_factor=material.filling_factor,
+            most=material.compressive.phi_2,
+            number=number,
+        )
+        for number, material in enumerate(scene.all_materials)
     )
+    return replace(first, others=dict(zip(scene.materials, others, strict=True)))
+
+
+def numbers_of(scene, particles) -> MaterialNumbers:
+    """MaterialNumbers of the dust of each particle, arrays (n,); those of the material where a
+    scene has no other."""
+    if not scene.materials:
+        return MaterialNumbers.of(scene.material)
+    return MaterialNumbers.together(scene.all_materials).taken(particles.material)
 
 
 def make(scene) -> Particles:
@@ -79,7 +94,7 @@ def make(scene) -> Particles:
     particles = made(scene.sample, matter_of(scene))
     weight = scene.gravity.straight_down if scene.gravity else 0.0
     if weight and rests(scene):
-        particles = at_rest_under_gravity(particles, weight, MaterialNumbers.of(scene.material))
+        particles = at_rest_under_gravity(particles, weight, numbers_of(scene, particles))
     return with_faces(particles, scene.boundary, REACH * scene.numerics.smoothing_length)
 
 

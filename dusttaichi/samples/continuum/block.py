@@ -11,9 +11,9 @@ from dusttaichi.samples.continuum import lattice
 from dusttaichi.samples.continuum.dust import dust
 from dusttaichi.samples.continuum.particles import Particles
 from dusttaichi.samples.continuum.registry import (
+    DustBody,
     Edges,
     Filling,
-    FreeBody,
     Lattice,
     Matter,
     register,
@@ -22,7 +22,7 @@ from dusttaichi.samples.values import Seed
 from dusttaichi.scene.fields import Block
 
 
-class BlockSample(FreeBody):
+class BlockSample(DustBody):
     """A block of dust; its upper surface is at z = 0 and its middle at x = y = 0."""
 
     kind: Literal["block"]
@@ -51,6 +51,7 @@ def make(spec: BlockSample, matter: Matter) -> Particles:
     Its mass is exact: every particle has the same volume. Raises DustError for more particles than
     the memory should hold, or a block smaller than one.
     """
+    matter = matter.of(spec.material)
     size = np.array(spec.size)
     volume = float(np.prod(size))
     lattice.check_count(volume, matter.spacing, matter.dimension, "sample.size")

@@ -27,6 +27,7 @@ def dust(points: np.ndarray, volume: float, matter: Matter, filling, name: str) 
         position=position,
         mass=mass,
         density=density,
+        material=np.full(len(points), matter.number, np.int8),
         spacing=matter.spacing,
         dimension=matter.dimension,
         bodies=(body,),

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from dusttaichi.samples.continuum import lattice
 from dusttaichi.samples.continuum.dust import whole
 from dusttaichi.samples.continuum.particles import ELASTIC, Particles
-from dusttaichi.samples.continuum.registry import FreeBody, Matter, lifted, register
+from dusttaichi.samples.continuum.registry import Edges, FreeBody, Matter, lifted, register
 from dusttaichi.samples.continuum.sphere import volume_of
 from dusttaichi.scene import moduli
 from dusttaichi.scene.fields import Number, problems
@@ -19,14 +19,17 @@ from dusttaichi.scene.quantities import Density, Quantity
 
 
 class ElasticSample(FreeBody):
-    """An elastic body about the origin, on a lattice of its own: p = K (rho/rho_0 - 1), and no
-    limit on any stress."""
+    """An elastic sphere, ring, shell or block about the origin, on a lattice of its own: p = K
+    (rho/rho_0 - 1), and no limit on any stress."""
 
     extra_keys: ClassVar[tuple[str, ...]] = moduli.KEYS
 
     kind: Literal["elastic"]
-    diameter: Annotated[float, Quantity("length", gt=0, example="1.1 mm")] = Field(
-        description="diameter of the sphere, in two dimensions of the disc"
+    diameter: Annotated[float, Quantity("length", gt=0, example="1.1 mm")] | None = Field(
+        None, description="diameter of the sphere, in two dimensions of the disc"
+    )
+    size: Edges | None = Field(
+        None, description="in place of it: [width, height] of a block, or [Lx, Ly, Lz]"
     )
     hole: Annotated[float, Quantity("length", ge=0, example="0.9 mm")] = Field(
         "0 m", description="diameter of a hole in its middle: a ring, in three dimensions a shell"
@@ -52,7 +55,11 @@ class ElasticSample(FreeBody):
 
     @model_validator(mode="after")
     def _check(self) -> ElasticSample:
-        if not self.hole < self.diameter:
+        if (self.diameter is None) == (self.size is None):
+            raise problems([("diameter", "exactly one of diameter and size is needed")])
+        if self.size is not None and self.hole:
+            raise problems([("hole", "it is for spheres; leave it out of a block")])
+        if self.size is None and not self.hole < self.diameter:
             raise problems([("hole", "a hole smaller than the diameter is needed")])
         return self
 
@@ -64,15 +71,12 @@ def make(spec: ElasticSample, matter: Matter) -> Particles:
     Raises DustError for more particles than the memory should hold, or a body smaller than one.
     """
     dimension = matter.dimension
-    volume = float(volume_of(spec.diameter, dimension) - volume_of(spec.hole, dimension))
-    lattice.check_count(volume, matter.spacing, dimension, "elastic body: diameter, hole")
-    own = "triangular" if dimension == 2 else "hexagonal"
-    points = lattice.ball(spec.diameter, matter.spacing, own, dimension)
-    points = points[np.linalg.norm(points, axis=1) >= spec.hole / 2]
+    points, volume = _block(spec, matter) if spec.size else _sphere(spec, matter)
     position, count = lifted(points - points.mean(axis=0)), len(points)
     mass = np.full(count, spec.density * volume / count)
-    name = "ring" if spec.hole else "bead"
-    body = replace(whole(name, position, mass, rigid=False, shape="sphere"), elastic=True)
+    name = "block" if spec.size else "ring" if spec.hole else "bead"
+    shape = "block" if spec.size else "sphere"
+    body = replace(whole(name, position, mass, rigid=False, shape=shape), elastic=True)
     particles = Particles(
         position=position,
         mass=mass,
@@ -85,11 +89,33 @@ def make(spec: ElasticSample, matter: Matter) -> Particles:
         bodies=(body,),
         info={
             "name": name,
-            "shape": "sphere",
-            "diameter": spec.diameter,
+            "shape": shape,
+            "diameter": spec.size[0] if spec.size else spec.diameter,
             "hole": spec.hole,
             "density": spec.density,
             "mass": float(mass.sum()),
-        },
+        }
+        | ({"height": spec.size[-1]} if spec.size else {}),
     )
+    for n, axis in enumerate(particles.axes):
+        reach = (spec.size[n] if spec.size else spec.diameter) / 2
+        particles.room[axis] = (-reach, reach)
     return spec.placed(particles)
+
+
+def _sphere(spec: ElasticSample, matter: Matter):
+    """Points of a sphere with its hole, (N, 2 or 3), and its volume [m^2, or m^3]."""
+    dimension = matter.dimension
+    volume = float(volume_of(spec.diameter, dimension) - volume_of(spec.hole, dimension))
+    lattice.check_count(volume, matter.spacing, dimension, "elastic body: diameter, hole")
+    own = "triangular" if dimension == 2 else "hexagonal"
+    points = lattice.ball(spec.diameter, matter.spacing, own, dimension)
+    return points[np.linalg.norm(points, axis=1) >= spec.hole / 2], volume
+
+
+def _block(spec: ElasticSample, matter: Matter):
+    """Points of a block, (N, 2 or 3), and its volume [m^2, or m^3]."""
+    volume = float(np.prod(spec.size))
+    lattice.check_count(volume, matter.spacing, matter.dimension, "elastic body: size")
+    own = "triangular" if matter.dimension == 2 else "hexagonal"
+    return lattice.fill(np.array(spec.size), matter.spacing, own), volume

@@ -12,14 +12,14 @@ from dusttaichi.errors import DustError
 from dusttaichi.names import AXES
 from dusttaichi.samples.continuum.dust import whole
 from dusttaichi.samples.continuum.particles import COMPONENTS, Particles
-from dusttaichi.samples.continuum.registry import Edges, FreeBody, Matter, register
+from dusttaichi.samples.continuum.registry import DustBody, Edges, Matter, register
 from dusttaichi.samples.files import check_kind, found
 from dusttaichi.scene.quantities import Quantity
 
 COLUMNS = {"x", "y", "z", "vx", "vy", "vz", "mass", "density", "reference"} | set(COMPONENTS)
 
 
-class ExplicitParticles(FreeBody):
+class ExplicitParticles(DustBody):
     """Particles one by one, from a file; `position`, `velocity`, `spin` come on top."""
 
     kind: Literal["explicit"]
@@ -55,6 +55,7 @@ def make(spec: ExplicitParticles, matter: Matter) -> Particles:
     finite, masses or densities that are not positive, two particles at the same place, or another
     number of dimensions than the scene's.
     """
+    matter = matter.of(spec.material)
     where = f"sample.file = '{spec.file}'"
     path = spec.file / "result.nc" if spec.file.is_dir() else spec.file
     check_kind(path, where)
@@ -70,6 +71,7 @@ def make(spec: ExplicitParticles, matter: Matter) -> Particles:
         density=density,
         reference=table.get("reference"),
         deviator=table.get("deviator"),
+        material=np.full(len(density), matter.number, np.int8),
         spacing=matter.spacing,
         dimension=matter.dimension,
         bodies=(whole("particles", table["position"], table["mass"], rigid=False),),

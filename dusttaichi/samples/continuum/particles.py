@@ -53,8 +53,9 @@ class Particles:
     density (N,) [kg/m^3]; reference (N,): the density without pressure on its elastic path
     [kg/m^3]. deviator (N, 6) [Pa], in the order of COMPONENTS. modulus (N,) [Pa], shear_ratio (N,):
     bulk modulus and shear modulus over it of elastic bodies, not a number elsewhere. role (N,)
-    int8: DUST ...; body (N,) int32: number in `bodies`, -1 of a wall; face (N,) int8: number in
-    names.WALLS of the face that moves the particle, or -1. room (3, 2) [m]: where its faces stand,
+    int8: DUST ...; material (N,) int8: number of the material of dust in the scene; body (N,)
+    int32: number in `bodies`, -1 of a wall; face (N,) int8: number in names.WALLS of the face that
+    moves the particle, or -1. room (3, 2) [m]: where its faces stand,
     not a number where there is none. info: plain numbers and texts that say what it is.
     """
 
@@ -69,6 +70,7 @@ class Particles:
     modulus: np.ndarray = None
     shear_ratio: np.ndarray = None
     role: np.ndarray = None
+    material: np.ndarray = None
     body: np.ndarray = None
     face: np.ndarray = None
     room: np.ndarray = None
@@ -84,6 +86,7 @@ class Particles:
             "modulus": lambda: np.full(n, np.nan),
             "shear_ratio": lambda: np.full(n, np.nan),
             "role": lambda: np.full(n, DUST, np.int8),
+            "material": lambda: np.zeros(n, np.int8),
             "body": lambda: np.zeros(n, np.int32),
             "face": lambda: np.full(n, -1, np.int8),
             "room": lambda: np.full((3, 2), np.nan),
@@ -101,6 +104,11 @@ class Particles:
         return self.mass / self.density
 
     @property
+    def is_dust(self) -> np.ndarray:
+        """Which particles are of dust, held or not, (N,) bool."""
+        return np.isin(self.role, (DUST, HELD))
+
+    @property
     def up(self) -> int:
         """Number of the vertical axis."""
         return 2
@@ -113,7 +121,7 @@ class Particles:
 
 ARRAYS = (
     "position", "velocity", "mass", "density", "reference", "deviator", "modulus", "shear_ratio",
-    "role", "face",
+    "role", "material", "face",
 )  # fmt: skip
 
 

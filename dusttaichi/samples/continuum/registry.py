@@ -14,7 +14,7 @@ file of this folder that makes a kind registers it. A package may add its own:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -79,6 +79,7 @@ class Matter:
 
     dimension: 2 or 3. spacing [m] of nearest particles. solid [kg/m^3]: density of the solid;
     filling_factor: of the dust at the start. least, most: filling factors that the material allows.
+    number: of the material in the scene; others: the Matter of its `materials`, by name.
     """
 
     dimension: int
@@ -87,6 +88,12 @@ class Matter:
     filling_factor: float
     least: float = 0.0
     most: float = 1.0
+    number: int = 0
+    others: dict[str, Matter] = field(default_factory=dict)
+
+    def of(self, name: str | None) -> Matter:
+        """The Matter of the material of that name; of None this one."""
+        return self if name is None else self.others[name]
 
     @property
     def vertical(self) -> np.ndarray:
@@ -105,6 +112,11 @@ class BodyBlock(Block):
         """Whether a body of it is rigid."""
         return False
 
+    @property
+    def named_materials(self) -> Found:
+        """(dotted path below this, name) of the materials that it names."""
+        return []
+
     def conflicts(self, scene) -> Found:
         """What does not go with the scene's other blocks, as (dotted path below this, text)."""
         found = []
@@ -120,6 +132,10 @@ class BodyBlock(Block):
             if scene.dimension == 3:
                 needed = "a list of 3 angular velocities"
             found.append(("spin", f"{needed} is needed with dimension: {scene.dimension}"))
+        for path, name in self.named_materials:
+            if name not in scene.materials:
+                there = ", ".join(scene.materials) or "none so far"
+                found.append((path, f"a name of the block `materials` is needed: {there}"))
         lattice = getattr(self, "lattice", "auto")
         wrong = {2: "hexagonal", 3: "triangular"}[scene.dimension]
         if lattice == wrong:
@@ -148,6 +164,19 @@ class FreeBody(BodyBlock):
         else:
             spin = np.array([0.0, -spin, 0.0])  # right-handed about -y: x turns towards z
         return moved(particles, in_space(self.position), in_space(self.velocity), spin)
+
+
+MATERIAL = "name of one of the scene's `materials` that it is made of; default: its `material`"
+
+
+class DustBody(FreeBody):
+    """What every single body of dust may say: what it is made of."""
+
+    material: str | None = Field(None, description=MATERIAL)
+
+    @property
+    def named_materials(self) -> Found:
+        return [] if self.material is None else [("material", self.material)]
 
 
 class Layer(Block):

@@ -1,0 +1,37 @@
+"""Attraction between particles: self-gravity of balls, in plane strain of cylinders without end.
+
+A particle attracts as a homogeneous ball of the softening radius a around its place does: beyond a
+by Newton's law, inside in proportion to the distance. Times G and the mass of the particle,
+
+    acceleration = -d / max(r, a)^3          potential = -(3 - r^2/q^2)/(2 q),  q = max(r, a)
+
+and of a cylinder, by its mass per length,
+
+    acceleration = -2 d / max(r, a)^2        potential = ln(q^2/a^2) + r^2/q^2 - 1
+"""
+
+from numpy import log, maximum, sqrt
+
+
+def ball_pull(r2, soft2):
+    """Acceleration over distance, G and mass [1/m^3]; r2, soft2: squares of r and a [m^2]."""
+    inverse = 1.0 / sqrt(maximum(r2, soft2))
+    return inverse * inverse * inverse
+
+
+def ball_potential(r2, soft2):
+    """Potential over G and mass [1/m]."""
+    inverse = 1.0 / sqrt(maximum(r2, soft2))
+    return -0.5 * inverse * (3.0 - r2 * inverse * inverse)
+
+
+def cylinder_pull(r2, soft2):
+    """Acceleration over distance, G and mass per length [1/m^2]."""
+    return 2.0 / maximum(r2, soft2)
+
+
+def cylinder_potential(r2, soft2):
+    """Potential over G and mass per length [1], 1 less than at the softening radius in the
+    middle."""
+    q2 = maximum(r2, soft2)
+    return log(q2 / soft2) + r2 / q2 - 1.0

@@ -1,0 +1,49 @@
+"""Flaws of dust that may be damaged: who has which, as Benz & Asphaug (1995) give them out."""
+
+import numpy as np
+
+NONE = 1e30  # strain at which flaws activate that are not there
+COLUMNS = 4
+"""Strain of the weakest flaw, exponent of n = (strain/weakest)^exponent, number of flaws, and one
+over the radius of a sphere as large as the particle [1/m]."""
+
+
+def flaws_of(particles, materials):
+    """COLUMNS of each particle, (n, COLUMNS); materials: of the scene, by number.
+
+    Of the volume of the dust of a material the flaw number j activates at (j/(k V))^(1/m), and
+    belongs to a particle that is drawn; flaws are given out until each particle has one. In two
+    dimensions a particle is a spacing deep.
+    """
+    out = np.zeros((len(particles), COLUMNS))
+    out[:, 0] = NONE
+    volume = particles.volume
+    if particles.dimension == 2:
+        volume = volume * particles.spacing
+    out[:, 3] = (4.0 * np.pi / (3.0 * volume)) ** (1.0 / 3.0)
+    for number, material in enumerate(materials):
+        own = np.flatnonzero((particles.material == number) & particles.is_dust)
+        if material.damage is not None and len(own):
+            out[own, :3] = _given_out(material.damage, len(own), volume[own].sum())
+    return out
+
+
+def _given_out(law, count, volume):
+    """The first three COLUMNS of `count` particles that share a volume [m^3]."""
+    rng = np.random.Generator(np.random.PCG64(law.seed))
+    owner, missing = np.zeros(0, dtype=int), True
+    while missing:
+        owner = np.append(owner, rng.integers(0, count, size=4 * count + 16))
+        missing = len(np.unique(owner)) < count
+    _, first = np.unique(owner, return_index=True)
+    owner = owner[: first.max() + 1]
+    # logarithms: k may be larger than any number
+    lg = (np.log10(np.arange(1, len(owner) + 1)) - law.lg_k - np.log10(volume)) / law.m
+    strain, flaws = 10.0**lg, np.bincount(owner, minlength=count)
+    weakest = strain[first]
+    strongest = np.zeros(count)
+    np.maximum.at(strongest, owner, strain)
+    span = np.log(strongest / weakest)
+    several = flaws > 1
+    exponent = np.where(several, np.log(flaws) / np.where(several, span, 1.0), 1.0)
+    return np.stack([weakest, exponent, flaws], axis=1)
