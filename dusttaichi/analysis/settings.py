@@ -59,7 +59,7 @@ OF_GRAINS = Family(
         _setting("m_r", "modifier of the rolling"),
         _setting("m_s", "modifier of the sliding"),
         _setting("wall_speed", "speed of the wall"),
-        _setting("time_step_ns", "time step [ns]", "1"),
+        _setting("time_step_ns", "time step", "ns"),
         _setting("drive", "what moves, of each stage"),
     ),
 )

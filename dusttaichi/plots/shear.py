@@ -7,7 +7,7 @@ from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
 
 
-@figure("Shear stress and strength", 90, applies=lambda run: run.sheared)
+@figure("Shear stress and strength", 90, applies=lambda run: run.sheared, optional=True)
 def shear(run, others=()):
     """Shear stress of a Run against the shear strain of each stage that shears; where stages shear
     there and back the loop, against the total shear strain.

@@ -8,7 +8,7 @@ from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
 
 
-@figure("Triaxial tests", 100, applies=is_triaxial)
+@figure("Triaxial tests", 100, applies=is_triaxial, optional=True)
 def triaxial(run, others=()):
     """Deviator and filling factor of a Run against the strain of each triaxial test in it; below,
     the circles of Mohr of their strengths, with the line of friction that touches them.

@@ -28,9 +28,10 @@ AT = (0.2, 0.3, 0.4, 0.45)
 HALF_WIDTH = 0.006
 """Of the filling factor, averaged over."""
 QUANTITIES = (
-    ("pressure_kpa", "pressure [kPa]", lambda s, grains: s.pressure.sel(wall="top").values / 1e3),
-    ("contacts_per_grain", "contacts per grain", lambda s, grains: s.contact_count.values / grains),
-    ("kinetic_fj_per_grain", "kinetic energy per grain [fJ]",
+    ("pressure_kpa", "pressure", "kPa", lambda s, grains: s.pressure.sel(wall="top").values / 1e3),
+    ("contacts_per_grain", "contacts per grain", "1",
+     lambda s, grains: s.contact_count.values / grains),
+    ("kinetic_fj_per_grain", "kinetic energy per grain", "fJ",
      lambda s, grains: s.kinetic_translation.values / grains * 1e15),
 )  # fmt: skip
 AFTER = 12.0  # place of what follows the fits of a fast wall
@@ -76,7 +77,7 @@ def _at(run):
     series, found = run.part_that("compresses").series, {}
     for value in AT:
         here = np.abs(series.filling_factor.values - value) < HALF_WIDTH
-        for name, _, of in QUANTITIES:
+        for name, *_, of in QUANTITIES:
             values = of(series, run.grains)
             found[f"{name}_at_{value:g}"] = values[here].mean() if here.any() else np.nan
     return found
@@ -150,9 +151,9 @@ CURVE = Family(
     measure=_at,
     compared=True,
     numbers=tuple(
-        Observable(name=f"{name}_at_{value:g}", title=f"{title} at {value:g}",
+        Observable(name=f"{name}_at_{value:g}", title=f"{title} at {value:g}", unit=unit,
                    column=_column(name, value))
-        for value in AT for name, title, _ in QUANTITIES
+        for value in AT for name, title, unit, _ in QUANTITIES
     ),
 )  # fmt: skip
 FAMILIES = (FIT, CURVE)
