@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from dusttaichi.analysis.numbers import families
-from dusttaichi.analysis.summary import summary
+from dusttaichi.analysis.summary import PROBLEMS, summary
 from dusttaichi.errors import DustError
 from dusttaichi.files import explain, replace_atomically
 from dusttaichi.results.outputs import NETCDF, check
@@ -38,6 +38,9 @@ CONVENTION = (
     "the variables that hold the numbers of dusttaichi.analysis.summary; final_NAME is NAME at "
     "the end of a run."
 )
+
+
+NO_NUMBER = "why there is no such number of a run, if so"
 
 
 def gather(runs, axes=None, labels=None, attrs=None):
@@ -186,10 +189,11 @@ def _add_numbers(data, runs, dims, shape):
     """The numbers of the summaries as variables over the runs; returns their names, joined."""
     found = [{} if run is None else summary(run) for run in runs]
     methods = {run.method.name: run.method for run in runs if run is not None}
-    rows = {n.name: n for one in methods.values() for f in families(one) for n in f.numbers}
-    rows = {
-        k: n for k, n in rows.items() if n.unit and any(one.get(k) is not None for one in found)
-    }
+    every = {n.name: n for one in methods.values() for f in families(one) for n in f.numbers}
+    there = {name for one in found for name, value in one.items() if value is not None}
+    rows = {name: number for name, number in every.items() if number.unit and name in there}
+    for name, texts in _reasons(found, every.values()).items():
+        data.coords[name] = (dims, np.array(texts).reshape(shape), {"long_name": NO_NUMBER})
     recorded = next((run.series.variables for run in runs if run is not None), {})
     for name, number in rows.items():
         values = [np.nan if one.get(name) is None else one[name] for one in found]
@@ -200,6 +204,15 @@ def _add_numbers(data, runs, dims, shape):
             attrs["units"] = own.get("units", number.unit)
         data[_number(name, recorded)] = (dims, np.array(values, float).reshape(shape), attrs)
     return " ".join(_number(name, recorded) for name in rows)
+
+
+def _reasons(found, rows):
+    """Texts of the runs that say why summaries lack a number, by the name of their row; what went
+    wrong by PROBLEMS."""
+    texts = {row.why: [one.get(row.why) or "" for one in found] for row in rows if row.why}
+    wrong = [[f"{what}: {why}" for what, why in one.get(PROBLEMS, [])] for one in found]
+    texts[PROBLEMS] = ["; ".join(parts) for parts in wrong]
+    return {name: column for name, column in texts.items() if any(column)}
 
 
 def _number(name, recorded):

@@ -11,6 +11,7 @@ from dusttaichi.analysis.compression import BIN_WIDTH
 from dusttaichi.analysis.ensemble import add_statistics
 from dusttaichi.analysis.numbers import known
 from dusttaichi.analysis.numbers.registry import ENSEMBLES, TABLES
+from dusttaichi.analysis.summary import PROBLEMS
 from dusttaichi.analysis.texts import fitting_unit, quantity_text
 
 ONE_SAMPLE = "one sample a point: the scatter between samples is not known (replicas: 3)"
@@ -120,15 +121,18 @@ def key_of(data, axis):
 
 
 def missing(data):
-    """(name of the point, "2 of 3 runs", why) where the fit of a compression has failed, in order;
-    runs that failed are not among them."""
-    if "fit_problem" not in data:  # of an older version
-        return []
-    rows = data.fit_problem.transpose(*axes_of(data), "replica").values
-    found = []
-    for label, row in zip(point_labels(data), rows.reshape(-1, rows.shape[-1]), strict=True):
-        for why in dict.fromkeys(text for text in row.tolist() if text):
-            found.append((label, f"{row.tolist().count(why)} of {len(row)} runs", why))
+    """(what there is not, name of the point, "2 of 3 runs", why), in order, of runs that came to
+    their end without a number: a fit that failed, a test without strength, an error."""
+    rows, found = known(), []
+    reasons = {row.why: rows[row.why].title for row in rows.values() if row.why}
+    for name, title in (reasons | {PROBLEMS: "number"}).items():
+        if name not in data:
+            continue
+        texts = data[name].transpose(*axes_of(data), "replica").values
+        for label, row in zip(point_labels(data), texts.reshape(-1, texts.shape[-1]), strict=True):
+            for why in dict.fromkeys(text for text in row.tolist() if text):
+                count = f"{row.tolist().count(why)} of {len(row)} runs"
+                found.append((title, label, count, why.removeprefix("none: ")))
     return found
 
 

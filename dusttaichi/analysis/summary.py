@@ -6,6 +6,8 @@ from itertools import groupby
 from dusttaichi import method
 from dusttaichi.analysis.numbers import GENERAL, families, known
 
+PROBLEMS = "problems"
+"""Key of what could not be measured for an error."""
 ONE_SAMPLE = "one sample: fit error only; replicas show the scatter between samples"
 
 
@@ -23,7 +25,7 @@ def summary(run):
             found, failed = family.of(run)
             numbers |= found
             problems += failed
-    return numbers | {"problems": problems}
+    return numbers | {PROBLEMS: problems}
 
 
 def table(numbers):
@@ -42,7 +44,7 @@ def table(numbers):
         if general and has_fit_error(numbers):
             rows.append(("± of the numbers above", ONE_SAMPLE, ""))
         rows += [row for _, number in pairs for row in number.table_rows(numbers)]
-    return rows + [("number not found", f"{what}: {why}", "") for what, why in numbers["problems"]]
+    return rows + [("number not found", f"{what}: {why}", "") for what, why in numbers[PROBLEMS]]
 
 
 def has_fit_error(numbers):

@@ -44,8 +44,8 @@ def run_plan(plan, onward, *, quiet, as_json=False, **how):
         say_json(plain_ensemble(data))
     else:
         _say_table(data)
-    for label, runs, why in missing(data):
-        tell(f"no fit for {runs}{f', {label}' if label else ''}: {why}")
+    for what, label, runs, why in missing(data):
+        tell(f"no {what} for {runs}{f', {label}' if label else ''}: {why}")
     say_written((plan.file, figure), tell)
     if failed:
         raise failure(plan, failed)

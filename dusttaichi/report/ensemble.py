@@ -26,9 +26,11 @@ def ensemble_data(data, file):
     JSON: curves, numbers against the swept keys, and the particles of the runs beside it."""
     title = f"{data.attrs['title']}, {'sweep' if tables.axes_of(data) else 'ensemble'}"
     table, remark = _table(data)
+    lost = [f"no {what}{label and f', {label}'} ({runs}): {why}" for what, label, runs, why in
+            tables.missing(data)]  # fmt: skip
     return blank(title, _lead(data)) | {
         "table": table,
-        "remark": remark,
+        "remark": "; ".join(filter(None, [remark, *lost])),
         "figures": [
             interactive(figure, name, FIGURES[name])
             for name, figure in plots.figures_of_ensemble(data).items()

@@ -95,6 +95,8 @@ def test_an_error_is_named_and_the_rest_is_measured(tmp_path, monkeypatch):
     ]
     assert len(plain_runs([run])["runs"][0]["problems"]) == 2
     assert len(analysis.compare([run])[0]["problems"]) == 2
+    ((what, _, count, why),) = tables.missing(analysis.gather([run], attrs={"title": "made"}))
+    assert (what, count) == ("number", "1 of 1 runs") and "a lost family: IndexError" in why
 
 
 def test_why_there_is_none(tmp_path):
@@ -103,6 +105,8 @@ def test_why_there_is_none(tmp_path):
     short = run.beyond(0.95 * float(run.series.filling_factor.max()))
     found = plain_runs([short])["runs"][0]["numbers"]
     assert found["p_m"]["value"] is None and found["p_m"]["why"]
+    data = analysis.gather([short], attrs={"title": "made"})
+    assert tables.missing(data) == [("fit", "", "1 of 1 runs", found["p_m"]["why"])]
 
 
 def test_names_are_unique():
