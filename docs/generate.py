@@ -1,9 +1,9 @@
 """Parts of these pages that the program itself knows: written at each build to `generated/`.
 
 The keys of a scene come from its blocks, the variables of a result from their declaration, the
-commands from the command line itself, the named materials from the scene, the numbers of a contact
-from the laws, and the pages of the interface from the packages. So none of these tables can be out
-of date.
+commands from the command line itself, the named materials from the scene, the numbers of runs from
+their registry, those of a contact from the laws, and the pages of the interface from the packages.
+So none of these tables can be out of date.
 """
 
 import csv
@@ -14,6 +14,7 @@ import interface
 from markup import cell as _cell
 from markup import text as _text
 
+from dusttaichi.analysis.numbers import families
 from dusttaichi.continuum.variables import VARIABLES as OF_CONTINUUM
 from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.physics.contact.registry import table_of_numbers
@@ -56,6 +57,8 @@ def main():
         "keys_continuum.md": keys_of(key for key in rows("continuum") if key not in rows()),
         "materials.md": materials(),
         "contact_numbers.md": contact_numbers(),
+        "numbers.md": numbers(compared=False),
+        "numbers_compared.md": numbers(compared=True),
         **{f"variables_{group}.md": variables(group, VARIABLES.values()) for group in GROUPS},
         "variables_continuum.md": variables("series", OF_CONTINUUM),
         "variables_continuum_snapshots.md": variables("snapshots", OF_CONTINUUM),
@@ -132,6 +135,20 @@ def contact_numbers():
     lines = ["| effect | law | number | unit | meaning |", "| --- | --- | --- | --- | --- |"]
     for effect, law, name, unit, meaning in table_of_numbers():
         lines.append(f"| {effect} | `{law}` | `{name}` | {unit} | {_cell(meaning)} |")
+    return _text(lines)
+
+
+def numbers(compared):
+    """The table of the numbers that runs have, by their families; compared: of those for
+    comparisons only."""
+    lines = ["| number | unit | what it is | where |", "| --- | --- | --- | --- |"]
+    for family in families():
+        if family.compared != compared:
+            continue
+        for row in family.numbers:
+            unit = row.unit or ("text" if row.unit == "" else "")
+            title = _cell(row.about or row.title.removeprefix("… "))
+            lines.append(f"| `{row.name}` | {unit} | {title} | {_cell(family.title)} |")
     return _text(lines)
 
 

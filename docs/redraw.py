@@ -13,7 +13,7 @@ import xarray as xr
 from dusttaichi import plots
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.plots.continuum_fit import continuum_fit, pressing_speeds
-from dusttaichi.plots.tensile import strengths
+from dusttaichi.plots.strength import strengths
 from dusttaichi.scene.continuum_material import ContinuumMaterial
 from dusttaichi.scene.material import NAMED, Material
 from dusttaichi.studies.continuum_fit.speeds import Curve

@@ -12,7 +12,7 @@ def write(path, *, series, snapshots, static, sample, **attributes):
     with netCDF4.Dataset(path, "w") as file:
         file.setncatts({"spacing": 1e-4, "solid_density": 2000.0, "dimension": 2, "gravity": 9.81})
         file.setncatts({"sample": yaml.safe_dump(sample), "particles": len(static["mass"])})
-        file.setncatts(attributes)
+        file.setncatts({"scene_resolved": "method: continuum"} | attributes)
         file.createDimension("time", None)
         for name, length in (("xyz", 3), ("rigid", 1), ("particle", len(static["mass"]))):
             file.createDimension(name, length)

@@ -41,13 +41,12 @@ from dusttaichi.analysis.run import Run, open_run
 from dusttaichi.analysis.sphere import Column, Penetration, column, penetration
 from dusttaichi.analysis.stored import is_ensemble, is_trade, open_ensemble, open_trade
 from dusttaichi.analysis.structure import Structure, structure
-from dusttaichi.analysis.summary import FIT_ERRORS, summary, table
+from dusttaichi.analysis.summary import summary, table
 from dusttaichi.analysis.tensile import StrengthFit, Tensile, fit_strength, tensile
 from dusttaichi.analysis.trade import front, trade_dataset
 from dusttaichi.analysis.triaxial import Triaxial, is_triaxial, triaxials
 
 __all__ = [
-    "FIT_ERRORS",
     "Arrival",
     "Band",
     "Bodies",

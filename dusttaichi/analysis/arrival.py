@@ -184,18 +184,3 @@ def sound_speed(arrivals, beyond=0.0):
     error = np.sqrt((rest**2).sum() / (len(time) - 2) / square)
     delay = time.mean() - slope * distance.mean()
     return SoundSpeed(float(1.0 / slope), float(error / slope**2), float(delay), len(time))
-
-
-SOUND_UNITS = {"sound_speed": "m/s", "sound_speed_sigma": "m/s"}
-"""Of the numbers of `sound_numbers`."""
-
-
-def sound_numbers(run):
-    """Speed of sound and its standard error of a Run with a push whose signal arrives, or None."""
-    try:
-        fit = sound_speed(arrival(run)) if run.pushes else None
-    except DustError:  # no snapshots that tell, or it has not arrived
-        fit = None
-    if fit is None:
-        return dict.fromkeys(SOUND_UNITS)
-    return {"sound_speed": fit.speed, "sound_speed_sigma": fit.sigma}

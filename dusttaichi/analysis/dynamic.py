@@ -12,7 +12,6 @@ import numpy as np
 
 from dusttaichi.analysis.compression import compression_curve, fit_compression
 from dusttaichi.analysis.drive import SLOWEST, is_dynamic, wall_speed
-from dusttaichi.analysis.texts import quantity_text
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import S12_STATIC
 
@@ -138,66 +137,3 @@ def _front_of(denser, middle, whole):
         return None
     share = (DENSER - denser[n - 1]) / (denser[n] - denser[n - 1])
     return float(middle[n - 1] + share * (middle[n] - middle[n - 1]))
-
-
-UNITS = {
-    "plateau": "Pa",
-    "plateau_sigma": "Pa",
-    "plateau_momentum": "Pa",
-    "front_speed": "m/s",
-    "front_speed_sigma": "m/s",
-    "layer": "1",
-    "p_m_plateau": "Pa",
-    "delta_plateau": "1",
-    "p_m_decades": "Pa",
-    "delta_decades": "1",
-}
-"""Of what `numbers` finds, SI."""
-
-
-def numbers(run):
-    """The numbers of a Run for `summary`, None where it has none of them: plateau, plateau_sigma,
-    plateau_momentum [Pa], front_speed, front_speed_sigma [m/s], layer as in Dynamic; p_m_plateau
-    [Pa], delta_plateau [dex] of the fit that ends on the plateau, and p_m_decades, delta_decades of
-    the fit to the whole curve in which every decade of pressure weighs alike."""
-    found = dict.fromkeys(UNITS)
-    if not is_dynamic(run) or run.material is None:
-        return found
-    further = {"plateau": ("plateau", "bins"), "decades": ("whole", "decades")}
-    d = dynamic(run, further.values())
-    known = {
-        "plateau": d.plateau,
-        "plateau_sigma": d.plateau_sigma,
-        "plateau_momentum": d.momentum,
-        "front_speed": d.front,
-        "front_speed_sigma": d.front_sigma,
-        "layer": d.layer,
-    }
-    for key, which in further.items():
-        if (fit := d.fits[which]) is not None:
-            known |= {f"p_m_{key}": fit.p_m, f"delta_{key}": fit.delta}
-    return found | {name: value for name, value in known.items() if np.isfinite(value)}
-
-
-def rows(n, row):
-    """Rows of the table of a summary; n: its numbers."""
-    low, high = PLATEAU
-    if n["p_m_plateau"] is not None:
-        row(f"… of the bins up to phi {high:g}", n["p_m_plateau"], _kpa)
-    if n["p_m_decades"] is not None:
-        row("… every decade of pressure alike", n["p_m_decades"], _kpa)
-    if n["plateau"] is not None:
-        asked = n["plateau_momentum"]
-        row(
-            f"plateau of the pressure, phi {low:g}-{high:g}",
-            quantity_text(n["plateau"], "Pa", n["plateau_sigma"]),
-            str,
-            "" if asked is None else f"{_kpa(asked)} (momentum)",
-        )
-    if n["front_speed"] is not None:
-        speed = quantity_text(n["front_speed"], "m/s", n["front_speed_sigma"])
-        row("compaction front", f"{speed}, phi {n['layer']:.2g} behind it", str)
-
-
-def _kpa(value):
-    return f"{value / 1e3:.3g} kPa"

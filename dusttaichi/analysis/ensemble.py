@@ -9,39 +9,14 @@ import os
 import numpy as np
 import xarray as xr
 
-from dusttaichi.analysis import dynamic, sphere
-from dusttaichi.analysis.arrival import SOUND_UNITS
-from dusttaichi.analysis.continuum import numbers as continuum
-from dusttaichi.analysis.summary import summary
+from dusttaichi.analysis.numbers import families
+from dusttaichi.analysis.summary import PROBLEMS, summary
 from dusttaichi.errors import DustError
 from dusttaichi.files import explain, replace_atomically
 from dusttaichi.results.outputs import NETCDF, check
 
 MOST = 10_000  # points of the common coordinate
 CHANGE = 1.001  # factor by which a filling factor changes that counts as driven
-UNITS = (
-    dict.fromkeys(
-        ("p_m", "p_m_sigma", "law_p_m", "rms_p_low", "rms_p_high", "onset", "onset_peaks",
-         "strength", "strength_sigma", "strength_law", "release_modulus", "release_sigma",
-         "release_pressure"),
-        "Pa",
-    )
-    | {"wall_time": "s", "steps_per_second": "1/s"}
-    | dict.fromkeys(
-        ("grains", "contacts", "contacts_per_grain", "steps", "ledger_worst", "delta",
-         "delta_sigma", "law_delta", "rms", "rms_mean", "rms_covered", "strength_phi",
-         "strength_strain", "phi_init", "ratio", "ratio_scatter", "ratio_low", "ratio_high",
-         "release_phi", "fragments",
-         "largest_share", "growth_efficiency", "compaction", "restitution"),
-        "1",
-    )
-    | dict.fromkeys(continuum.NAMES, "1")
-    | continuum.UNITS
-    | dynamic.UNITS
-    | sphere.UNITS
-    | SOUND_UNITS
-)  # fmt: skip
-"""Of numbers of `summary`, SI."""
 # global attributes of the runs that the dataset keeps, all values that occur
 KEPT = (
     "dusttaichi_version",
@@ -63,6 +38,9 @@ CONVENTION = (
     "the variables that hold the numbers of dusttaichi.analysis.summary; final_NAME is NAME at "
     "the end of a run."
 )
+
+
+NO_NUMBER = "why there is no such number of a run, if so"
 
 
 def gather(runs, axes=None, labels=None, attrs=None):
@@ -209,32 +187,37 @@ def _attributes(variable):
 
 def _add_numbers(data, runs, dims, shape):
     """The numbers of the summaries as variables over the runs; returns their names, joined."""
-    rows = [{} if run is None else _numbers(run) for run in runs]
-    names = list(dict.fromkeys(name for row in rows for name in row))
+    found = [{} if run is None else summary(run) for run in runs]
+    methods = {run.method.name: run.method for run in runs if run is not None}
+    every = {n.name: n for one in methods.values() for f in families(one) for n in f.numbers}
+    there = {name for one in found for name, value in one.items() if value is not None}
+    rows = {name: number for name, number in every.items() if number.unit and name in there}
+    for name, texts in _reasons(found, every.values()).items():
+        data.coords[name] = (dims, np.array(texts).reshape(shape), {"long_name": NO_NUMBER})
     recorded = next((run.series.variables for run in runs if run is not None), {})
-    for name in names:
-        values = np.array([row.get(name, np.nan) for row in rows], float).reshape(shape)
-        attrs = {"long_name": f"{name} of the summary of a run"}
-        unit = UNITS.get(name)
+    for name, number in rows.items():
+        values = [np.nan if one.get(name) is None else one[name] for one in found]
+        attrs = {"long_name": number.about or number.title, "units": number.unit}
         if name in recorded:
             own = recorded[name].attrs
-            attrs = {"long_name": f"{own.get('long_name', name)}, at the end of a run"}
-            unit = own.get("units", unit)
-        data[_number(name, recorded)] = (dims, values, attrs | ({"units": unit} if unit else {}))
-    return " ".join(_number(name, recorded) for name in names)
+            attrs["long_name"] = f"{own.get('long_name', name)}, at the end of a run"
+            attrs["units"] = own.get("units", number.unit)
+        data[_number(name, recorded)] = (dims, np.array(values, float).reshape(shape), attrs)
+    return " ".join(_number(name, recorded) for name in rows)
+
+
+def _reasons(found, rows):
+    """Texts of the runs that say why summaries lack a number, by the name of their row; what went
+    wrong by PROBLEMS."""
+    texts = {row.why: [one.get(row.why) or "" for one in found] for row in rows if row.why}
+    wrong = [[f"{what}: {why}" for what, why in one.get(PROBLEMS, [])] for one in found]
+    texts[PROBLEMS] = ["; ".join(parts) for parts in wrong]
+    return {name: column for name, column in texts.items() if any(column)}
 
 
 def _number(name, recorded):
     """Name in the dataset: the series has variables of some of the names."""
     return f"final_{name}" if name in recorded else name
-
-
-def _numbers(run):
-    return {
-        name: value
-        for name, value in summary(run).items()
-        if isinstance(value, (int, float)) and not isinstance(value, bool)
-    }
 
 
 def add_statistics(data, name):

@@ -9,46 +9,20 @@ import xarray as xr
 
 from dusttaichi.analysis.compression import BIN_WIDTH
 from dusttaichi.analysis.ensemble import add_statistics
+from dusttaichi.analysis.numbers import known
+from dusttaichi.analysis.numbers.registry import ENSEMBLES, TABLES
+from dusttaichi.analysis.summary import PROBLEMS
 from dusttaichi.analysis.texts import fitting_unit, quantity_text
-
-# numbers of the summary that tables leave out: they describe the machine or the law
-NOT_IN_TABLES = {
-    "grains",
-    "wall_time",
-    "steps_per_second",
-    "p_m_sigma",
-    "delta_sigma",
-    "plateau_sigma",
-    "front_speed_sigma",
-    "law_p_m",
-    "law_delta",
-    "rms_p_low",
-    "rms_p_high",
-    "rms_covered",
-}
-# these say again what others say, or hardly differ between points: tables of sweeps lack them too
-REPEATED = {
-    *("contacts", "coordination_number", "height", "time", "steps", "rms_mean"),
-    *("plateau_momentum", "p_m_plateau", "delta_plateau", "p_m_decades", "delta_decades"),
-}
-
-
-# what numbers of the summary are called whose names do not tell it
-TITLES = {
-    "ratio": "pressure over T19 eq 9",
-    "ratio_scatter": "T19 eq 9: scatter",
-    "ratio_low": "T19 eq 9: from phi",
-    "ratio_high": "T19 eq 9: to phi",
-    "strength_law": "T19 eq 33",
-}
-
 
 ONE_SAMPLE = "one sample a point: the scatter between samples is not known (replicas: 3)"
 
 
 def title_of(name):
     """What tables and figures call a number of the summary."""
-    return TITLES.get(name, name.replace("_", " "))
+    number = known().get(name.removeprefix("final_"))
+    if number is None:
+        return name.replace("_", " ")
+    return f"final {number.heading}" if name.startswith("final_") else number.heading
 
 
 @dataclass(frozen=True)
@@ -147,15 +121,18 @@ def key_of(data, axis):
 
 
 def missing(data):
-    """(name of the point, "2 of 3 runs", why) where the fit of a compression has failed, in order;
-    runs that failed are not among them."""
-    if "fit_problem" not in data:  # of an older version
-        return []
-    rows = data.fit_problem.transpose(*axes_of(data), "replica").values
-    found = []
-    for label, row in zip(point_labels(data), rows.reshape(-1, rows.shape[-1]), strict=True):
-        for why in dict.fromkeys(text for text in row.tolist() if text):
-            found.append((label, f"{row.tolist().count(why)} of {len(row)} runs", why))
+    """(what there is not, name of the point, "2 of 3 runs", why), in order, of runs that came to
+    their end without a number: a fit that failed, a test without strength, an error."""
+    rows, found = known(), []
+    reasons = {row.why: rows[row.why].title for row in rows.values() if row.why}
+    for name, title in (reasons | {PROBLEMS: "number"}).items():
+        if name not in data:
+            continue
+        texts = data[name].transpose(*axes_of(data), "replica").values
+        for label, row in zip(point_labels(data), texts.reshape(-1, texts.shape[-1]), strict=True):
+            for why in dict.fromkeys(text for text in row.tolist() if text):
+                count = f"{row.tolist().count(why)} of {len(row)} runs"
+                found.append((title, label, count, why.removeprefix("none: ")))
     return found
 
 
@@ -171,12 +148,15 @@ def table_numbers(data):
 
     Fewer for a sweep, whose table has a column for each.
     """
-    left_out = NOT_IN_TABLES | REPEATED if axes_of(data) else NOT_IN_TABLES
-    return [
-        name
-        for name in data.attrs["summary_numbers"].split()
-        if name.removeprefix("final_") not in left_out and np.isfinite(data[name].values).any()
-    ]
+    shown = (TABLES,) if axes_of(data) else (TABLES, ENSEMBLES)
+    rows = known()
+
+    def has_row(name):
+        number = rows.get(name.removeprefix("final_"))  # none: of a method that is not installed
+        return number is None or number.sweeps in shown
+
+    names = data.attrs["summary_numbers"].split()
+    return [name for name in names if has_row(name) and np.isfinite(data[name].values).any()]
 
 
 def number_texts(data, name, size=None):

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from dusttaichi import geometry
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES
 from dusttaichi.physics.contact.parts import pair_parts, wall_parts
@@ -89,6 +90,30 @@ class Frame:
     def edges(self):
         """Edges of the cell [m], (3,); not a number where one of its two faces is missing."""
         return self.cell[:, 1] - self.cell[:, 0]
+
+    @property
+    def top(self):
+        """Height of the uppermost point of the grains [m]."""
+        return np.max(self.position[:, 2] + self.radius)
+
+    @property
+    def floor(self):
+        """Height that the grains lie on [m]: of the lower wall, else of their lowest point."""
+        low = self.cell[2, 0]
+        return float(low if np.isfinite(low) else np.min(self.position[:, 2] - self.radius))
+
+    def filling_below(self, axis, reach, edges):
+        """Filling factor (slices,) in an upright cylinder about `axis` (2,) [m], `reach` [m] wide,
+        between `edges` (slices + 1,), heights that fall: of the volume of the grains in it."""
+        around = np.append(axis, 0.0)
+        x = self.nearest(self.position - around) + around
+        volume = np.array(
+            [
+                geometry.cylinder_volume(x, self.radius, axis, reach, low=low, high=high)
+                for low, high in zip(edges[1:], edges[:-1], strict=True)
+            ]
+        )
+        return volume / (np.pi * reach**2 * -np.diff(edges))
 
     def nearest(self, vectors):
         """Differences of positions [m], (..., 3), to the nearest image along periodic axes."""

@@ -1,12 +1,12 @@
 """What a user wants from a run, as numbers that two runs of one scene can be compared by."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from dusttaichi.analysis.compression import compression_curve
 from dusttaichi.analysis.ledger import losses_by_channel
+from dusttaichi.analysis.numbers import Observable, known
 from dusttaichi.analysis.summary import summary
 from dusttaichi.names import CHANNELS, EXTRA_CHANNELS
 
@@ -14,74 +14,53 @@ CURVE = "phi_rms"
 GRID = 201  # pressures at which two curves are compared
 
 
-@dataclass(frozen=True)
-class Observable:
-    """A number of a run. value: from (Run, its summary), None where the run does not have it."""
-
-    name: str
-    units: str
-    text: str
-    value: Callable
-
-
-def _of_summary(key):
-    return lambda run, numbers: numbers.get(key)
-
-
-def _lost(run, numbers):
+def _lost(run):
     return sum(float(loss[-1]) for loss in losses_by_channel(run.series).values())
 
 
 def _last(*names):
     """Sum of variables of the series in the last record."""
-    return lambda run, numbers: float(
+    return lambda run: float(
         sum(run.series[name][-1].sum() for name in names if name in run.series)
     )
 
 
 def _channel(name):
-    return lambda run, numbers: float(losses_by_channel(run.series).get(name, [0.0])[-1])
+    return lambda run: float(losses_by_channel(run.series).get(name, [0.0])[-1])
 
 
-# In the order of what is wanted first; before them all stands the curve of a compression.
-WANTED = (
-    Observable("p_m", "Pa", "p_m of S12 eq 31 fitted to phi(P)", _of_summary("p_m")),
-    Observable("strength", "Pa", "tensile strength", _of_summary("strength")),
-    Observable("ratio", "1", "pressure over (E_roll/r^3) phi^3 (T19 eq 9)", _of_summary("ratio")),
-    Observable("sound_speed", "m/s", "speed of sound", _of_summary("sound_speed")),
-    Observable("restitution", "1", "coefficient of restitution", _of_summary("restitution")),
-    Observable(
-        "depth", "m", "depth of a bead, g t^2/2 taken away", _of_summary("depth_weightless")
-    ),
-    Observable(
-        "stopping_time", "s", "its stopping time, so too", _of_summary("stopping_time_weightless")
-    ),
-    Observable("dust_restitution", "1", "restitution of dust", _of_summary("dust_restitution")),
-    Observable("growth_efficiency", "1", "growth efficiency", _of_summary("growth_efficiency")),
-    Observable("largest_share", "1", "share of the largest fragment", _of_summary("largest_share")),
-    Observable("fragments", "1", "fragments", _of_summary("fragments")),
-)
-# Where a scene has none of these: energies at the end.
+def _energy(name, title, value):
+    return Observable(name=name, title=title, unit="J", value=value)
+
+
+# where a scene has none of those wanted: energies at the end
 ENERGIES = (
-    Observable("lost", "J", "energy lost in all channels", _lost),
+    _energy("lost", "energy lost in all channels", _lost),
     *(
-        Observable(f"lost_{name}", "J", f"energy lost on {name}", _channel(name))
+        _energy(f"lost_{name}", f"energy lost on {name}", _channel(name))
         for name in (*CHANNELS, *EXTRA_CHANNELS)
     ),
-    Observable(
-        "kinetic",
-        "J",
-        "kinetic energy at the end",
-        _last("kinetic_translation", "kinetic_rotation"),
+    _energy(
+        "kinetic", "kinetic energy at the end", _last("kinetic_translation", "kinetic_rotation")
     ),
-    Observable(
-        "potential", "J", "potential energy at the end", _last("potential", "potential_wall")
-    ),
+    _energy("potential", "potential energy at the end", _last("potential", "potential_wall")),
 )
-TEXTS = {CURVE: "rms distance of phi(P) from the reference"} | {
-    o.name: o.text for o in (*WANTED, *ENERGIES)
-}
-UNITS = {CURVE: "1"} | {o.name: o.units for o in (*WANTED, *ENERGIES)}
+
+
+def wanted():
+    """Numbers of the registry that runs are compared by, the most wanted first; before them all
+    comes the curve of a compression."""
+    return sorted((n for n in known().values() if n.wanted), key=lambda number: number.wanted)
+
+
+def about(name):
+    """(what it is, its unit) of an observable."""
+    if name == CURVE:
+        return "rms distance of phi(P) from the reference", "1"
+    for number in (*wanted(), *ENERGIES):
+        if name == (number.trade_name or number.name):
+            return number.about or number.title, number.unit
+    return name, "1"  # of a method or an extension that is not here
 
 
 @dataclass(frozen=True)
@@ -107,19 +86,18 @@ class Measured:
 
 
 def measured(run):
-    """The Measured of a Run: what it has of WANTED, else of ENERGIES; and its curve."""
+    """The Measured of a Run: those `wanted` that it has, else ENERGIES; and its curve."""
     numbers = summary(run)
     curve = compression_curve(run).monotone() if run.compresses else None
     if curve is not None and len(curve[0]) < 2:
         curve = None
-    values = _values(WANTED, run, numbers)
+    values = _finite({n.trade_name or n.name: numbers.get(n.name) for n in wanted()})
     if not values and curve is None and len(run.series.time):
-        values = _values(ENERGIES, run, numbers)
+        values = _finite({number.name: number.of(run) for number in ENERGIES})
     return Measured(values, curve and tuple(c.tolist() for c in curve))
 
 
-def _values(observables, run, numbers):
-    found = {o.name: o.value(run, numbers) for o in observables}
+def _finite(found):
     return {n: float(v) for n, v in found.items() if v is not None and np.isfinite(v)}
 
 
@@ -148,7 +126,7 @@ def differences(one, reference):
             out[name] = _curves(one, reference)
             continue
         value, right = one.values.get(name, np.nan), reference.values[name]
-        out[name] = (value, _relative(abs(value - right), right, UNITS[name]))
+        out[name] = (value, _relative(abs(value - right), right, about(name)[1]))
     return out
 
 
@@ -188,5 +166,5 @@ def scatter(runs, reference):
         values = [run.values[name] for run in runs if name in run.values]
         if len(values) > 1:
             spread = float(np.std(values, ddof=1))
-            out[name] = _relative(spread, reference.values[name], UNITS[name])
+            out[name] = _relative(spread, reference.values[name], about(name)[1])
     return out

@@ -2,10 +2,12 @@
 
 import copy
 import importlib
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
 
+from dusttaichi import method
 from dusttaichi.analysis import foreign
 from dusttaichi.analysis.draft import named
 from dusttaichi.analysis.tension import is_tensile_test, recorded_tension, start_of_tension
@@ -19,7 +21,7 @@ LEAST_CHANGE = 1e-3
 """Relative change of the filling factor from which a run counts as compressed or stretched."""
 
 
-class Run:
+class Run(AbstractContextManager):
     """A result file, or one stage of it (`stage`). Use `open_run`.
 
     series, profiles: xr.Dataset in memory (profiles None where there are none). attrs: the global
@@ -57,6 +59,16 @@ class Run:
     def scene(self):
         """The resolved scene as plain dicts, {} where the file has none."""
         return foreign.block(self.attrs, "scene_resolved", self.path)
+
+    @property
+    def sample(self):
+        """What the result says of its sample, a dict; {} where it says nothing."""
+        return foreign.block(self.attrs, "sample", self.path)
+
+    @property
+    def method(self):
+        """The Method that computed it; one that knows its name only where it is not installed."""
+        return method.of_result(self.scene)
 
     @property
     def boundary(self):
@@ -142,8 +154,8 @@ class Run:
     @property
     def pushes(self):
         """Pushes of the scene as dicts: `kind` (as "force"), `grains`, `face` of one on a face,
-        `size` [m] of a displacement. [] where there are none."""
-        return foreign.block(self.attrs, "sample", self.path).get("push", [])
+        `size` [m] of a displacement."""
+        return self.sample.get("push", [])
 
     @property
     def compresses(self):
@@ -187,8 +199,11 @@ class Run:
         block = self.scene.get("sample", {})
         if block.get("kind") not in ("pair", "collision") or self.boundary != "open":
             return False
-        info = foreign.block(self.attrs, "sample", self.path)
-        if not info.get("speed") or self.tree is None or "contacts" not in self.tree.children:
+        if (
+            not self.sample.get("speed")
+            or self.tree is None
+            or "contacts" not in self.tree.children
+        ):
             return False
         frames = self.snapshots
         return frames is not None and frames.sizes["snapshot"] > 1
@@ -199,20 +214,13 @@ class Run:
         return "sphere_position" in self.series and len(self.series.time) > 1
 
     @property
-    def is_continuum(self):
-        """True for a run of the continuum: it has particles, and no grains."""
-        return "particles" in self.attrs
-
-    @property
     def intrudes(self):
         """True where a rigid body falls on dust (continuum, sample.kind impact)."""
-        info = foreign.block(self.attrs, "sample", self.path)
-        return "body_position" in self.series and "density" in info.get("projectile", {})
+        return "body_position" in self.series and "density" in self.sample.get("projectile", {})
 
     def bodies(self):
         """Grains of the two bodies of a run that `collides`: two arrays of numbers."""
-        info = foreign.block(self.attrs, "sample", self.path)
-        first = info.get("target_grains", 1)
+        first = self.sample.get("target_grains", 1)
         return np.arange(first), np.arange(first, self.grains)
 
     def _does(self, what):
@@ -246,9 +254,8 @@ class Run:
     @property
     def has_top_pressure(self):
         """True where the pressure on a top wall is recorded."""
-        if "pressure" not in self.series:
-            return False
-        return bool(np.isfinite(self.series.pressure.sel(wall="top")).any())
+        known = "pressure" in self.series
+        return known and bool(np.isfinite(self.series.pressure.sel(wall="top")).any())
 
     @property
     def _evenly(self):
@@ -278,12 +285,10 @@ class Run:
 
     def period(self, snapshot=-1):
         """Edges of the cell in a snapshot [m], (3,), nan along an axis that is not periodic."""
-        axes = self.attrs.get("periodic_axes", "").split()
         edges = np.full(3, np.nan)
-        for axis in axes:
-            low, high = WALLS[2 * "xyz".index(axis)], WALLS[2 * "xyz".index(axis) + 1]
+        for n in map("xyz".index, self.attrs.get("periodic_axes", "").split()):
             box = self.snapshots.box.isel(snapshot=snapshot)
-            edges["xyz".index(axis)] = float(box.sel(wall=high) - box.sel(wall=low))
+            edges[n] = float(box.sel(wall=WALLS[2 * n + 1]) - box.sel(wall=WALLS[2 * n]))
         return edges
 
     def contacts(self, snapshot=-1, group="contacts"):
@@ -318,9 +323,6 @@ class Run:
         if root._tree is not None:
             root._tree.close()
             root._tree = None
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *_):
         self.close()

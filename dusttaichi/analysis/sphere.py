@@ -5,12 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi import geometry
-from dusttaichi.analysis.continuum import read_particles
 from dusttaichi.analysis.continuum.intrusion import Stop, first_stop
-from dusttaichi.analysis.continuum.particles import sample_info
-from dusttaichi.analysis.frame import read_frame
 from dusttaichi.errors import DustError
+from dusttaichi.method import attribute
 
 
 @dataclass(frozen=True)
@@ -74,7 +71,7 @@ def _way(run):
         own = float(run.attrs["sphere_radius"]), float(run.attrs["sphere_mass"])
         names = ("sphere_position", "sphere_velocity", "sphere_force")
         return time, *(series[name].values for name in names), own
-    bead = sample_info(run).get("projectile", {})
+    bead = run.sample.get("projectile", {})
     if "body_position" not in series or bead.get("shape") != "sphere":
         raise DustError(f"{run.path} has no rigid sphere.")
     way = series.sel(rigid=bead["name"])
@@ -85,10 +82,13 @@ def _way(run):
 
 
 def _surface(run):
-    if run.is_continuum:
-        return float(sample_info(run)["surface"])
-    frame = read_frame(run, 0, contacts=False)
-    return float(np.max(frame.position[:, 2] + frame.radius))
+    """Height of the dust's upper end at the start [m], as the sample says or grains show it."""
+    known = run.sample.get("surface")
+    return float(_frame(run, 0).top if known is None else known)
+
+
+def _frame(run, snapshot):
+    return attribute(run.method.read_snapshot)(run, snapshot)
 
 
 @dataclass(frozen=True)
@@ -114,79 +114,11 @@ def column(run, snapshot=-1, *, width=0.7, slices=0.25):
     if "sphere_position" in frames:
         place = frames.sphere_position.values
     else:
-        series, name = run.whole.series, sample_info(run)["projectile"]["name"]
+        series, name = run.whole.series, run.sample["projectile"]["name"]
         record = int(np.argmin(np.abs(series.time.values - float(frames.snapshot_time))))
         place = series.body_position.sel(rigid=name).values[record]
     lowest, reach = place[2] - way.radius, width * way.radius
-    count = int((lowest - _floor(run)) / (slices * way.radius) + 1e-6)
+    count = int((lowest - _frame(run, 0).floor) / (slices * way.radius) + 1e-6)
     edges = lowest - slices * way.radius * np.arange(count + 1)
-    phi = _filling(run, snapshot, place[:2], reach, edges)
+    phi = _frame(run, snapshot).filling_below(place[:2], reach, edges)
     return Column(way.surface - 0.5 * (edges[:-1] + edges[1:]), phi, way.surface - lowest)
-
-
-def _floor(run):
-    if run.is_continuum:
-        found = read_particles(run, 0)
-        return float(found.position[found.is_dust][:, 2].min() - 0.5 * run.attrs["spacing"])
-    frame = read_frame(run, 0, contacts=False)
-    low = frame.cell[2, 0]
-    return float(low if np.isfinite(low) else np.min(frame.position[:, 2] - frame.radius))
-
-
-def _filling(run, snapshot, axis, reach, edges):
-    """Filling factor in the slices of a cylinder; edges: heights, falling."""
-    if run.is_continuum:
-        found = read_particles(run, snapshot)
-        x = found.position[found.is_dust]
-        way = x[:, :2] - axis
-        inside = np.hypot(*way.T) <= reach
-        volume, phi = (a[found.is_dust][inside] for a in (found.volume, found.filling_factor))
-        weights = (volume * phi, volume)
-        solid, all_ = (np.histogram(x[inside, 2], edges[::-1], weights=a)[0] for a in weights)
-        return (solid / np.where(all_ > 0.0, all_, np.nan))[::-1]
-    frame = read_frame(run, snapshot, contacts=False)
-    around = np.append(axis, 0.0)
-    x = frame.nearest(frame.position - around) + around
-    pairs = zip(edges[1:], edges[:-1], strict=True)
-    volume = np.array(
-        [geometry.cylinder_volume(x, frame.radius, axis, reach, low=a, high=b) for a, b in pairs]
-    )
-    return volume / (np.pi * reach**2 * -np.diff(edges))
-
-
-UNITS = {
-    "sphere_depth": "m",
-    "sphere_stopping_time": "s",
-    "sphere_largest_depth": "m",
-    "sphere_force": "N",
-}
-"""Of the numbers of `numbers`."""
-
-
-def numbers(run):
-    """Of a sphere that goes into grains: depth and time of its stop, or how deep it has come; the
-    largest force upwards, a mean between two records."""
-    found = dict.fromkeys(UNITS)
-    try:
-        way = penetration(run) if run.has_sphere else None
-    except DustError:  # it flies, or there is no dust below it
-        way = None
-    if way is None:
-        return found
-    found |= {"sphere_force": float(way.force.max())}
-    driven = "speed" in run.scene.get("sphere", {})
-    if driven or way.stop is None:
-        return found | {"sphere_largest_depth": float(way.depth.max())}
-    return found | {"sphere_depth": way.stop.depth, "sphere_stopping_time": way.stop.time}
-
-
-def rows(n, row):
-    """Rows of the final table; row: as `analysis.summary.table` has it."""
-    stops = n["sphere_stopping_time"]
-    row(
-        "depth of the sphere",
-        n["sphere_depth"],
-        lambda v: f"{v * 1e6:.4g} um, where it stops after {stops * 1e6:.4g} us",
-    )
-    row("largest depth of the sphere", n["sphere_largest_depth"], lambda v: f"{v * 1e6:.4g} um")
-    row("largest force on the sphere", n["sphere_force"], lambda v: f"{v * 1e6:.4g} uN")

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dusttaichi.analysis.compression import correlation_factor
-from dusttaichi.analysis.tension import missing_strength, start_of_tension
-from dusttaichi.analysis.texts import quantity_text
+from dusttaichi.analysis.tension import start_of_tension
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES
 from dusttaichi.physics import laws
@@ -274,44 +273,3 @@ def fit_strength(results):
         sigma = np.sqrt(np.sum(residual**2) / (len(phi) - 2) / np.sum(x**2))
     factor = np.exp(y.mean() - exponent * np.log(phi).mean())
     return StrengthFit(float(factor), float(exponent), float(sigma))
-
-
-_NUMBERS = ("strength", "strength_sigma", "strength_phi", "strength_strain")
-
-
-def numbers(run):
-    """The numbers of a Run for `summary`, None where it has none of them: strength, strength_sigma,
-    strength_phi, strength_strain, strength_passed, phi_init and strength_law as in Tensile;
-    strength_problem: why a tensile test has no strength."""
-    found = {"strength_problem": missing_strength(run)}
-    if not run.stretches:
-        return found | dict.fromkeys((*_NUMBERS, "strength_passed", "phi_init", "strength_law"))
-    result = tensile(run)
-    return (
-        found
-        | {name: getattr(result, name) for name in _NUMBERS}
-        | {
-            "strength_passed": result.passed,
-            "phi_init": result.phi_init,
-            "strength_law": result.law if np.isfinite(result.law) else None,
-        }
-    )
-
-
-def rows(n, row):
-    """Rows of the table of a summary; n: its numbers."""
-    row("tensile strength", n["strength_problem"], str)
-    if n["strength"] is None:
-        return
-    text = quantity_text(n["strength"], "Pa", n["strength_sigma"])
-    if not n["strength_passed"]:
-        text = f"at least {text}: the stress had not fallen yet"
-    strength = n["strength_law"]
-    law = "" if strength is None else f"{quantity_text(strength, 'Pa')} (T19 eq 33)"
-    row("tensile strength", text, str, law)
-    row(
-        "… at filling factor",
-        n["strength_phi"],
-        lambda v: f"{v:.3g} from {n['phi_init']:.3g} (strain {n['strength_strain']:.2f})",
-        f"{0.5 * n['phi_init']:.3g} (T19: half)",
-    )

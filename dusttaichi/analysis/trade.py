@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from dusttaichi.analysis.observables import TEXTS, UNITS
+from dusttaichi.analysis.observables import about
 
 COLUMNS = {
     "knob": "what is turned: a knob, or default, preset, combined",
@@ -48,20 +48,21 @@ def trade_dataset(*, columns, numbers, flags, values, errors, observables, seeds
     for name, column in flags.items():
         data[name] = ("point", np.array(column, dtype=np.int8), {"long_name": texts[name]})
     for name in names:
-        about = {"units": UNITS[name], "long_name": TEXTS[name]}
-        data[name] = ("point", np.array(values[name], dtype=float), about)
-        of = {"units": "1", "long_name": f"relative error of: {TEXTS[name]}"}
+        text, unit = about(name)
+        of = {"units": unit, "long_name": text}
+        data[name] = ("point", np.array(values[name], dtype=float), of)
+        of = {"units": "1", "long_name": f"relative error of: {text}"}
         data[f"error_{name}"] = ("point", np.array(errors[name], dtype=float), of)
         if name in seeds:
-            of = {"units": UNITS[name], "long_name": f"with each seed: {TEXTS[name]}"}
+            of = {"units": unit, "long_name": f"with each seed: {text}"}
             data[f"seed_{name}"] = ("seed", np.array(seeds[name], dtype=float), of)
-    about = {
+    texts = {
         "reference": "value of the reference, SI",
         "scatter": "standard deviation between seeds, as an error",
         "convergence": "difference of the reference from it at what `check` says, as an error",
     }
     for name, column in observables.items():
-        data[name] = ("observable", np.array(column, dtype=float), {"long_name": about[name]})
+        data[name] = ("observable", np.array(column, dtype=float), {"long_name": texts[name]})
     return data
 
 

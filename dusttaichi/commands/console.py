@@ -1,5 +1,6 @@
 """What the commands print on: tables and results to the output, progress and remarks beside it."""
 
+import json
 import sys
 from itertools import accumulate
 
@@ -33,10 +34,21 @@ def remark(text):
     err.print(text, soft_wrap=True)
 
 
-def say_written(paths):
+def say_json(data):
+    """Print plain data as JSON, which is then all that the output holds."""
+    sys.stdout.write(json.dumps(data, ensure_ascii=False, allow_nan=False, indent=2) + "\n")
+
+
+def say_written(paths, tell=say):
     """Tell which files there are now."""
     for path in paths:
-        say(f"wrote {path}")
+        tell(f"wrote {path}")
+
+
+def say_not_drawn(failed):
+    """Name the figures, (title, why), that could not be drawn."""
+    for title, why in failed:
+        remark(f"figure not drawn: {title}: {why}")
 
 
 def say_abreast(keys, columns, title=None):

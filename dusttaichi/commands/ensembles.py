@@ -1,12 +1,19 @@
 """What `dust run` does with replicas, and `dust sweep`: runs, dataset, figure, table."""
 
-from dusttaichi.commands.console import plain_table, say, say_abreast, say_written
+from dusttaichi.commands.console import (
+    plain_table,
+    remark,
+    say,
+    say_abreast,
+    say_json,
+    say_written,
+)
 from dusttaichi.commands.progress import ProgressBar, shares_text
 from dusttaichi.errors import DustError, GuardStop, Interrupted
 
 
-def run_plan(plan, onward, *, quiet, **how):
-    """Run a Plan, gather it, draw it, print its table.
+def run_plan(plan, onward, *, quiet, as_json=False, **how):
+    """Run a Plan, gather it, draw it, print its table, or its numbers as JSON.
 
     onward: the command that goes on after an interruption. how: as `ensemble.run_all` takes it.
     Raises DustError for input that cannot be used, Interrupted, and, after everything else is done,
@@ -14,6 +21,7 @@ def run_plan(plan, onward, *, quiet, **how):
     """
     from dusttaichi.analysis.ensemble import save_ensemble
     from dusttaichi.analysis.ensemble_tables import missing
+    from dusttaichi.analysis.plain import plain_ensemble
     from dusttaichi.plots import ensemble, save
     from dusttaichi.studies.ensemble import gather_plan, run_all
 
@@ -31,10 +39,14 @@ def run_plan(plan, onward, *, quiet, **how):
     save_ensemble(data, plan.file)
     figure = plan.file.with_suffix(".png")
     save(ensemble(data), figure)
-    _say_table(data)
-    for label, runs, why in missing(data):
-        say(f"no fit for {runs}{f', {label}' if label else ''}: {why}")
-    say_written((plan.file, figure))
+    tell = remark if as_json else say
+    if as_json:
+        say_json(plain_ensemble(data))
+    else:
+        _say_table(data)
+    for what, label, runs, why in missing(data):
+        tell(f"no {what} for {runs}{f', {label}' if label else ''}: {why}")
+    say_written((plan.file, figure), tell)
     if failed:
         raise failure(plan, failed)
 

@@ -37,6 +37,17 @@ Extensions = Annotated[
         show_default=False,
     ),
 ]
+Json = Annotated[
+    bool, typer.Option("--json", help="print the numbers as JSON in place of the table")
+]
+Added = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--extension",
+        help="a Python file with numbers, figures or a method of your own, imported first",
+        metavar="FILE",
+    ),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="no progress bar")]
 
 
@@ -83,6 +94,13 @@ def load_scene(file, threads=None, settings=None, extensions=None):
 
         scene = with_settings(scene, settings)
     return scene if threads is None else scene.with_value("numerics.threads", threads)
+
+
+def import_files(files):
+    """Import the extensions that --extension names. Raises DustError."""
+    from dusttaichi.scene import extensions
+
+    extensions.load({extensions.KEY: list(files or [])}, None, lines={}, title="--extension")
 
 
 def refuse_both(force, resume):

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands.console import remark, say, say_written
-from dusttaichi.commands.options import Overwrite, RunPath, RunPaths, writing
+from dusttaichi.commands.options import Added, Overwrite, RunPath, RunPaths, import_files, writing
 from dusttaichi.processes import python_command
 
 
@@ -19,12 +19,14 @@ def report(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="the HTML file, by default in the run")
     ] = None,
+    extension: Added = None,
     force: Overwrite = False,
 ):
     """One HTML file that shows runs, or a sweep: figures to zoom into, grains in 3-D, numbers."""
     from dusttaichi import analysis
     from dusttaichi import report as page
 
+    import_files(extension)
     folder = runs[0] if runs[0].is_dir() else runs[0].parent
     path = output or (folder / "report.html" if len(runs) == 1 else Path("report.html"))
     with writing(force=force, inputs=runs), ExitStack() as opened:
@@ -47,11 +49,13 @@ def watch(
     *,
     port: Port = 0,
     browse: Browse = True,
+    extension: Added = None,
     until_input_ends: Annotated[bool, typer.Option(hidden=True)] = False,
 ):
     """The page of dust report, served on this machine while the run goes on, growing by itself."""
     from dusttaichi.report.watch import result_of, serve
 
+    import_files(extension)
     if not result_of(run).exists():
         remark(f"there is no result at {result_of(run)} yet; the page waits for it")
     stop = None

@@ -4,10 +4,19 @@ from typing import Annotated
 
 import typer
 
-from dusttaichi.commands.console import console, plain_table, say, say_written
+from dusttaichi.commands.console import (
+    console,
+    plain_table,
+    remark,
+    say,
+    say_json,
+    say_not_drawn,
+    say_written,
+)
 from dusttaichi.commands.ensembles import run_plan
 from dusttaichi.commands.options import (
     Extensions,
+    Json,
     Output,
     Quiet,
     SceneFile,
@@ -44,6 +53,7 @@ def run(
     output: Output = None,
     threads: Threads = None,
     scheduler: Scheduler = None,
+    as_json: Json = False,
     quiet: Quiet = False,
 ):
     """Run the scene of a YAML file: result, figures and a short table."""
@@ -65,7 +75,7 @@ def run(
         plan = ensemble.ensemble_plan(scene, directory)
         how = {"force": force, "resume": resume, "scheduler": scheduler, "error_bar": error_bar}
         with writing(force=force, inputs=[file]):
-            run_plan(plan, onward, quiet=quiet, **how)
+            run_plan(plan, onward, quiet=quiet, as_json=as_json, **how)
         return
     if scheduler is not None:
         raise DustError("--scheduler is for many runs: a scene with replicas, or dust sweep")
@@ -73,7 +83,7 @@ def run(
     with watched(directory, watch):
         keep_start = _run_one(scene, directory, onward, quiet=quiet, **how)
     with writing(force=force, inputs=[file]):
-        _show_result(directory)
+        _show_result(directory, as_json)
     keep_start()
 
 
@@ -117,12 +127,20 @@ def _shown(bar):
     return show
 
 
-def _show_result(directory):
-    """Figures and table of a finished run."""
+def _show_result(directory, as_json):
+    """Figures and table of a finished run, or its numbers as JSON."""
     from dusttaichi import analysis, plots
+    from dusttaichi.analysis.plain import plain_runs
 
+    failed = []
     with analysis.open_run(directory) as result:
-        figures = plots.save_all(result, directory)
+        figures = plots.save_all(result, directory, failed=failed)
+        written = [directory / "result.nc", *figures]
+        if as_json:
+            say_json(plain_runs([result]))
+            say_written(written, remark)
+            say_not_drawn(failed)
+            return
         summary = analysis.summary(result)
         rows, frames = analysis.table(summary), result.snapshots
     headings = [
@@ -134,7 +152,8 @@ def _show_result(directory):
     for row in rows:
         table.add_row(*row[:shown])
     console.print(table)
-    say_written([directory / "result.nc", *figures])
+    say_written(written)
+    say_not_drawn(failed)
     _say_next(directory, 0 if frames is None else frames.sizes["snapshot"])
 
 

@@ -7,6 +7,7 @@ import typer
 from dusttaichi.commands.ensembles import run_plan
 from dusttaichi.commands.options import (
     Extensions,
+    Json,
     Output,
     Quiet,
     SceneFile,
@@ -31,6 +32,7 @@ def sweep(
     output: Output = None,
     threads: Annotated[int | None, typer.Option(min=1, help="CPU threads a run")] = None,
     scheduler: Scheduler = None,
+    as_json: Json = False,
     quiet: Quiet = False,
 ):
     """Run a scene over a grid of values of its keys: one dataset, a figure, a table."""
@@ -43,4 +45,5 @@ def sweep(
     how = {"settings": settings, "scheduler": scheduler, "extensions": extensions}
     onward = again("sweep", file, output, **how)
     with writing(force=force, inputs=[file]):
-        run_plan(plan, onward, quiet=quiet, force=force, resume=resume, scheduler=scheduler)
+        how = {"force": force, "resume": resume, "scheduler": scheduler}
+        run_plan(plan, onward, quiet=quiet, as_json=as_json, **how)

@@ -51,4 +51,10 @@ METHOD = Method(
     variables=VARIABLES,
     preview=_preview,
     parts=_parts,
+    observables=("dusttaichi.analysis.continuum.numbers:FAMILIES",),
+    figures=("dusttaichi.plots.continuum:FIGURES",),
+    read_snapshot="dusttaichi.analysis.continuum:read_particles",
+    knobs="dusttaichi.studies.trade.continuum:KNOBS",
+    picture="dusttaichi.plots.continuum.dust:PICTURE",
+    exports={"vtk": "dusttaichi.export.vtk:write_particles"},
 )

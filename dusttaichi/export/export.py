@@ -1,14 +1,12 @@
 """Which snapshots go where: one writer a format, each in a file of its own."""
 
-from importlib import import_module
 from pathlib import Path
 
-from dusttaichi.analysis.continuum import read_particles
-from dusttaichi.analysis.frame import frame_count, read_frame
+from dusttaichi.analysis.frame import frame_count
 from dusttaichi.errors import DustError
+from dusttaichi.method import attribute
 
 FORMATS = ("vtk", "extxyz", "lammps")
-CONTINUUM = ("vtk",)  # of particles of a continuum
 _NEEDS = {"vtk": "meshio", "extxyz": "ase"}
 
 
@@ -23,22 +21,24 @@ def export(run, to, output=None, snapshot="all"):
     """
     if to not in FORMATS:
         raise DustError(f'There is no format "{to}"; allowed: {", ".join(FORMATS)}.')
-    if run.is_continuum and to not in CONTINUUM:
-        raise DustError(f'A run of the continuum has no format "{to}"; allowed: vtk.')
-    writer, read = _writer(to), read_particles if run.is_continuum else read_frame
+    write, read = _writer(run, to), attribute(run.method.read_snapshot)
     numbers = range(frame_count(run)) if snapshot == "all" else [snapshot]
     frames = (read(run, number) for number in numbers)
     folder = Path(output) if output is not None else run.path.parent / to
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        return writer.write(run, frames, folder)
+        return write(run, frames, folder)
     except OSError as error:
         raise DustError(f"Cannot write to {folder}: {error}.") from error
 
 
-def _writer(to):
+def _writer(run, to):
+    formats, name = run.method.exports, run.method.name
+    if to not in formats:
+        allowed = ", ".join(formats) or "none"
+        raise DustError(f'A run of method: {name} has no format "{to}"; allowed: {allowed}.')
     try:
-        return import_module(f"dusttaichi.export.{to}")
+        return attribute(formats[to])
     except ModuleNotFoundError as error:
         library = _NEEDS.get(to)
         if error.name != library:

@@ -63,13 +63,16 @@ _COMMENT = f"{MADE}\n" + "".join(f"{name}: {unit}\n" for name, unit in _UNITS.it
 
 def write(run, frames, folder):
     """Write the frames to `folder`. Returns the paths, that of the collection first."""
-    if run.is_continuum:
-        return _collection(folder / "dust.pvd", ((f, particles(f)) for f in frames))
     masses, frames = grain_masses(run), list(frames)
     paths = _collection(folder / COLLECTION, ((f, mesh(f, masses)) for f in frames))
     if any(f.wall_contacts is not None for f in frames):
         paths += _collection(folder / WALLS, ((f, wall_mesh(f)) for f in frames))
     return paths
+
+
+def write_particles(run, frames, folder):
+    """The same of a run of the continuum."""
+    return _collection(folder / "dust.pvd", ((f, particles(f)) for f in frames))
 
 
 def _collection(path, meshes):

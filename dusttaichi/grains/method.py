@@ -92,4 +92,9 @@ METHOD = Method(
     internals=_internals,
     forces=_forces,
     parts=_parts,
+    observables=("dusttaichi.analysis.settings:OF_GRAINS",),
+    read_snapshot="dusttaichi.analysis.frame:read_frame",
+    knobs="dusttaichi.studies.trade.knobs:GRAINS",
+    picture="dusttaichi.plots.grains:PICTURE",
+    exports={to: f"dusttaichi.export.{to}:write" for to in ("vtk", "extxyz", "lammps")},
 )

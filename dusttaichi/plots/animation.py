@@ -7,11 +7,9 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from dusttaichi.analysis.continuum import read_particles
-from dusttaichi.analysis.frame import frame_count, grain_masses, read_frame
+from dusttaichi.analysis.frame import frame_count
 from dusttaichi.errors import DustError
-from dusttaichi.plots import dust, style
-from dusttaichi.plots.grains import appearance_of, bodies_of, draw
+from dusttaichi.plots.picture import picture_of
 from dusttaichi.results.outputs import MARK, check
 
 DPI = 110
@@ -38,46 +36,12 @@ def animation(run, path, color=None, view="oblique", *, rate=None, cell=True, dp
     check(path)
     if rate is None:
         rate = min(max(count / SECONDS, SLOWEST), FASTEST)
-    if run.is_continuum:
-        figures = _dust(run, count, color or dust.everyday(run), dpi)
-    else:
-        figures = _grains(run, count, color or "coordination", view, cell=cell, dpi=dpi)
+    figures = picture_of(run).film(run, color, view, cell=cell, dpi=dpi)
     try:
         writers[path.suffix](path, map(_image, figures), rate)
     except OSError as error:
         raise DustError(f"The film cannot be written to {path}: {error}.") from error
     return path
-
-
-def _dust(run, count, color, dpi):
-    """Figures of the snapshots of a run of the continuum, one after another."""
-    frames = [read_particles(run, number) for number in range(count)]
-    limits, extent = dust.limits_of(frames, color), dust.extent_of(frames)
-    factor, unit = style.scaled(frames[-1].time, style.TIMES)
-    for frame in frames:
-        note = f"{frame.time * factor:.3g} {unit}"
-        yield dust.draw(run, frame, color, limits, extent, note=note, dpi=dpi)
-
-
-def _grains(run, count, color, view, *, cell, dpi):
-    """Figures of the snapshots of a run of grains, one after another."""
-    frames = [read_frame(run, number) for number in range(count)]
-    masses = grain_masses(run) if color == "fragment" else None
-    appearance = appearance_of(
-        frames, color, view, cell=cell, dpi=dpi, bodies=bodies_of(run, color)
-    )
-    factor, unit = style.scaled(frames[-1].time, style.TIMES)
-    for f in frames:
-        yield draw(f, appearance, masses, f"{f.time * factor:.3g} {unit}{_filling(run, f)}")
-
-
-def _filling(run, frame):
-    """The filling factor at the time of a frame, where the run has one."""
-    series = run.series
-    if "filling_factor" not in series or not len(series.time):
-        return ""
-    phi = np.interp(frame.time, series.time.values, series.filling_factor.values)
-    return rf"   $\phi$ = {phi:.3f}" if np.isfinite(phi) else ""
 
 
 def _image(figure):

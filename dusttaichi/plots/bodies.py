@@ -2,21 +2,26 @@
 
 import numpy as np
 
-from dusttaichi.analysis.bodies import bodies
+from dusttaichi.analysis import bodies as bodies_of
 from dusttaichi.plots import style
+from dusttaichi.plots.registry import figure
 
 AXES = ("x", "y", "z")
 MOMENTA = tuple((10.0**-n, rf"$10^{{-{n}}}$") for n in (15, 18, 21, 24, 27))
 
 
-@style.styled
-def bodies_figure(run):
+def _has_bodies(run):
+    return len(run.series.time) > 1 and "body_angular_momentum" in run.series
+
+
+@figure("Velocities and angular momenta", 20, applies=_has_bodies)
+def bodies(run):
     """Velocities of both bodies of a Run along x and y, and the angular momentum along z of their
     ways about each other, of each about its centre, and of all, over time.
 
     Raises DustError where there are not two bodies.
     """
-    found = bodies(run)
+    found = bodies_of(run)
     figure, (speeds, turning) = style.new_figure(height=5.2, rows=2)
     per_time, seconds = style.scaled(found.time[-1], style.TIMES)
     time = found.time * per_time

@@ -5,12 +5,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from dusttaichi.analysis.fragments import fragments, mass_spectrum
 from dusttaichi.analysis.frame import frame_count, read_frame
-from dusttaichi.plots import fragments as spectra
 from dusttaichi.plots import style
 from dusttaichi.plots.frame_of_picture import scale_bar
 from dusttaichi.plots.grains import FOOT, MARGIN
+from dusttaichi.plots.registry import figure
 from dusttaichi.plots.spheres import Camera, axes_of, picture
 
 BODIES = (style.SKY, style.ORANGE)
@@ -18,7 +17,7 @@ WIDTH, TALLEST, DPI = 6.4, 9.0, 200
 NOTE = 0.24  # room above a picture for its time [inches]
 
 
-@style.styled
+@figure("Before, meanwhile, after", 30, applies=lambda run: run.collides)
 def collision(run, snapshots=None, view=(0.0, 0.0, 1.0)):
     """Pictures of a run that `collides`, one below the other on one scale, coloured by body.
 
@@ -81,9 +80,3 @@ def _camera(low, high, widest, axes, scale):
     # the rounded number of pixels sees a little more, so that pixels stay square
     far = np.array([left + columns / (scale * DPI), bottom + rows / (scale * DPI)])
     return Camera(axes, np.array([left, bottom]), far, columns, rows)
-
-
-def collision_spectrum(run):
-    """Mass spectrum of the fragments of a run that `collides`, in its first and last snapshot."""
-    parts = [fragments(run, snapshot) for snapshot in (0, -1)]
-    return spectra.mass_spectrum([mass_spectrum(p) for p in parts], ["before", "after"])

@@ -10,6 +10,7 @@ from dusttaichi.physics.laws import (
     UNIDIRECTIONAL,
 )
 from dusttaichi.plots import style
+from dusttaichi.plots.registry import figure
 
 
 def laboratory(axes, pressure, drawn=(S12_STATIC,)):
@@ -67,7 +68,7 @@ def _scatter(axes, pressure, law, label):
     )
 
 
-@style.styled
+@figure("Filling factor against pressure", 40, applies=lambda run: run.compresses, together=True)
 def compression(runs, labels=None, laws=(), raw=None):
     """Filling factor against pressure on the top wall for one Run or several.
 

@@ -2,9 +2,10 @@
 
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
+from dusttaichi.plots.registry import figure
 
 
-@style.styled
+@figure("Contacts", 60, applies=lambda run: run.compresses or run.shrinks)
 def coordination(runs, labels=None):
     """Mean number of contacts a grain against filling factor, for one Run or several.
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from dusttaichi.analysis.cycles import pressure_of, releases
 from dusttaichi.plots import style
+from dusttaichi.plots.registry import figure
 
 LEAST = 1e-4  # of the largest pressure, down to which the axis reaches at most
 LINEAR = 1e-2  # of the largest pressure: the axis is linear below the next decade, with tension
@@ -15,7 +16,7 @@ LOOKS = {
 }
 
 
-@style.styled
+@figure("Loading and unloading", 70, applies=lambda run: run.unloads)
 def cycles(run):
     """Filling factor against pressure over all stages of a Run, and below it the modulus of every
     stage that lets go against its filling factor. Raises DustError where nothing is let go."""

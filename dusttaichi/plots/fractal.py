@@ -4,9 +4,16 @@ import numpy as np
 
 from dusttaichi.analysis import fractal as fractal_of
 from dusttaichi.plots import style
+from dusttaichi.plots.registry import figure
 
 
-@style.styled
+def _frames(run):
+    """It is stretched, with two snapshots of that at least, in a cell that is not sheared."""
+    frames = run.part_that("stretches").snapshots if run.stretches else None
+    return frames is not None and frames.sizes["snapshot"] > 1 and "tilt" not in frames
+
+
+@figure("Fractal dimension", 113, applies=_frames)
 def fractal(run, snapshots=None, stage=None):
     """N(r < r_in) and its local slope for some snapshots of a Run; see `analysis.fractal`.
 

@@ -10,10 +10,11 @@ from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
 
 from dusttaichi.analysis.fragments import Fragments, fragments, fragments_of
-from dusttaichi.analysis.frame import grain_masses, read_frame
+from dusttaichi.analysis.frame import frame_count, grain_masses, read_frame
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
 from dusttaichi.plots.frame_of_picture import cell_lines, cell_segments, scale_bar
+from dusttaichi.plots.picture import Picture
 from dusttaichi.plots.spheres import Camera, axes_of, picture
 
 VIEWS = {
@@ -24,7 +25,8 @@ VIEWS = {
     "bottom": (0.0, 0.0, -1.0),
 }
 RIGID = (0.55, 0.58, 0.62)  # colour of a rigid sphere among the grains
-COLOURS = ("coordination", "speed", "height", "fragment", "body", "uniform")
+USUAL = "coordination"  # colour of who asks for none
+COLOURS = (USUAL, "speed", "height", "fragment", "body", "uniform")
 WIDTH, TALLEST = 6.4, 8.0  # of the figure [inches]
 LOWEST = 1.7  # of the picture where there is a colour bar, which needs room for its label [inches]
 MARGIN, FOOT, HEAD = 0.12, 0.42, 0.2  # around the picture, for the scale bar, for a note
@@ -66,7 +68,7 @@ class Appearance:
 def grains(
     run,
     snapshot=-1,
-    color="coordination",
+    color=USUAL,
     view="oblique",
     *,
     limits=None,
@@ -317,3 +319,30 @@ def _colour_bar(figure, place, colouring):
         bar.set_ticks(colouring.ticks, labels=colouring.names)
     if colouring.names is not None:
         bar.ax.invert_yaxis()  # the largest on top
+
+
+def _film(run, color, view, *, cell, dpi):
+    """Figures of the snapshots of a run of grains, one after another."""
+    color, frames = color or USUAL, [read_frame(run, n) for n in range(frame_count(run))]
+    masses = grain_masses(run) if color == "fragment" else None
+    bodies = bodies_of(run, color)
+    appearance = appearance_of(frames, color, view, cell=cell, dpi=dpi, bodies=bodies)
+    factor, unit = style.scaled(frames[-1].time, style.TIMES)
+    for f in frames:
+        yield draw(f, appearance, masses, f"{f.time * factor:.3g} {unit}{_filling(run, f)}")
+
+
+def _filling(run, frame):
+    """The filling factor at the time of a frame, where the run has one."""
+    series = run.series
+    if "filling_factor" not in series or not len(series.time):
+        return ""
+    phi = np.interp(frame.time, series.time.values, series.filling_factor.values)
+    return rf"   $\phi$ = {phi:.3f}" if np.isfinite(phi) else ""
+
+
+def _one(run, snapshot, color, view, **how):
+    return grains(run, snapshot, color or USUAL, view, **how)
+
+
+PICTURE = Picture("grains", _one, _film)

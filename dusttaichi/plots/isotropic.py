@@ -5,11 +5,12 @@ import numpy as np
 from dusttaichi.analysis import isotropic as isotropic_of
 from dusttaichi.physics import laws
 from dusttaichi.plots import style
+from dusttaichi.plots.registry import figure
 
 LEAST = 1e-6  # of the largest pressure, down to which the axis reaches at most
 
 
-@style.styled
+@figure("Pressure against filling factor", 50, applies=lambda run: run.shrinks, together=True)
 def isotropic(runs, labels=None, stage=None):
     """Mean pressure against filling factor for one Run or several, on logarithmic axes.
 

@@ -4,11 +4,12 @@ import numpy as np
 
 from dusttaichi.analysis import ledger as ledger_of
 from dusttaichi.plots import style
+from dusttaichi.plots.registry import figure
 
 SHOWN = 1e-5  # of the largest residual: what is smaller, as that of the first records, says nothing
 
 
-@style.styled
+@figure("Energy", 10, applies=lambda run: len(run.series.time) > 1 and "loss" in run.series)
 def ledger(run):
     """Losses by channel on top of each other, the work, and the residual of a Run over time.
 
@@ -32,7 +33,7 @@ def ledger(run):
             colors=[style.CHANNEL_COLOURS.get(name, style.GREY) for name in lost],
             linewidth=0,
         )
-    done = "work of moving faces" if run.is_continuum else "work done on the grains"
+    done = "work done from outside"
     axes.plot(time, energies.work * per_energy, color=style.BLACK, label=done)
     axes.plot(
         time,

@@ -2,9 +2,10 @@
 
 from dusttaichi.analysis import losses_against_filling_factor, tensile
 from dusttaichi.plots import style
+from dusttaichi.plots.registry import figure
 
 
-@style.styled
+@figure("Losses by channel", 112, applies=lambda run: run.stretches)
 def losses(run, stage=None):
     """Energy lost since the start of the stage by channel against filling factor of a Run.
 

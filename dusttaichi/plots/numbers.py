@@ -4,9 +4,9 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from dusttaichi.analysis.ensemble_tables import Against, against, table_numbers, title_of
+from dusttaichi.analysis.numbers import known
 from dusttaichi.plots import style
 
-FORMULAS = {"p_m": r"$p_{\rm m}$", "delta": r"$\Delta$", "phi_init": r"$\phi_{\rm init}$"}
 WIDE = 10.0  # from this ratio of the largest to the smallest value on an axis is logarithmic
 MOST_LINES = 12
 
@@ -80,7 +80,8 @@ def _axes(panel, one):
 
 
 def _named(name, unit):
-    text = FORMULAS.get(name) or title_of(name)
+    number = known().get(name)
+    text = number and number.symbol or title_of(name)
     return f"{text} ({style.superscripts(unit)})" if unit else text
 
 

@@ -2,9 +2,15 @@
 
 from dusttaichi.analysis.pores import pores as pores_of
 from dusttaichi.plots import style
+from dusttaichi.plots.registry import figure
+from dusttaichi.plots.structure import has_structure
 
 
-@style.styled
+def _in_a_room(run):
+    return has_structure(run) and "box" in run.tree["snapshots"]
+
+
+@figure("Sizes of the pores", 131, applies=_in_a_room, optional=True)
 def pores(run, snapshot=-1):
     """Share of the void in pores of at least a radius, for a snapshot of a Run.
 

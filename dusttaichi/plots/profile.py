@@ -3,9 +3,10 @@
 from dusttaichi.analysis import profile as profile_of
 from dusttaichi.analysis.profile import without_cut_bins
 from dusttaichi.plots import style
+from dusttaichi.plots.registry import figure
 
 
-@style.styled
+@figure("Filling factor over the height", 150, applies=lambda run: run.profiles is not None)
 def profile(run, most=8):
     """Height against filling factor for at most `most` profiles of a Run; the legend tells how
     many there are.

@@ -4,9 +4,10 @@ import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
+from dusttaichi.plots.registry import figure
 
 
-@style.styled
+@figure("Stress", 120, applies=lambda run: len(run.series.time) > 1 and "stress" in run.series)
 def stress(run):
     """Diagonal and shear components of the stress of a Run over time, positive in tension.
 

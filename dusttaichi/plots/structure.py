@@ -5,9 +5,17 @@ from matplotlib.ticker import MaxNLocator
 
 from dusttaichi.analysis.structure import structure as structure_of
 from dusttaichi.plots import style
+from dusttaichi.plots.registry import figure
+
+FEW = 10  # grains: fewer have no structure to show
 
 
-@style.styled
+def has_structure(run):
+    """The last snapshot holds the forces of the contacts of more than a FEW grains."""
+    return run.has_forces and run.grains >= FEW
+
+
+@figure("Contacts: neighbours, directions, forces", 130, applies=has_structure)
 def structure(run, snapshot=-1):
     """Neighbours of a grain, directions and normal forces of contacts and the pair correlation of
     a snapshot of a Run, as far as it has them. Raises DustError where it has no contacts."""

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Bbox
 
-from dusttaichi.analysis.observables import TEXTS
+from dusttaichi.analysis.observables import about
 from dusttaichi.analysis.trade import front
 from dusttaichi.plots import style
 
@@ -57,7 +57,7 @@ def trade(data):
         xscale="log",
         yscale="log",
         xlabel="cost over that of the default",
-        ylabel="error: " + TEXTS.get(name, name).replace("phi(P)", r"$\phi(P)$"),
+        ylabel="error: " + about(name)[0].replace("phi(P)", r"$\phi(P)$"),
     )
     _limits(axes, cost[known], shown[known], data.attrs["tolerance"], lowest)
     style.few_ticks(axes.xaxis)

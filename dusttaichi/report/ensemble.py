@@ -8,9 +8,16 @@ from dusttaichi import plots
 from dusttaichi.analysis import ensemble_tables as tables
 from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError
-from dusttaichi.report.page import blank, provenance, shown
+from dusttaichi.report.interactive import interactive
+from dusttaichi.report.page import blank, provenance
 from dusttaichi.report.particles import MOST, particles
 
+FIGURES = {
+    "ensemble": "Mean and scatter of the replicas",
+    "sweep": "Mean and scatter of each point",
+    "points": "Each by itself, the others behind it",
+    "numbers": "Numbers of the runs",
+}
 MOST_RUNS = 24  # whose particles a page shows, evenly of more
 
 
@@ -19,10 +26,15 @@ def ensemble_data(data, file):
     JSON: curves, numbers against the swept keys, and the particles of the runs beside it."""
     title = f"{data.attrs['title']}, {'sweep' if tables.axes_of(data) else 'ensemble'}"
     table, remark = _table(data)
+    lost = [f"no {what}{label and f', {label}'} ({runs}): {why}" for what, label, runs, why in
+            tables.missing(data)]  # fmt: skip
     return blank(title, _lead(data)) | {
         "table": table,
-        "remark": remark,
-        "figures": shown(plots.figures_of_ensemble(data)),
+        "remark": "; ".join(filter(None, [remark, *lost])),
+        "figures": [
+            interactive(figure, name, FIGURES[name])
+            for name, figure in plots.figures_of_ensemble(data).items()
+        ],
         "views": _views(data, Path(file).parent),
         "members": _members(data),
         "scene": str(np.atleast_1d(data.attrs.get("scene_resolved", ""))[0]).strip(),

@@ -43,7 +43,7 @@ def run_html(run):
         for row in cells
     )
     shown = f"<table><caption><b>{escape(run.name)}</b></caption>{rows}</table>"
-    figures = figures_of(run)
+    figures = figures_of(run, failed=[])
     name = next((name for name in (*MAIN, *figures) if name in figures), None)
     image = "" if name is None else f'<img src="{picture(figures[name])}" style="max-width:520px">'
     return f'<div style="display:flex;flex-wrap:wrap;gap:1.5em">{shown}<div>{image}</div></div>'

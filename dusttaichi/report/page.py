@@ -1,51 +1,20 @@
 """The page of one run or several: its data as JSON, and the HTML that holds data and code."""
 
 import json
-import math
 from functools import cache
 from importlib import resources
 
 from dusttaichi import __version__, plots
 from dusttaichi.analysis import summary, table
+from dusttaichi.analysis.numbers import reason
+from dusttaichi.analysis.plain import plain
 from dusttaichi.errors import DustError
 from dusttaichi.files import write_whole
 from dusttaichi.report.interactive import interactive
 from dusttaichi.report.particles import particles
 from dusttaichi.results.outputs import check
 
-TITLES = {
-    "ledger": "Energy",
-    "compression": "Filling factor against pressure",
-    "isotropic": "Pressure against filling factor",
-    "coordination": "Contacts",
-    "tensile": "Stress while it is stretched",
-    "strength": "Tensile strength",
-    "losses": "Losses by channel",
-    "fractal": "Fractal dimension",
-    "stress": "Stress",
-    "profile": "Filling factor over the height",
-    "sound_speed": "Arrival of the wave",
-    "collision": "Before, meanwhile, after",
-    "fragments": "Mass spectrum of the fragments",
-    "bodies": "Velocities and angular momenta",
-    "structure": "Contacts: neighbours, directions, forces",
-    "pores": "Sizes of the pores",
-    "cycles": "Loading and unloading",
-    "loads": "Filling factor under each load",
-    "shear": "Shear stress and strength",
-    "wall_forces": "Pressure on the faces",
-    "dust": "Filling factor in the plane",
-    "filling_factors": "Share of the dust by filling factor",
-    "impact": "The bead: map, profile, way",
-    "bead_profile": "Filling factor below the bead",
-    "deceleration": "Way of the bead",
-    "sphere": "The sphere over time",
-    "sphere_column": "Filling factor below the sphere",
-    "ensemble": "Mean and scatter of the replicas",
-    "sweep": "Mean and scatter of each point",
-    "points": "Each by itself, the others behind it",
-    "numbers": "Numbers of the runs",
-}
+NOT_DRAWN = "figure not drawn"
 NOT_SHOWN = (
     *("scene", "scene_given", "scene_resolved", "sample", "history", "error_bar"),
     *("summary_numbers", "convention", "coordinate", "title"),
@@ -62,8 +31,9 @@ def report_data(runs, *, together=True):
         data = blank(f"{len(runs)} runs", ", ".join(run.name for run in runs))
     data["runs"] = [_run(run) for run in runs]
     if len(runs) > 1 and together:
-        data["figures"] = shown(plots.figures_together(runs))
-        data["table"] = _side_by_side(runs)
+        data["figures"], failed = _shown(plots.drawn_together(runs))
+        rest = [""] * (len(runs) - 1)
+        data["table"] = _side_by_side(runs) + [[what, why, *rest] for what, why, _ in failed]
     return data
 
 
@@ -90,7 +60,7 @@ def _lead(run):
 
 
 def _run(run):
-    figures, failed = _figures(run)
+    figures, failed = _shown(plots.drawn(run))
     return {
         "name": run.name,
         "status": run.status,
@@ -107,27 +77,17 @@ def provenance(attrs):
     return [[name, f"{value}"] for name, value in attrs.items() if name not in NOT_SHOWN]
 
 
-def _figures(run):
-    """(figures as the page has them, rows of the table that name those that could not be drawn)."""
+def _shown(drawn):
+    """(figures as the page has them, rows of the table that name those that could not be drawn) of
+    what `plots.drawn` finds."""
     found, failed = [], []
-    for name, draw in plots.drawings(run).items():
+    for row, figure, why in drawn:
         try:
-            figure = draw()
-            found += shown({} if figure is None else {name: figure})
-        except Exception as error:  # whatever is wrong with one, the others are drawn
-            why = error if isinstance(error, DustError) else f"{type(error).__name__}: {error}"
-            failed.append(("figure not drawn", f"{title_of(name)}: {why}", ""))
+            found += [] if why else [interactive(figure, row.name, row.title)]
+        except Exception as error:  # whatever is wrong with one, the others are shown
+            why = reason(error)
+        failed += [(NOT_DRAWN, f"{row.title}: {why}", "")] if why else []
     return found, failed
-
-
-def title_of(name):
-    """The title that the page gives a figure."""
-    return TITLES.get(name, name.replace("_", " ").capitalize())
-
-
-def shown(figures):
-    """matplotlib Figures by name as the page has them."""
-    return [interactive(figure, name, title_of(name)) for name, figure in figures.items()]
 
 
 def _side_by_side(runs):
@@ -149,15 +109,7 @@ def asset(name):
 
 def as_json(data):
     """JSON that may stand in a page: no number that JSON lacks, no end of a script."""
-    return json.dumps(_finite(data), ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
-
-
-def _finite(value):
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {k: _finite(v) for k, v in value.items()}
-    return [_finite(v) for v in value] if isinstance(value, (list, tuple)) else value
+    return json.dumps(plain(data), ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
 
 
 def html(data):

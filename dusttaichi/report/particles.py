@@ -38,8 +38,8 @@ def particles(run, most=MOST):
     a rigid one among the grains.
     """
     frames = run.snapshots
-    if frames is None:
-        return None
+    if frames is None or not {"radius", "role"} & set(frames.variables):
+        return None  # no particles that the viewer knows
     frames = frames.isel(snapshot=chosen(frames, most)).load()
     x = frames.position.values
     radius = radii(run, frames)

@@ -21,6 +21,7 @@ from typing import Any
 from dusttaichi import method
 from dusttaichi.files import refuse_unreadable
 from dusttaichi.physics.contact import registry as laws
+from dusttaichi.results import shown
 from dusttaichi.scene import problems
 
 KEY = "extensions"
@@ -191,6 +192,8 @@ def _tables() -> dict[str, dict]:
         "block of the law": laws.BLOCKS,
         "kind of sample": samples.KINDS,
         "method": method.METHODS,
+        "family of numbers": shown.NUMBERS,
+        "figure": shown.FIGURES,
     }
 
 

@@ -58,7 +58,7 @@ def fallen(tmp_path_factory):
                    frame(x, density=density)],
         static={"mass": mass, "role": role, "body": role},
         sample=IMPACT,
-        scene_resolved="numerics: {viscosity: {contact: 0.1}}",
+        scene_resolved="method: continuum\nnumerics: {viscosity: {contact: 0.1}}",
     )  # fmt: skip
     with open_run(path) as run:
         yield run

@@ -33,11 +33,10 @@ def test_drafts_beside_others_are_told():
 
 
 def test_figures_say_it():
-    drawn = marked({"ledger": Figure, "none": lambda: None}, run("one", **DRAFT))
-    assert [text.get_text() for text in drawn["ledger"]().texts] == ["draft"]
-    assert drawn["none"]() is None
-    plain = {"ledger": Figure}
-    assert marked(plain, run("one")) is plain
+    drawn = marked(Figure(), run("one", **DRAFT))
+    assert [text.get_text() for text in drawn.texts] == ["draft"]
+    assert marked(None, run("one", **DRAFT)) is None
+    assert not marked(Figure(), run("one")).texts
 
 
 def test_a_draft_has_the_numbers_of_its_preset():

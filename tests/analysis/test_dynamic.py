@@ -8,6 +8,7 @@ import yaml
 
 from dusttaichi import analysis
 from dusttaichi.analysis import dynamic as fast
+from dusttaichi.analysis.numbers.fast_wall import FAST
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import S12_STATIC, dynamic_law
 from dusttaichi.scene.material import NAMED
@@ -120,10 +121,9 @@ def test_what_is_not_a_fast_wall_has_no_such_numbers():
 
 
 def test_rows_of_the_summary():
-    numbers = fast.numbers(plough())
-    shown = []
-    fast.rows(numbers, lambda what, value, text, beside="": shown.append((what, text(value))))
-    assert [what for what, _ in shown][-2:] == [
+    numbers, failed = FAST.of(plough())
+    shown = [row for number in FAST.numbers for row in number.table_rows(numbers)]
+    assert not failed and [what for what, *_ in shown][-2:] == [
         "plateau of the pressure, phi 0.2-0.4",
         "compaction front",
     ]

@@ -3,6 +3,7 @@
 import json
 import re
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 from urllib.error import HTTPError
 from urllib.request import Request, urlopen
@@ -15,7 +16,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from pages import RADIUS, SCENE, result_at
 
-from dusttaichi import report
+from dusttaichi import method, plots, report
 from dusttaichi.analysis import is_ensemble, open_ensemble, open_run
 from dusttaichi.analysis.run import Run
 from dusttaichi.errors import DustError
@@ -117,7 +118,9 @@ def test_a_figure_that_fails_is_named_and_the_others_are_drawn(tmp_path, monkeyp
     def broken(run):
         raise IndexError("index 3 is out of bounds")
 
-    monkeypatch.setattr(page.plots, "coordination", broken)
+    own, grains = plots.coordination.row, method.named("grains")
+    rows = [replace(row, draw=broken) if row is own else row for row in plots.figures(grains)]
+    monkeypatch.setattr(plots.registry, "figures", lambda of=None: rows)
     synthetic.compression_run(tmp_path / "result.nc")
     with open_run(tmp_path) as run:
         (one,) = report.report_data([run])["runs"]
@@ -128,7 +131,7 @@ def test_a_figure_that_fails_is_named_and_the_others_are_drawn(tmp_path, monkeyp
 
 def test_several_runs_stand_side_by_side(tmp_path, monkeypatch):
     monkeypatch.setattr(page, "particles", lambda run: None)
-    monkeypatch.setattr(page.plots, "drawings", lambda run: {})
+    monkeypatch.setattr(page.plots, "drawn", lambda run: [])
     paths = [tmp_path / name / "result.nc" for name in "ab"]
     for seed, path in enumerate(paths):
         path.parent.mkdir()

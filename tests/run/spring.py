@@ -9,8 +9,10 @@ import numpy as np
 from pydantic import Field
 
 from dusttaichi import units
+from dusttaichi.analysis.numbers import Family, Observable
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import Measurement, Method, SimpleSimulation
+from dusttaichi.plots import figure, style
 from dusttaichi.results import common, declare
 from dusttaichi.scene.fields import Number
 from dusttaichi.scene.scene import Scene
@@ -87,7 +89,25 @@ class Spring(SimpleSimulation):
         return np.array([[self.x, 0.0, 0.0]])
 
 
+# what its results show
+
+
+@figure("Displacement over time", 10)
+def places(run):
+    own, (axes,) = style.new_figure()
+    axes.plot(run.series.time, run.series.place)
+    axes.set(xlabel="time (s)", ylabel="displacement (m)")
+    return own
+
+
+NUMBERS = Family(
+    name="spring", title="a particle on a spring", place=10,
+    numbers=(
+        Observable(name="swing", title="largest displacement", unit="m", figure="places",
+               value=lambda run: float(abs(run.series.place).max())),
+    ),
+)  # fmt: skip
 METHOD = Method(
     name="spring", scene=SpringScene, make_sample=lambda scene: scene.start, build=Spring,
-    variables=VARIABLES,
+    variables=VARIABLES, observables=(NUMBERS,), figures=(places,),
 )  # fmt: skip

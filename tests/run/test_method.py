@@ -1,6 +1,7 @@
 """A method of sixty lines (spring.py) goes through everything that a run of grains goes through:
 nothing of the program knows of it."""
 
+import json
 import os
 import signal
 import subprocess
@@ -16,12 +17,18 @@ import toy
 import xarray as xr
 import yaml
 from bits import assert_same_bits
+from typer.testing import CliRunner
 
-from dusttaichi import method
+from dusttaichi import analysis, method, plots, report
+from dusttaichi.analysis.compare import columns
+from dusttaichi.analysis.plain import plain_ensemble, plain_runs
+from dusttaichi.commands.app import app
 from dusttaichi.continuum.moving_dust import MovingDust
 from dusttaichi.errors import DustError, GuardStop, Interrupted
+from dusttaichi.export import export
 from dusttaichi.grains.moving_grains import MovingGrains
 from dusttaichi.method import Measurement, SimpleSimulation
+from dusttaichi.plots.picture import picture_of
 from dusttaichi.run import execute, ledger, loop
 from dusttaichi.scene import from_yaml
 
@@ -135,13 +142,75 @@ def test_a_sweep_in_a_process_of_its_own(tmp_path):
     path = os.pathsep.join([str(tmp_path / "site"), str(HERE), str(HERE.parents[1])])
     command = [sys.executable, "-m", "dusttaichi", "sweep", "spring.yaml", "--set"]
     done = subprocess.run(
-        [*command, "stiffness=2", "-q", "-o", "out"],
+        [*command, "stiffness=2", "-q", "--json", "-o", "out"],
         cwd=tmp_path,
         env={**os.environ, "PYTHONPATH": path},
         capture_output=True,
         text=True,
     )
     assert done.returncode == 0, done.stdout + done.stderr
+    (point,) = json.loads(done.stdout)["points"]  # the output holds nothing else
+    assert point["keys"]["stiffness"]["value"] == 2.0
+    assert point["numbers"]["swing"]["values"] == pytest.approx([1e-6])
     (file,) = (tmp_path / "out").glob("*/result.nc")
     with xr.open_dataset(file) as series:
         assert series.attrs["stiffness"] == 2.0
+
+
+def test_its_results_have_its_numbers_and_figures(tmp_path, monkeypatch):
+    """The table, figures, the report and JSON, from its rows and those of any run."""
+    execute(from_yaml(PLAIN), tmp_path / "run")
+    with analysis.open_run(tmp_path / "run") as run:
+        numbers = analysis.summary(run)
+        assert run.method is spring.METHOD and numbers["swing"] == pytest.approx(1e-6)
+        assert ("largest displacement", "1 um", "") in analysis.table(numbers)
+        assert not numbers["problems"] and set(plots.figures_of(run)) == {"places"}
+        data = report.report_data([run])
+        assert dict(columns(analysis.compare([run])))["swing"] == ["1 um"]
+        assert plain_runs([run])["runs"][0]["numbers"]["swing"]["unit"] == "m"
+        with pytest.raises(DustError, match="no pictures of method: spring"):
+            picture_of(run)
+        with pytest.raises(DustError, match='method: spring has no format "vtk"'):
+            export(run, "vtk", tmp_path)
+    (one,) = data["runs"]
+    assert ["largest displacement", "1 um", ""] in one["table"] and one["particles"] is None
+    titles = {figure["name"]: figure["title"] for figure in one["figures"]}
+    assert titles == {"places": "Displacement over time"}
+
+
+def test_the_commands_take_it_as_any_other(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("spring.yaml").write_text(PLAIN)
+    done = CliRunner().invoke(app, ["run", "spring.yaml", "-q", "-o", "run", "--json"])
+    assert done.exit_code == 0, done.output
+    (run,) = json.loads(done.stdout)["runs"]
+    assert run["method"] == "spring" and run["numbers"]["swing"]["value"] == pytest.approx(1e-6)
+    assert Path("run/places.png").exists()
+    for command in (["report"], ["plot"], ["compare"]):
+        done = CliRunner().invoke(app, [*command, "run"])
+        assert done.exit_code == 0, done.output
+
+
+def test_results_of_a_method_that_is_not_here(tmp_path, monkeypatch):
+    """What is so of any run is shown."""
+    execute(from_yaml(PLAIN), tmp_path / "run")
+    monkeypatch.setattr(method, "METHODS", dict(method.BUILT_IN))
+    with analysis.open_run(tmp_path / "run") as run:
+        numbers = analysis.summary(run)
+        assert numbers["method"] == "spring" and "swing" not in numbers
+        assert ("steps", "2,000", "") in analysis.table(numbers)
+        assert plots.figures_of(run) == {}
+
+
+def test_a_sweep_has_its_numbers(tmp_path):
+    axes = {"start": xr.Variable("start", [1e-6, 2e-6], {"units": "m", "key": "start"})}
+    for value in (1.0, 2.0):
+        execute(from_yaml(PLAIN + f"start: {value}\n"), tmp_path / f"{value:g}")
+    runs = [analysis.open_run(tmp_path / name) for name in "12"]
+    data = analysis.gather(runs, axes, attrs={"title": "springs"})
+    np.testing.assert_allclose(data.swing.values.ravel(), [1e-6, 2e-6])
+    assert data.swing.attrs == {"long_name": "largest displacement", "units": "m"}
+    points = plain_ensemble(data)["points"]
+    assert [p["keys"]["start"]["value"] for p in points] == [1e-6, 2e-6]
+    assert [p["numbers"]["swing"]["mean"] for p in points] == pytest.approx([1e-6, 2e-6])
+    assert {"numbers", "sweep"} <= set(plots.figures_of_ensemble(data))

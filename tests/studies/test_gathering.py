@@ -158,8 +158,8 @@ def test_a_mean_says_how_many_runs_it_is_of_and_why_others_have_none():
     assert texts[0].endswith("(2 of 3)") and "of" not in texts[1]
     assert point_labels(data) == ["wall_speed = 1 cm/s", "wall_speed = 5 cm/s"]
     assert missing(data) == [
-        ("wall_speed = 1 cm/s", "1 of 3 runs", "too rough"),
-        ("wall_speed = 5 cm/s", "2 of 3 runs", "too short"),
+        ("fit", "wall_speed = 1 cm/s", "1 of 3 runs", "too rough"),
+        ("fit", "wall_speed = 5 cm/s", "2 of 3 runs", "too short"),
     ]
     assert data.sel(boundary_wall_speed=0.05).mean_height.notnull().all()
 

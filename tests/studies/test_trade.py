@@ -69,7 +69,7 @@ def test_front_is_what_no_other_point_beats():
 def test_every_rung_of_the_scenes_to_be_traded_is_a_scene(name):
     base = scenes.base(load(CONFIGS / f"trade/{name}.yaml"))
     points, left_out = knobs.ladder(base)
-    own = {knob.name for knob in knobs.knobs_of(base)}
+    own = {knob.name for knob in knobs.knobs_of(base).knobs}
     assert set(left_out) | {point.knob for point in points} == own
     changed = [scenes.changed(base, point.changes) for point in points]
     assert base not in changed
@@ -134,7 +134,7 @@ def test_a_step_that_is_given_is_traded_as_a_fraction():
 def test_presets_are_free_of_what_they_set():
     text = "numerics: {time_step: 0.1 ns, newton_steps: 0, skin: 0.1, mass_scaling: 4}\n"
     base = scenes.base(from_yaml(edited("numerics", text.strip())))
-    found = [scenes.changed(base, p.changes) for p in knobs.presets(base)]
+    found = [scenes.changed(base, p.changes) for p in knobs.knobs_of(base).presets(base)]
     draft, fast, balanced, reference = found
     for scene in (draft, fast, balanced, reference):
         assert scene.numerics.time_step == "auto"
@@ -144,7 +144,7 @@ def test_presets_are_free_of_what_they_set():
     assert fast.numerics.skin == 0.1 and fast.numerics.mass_scaling == 4.0
     # the reference is converged in these too
     assert reference.numerics.skin == "auto" and reference.numerics.mass_scaling == 1.0
-    half = scenes.changed(base, knobs.check(base).changes)
+    half = scenes.changed(base, knobs.knobs_of(base).check(base).changes)
     assert half.numerics.step_fraction == 0.5 * reference.numerics.step_fraction
 
 
@@ -186,13 +186,13 @@ def test_knobs_of_a_continuum():
     assert not knobs.seeds(base, 2)
     glass = base.with_value("sample.target.lattice", "glass")
     assert knobs.seeds(glass, 2)[0].changes == {"sample.target.seed": 2}
-    reference = scenes.changed(base, knobs.presets(base)[-1].changes)
-    check = scenes.changed(base, knobs.check(base).changes)
+    reference = scenes.changed(base, knobs.knobs_of(base).presets(base)[-1].changes)
+    check = scenes.changed(base, knobs.knobs_of(base).check(base).changes)
     assert reference.numerics.spacing == pytest.approx(0.25 * base.numerics.spacing)
     assert reference.numerics.cfl == check.numerics.cfl == 0.25
     assert check.numerics.spacing == pytest.approx(2.0 * reference.numerics.spacing)
     # in space the reference is half as fine, and no rung is as fine as it
     space = load(CONFIGS / "guettler2009/bounce.yaml")
-    reference = scenes.changed(space, knobs.presets(space)[-1].changes)
+    reference = scenes.changed(space, knobs.knobs_of(space).presets(space)[-1].changes)
     assert reference.numerics.spacing == pytest.approx(0.5 * space.numerics.spacing)
     assert "spacing = 0.5" not in {p.label for p in knobs.ladder(space)[0]}

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 from scipy.special import erfc
 
-from dusttaichi.analysis.continuum.particles import read_particles, sample_info
+from dusttaichi.analysis.continuum.particles import read_particles
 from dusttaichi.errors import DustError
 
 BLURRED = 1e-4  # depth below the bead [m] that the kernel blurs in G09, left out of a comparison
@@ -35,7 +35,7 @@ def projectile_of(run):
 
     Raises DustError where there is none.
     """
-    bead = sample_info(run).get("projectile", {})
+    bead = run.sample.get("projectile", {})
     if "density" not in bead:
         raise DustError(f"{run.path} has no rigid projectile: sample kind impact, with kind rigid.")
     return bead
@@ -79,7 +79,7 @@ def _centre(frame):
 
 def _surface(run):
     """Height of the surface of the dust at the start [m]."""
-    info = sample_info(run)
+    info = run.sample
     if "surface" in info:
         return float(info["surface"])
     first = read_particles(run, 0)

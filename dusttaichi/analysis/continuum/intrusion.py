@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi.analysis.continuum.particles import sample_info
 from dusttaichi.errors import DustError
 
 
@@ -94,7 +93,7 @@ def intrusion(run):
 
     Raises DustError where there is none.
     """
-    info = sample_info(run)
+    info = run.sample
     bead = info.get("projectile", {})
     if "body_position" not in run.series or "density" not in bead:
         raise DustError(f"{run.path} has no rigid projectile: sample kind impact, with kind rigid.")

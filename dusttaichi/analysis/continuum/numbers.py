@@ -1,4 +1,4 @@
-"""The few numbers that tell how a run of the continuum went, and their rows of the final table."""
+"""The numbers of a run of the continuum: rows of the registry, which its Method names."""
 
 import numpy as np
 
@@ -12,84 +12,28 @@ from dusttaichi.analysis.continuum.pieces import (
     pieces,
     velocities_at_start,
 )
-from dusttaichi.analysis.frame import frame_count
 from dusttaichi.analysis.ledger import ledger
-from dusttaichi.errors import DustError
-
-NAMES = (
-    "particles", "impact_speed", "momentum_per_area", "stopping_time", "depth",
-    "stopping_time_weightless", "depth_weightless", "sine_rms", "rebound",
-    "stopping_time_law", "depth_law", "bead_filling_factor", "largest_filling_factor",
-    "compacted_volume", "compacted_mass", "pieces", "largest_piece", "sticking_mass",
-    "dust_restitution", "largest_rebound", "numerical_dissipation",
-)  # fmt: skip
+from dusttaichi.analysis.numbers import Family, Observable
+from dusttaichi.analysis.numbers.registry import quiet
+from dusttaichi.analysis.settings import at
 
 NUMERICAL = ("viscosity", "grid", "artificial")
 """Channels of the ledger that are of the method, not of the material."""
 
-UNITS = {
-    "impact_speed": "m/s", "momentum_per_area": "kg/(m s)", "stopping_time": "s", "depth": "m",
-    "stopping_time_weightless": "s", "depth_weightless": "m", "stopping_time_law": "s",
-    "depth_law": "m", "sine_rms": "m", "rebound": "m/s",
-}  # fmt: skip
-"""Of NAMES; what is not here is a pure number."""
 
-
-def numbers(run):
-    """The numbers of a Run of the continuum as a dict by NAMES (SI; None where it has none).
-
-    impact_speed, momentum_per_area (of a sphere); stopping_time, depth: of the first stop;
-    *_weightless: with g t^2 / 2 taken away, beside the laws G09 eqs 12 and 13 of a sphere
-    (*_law); sine_rms [m]; rebound [m/s]; bead_filling_factor: median within 0.3 mm below the bead;
-    compacted_volume: denser than 0.22, in volumes of the bead. largest_filling_factor,
-    compacted_mass (share that is denser than at the start by a twentieth) of any run with
-    snapshots. pieces, largest_piece, sticking_mass (shares of the mass), dust_restitution and
-    largest_rebound of bodies of dust that fly. numerical_dissipation: share of NUMERICAL in the
-    energy lost.
-    """
-    found = dict.fromkeys(NAMES)
-    if not run.is_continuum:
-        return found
-    found["particles"] = int(run.attrs["particles"])
+def _measure(run):
+    found = {"particles": int(run.attrs["particles"])}
     shares = ledger(run).shares
     if any(shares.values()):
         found["numerical_dissipation"] = sum(shares.get(channel, 0.0) for channel in NUMERICAL)
     if len(run.series.time) and "largest_filling_factor" in run.series:
         found["largest_filling_factor"] = float(run.series.largest_filling_factor.max())
-    if run.tree is None or not _snapshots(run):
+    if run.snapshots is None:
         return found
     first, last = read_particles(run, 0), read_particles(run, -1)
     if first.is_dust.any():
         found["compacted_mass"] = compacted(last, first)
     return found | (_impact(run) if run.intrudes else _flight(run))
-
-
-SETTINGS = {
-    "material_p_m": "material.compressive.p_m",
-    "shear_exponent": "material.shear.exponent",
-    "bulk_modulus": "material.bulk_modulus",
-    "spacing": "numerics.spacing",
-    "viscosity_contact": "numerics.viscosity.contact",
-    "contact": "numerics.contact",
-}  # column -> key of the scene
-
-
-def settings(run):
-    """What the scene of a Run of the continuum says of SETTINGS, as it is written, or ""."""
-    found = {}
-    for name, path in SETTINGS.items():
-        here = run.scene
-        for key in path.split("."):
-            here = here.get(key, "") if isinstance(here, dict) else ""
-        found[name] = str(here)
-    return found
-
-
-def _snapshots(run):
-    try:
-        return frame_count(run)
-    except DustError:
-        return 0
 
 
 def _impact(run):
@@ -102,7 +46,9 @@ def _impact(run):
         "compacted_volume": cumulated_volume(run).above(laboratory.LEAST_COMPARED),
     }
     for name, stop in (("", way.stop), ("_weightless", way.without_gravity)):
-        if stop is not None:
+        if stop is None:
+            found |= {} if name else {"stop_problem": "not reached: the run ended before"}
+        else:
             found |= {f"stopping_time{name}": stop.time, f"depth{name}": stop.depth}
     if way.stop is not None:
         found["sine_rms"] = (way.without_gravity or way.stop).rms
@@ -139,51 +85,102 @@ def _number(value):
     return value if np.isfinite(value) else None
 
 
-def rows(n, row):
-    """Add the rows of these numbers to a table; row(what, value, text, laboratory)."""
-    if n["particles"] is None:
-        return
-    row("impact speed", n["impact_speed"], "{:.4g} m/s".format)
-    row("momentum over cross-section of a sphere", n["momentum_per_area"], "{:.3g} kg/(m s)".format)
-    for key, what, scale, unit, equation in (
-        ("stopping_time", "stopping time", 1e3, "ms", 13),
-        ("depth", "depth", 1e3, "mm", 12),
-    ):
-        law, weightless = n[f"{key}_law"], n[f"{key}_weightless"]
-        beside = "" if law is None else f"{law * scale:.3g} {unit} (G09 eq {equation})"
-        plain = n[key]
-        text = (
-            "not reached: the run ended before" if plain is None else f"{plain * scale:.3f} {unit}"
-        )
-        row(what, text if n["impact_speed"] is not None else None, str)
-        row(
-            "… with g t^2/2 taken away",
-            weightless,
-            lambda v, scale=scale, unit=unit: f"{v * scale:.3f} {unit}",
-            beside,
-        )
-    row("rms from the sine", n["sine_rms"], lambda v: f"{v * 1e6:.1f} um", "2.5-28 um (G09)")
-    row("fastest rebound", n["rebound"], "{:.4f} m/s".format)
-    row(
-        "filling factor within 0.3 mm below",
-        n["bead_filling_factor"],
-        "{:.3f}".format,
-        f"{laboratory.MOST_FREQUENT} (G09 Fig 11)",
-    )
-    low, high = laboratory.COMPACTED
-    row(
-        "volume denser than 0.22, in bead volumes",
-        n["compacted_volume"],
-        "{:.2f}".format,
-        f"{low}-{high} compacted (G09)",
-    )
-    row("largest filling factor", n["largest_filling_factor"], "{:.3f}".format)
-    row("mass compacted by a twentieth or more", n["compacted_mass"], "{:.1%}".format)
-    if n["pieces"] is not None:
-        share = f"{n['largest_piece']:.1%} of the mass in the largest"
-        row("pieces", n["pieces"], lambda v: f"{v}, {share}" if v > 1 else "1")
-        row("mass that sticks to a wall", n["sticking_mass"], "{:.1%}".format)
-    row("coefficient of restitution", n["dust_restitution"], "{:.4f}".format)
-    row("largest rebound of the centre of mass", n["largest_rebound"], "{:.3f} v0".format)
-    row("numerical dissipation", n["numerical_dissipation"], "{:.1%} of the energy lost".format)
-    row("particles", n["particles"], "{:,}".format)
+def _scaled(scale, text, unit):
+    return lambda value, n: f"{value * scale:{text}} {unit}"
+
+
+def _law(key, scale, unit, equation):
+    """Text of the laws of G09 beside the numbers of a sphere."""
+
+    def beside(n):
+        law = n[key]
+        return "" if law is None else f"{law * scale:.3g} {unit} (G09 eq {equation})"
+
+    return beside
+
+
+def _pieces(value, n):
+    share = f"{n['largest_piece']:.1%} of the mass in the largest"
+    return f"{value}, {share}" if value > 1 else "1"
+
+
+LOW, HIGH = laboratory.COMPACTED
+DUST = Family(
+    name="continuum",
+    title="the continuum",
+    place=90,
+    measure=_measure,
+    numbers=(
+        Observable(name="impact_speed", title="impact speed", unit="m/s", text="{:.4g} m/s"),
+        Observable(name="momentum_per_area", title="momentum over cross-section of a sphere",
+                   unit="kg/(m s)", text="{:.3g} kg/(m s)", column=None),
+        Observable(name="stop_problem", title="stopping time", unit="", column=None),
+        Observable(name="stopping_time", title="stopping time", unit="s", why="stop_problem",
+                   text=_scaled(1e3, ".3f", "ms"), column=None, figure="deceleration"),
+        Observable(name="stopping_time_weightless", title="… with g t^2/2 taken away", unit="s",
+                   text=_scaled(1e3, ".3f", "ms"),
+                   literature=_law("stopping_time_law", 1e3, "ms", 13),
+                   column=("stopping time ms", "{:.2f}", 1e-3), wanted=7,
+                   trade_name="stopping_time", about="its stopping time, so too",
+                   figure="deceleration"),
+        Observable(name="depth_problem", title="depth", unit="", column=None,
+                   value=lambda found: found.get("stop_problem")),
+        Observable(name="depth", title="depth", unit="m", text=_scaled(1e3, ".3f", "mm"),
+                   why="stop_problem", column=None, figure="deceleration"),
+        Observable(name="depth_weightless", title="… with g t^2/2 taken away", unit="m",
+                   text=_scaled(1e3, ".3f", "mm"), literature=_law("depth_law", 1e3, "mm", 12),
+                   column=("depth mm", "{:.3f}", 1e-3), wanted=6, trade_name="depth",
+                   about="depth of a bead, g t^2/2 taken away", figure="deceleration"),
+        Observable(name="sine_rms", title="rms from the sine", unit="m", column=None,
+                   text=_scaled(1e6, ".1f", "um"), literature="2.5-28 um (G09)"),
+        Observable(name="rebound", title="fastest rebound", unit="m/s", text="{:.4f} m/s",
+                   column=None),
+        quiet("stopping_time_law", "stopping time by G09 eq 13", "s"),
+        quiet("depth_law", "depth by G09 eq 12", "m"),
+        Observable(name="bead_filling_factor", title="filling factor within 0.3 mm below",
+                   text="{:.3f}", literature=f"{laboratory.MOST_FREQUENT} (G09 Fig 11)",
+                   column=("phi below bead", "{:.3f}", 1), figure="bead_profile"),
+        Observable(name="compacted_volume", title="volume denser than 0.22, in bead volumes",
+                   text="{:.2f}", literature=f"{LOW}-{HIGH} compacted (G09)",
+                   column=("bead volumes denser than 0.22", "{:.2f}", 1),
+                   figure="compacted_volume"),
+        Observable(name="largest_filling_factor", title="largest filling factor", text="{:.3f}",
+                   column=None, figure="filling_factors"),
+        Observable(name="compacted_mass", title="mass compacted by a twentieth or more",
+                   text="{:.1%}", column=None, figure="filling_factors"),
+        Observable(name="pieces", title="pieces", text=_pieces, column=None),
+        quiet("largest_piece", "share of the largest piece"),
+        Observable(name="sticking_mass", title="mass that sticks to a wall", text="{:.1%}",
+                   column=("share that sticks", "{:.2f}", 1)),
+        Observable(name="dust_restitution", title="coefficient of restitution", text="{:.4f}",
+                   column=("restitution of dust", "{:.3f}", 1), wanted=8,
+                   about="restitution of dust"),
+        Observable(name="largest_rebound", title="largest rebound of the centre of mass",
+                   text="{:.3f} v0", column=("rebound", "{:.3f}", 1)),
+        Observable(name="numerical_dissipation", title="numerical dissipation",
+                   text="{:.1%} of the energy lost", column=("numerical dissipation", "{:.1%}", 1),
+                   figure="ledger"),
+        Observable(name="particles", title="particles", text="{:,}",
+                   column=("particles", "{:,}", 1)),
+    ),
+)  # fmt: skip
+_SETTINGS = {
+    "material_p_m": ("material.compressive.p_m", "p_m"),
+    "shear_exponent": ("material.shear.exponent", "a of Y"),
+    "bulk_modulus": ("material.bulk_modulus", "K_0"),
+    "spacing": ("numerics.spacing", "spacing"),
+    "viscosity_contact": ("numerics.viscosity.contact", "viscosity alpha"),
+    "contact": ("numerics.contact", None),
+}  # name -> (key of the scene, heading)
+SETTINGS = Family(
+    name="continuum scene",
+    title="the scene of a continuum",
+    place=89,
+    compared=True,
+    measure=lambda run: {name: str(at(run.scene, key)) for name, (key, _) in _SETTINGS.items()},
+    numbers=tuple(
+        Observable(name=name, title=key, unit="", column=heading and (heading, "{}", 1))
+        for name, (key, heading) in _SETTINGS.items()
+    ),
+)
+FAMILIES = (DUST, SETTINGS)

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-import yaml
 
 from dusttaichi.analysis.frame import frame_count
 from dusttaichi.errors import DustError
@@ -63,6 +62,24 @@ class ParticleFrame:
         return self.mass / self.density
 
     @property
+    def floor(self):
+        """Height that the dust lies on [m]."""
+        return float(self.position[self.is_dust][:, 2].min() - 0.5 * self.spacing)
+
+    def filling_below(self, axis, reach, edges):
+        """Filling factor (slices,) in an upright cylinder about `axis` (2,) [m], `reach` [m] wide,
+        between `edges` (slices + 1,), heights that fall: mean of the particles whose centre is in
+        it."""
+        x = self.position[self.is_dust]
+        inside = np.hypot(*(x[:, :2] - axis).T) <= reach
+        volume, phi = (a[self.is_dust][inside] for a in (self.volume, self.filling_factor))
+        solid, all_ = (
+            np.histogram(x[inside, 2], edges[::-1], weights=weights)[0]
+            for weights in (volume * phi, volume)
+        )
+        return (solid / np.where(all_ > 0.0, all_, np.nan))[::-1]
+
+    @property
     def size(self):
         """Distance (N,) [m] to the nearest particles in a close packing of such volumes."""
         share = TRIANGULAR if self.dimension == 2 else HEXAGONAL
@@ -71,11 +88,6 @@ class ParticleFrame:
 
 def _solid(run):
     return float(run.attrs["solid_density"])
-
-
-def sample_info(run):
-    """What the result says of its sample, a dict; {} where it says nothing."""
-    return yaml.safe_load(run.attrs.get("sample", "")) or {}
 
 
 def has_dust(run):

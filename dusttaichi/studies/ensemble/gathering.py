@@ -23,7 +23,6 @@ def gather_plan(plan, results):
         for run, result in zip(runs, results, strict=True)
     ]
     labels["directory"] = [member.label for member in plan.members]
-    labels["fit_problem"] = ["" if run is None else _fit_problem(run) for run in runs]
     axes = {axis.dimension: _variable(axis) for axis in plan.axes}
     scene = plan.scene
     attrs = {
@@ -37,17 +36,12 @@ def gather_plan(plan, results):
         data[name].attrs["long_name"] = f"sample.{name.replace('_', '.')} of the run"
     data["directory"].attrs["long_name"] = "directory of the run, from that of this file"
     data["status"].attrs["long_name"] = "how the run ended"
-    data["fit_problem"].attrs["long_name"] = "why there is no fit of a compression, if so"
     return data
 
 
 def _read(directory):
     with analysis.open_run(directory) as run:
         return run  # its series stays in memory
-
-
-def _fit_problem(run):
-    return analysis.summary(run).get("fit_problem") or ""
 
 
 def _variable(axis):

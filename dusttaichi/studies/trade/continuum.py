@@ -3,6 +3,7 @@
 import math
 
 from dusttaichi.scene import quantities
+from dusttaichi.studies.trade.knob import Knob, Knobs
 from dusttaichi.studies.trade.point import NUMERICAL, PHYSICAL, Point
 
 SPACINGS = (0.5, 0.71, 1.41, 2.0)  # over that of the scene, where the reference has less
@@ -35,32 +36,31 @@ def _contact(scene):
     return found if scene.boundary.kind != "open" else "nothing is rigid or held"
 
 
-ROWS = (
-    ("spacing", NUMERICAL, "spacing of particles over that of the scene", _spacing),
-    (
+_KNOBS = (
+    Knob("spacing", NUMERICAL, "spacing of particles over that of the scene", _spacing),
+    Knob(
         "h_over_spacing",
         NUMERICAL,
         "smoothing length over the spacing",
         _numbers("numerics.h_over_spacing", SMOOTHING),
     ),
-    ("cfl", NUMERICAL, "CFL number", _numbers("numerics.cfl", CFL)),
-    (
+    Knob("cfl", NUMERICAL, "CFL number", _numbers("numerics.cfl", CFL)),
+    Knob(
         "viscosity_grid",
         NUMERICAL,
         "viscosity of grid noise",
         _numbers("numerics.viscosity.grid", GRID),
     ),
-    ("viscosity_contact", PHYSICAL, "viscosity at what is rigid", _contact),
+    Knob("viscosity_contact", PHYSICAL, "viscosity at what is rigid", _contact),
 )
-"""Name, kind, text and rungs of each knob, for knobs.Knob."""
 
 
-def presets(scene):
+def _presets(scene):
     """The reference: finer, at half the CFL number of most scenes."""
     return [Point("reference", "preset", "reference", math.nan, NUMERICAL, _reference(scene))]
 
 
-def coarser(scene):
+def _coarser(scene):
     """The reference at twice its spacing: where the error falls as the spacing does or faster, the
     reference itself is no farther than that from spacing zero."""
     changes = _reference(scene) | spaced(scene, 2.0 * FINER[scene.dimension])
@@ -72,3 +72,6 @@ def coarser(scene):
 
 def _reference(scene):
     return spaced(scene, FINER[scene.dimension]) | {"numerics.cfl": FINEST}
+
+
+KNOBS = Knobs(_KNOBS, _presets, _coarser)

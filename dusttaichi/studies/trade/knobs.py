@@ -1,13 +1,14 @@
 """The knobs of a scene and the rungs of each ladder."""
 
 import math
-from dataclasses import dataclass
 
+from dusttaichi import method
 from dusttaichi.errors import DustError
-from dusttaichi.scene.continuum import ContinuumScene
 from dusttaichi.scene.numerics import DRAFT, PRESETS
-from dusttaichi.studies.trade import continuum, scenes
+from dusttaichi.studies.trade import scenes
+from dusttaichi.studies.trade.knob import Knob, Knobs, knobs_of
 from dusttaichi.studies.trade.point import NUMERICAL, PHYSICAL, SAMPLE, Point
+from dusttaichi.studies.trade.suggest import kind_of_grains
 
 FRACTIONS = (0.05, 0.1, 0.15, 0.2, 0.25, 0.28, 0.3)
 PRECISIONS = ("f64", "mixed", "f32")
@@ -20,17 +21,6 @@ MASSES = (1.0, 4.0, 16.0, 64.0)
 SOFTNESS = (1.0, 0.3, 0.1, 0.03, 0.01, 0.003)
 SIDES = (0.0, 0.001, 0.01, 0.1, 1.0)
 QUICK = 3  # rungs a knob
-
-
-@dataclass(frozen=True)
-class Knob:
-    """What can be turned. rungs: from the base scene to rows (text, changes), or, where the scene
-    has nothing to turn, a text that says why."""
-
-    name: str
-    kind: str
-    text: str
-    rungs: object
 
 
 def _values(path, values):
@@ -142,13 +132,47 @@ KNOBS = (
     Knob("asperities", PHYSICAL, "asperities on or off", _part("asperities")),
     Knob("grains", SAMPLE, "number of grains over that of the scene", _grains),
 )
-CONTINUUM = tuple(Knob(*row) for row in continuum.ROWS)
-NAMES = tuple(knob.name for knob in (*KNOBS, *CONTINUUM))
 
 
-def knobs_of(scene):
-    """The knobs that the method of a scene has."""
-    return CONTINUUM if isinstance(scene, ContinuumScene) else KNOBS
+def _presets(scene):
+    """The points of the presets; that of `reference` is converged in all numerics."""
+    return [
+        Point(
+            name,
+            "preset",
+            name,
+            math.nan,
+            PHYSICAL if name == DRAFT else NUMERICAL,
+            scenes.reference(scene) if name == "reference" else scenes.preset(scene, name),
+        )
+        for name in PRESETS
+    ]
+
+
+def _half_step(scene):
+    """The reference at half its step: tells its own error."""
+    reference = scenes.changed(scene, scenes.reference(scene))
+    changes = scenes.reference(scene)
+    changes["numerics.step_fraction"] = 0.5 * reference.numerics.step_fraction
+    return Point(
+        "reference, half the step",
+        "reference",
+        "half its step",
+        math.nan,
+        NUMERICAL,
+        changes,
+        paired=False,
+    )
+
+
+GRAINS = Knobs(
+    KNOBS, _presets, _half_step, step=lambda scene: scenes.own_step(scene).dt, kind=kind_of_grains
+)
+NAMES = tuple(
+    knob.name
+    for name in method.METHODS
+    for knob in getattr(method.attribute(method.named(name).knobs), "knobs", ())
+)
 
 
 def chosen(text):
@@ -169,7 +193,7 @@ def ladder(scene, names=NAMES, quick=False):
     quick: at most three rungs a knob, the ends among them. Raises DustError where the method of
     the scene has none of the knobs.
     """
-    own = [knob.name for knob in knobs_of(scene)]
+    own = [knob.name for knob in knobs_of(scene).knobs]
     foreign = [] if names == NAMES else [name for name in names if name not in own]
     if foreign and len(foreign) == len(names):
         raise DustError(
@@ -177,7 +201,7 @@ def ladder(scene, names=NAMES, quick=False):
             f"{', '.join(own)}"
         )
     points, left_out = [], dict.fromkeys(foreign, f"no knob of method: {scene.method}")
-    for knob in knobs_of(scene):
+    for knob in knobs_of(scene).knobs:
         if knob.name not in names:
             continue
         rungs = knob.rungs(scene)
@@ -192,44 +216,6 @@ def ladder(scene, names=NAMES, quick=False):
             for text, changes in rungs
         ]
     return points, left_out
-
-
-def presets(scene):
-    """The points of the presets; that of `reference` is converged in all numerics.
-
-    The continuum has no presets: of one its reference alone.
-    """
-    if isinstance(scene, ContinuumScene):
-        return continuum.presets(scene)
-    return [
-        Point(
-            name,
-            "preset",
-            name,
-            math.nan,
-            PHYSICAL if name == DRAFT else NUMERICAL,
-            scenes.reference(scene) if name == "reference" else scenes.preset(scene, name),
-        )
-        for name in PRESETS
-    ]
-
-
-def check(scene):
-    """The reference at half its step, of a continuum at twice its spacing: tells its own error."""
-    if isinstance(scene, ContinuumScene):
-        return continuum.coarser(scene)
-    reference = scenes.changed(scene, scenes.reference(scene))
-    changes = scenes.reference(scene)
-    changes["numerics.step_fraction"] = 0.5 * reference.numerics.step_fraction
-    return Point(
-        "reference, half the step",
-        "reference",
-        "half its step",
-        math.nan,
-        NUMERICAL,
-        changes,
-        paired=False,
-    )
 
 
 def seeds(scene, count):

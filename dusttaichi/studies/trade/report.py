@@ -2,7 +2,7 @@
 
 import math
 
-from dusttaichi.analysis.observables import TEXTS
+from dusttaichi.analysis.observables import about
 from dusttaichi.analysis.trade import NUMBERS, trade_dataset
 from dusttaichi.results import provenance
 from dusttaichi.studies.trade.trade import yaml_of
@@ -105,7 +105,7 @@ HEADINGS = tuple(
 def table(trade):
     """Title, headings and rows of text of all points that ran."""
     judge = trade.judge
-    title = f"{trade.scene.name}: cost against error of the {TEXTS[judge.name]}"
+    title = f"{trade.scene.name}: cost against error of the {about(judge.name)[0]}"
     rows = []
     for row in trade.rows:
         found = row.result

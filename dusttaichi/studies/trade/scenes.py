@@ -3,9 +3,9 @@
 from dusttaichi.errors import DustError
 from dusttaichi.samples.values import CylinderSize
 from dusttaichi.scene import quantities
-from dusttaichi.scene.continuum import ContinuumScene
 from dusttaichi.scene.drive import SHEARS, SPEEDS
 from dusttaichi.scene.numerics import PRESETS
+from dusttaichi.studies.trade.knob import knobs_of
 
 DRIVES = (*SPEEDS, *SHEARS)
 # what a preset fills; what else the user gives in numerics stays
@@ -36,10 +36,11 @@ def base(scene):
     ]
     if not counted:
         return scene
-    if isinstance(scene, ContinuumScene):
+    step = knobs_of(scene).step
+    if step is None:
         text = "a number of steps is another time at another spacing; give stop.time"
         raise DustError(f"{counted[0]}stop.steps: {text}")
-    dt = own_step(scene).dt
+    dt = step(scene)
     for path in counted:
         given = scene.given
         block = given

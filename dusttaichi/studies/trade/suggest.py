@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from importlib import resources
 
 from dusttaichi.errors import DustError
-from dusttaichi.scene.continuum import ContinuumScene
+from dusttaichi.studies.trade.knob import knobs_of
 
 TABLE = "measured.csv"
 COLUMNS = ("kind", "scene", "grains", "settings", "observable", "cost", "error", "scatter", "seeds")
@@ -54,7 +54,12 @@ def _percent(share):
 
 def kind_of(scene):
     """Which of KINDS a scene is; None of none."""
-    if isinstance(scene, ContinuumScene) or scene.push or scene.sphere is not None:
+    return knobs_of(scene).kind(scene)
+
+
+def kind_of_grains(scene):
+    """The same of a scene of grains."""
+    if scene.push or scene.sphere is not None:
         return None
     if scene.sample.flies:
         return "collision"

@@ -41,8 +41,8 @@ class Trade:
 def plan(scene, names=knobs.NAMES, quick=False, seeds=4):
     """(points beside the default, check of the reference and seeds, left out) of a base scene."""
     singles, left_out = knobs.ladder(scene, names, quick)
-    behind = [knobs.check(scene), *knobs.seeds(scene, seeds)]
-    return [*knobs.presets(scene), *singles], behind, left_out
+    behind = [knobs.knobs_of(scene).check(scene), *knobs.seeds(scene, seeds)]
+    return [*knobs.knobs_of(scene).presets(scene), *singles], behind, left_out
 
 
 def trade(

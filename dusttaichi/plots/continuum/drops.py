@@ -4,11 +4,13 @@ import numpy as np
 
 from dusttaichi.analysis.continuum import intrusion, laboratory
 from dusttaichi.plots import style
+from dusttaichi.plots.continuum.room import intrudes
+from dusttaichi.plots.registry import figure, in_common
 
 SMALL = 2e-3  # diameter [m] that parts the two sizes of the laboratory
 
 
-@style.styled
+@figure("Depth and stopping time of the beads", 177, together=in_common(intrudes))
 def drops(runs):
     """Depth D and stopping time T over m v / A, g t^2 / 2 taken away, of several Runs with beads.
 

@@ -1,13 +1,18 @@
-"""Figures of several runs of any kind in one: what moves, and how fast a push arrives."""
+"""Kinetic energy of several runs of any kind."""
 
 import numpy as np
 
-from dusttaichi.analysis.arrival import arrival, sound_speed
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
+from dusttaichi.plots.registry import figure
 
 
-@style.styled
+def _in_motion(runs, others):
+    """All of several Runs, where they collide, or have nothing else in common."""
+    return runs if len(runs) > 1 and (all(r.collides for r in runs) or not others) else []
+
+
+@figure("Kinetic energy", 1000, together=_in_motion, optional=True)
 def kinetic(runs, labels=None):
     """Kinetic energy over its largest value against time, for several Runs of any kind.
 
@@ -36,27 +41,3 @@ def _kinetic(run):
     parts = [run.series[n].values for n in run.series if str(n).startswith("kinetic")]
     total = np.sum(parts, axis=0) if parts else np.zeros(0)
     return total if total.ndim == 1 and len(total) and total.max() > 0.0 else None
-
-
-@style.styled
-def sound_speeds(runs, labels=None):
-    """Speed of sound against distance for several Runs with a push, each with its fit.
-
-    Raises DustError where a run has no snapshots that tell, or labels do not match the runs.
-    """
-    runs, labels = style.named(runs, labels)
-    figure, (axes,) = style.new_figure(height=3.4)
-    arrivals = [arrival(run) for run in runs]
-    factor, unit = style.scaled(max(a.distance.max() for a in arrivals), style.LENGTHS)
-    for number, (found, label) in enumerate(zip(arrivals, labels, strict=True)):
-        fit, look = sound_speed(found), style.run_style(number)
-        points = {"markersize": 2.5, "markeredgewidth": 0, "alpha": 0.6, "color": look["color"]}
-        axes.plot(found.distance * factor, found.speed, "o", **points)
-        said = rf"{label}: {fit.speed:.4g} $\pm$ {fit.sigma:.1g} m/s"
-        axes.plot([0, found.distance.max() * factor], [fit.speed] * 2, label=said, **look)
-    axes.set_xlim(0.0, None)
-    axes.set_ylim(0.0, None)
-    axes.set_xlabel(f"distance from the push ({unit})")
-    axes.set_ylabel("speed of sound (m/s)")
-    style.legend(axes)
-    return figure

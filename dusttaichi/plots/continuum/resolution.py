@@ -4,9 +4,11 @@ import numpy as np
 
 from dusttaichi.analysis.continuum import at_zero_spacing, intrusion
 from dusttaichi.plots import style
+from dusttaichi.plots.continuum.room import intrudes
+from dusttaichi.plots.registry import figure, in_common
 
 
-@style.styled
+@figure("Depth and stopping time at spacing zero", 178, together=in_common(intrudes))
 def resolution(runs):
     """Depth D and stopping time T of one bead over the spacing, g t^2 / 2 taken away.
 

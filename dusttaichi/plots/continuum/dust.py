@@ -7,9 +7,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
 from dusttaichi.analysis.continuum import read_particles, section
-from dusttaichi.analysis.continuum.particles import WALL, has_dust, sample_info
+from dusttaichi.analysis.continuum.particles import WALL, has_dust
+from dusttaichi.analysis.frame import frame_count
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
+from dusttaichi.plots.picture import Picture
+from dusttaichi.plots.registry import figure
 
 COLOURS = {
     "filling_factor": (r"filling factor $\phi$", "viridis"),
@@ -56,7 +59,7 @@ def everyday(run):
     return EVERYDAY if has_dust(run) else "pressure"
 
 
-@style.styled
+@figure("Filling factor in the plane", 171, applies=lambda run: run.snapshots is not None)
 def dust(run, snapshot=-1, color=None, *, limits=None, dpi=200):
     """The plane x-z of a snapshot of a Run of the continuum, in three dimensions its middle.
 
@@ -109,7 +112,7 @@ def paint(axes, run, frame, color, limits, *, extent):
 def _rigid(axes, run, frame, *, elastic):
     """The outline of the projectile, and particles of other rigid bodies as dots, those of elastic
     ones where they have no colour."""
-    bead = sample_info(run).get("projectile", {})
+    bead = run.sample.get("projectile", {})
     rigid = frame.is_bead
     look = {"facecolor": "#C8C8C8", "edgecolor": style.BLACK, "linewidth": 0.8}
     if rigid.any() and "density" in bead:
@@ -124,3 +127,21 @@ def _rigid(axes, run, frame, *, elastic):
         rigid &= ~frame.flies
     near = np.abs(frame.position[rigid, 1]) < 1.5 * frame.spacing
     axes.plot(*frame.position[rigid][near][:, [0, 2]].T * 1e3, ".", color=style.GREY, markersize=2)
+
+
+def _film(run, color, view, *, cell, dpi):
+    """Figures of the snapshots of a run of the continuum, one after another; there is one view."""
+    color = color or everyday(run)
+    frames = [read_particles(run, number) for number in range(frame_count(run))]
+    limits, extent = limits_of(frames, color), extent_of(frames)
+    factor, unit = style.scaled(frames[-1].time, style.TIMES)
+    for frame in frames:
+        note = f"{frame.time * factor:.3g} {unit}"
+        yield draw(run, frame, color, limits, extent, note=note, dpi=dpi)
+
+
+def _one(run, snapshot, color, view, **how):
+    return dust(run, snapshot, color, **how)
+
+
+PICTURE = Picture("dust", _one, _film)

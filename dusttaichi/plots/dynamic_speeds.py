@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from dusttaichi.analysis.drive import is_dynamic
 from dusttaichi.analysis.dynamic import dynamic
 from dusttaichi.physics.laws import delta_dynamic, p_m_fast
 from dusttaichi.plots import style
+from dusttaichi.plots.registry import figure, in_common
 
 FITS = {
     ("plateau", "bins"): ("fit up to 0.4", "v"),
@@ -13,7 +15,7 @@ FITS = {
 }
 
 
-@style.styled
+@figure("Fits and fronts of fast walls", 180, together=in_common(is_dynamic))
 def dynamic_speeds(runs):
     """Plateau and fits of S12 eq 31 over the speed of the wall, of several dynamic compressions.
 

@@ -1,0 +1,50 @@
+"""The registry of numbers: each module beside this one holds a family of rows.
+
+A row (`Observable`) says what a number is, how it is measured and how it is shown. The table of a
+run, comparisons, sweeps, the report, JSON and the tables of the documentation follow from it. A
+further family is a module with `FAMILIES`, an extension that calls `register`, or `observables` of
+a Method.
+"""
+
+import pkgutil
+from functools import cache
+from importlib import import_module
+
+from dusttaichi import method
+from dusttaichi.analysis.numbers.registry import AUTO, GENERAL, Family, Observable, is_known, reason
+from dusttaichi.results.shown import NUMBERS
+
+__all__ = ["AUTO", "GENERAL", "Family", "Observable", "families", "is_known", "known", "reason",
+           "register"]  # fmt: skip
+
+
+def register(family: Family) -> None:
+    """Add a Family to those that this process measures of every run that it applies to.
+
+    A file that does so takes effect where it is among the `extensions` of a scene. Raises
+    ValueError where a row has the name of another one.
+    """
+    taken = known().keys() & {number.name for number in family.numbers}
+    if taken and NUMBERS.get(family.name) != family:
+        raise ValueError(f"there is a number {', '.join(sorted(taken))}; another name is needed")
+    NUMBERS[family.name] = family
+
+
+def families(of: method.Method | None = None) -> list[Family]:
+    """The families of runs of a method, without it of all methods, in the order of tables."""
+    methods = [of] if of is not None else [method.named(name) for name in method.METHODS]
+    own = [family for one in methods for family in method.rows(one.observables)]
+    return sorted([*_built_in(), *NUMBERS.values(), *own], key=lambda family: family.place)
+
+
+def known() -> dict[str, Observable]:
+    """Every Observable by its name."""
+    return {number.name: number for family in families() for number in family.numbers}
+
+
+@cache
+def _built_in() -> tuple[Family, ...]:
+    modules = (
+        import_module(f"{__name__}.{module.name}") for module in pkgutil.iter_modules(__path__)
+    )
+    return tuple(family for one in modules for family in getattr(one, "FAMILIES", ()))

@@ -1,0 +1,65 @@
+"""A collision of two bodies between the first and the last snapshot."""
+
+from dusttaichi.analysis.fragments import compaction, fragments, growth_efficiency
+from dusttaichi.analysis.numbers.registry import FILE, Family, Observable, quiet
+from dusttaichi.analysis.outcome import outcome, settled
+from dusttaichi.analysis.restitution import restitution
+from dusttaichi.errors import DustError
+
+
+def _measure(run):
+    bodies, parts = run.bodies(), fragments(run)
+    found = {
+        "speed": run.sample["speed"],
+        "outcome": outcome(run, parts, bodies),
+        "settled": settled(run),
+        "fragments": len(parts),
+        "largest_share": float(parts.mass[0] / parts.mass.sum()),
+        "growth_efficiency": growth_efficiency(run, bodies=bodies),
+    }
+    if min(len(body) for body in bodies) > 2:  # R_g of one or two grains tells of no volume
+        found["compaction"] = compaction(run).ratio
+    if found["outcome"] not in ("sticking", "growth", "bouncing"):
+        return found  # bodies that break up pass through each other: there is no normal
+    try:
+        return found | {"restitution": restitution(run, bodies=bodies).coefficient}
+    except DustError:  # they pass each other, or have not met yet
+        return found
+
+
+def _outcome(value, n):
+    share = f"{n['largest_share']:.1%} of the mass in the largest"
+    return f"{value}, {n['fragments']} fragments, {share}" if n["fragments"] > 1 else value
+
+
+def _settled(value, n):
+    text = "the last two snapshots differ in their fragments: let it run on"
+    return [] if value else [("note", text, "")]
+
+
+COLLISION = Family(
+    name="collision",
+    title="two bodies that collide",
+    place=60,
+    applies=lambda run: run.collides,
+    measure=_measure,
+    numbers=(
+        quiet("speed", "speed of the impact", "m/s", sweeps=FILE,
+              column=("speed m/s", "{:.3g}", 1)),
+        Observable(name="outcome", title="outcome", unit="", text=_outcome,
+                   column=("outcome", "{}", 1), figure="collision"),
+        Observable(name="settled", title="fragments no longer change", unit="", rows=_settled,
+                   column=None),
+        quiet("fragments", "fragments", column=("fragments", "{}", 1), wanted=11,
+              figure="fragments"),
+        quiet("largest_share", "share of the largest fragment",
+              column=("largest fragment", "{:.3f}", 1), wanted=10, figure="fragments"),
+        Observable(name="growth_efficiency", title="growth efficiency", text="{:.3f}",
+                   column=("growth efficiency", "{:.3f}", 1), wanted=9),
+        Observable(name="compaction", title="compaction of the largest fragment", text="{:.3f}",
+                   column=("compaction", "{:.3f}", 1)),
+        Observable(name="restitution", title="coefficient of restitution", text="{:.4f}",
+                   column=("restitution", "{:.3f}", 1), wanted=5),
+    ),
+)  # fmt: skip
+FAMILIES = (COLLISION,)

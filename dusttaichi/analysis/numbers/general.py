@@ -1,0 +1,115 @@
+"""What every run has: its end, its ledger, its size, how long it took."""
+
+from functools import cached_property
+
+import numpy as np
+
+from dusttaichi.analysis.error_bar import error_bar, error_bar_rows
+from dusttaichi.analysis.ledger import ledger
+from dusttaichi.analysis.loads import held_loads
+from dusttaichi.analysis.numbers.registry import ENSEMBLES, FILE, GENERAL, Family, Observable, quiet
+from dusttaichi.analysis.texts import quantity_text, rate_text
+from dusttaichi.scene import quantities
+
+
+class _End:
+    """The last record of a Run, and what is made of its series."""
+
+    def __init__(self, run):
+        self.run, self.grains = run, run.grains
+        self.last = run.series.isel(time=-1) if len(run.series.time) else {}
+
+    def __call__(self, name, kind=float):
+        return kind(self.last[name]) if name in self.last else None
+
+    @cached_property
+    def ledger(self):
+        return ledger(self.run)
+
+    @property
+    def pressure(self):
+        """Pressure on the top wall [Pa]; None where there is none."""
+        value = float(self.last["pressure"].sel(wall="top")) if "pressure" in self.last else np.nan
+        return value if np.isfinite(value) else None
+
+    @property
+    def rate(self):
+        steps, seconds = self("step"), self("wall_clock")
+        return steps / seconds if steps and seconds else None
+
+    @property
+    def contacts_per_grain(self):
+        count = self("contact_count")
+        return None if count is None or not self.grains else count / self.grains
+
+    @property
+    def missed_loads(self):
+        """(stage, pressure, wanted) [Pa] of each load not reached at the end of its stage."""
+        missed = [held for held in held_loads(self.run) if held.missed]
+        return [(held.stage, held.pressure, held.wanted) for held in missed]
+
+
+def _missed(value, n):
+    rows = []
+    for stage, pressure, wanted in value:
+        there, asked = (quantity_text(p, "Pa") for p in (pressure, wanted))
+        what = f"load at the end{f' of {stage}' if stage else ''}"
+        rows.append((what, f"{there}, {asked} asked for", ""))
+    return rows
+
+
+def _per_grain(value, n):
+    around = n["coordination_number"]
+    shared = "" if around is None else f" (coordination number {around:.2f}: each has two grains)"
+    return f"{value:.2f}{shared}"
+
+
+def _duration(seconds, n=None):
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    minutes, seconds = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {seconds:02d} s"
+
+
+END = Family(
+    name="end",
+    title="every run, at its end",
+    place=GENERAL,
+    measure=_End,
+    numbers=(
+        Observable(name="filling_factor", title="filling factor", text="{:.4f}", column=None,
+                   value=lambda end: end("filling_factor")),
+        quiet("height", "height", "m", value=lambda end: end("height"), sweeps=ENSEMBLES),
+        Observable(name="pressure", title="pressure on the top wall", unit="Pa", column=None,
+                   text=lambda v, n: f"{v / 1e3:.4g} kPa"),
+        Observable(name="missed_loads", title="loads that were missed", unit=None, rows=_missed,
+                   column=None),
+        Observable(name="ledger_worst", title="worst residual of the energy ledger", text="{:.1e}",
+                   value=lambda end: end.ledger.worst, column=("ledger", "{:.0e}", 1),
+                   figure="ledger"),
+        quiet("ledger_shares", "shares of the losses by channel", None,
+              value=lambda end: end.ledger.shares, figure="ledger"),
+        Observable(name="error_bar", title="error bar of the time step", unit=None, column=None,
+                   value=lambda end: error_bar(end.run),
+                   rows=lambda bar, n: error_bar_rows(bar, n["error_bar_phi"])),
+        Observable(name="grains", title="grains", text="{:,}", column=("grains", "{:,}", 1),
+                   sweeps=FILE),
+        Observable(name="contacts", title="contacts", text="{:,}", column=None, sweeps=ENSEMBLES,
+                   value=lambda end: end("contact_count", int)),
+        Observable(name="contacts_per_grain", title="contacts per grain", text=_per_grain,
+                   column=None),
+        quiet("coordination_number", "coordination number",
+              value=lambda end: end("coordination_number"), sweeps=ENSEMBLES),
+        Observable(name="steps", title="steps", text="{:,}", column=None, sweeps=ENSEMBLES,
+                   value=lambda end: end("step", int)),
+        Observable(name="time", title="simulated time", unit="s", value=lambda end: end("time"),
+                   text=lambda v, n: quantities.format(v, "time", 5),
+                   column=("time us", "{:.4g}", 1e-6), sweeps=ENSEMBLES),
+        Observable(name="wall_time", title="wall time", unit="s", text=_duration, column=None,
+                   value=lambda end: end("wall_clock"), sweeps=FILE),
+        Observable(name="steps_per_second", title="steps per second", unit="1/s", column=None,
+                   value=lambda end: end.rate, text=lambda v, n: rate_text(v), sweeps=FILE),
+    ),
+)  # fmt: skip
+FAMILIES = (END,)

@@ -1,0 +1,74 @@
+"""Shear and triaxial tests: the strength of the last one, and the line of friction through all."""
+
+from dusttaichi.analysis.loads import friction, shearings
+from dusttaichi.analysis.numbers.registry import AUTO, Family, Observable, quiet, uncertainty
+from dusttaichi.analysis.texts import quantity_text
+from dusttaichi.analysis.triaxial import is_triaxial, triaxials
+from dusttaichi.errors import DustError
+
+
+def _last(prefix, tests):
+    names = ("strength", "strength_sigma", "load", "density")
+    return {f"{prefix}_{name}": getattr(tests[-1], name) for name in names}
+
+
+def _measured(prefix, find, own):
+    """What measures one kind of test. find: from a Run to all of them; own: what their line of
+    friction calls its numbers."""
+
+    def measure(run):
+        try:
+            tests = find(run)
+        except DustError:  # none has three records so far
+            return {}
+        found, line = _last(prefix, tests), friction(tests)
+        for name in ("angle", "angle_sigma", "cohesion") if line else ():
+            found[f"{prefix}_{name}"] = getattr(line, own + name)
+        return found
+
+    return measure
+
+
+def _numbers(prefix, strength, load):
+    """Rows of one kind of test; strength, load: names of the stresses."""
+
+    def under(value, n):
+        text = quantity_text(value, "Pa", n[f"{prefix}_strength_sigma"])
+        at, phi = quantity_text(n[f"{prefix}_load"], "Pa"), n[f"{prefix}_density"]
+        return f"{text} (under {at}, filling factor {phi:.3g})"
+
+    def degrees(value, n):
+        sigma = n[f"{prefix}_angle_sigma"]
+        return f"{value:.3g}{f' ± {sigma:.2g}' if sigma == sigma else ''}°"
+
+    return (
+        Observable(name=f"{prefix}_strength", title=strength, unit="Pa", text=under,
+                   error=f"{prefix}_strength_sigma", figure=prefix),
+        uncertainty(f"{prefix}_strength_sigma", "Pa"),
+        quiet(f"{prefix}_load", load, "Pa", column=AUTO),
+        quiet(f"{prefix}_density", f"filling factor at the {strength}"),
+        Observable(name=f"{prefix}_angle", title="friction angle", unit="degree", text=degrees,
+                   error=f"{prefix}_angle_sigma", figure=prefix),
+        uncertainty(f"{prefix}_angle_sigma", "degree"),
+        Observable(name=f"{prefix}_cohesion", title="cohesion of the line of friction", unit="Pa",
+                   figure=prefix),
+    )  # fmt: skip
+
+
+SHEAR = Family(
+    name="shear",
+    title="shear",
+    place=50,
+    applies=lambda run: run.sheared,
+    measure=_measured("shear", shearings, ""),
+    numbers=_numbers("shear", "shear strength of the last stage", "normal stress at it"),
+)
+TRIAXIAL = Family(
+    name="triaxial",
+    title="triaxial test",
+    place=55,
+    applies=is_triaxial,
+    measure=_measured("triaxial", triaxials, "triaxial_"),
+    numbers=_numbers("triaxial", "deviator of the last triaxial test", "confining stress at it"),
+)
+FAMILIES = (SHEAR, TRIAXIAL)

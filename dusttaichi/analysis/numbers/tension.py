@@ -1,0 +1,62 @@
+"""Stretching: the tensile strength, and why there is none."""
+
+import numpy as np
+
+from dusttaichi.analysis.numbers.registry import Family, Observable, quiet, uncertainty
+from dusttaichi.analysis.tensile import tensile
+from dusttaichi.analysis.tension import missing_strength
+from dusttaichi.analysis.texts import quantity_text
+
+NAMES = ("strength", "strength_sigma", "strength_phi", "strength_strain", "phi_init")
+
+
+def _measure(run):
+    if not run.stretches:
+        return {"strength_problem": missing_strength(run)}
+    result = tensile(run)
+    found = {name: getattr(result, name) for name in NAMES}
+    law = result.law if np.isfinite(result.law) else None
+    return found | {"strength_passed": result.passed, "strength_law": law}
+
+
+def _strength(value, n):
+    text = quantity_text(value, "Pa", n["strength_sigma"])
+    return text if n["strength_passed"] else f"at least {text}: the stress had not fallen yet"
+
+
+def _law(n):
+    law = n["strength_law"]
+    return "" if law is None else f"{quantity_text(law, 'Pa')} (T19 eq 33)"
+
+
+def _where(value, n):
+    return f"{value:.3g} from {n['phi_init']:.3g} (strain {n['strength_strain']:.2f})"
+
+
+TENSION = Family(
+    name="tension",
+    title="stretching",
+    place=30,
+    applies=lambda run: run.stretches or missing_strength(run) is not None,
+    measure=_measure,
+    numbers=(
+        Observable(name="strength_problem", title="tensile strength", unit="",
+                   column=("no strength", "{}", 1)),
+        quiet("phi_init", "filling factor at the start", symbol=r"$\phi_{\rm init}$",
+              column=("phi_init", "{:.3g}", 1)),
+        Observable(name="strength", title="tensile strength", unit="Pa", error="strength_sigma",
+                   why="strength_problem", text=_strength, literature=_law,
+                   column=("strength kPa", "{:.3g}", 1e3), wanted=2, figure="tensile"),
+        uncertainty("strength_sigma", "Pa", column=("± kPa", "{:.2g}", 1e3)),
+        Observable(name="strength_phi", title="… at filling factor", text=_where,
+                   literature=lambda n: f"{0.5 * n['phi_init']:.3g} (T19: half)",
+                   about="filling factor at the largest stress",
+                   column=("strength at phi", "{:.3g}", 1)),
+        quiet("strength_strain", "strain at the largest stress"),
+        quiet("strength_law", "strength by T19 eq 33", "Pa", short="T19 eq 33",
+              column=("T19 eq 33 kPa", "{:.3g}", 1e3)),
+        quiet("strength_passed", "the stress has fallen since", "",
+              column=("maximum passed", "{!s}", 1)),
+    ),
+)  # fmt: skip
+FAMILIES = (TENSION,)

@@ -1,0 +1,93 @@
+"""Numbers of runs and sweeps as plain data for JSON; docs/results.md has what it looks like."""
+
+import math
+from dataclasses import asdict, is_dataclass
+
+import numpy as np
+
+from dusttaichi.analysis import ensemble_tables as tables
+from dusttaichi.analysis.numbers import families, known
+
+SCHEMA = 1
+"""Raised by a change that a reader of the data would notice; a further entry is none."""
+
+
+def plain_runs(runs):
+    """Every number that Runs have, as plain data."""
+    return {"schema": SCHEMA, "runs": [_run(run) for run in runs]}
+
+
+def _run(run):
+    entries, values, rows, problems = {}, {}, {}, []
+    for family in families(run.method):
+        found, failed = family.of(run)
+        problems += [{"what": what, "why": why} for what, why in failed]
+        if any(value is not None for value in found.values()):
+            values |= found
+            rows |= {number.name: number for number in family.numbers}
+    errors = {number.error for number in rows.values()}
+    for name, number in rows.items():
+        value = plain(values[name])
+        entry = {"title": number.about or number.title, "unit": number.unit, "value": value}
+        if number.error:
+            entry["error"] = plain(values[number.error])
+        if value is None and values.get(number.why):
+            entry["why"] = values[number.why]
+        if name not in errors:
+            entries[name] = entry
+    return {
+        "name": run.name,
+        "file": str(run.path),
+        "method": run.method.name,
+        "status": run.status,
+        "version": run.attrs.get("dusttaichi_version", ""),
+        "numbers": entries,
+        "problems": problems,
+    }
+
+
+def plain_ensemble(data):
+    """The numbers of a dataset of `gather`, an ensemble or a sweep, at each of its points."""
+    axes, rows = tables.axes_of(data), known()
+    keys = [tables.key_of(data, axis) for axis in axes]
+    shape = [data.sizes[axis] for axis in axes]
+    points = []
+    for place in np.ndindex(*shape):
+        at = dict(zip(axes, place, strict=True))
+        here = {
+            key: {"value": plain(data[axis].values[n]), "unit": data[axis].attrs.get("units", "")}
+            for key, (axis, n) in zip(keys, at.items(), strict=True)
+        }
+        names = data.attrs["summary_numbers"].split()
+        numbers = {name.removeprefix("final_"): _of_point(data[name][at], rows) for name in names}
+        points.append({"keys": here, "numbers": numbers})
+    return {"schema": SCHEMA, "name": data.attrs["title"], "points": points}
+
+
+def _of_point(values, rows):
+    """A number at a point of a sweep, of all its replicas."""
+    number = rows.get(str(values.name).removeprefix("final_"))
+    found = values.values[np.isfinite(values.values)]
+    return {
+        "title": (number and (number.about or number.title)) or values.name,
+        "unit": values.attrs.get("units", ""),
+        "mean": plain(found.mean()) if len(found) else None,
+        "std": plain(found.std(ddof=1)) if len(found) > 1 else None,
+        "runs": len(found),
+        "values": plain(values.values),
+    }
+
+
+def plain(value):
+    """A value as JSON may hold it: what is not a number is None."""
+    if is_dataclass(value):
+        return plain(asdict(value))
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, dict):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

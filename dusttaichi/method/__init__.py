@@ -1,0 +1,191 @@
+"""What the run knows of a method: how it is built, moved, measured and restored; no more.
+
+A method computes the motion of something: grains, or a continuum. Its scene is a class of its own,
+its simulation has the members of `Simulation`, and a `Method` names both. The run loop, the result
+file, checkpoints, stages and the error bar know nothing else of it. Numbers are in internal units
+(dusttaichi.units) unless said otherwise.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from importlib import metadata
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from dusttaichi.method.simple import SimpleSimulation
+from dusttaichi.method.simulation import (
+    Measurement,
+    Refinable,
+    Scene,
+    Simulation,
+    Start,
+    State,
+    Window,
+)
+
+if TYPE_CHECKING:
+    from dusttaichi.results.variables import Variable
+
+__all__ = [
+    "Measurement",
+    "Method",
+    "Preview",
+    "Refinable",
+    "SimpleSimulation",
+    "Simulation",
+    "Start",
+    "State",
+    "Window",
+    "built_anew",
+    "make_sample",
+    "moment",
+    "named",
+    "names",
+    "of",
+    "register",
+]
+
+DEFAULT = "grains"
+GROUP = "dusttaichi.methods"  # entry points of other packages that bring a method along
+
+
+def built_anew(scene: Scene, state: State) -> Simulation:
+    """A Simulation in a State of a simulation of that scene: built from the scene's own sample.
+
+    How a Method reopens whose samples take no time to make.
+    """
+    simulation = of(scene).build(scene, make_sample(scene))
+    simulation.restore(state)
+    return simulation
+
+
+@dataclass(frozen=True)
+class Preview:
+    """What is known of a scene before it is built; `dust check` prints it.
+
+    sections: (title, rows of (what, value)). size: number of particles. dt: time step [us].
+    plan: (name of the stage, steps at most, what ends it) of every stage, steps NEVER where only
+    what is measured ends it.
+    """
+
+    sections: list[tuple[str, list[tuple[str, str]]]]
+    size: int
+    dt: float
+    plan: list[tuple[str, int, str]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Method:
+    """A method: `scene`, the pydantic class of its scene, and how a Simulation is made of one.
+
+    make_sample(scene): what it starts from. build(scene, sample): the Simulation at step 0.
+    variables: all that its results may hold. reopen(scene, state): a Simulation in a State of a
+    simulation of that scene. code(scene): source files outside of this package that decide the
+    numbers of a scene. preview(scene): a Preview, made quickly and without compiling.
+    internals(scene), forces(scene): more sections, of the scene built; what acts at its start.
+    parts(scene): words for what takes time in a step; scenes of the same words are as fast.
+
+    How its results are read and shown, beside what is so of any; each may be "module:attribute",
+    imported when it is needed. observables: its families of numbers (analysis.numbers.Family).
+    figures: its own (plots.figure). read_snapshot(run, number): one snapshot of a Run. picture:
+    draws snapshots (plots.picture.Picture). exports: writers of them by format. knobs: what `dust
+    trade` may turn (studies.trade.knob.Knobs).
+    """
+
+    name: str
+    scene: type[Scene]
+    make_sample: Callable
+    build: Callable
+    variables: tuple[Variable, ...]
+    reopen: Callable = built_anew
+    code: Callable[[Scene], list[Path]] = lambda scene: []
+    preview: Callable[[Scene], Preview] | None = None
+    internals: Callable[[Scene], list] = lambda scene: []
+    forces: Callable[[Scene], list] = lambda scene: []
+    parts: Callable[[Scene], tuple[str, ...]] = lambda scene: ()
+    observables: tuple[Any, ...] = ()
+    figures: tuple[Any, ...] = ()
+    read_snapshot: Any = None
+    picture: Any = None
+    exports: Mapping[str, Any] = field(default_factory=dict)
+    knobs: Any = None
+
+
+# name -> "module:attribute" of a Method, imported when a scene asks for it
+BUILT_IN = {
+    "grains": "dusttaichi.grains.method:METHOD",
+    "continuum": "dusttaichi.continuum.method:METHOD",
+}
+METHODS: dict[str, str | Method] = dict(BUILT_IN)
+
+
+def register(method: Method) -> None:
+    """Make a method known by its name to this process.
+
+    A file that does so becomes known to every process that reads a scene with the file among its
+    `extensions`; a package, to all processes, by an entry point of the group "dusttaichi.methods".
+    Raises ValueError for the name of a method of this package.
+    """
+    if method.name in BUILT_IN:
+        raise ValueError(f"{method.name} is a method of this package; another name is needed")
+    METHODS[method.name] = method
+
+
+def names() -> list[str]:
+    """Names of all methods there are."""
+    return [
+        *METHODS,
+        *(p.name for p in metadata.entry_points(group=GROUP) if p.name not in METHODS),
+    ]
+
+
+def named(name: str) -> Method:
+    """The Method of that name. Raises KeyError where there is none."""
+    known = METHODS.get(name)
+    if known is None:
+        brought = {point.name: point for point in metadata.entry_points(group=GROUP)}
+        known = brought[name].load()
+    METHODS[name] = attribute(known)
+    return METHODS[name]
+
+
+def attribute(thing: Any) -> Any:
+    """What "module:attribute" names; anything else is itself."""
+    if not isinstance(thing, str):
+        return thing
+    module, name = thing.split(":")
+    return getattr(importlib.import_module(module), name)
+
+
+def rows(named: tuple[Any, ...]) -> list:
+    """`observables` or `figures` of a Method, those imported that are named."""
+    found = [attribute(thing) for thing in named]
+    return [row for one in found for row in (one if isinstance(one, tuple) else (one,))]
+
+
+def of(scene: Scene) -> Method:
+    """The Method of a scene."""
+    return named(scene.method)
+
+
+def of_result(scene: Mapping[str, Any]) -> Method:
+    """The Method of a scene as plain data; one that knows its name only where it is not here."""
+    name = str(scene.get("method", DEFAULT))
+    try:
+        return named(name)
+    except KeyError:
+        nothing = dict.fromkeys(("scene", "make_sample", "build"))
+        return Method(name=name, variables=(), **nothing)
+
+
+def moment(simulation: Simulation) -> str:
+    """Where a run stands, as the guards say it."""
+    return f"At {simulation.time:.6g} us (step {simulation.step})"
+
+
+def make_sample(scene: Scene) -> Any:
+    """What a scene starts from; of grains a Sample, all in SI. Raises DustError."""
+    return of(scene).make_sample(scene)

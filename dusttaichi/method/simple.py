@@ -1,0 +1,90 @@
+"""What most simulations do alike, for a method to inherit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dusttaichi import units
+from dusttaichi.method.simulation import Measurement, State, Window
+
+if TYPE_CHECKING:
+    from dusttaichi.domain.domain import Domain
+    from dusttaichi.results.variables import Variable
+    from dusttaichi.scene.drive import Drive
+
+
+class SimpleSimulation:
+    """What most simulations do alike: a method inherits it and says only what is its own.
+
+    A method has to say `dt`, `variables`, `advance` and `measure`, and `kept`: the names of its
+    attributes that it goes on from beside `step` and `dt`, arrays or numbers. Nothing surrounds it,
+    it has one particle, and loses, averages and refuses nothing, where it says nothing else. With
+    `halve_step` and `positions` it is Refinable.
+    """
+
+    step: int = 0
+    dt: float
+    size: int = 1
+    variables: tuple[Variable, ...]
+    channels: tuple[str, ...] = ()
+    step_key: str = "numerics.time_step"
+    kept: tuple[str, ...] = ()
+    began: float = 0.0
+
+    @property
+    def time(self) -> float:
+        return self.step * self.dt
+
+    @property
+    def domain(self) -> Domain:
+        from dusttaichi.domain.domain import Domain  # which knows the scene, as this module may not
+
+        return Domain(self.dt)
+
+    def drive(self, drive: Drive) -> None:
+        """There are no walls and faces that could move."""
+
+    def sums(self) -> dict[str, np.ndarray]:
+        return {}
+
+    def series(self, measurement: Measurement, window: Window | None) -> dict:
+        return {}
+
+    def snapshot(self) -> dict:
+        """The variables of "snapshots" now [SI], beside its time and step."""
+        return {}
+
+    def records(self, group: str) -> list[tuple[str, dict]]:
+        if group != "snapshots":
+            return []
+        now = {"snapshot_time": (self.began + self.time) * units.TIME, "step": self.step}
+        return [(group, now | self.snapshot())]
+
+    def trust(self, measurement: Measurement) -> None:
+        """The guard of the ledger, which is the run's, is enough."""
+
+    def state(self) -> State:
+        values = {name: getattr(self, name) for name in ("step", "dt", *self.kept)}
+        arrays = {n: v.copy() for n, v in values.items() if isinstance(v, np.ndarray)}
+        return State(arrays, {n: v for n, v in values.items() if n not in arrays})
+
+    def restore(self, state: State) -> None:
+        for name, value in (state.numbers | state.arrays).items():
+            setattr(self, name, value.copy() if name in state.arrays else value)
+
+    def sizes(self) -> dict[str, int | tuple[str, ...]]:
+        return {"channel": self.channels}
+
+    def constants(self) -> dict[str, np.ndarray]:
+        return {}
+
+    def attributes(self) -> dict:
+        return {}
+
+    def ends(self) -> dict[str, np.ndarray]:
+        return self.sums()
+
+    def compared(self, window: Window, moments: list[Measurement]) -> dict[str, float]:
+        return {}

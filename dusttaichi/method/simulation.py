@@ -1,0 +1,155 @@
+"""What the run knows of a simulation: a scene in motion. Numbers are in internal units
+(dusttaichi.units) unless said otherwise."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from dusttaichi.domain.domain import Domain
+    from dusttaichi.results.variables import Variable
+    from dusttaichi.scene.drive import Drive
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Energies of one moment [fJ], from which the ledger is made.
+
+    kinetic, potential: energies of now; energy: their sum, as the method has added it up.
+    kick: part of the kinetic energy that the integrator does not keep (0 where it keeps all).
+    losses: what has been lost since the start, by channel (C,); lost: their sum.
+    work: what has been done on the particles from outside since the start. bound: energy that they
+    bind where they are at rest, no less than 0. parts: what the method's records and guards know.
+    """
+
+    kinetic: float
+    potential: float
+    energy: float
+    losses: np.ndarray
+    lost: float
+    work: float = 0.0
+    kick: float = 0.0
+    bound: float = 0.0
+    parts: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, kinetic, potential, losses, **others) -> Measurement:
+        """The Measurement whose energy and lost are the sums of these; others: the other fields."""
+        losses = np.asarray(losses, float)
+        return cls(kinetic, potential, kinetic + potential, losses, losses.sum(), **others)
+
+
+@dataclass(frozen=True)
+class Start:
+    """What the ledger keeps of the measurement at step 0 [fJ]."""
+
+    kinetic: float
+    potential: float
+    energy: float
+    kick: float
+
+    @classmethod
+    def of(cls, m: Measurement) -> Start:
+        return cls(float(m.kinetic), float(m.potential), float(m.energy), float(m.kick))
+
+    def to_numbers(self) -> dict[str, float]:
+        return asdict(self)
+
+
+class Scene(Protocol):
+    """All that is known of a scene here."""
+
+    method: str
+
+
+class Window(NamedTuple):
+    """Sums at the ends of a span [us] over which something is averaged."""
+
+    before: dict
+    after: dict
+    span: float
+
+    def mean(self, name: str) -> Any:
+        """The average of what the sum of that name adds up, over the span."""
+        return (self.after[name] - self.before[name]) / self.span
+
+
+class State(NamedTuple):
+    """All that a simulation continues from: arrays by name; numbers for JSON, `dt` among them."""
+
+    arrays: dict
+    numbers: dict
+
+
+class Simulation(Protocol):
+    """A built scene in motion. `time` is step x dt [us]; size: what a step costs is proportional to
+    it, the number of particles or cells. variables: of its result, in this scene. channels: names
+    of the losses; step_key: of the YAML, shortens the step. began [us]: of the run continued."""
+
+    step: int
+    dt: float
+    time: float
+    began: float
+    size: int
+    domain: Domain
+    variables: tuple[Variable, ...]
+    channels: tuple[str, ...]
+    step_key: str
+
+    def advance(self, steps: int) -> None:
+        """Make whole steps. Raises GuardStop where it cannot."""
+
+    def drive(self, drive: Drive) -> None:
+        """Move walls and faces as the drive says from this step on: a new stage."""
+
+    def measure(self) -> Measurement:
+        """The energies of now."""
+
+    def sums(self) -> dict[str, np.ndarray]:
+        """Time integrals since the start; an average is a difference of two over its span."""
+
+    def series(self, measurement: Measurement, window: Window | None) -> dict:
+        """What it adds to a record of the time series [SI]; window None at step 0."""
+
+    def records(self, group: str) -> list[tuple[str, dict]]:
+        """Records [SI] of "profiles" or "snapshots" now, and of the groups that belong to them."""
+
+    def trust(self, measurement: Measurement) -> None:
+        """Its own guards. Raises GuardStop; the guard of the ledger is the run's."""
+
+    def state(self) -> State:
+        """What a checkpoint keeps, sample included."""
+
+    def restore(self, state: State) -> None:
+        """Go back to a state of the same simulation, its time step included."""
+
+    def sizes(self) -> dict[str, int | tuple[str, ...]]:
+        """Dimensions of its variables: their lengths, or the names of their entries."""
+
+    def constants(self) -> dict[str, np.ndarray]:
+        """Values of the variables that do not grow, by key [SI]."""
+
+    def attributes(self) -> dict:
+        """What the result says of it in global attributes."""
+
+
+class Refinable(Simulation, Protocol):
+    """A simulation that can go on at half its step: what the error bar needs."""
+
+    def halve_step(self) -> None:
+        """Go on at half the time step from the very same state, steps counted accordingly."""
+
+    def positions(self) -> np.ndarray:
+        """Where the particles are [um], (n, 3), in an order that stays."""
+
+    def ends(self) -> dict[str, np.ndarray]:
+        """The sums of now, and what else `compared` asks of the ends of a stretch."""
+
+    def compared(self, window: Window, moments: list[Measurement]) -> dict[str, float]:
+        """Numbers of a stretch that two steps are compared by [SI], beside the energies.
+
+        window: `ends` at its two ends; moments: measurements evenly spaced over it.
+        """

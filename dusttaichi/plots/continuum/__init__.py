@@ -1,0 +1,5 @@
+"""Figures of the continuum, one a file; its Method names them."""
+
+from dusttaichi.plots.registry import in_package
+
+FIGURES = tuple(function.row for function in in_package(__name__).values())

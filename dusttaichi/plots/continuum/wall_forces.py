@@ -1,0 +1,36 @@
+"""Pressure on the faces of a continuum over time."""
+
+import numpy as np
+
+from dusttaichi.names import WALLS
+from dusttaichi.plots import style
+from dusttaichi.plots.registry import figure
+
+
+def _between_faces(run):
+    faces = set(WALLS) & set(run.scene.get("boundary", {}))
+    return len(run.series.time) > 1 and "pressure" in run.series and bool(faces)
+
+
+@figure("Pressure on the faces", 170, applies=_between_faces)
+def wall_forces(run):
+    """Pressure on those faces of a Run of the continuum where something stands, over time."""
+    series = run.whole.series
+    boundary = run.scene.get("boundary", {})
+    figure, (axes,) = style.new_figure()
+    per_time, unit = style.scaled(float(series.time[-1]), style.TIMES)
+    pressure, walls = series.pressure.values, [str(wall) for wall in series.wall.values]
+    seen = [n for n, wall in enumerate(walls) if boundary.get(wall, "open") != "open"]
+    largest = np.nanmax(np.abs(pressure[:, seen]))
+    per_pressure, pressure_unit = style.scaled(largest, style.PRESSURES)
+    for number, n in enumerate(seen):
+        axes.plot(
+            series.time.values * per_time,
+            pressure[:, n] * per_pressure,
+            label=walls[n],
+            **style.run_style(number),
+        )
+    axes.set_xlabel(f"time ({unit})")
+    axes.set_ylabel(f"pressure on the face ({pressure_unit})")
+    style.legend(axes)
+    return figure

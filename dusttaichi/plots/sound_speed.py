@@ -1,0 +1,65 @@
+"""Speed of sound against the distance from a push (PD08 Fig 7)."""
+
+from dusttaichi.analysis import arrival
+from dusttaichi.analysis import sound_speed as fit_speed
+from dusttaichi.plots import style
+from dusttaichi.plots.registry import figure
+
+
+@style.styled
+def sound_speed(arrivals, fit=None, references=()):
+    """Speed of sound against distance, a point a grain (PD08 Fig 7).
+
+    arrivals: an Arrival. fit: the SoundSpeed of it, drawn with its error. references: pairs of a
+    speed [m/s] and its name, as of theory.
+    """
+    figure, (axes,) = style.new_figure(height=3.4)
+    factor, unit = style.scaled(arrivals.distance.max(), ((1e-3, "mm"), (1e-6, "µm")))
+    axes.plot(
+        arrivals.distance * factor,
+        arrivals.speed,
+        "o",
+        ms=2.5,
+        mew=0,
+        alpha=0.7,
+        color=style.BLUE,
+        label="grains: distance / time",
+        zorder=4,
+    )
+    if fit is not None:
+        axes.axhline(
+            fit.speed,
+            color=style.RED,
+            zorder=3,
+            label=rf"fit: {fit.speed:.4g} $\pm$ {fit.sigma:.1g} m/s",
+        )
+        axes.axhspan(
+            fit.speed - fit.sigma, fit.speed + fit.sigma, color=style.RED, alpha=0.2, linewidth=0
+        )
+    for number, (speed, name) in enumerate(references, start=1):
+        axes.axhline(
+            speed,
+            label=name,
+            color=style.BLACK,
+            linewidth=1.0,
+            linestyle=style.RUN_DASHES[number % len(style.RUN_DASHES)],
+        )
+    axes.set_xlim(0.0, None)
+    axes.set_ylim(0.0, None)
+    axes.set_xlabel(f"distance from the push ({unit})")
+    axes.set_ylabel("speed of sound (m/s)")
+    style.legend(axes)
+    return figure
+
+
+@figure(
+    "Arrival of the wave",
+    140,
+    name="sound_speed",
+    applies=lambda run: bool(run.pushes),
+    optional=True,
+)
+def of_push(run):
+    """The speed of sound of a Run with a push that snapshots show to arrive."""
+    arrivals = arrival(run)
+    return sound_speed(arrivals, fit_speed(arrivals))

@@ -1,0 +1,126 @@
+"""The registry of numbers: one file adds a number with its figure, and it is shown everywhere."""
+
+import json
+from pathlib import Path
+
+import pytest
+import synthetic
+from scenes import extensions_forgotten
+from typer.testing import CliRunner
+
+from dusttaichi import analysis, plots, report
+from dusttaichi.analysis import ensemble_tables as tables
+from dusttaichi.analysis import numbers
+from dusttaichi.analysis.compare import columns
+from dusttaichi.analysis.numbers import Family, Observable
+from dusttaichi.analysis.plain import plain_ensemble, plain_runs
+from dusttaichi.commands import options
+from dusttaichi.commands.app import app
+from dusttaichi.report import page
+from dusttaichi.results import shown
+
+OWN = Path(__file__).parents[2] / "docs/examples/loss_per_grain.py"
+
+
+@pytest.fixture
+def own():
+    """This process forgets the rows of the file again."""
+    with extensions_forgotten():
+        yield
+
+
+def made(path, seed=0):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return synthetic.compression_run(path, seed=seed)
+
+
+def test_one_file_adds_a_number_with_its_figure(own, tmp_path, monkeypatch):
+    monkeypatch.setattr(page, "particles", lambda run: None)
+    options.import_files([OWN])
+    runs = [
+        analysis.open_run(made(tmp_path / name / "result.nc", n)) for n, name in enumerate("ab")
+    ]
+    lost = sum(float(loss[-1]) for loss in analysis.ledger(runs[0]).losses.values()) / 1000
+    value = f"{lost * 1e15:.4g} fJ"
+    assert analysis.summary(runs[0])["loss_per_grain"] == pytest.approx(lost)
+    assert ("energy lost per grain", value, "") in analysis.table(analysis.summary(runs[0]))
+    assert dict(columns(analysis.compare(runs)))["loss per grain"][0] == value
+    (one,) = report.report_data(runs[:1])["runs"]
+    assert ["energy lost per grain", value, ""] in one["table"]
+    assert {f["name"]: f["title"] for f in one["figures"]}[
+        "loss_per_grain"
+    ] == "Energy lost per grain"
+    assert "loss_per_grain" in plots.figures_of(runs[0])
+    entry = plain_runs(runs)["runs"][1]["numbers"]["loss_per_grain"]
+    assert entry["unit"] == "J" and entry["value"] == pytest.approx(lost)
+    data = analysis.gather(runs, attrs={"title": "made"})
+    assert data.loss_per_grain.attrs["units"] == "J"
+    assert data.loss_per_grain.attrs["long_name"] == "energy lost per grain"
+    assert "loss per grain" in [column.name for column in tables.columns(data)]
+    assert plain_ensemble(data)["points"][0]["numbers"]["loss_per_grain"]["runs"] == 2
+
+
+def test_the_file_is_named_to_the_commands(own, tmp_path):
+    paths = [str(made(tmp_path / name / "result.nc", n)) for n, name in enumerate("ab")]
+    words = ["--json", "--extension", str(OWN)]
+    done = CliRunner().invoke(app, ["compare", *paths, *words])
+    assert done.exit_code == 0, done.output
+    data = json.loads(done.stdout)
+    assert data["schema"] == 1 and [run["name"] for run in data["runs"]] == ["test", "test"]
+    found = data["runs"][0]["numbers"]
+    assert found["loss_per_grain"]["unit"] == "J"
+    assert found["p_m"]["error"] > 0.0 and "p_m_sigma" not in found
+    assert found["ledger_worst"]["value"] < 1.0 and "strength" not in found
+
+
+def test_an_error_is_named_and_the_rest_is_measured(tmp_path, monkeypatch):
+    def wrong(run):
+        raise IndexError("index 3 is out of bounds")
+
+    rows = (
+        Observable(name="broken", title="a broken row", value=wrong),
+        Observable(name="whole", title="a whole row", value=lambda run: 3),
+    )
+    monkeypatch.setitem(
+        shown.NUMBERS, "mine", Family(name="mine", title="mine", place=1, numbers=rows)
+    )
+    lost = Family(name="lost", title="a lost family", place=2, numbers=(), measure=wrong)
+    monkeypatch.setitem(shown.NUMBERS, "lost", lost)
+    run = analysis.open_run(made(tmp_path / "result.nc"))
+    found = analysis.table(analysis.summary(run))
+    assert ("a whole row", "3", "") in found
+    assert [row[1] for row in found if row[0] == "number not found"] == [
+        "a broken row: IndexError: index 3 is out of bounds",
+        "a lost family: IndexError: index 3 is out of bounds",
+    ]
+    assert len(plain_runs([run])["runs"][0]["problems"]) == 2
+    assert len(analysis.compare([run])[0]["problems"]) == 2
+    ((what, _, count, why),) = tables.missing(analysis.gather([run], attrs={"title": "made"}))
+    assert (what, count) == ("number", "1 of 1 runs") and "a lost family: IndexError" in why
+
+
+def test_why_there_is_none(tmp_path):
+    """A curve too short for a fit says so in place of the number."""
+    run = analysis.open_run(made(tmp_path / "result.nc"))
+    short = run.beyond(0.95 * float(run.series.filling_factor.max()))
+    found = plain_runs([short])["runs"][0]["numbers"]
+    assert found["p_m"]["value"] is None and found["p_m"]["why"]
+    data = analysis.gather([short], attrs={"title": "made"})
+    assert tables.missing(data) == [("fit", "", "1 of 1 runs", found["p_m"]["why"])]
+
+
+def test_names_are_unique():
+    names = [number.name for family in numbers.families() for number in family.numbers]
+    assert len(names) == len(set(names))
+    with pytest.raises(ValueError, match="there is a number p_m"):
+        numbers.register(
+            Family(name="x", title="x", place=1, numbers=(Observable(name="p_m", title="x"),))
+        )
+
+
+def test_what_rows_refer_to_is_there():
+    known, figures = numbers.known(), {row.name for row in plots.figures()}
+    for number in known.values():
+        assert {number.error, number.why} - {""} <= known.keys(), number.name
+        assert not number.figure or number.figure in figures, number.name
+        assert number.sweeps in ("tables", "ensembles", "file")
