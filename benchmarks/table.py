@@ -1,4 +1,4 @@
-"""The result of a benchmark as a table: for the screen, for a README, for a spreadsheet."""
+"""The result of a benchmark as a table: for the screen and for a spreadsheet."""
 
 import csv
 import io
@@ -127,19 +127,6 @@ class Table:
             ]
             blocks.append("\n".join([title, *("  ".join(line).rstrip() for line in padded)]))
         return "\n\n".join([*blocks, *self.notes])
-
-    def markdown(self) -> str:
-        """For a README."""
-        blocks = [self.machine]
-        for title, columns, rows in self.blocks:
-            lines = [
-                tuple(" ".join(column.title) for column in columns),
-                tuple(":---" if column.words else "---:" for column in columns),
-                *_cells(columns, rows),
-            ]
-            table = [f"| {' | '.join(line)} |" for line in lines]
-            blocks.append("\n".join([f"**{title}**", "", *table]))
-        return "\n\n".join([*blocks, "\n".join(f"- {note}" for note in self.notes)]).rstrip()
 
     def csv(self) -> str:
         """One line a row; machine and notes are lines that begin with #."""

@@ -50,13 +50,16 @@ def provenance(scene_given, scene_resolved, **numbers):
 
 
 def yaml_text(value):
-    """A value as YAML, numbers and arrays of NumPy as the plain ones that they stand for."""
-    return yaml.safe_dump(_plain(value), sort_keys=False)
+    """A value as YAML; see `plain`."""
+    return yaml.safe_dump(plain(value), sort_keys=False)
 
 
-def _plain(value):
+def plain(value):
+    """A value as YAML and JSON have it: without types of NumPy, and with paths as texts."""
     if isinstance(value, dict):
-        return {k: _plain(v) for k, v in value.items()}
+        return {k: plain(v) for k, v in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(v) for v in value]
+        return [plain(v) for v in value]
+    if isinstance(value, Path):
+        return str(value)
     return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else value

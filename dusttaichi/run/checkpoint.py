@@ -15,6 +15,7 @@ import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import explain, remove, replace_atomically
+from dusttaichi.results.provenance import plain
 
 OLDER = b"dusttaichi checkpoint "
 MAGIC = b"dusttaichi checkpoint 3\n"
@@ -34,15 +35,6 @@ def _beside(path, suffix):
     return path.with_name(path.name + suffix)
 
 
-def _plain(value):
-    """NumPy scalars and arrays in `meta` as JSON has them."""
-    if isinstance(value, (np.generic, np.ndarray)):
-        return value.tolist()
-    if isinstance(value, Path):
-        return str(value)
-    raise TypeError(f"a checkpoint's meta data cannot hold a {type(value).__name__}")
-
-
 def save(path, arrays, meta):
     """Write `arrays` (name -> array, any shape and plain dtype) and `meta` (what JSON can hold).
 
@@ -53,7 +45,7 @@ def save(path, arrays, meta):
     path, temporary = Path(path), _beside(path, ".tmp")
     solid = {name: np.ascontiguousarray(a).reshape(np.shape(a)) for name, a in arrays.items()}
     listing = [[name, a.dtype.str, list(a.shape)] for name, a in solid.items()]
-    header = json.dumps({"arrays": listing, "meta": meta}, default=_plain).encode()
+    header = json.dumps({"arrays": listing, "meta": plain(meta)}).encode()
     try:
         with open(temporary, "wb") as file:
             digest = hashlib.sha256()

@@ -110,15 +110,8 @@ def test_text():
 
 def test_columns_of_lammps_only_with_lammps():
     without = SpeedTable("a machine", speed=(_row(),))
-    assert "LAMMPS" not in without.text() + without.markdown()
+    assert "LAMMPS" not in without.text()
     assert "Start" not in without.text()
-
-
-def test_markdown():
-    tables = [line for line in EXAMPLE.markdown().splitlines() if line.startswith("|")]
-    assert "| ns a contact | ns a grain-step |" in tables[0]
-    assert {line.count("|") for line in tables[:4]} == {14}
-    assert {line.count("|") for line in tables[4:]} == {8}
 
 
 def test_csv():

@@ -106,7 +106,7 @@ def sweep_plan(scene: Scene, settings: list[str], directory: Path) -> Plan:
 def _replicas(scene: Scene, directory: Path, label: str, name: str) -> list[Member]:
     if scene.replicas is None:
         return [_member(scene, 0, directory, label, name)]
-    if not list(_keys(_plain(scene).get("sample", {}), "seed")):
+    if not list(_keys(_data_of(scene).get("sample", {}), "seed")):
         raise DustError(
             f"replicas = {scene.replicas}: the sample has no seed, so that all runs would be the "
             "same; use a sample with a seed, such as kind: rbd, or remove replicas"
@@ -125,7 +125,7 @@ def _replicas(scene: Scene, directory: Path, label: str, name: str) -> list[Memb
 
 def _member(scene: Scene, number: int, directory: Path, label: str, name: str) -> Member:
     """The scene of one run: every seed of the sample moved by `number`."""
-    data = _plain(scene)
+    data = _data_of(scene)
     data.pop("replicas", None)
     data["name"] = name
     data["output"]["directory"] = str(directory)
@@ -140,7 +140,7 @@ def _member(scene: Scene, number: int, directory: Path, label: str, name: str) -
     return Member(Scene.from_dict(data, title=f"the scene of {label}"), directory, label, seeds)
 
 
-def _plain(scene: Scene) -> dict[str, Any]:
+def _data_of(scene: Scene) -> dict[str, Any]:
     """The resolved scene as plain data, paths relative to the current directory."""
     return read(scene.to_yaml()).data
 
@@ -156,7 +156,7 @@ def _keys(block: dict, key: str, path: tuple = ()) -> Iterator[tuple[tuple[str, 
 
 def input_files(scene: Scene) -> list[str]:
     """Paths of the files that the sample of a member is read from, and of its extensions."""
-    data = _plain(scene)
+    data = _data_of(scene)
     found = [block["file"] for _, block in _keys(data.get("sample", {}), "file")]
     found += data["extensions"]
     return [os.path.join(path, "result.nc") if os.path.isdir(path) else path for path in found]

@@ -64,11 +64,11 @@ def save(found, directory):
         for cell, result in found:
             values = {"group": cell.group, "name": cell.name, "ratio": result.ratio}
             values |= asdict(result)
-            write(_plain(values[name]) for name in columns)
+            write(_cell(values[name]) for name in columns)
     return data, paths
 
 
-def _plain(value):
+def _cell(value):
     if isinstance(value, float):
         return "" if value != value else f"{value:.6g}"
     return value
