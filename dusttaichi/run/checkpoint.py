@@ -35,6 +35,10 @@ def _beside(path, suffix):
     return path.with_name(path.name + suffix)
 
 
+def _refuse(value):
+    raise TypeError(f"a checkpoint's meta data cannot hold a {type(value).__name__}")
+
+
 def save(path, arrays, meta):
     """Write `arrays` (name -> array, any shape and plain dtype) and `meta` (what JSON can hold).
 
@@ -45,7 +49,7 @@ def save(path, arrays, meta):
     path, temporary = Path(path), _beside(path, ".tmp")
     solid = {name: np.ascontiguousarray(a).reshape(np.shape(a)) for name, a in arrays.items()}
     listing = [[name, a.dtype.str, list(a.shape)] for name, a in solid.items()]
-    header = json.dumps({"arrays": listing, "meta": plain(meta)}).encode()
+    header = json.dumps({"arrays": listing, "meta": plain(meta)}, default=_refuse).encode()
     try:
         with open(temporary, "wb") as file:
             digest = hashlib.sha256()
