@@ -7,7 +7,9 @@ import sys
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
+import scipy
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "dusttaichi"
@@ -113,6 +115,31 @@ def test_rooms_know_only_what_they_may(room):
         if found[0] not in allowed and ".".join(found[:2]) not in allowed
     ]
     assert not wrong
+
+
+def _file(parts):
+    """The file of a module, or of the one that a name is imported from."""
+    for n in range(len(parts), 0, -1):
+        path = PACKAGE.joinpath(*parts[:n])
+        for file in (path.with_suffix(".py"), path / "__init__.py"):
+            if file.is_file():
+                return file
+    return PACKAGE / "__init__.py"
+
+
+def test_modules_do_not_import_each_other_in_a_circle():
+    """Not even inside of functions, or for their annotations alone."""
+    place = {path: n for n, path in enumerate(FILES)}
+    edges = [(n, place[_file(i)]) for n, (_, tree) in enumerate(_trees()) for i in _imports(tree)]
+    edges = np.array([(a, b) for a, b in edges if a != b])
+    graph = scipy.sparse.coo_matrix((np.ones(len(edges)), edges.T), (len(FILES),) * 2)
+    _, label = scipy.sparse.csgraph.connected_components(graph, connection="strong")
+    circles = [
+        [_name(FILES[n]) for n in np.flatnonzero(label == k)]
+        for k in np.flatnonzero(np.bincount(label) > 1)
+    ]
+    # what patches the compiler takes it from the module that applies the patches
+    assert circles == [["compute/engine.py", "compute/reading.py", "compute/telling.py"]]
 
 
 def _modules(tree):
