@@ -67,7 +67,7 @@ class Run(AbstractContextManager):
 
     @property
     def method(self):
-        """The Method that computed it; one that knows its name only where it is not installed."""
+        """The Method that computed it; one with a name alone where that is not installed."""
         return method.of_result(self.scene)
 
     @property
@@ -84,8 +84,7 @@ class Run(AbstractContextManager):
     @property
     def grains(self):
         """Number of grains, or None where the file does not tell."""
-        grains = self.attrs.get("grains")
-        return None if grains is None else int(grains)
+        return int(self.attrs["grains"]) if "grains" in self.attrs else None
 
     # Stages.
 
