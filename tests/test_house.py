@@ -33,7 +33,7 @@ MAY_KNOW = {
     "analysis": {"scene", "physics", "results", "method"},
     "plots": {"analysis", "physics", "results", "method"},
     "report": {"analysis", "plots", "physics", "results", "scene"},
-    "export": {"analysis", "results", "physics", "method"},
+    "export": {"analysis", "results", "physics", "method", "plots.grains"},
     "studies": {"scene", "samples", "physics", "domain", "grains", "run", "results", "analysis",
                 "plots", "method", "compute"},
 }  # fmt: skip
@@ -288,7 +288,7 @@ THEIR_OWN = {
     },
     "jkr": {
         "physics/contact/jkr.py": "the law",
-        "report/particles.py": "normal forces of results that were written without forces",
+        "report/contacts.py": "normal forces of results that were written without forces",
         "physics/contact/registry.py": "the list of laws",
         "scene/interaction.py": "the default of its key",
     },

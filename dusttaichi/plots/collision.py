@@ -4,22 +4,23 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from dusttaichi.analysis.frame import frame_count, read_frame
 from dusttaichi.plots import style
 from dusttaichi.plots.frame_of_picture import scale_bar
-from dusttaichi.plots.grains import FOOT, MARGIN
+from dusttaichi.plots.grains import BODY_COLOURS, BODY_NAMES, FOOT, MARGIN
 from dusttaichi.plots.registry import figure
 from dusttaichi.plots.spheres import Camera, axes_of, picture
 
-BODIES = (style.SKY, style.ORANGE)
 WIDTH, TALLEST, DPI = 6.4, 9.0, 200
 NOTE = 0.24  # room above a picture for its time [inches]
 
 
 @figure("Before, meanwhile, after", 30, applies=lambda run: run.collides)
 def collision(run, snapshots=None, view=(0.0, 0.0, 1.0)):
-    """Pictures of a run that `collides`, one below the other on one scale, coloured by body.
+    """Pictures of a run that `collides`, on one scale, coloured by body: beside each other, or
+    below one another where they are wide.
 
     snapshots: their numbers; by default the first, the one in which half of the time has gone, and
     the last. view: direction (x, y, z) from which one looks; the bodies fly along x, beside each
@@ -30,32 +31,25 @@ def collision(run, snapshots=None, view=(0.0, 0.0, 1.0)):
         snapshots = sorted({0, count // 2, count - 1})
     frames = [read_frame(run, number, False) for number in snapshots]
     colours = np.empty((len(frames[0].radius), 3))
-    for grains, colour in zip(run.bodies(), BODIES, strict=True):
+    for grains, colour in zip(run.bodies(), BODY_COLOURS, strict=True):
         colours[grains] = to_rgb(colour)
     axes = axes_of(view)
     ends = [_ends(frame, axes) for frame in frames]
-    widest = max(high[0] - low[0] for low, high in ends)
-    tallest = sum(high[1] - low[1] for low, high in ends)
-    room = TALLEST - FOOT - len(frames) * NOTE
-    scale = min((WIDTH - 2 * MARGIN) / widest, room / tallest)  # inches a metre
+    size = np.array([high - low for low, high in ends])  # of each, right and up [m]
+    widest, abreast = float(size[:, 0].max()), _abreast(size)
+    scale = _scale(size, abreast)
     cameras = [_camera(low, high, widest, axes, scale) for low, high in ends]
-    height = sum(c.height / DPI + NOTE for c in cameras) + FOOT
-    figure = Figure(figsize=(widest * scale + 2 * MARGIN, height), dpi=DPI)
+    inches = np.array([(c.width, c.height) for c in cameras]) / DPI
+    places, extent = _places(inches, abreast)
+    figure = Figure(figsize=extent, dpi=DPI)
     FigureCanvasAgg(figure)
-    width, below = figure.get_figwidth(), height
     factor, unit = style.scaled(frames[-1].time, style.TIMES)
-    for frame, camera in zip(frames, cameras, strict=True):
-        figure.text(
-            MARGIN / width,
-            (below - 0.06) / height,
-            f"{frame.time * factor:.3g} {unit}",
-            ha="left",
-            va="top",
-            fontsize=9,
-        )
-        below -= NOTE + camera.height / DPI
-        part = (camera.width / DPI / width, camera.height / DPI / height)
-        panel = figure.add_axes((MARGIN / width, below / height, *part))
+    for frame, camera, place, own in zip(frames, cameras, places, inches, strict=True):
+        left, bottom = place / extent
+        time = f"{frame.time * factor:.3g} {unit}"
+        top = extent[1] if abreast else place[1] + own[1] + NOTE
+        figure.text(left, (top - 0.06) / extent[1], time, ha="left", va="top", fontsize=9)
+        panel = figure.add_axes((left, bottom, *(own / extent)))
         panel.imshow(
             picture(camera, frame.position, frame.radius, colours),
             interpolation="none",
@@ -63,7 +57,45 @@ def collision(run, snapshots=None, view=(0.0, 0.0, 1.0)):
         )
         panel.set_axis_off()
     scale_bar(figure, widest, scale, MARGIN, FOOT)
+    _name_bodies(figure)
     return figure
+
+
+def _abreast(size):
+    """Whether pictures of these sizes, (pictures, 2), stand beside each other: not where they are
+    so wide that they would be small."""
+    return bool(len(size) * size[:, 0].max() <= 4.0 * size[:, 1].max())
+
+
+def _scale(size, abreast):
+    """Inches a metre, with which all pictures fit."""
+    across, up = size[:, 0].max(), size[:, 1]
+    if abreast:
+        room = WIDTH - (len(size) + 1) * MARGIN, TALLEST - FOOT - NOTE
+        return min(room[0] / (len(size) * across), room[1] / up.max())
+    room = WIDTH - 2 * MARGIN, TALLEST - FOOT - len(size) * NOTE
+    return min(room[0] / across, room[1] / up.sum())
+
+
+def _places(inches, abreast):
+    """(lower left corners, (pictures, 2), extent of the figure (2,)) of pictures [inches]."""
+    count, across, up = len(inches), inches[:, 0].max(), inches[:, 1]
+    if abreast:
+        left = MARGIN + np.arange(count) * (across + MARGIN)
+        extent = np.array([left[-1] + across + MARGIN, up.max() + NOTE + FOOT])
+        return np.stack([left, FOOT + 0.5 * (up.max() - up)], axis=1), extent
+    below = np.append(np.cumsum((up + NOTE)[:0:-1])[::-1], 0.0)
+    extent = np.array([across + 2 * MARGIN, (up + NOTE).sum() + FOOT])
+    return np.stack([np.full(count, MARGIN), FOOT + below], axis=1), extent
+
+
+def _name_bodies(figure):
+    """A legend of the two bodies beside the scale bar."""
+    dots = [
+        Line2D([], [], linestyle="", marker="o", markersize=7, color=colour, label=name)
+        for name, colour in zip(BODY_NAMES, BODY_COLOURS, strict=True)
+    ]
+    figure.legend(handles=dots, loc="lower right", ncols=2, frameon=False, handletextpad=0.1)
 
 
 def _ends(frame, axes):

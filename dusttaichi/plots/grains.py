@@ -27,6 +27,7 @@ VIEWS = {
 RIGID = (0.55, 0.58, 0.62)  # colour of a rigid sphere among the grains
 USUAL = "coordination"  # colour of who asks for none
 COLOURS = (USUAL, "speed", "height", "fragment", "body", "uniform")
+BODY_NAMES, BODY_COLOURS = ("target", "projectile"), (style.SKY, style.ORANGE)  # of a collision
 WIDTH, TALLEST = 6.4, 8.0  # of the figure [inches]
 LOWEST = 1.7  # of the picture where there is a colour bar, which needs room for its label [inches]
 MARGIN, FOOT, HEAD = 0.12, 0.42, 0.2  # around the picture, for the scale bar, for a note
@@ -61,7 +62,7 @@ class Appearance:
     cell: bool
     bounds: np.ndarray  # (2, 2) [m]: ends along right and up
     dpi: int
-    bodies: Fragments | None = None  # of the first snapshot, for that colour
+    bodies: Fragments | np.ndarray | None = None  # of bodies_of, for that colour
 
 
 @style.styled
@@ -101,8 +102,15 @@ def grains(
 
 
 def bodies_of(run, color):
-    """Fragments of the first snapshot, where they are what one colours by; else None."""
-    return fragments(run, 0) if isinstance(color, str) and color == "body" else None
+    """The bodies that one colours by: of a collision the number of that of each grain, (N,), else
+    the Fragments of the first snapshot. None where the colour is another one."""
+    if not (isinstance(color, str) and color == "body"):
+        return None
+    if not run.collides:
+        return fragments(run, 0)
+    number = np.zeros(run.grains, int)
+    number[run.bodies()[1]] = 1
+    return number
 
 
 def appearance_of(frames, color, view, *, limits=None, label=None, cell=True, dpi=300, bodies=None):
@@ -148,7 +156,7 @@ def draw(frame, appearance, masses=None, note=None):
 
     masses [kg], (N,), are needed for the colours of fragments only.
     """
-    colouring = _colouring(frame, appearance, masses)
+    colouring = colouring_of(frame, appearance, masses)
     bar = 0.0 if colouring.bar is None else BAR + NAMES * (colouring.names is not None)
     head = MARGIN + HEAD if note else MARGIN
     camera, (width, height) = _camera(appearance, bar, head)
@@ -240,7 +248,8 @@ def _limits(frame, color):
     return float(values.min()), float(values.max())
 
 
-def _colouring(frame, appearance, masses):
+def colouring_of(frame, appearance, masses):
+    """The Colouring of the grains of a Frame; masses [kg] (N,): only of colour by fragment."""
     color = appearance.color
     if isinstance(color, str):
         if color == "uniform":
@@ -248,7 +257,7 @@ def _colouring(frame, appearance, masses):
         if color == "fragment":
             return _by_fragment(fragments_of(frame, masses), "grains of the fragment")
         if color == "body":
-            return _by_fragment(appearance.bodies, "grains of the body at the start")
+            return _by_body(appearance.bodies)
         if color == "coordination":
             return _by_number(frame.coordination, int(appearance.limits[1]))
     values, (low, high) = _values(frame, color), appearance.limits
@@ -279,6 +288,13 @@ def _by_number(values, most):
     step = max(1, -(-(most + 1) // 12))
     ticks = list(range(0, most + 1, step))
     return Colouring(bar.to_rgba(values)[:, :3], bar, "contacts of a grain", ticks)
+
+
+def _by_body(bodies):
+    if isinstance(bodies, Fragments):
+        return _by_fragment(bodies, "grains of the body at the start")
+    bar = ScalarMappable(BoundaryNorm([-0.5, 0.5, 1.5], 2), ListedColormap(BODY_COLOURS))
+    return Colouring(bar.to_rgba(bodies)[:, :3], bar, "", [0, 1], list(BODY_NAMES))
 
 
 def _by_fragment(parts, label):

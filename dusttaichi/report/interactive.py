@@ -15,6 +15,7 @@ from matplotlib.container import ErrorbarContainer
 from dusttaichi.report.layout import PER_POINT, in_data, layout_of, shown_name, stroke
 from dusttaichi.report.text import css, html
 
+PIXELS = 1160.0  # of a picture as wide as the page
 WIDEST = 8.0  # of a picture that has another beside it [inches]
 SHAPES = {"steps": "vh", "steps-pre": "vh", "steps-mid": "hvh", "steps-post": "hv"}
 SYMBOLS = {"o": "circle", ".": "circle", "s": "square", "^": "triangle-up", "v": "triangle-down",
@@ -47,9 +48,10 @@ def interactive(figure, name, title):
 
 
 def picture(figure):
-    """The figure as the URL of a PNG in the page itself."""
+    """The figure as the URL of a PNG in the page itself, as sharp as a page is wide."""
     stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=130)
+    dpi = min(max(PIXELS / figure.get_figwidth(), 130.0), 220.0)
+    figure.savefig(stream, format="png", dpi=dpi)
     return f"data:image/png;base64,{base64.b64encode(stream.getvalue()).decode()}"
 
 

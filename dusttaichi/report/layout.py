@@ -10,13 +10,12 @@ from dusttaichi.report.text import css, html
 
 PER_POINT = 96.0 / 72.0 * 0.9
 PER_INCH = 96.0  # pixels of the page an inch of a figure, of those in columns more
-WIDTHS = (500.0, 1100.0)  # pixels of a figure, of one with several columns of axes
-ROW = 24  # pixels of a row of the legend
 
 
 def layout_of(figure, axes):
     """(layout, ends, height): of a Figure with these Axes; for each of them the end of the names of
-    its axes, "" or "2" ...; pixels of the height."""
+    its axes, "" or "2" ...; pixels of the height, the legend left out: how much it takes depends on
+    the width of the page (source/figures.js)."""
     figure.canvas.draw()  # limits, places and ticks are known only now
     layout = {
         "margin": {"l": 64, "r": 14, "t": 14, "b": 48},
@@ -43,19 +42,8 @@ def layout_of(figure, axes):
         layout["margin"]["t"] = 34
     layout["annotations"] += _around(figure)
     across = len({round(x, 2) for x in shares[:, 0]})
-    rows = _legend_rows(axes, WIDTHS[across > 1])
-    layout["margin"]["b"] += rows * ROW
     tall = figure.get_figheight() * PER_INCH * (1.6 if across > 1 else 1.0)
-    return layout, ends, round(tall) + rows * ROW
-
-
-def _legend_rows(axes, width):
-    """Rows that a legend of all names takes below a figure of a width [pixels]."""
-    names = {label for one in axes for label in one.get_legend_handles_labels()[1]}
-    if not names:
-        return 0
-    widest = 56.0 + 6.6 * max(len(html(name)) for name in names)
-    return -(-len(names) // max(1, int(width / widest)))
+    return layout, ends, round(tall)
 
 
 def _axis(axes, which):

@@ -1,22 +1,17 @@
 """Snapshots of a run as the 3-D viewer of a page takes them: grains, or a continuum's particles."""
 
 import numpy as np
-import xarray as xr
 
 from dusttaichi.analysis.continuum.particles import DUST, ELASTIC, HELD, RIGID, WALL
-from dusttaichi.analysis.fragments import fragments_of
-from dusttaichi.analysis.frame import read_frame
 from dusttaichi.names import AXES
-from dusttaichi.physics.contact import constants
-from dusttaichi.physics.contact.jkr_curve import scaled_radius
-from dusttaichi.physics.contact.registry import DEFAULT
 from dusttaichi.plots import style
+from dusttaichi.report.colouring import class_quantity, number_quantity
+from dusttaichi.report.contacts import BODY, COORDINATION, DISSIPATED, contacts_of
 from dusttaichi.report.packing import packed, quantised
 
 MOST = 600_000  # particles times snapshots in a page: some 25 MB with their contacts
 LENGTHS = ((1e-1, "m"), (1e-4, "mm"), (0.0, "µm"))  # of the largest extent
 SCALE = {"m": 1.0, "mm": 1e-3, "µm": 1e-6}
-FRAGMENTS = 7  # that have a class of their own; smaller ones share the last
 ROLES = {
     DUST: "dust",
     RIGID: "rigid body",
@@ -24,18 +19,16 @@ ROLES = {
     WALL: "wall",
     ELASTIC: "elastic body",
 }
-SPHERE_END = 6  # after the walls: the end of a contact with the rigid sphere
-OUTLIERS = 99.0  # percentile of a skew quantity at which its colours end
 
 
 def particles(run, most=MOST):
     """The viewer's data of a Run, None where it kept no snapshots; most: particles times snapshots.
 
     count, frames; said: a line for each snapshot; position (frames, count, 3), radius; quantities:
-    what may colour; pairs: contacts of all snapshots one after another, of which those with walls
-    end at `count` plus the number of the wall; room, periodic: faces;
-    tilt: how much further along x the upper faces of a cell stand; sphere: radius and centres of
-    a rigid one among the grains.
+    what may colour; colour: the number of the one that does at first; pairs: contacts of all
+    snapshots one after another, of which those with walls end at `count` plus the number of the
+    wall; room, periodic: faces; tilt: how much further along x the upper faces of a cell are;
+    sphere: radius and centres of a rigid one among the grains.
     """
     frames = run.snapshots
     if frames is None or not {"radius", "role"} & set(frames.variables):
@@ -48,7 +41,7 @@ def particles(run, most=MOST):
     scale = SCALE[unit]
     rows = x.shape[0]
     grains = "radius" in frames
-    pairs, more = _contacts(run, frames) if grains else (None, [])
+    pairs, more = contacts_of(run, frames) if grains else (None, [])
     about = [*more, *_quantities(run, frames, radius / scale, unit)]
     kept_radius = np.broadcast_to(radius, (1, x.shape[1])) if radius.ndim == 1 else radius
     return {
@@ -62,12 +55,20 @@ def particles(run, most=MOST):
         "radius": packed((kept_radius / scale).astype("f4")),
         "largest_radius": float(np.max(radius) / scale),
         "quantities": about,
+        "colour": first_colour(run, [quantity["label"] for quantity in about]),
         "pairs": pairs,
         "room": _room(frames, scale),
         "tilt": (frames.tilt.values / scale).tolist() if "tilt" in frames else None,
         "sphere": _sphere(run, frames, scale),
         "periodic": [axis in run.attrs.get("periodic_axes", "").split() for axis in AXES],
     }
+
+
+def first_colour(run, labels):
+    """Number of what colours particles at first: the energy dissipated where it was asked for, of
+    a collision the body, of all else the first, of grains with contacts the coordination number."""
+    wanted = (DISSIPATED, BODY if run.collides else COORDINATION)
+    return next((labels.index(label) for label in wanted if label in labels), 0)
 
 
 def chosen(frames, most=MOST):
@@ -123,26 +124,6 @@ def _pressure(series):
     return found if np.nanmax(np.abs(found), initial=0.0) > 0.0 else None
 
 
-def _number(label, unit, values, rows):
-    """A quantity that is a number; its colours end at a percentile where few are far out."""
-    values = np.atleast_2d(values)
-    finite = values[np.isfinite(values)]
-    if not len(finite):
-        return None
-    low, high = float(finite.min()), float(finite.max())
-    edge = float(np.percentile(finite, OUTLIERS))
-    high = edge if edge > low and high > 3.0 * abs(edge) else high
-    data = quantised(values, len(values) if len(values) == rows else 1)
-    return {"label": label, "unit": unit, "kind": "number", "range": [low, high], "data": data}
-
-
-def _class(label, values, names, rows):
-    values = np.atleast_2d(values)
-    data = packed(values.astype("u2"), len(values) if len(values) == rows else 1)
-    names = {int(k): str(name) for k, name in names.items()}
-    return {"label": label, "unit": "", "kind": "class", "names": names, "data": data}
-
-
 def _quantities(run, frames, radius, unit):
     """What particles of either method may be coloured by, beside what contacts tell."""
     rows, x = frames.sizes["snapshot"], frames.position.values
@@ -153,17 +134,17 @@ def _quantities(run, frames, radius, unit):
         speed = np.linalg.norm(frames.velocity.values, axis=-1)
         largest = float(np.nanmax(speed, initial=0.0))
         factor, name = style.scaled(largest, ((1.0, "m/s"), (1e-2, "cm/s"), (1e-3, "mm/s")))
-        found.append(_number("speed", name, speed * factor, rows))
-    found.append(_number("height", unit, x[..., 2] / SCALE[unit], rows))
+        found.append(number_quantity("speed", name, speed * factor, rows))
+    found.append(number_quantity("height", unit, x[..., 2] / SCALE[unit], rows))
     if np.ptp(radius) > 1e-6 * np.max(radius) and "radius" in frames:
-        found.append(_number("radius", unit, radius, rows))
+        found.append(number_quantity("radius", unit, radius, rows))
     if "material" in frames:
         names = dict(enumerate(str(run.attrs.get("materials", "")).replace(",", " ").split()))
-        found.append(_class("material", frames.material.values, names, rows))
+        found.append(class_quantity("material", frames.material.values, names, rows))
     if "body" in frames and frames.body.dtype.kind in "iu":  # no names
         bodies = frames.body.values
         names = {n + 1: f"body {n}" if n >= 0 else "fixed" for n in np.unique(bodies)}
-        found.append(_class("body", bodies + 1, names, rows))
+        found.append(class_quantity("body", bodies + 1, names, rows))
     return [quantity for quantity in found if quantity is not None]
 
 
@@ -176,15 +157,15 @@ def _of_continuum(run, frames, rows):
         solid = frames.solid_density.values
     phi = None if solid is None else density / np.asarray(solid, dtype=float)
     if phi is not None:
-        found.append(_number("filling factor φ", "", np.where(dust, phi, np.nan), rows))
+        found.append(number_quantity("filling factor φ", "", np.where(dust, phi, np.nan), rows))
     else:
-        found.append(_number("density", "kg/m³", np.where(dust, density, np.nan), rows))
+        found.append(number_quantity("density", "kg/m³", np.where(dust, density, np.nan), rows))
     if "pressure" in frames:
         values = np.where(stressed, frames.pressure.values, np.nan)
         top = float(np.nanmax(np.abs(values), initial=0.0))
         factor, unit = style.scaled(top, style.PRESSURES)
-        found.append(_number("pressure", unit, values * factor, rows))
-    found.append(_class("role", frames.role.values, ROLES, rows))
+        found.append(number_quantity("pressure", unit, values * factor, rows))
+    found.append(class_quantity("role", frames.role.values, ROLES, rows))
     return found
 
 
@@ -200,92 +181,3 @@ def _sphere(run, frames, scale):
         return None
     centres = np.round(frames.sphere_position.values / scale, 6).tolist()
     return {"radius": float(run.attrs["sphere_radius"]) / scale, "centres": centres}
-
-
-# -- contacts of grains --------------------------------------------------------------------------
-
-
-def _contacts(run, frames):
-    """(the contacts of all snapshots, quantities that follow from them); (None, []) without."""
-    if "contacts" not in run.tree.children or "contact_count" not in frames:
-        return None, []
-    count, rows = frames.position.shape[1], frames.sizes["snapshot"]
-    steps = run.tree["snapshots"].step.values
-    numbers = [int(np.flatnonzero(steps == step)[-1]) for step in frames.step.values]
-    ends, forces, coordination, labels, load = [], [], [], [], []
-    for number in numbers:
-        frame = read_frame(run, number)
-        pairs = frame.pairs
-        order = np.lexsort((pairs[:, 1], pairs[:, 0]))
-        force = normal_force(run, frame, frame.contacts)
-        others, press = _on_walls(run, frame, force is not None)
-        ends.append(np.concatenate([pairs[order], others]))
-        coordination.append(frame.coordination)
-        labels.append(np.minimum(fragments_of(frame, frame.radius**3).label, FRAGMENTS))
-        if force is not None:
-            forces.append(np.concatenate([force[order], press]))
-            grains, shares = np.append(pairs.T.ravel(), others[:, 0]), [force, force, press]
-            load.append(np.bincount(grains, np.abs(np.concatenate(shares)), minlength=count))
-    quantities = [
-        _number("coordination number", "", np.array(coordination), rows),
-        _class("fragment", np.array(labels), _fragment_names(labels), rows),
-    ]
-    contacts = {"counts": [len(e) for e in ends], "force": None}
-    contacts["ends"] = packed(np.concatenate(ends).astype("u4")) if ends else None
-    if forces:
-        everything = np.concatenate(forces)
-        contacts["force"] = quantised(everything * 1e9)
-        squeezed = np.abs(everything) if len(everything) else np.ones(1)
-        contacts["largest"] = float(np.percentile(squeezed, OUTLIERS)) * 1e9 or 1.0
-        quantities.append(_number("sum of contact forces", "nN", 1e9 * np.array(load), rows))
-    if run.collides:
-        body = np.zeros(count, int)
-        body[run.bodies()[1]] = 1
-        quantities.append(_class("body", body, {0: "target", 1: "projectile"}, rows))
-    return contacts, quantities
-
-
-def _on_walls(run, frame, forces):
-    """Contacts of grains with walls and the rigid sphere, (n, 2): grain, and the number of grains
-    plus that of the wall, 6 for the sphere; normal forces [N], (n,). None that lacks a force where
-    `forces` are wanted."""
-    count, found = len(frame.radius), [(np.zeros((0, 2), int), np.zeros(0))]
-    groups = [frame.wall_contacts]
-    if "sphere_contacts" in run.tree.children:
-        groups.append(run.contacts(frame.number, "sphere_contacts"))
-    for own in groups:
-        if own is None or (forces and "normal_force" not in own):
-            continue
-        wall = own.wall.values if "wall" in own else np.full(len(own.grain), SPHERE_END)
-        press = own.normal_force.values if forces else np.zeros(len(own.grain))
-        found.append((np.stack([own.grain.values, count + wall], axis=1), press))
-    ends, press = zip(*found, strict=True)
-    return np.concatenate(ends).astype(int), np.concatenate(press)
-
-
-def _fragment_names(labels):
-    last = int(max(label.max() for label in labels))
-    names = {n: "largest" if n == 0 else f"no. {n + 1}" for n in range(min(last + 1, FRAGMENTS))}
-    return names | ({FRAGMENTS: "smaller"} if last >= FRAGMENTS else {})
-
-
-def normal_force(run, frame, contacts: xr.Dataset):
-    """Normal force of each contact of a Frame [N], positive where grains push each other apart.
-
-    As the result has it; where it has none, from the overlap by S12 eqs 2 and 3, damping left out.
-    None where that takes several materials or another law.
-    """
-    if "normal_force" in contacts:
-        return contacts.normal_force.values.astype(float)
-    material = run.material
-    normal = run.scene.get("interaction", {}).get("normal", {})
-    if normal.get("law", DEFAULT["normal"]) != DEFAULT["normal"]:
-        return None
-    if material is None or run.scene.get("materials"):
-        return None
-    i, j = frame.pairs.T
-    R = constants.reduced_radius(frame.radius[i], frame.radius[j])
-    gamma, E_star = material.surface_energy, constants.reduced_modulus(material)
-    a0 = constants.equilibrium_contact_radius(gamma, R, E_star)
-    s = scaled_radius(contacts.overlap.values / constants.equilibrium_overlap(a0, R))
-    return 4.0 * constants.pull_off_force(gamma, R) * (s**6 - s**3)

@@ -83,7 +83,7 @@ def test_figures(tmp_path):
         paths = plots.save_all(run, tmp_path / "figures")
         assert {path.name for path in paths} == {"ledger.png", "collision.png", "fragments.png"}
         bar = plots.grains(run, color="body", dpi=60).axes[-1]
-        assert [label.get_text() for label in bar.get_yticklabels()] == ["6", "4"]
+        assert [label.get_text() for label in bar.get_yticklabels()] == ["target", "projectile"]
         figure = plots.collision(run)
         assert [text.get_text() for text in figure.texts] == ["0 ns", "1 ns", "2 ns"]
     image = matplotlib.image.imread(tmp_path / "figures/collision.png")[..., :3]

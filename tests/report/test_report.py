@@ -5,6 +5,7 @@ import re
 import subprocess
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from urllib.error import HTTPError
 from urllib.request import Request, urlopen
 
@@ -20,10 +21,10 @@ from dusttaichi import method, plots, report
 from dusttaichi.analysis import is_ensemble, open_ensemble, open_run
 from dusttaichi.analysis.run import Run
 from dusttaichi.errors import DustError
-from dusttaichi.report import page
+from dusttaichi.report import contacts, page
 from dusttaichi.report.interactive import html, interactive
 from dusttaichi.report.packing import packed, quantised, unpacked
-from dusttaichi.report.particles import chosen, particles
+from dusttaichi.report.particles import chosen, first_colour, particles
 from dusttaichi.scene import load
 
 ROOT = Path(__file__).parents[2]
@@ -244,6 +245,44 @@ def test_the_engine_reads_what_python_has_packed(data):
     position, ends = json.loads(node(code))
     assert np.allclose(position, unpacked(view["position"]), atol=1e-6)
     assert np.array_equal(ends, unpacked(view["pairs"]["ends"]))
+
+
+def test_figures_fit_a_narrow_and_a_dark_page():
+    """Columns of axes below one another with their ticks, the legend in rows; no dark line."""
+    figure = Figure(figsize=(10.0, 3.0))
+    for number, axes in enumerate(figure.subplots(1, 3, sharey=True)):
+        axes.plot([1, 2], [number, 2], color="black", label=f"a name of some length, {number}")
+    given = interactive(figure, "three", "Three")
+    code = (SOURCE / "figures.js").read_text(encoding="utf-8")
+    code += f"const figure = {json.dumps(given)};\n"
+    code += "const made = [arranged(figure, 1100, false), arranged(figure, 360, true)];\n"
+    code += "console.log(JSON.stringify(made));"
+    wide, narrow = json.loads(node(code))
+    assert wide["data"][0]["line"]["color"] == "#000000" and wide["layout"]["width"] == 1100
+    axes = [narrow["layout"][name] for name in ("xaxis", "xaxis2", "xaxis3")]
+    assert [a["domain"] for a in axes] == [[0, 1]] * 3
+    assert all(narrow["layout"][name]["showticklabels"] for name in ("yaxis", "yaxis2", "yaxis3"))
+    lows = [narrow["layout"][name]["domain"][0] for name in ("yaxis", "yaxis2", "yaxis3")]
+    assert lows == sorted(lows, reverse=True) and lows[-1] == 0
+    # room for a name a row, where a wide page has all in one
+    more = [one["layout"]["margin"]["b"] - given["layout"]["margin"]["b"] for one in (wide, narrow)]
+    assert more[1] > 2.0 * more[0] > 0
+    red, green, blue, _ = map(float, narrow["data"][0]["line"]["color"][5:-1].split(","))
+    assert min(red, green, blue) > 200
+
+
+def test_what_was_asked_for_colours_at_first(data):
+    view = data["runs"][0]["particles"]
+    assert view["quantities"][view["colour"]]["label"] == "coordination number"
+    lost = xr.Dataset({"loss": (("contact", "channel"), [[1.0, 1.0], [4.0, 0.0]])})
+    frame = SimpleNamespace(
+        radius=np.ones(3), contacts=lost, wall_contacts=None, pairs=np.array([[0, 1], [1, 2]])
+    )
+    run = SimpleNamespace(tree=SimpleNamespace(children=()))
+    assert contacts.dissipated(run, frame).tolist() == [1.0, 3.0, 2.0]
+    labels = ["coordination number", contacts.BODY, contacts.DISSIPATED]
+    for collides, there, first in ((True, 2, 1), (False, 2, 0), (True, 3, 2)):
+        assert first_colour(SimpleNamespace(collides=collides), labels[:there]) == first
 
 
 def asked(url, host=None):

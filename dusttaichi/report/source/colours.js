@@ -26,3 +26,12 @@ const STEPS = Uint32Array.from({ length: 256 }, (_, n) => {
 export const ofNumber = (share) => STEPS[Math.round(255 * Math.min(Math.max(share, 0), 1))];
 export const ofClass = (number) => CLASSES[number % CLASSES.length];
 export const css = (colour) => `rgb(${colour & 255},${(colour >> 8) & 255},${(colour >> 16) & 255})`;
+
+// what has no colour of its own
+export const GREY = packed(184, 184, 189), PICKED = packed(255, 26, 26), RIGID = packed(140, 148, 158);
+// contacts: without their forces, that push grains apart, that pull them together
+export const ROD = packed(112, 112, 126), PUSHED = packed(205, 58, 40), PULLED = packed(58, 128, 214);
+
+// Width of a rod in radii of the smaller grain: of a contact, of one that bears a share of the
+// largest force that the legend names.
+export const rodWidth = (share) => (share < 0 ? 0.13 : 0.06 + 0.6 * Math.sqrt(Math.min(share, 1)));

@@ -1,17 +1,28 @@
 // Puts a page together from its data: tables, figures, particles; and lets it grow while a run does.
 
+import { arranged } from "./figures.js";
+import { apply, read } from "./link.js";
 import { make } from "./panel.js";
+import { isDark, onTheme, toggle } from "./theme.js";
 import { Viewer } from "./viewer.js";
 
-const CONFIG = { displaylogo: false, toImageButtonOptions: { format: "svg" } };
+const CONFIG = {
+  displaylogo: false,
+  modeBarButtonsToRemove: ["sendChartToCloud", "lasso2d", "select2d"], // nothing leaves the page
+  toImageButtonOptions: { format: "svg" },
+};
 const problems = [];
 window.addEventListener("error", (e) => problems.push(e.message));
 window.addEventListener("unhandledrejection", (e) => problems.push(`${e.reason}`));
 
+// what each place shows, and how wide it was when it was drawn
+const shown = new Map();
+
 // a figure is as wide as its place, also when a scroll bar comes or a column goes
-const fitting = new ResizeObserver((seen) => {
-  for (const { target } of seen) if (target.offsetParent) window.Plotly.Plots.resize(target); // it is still there
-});
+const fitting = new ResizeObserver((seen) => requestAnimationFrame(() => {
+  for (const { target } of seen) if (target.offsetParent) draw(target, shown.get(target)?.figure); // it is still there
+}));
+onTheme(() => shown.forEach((_, place) => (place.isConnected ? draw(place, null, true) : shown.delete(place))));
 
 function table(rows, heads) {
   const body = rows.map((row) => make("tr", {}, ...row.map((c, k) => make(k ? "td" : "th", {}, c))));
@@ -35,22 +46,62 @@ function section(title, ...inside) {
   return make("section", {}, make("h2", {}, title), ...inside);
 }
 
+// Figures in two columns where there is room, and below them those of several columns of axes and
+// pictures, as wide as the page. The shorter column is stretched: there are no holes.
 function figures(list) {
   const grid = make("div", { class: "figures" });
-  for (const figure of list) {
+  const entries = list.map((figure) => {
     const place = make("div", { class: figure.image ? "picture" : "figure", id: `figure-${figure.name}` });
-    if (figure.height) place.style.height = `${figure.height}px`;
-    const kind = figure.wide ? "wide" : "";
-    grid.append(make("figure", { class: kind }, make("figcaption", {}, figure.title), place));
     if (figure.image) place.append(make("img", { src: figure.image, alt: figure.title }));
-    else requestAnimationFrame(() => draw(place, figure));
-  }
+    const entry = { figure, place, element: make("figure", {}, make("figcaption", {}, figure.title), place) };
+    return { ...entry, wide: Boolean(figure.wide || figure.image) };
+  });
+  let abreast = 0;
+  const arrange = () => {
+    const count = grid.clientWidth < TWO_COLUMNS ? 1 : 2;
+    if (!grid.clientWidth || count === abreast) return;
+    abreast = count;
+    const columns = inColumns(entries, count, grid.clientWidth / count - GAP);
+    const wide = count > 1 ? entries.filter((entry) => entry.wide) : [];
+    const parts = columns.map((column) => make("div", {}, ...column.map((entry) => entry.element)));
+    grid.replaceChildren(make("div", { class: "columns" }, ...parts), ...wide.map((entry) => entry.element));
+    for (const { figure, place } of entries) if (!figure.image) draw(place, figure, true);
+  };
+  new ResizeObserver(() => requestAnimationFrame(arrange)).observe(grid);
   return grid;
 }
 
-async function draw(place, figure) {
-  await window.Plotly.newPlot(place, figure.data, figure.layout, CONFIG);
-  fitting.observe(place);
+const TWO_COLUMNS = 860, GAP = 16; // pixels: from which on there are two, and between them
+
+// Entries that are not wide (of one column all of them, in their order) in `count` columns of about
+// one height; the figures of a shorter one become taller, evenly.
+function inColumns(entries, count, width) {
+  const columns = Array.from({ length: count }, () => []), heights = columns.map(() => 0);
+  for (const entry of entries.filter((one) => count === 1 || !one.wide)) {
+    const least = heights.indexOf(Math.min(...heights));
+    columns[least].push(entry);
+    entry.figure.more = 0;
+    if (!entry.figure.image) heights[least] += arranged(entry.figure, width, false).layout.height + TITLE;
+  }
+  const most = Math.max(...heights);
+  columns.forEach((column, k) => {
+    for (const { figure } of column) figure.more = (most - heights[k]) / column.length;
+  });
+  return columns;
+}
+
+const TITLE = 38; // pixels of the title of a figure, and of the gap below it
+
+async function draw(place, figure, anyway = false) {
+  const before = shown.get(place), width = place.clientWidth;
+  if (before && figure && figure !== before.figure) figure.more = before.figure.more; // of a run that grows
+  figure = figure ?? before.figure;
+  if (!anyway && before?.figure === figure && before.width === width) return;
+  shown.set(place, { figure, width });
+  const { data, layout } = arranged(figure, width, isDark());
+  place.style.height = `${layout.height}px`;
+  await window.Plotly.react(place, data, { ...layout, uirevision: "kept" }, CONFIG);
+  if (!before) fitting.observe(place);
 }
 
 // how something was made: its scene, and what made it
@@ -66,19 +117,23 @@ function origin({ scene, provenance }) {
 async function showViews(main, views) {
   const stage = make("div", { class: "viewer" });
   let asked = 0;
+  const linked = read(window.location.hash)?.[1].get("run");
+  const first = Math.max(views.findIndex(({ name }) => name === linked), 0);
   const open = async (number) => {
     const mine = (asked += 1);
     window.dust.viewers.pop()?.close();
     stage.replaceChildren();
     const viewer = await Viewer.open(stage, views[number].particles);
     if (mine !== asked) return viewer.close(); // another was chosen meanwhile
+    viewer.run = views[number].name;
     window.dust.viewers = [viewer];
   };
   const options = views.map(({ name }, k) => make("option", { value: k }, name));
   const select = make("select", { "aria-label": "run", onchange: (e) => open(Number(e.target.value)) }, ...options);
   const label = make("label", { class: "chosen" }, make("span", {}, "run"), select);
   main.append(section("Particles", label, stage));
-  await open(0);
+  select.value = first;
+  await open(first);
 }
 
 // An ensemble or a sweep: curves, numbers against the keys, its runs.
@@ -115,7 +170,8 @@ async function show(data) {
     window.dust.viewers = [await Viewer.open(stage, data.viewer)];
     return;
   }
-  main.replaceChildren(make("h1", {}, data.title), make("p", { class: "lead" }, data.lead));
+  const light = make("button", { type: "button", class: "theme", onclick: toggle }, "light / dark");
+  main.replaceChildren(light, make("h1", {}, data.title), make("p", { class: "lead" }, data.lead));
   window.dust.viewers = [];
   if (data.views) return showEnsemble(main, data);
   if (data.table.length) main.append(section("Side by side", wide(table(data.table.slice(1), data.table[0]))));
@@ -139,22 +195,20 @@ async function grow(data) {
   for (const figure of run.figures) {
     const place = document.getElementById(`figure-${figure.name}`);
     if (!place || figure.image) return show(data); // a figure that was not there
-    window.Plotly.react(place, figure.data, { ...figure.layout, uirevision: "kept" }, CONFIG);
+    draw(place, figure);
   }
   const [viewer] = window.dust.viewers;
   if (!run.particles || viewer?.data.frames === run.particles.frames) return;
   if (!viewer) return show(data);
-  const { state, frame, camera } = viewer;
+  const { state, frame, camera, controls } = viewer;
   const atEnd = frame === viewer.data.frames - 1;
   const host = viewer.host;
   viewer.close();
   host.replaceChildren();
   const next = await Viewer.open(host, run.particles);
   Object.assign(next.state, { ...state, playing: false });
-  next.camera.position.copy(camera.position);
-  next.camera.zoom = camera.zoom;
-  next.controls.update();
-  next.camera.updateProjectionMatrix();
+  const eye = camera.position.clone().sub(controls.target);
+  next.lookAlong(eye.toArray(), camera.up.toArray(), controls.target.toArray(), camera.zoom);
   next.go(atEnd ? run.particles.frames - 1 : frame);
   window.dust.viewers = [next];
 }
@@ -177,11 +231,21 @@ async function watch(stamp) {
   }
 }
 
+// the view that the address names
+function openLink() {
+  const found = read(window.location.hash), viewer = window.dust.viewers[found?.[0]];
+  if (!viewer) return;
+  apply(viewer, found[1]);
+  viewer.host.scrollIntoView({ block: "nearest" });
+}
+
 window.dust = { viewers: [], problems, ready: false, grown: 0, Viewer };
+window.addEventListener("hashchange", openLink);
 const place = document.getElementById("data");
 if (place) {
   const data = JSON.parse(place.textContent);
   show(data)
+    .then(() => openLink())
     .then(() => (window.dust.ready = true))
     .then(() => data.live && watch(data.stamp))
     .catch((error) => {

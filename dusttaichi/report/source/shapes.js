@@ -21,7 +21,8 @@ const SPHERE_VERTEX = `
     gl_Position = projectionMatrix * vec4(middle.xy + spot * radius, middle.z, 1.0);
   }`;
 
-// where the plane cuts a sphere open, the cut is shown: the ray goes on to the plane
+// where the plane cuts a sphere open, the ray goes on to the plane: the cut has the colour of the
+// sphere, without light and shade, and a darker rim that tells one cut sphere from the next
 const SPHERE_FRAGMENT = `
   uniform mat4 projectionMatrix; uniform vec4 plane; uniform bool cut;
   in vec2 spot; in vec3 middle; in float size; in vec3 shade;
@@ -32,13 +33,14 @@ const SPHERE_FRAGMENT = `
     if (q > 1.0) discard;
     vec3 normal = vec3(spot, sqrt(1.0 - q));
     vec3 p = middle + size * normal;
-    float flat_ = 1.0;
+    vec3 shown = lit(shade, normal);
     if (cut && dot(plane.xyz, p) > plane.w) {
       float way = (dot(plane.xyz, p) - plane.w) / plane.z;
       if (plane.z < 1e-6 || way > 2.0 * size * normal.z) discard;
-      p.z -= way; normal = plane.xyz; flat_ = 0.8;
+      p.z -= way;
+      shown = shade * (1.0 - 0.4 * smoothstep(0.86, 0.98, distance(p, middle) / size));
     }
-    colour = vec4(flat_ * lit(shade, normal), 1.0);
+    colour = vec4(shown, 1.0);
     gl_FragDepth = 0.5 * (projectionMatrix[2][2] * p.z + projectionMatrix[3][2]) + 0.5;
   }`;
 

@@ -5,10 +5,12 @@ import {
   LineSegments, OrthographicCamera, Scene, Vector3, Vector4, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { ofClass, ofNumber, packed } from "./colours.js";
+import { GREY, PICKED, PULLED, PUSHED, RIGID, ROD, ofClass, ofNumber, rodWidth } from "./colours.js";
 import { unpack } from "./data.js";
-import { panel } from "./panel.js";
+import { panel, short } from "./panel.js";
 import { rods, spheres } from "./shapes.js";
+import { isDark, onTheme } from "./theme.js";
+import { Triad } from "./triad.js";
 
 const VIEWS = {
   oblique: [-0.45, -1, 0.45], front: [0, -1, 0], side: [1, 0, 0], top: [0, 0, 1], bottom: [0, 0, -1],
@@ -19,8 +21,8 @@ const EDGES = [0, 1, 2].flatMap((axis) =>
     [0, 1].map((end) => [0, 1, 2].map((n) => (n === axis ? end : n === (axis + 1) % 3 ? a : b))),
   ),
 );
-const GREY = packed(184, 184, 189), PICKED = packed(255, 26, 26), ROD = packed(89, 89, 102);
-const PUSHED = packed(191, 41, 26), PULLED = packed(33, 102, 191), RIGID = packed(140, 148, 158);
+const EDGE = 36; // pixels above and below the particles, for what is written over them
+const PAPER = { light: 0xffffff, dark: 0x171b21 }, LINES = { light: 0x777777, dark: 0x9aa3b1 };
 
 export class Viewer {
   // host: an element; data: see dusttaichi/report/particles.py
@@ -37,25 +39,37 @@ export class Viewer {
   constructor(host, data, arrays) {
     Object.assign(this, { host, data, arrays, count: data.count, frame: data.frames - 1 });
     this.state = {
-      quantity: 0, show: "particles", plane: "none", share: 0.5,
+      quantity: data.colour ?? 0, show: "particles", plane: "none", share: 0.5,
       playing: false, picked: -1,
     };
+    this.shows = [["particles", data.word]]; // what may be shown, and its name
+    if (data.pairs) this.shows.push(["contacts", "contacts"]);
+    if (data.pairs?.force) this.shows.push(["forces", "force chains"]);
     this.held = {}; // what the buffers of the graphics card hold now
     this.firstPair = [0];
     for (const n of data.pairs ? data.pairs.counts : []) this.firstPair.push(this.firstPair.at(-1) + n);
     this.#openCanvas();
     this.panel = panel(this);
+    this.endTheme = onTheme(() => this.#useTheme());
+    this.#useTheme();
     this.look(data.view);
     this.update();
     this.observer = new ResizeObserver(() => this.resize());
     this.observer.observe(this.canvas.parentElement);
-    this.resize();
+  }
+
+  #useTheme() {
+    const name = isDark() ? "dark" : "light";
+    this.renderer.setClearColor(new Color(PAPER[name]));
+    this.room.material.color = new Color(LINES[name]);
+    this.draw();
   }
 
   close() {
     // a browser has room for some sixteen pictures in 3-D
     this.state.playing = false;
     this.closed = true;
+    this.endTheme();
     this.observer.disconnect();
     this.renderer.dispose();
     this.renderer.forceContextLoss();
@@ -66,10 +80,10 @@ export class Viewer {
     frame.className = "viewer-frame";
     this.host.append(frame);
     this.renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
-    this.renderer.setClearColor(new Color(0xffffff));
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.canvas = this.renderer.domElement;
     frame.append(this.canvas);
+    this.triad = new Triad(frame);
     this.scene = new Scene();
     this.camera = new OrthographicCamera(-1, 1, 1, -1, 0.01, 100);
     this.camera.up.set(0, 0, 1);
@@ -188,8 +202,8 @@ export class Viewer {
         way += (x[3 * a + c] - end[c]) ** 2;
       }
       if (way > reach * reach) continue; // through a periodic face
-      const share = byForce && force ? Math.min(Math.abs(force[k]) / most, 1) : -1;
-      width[rows] = r * (share < 0 ? 0.13 : 0.06 + 0.6 * Math.sqrt(share));
+      const share = byForce && force ? Math.abs(force[k]) / most : -1;
+      width[rows] = r * rodWidth(share);
       tint[rows] = share < 0 ? ROD : force[k] >= 0 ? PUSHED : PULLED;
       rows++;
     }
@@ -233,83 +247,118 @@ export class Viewer {
   }
 
   ends() {
-    // the corners of all that is there now
-    if (this.#stale("ends", this.frame)) {
-      const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-      const x = this.arrays.position, last = 3 * (this.frame + 1) * this.count;
-      for (let k = 3 * this.frame * this.count; k < last; k += 3) {
-        for (let c = 0; c < 3; c++) {
-          if (x[k + c] < low[c]) low[c] = x[k + c];
-          if (x[k + c] > high[c]) high[c] = x[k + c];
-        }
-      }
-      const r = this.data.largest_radius, { sphere } = this.data;
-      this.corners = [new Vector3(...low).subScalar(r), new Vector3(...high).addScalar(r)];
-      if (sphere) {
-        const centre = new Vector3(...sphere.centres[this.frame]);
-        this.corners[0].min(centre.clone().subScalar(sphere.radius));
-        this.corners[1].max(centre.addScalar(sphere.radius));
+    // the corners of all particles of now
+    if (this.#stale("ends", this.frame)) this.corners = this.#endsOf(this.frame);
+    return this.corners.map((corner) => corner.clone());
+  }
+
+  #endsOf(frame) {
+    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    const x = this.arrays.position, last = 3 * (frame + 1) * this.count;
+    for (let k = 3 * frame * this.count; k < last; k += 3) {
+      for (let c = 0; c < 3; c++) {
+        if (x[k + c] < low[c]) low[c] = x[k + c];
+        if (x[k + c] > high[c]) high[c] = x[k + c];
       }
     }
-    return this.corners.map((corner) => corner.clone());
+    const r = this.data.largest_radius, { sphere } = this.data;
+    const corners = [new Vector3(...low).subScalar(r), new Vector3(...high).addScalar(r)];
+    if (sphere) {
+      const centre = new Vector3(...sphere.centres[frame]);
+      corners[0].min(centre.clone().subScalar(sphere.radius));
+      corners[1].max(centre.addScalar(sphere.radius));
+    }
+    return corners;
   }
 
   // -- camera -----------------------------------------------------------------------------------
 
-  // the corners of all that is there now, the room included
+  // The corners of all that is there in any snapshot, the room included: nothing leaves the picture
+  // while the snapshots are played.
   #around() {
-    const [low, high] = this.ends(), faces = this.data.room?.[this.frame] ?? [];
-    const tilt = this.data.tilt ? this.data.tilt[this.frame] : 0;
-    faces.forEach((face, n) => {
-      if (face === null) return;
-      const axis = Math.floor(n / 2), lean = axis === 0 ? tilt : 0;
-      low.setComponent(axis, Math.min(low.getComponent(axis), face, face + lean));
-      high.setComponent(axis, Math.max(high.getComponent(axis), face, face + lean));
-    });
-    return [low, high];
+    if (this.everything) return this.everything;
+    const low = new Vector3(Infinity, Infinity, Infinity), high = low.clone().negate();
+    for (let frame = 0; frame < this.data.frames; frame++) {
+      const [first, last] = this.#endsOf(frame), faces = this.data.room?.[frame] ?? [];
+      const tilt = this.data.tilt ? this.data.tilt[frame] : 0;
+      low.min(first);
+      high.max(last);
+      faces.forEach((face, n) => {
+        if (face === null) return;
+        const axis = Math.floor(n / 2), lean = axis === 0 ? tilt : 0;
+        low.setComponent(axis, Math.min(low.getComponent(axis), face, face + lean));
+        high.setComponent(axis, Math.max(high.getComponent(axis), face, face + lean));
+      });
+    }
+    this.everything = [low, high];
+    return this.everything;
   }
 
   look(name) {
     const [low, high] = this.#around();
-    this.middle = low.clone().add(high).multiplyScalar(0.5);
+    const up = Math.abs(new Vector3(...VIEWS[name]).normalize().z) > 0.9 ? [0, 1, 0] : [0, 0, 1];
+    const middle = low.clone().add(high).multiplyScalar(0.5);
+    this.lookAlong(VIEWS[name], up, middle.toArray(), 1);
+    // what is seen comes into the middle of the picture
+    this.camera.matrixWorld.extractBasis(this.right ??= new Vector3(), this.above ??= new Vector3(), new Vector3());
+    middle.addScaledVector(this.right, this.span.middle[0]).addScaledVector(this.above, this.span.middle[1]);
+    this.lookAlong(VIEWS[name], up, middle.toArray(), 1);
+  }
+
+  // eye: direction from what is looked at; up; middle: place that is looked at
+  lookAlong(eye, up, middle, zoom) {
+    const [low, high] = this.#around(), { camera } = this;
     this.extent = Math.max(high.distanceTo(low), 1e-12);
-    const way = new Vector3(...VIEWS[name]).normalize();
-    this.camera.up.set(...(Math.abs(way.z) > 0.9 ? [0, 1, 0] : [0, 0, 1]));
-    this.camera.position.copy(this.middle).addScaledVector(way, 2 * this.extent);
-    this.camera.near = 0.01 * this.extent;
-    this.camera.far = 5 * this.extent;
-    this.camera.zoom = 1;
-    this.controls.target.copy(this.middle);
+    this.controls.target.set(...middle);
+    camera.up.set(...up);
+    const way = new Vector3(...eye).normalize();
+    camera.position.copy(this.controls.target).addScaledVector(way, 2 * this.extent);
+    camera.near = 0.01 * this.extent;
+    camera.far = 5 * this.extent;
+    camera.zoom = zoom;
     this.controls.update();
-    const turned = this.#seen(low, high);
-    this.height = Math.max(turned.y, turned.x / (this.aspect || 1.5)) * 1.06;
+    this.span = this.#seen();
     this.resize();
   }
 
-  #seen(low, high) {
-    // what the corners take up on the screen
+  // What all snapshots take up on the screen, the room included: {x, y, middle}, lengths and how far
+  // their middle is from that of the picture.
+  #seen() {
     this.camera.updateMatrixWorld();
-    const span = [new Vector3(Infinity, Infinity, 0), new Vector3(-Infinity, -Infinity, 0)];
-    for (let k = 0; k < 8; k++) {
-      const corner = new Vector3(
-        (k & 1 ? low : high).x, (k & 2 ? low : high).y, (k & 4 ? low : high).z,
-      ).applyMatrix4(this.camera.matrixWorldInverse);
-      span[0].min(corner);
-      span[1].max(corner);
+    const { elements: m } = this.camera.matrixWorldInverse, { position } = this.arrays;
+    const low = [Infinity, Infinity], high = [-Infinity, -Infinity], r = this.data.largest_radius;
+    const take = (x, y, z, size) => {
+      for (let c = 0; c < 2; c++) {
+        const place = m[c] * x + m[c + 4] * y + m[c + 8] * z + m[c + 12];
+        if (place - size < low[c]) low[c] = place - size;
+        if (place + size > high[c]) high[c] = place + size;
+      }
+    };
+    for (let k = 0; k < position.length; k += 3) take(position[k], position[k + 1], position[k + 2], r);
+    for (const centre of this.data.sphere?.centres ?? []) take(...centre, this.data.sphere.radius);
+    if (this.data.room) {
+      const corners = this.#around();
+      for (let k = 0; k < 8; k++) take(corners[k & 1].x, corners[(k >> 1) & 1].y, corners[k >> 2].z, 0);
     }
-    return span[1].sub(span[0]);
+    return { x: high[0] - low[0], y: high[1] - low[1], middle: [0, 1].map((c) => 0.5 * (low[c] + high[c])) };
   }
 
   resize() {
     const frame = this.canvas.parentElement;
     const width = Math.max(frame.clientWidth, 50), height = Math.max(frame.clientHeight, 50);
-    this.aspect = width / height;
     this.renderer.setSize(width, height);
-    const half = 0.5 * (this.height || 1);
-    const sides = { left: -half * this.aspect, right: half * this.aspect, top: half, bottom: -half };
-    Object.assign(this.camera, sides);
+    // lengths that a pixel stands for, so that all is in the picture whatever its shape
+    const free = Math.max(height - 2 * EDGE, 0.5 * height);
+    this.perPixel = Math.max(this.span.y / free, (1.05 * this.span.x) / width, 1e-12);
+    const [across, up] = [0.5 * this.perPixel * width, 0.5 * this.perPixel * height];
+    Object.assign(this.camera, { left: -across, right: across, top: up, bottom: -up });
     this.camera.updateProjectionMatrix();
     this.draw();
+  }
+
+  render() {
+    this.#setPlane();
+    this.renderer.render(this.scene, this.camera);
   }
 
   draw() {
@@ -318,9 +367,9 @@ export class Viewer {
     requestAnimationFrame(() => {
       this.waiting = false;
       if (this.closed) return;
-      this.#setPlane();
-      this.renderer.render(this.scene, this.camera);
-      this.panel?.scale(this.height / this.camera.zoom / this.canvas.clientHeight);
+      this.render();
+      this.triad.show(this.camera);
+      this.panel?.scale(this.perPixel / this.camera.zoom);
     });
   }
 
@@ -336,9 +385,9 @@ export class Viewer {
     const [low, high] = this.ends();
     const at = low.getComponent(axis) + this.state.share * (high.getComponent(axis) - low.getComponent(axis));
     const normal = new Vector3().setComponent(axis, 1);
-    const way = this.camera.position.getComponent(axis) - this.middle.getComponent(axis);
+    const way = this.camera.position.getComponent(axis) - this.controls.target.getComponent(axis);
     const sign = way < 0 ? -1 : 1; // what lies towards the eye is cut away
-    const point = new Vector3().copy(this.middle).setComponent(axis, at);
+    const point = new Vector3().copy(this.controls.target).setComponent(axis, at);
     point.applyMatrix4(this.camera.matrixWorldInverse);
     normal.multiplyScalar(sign).transformDirection(this.camera.matrixWorldInverse);
     const plane = new Vector4(normal.x, normal.y, normal.z, normal.dot(point));
@@ -376,12 +425,13 @@ export class Viewer {
     // rows (name, value) of what is known of particle n now
     const length = (v) => `${v.toPrecision(4)} ${this.data.length_unit}`;
     const rows = [["number", `${n}`], ["radius", length(this.at(this.arrays.radius, n))]];
-    rows.push(["position", this.centre(n).toArray().map((v) => v.toPrecision(4)).join(", ")]);
+    const place = this.centre(n).toArray().map((v) => v.toPrecision(4)).join(", ");
+    rows.push(["position", `${place} ${this.data.length_unit}`]);
     this.data.quantities.forEach((about, k) => {
       const v = this.at(this.arrays.quantities[k], n);
       if (v < about.data.gap) return;
-      const text = about.names ? about.names[v] ?? v : about.kind === "class" ? v : v.toPrecision(3);
-      rows.push([about.label, `${text} ${about.unit || ""}`]);
+      const text = about.names ? about.names[v] ?? v : about.kind === "class" ? v : short(v);
+      rows.push([about.label, `${text} ${about.unit || ""}`.trim()]);
     });
     return rows;
   }

@@ -1,0 +1,127 @@
+"""Contacts of grains as the viewer draws them, and what they tell of each grain."""
+
+import numpy as np
+import xarray as xr
+
+from dusttaichi.analysis.fragments import fragments_of
+from dusttaichi.analysis.frame import read_frame
+from dusttaichi.physics.contact import constants
+from dusttaichi.physics.contact.jkr_curve import scaled_radius
+from dusttaichi.physics.contact.registry import DEFAULT
+from dusttaichi.plots import style
+from dusttaichi.report.colouring import OUTLIERS, class_quantity, number_quantity
+from dusttaichi.report.packing import packed, quantised
+
+FRAGMENTS = 7  # that have a class of their own; smaller ones share the last
+SPHERE_END = 6  # after the walls: the end of a contact with the rigid sphere
+COORDINATION, BODY, DISSIPATED = "coordination number", "body", "energy dissipated in contacts"
+
+
+def contacts_of(run, frames):
+    """(the contacts of all snapshots, quantities that follow from them); (None, []) without."""
+    if "contacts" not in run.tree.children or "contact_count" not in frames:
+        return None, []
+    count, rows = frames.position.shape[1], frames.sizes["snapshot"]
+    steps = run.tree["snapshots"].step.values
+    numbers = [int(np.flatnonzero(steps == step)[-1]) for step in frames.step.values]
+    ends, forces, coordination, labels, load, lost = [], [], [], [], [], []
+    for number in numbers:
+        frame = read_frame(run, number)
+        pairs = frame.pairs
+        order = np.lexsort((pairs[:, 1], pairs[:, 0]))
+        force = normal_force(run, frame, frame.contacts)
+        others, press = _on_walls(run, frame, force is not None)
+        ends.append(np.concatenate([pairs[order], others]))
+        coordination.append(frame.coordination)
+        labels.append(np.minimum(fragments_of(frame, frame.radius**3).label, FRAGMENTS))
+        lost += [] if "loss" not in frame.contacts else [dissipated(run, frame)]
+        if force is not None:
+            forces.append(np.concatenate([force[order], press]))
+            grains, shares = np.append(pairs.T.ravel(), others[:, 0]), [force, force, press]
+            load.append(np.bincount(grains, np.abs(np.concatenate(shares)), minlength=count))
+    quantities = [
+        number_quantity(COORDINATION, "", np.array(coordination), rows),
+        class_quantity("fragment", np.array(labels), _fragment_names(labels), rows),
+    ]
+    contacts = {"counts": [len(e) for e in ends], "force": None}
+    contacts["ends"] = packed(np.concatenate(ends).astype("u4")) if ends else None
+    if forces:
+        everything = np.concatenate(forces)
+        contacts["force"] = quantised(everything * 1e9)
+        squeezed = np.abs(everything) if len(everything) else np.ones(1)
+        contacts["largest"] = float(np.percentile(squeezed, OUTLIERS)) * 1e9 or 1.0
+        quantities.append(
+            number_quantity("sum of contact forces", "nN", 1e9 * np.array(load), rows)
+        )
+    if lost:
+        factor, unit = style.scaled(float(np.max(lost)), style.ENERGIES)
+        quantities.append(number_quantity(DISSIPATED, unit, factor * np.array(lost), rows))
+    if run.collides:
+        body = np.zeros(count, int)
+        body[run.bodies()[1]] = 1
+        quantities.append(class_quantity(BODY, body, {0: "target", 1: "projectile"}, rows))
+    return contacts, quantities
+
+
+def dissipated(run, frame):
+    """Energy dissipated in the contacts that each grain of a Frame has, since they formed [J],
+    (grains,): of two grains half each, of a grain and a wall or the rigid sphere all of it."""
+    count, pairs = len(frame.radius), frame.contacts
+    half = 0.5 * pairs.loss.sum("channel").values
+    found = np.bincount(frame.pairs.T.ravel(), np.tile(half, 2), minlength=count)
+    for own in _beside_grains(run, frame):
+        if "loss" in own:
+            grains = own.grain.values.astype(int)
+            found += np.bincount(grains, own.loss.sum("channel").values, minlength=count)
+    return found
+
+
+def _beside_grains(run, frame):
+    """The contacts of a Frame with walls and with the rigid sphere, as far as there are such."""
+    groups = [] if frame.wall_contacts is None else [frame.wall_contacts]
+    if "sphere_contacts" in run.tree.children:
+        groups.append(run.contacts(frame.number, "sphere_contacts"))
+    return groups
+
+
+def _on_walls(run, frame, forces):
+    """Contacts of grains with walls and the rigid sphere, (n, 2): grain, and the number of grains
+    plus that of the wall, 6 for the sphere; normal forces [N], (n,). None that lacks a force where
+    `forces` are wanted."""
+    count, found = len(frame.radius), [(np.zeros((0, 2), int), np.zeros(0))]
+    for own in _beside_grains(run, frame):
+        if forces and "normal_force" not in own:
+            continue
+        wall = own.wall.values if "wall" in own else np.full(len(own.grain), SPHERE_END)
+        press = own.normal_force.values if forces else np.zeros(len(own.grain))
+        found.append((np.stack([own.grain.values, count + wall], axis=1), press))
+    ends, press = zip(*found, strict=True)
+    return np.concatenate(ends).astype(int), np.concatenate(press)
+
+
+def _fragment_names(labels):
+    last = int(max(label.max() for label in labels))
+    names = {n: "largest" if n == 0 else f"no. {n + 1}" for n in range(min(last + 1, FRAGMENTS))}
+    return names | ({FRAGMENTS: "smaller"} if last >= FRAGMENTS else {})
+
+
+def normal_force(run, frame, contacts: xr.Dataset):
+    """Normal force of each contact of a Frame [N], positive where grains push each other apart.
+
+    As the result has it; where it has none, from the overlap by S12 eqs 2 and 3, damping left out.
+    None where that takes several materials or another law.
+    """
+    if "normal_force" in contacts:
+        return contacts.normal_force.values.astype(float)
+    material = run.material
+    normal = run.scene.get("interaction", {}).get("normal", {})
+    if normal.get("law", DEFAULT["normal"]) != DEFAULT["normal"]:
+        return None
+    if material is None or run.scene.get("materials"):
+        return None
+    i, j = frame.pairs.T
+    R = constants.reduced_radius(frame.radius[i], frame.radius[j])
+    gamma, E_star = material.surface_energy, constants.reduced_modulus(material)
+    a0 = constants.equilibrium_contact_radius(gamma, R, E_star)
+    s = scaled_radius(contacts.overlap.values / constants.equilibrium_overlap(a0, R))
+    return 4.0 * constants.pull_off_force(gamma, R) * (s**6 - s**3)
