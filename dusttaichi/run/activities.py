@@ -14,6 +14,7 @@ from dusttaichi.names import NEVER
 from dusttaichi.results.variables import declare
 from dusttaichi.run.ledger import turnover
 from dusttaichi.run.schedule import next_step
+from dusttaichi.run.spread import bytes_of, steps_apart
 
 
 class Activity(ABC):
@@ -142,16 +143,26 @@ class Snapshots(Activity):
         self.run = run
 
     def next(self, step):
-        return next_step(self.run.plan.snapshots, self.run.clock, step)
+        run = self.run
+        if run.plan.snapshots == "auto":
+            apart = run.state.apart
+            return (step // apart + 1) * apart if apart else NEVER
+        return next_step(run.plan.snapshots, run.clock, step)
 
     def begin(self):
         self.act()
+        self.begin_stage()
+
+    def begin_stage(self):
+        """How far apart they are, where the scene leaves that to the run."""
+        run, plans = self.run, self.run.scene.stage_plans
+        run.state.apart = steps_apart(plans, run.clock, run.plan, run.state.frame_bytes)
 
     def act(self):
         """A frame of now, unless there is one."""
         run = self.run
         if run.state.last_snapshot != run.sim.step and "snapshots" in run.writer.groups:
-            run.record("snapshots")
+            run.state.frame_bytes = bytes_of(run.record("snapshots"))
             run.state.last_snapshot = run.sim.step
 
 

@@ -136,9 +136,11 @@ class Run:
         ledger.check(self.sim, m, self.state.start, self.scene.numerics.ledger_tolerance)
 
     def record(self, kind):
-        """Records of "profiles" or "snapshots" now."""
-        for group, entry in self.sim.records(kind):
+        """Write records of "profiles" or "snapshots" now; returns them, (group, record) pairs."""
+        records = list(self.sim.records(kind))
+        for group, entry in records:
             self.writer.append(group, entry)
+        return records
 
     def _stop_early(self):
         self.writer.set_status("interrupted")

@@ -109,7 +109,7 @@ class Opening:
         if stage_stop(saved.meta["scene"], stage) != stage_stop(self.scene.to_yaml(), stage):
             saved.meta["run"]["ended"] = ""
         run = self._saved(saved)
-        log(f"going on from step {run.sim.step:,} ({run.sim.time:.6g} us)")
+        log(f"going on from step {run.sim.step:,} ({run.sim.time:.6g} µs)")
         return run
 
     def _saved(self, saved):

@@ -23,7 +23,8 @@ class RunState:
     """How far a run has come.
 
     start: energies of step 0. stage: its number; first: its first step; ended: why it has ended
-    before its last step was known, or "". last_snapshot: step of the last frame written, or -1.
+    before its last step was known, or "". last_snapshot: step of the last frame written, or -1;
+    frame_bytes: what it took; apart: steps between two, where the scene leaves that to the run.
     opened: step at which the average of the next record begins; sums: of that step. pressures
     [Pa]: of the last points of the stage, for stop.plateau; settling: (time [s], logarithm of the
     filling factor, load over that held) of these, for stop.creep. wall_clock: real time spent [s].
@@ -34,6 +35,8 @@ class RunState:
     first: int = 0
     ended: str = ""
     last_snapshot: int = -1
+    frame_bytes: int = 0
+    apart: int = 0
     opened: int = 0
     sums: dict[str, np.ndarray] = field(default_factory=dict)
     tension: Tension = field(default_factory=Tension)

@@ -50,9 +50,10 @@ OptionalInterval = Annotated[Interval | None, _SWITCH]
 def default_intervals(boundary: Block, drive: Drive, steps: int = 1000) -> dict[str, Any]:
     """Intervals of what the YAML does not mention, for one drive.
 
-    steps: of the time series where no strain tells how often.
+    steps: of the time series where no strain tells how often. Snapshots stay auto: how far apart
+    they are is known once the run is built (run.spread).
     """
-    still = {"profiles": "off", "snapshots": "off"}
+    still = {"profiles": "off", "snapshots": "auto"}
     if boundary.kind == "box" and filling_direction(boundary, drive) > 0:
         return still | {"series": {"filling_factor": 0.002}, "profiles": {"filling_factor": 0.05}}
     return still | {"series": {"strain": 0.005} if strains(boundary, drive) else {"steps": steps}}
@@ -87,9 +88,11 @@ class Output(Block):
         "filling_factor 0.05 in a closed box whose top wall moves down, else off",
     )
     snapshots: OptionalInterval = Field(
-        "off",
-        description="interval of the snapshots of all grains, auto: off; the first frame and the "
-        "last of every stage are always written",
+        "auto",
+        description="interval of the snapshots of all grains; auto: some thirty over the run, "
+        "fewer where they would take more than 40 MB, none where its length is not known "
+        "beforehand or in runs of ensembles and sweeps; the first frame and the last of every "
+        "stage are always written",
     )
     contacts: bool = Field(True, description="snapshots hold the contacts with their state")
     forces: bool = Field(

@@ -146,6 +146,8 @@ class Scene(Block):
             if common != "auto" and (own is None or applies(common, self.boundary, drive)):
                 return common
             default = defaults[key]
+            if default == "auto":
+                return default
             return None if default == "off" else Interval(**default)
 
         intervals = (interval(key) for key in ("series", "profiles", "snapshots"))

@@ -2,7 +2,7 @@
 
 import re
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import Field, field_validator
 
@@ -49,11 +49,14 @@ class Stage(Block):
 
 @dataclass(frozen=True)
 class StagePlan:
-    """A stage with everything resolved; a scene without stages has a single one, without a name."""
+    """A stage with everything resolved; a scene without stages has a single one, without a name.
+
+    snapshots: "auto" spreads them over the stage (run.spread).
+    """
 
     name: str
     drive: Drive
     stop: Stop
     series: Interval | None
     profiles: Interval | None
-    snapshots: Interval | None
+    snapshots: Interval | Literal["auto"] | None

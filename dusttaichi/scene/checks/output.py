@@ -13,7 +13,7 @@ def intervals(scene, path, plan) -> Found:
     found = []
     for name in ("series", "profiles", "snapshots"):
         interval = getattr(plan, name)
-        if interval is None:
+        if interval is None or interval == "auto":
             continue
         where = f"{path}output.{name}"
         ready = applies(interval, scene.boundary, plan.drive)
