@@ -153,8 +153,8 @@ def _instead(wanted, met, step):
 def _step(scene, fastest, beat):
     own = scene.numerics.cfl * scene.numerics.smoothing_length / fastest if fastest else beat
     return [
-        ("step of the method at the start", f"{own * 1e6:.4g} us, shorter where dust is denser"),
-        ("a step of the run", f"{beat * 1e6:.4g} us, {beat / own:.3g} of these at the start"),
+        ("step of the method at the start", f"{own * 1e6:.4g} µs, shorter where dust is denser"),
+        ("a step of the run", f"{beat * 1e6:.4g} µs, {beat / own:.3g} of these at the start"),
     ]
 
 

@@ -155,7 +155,7 @@ def check_images(positions, cell, radius):
     if nearest < allowed:
         raise DustError(
             "boundary.size: the periodic cell is too small: grains of the sample overlap with "
-            f"images of others (centres {nearest:.4g} um apart); enlarge it or use size: fit"
+            f"images of others (centres {nearest:.4g} µm apart); enlarge it or use size: fit"
         )
 
 
@@ -163,7 +163,7 @@ def check_edges(edges, axes, radius):
     n = int(np.argmin(edges))
     if edges[n] < 4.0 * radius:
         raise DustError(
-            f"boundary: the periodic edge along {AXES[axes[n]]} is {edges[n]:.4g} um, shorter than "
-            f"four radii ({4.0 * radius:.4g} um): a grain would touch another twice, across both "
+            f"boundary: the periodic edge along {AXES[axes[n]]} is {edges[n]:.4g} µm, shorter than "
+            f"four radii ({4.0 * radius:.4g} µm): a grain would touch another twice, across both "
             "faces; take a larger sample or boundary.size, or leave this axis out of boundary.axes"
         )

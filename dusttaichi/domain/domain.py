@@ -98,7 +98,7 @@ class Domain:
         for axis in range(3):
             if clock.narrows(axis) and lengths[axis] <= clock.least[axis]:
                 raise GuardStop(
-                    f"At {self.dt * step:.6g} us the room is {lengths[axis]:.4g} um along "
+                    f"At {self.dt * step:.6g} µs the room is {lengths[axis]:.4g} µm along "
                     f"{AXES[axis]}, two grains, and the load that is to be held is not reached. "
                     "Try a larger sample or a lower pressure or stress."
                 )
@@ -196,8 +196,8 @@ class Domain:
         for axis, way in enumerate(("wide", "deep", "high")):
             if clock.narrows(axis) and clock.step_of_length(clock.least[axis], axis) == 0:
                 raise DustError(
-                    f"boundary: the room is {clock.start[axis]:.4g} um {way}, no more than two "
-                    f"grains ({clock.least[axis]:.4g} um), so nothing can be pressed; take a "
+                    f"boundary: the room is {clock.start[axis]:.4g} µm {way}, no more than two "
+                    f"grains ({clock.least[axis]:.4g} µm), so nothing can be pressed; take a "
                     "larger sample or room, or let it rest"
                 )
 

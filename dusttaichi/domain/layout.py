@@ -78,9 +78,9 @@ def _put_planes(boundary, low, high, size):
         margin = 1e-9 * (high[n] - low[n])
         if low[n] < first - margin or high[n] > last + margin:
             raise DustError(
-                f"boundary.at.{axis}: the sample does not fit: it reaches from {low[n]:.4g} um to "
-                f"{high[n]:.4g} um along {axis}, the walls stand at {first:.4g} um and {last:.4g} "
-                "um; move them apart"
+                f"boundary.at.{axis}: the sample does not fit: it reaches from {low[n]:.4g} µm to "
+                f"{high[n]:.4g} µm along {axis}, the walls stand at {first:.4g} µm and {last:.4g} "
+                "µm; move them apart"
             )
         low[n], high[n], size[n] = first, last, last - first
 
@@ -124,6 +124,6 @@ def _check_room(boundary, size, need, axes):
         n = short[int(np.argmax(need[short] / size[short]))]
         key = "gap" if boundary.kind == "plates" else "size"
         raise DustError(
-            f"boundary.{key}: the sample does not fit: it needs {need[n]:.4g} um along "
-            f"{AXES[n]}, there are {size[n]:.4g} um; enlarge it or use {key}: fit"
+            f"boundary.{key}: the sample does not fit: it needs {need[n]:.4g} µm along "
+            f"{AXES[n]}, there are {size[n]:.4g} µm; enlarge it or use {key}: fit"
         )

@@ -267,5 +267,5 @@ def check_precision(scene, sample, delta0):
             f"numerics.precision = f32: single precision knows the positions of this sample to "
             f"{resolved * 1e12:.2g} pm, and grains at rest overlap by {delta0 * 1e12:.3g} pm, of "
             f"which {RESOLVED:.1%} must be resolved; try mixed or f64, or a sample below "
-            f"{RESOLVED * delta0 * 2.0**24 * 1e6:.2g} um about the origin"
+            f"{RESOLVED * delta0 * 2.0**24 * 1e6:.2g} µm about the origin"
         )

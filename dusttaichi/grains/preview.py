@@ -224,16 +224,16 @@ def _sample(scene, sample):
     extent = samples.sample.extent(sample, radii)
     rows += [
         ("mass of a grain", mass),
-        ("extent", " x ".join(f"{e * 1e6:.4g}" for e in extent) + " um"),
+        ("extent", " x ".join(f"{e * 1e6:.4g}" for e in extent) + " µm"),
     ]
     info = sample.info
     if "period" in info:
         edges = " x ".join(f"{edge * 1e6:.5g}" for edge in info["period"])
-        rows.append(("repeats itself after", f"{edges} um"))
+        rows.append(("repeats itself after", f"{edges} µm"))
     rows += [
         ("coordination number", f"{info['coordination']:.3g}"),
         (f"filling factor of the {info['filling_factor_in']}", f"{info['filling_factor']:.4g}"),
-        ("radius of gyration", f"{info['radius_of_gyration'] * 1e6:.4g} um"),
+        ("radius of gyration", f"{info['radius_of_gyration'] * 1e6:.4g} µm"),
     ]
     named = {
         "fractal_dimension": "fractal dimension of the core",

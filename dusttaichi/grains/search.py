@@ -119,7 +119,7 @@ class Search:
         """
         if not np.isfinite([*extent, reach, tilt]).all():
             raise GuardStop(
-                f"At {self.sim.time:.6g} us the extent of the sample is not a number any more. "
+                f"At {self.sim.time:.6g} µs the extent of the sample is not a number any more. "
                 "Try a smaller numerics.time_step, or walls and faces that move more slowly."
             )
         width = reach * 1.000001 * np.ones(3)
@@ -141,14 +141,14 @@ class Search:
             edges = sim.cell.edges(time)
         if not edges.max() < FARTHEST:
             raise GuardStop(
-                f"At {sim.time:.6g} us the periodic cell is {edges.max():.3g} um long: its faces "
+                f"At {sim.time:.6g} µs the periodic cell is {edges.max():.3g} µm long: its faces "
                 "move apart without limit. Try a lower boundary.strain_rate or an earlier stop."
             )
         shortest = edges[list(sim.cell.axes)].min()
         most = 0.5 * shortest - touch
         if most < SKIN[0] * sim.smallest:
             raise GuardStop(
-                f"At {sim.time:.6g} us the periodic cell has shrunk to {shortest:.4g} um, four "
+                f"At {sim.time:.6g} µs the periodic cell has shrunk to {shortest:.4g} µm, four "
                 "radii: a grain would touch another twice, across both faces. Stop earlier, or "
                 "take a larger sample."
             )
@@ -205,13 +205,13 @@ class Search:
         problem, time = self.sim.state.overflow, self.sim.time
         if problem == 1:
             raise GuardStop(
-                f"At {time:.6g} us some grain has more neighbours than can stand around it: "
+                f"At {time:.6g} µs some grain has more neighbours than can stand around it: "
                 "grains overlap without limit. Try a smaller numerics.time_step, a lower speed, "
                 "or a smaller numerics.skin."
             )
         if problem == 2:
             raise GuardStop(
-                f"At {time:.6g} us more grains are near walls than there is room for. Try a "
+                f"At {time:.6g} µs more grains are near walls than there is room for. Try a "
                 "smaller numerics.skin, or a sample that is higher than two grains."
             )
 
@@ -220,13 +220,13 @@ class Search:
         sim, way = self.sim, speed * self.sim.dt
         if speed > LIGHT:
             raise GuardStop(
-                f"At {sim.time:.6g} us grains or faces move at {speed:.3g} m/s, faster than light. "
+                f"At {sim.time:.6g} µs grains or faces move at {speed:.3g} m/s, faster than light. "
                 "Try a lower speed or strain rate."
             )
         if way > FARTHEST_WAY * sim.smallest:
             raise GuardStop(
-                f"At {sim.time:.6g} us grains, walls or faces move at {speed:.4g} m/s, "
-                f"{way:.3g} um in a step of {1e3 * sim.dt:.4g} ns: {way / sim.smallest:.3g} radii; "
+                f"At {sim.time:.6g} µs grains, walls or faces move at {speed:.4g} m/s, "
+                f"{way:.3g} µm in a step of {1e3 * sim.dt:.4g} ns: {way / sim.smallest:.3g} radii; "
                 f"beyond {FARTHEST_WAY:g} grains pass through each other. Try numerics.time_step: "
                 f"auto, one below {0.1e3 * sim.smallest / speed:.2g} ns, or a lower speed."
             )
@@ -235,7 +235,7 @@ class Search:
         x = self.sim.state.of_grains("x")
         bad = int(np.flatnonzero(~np.all(np.abs(x) < FARTHEST, axis=1))[0])
         raise GuardStop(
-            f"At {self.sim.time:.6g} us the position of grain {self.sim.order[bad]} is not a "
+            f"At {self.sim.time:.6g} µs the position of grain {self.sim.order[bad]} is not a "
             "number any more: the step is too long for what happens. Try a smaller "
             "numerics.time_step or a lower speed."
         )

@@ -105,7 +105,7 @@ def _check_free(block, place, positions, radii):
     n = int(np.argmin(gap))
     if gap[n] < -0.01 * np.min(radii):
         raise DustError(
-            f"sphere.position: the sphere overlaps by {-gap[n] * 1e6:.4g} um with grain {n} of the "
+            f"sphere.position: the sphere overlaps by {-gap[n] * 1e6:.4g} µm with grain {n} of the "
             "sample; move it away, or give a gap in place of a position"
         )
 
@@ -122,8 +122,8 @@ def _check_cell(scene, sample, radius):
     if short:
         raise DustError(
             f"sphere.radius: the periodic edge along {AXES[short[0]]} is "
-            f"{edges[short[0]] * 1e6:.4g} um, and a grain would touch the sphere across both "
-            f"faces; allowed: edges of {need * 1e6:.4g} um and more, or a smaller sphere"
+            f"{edges[short[0]] * 1e6:.4g} µm, and a grain would touch the sphere across both "
+            f"faces; allowed: edges of {need * 1e6:.4g} µm and more, or a smaller sphere"
         )
 
 

@@ -183,7 +183,7 @@ def of_result(scene: Mapping[str, Any]) -> Method:
 
 def moment(simulation: Simulation) -> str:
     """Where a run stands, as the guards say it."""
-    return f"At {simulation.time:.6g} us (step {simulation.step})"
+    return f"At {simulation.time:.6g} µs (step {simulation.step})"
 
 
 def make_sample(scene: Scene) -> Any:

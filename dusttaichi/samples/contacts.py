@@ -31,7 +31,7 @@ def check_contacts(contacts, positions, radii, nearest, where):
     _refuse(
         distance > FARTHEST * both,
         where,
-        lambda k: f"grains {i[k]} and {j[k]}, {distance[k] * 1e6:g} um apart",
+        lambda k: f"grains {i[k]} and {j[k]}, {distance[k] * 1e6:g} µm apart",
         f"at most {FARTHEST} times the sum of their radii",
     )
     _check_springs(contacts, ("pointer_i", "pointer_j"), where)

@@ -45,17 +45,17 @@ def check_room(size: np.ndarray, radius: float) -> None:
     if not (np.asarray(size) >= 2 * radius).all():
         raise DustError(
             f"sample.size: {in_um(size)} has no room for a grain; allowed: at least one grain "
-            f"diameter, {2e6 * radius:g} um, in each direction."
+            f"diameter, {2e6 * radius:g} µm, in each direction."
         )
 
 
 def in_um(size) -> str:
-    return " x ".join(f"{1e6 * edge:g}" for edge in size) + " um"
+    return " x ".join(f"{1e6 * edge:g}" for edge in size) + " µm"
 
 
 def nothing_inside(size, radius: float, seed: int) -> DustError:
     return DustError(
-        f"sample.size: {in_um(size)} holds no whole grain of radius {radius * 1e6:g} um with "
+        f"sample.size: {in_um(size)} holds no whole grain of radius {radius * 1e6:g} µm with "
         f"seed {seed}; allowed: a larger size or another seed."
     )
 

@@ -62,7 +62,7 @@ class Materials:
         bad = np.flatnonzero(~(np.isfinite(radii) & (radii > least) & (radii <= 1e-3)))
         if len(bad):
             raise DustError(
-                f"{where}: radius of grain {bad[0]} (from 0) is {radii[bad[0]] * 1e6:g} um; "
+                f"{where}: radius of grain {bad[0]} (from 0) is {radii[bad[0]] * 1e6:g} µm; "
                 "allowed: above critical_rolling of its material "
                 f"({least[bad[0]] * 1e9:g} nm), up to 1 mm."
             )

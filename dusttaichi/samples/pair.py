@@ -111,8 +111,8 @@ def make(spec: PairSample, materials: Materials) -> Sample:
         impact = spec.impact_parameter.metres(touch)
         if impact > distance:
             raise DustError(
-                f"sample.impact_parameter: {impact * 1e6:g} um is more than the distance of the "
-                f"centres, {distance * 1e6:g} um; allowed: at most that. Set a larger gap."
+                f"sample.impact_parameter: {impact * 1e6:g} µm is more than the distance of the "
+                f"centres, {distance * 1e6:g} µm; allowed: at most that. Set a larger gap."
             )
         along = math.sqrt(distance**2 - impact**2)
     line = np.array([along, impact, 0.0])

@@ -128,7 +128,7 @@ class Deposit:
             self.largest = float(grains.radii.max())
             if (self.period < 2 * self.widest).any():
                 raise DustError(
-                    f"sample.sizes: a grain of {1e6 * self.largest:g} um is too large for the "
+                    f"sample.sizes: a grain of {1e6 * self.largest:g} µm is too large for the "
                     "cake; allowed: a smaller largest radius, or more grains."
                 )
             self._reachable = np.arange(start)

@@ -126,7 +126,7 @@ def _root(unit: str) -> tuple[Decimal, str]:
 @lru_cache(maxsize=1024)
 def _factor(unit: str, dimension: str) -> Decimal:
     """What a number with this unit is multiplied by to be in SI. ValueError as `_convert`."""
-    kind = DIMENSIONS[dimension]
+    kind, unit = DIMENSIONS[dimension], re.sub("[µμ](?=[A-Za-z])", "u", unit)
     if unit in kind.powers:  # most units: without waiting for pint
         return Decimal(1).scaleb(kind.powers[unit])
     factor, root = _root(unit)
@@ -191,15 +191,16 @@ def _mantissa(number: Decimal) -> str:
 def _length(text: str) -> int:
     """How long a quantity reads."""
     number = text.split()[0]
-    return len(text) + 2 * ("e" in number or len(number.lstrip("-").split(".")[0]) > 4)
+    return len(text) + 2 * ("e" in number or len(number.lstrip("-").split(".")[0]) > 3)
 
 
 def format(value: float, dimension: str, digits: int | None = None) -> str:
     """Shortest readable text of an SI float, such as '0.6 um'; `parse` gives the same float back.
 
-    A power of ten counts as two characters more: 0.6 um, not 6e-7 m. So do five digits before the
-    point: 12.233 nm, not 12233 pm.
-    digits: round to so many significant digits, for tables (then it is not exact any more).
+    A power of ten counts as two characters more: 0.6 um, not 6e-7 m. So do four digits before the
+    point: 1.447 nm, not 1447 pm.
+    digits: round to so many significant digits, for people to read: then it is not exact any more,
+    and has the sign for micro in place of the letter that keyboards have, 0.6 µm.
     """
     kind = DIMENSIONS[dimension]
     if value == 0:
@@ -210,7 +211,8 @@ def format(value: float, dimension: str, digits: int | None = None) -> str:
     if digits is not None:
         number = Decimal(f"{number:.{digits - 1}e}")
     texts = [f"{_mantissa(number.scaleb(-power))} {unit}" for unit, power in kind.powers.items()]
-    return min(texts, key=_length)
+    text = min(texts, key=_length)
+    return text if digits is None else text.replace(" u", " µ").replace("/u", "/µ")
 
 
 @dataclass(frozen=True)

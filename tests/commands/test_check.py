@@ -44,7 +44,7 @@ def test_of_a_continuum_it_says_particles_material_and_step(fresh):
     for line in (
         "4,752: 3,657 dust, 112 rigid, 983 held",
         "compressive strength Sigma                 37.12 Pa",  # p_m = 1.3 kPa at 0.15
-        "step of the method at the start            1.592 us",  # 0.5 h / 40.82 m/s
+        "step of the method at the start            1.592 µs",  # 0.5 h / 40.82 m/s
         "steps at most                              353",
     ):
         assert line in text
@@ -56,10 +56,10 @@ def test_of_a_continuum_it_says_what_is_coarse_and_what_whole_steps_miss(fresh):
     text = said(bead, "--set", "stop.time=400 us")
     assert "spacings, fewer than the 12 that keep numerical dissipation low" in text
     assert (
-        re.search(r"25.47\d* us in place of 10 us", text)
+        re.search(r"25.47\d* µs in place of 10 µs", text)
         and "numerics.time_step: 10 us meets it" in text
     )
-    assert re.search(r"407.5\d* us in place of 0.4 ms", text)
+    assert re.search(r"407.5\d* µs in place of 0.4 ms", text)
     fine = ("numerics.spacing=80 um", "numerics.time_step=10 us", "stop.time=400 us")
     text = said(bead, *(word for setting in fine for word in ("--set", setting)))
     assert "numerical dissipation" not in text and "in place of" not in text

@@ -342,5 +342,5 @@ def test_refused_with_others():
         DustError, match=r"through the wall (x_min|top) at the start.*leave the wall"
     ):
         build(scene_with((0, 0, 7e-6), boundary=room), sample_of([[0, 0, 0]]))
-    with pytest.raises(DustError, match=r"overlaps by 0\.6 um with grain 0"):
+    with pytest.raises(DustError, match=r"overlaps by 0\.6 µm with grain 0"):
         build(scene_with((0, 0, 6e-6)), sample_of([[0, 0, 0]]))

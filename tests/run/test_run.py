@@ -183,7 +183,7 @@ def test_a_result_is_not_overwritten_without_force(finished):
 def test_a_runaway_stops_with_one_sentence_and_keeps_the_result(tmp_path):
     # the lid is driven until the grains would have to overlap
     scene = from_yaml(box(stop="{filling_factor: 0.74}", speed="20 m/s"))
-    with pytest.raises(GuardStop, match=r"At .* us .*[Tt]ry"):
+    with pytest.raises(GuardStop, match=r"At .* µs .*[Tt]ry"):
         execute(scene, tmp_path / "runaway")
     with xr.open_dataset(tmp_path / "runaway/result.nc") as series:
         assert series.attrs["status"].startswith("stopped by guard")

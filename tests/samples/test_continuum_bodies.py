@@ -255,7 +255,7 @@ def test_a_periodic_edge_is_no_shorter_than_particles_reach():
     data |= {"numerics": {"spacing": "0.1 mm"}}
     strip = {"boundary": {"kind": "faces", "bottom": "rigid", "periodic": ["x"]}}
     block = {"kind": "block", "size": ["0.2 mm", "1 mm"]}
-    with pytest.raises(DustError, match=r"boundary.periodic: .* 200 um wide along x.* 338 um"):
+    with pytest.raises(DustError, match=r"boundary.periodic: .* 200 µm wide along x.* 338 µm"):
         continuum.make(Scene.from_dict(data | strip | {"sample": block}))
 
 

@@ -101,7 +101,7 @@ def test_check_shows_it(kind):
     assert float(shown[f"filling factor of the {of}"]) == pytest.approx(
         sample.info["filling_factor"], rel=1e-3
     )
-    gyration = f"{radius_of_gyration(sample, R) * 1e6:.4g} um"
+    gyration = f"{radius_of_gyration(sample, R) * 1e6:.4g} µm"
     assert shown["radius of gyration"] == gyration
     assert ("repeats itself after" in shown) == (kind in ("lattice", "random_packing"))
     assert ("impact parameter" in shown) == (kind == "collision")

@@ -104,8 +104,8 @@ CSV_ERRORS = [
     ("x,y,z,wx,wy,wz\n0,0,0,0,inf,0\n", "spin of grain 0 .* allowed: finite"),
     ("x,y,z\n", "no grains"),
     ("", "the file is empty"),
-    ("x,y,z\n0,0,0\n9,9,9\n0,0,1e-6\n", r"grains 0 and 2 .* are 1 um apart, 0.833 diameters"),
-    ("x,y,z\n0,0,0\n0,0,0\n", r"grains 0 and 1 .* are 0 um apart"),
+    ("x,y,z\n0,0,0\n9,9,9\n0,0,1e-6\n", r"grains 0 and 2 .* are 1 µm apart, 0.833 diameters"),
+    ("x,y,z\n0,0,0\n0,0,0\n", r"grains 0 and 1 .* are 0 µm apart"),
 ]
 
 

@@ -108,8 +108,18 @@ def test_format_is_what_a_person_writes(value, dimension, text):
     assert quantities.format(value, dimension) == text
 
 
-def test_format_rounds_for_tables():
-    assert quantities.format(1.2233456e-8, "length", digits=4) == "12.23 nm"
+@pytest.mark.parametrize(
+    "value, dimension, text",
+    [
+        (1.2233456e-8, "length", "12.23 nm"),
+        (-1.4471e-9, "length", "-1.447 nm"),  # not -1447 pm
+        (0.6e-6, "length", "0.6 µm"),
+        (6e-6, "time", "6 µs"),
+        (1e5, "angular velocity", "0.1 rad/µs"),
+    ],
+)
+def test_format_rounds_for_people(value, dimension, text):
+    assert quantities.format(value, dimension, digits=4) == text
 
 
 @pytest.mark.parametrize("dimension", quantities.DIMENSIONS)

@@ -132,7 +132,7 @@ DUST = Family(
                    column=("depth mm", "{:.3f}", 1e-3), wanted=6, trade_name="depth",
                    about="depth of a bead, g t^2/2 taken away", figure="deceleration"),
         Observable(name="sine_rms", title="rms from the sine", unit="m", column=None,
-                   text=_scaled(1e6, ".1f", "um"), literature="2.5-28 um (G09)"),
+                   text=_scaled(1e6, ".1f", "µm"), literature="2.5-28 µm (G09)"),
         Observable(name="rebound", title="fastest rebound", unit="m/s", text="{:.4f} m/s",
                    column=None),
         quiet("stopping_time_law", "stopping time by G09 eq 13", "s"),

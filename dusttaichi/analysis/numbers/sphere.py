@@ -19,7 +19,7 @@ def _measure(run):
 
 
 def _stop(value, n):
-    return f"{value * 1e6:.4g} um, where it stops after {n['sphere_stopping_time'] * 1e6:.4g} us"
+    return f"{value * 1e6:.4g} µm, where it stops after {n['sphere_stopping_time'] * 1e6:.4g} µs"
 
 
 SPHERE = Family(
@@ -33,10 +33,10 @@ SPHERE = Family(
                    column=("sphere depth um", "{:.4g}", 1e-6), figure="sphere"),
         quiet("sphere_stopping_time", "stopping time of the sphere", "s", figure="sphere"),
         Observable(name="sphere_largest_depth", title="largest depth of the sphere", unit="m",
-                   text=lambda v, n: f"{v * 1e6:.4g} um",
+                   text=lambda v, n: f"{v * 1e6:.4g} µm",
                    column=("sphere so far um", "{:.4g}", 1e-6), figure="sphere"),
         Observable(name="sphere_force", title="largest force on the sphere", unit="N",
-                   text=lambda v, n: f"{v * 1e6:.4g} uN",
+                   text=lambda v, n: f"{v * 1e6:.4g} µN",
                    column=("force on it uN", "{:.4g}", 1e-6), figure="sphere"),
     ),
 )  # fmt: skip

@@ -35,8 +35,8 @@ def with_faces(particles: Particles, boundary, reach: float = 0.0) -> Particles:
             if not beyond.any():
                 raise DustError(
                     f"boundary.{wall}.layer: no particle is in a layer of "
-                    f"{boundary.layers[wall] * 1e6:g} um; take at least numerics.spacing, "
-                    f"{particles.spacing * 1e6:g} um."
+                    f"{boundary.layers[wall] * 1e6:g} µm; take at least numerics.spacing, "
+                    f"{particles.spacing * 1e6:g} µm."
                 )
             role[beyond], face[beyond] = HELD, WALLS.index(wall)
             room[axis, side] = _between(x[beyond], x[role == DUST], side, room[axis, side])
@@ -52,8 +52,8 @@ def _check_periods(boundary, room, reach) -> None:
         edge = np.ptp(room[AXES.index(name)])
         if edge < reach:
             raise DustError(
-                f"boundary.periodic: the sample is {edge * 1e6:.4g} um wide along {name}, and "
-                f"particles reach {reach * 1e6:.4g} um; allowed: no less than that. Take a wider "
+                f"boundary.periodic: the sample is {edge * 1e6:.4g} µm wide along {name}, and "
+                f"particles reach {reach * 1e6:.4g} µm; allowed: no less than that. Take a wider "
                 "sample, or a smaller numerics.spacing."
             )
 

@@ -106,6 +106,6 @@ def check_free(parts: list[Particles], where: str) -> None:
             if distance.min() < 0.5 * one.spacing:
                 raise DustError(
                     f"{where}: two bodies overlap: two of their particles are "
-                    f"{distance.min() * 1e6:.4g} um apart; allowed: at least half of "
-                    f"numerics.spacing, {0.5e6 * one.spacing:.4g} um. Move them apart."
+                    f"{distance.min() * 1e6:.4g} µm apart; allowed: at least half of "
+                    f"numerics.spacing, {0.5e6 * one.spacing:.4g} µm. Move them apart."
                 )

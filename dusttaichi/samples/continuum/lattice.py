@@ -35,7 +35,7 @@ def check_count(volume: float, spacing: float, dimension: int, where: str) -> No
         )
     if count < 1:
         raise DustError(
-            f"{where}: it is smaller than one particle (numerics.spacing = {spacing * 1e6:g} um); "
+            f"{where}: it is smaller than one particle (numerics.spacing = {spacing * 1e6:g} µm); "
             "take a shorter spacing or a larger body."
         )
 
