@@ -63,6 +63,7 @@ def main():
         "variables_continuum.md": variables("series", OF_CONTINUUM),
         "variables_continuum_snapshots.md": variables("snapshots", OF_CONTINUUM),
         "commands.md": interface.commands(),
+        "exit_codes.md": interface.exit_codes(),
         **{f"{csv_file.stem}.md": csv_table(csv_file) for csv_file in _tables()},
         "api/index.md": interface.api_index(),
         **{f"api/{room}.md": interface.api_page(room, line) for room, line in interface.ROOMS},

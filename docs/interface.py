@@ -8,7 +8,7 @@ from pathlib import Path
 import typer
 from markup import cell, prose, text
 
-from dusttaichi.commands.app import app
+from dusttaichi.commands.app import EXIT_CODES, app
 
 # Rooms of the package, in the order in which data pass through them: (package, in a line).
 ROOMS = (
@@ -48,6 +48,12 @@ def commands():
     return text(lines)
 
 
+def exit_codes():
+    """The table of exit codes."""
+    rows = [f"| {code} | {cell(what)} |" for code, what in EXIT_CODES]
+    return text(["| exit code | what has happened |", "| --- | --- |", *rows])
+
+
 def _commands(group, prefix=""):
     """(full name, command) of every command, groups of commands opened."""
     for name, command in group.commands.items():
@@ -62,7 +68,7 @@ def _words(option):
     if option.param_type_name == "argument":
         return [option.metavar or option.name.upper()]
     takes = "" if getattr(option, "is_flag", False) else f" {option.metavar or _kind(option)}"
-    return [word + takes for word in option.opts]
+    return [word + takes for word in [*option.opts, *option.secondary_opts]]
 
 
 def _kind(option):

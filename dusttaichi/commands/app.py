@@ -29,11 +29,18 @@ except KeyboardInterrupt:  # Ctrl-C while Python imports; it, or another, would 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     raise SystemExit(130) from None
 
+EXIT_CODES = (
+    (0, "the command has done what it was to do"),
+    (1, "a cell of the map of `dust extremes` came out wrong"),
+    (2, "input that cannot be used, a missing file, a full disk: something that you can mend"),
+    (3, "a guard has stopped a run, because its numbers can no longer be trusted"),
+    (130, "Ctrl-C, SIGTERM or SIGHUP; everything up to there is kept"),
+)
 app = typer.Typer(
-    add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    help="Grain-by-grain simulation of porous dust.",
+    help="Grain-by-grain and continuum simulation of porous dust.",
+    epilog="Exit codes: " + "; ".join(f"{code} {what}" for code, what in EXIT_CODES) + ".",
 )
 COMMANDS = (new, run, sweep, trade, sticking, extremes, check, schema)
 COMMANDS += (report, watch, plot, compare, fit, bench, export, render)
@@ -57,12 +64,10 @@ def _options(
 
 
 def main(commands=None):
-    """Entry point: errors of the user are one clear message, not a traceback.
+    """Entry point: errors of the user are one clear message, not a traceback. The exit code is one
+    of EXIT_CODES.
 
     commands: a typer app, by default `app`.
-
-    The exit code is 0 at the end of a command, 1 where `dust extremes` finds something wrong, that
-    of the DustError (2, or 3 where a guard stopped a run), and 130 after an interruption.
     """
     try:
         with guarded():

@@ -8,6 +8,7 @@ import typer
 
 from dusttaichi.commands.console import console, say
 from dusttaichi.commands.options import Extensions, SceneFile, Settings, importing, load_scene
+from dusttaichi.errors import DustError
 from dusttaichi.names import NEVER
 
 LABEL = 42  # columns that the names of numbers take at least
@@ -31,14 +32,23 @@ def check(
     forces: Annotated[
         bool, typer.Option("--forces", help="build it: forces and energies of its start, no step")
     ] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="numbers for scripts, and nothing else")
+    ] = False,
 ):
     """Check a YAML file and say what it is: sample, contacts, time step, cost."""
     from dusttaichi import method
     from dusttaichi.compute import processor
 
-    scene = load_scene(file, settings=settings, extensions=extensions)
-    how = method.of(scene)
-    preview = None if how.preview is None else how.preview(scene)  # which may still refuse it
+    def read():
+        scene = load_scene(file, settings=settings, extensions=extensions)
+        how = method.of(scene)
+        # which may still refuse it
+        return scene, how, None if how.preview is None else how.preview(scene)
+
+    if as_json:
+        return _check_as_json(read)
+    scene, how, preview = read()
     say(f"{scene.name} is a valid scene of the method {scene.method}.")
     if preview is not None:
         _show([*preview.sections, ("Cost", _cost(scene, preview, measure_it=time))])
@@ -54,6 +64,18 @@ def check(
         _show(how.forces(scene) or [("Forces at the start", _NOT_KNOWN)])
     rest = {"--time": time, "--scene": resolved, "--internals": internals, "--forces": forces}
     say(f"\nmore: {', '.join(option for option, there in rest.items() if not there)}")
+
+
+def _check_as_json(read):
+    """Print what `read` returns, or that it refuses the scene. Raises what it raises."""
+    from dusttaichi.commands import check_json
+
+    try:
+        scene, _, preview = read()
+    except DustError as error:
+        check_json.print_refusal(error)
+        raise
+    check_json.print_scene(scene, preview)
 
 
 def _show(sections):

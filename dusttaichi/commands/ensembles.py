@@ -8,12 +8,13 @@ from dusttaichi.commands.console import (
     say_json,
     say_written,
 )
-from dusttaichi.commands.progress import ProgressBar, shares_text
+from dusttaichi.commands.progress import Phases, ProgressBar, shares_text
 from dusttaichi.errors import DustError, GuardStop, Interrupted
 
 
-def run_plan(plan, onward, *, quiet, as_json=False, **how):
-    """Run a Plan, gather it, draw it, print its table, or its numbers as JSON.
+def run_plan(plan, onward, *, quiet, verbose=False, figures=True, as_json=False, **how):
+    """Run a Plan, gather it, print its table, or its numbers as JSON, and draw it where `figures`
+    are wanted: all runs in one; `dust plot` draws those of a single run.
 
     onward: the command that goes on after an interruption. how: as `ensemble.run_all` takes it.
     Raises DustError for input that cannot be used, Interrupted, and, after everything else is done,
@@ -22,9 +23,9 @@ def run_plan(plan, onward, *, quiet, as_json=False, **how):
     from dusttaichi.analysis.ensemble import save_ensemble
     from dusttaichi.analysis.ensemble_tables import missing
     from dusttaichi.analysis.plain import plain_ensemble
-    from dusttaichi.plots import ensemble, save
     from dusttaichi.studies.ensemble import gather_plan, run_all
 
+    phases = Phases(verbose)
     with ProgressBar(quiet) as bar:
         try:
             results = run_all(plan, report=_shown(bar), log=bar.log, **how)
@@ -33,12 +34,16 @@ def run_plan(plan, onward, *, quiet, as_json=False, **how):
                 f"interrupted; everything up to here is in {plan.directory}. Go on with: {onward}"
             ) from None
     failed = [result for result in results if result.code != 0]
-    if len(failed) == len(results):
+    part = how.get("part", (1, 1)) != (1, 1)
+    if failed and (part or len(failed) == len(results)):
         raise failure(plan, failed)
+    phases.tell(f"{len(results)} runs")
+    if part:
+        return say(f"{len(results)} of {len(plan.members)} runs; when all are done: {onward}")
     data = gather_plan(plan, results)
     save_ensemble(data, plan.file)
-    figure = plan.file.with_suffix(".png")
-    save(ensemble(data), figure)
+    phases.tell("gathered")
+    written = [plan.file, *([_draw(data, plan)] if figures else [])]
     tell = remark if as_json else say
     if as_json:
         say_json(plain_ensemble(data))
@@ -46,9 +51,15 @@ def run_plan(plan, onward, *, quiet, as_json=False, **how):
         _say_table(data)
     for what, label, runs, why in missing(data):
         tell(f"no {what} for {runs}{f', {label}' if label else ''}: {why}")
-    say_written((plan.file, figure), tell)
+    say_written(written, tell)
     if failed:
         raise failure(plan, failed)
+
+
+def _draw(data, plan):
+    from dusttaichi.plots import ensemble, save
+
+    return save(ensemble(data), plan.file.with_suffix(".png"))
 
 
 def failure(plan, failed):

@@ -5,13 +5,17 @@ from typing import Annotated
 
 import typer
 
+from dusttaichi.commands import completion
 from dusttaichi.commands.console import console, plain_table, say, say_written
 from dusttaichi.errors import DustError
 
 
 def new(
     name: Annotated[
-        str | None, typer.Argument(help="one of the scenes that come along", metavar="[NAME]")
+        str | None,
+        typer.Argument(
+            help="one of the bundled scenes", metavar="[NAME]", autocompletion=completion.shipped
+        ),
     ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="the file, by default NAME.yaml here")
@@ -50,7 +54,7 @@ def _show_names():
     names = shipped.names()
     table = plain_table(
         {"header": "scene", "no_wrap": True, "min_width": max(map(len, names))},
-        {"header": "what it is", "no_wrap": True, "overflow": "ellipsis"},
+        {"header": "what it is", "overflow": "fold"},
     )
     for name in names:
         table.add_row(name, shipped.about(shipped.folder() / f"{name}.yaml"))

@@ -8,18 +8,37 @@ from typing import Annotated
 
 import typer
 
+from dusttaichi.commands import completion
 from dusttaichi.errors import DustError
 
 SceneFile = Annotated[
-    Path, typer.Argument(help="YAML file of the scene, or a name of dust new", metavar="FILE")
+    Path,
+    typer.Argument(
+        help="YAML file of the scene, or a name of dust new",
+        metavar="FILE",
+        autocompletion=completion.scenes,
+    ),
 ]
-RunPath = Annotated[Path, typer.Argument(help="run directory or result file", metavar="RUN")]
-RunPaths = Annotated[list[Path], typer.Argument(help="run directories or result files")]
+RunPath = Annotated[
+    Path,
+    typer.Argument(
+        help="run directory or result file", metavar="RUN", autocompletion=completion.runs
+    ),
+]
+RunPaths = Annotated[
+    list[Path],
+    typer.Argument(help="run directories or result files", autocompletion=completion.runs),
+]
 Output = Annotated[Path | None, typer.Option("--output", "-o", help="directory of the results")]
 MapOutput = Annotated[Path | None, typer.Option("--output", "-o", help="directory of the map")]
 Settings = Annotated[
     list[str] | None,
-    typer.Option("--set", help="a key of the scene in place of the file's", metavar="KEY=VALUE"),
+    typer.Option(
+        "--set",
+        help="a key of the scene in place of the file's",
+        metavar="KEY=VALUE",
+        autocompletion=completion.keys,
+    ),
 ]
 Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads")]
 Scheduler = Annotated[
@@ -48,7 +67,13 @@ Added = Annotated[
         metavar="FILE",
     ),
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="no progress bar")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="no progress bar, no hints")]
+Verbose = Annotated[
+    bool, typer.Option("--verbose", "-v", help="tell what the scene says, and what took how long")
+]
+Figures = Annotated[
+    bool, typer.Option("--figures/--no-figures", help="draw figures at the end", show_default=False)
+]
 
 
 @contextmanager

@@ -5,7 +5,7 @@ import time as real_time
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Column
 
-from dusttaichi.commands.console import err
+from dusttaichi.commands.console import err, remark
 
 SHOWN = 4  # tasks side by side that the bar tells of
 ROOMY = 100  # columns of a terminal from which there is room for the bar itself
@@ -58,6 +58,20 @@ class ProgressBar:
         """Print a line above the bar."""
         if self._logs:
             self._bar.console.print(text, soft_wrap=True)
+
+
+class Phases:
+    """Tells what each phase of a command took, where `on` (--verbose) asks for it."""
+
+    def __init__(self, on):
+        self._on, self._began = on, real_time.monotonic()
+
+    def tell(self, what):
+        """A phase ends here."""
+        now = real_time.monotonic()
+        if self._on:
+            remark(f"{now - self._began:8.1f} s  {what}")
+        self._began = now
 
 
 def _columns(width):

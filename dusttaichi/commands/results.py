@@ -134,14 +134,16 @@ def compare(
 
 def export(
     run: RunPath,
-    to: Annotated[str, typer.Option(help="vtk, extxyz or lammps")],
+    to: Annotated[
+        str, typer.Option(help="vtk, vtp, stl, xyz, extxyz, lammps, lammps-data or lammps-restart")
+    ],
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="directory of the files")
     ] = None,
     snapshot: Annotated[str, typer.Option(help="number, from the end if negative, or all")] = "all",
     force: Overwrite = False,
 ):
-    """Snapshots for other programs: ParaView (vtk), ASE and OVITO (extxyz), OVITO (lammps)."""
+    """Snapshots for other programs: ParaView, OVITO, ASE, LAMMPS, CAD."""
     from dusttaichi import analysis
     from dusttaichi.export import export as write
 

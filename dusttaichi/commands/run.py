@@ -16,6 +16,7 @@ from dusttaichi.commands.console import (
 from dusttaichi.commands.ensembles import run_plan
 from dusttaichi.commands.options import (
     Extensions,
+    Figures,
     Json,
     Output,
     Quiet,
@@ -23,12 +24,13 @@ from dusttaichi.commands.options import (
     Scheduler,
     Settings,
     Threads,
+    Verbose,
     again,
     load_scene,
     refuse_both,
     writing,
 )
-from dusttaichi.commands.progress import ProgressBar
+from dusttaichi.commands.progress import Phases, ProgressBar
 from dusttaichi.commands.report import watched
 from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.names import NEVER
@@ -54,7 +56,9 @@ def run(
     threads: Threads = None,
     scheduler: Scheduler = None,
     as_json: Json = False,
+    figures: Figures = True,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ):
     """Run the scene of a YAML file: result, figures and a short table."""
     from dusttaichi.run import run_directory
@@ -75,19 +79,24 @@ def run(
         plan = ensemble.ensemble_plan(scene, directory)
         how = {"force": force, "resume": resume, "scheduler": scheduler, "error_bar": error_bar}
         with writing(force=force, inputs=[file]):
-            run_plan(plan, onward, quiet=quiet, as_json=as_json, **how)
+            told = {"quiet": quiet, "verbose": verbose, "figures": figures, "as_json": as_json}
+            run_plan(plan, onward, **told, **how)
         return
     if scheduler is not None:
         raise DustError("--scheduler is for many runs: a scene with replicas, or dust sweep")
     how = {"force": force, "resume": resume, "fresh": fresh, "error_bar": error_bar}
+    phases = Phases(verbose)
     with watched(directory, watch):
-        keep_start = _run_one(scene, directory, onward, quiet=quiet, **how)
+        keep_start = _run_one(scene, directory, onward, quiet=quiet, phases=phases, **how)
     with writing(force=force, inputs=[file]):
-        _show_result(directory, as_json)
+        written, frames = _show_result(directory, figures, as_json)
+        phases.tell(f"numbers and {len(written) - 1} figures")
+    if not (quiet or as_json):
+        _say_next(directory, frames)
     keep_start()
 
 
-def _run_one(scene, directory, onward, *, quiet, **how):
+def _run_one(scene, directory, onward, *, quiet, phases, **how):
     """Run a scene; returns what keeps, at the end of the command, how long it took beside the
     steps. onward: the command that goes on with it. how: as `execute` takes it."""
     from dusttaichi.run import execute
@@ -96,11 +105,17 @@ def _run_one(scene, directory, onward, *, quiet, **how):
 
     timer = Timer(scene)
     clock = Clock(scene, timer)
-    hooks = {"ready": clock.ready, "advancing": timer}
+
+    def ready(sim):
+        clock.ready(sim)
+        phases.tell(_built(scene, sim, clock.cached))
+
+    hooks = {"ready": ready, "advancing": timer}
     with ProgressBar(quiet, "building") as bar:
         try:
             execute(scene, directory, report=_shown(bar), log=bar.log, **hooks, **how)
             timer.keep()
+            phases.tell("steps and output")
         except Interrupted as stop:
             if not stop.kept:
                 raise
@@ -127,22 +142,34 @@ def _shown(bar):
     return show
 
 
-def _show_result(directory, as_json):
-    """Figures and table of a finished run, or its numbers as JSON."""
-    from dusttaichi import analysis, plots
+def _built(scene, sim, cached):
+    """What --verbose tells of a simulation before its first step."""
+    from dusttaichi import units
+    from dusttaichi.scene import quantities
+
+    step = quantities.format(sim.dt * units.TIME, "time", digits=4)
+    kernels = "from the cache" if cached else "compiled where no run before has left them"
+    return f"{scene.method}: {sim.size:,} particles, time step {step}, kernels {kernels}"
+
+
+def _show_result(directory, draw, as_json):
+    """Table of a finished run, or its numbers as JSON, and its figures where these are to be drawn:
+    (paths, number of snapshots)."""
+    from dusttaichi import analysis
     from dusttaichi.analysis.plain import plain_runs
 
     failed = []
     with analysis.open_run(directory) as result:
-        figures = plots.save_all(result, directory, failed=failed)
-        written = [directory / "result.nc", *figures]
+        figures = _figures(result, directory, failed) if draw else []
+        written, frames = [directory / "result.nc", *figures], result.snapshots
+        count = 0 if frames is None else frames.sizes["snapshot"]
         if as_json:
             say_json(plain_runs([result]))
             say_written(written, remark)
             say_not_drawn(failed)
-            return
+            return written, count
         summary = analysis.summary(result)
-        rows, frames = analysis.table(summary), result.snapshots
+        rows = analysis.table(summary)
     headings = [
         {"header": heading, "no_wrap": heading == " "}  # no label is cut
         for heading in (" ", "run", "literature")
@@ -154,7 +181,13 @@ def _show_result(directory, as_json):
     console.print(table)
     say_written(written)
     say_not_drawn(failed)
-    _say_next(directory, 0 if frames is None else frames.sizes["snapshot"])
+    return written, count
+
+
+def _figures(result, directory, failed):
+    from dusttaichi import plots  # with matplotlib, which a run without figures does not wait for
+
+    return plots.save_all(result, directory, failed=failed)
 
 
 def _say_next(directory, frames):

@@ -1,22 +1,27 @@
 """`dust sweep`: a scene over a grid of values of its keys."""
 
+import re
 from typing import Annotated
 
 import typer
 
+from dusttaichi.commands import completion
 from dusttaichi.commands.ensembles import run_plan
 from dusttaichi.commands.options import (
     Extensions,
+    Figures,
     Json,
     Output,
     Quiet,
     SceneFile,
     Scheduler,
+    Verbose,
     again,
     load_scene,
     refuse_both,
     writing,
 )
+from dusttaichi.errors import DustError
 
 
 def sweep(
@@ -24,26 +29,48 @@ def sweep(
     *,
     settings: Annotated[
         list[str],
-        typer.Option("--set", help="a key and its values, key=value,value", metavar="KEY=VALUES"),
+        typer.Option(
+            "--set",
+            help="a key and its values, key=value,value",
+            metavar="KEY=VALUES",
+            autocompletion=completion.keys,
+        ),
     ],
     force: Annotated[bool, typer.Option("--force", help="overwrite existing results")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="go on with what is missing")] = False,
+    part: Annotated[
+        str | None,
+        typer.Option(help="every N-th run only, from the K-th on", metavar="K/N"),
+    ] = None,
     extensions: Extensions = None,
     output: Output = None,
     threads: Annotated[int | None, typer.Option(min=1, help="CPU threads a run")] = None,
     scheduler: Scheduler = None,
     as_json: Json = False,
+    figures: Figures = True,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ):
     """Run a scene over a grid of values of its keys: one dataset, a figure, a table."""
     from dusttaichi.studies import ensemble
 
     refuse_both(force, resume)
     scene = load_scene(file, threads, extensions=extensions)
+    scene, swept = ensemble.with_common_settings(scene, settings)
     runs = scene.output.directory
-    plan = ensemble.sweep_plan(scene, settings, output or runs.with_name(f"{runs.name}-sweep"))
+    plan = ensemble.sweep_plan(scene, swept, output or runs.with_name(f"{runs.name}-sweep"))
     how = {"settings": settings, "scheduler": scheduler, "extensions": extensions}
     onward = again("sweep", file, output, **how)
     with writing(force=force, inputs=[file]):
-        how = {"force": force, "resume": resume, "scheduler": scheduler}
-        run_plan(plan, onward, quiet=quiet, as_json=as_json, **how)
+        how = {"force": force, "resume": resume, "scheduler": scheduler, "part": _part(part)}
+        told = {"quiet": quiet, "verbose": verbose, "figures": figures, "as_json": as_json}
+        run_plan(plan, onward, **told, **how)
+
+
+def _part(text):
+    """(k, n) of "k/n", the whole of None. Raises DustError."""
+    found = re.fullmatch(r"(\d+)/(\d+)", text or "1/1")
+    k, n = (int(number) for number in found.groups()) if found else (0, 0)
+    if not 1 <= k <= n:
+        raise DustError(f"--part {text}: allowed: K/N with K from 1 to N, for example 2/8")
+    return k, n

@@ -73,19 +73,19 @@ def likely(scene, size):
 class Clock:
     """Times a run before the end of its first stretch of steps, and after that of its last.
 
-    timer: the speeds.Timer of its stretches.
+    timer: the speeds.Timer of its stretches. cached: whether kernels were there, once it is built.
     """
 
     def __init__(self, scene, timer):
         # what has been imported before is part of the wait, and little else than computing
         self._began = real_time.perf_counter() - real_time.process_time()
-        self.scene, self.timer, self._size, self._cached = scene, timer, None, None
+        self.scene, self.timer, self._size, self.cached = scene, timer, None, None
 
     def ready(self, sim):
         """The scene is built."""
         self.timer.ready(sim)
         # this process writes its own kernels to the disk when it ends
-        self._size, self._cached = sim.size, are_cached(self.scene, sim.size)
+        self._size, self.cached = sim.size, are_cached(self.scene, sim.size)
 
     def keep(self):
         """Keep the time up to now, where any step was made."""
@@ -94,5 +94,5 @@ class Clock:
         first, last = self.timer.ends
         seconds = first - self._began + real_time.perf_counter() - last
         kernels = kernels_of(self.scene, self._size)
-        start = Start(self.scene.method, kernels, self._size, self._cached, seconds)
+        start = Start(self.scene.method, kernels, self._size, self.cached, seconds)
         speeds.write_rows(path(), [*known(), start])

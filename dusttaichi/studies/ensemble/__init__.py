@@ -12,6 +12,7 @@ from dusttaichi.studies.ensemble.scenes import (
     Plan,
     ensemble_plan,
     sweep_plan,
+    with_common_settings,
     with_settings,
 )
 
@@ -23,5 +24,6 @@ __all__ = [
     "gather_plan",
     "run_all",
     "sweep_plan",
+    "with_common_settings",
     "with_settings",
 ]

@@ -4,6 +4,7 @@ import os
 import shutil
 import threading
 from concurrent.futures import FIRST_COMPLETED, wait
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -41,36 +42,42 @@ def run_all(
     resume=False,
     error_bar=False,
     scheduler=None,
+    part=(1, 1),
     report=lambda progress: None,
     log=lambda text: None,
 ):
     """Do all runs of a Plan; returns a JobResult for each member.
 
-    One that fails does not end the others. scheduler: address of a Dask cluster, whose workers
-    need not see this disk. error_bar: each run estimates the error of its time step; those that are
-    finished are left as they are. Raises DustError (results there already, no scheduler),
-    KeyboardInterrupt (after every run has written its checkpoint).
+    part: (k, n), every n-th run only, from the k-th on, counted from 1: the parts of a sweep may go
+    on at the same time, each in a job of its own; the results are then those of these runs. One
+    that fails does not end the others. scheduler: address of a Dask cluster, whose workers need not
+    see this disk. error_bar: each run estimates the error of its time step; those that are finished
+    are left as they are. Raises DustError (results there already, no scheduler), KeyboardInterrupt
+    (after every run has written its checkpoint).
     """
-    with files.RunLock(plan.directory):
+    chosen, whole = range(part[0] - 1, len(plan.members), part[1]), part == (1, 1)
+    # of the parts each run has its own lock
+    with files.RunLock(plan.directory) if whole else nullcontext():
         if not force and not resume:
-            _refuse_existing(plan)
-        modes = {n: _mode(member, force, resume) for n, member in enumerate(plan.members)}
+            own = [plan.members[n].directory / RESULT for n in chosen]
+            _refuse_existing([plan.file] * whole + own)
+        modes = {n: _mode(plan.members[n], force, resume) for n in chosen}
         left = {n: mode for n, mode in modes.items() if mode is not None}
-        results = [JobResult(n, 0, "") for n in range(len(modes))]
+        results = {n: JobResult(n, 0, "") for n in chosen}
         if len(left) < len(modes):
             log(f"{len(modes) - len(left)} of {len(modes)} runs are finished already")
         if left:
-            done = _do(plan, left, error_bar=error_bar, scheduler=scheduler, report=report, log=log)
-            for result in done:
-                results[result.number] = result
-    return results
+            how = {"error_bar": error_bar, "scheduler": scheduler, "report": report, "log": log}
+            done = _do(plan, left, len(modes), **how)
+            results |= {result.number: result for result in done}
+    return list(results.values())
 
 
 # -- what is there -------------------------------------------------------------------------------
 
 
-def _refuse_existing(plan):
-    for path in [plan.file, *(member.directory / RESULT for member in plan.members)]:
+def _refuse_existing(paths):
+    for path in paths:
         if path.exists():
             raise DustError(
                 f"{path} exists already. Use --force to overwrite it, --resume to go on with "
@@ -122,10 +129,10 @@ def shares(scene, runs, cores):
     return min(runs, max(1, cores // threads)), threads
 
 
-def _do(plan, left, *, error_bar, scheduler, report, log):
-    """JobResults of the runs that are left, in any order."""
+def _do(plan, left, total, *, error_bar, scheduler, report, log):
+    """JobResults of the runs that are left of so many, in any order."""
     members = plan.members
-    progress = PlanProgress(len(members), len(members) - len(left))
+    progress = PlanProgress(total, total - len(left))
     lock, ended = threading.Lock(), set()
 
     def heard(number, share):

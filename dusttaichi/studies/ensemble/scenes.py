@@ -20,8 +20,7 @@ from dusttaichi.scene.quantities import DIMENSIONS, Quantity
 from dusttaichi.scene.yaml_text import read
 
 LONGEST = 150  # characters of a directory's name
-# what a sweep sets itself
-OWN_KEYS = ("name", "replicas", "output.directory")
+ONCE = ("name", "replicas")  # keys of which all runs of a sweep have the same value
 
 
 @dataclass(frozen=True)
@@ -129,6 +128,8 @@ def _member(scene: Scene, number: int, directory: Path, label: str, name: str) -
     data.pop("replicas", None)
     data["name"] = name
     data["output"]["directory"] = str(directory)
+    if data["output"]["snapshots"] == "auto":  # thirty of each of many runs fill a disk
+        data["output"]["snapshots"] = "off"
     seeds = {}
     for path, block in _keys(data.get("sample", {}), "seed"):
         block["seed"] += number
@@ -173,12 +174,19 @@ def grid(scene: Scene, settings: list[str]) -> tuple[tuple[Axis, ...], list[Scen
 def with_settings(scene: Scene, settings: list[str]) -> Scene:
     """The scene with `settings`, texts "key=value", applied. Raises DustError."""
     axes, scenes = grid(scene, settings)
-    several = [axis.key for axis in axes if len(axis.texts) > 1]
-    if several:
-        raise DustError(
-            f"--set {several[0]}: one value is needed here, not several (dust sweep takes them)"
-        )
+    for axis in axes:
+        if len(axis.texts) > 1:
+            why = "" if axis.key in ONCE else " (dust sweep takes them)"
+            raise DustError(f"--set {axis.key}: one value is needed here, not several{why}")
     return scenes[0]
+
+
+def with_common_settings(scene: Scene, settings: list[str]) -> tuple[Scene, list[str]]:
+    """(scene, settings): the scene with those of ONCE applied, and those that are left to sweep.
+    Raises DustError."""
+    common = [one for one in settings if one.partition("=")[0].strip() in ONCE]
+    left = [one for one in settings if one not in common]
+    return (with_settings(scene, common) if common else scene), left
 
 
 # -- sweeps --------------------------------------------------------------------------------------
@@ -195,8 +203,8 @@ def _settings(settings: list[str]) -> dict[str, list[str]]:
                 f"--set {setting}: a key and its values are needed, "
                 "for example --set boundary.wall_speed=1cm/s,5cm/s"
             )
-        if key in OWN_KEYS:
-            raise DustError(f"--set {key}: not on the command line; change it in the YAML")
+        if key == "output.directory":
+            raise DustError(f"--set {key}: not on the command line; --output takes a directory")
         if key in found:
             raise DustError(f"--set {key}: it is given twice; join its values with commas")
         found[key] = texts

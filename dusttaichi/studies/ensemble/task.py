@@ -1,4 +1,4 @@
-"""What a worker process does for a run of an ensemble: the run and its figures."""
+"""What a worker process does for a run of an ensemble."""
 
 
 def run(parent, *, scene, directory, mode, error_bar):
@@ -7,7 +7,6 @@ def run(parent, *, scene, directory, mode, error_bar):
     mode: "new", "force" (start anew) or "resume". error_bar: estimate the error of the time step at
     the end. The share that is done is reported on the way. Raises what `execute` raises.
     """
-    from dusttaichi import analysis, plots
     from dusttaichi.run import execute
     from dusttaichi.scene import from_yaml
 
@@ -23,5 +22,3 @@ def run(parent, *, scene, directory, mode, error_bar):
         error_bar=error_bar,
         report=report,
     )
-    with analysis.open_run(directory) as result:
-        plots.save_all(result, directory)

@@ -1,0 +1,47 @@
+"""What the shell offers after Tab: names of scenes, run directories, keys of the YAML.
+
+Nothing here may print or raise: an empty list leaves the file names of the shell.
+"""
+
+from pathlib import Path
+
+MOST = 200  # entries of a folder that are looked at
+
+
+def scenes(incomplete: str):
+    """Names of bundled scenes, and YAML files."""
+    return shipped(incomplete) + _files(incomplete, lambda path: path.suffix in (".yaml", ".yml"))
+
+
+def shipped(incomplete: str):
+    """Names of bundled scenes."""
+    from dusttaichi.scene.shipped import names
+
+    return [name for name in names() if name.startswith(incomplete)]
+
+
+def runs(incomplete: str):
+    """Run directories, and result files."""
+    return _files(incomplete, lambda path: path.suffix == ".nc")
+
+
+def keys(incomplete: str):
+    """Keys of the YAML, with the equals sign that --set needs."""
+    from dusttaichi.scene.keys import rows
+
+    return [f"{row.path}=" for row in rows() if row.path.startswith(incomplete)]
+
+
+def _files(incomplete, fits):
+    """Paths that begin so: folders, from which it goes on, and files that fit."""
+    folder = Path(incomplete) if incomplete.endswith("/") else Path(incomplete).parent
+    try:
+        entries = sorted(folder.iterdir())[:MOST]
+    except OSError:
+        return []
+    found = []
+    for path in entries:
+        text = path.as_posix()
+        if text.startswith(incomplete) and (path.is_dir() or fits(path)):
+            found.append(text)
+    return found
