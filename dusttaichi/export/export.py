@@ -6,14 +6,15 @@ from dusttaichi.analysis.frame import frame_count
 from dusttaichi.errors import DustError
 from dusttaichi.method import attribute
 
-FORMATS = ("vtk", "extxyz", "lammps")
+FORMATS = ("vtk", "vtp", "stl", "xyz", "extxyz", "lammps", "lammps-data", "lammps-restart")
 _NEEDS = {"vtk": "meshio", "extxyz": "ase"}
 
 
 def export(run, to, output=None, snapshot="all"):
     """Write snapshots of a Run for another program. Returns the paths, what to open first.
 
-    to: "vtk" (ParaView), "extxyz" (ASE, OVITO) or "lammps" (OVITO, LAMMPS). output: the directory,
+    to: one of FORMATS: ParaView takes "vtk" and "vtp", CAD "stl", ASE and OVITO "xyz" and "extxyz",
+    LAMMPS and OVITO "lammps" (dumps), LAMMPS its data and restart files. output: the directory,
     by default one of the format's name beside the result. snapshot: a number, from the end if
     negative, or "all". Existing files of the same names are overwritten.
     Runs of the continuum go to vtk only. Raises DustError where the format or the snapshot is not

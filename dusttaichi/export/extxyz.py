@@ -4,7 +4,8 @@ Positions, radii and cell in Angstrom, masses in u, momenta in ASE's units, so t
 `atoms.get_velocities()` is right; beside them `velocity_m_per_s` and `spin_rad_per_s` as they
 are called. `Origin` is the lower corner of the cell, as OVITO reads it; ASE's cells begin at 0.
 The format has no place for contacts; each grain has its `coordination`, its number of
-`wall_contacts`, and the `force_N` of all of them; `material` is the number of its material.
+`wall_contacts`, and the `force_N` of all of them; `material` is the number of its material, and
+OVITO shows it at once in its `radius` and `color`.
 """
 
 import numpy as np
@@ -13,6 +14,7 @@ from ase import units as ase_units
 from ase.io import write as ase_write
 
 from dusttaichi.analysis.frame import grain_masses
+from dusttaichi.export.colours import colours_of
 from dusttaichi.results.outputs import check
 
 FILE = "grains.extxyz"
@@ -24,7 +26,11 @@ UNITS = "pos, radius, Lattice, Origin: Angstrom; masses: u; momenta: ASE; time_s
 def write(run, frames, folder):
     """Write the frames to one file in `folder`. Returns its path in a list."""
     masses = grain_masses(run)
-    images = [atoms(frame, masses) for frame in frames]
+    images = []
+    for frame in frames:
+        image = atoms(frame, masses)
+        image.set_array("color", np.round(colours_of(run, frame), 3))  # which OVITO takes as such
+        images.append(image)
     ase_write(check(folder / FILE, UNITS), images, format="extxyz")
     return [folder / FILE]
 

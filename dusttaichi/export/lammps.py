@@ -82,25 +82,32 @@ def _item(file, header, columns, rows):
 
 
 def _bounds(frame):
-    """BOX BOUNDS: p periodic, f at a wall, s (the outermost surface) where there is nothing."""
-    low = (frame.position - frame.radius[:, None]).min(axis=0)
-    high = (frame.position + frame.radius[:, None]).max(axis=0)
-    kinds, lines = [], []
-    for axis in range(3):
-        ends = []
-        for at, free in zip(frame.cell[axis], (low[axis], high[axis]), strict=True):
-            ends.append(free if np.isnan(at) else at)
-        walls = ["s" if np.isnan(at) else "f" for at in frame.cell[axis]]
-        kinds.append("pp" if frame.periodic[axis] else "".join(walls))
-        # of a cell that leans about its centre the bounds are those of all its corners
-        wider = 0.5 * abs(frame.tilt) if axis == 0 else 0.0
-        ends = [ends[0] - wider, ends[1] + wider]
-        lines.append(f"{ends[0] / LENGTH:.16g} {ends[1] / LENGTH:.16g}\n")
+    """BOX BOUNDS: of a cell that leans about its centre those of all its corners."""
+    ends, kinds = box_ends(frame), boundary_words(frame)
+    ends[0] += 0.5 * abs(frame.tilt) * np.array([-1.0, 1.0])
+    lines = [f"{low:.16g} {high:.16g}\n" for low, high in ends / LENGTH]
     if frame.tilt:
         tilts = ("0", f"{frame.tilt / LENGTH:.16g}", "0")
         lines = [f"{line[:-1]} {tilt}\n" for line, tilt in zip(lines, tilts, strict=True)]
         kinds = ["xy xz yz", *kinds]
     return f"ITEM: BOX BOUNDS {' '.join(kinds)}\n" + "".join(lines)
+
+
+def box_ends(frame):
+    """Lower and upper end of the box along each axis [m], (3, 2): walls and faces of the cell, the
+    outermost surface of a grain where there is nothing."""
+    low = (frame.position - frame.radius[:, None]).min(axis=0)
+    high = (frame.position + frame.radius[:, None]).max(axis=0)
+    return np.where(np.isnan(frame.cell), np.stack([low, high], axis=1), frame.cell)
+
+
+def boundary_words(frame):
+    """What LAMMPS calls the ends along each axis: p periodic, f a wall, s nothing."""
+    walls = np.where(np.isnan(frame.cell), "s", "f")
+    return [
+        "pp" if periodic else "".join(ends)
+        for periodic, ends in zip(frame.periodic, walls, strict=True)
+    ]
 
 
 def _grains(frame, masses):

@@ -7,6 +7,8 @@ from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.method import Method
 from dusttaichi.scene.grains import GrainsScene
 
+EXPORTS = ("vtk", "vtp", "stl", "xyz", "extxyz", "lammps", "lammps-data", "lammps-restart")
+
 PACKAGE = Path(__file__).parents[1]
 
 
@@ -96,5 +98,5 @@ METHOD = Method(
     read_snapshot="dusttaichi.analysis.frame:read_frame",
     knobs="dusttaichi.studies.trade.knobs:GRAINS",
     picture="dusttaichi.plots.grains:PICTURE",
-    exports={to: f"dusttaichi.export.{to}:write" for to in ("vtk", "extxyz", "lammps")},
+    exports={to: f"dusttaichi.export.{to.replace('-', '_')}:write" for to in EXPORTS},
 )

@@ -1,5 +1,9 @@
 """Samples: where the grains are before the first step. One kind a file, block and generator."""
 
+from dataclasses import replace
+
+import numpy as np
+
 from dusttaichi.samples import (  # noqa: F401, each registers its kind
     bcca,
     chain,
@@ -16,6 +20,7 @@ from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.push import group_of, pushed
 from dusttaichi.samples.registry import AnySample, SampleBlock, made, reads_samples, register
 from dusttaichi.samples.sample import (
+    ROUNDING,
     Sample,
     bulk_filling_factor,
     coordination,
@@ -23,9 +28,11 @@ from dusttaichi.samples.sample import (
     filling_factor,
     fractal_dimension,
     radius_of_gyration,
+    smallest_gap,
     touching_pairs,
 )
 from dusttaichi.samples.taken import kept_walls
+from dusttaichi.scene import quantities
 
 __all__ = [
     "AnySample",
@@ -43,6 +50,7 @@ __all__ = [
     "radius_of_gyration",
     "reads_samples",
     "register",
+    "smallest_gap",
     "touching_pairs",
 ]
 
@@ -53,4 +61,29 @@ def make(scene) -> Sample:
     Raises DustError, naming the place in the YAML, for a file that cannot be used, grains that
     overlap too much, a cut without grains, or a sample that would be too large.
     """
-    return pushed(scene, kept_walls(scene, made(scene.sample, Materials(scene))))
+    sample = made(scene.sample, Materials(scene))
+    if scene.sample.kind == "explicit" or not _of_this_package(scene.sample):
+        sample = _remark_on_gaps(sample, scene)
+    return pushed(scene, kept_walls(scene, sample))
+
+
+def _of_this_package(block) -> bool:
+    return type(block).__module__.startswith(f"{__name__}.")
+
+
+def _remark_on_gaps(sample: Sample, scene) -> Sample:
+    """The sample; where it was given by the user and no two of its grains touch, its info says
+    so: a unit or a radius may be another one than was meant."""
+    if len(sample) < 2 or sample.info.get("coordination") != 0.0:
+        return sample
+    radius = scene.material.radius if sample.radii is None else sample.radii
+    gap = smallest_gap(sample.positions, radius)
+    if gap <= ROUNDING * np.min(radius):
+        return sample
+    text = (
+        f"sample: no two of its {len(sample):,} grains touch (the nearest leave "
+        f"{quantities.format(gap, 'length', digits=3)} between them); are lengths and radii in "
+        "the units you meant?"
+    )
+    info = sample.info | {"remarks": [*sample.info.get("remarks", ()), text]}
+    return replace(sample, info=info)

@@ -57,8 +57,8 @@ class ExplicitSample(SampleBlock):
     file: Path | None = Field(
         None,
         description="CSV with the header x,y,z[,vx,vy,vz,wx,wy,wz][,radius,material], NetCDF with "
-        "the variables of "
-        "a snapshot, or the directory or result.nc of another run; relative to the YAML file",
+        "the variables of a snapshot, the directory or result.nc of another run, a dump, data or "
+        "restart file of LAMMPS, text of YADE, or XYZ; relative to the YAML file",
     )
     snapshot: Annotated[int | Literal["last"], Number(whole=True, ge=0, word="last")] = Field(
         "last", description="which snapshot of another run: a number from 0 on, or last"
@@ -76,7 +76,8 @@ class ExplicitSample(SampleBlock):
     )
     units: Annotated[float, Quantity("length", gt=0, bare_unit=True, example="um")] = Field(
         "m",
-        description="unit of x, y, z, radius in a CSV file; velocities and spins are m/s and rad/s",
+        description="unit of x, y, z, radius in a text file that does not name its own; "
+        "velocities and spins are m/s and rad/s",
     )
 
     @field_validator("file", mode="after")
@@ -251,9 +252,9 @@ def check_apart(positions: np.ndarray, radius, where: str) -> None:
             k = int(np.argmin(distance / (radius[i] + radius[j])))
             both = radius[i[k]] + radius[j[k]]
             raise DustError(
-                f"{where}: grains {i[k]} and {j[k]} (from 0) are {distance[k] * 1e6:g} um apart; "
+                f"{where}: grains {i[k]} and {j[k]} (from 0) are {distance[k] * 1e6:g} µm apart; "
                 f"allowed: at least {CLOSEST} of the sum of their radii, {CLOSEST * both * 1e6:g} "
-                "um, between centres. Are the lengths in the unit you meant?"
+                "µm, between centres. Are the lengths in the unit you meant?"
             )
         return
     distance, neighbour = scipy.spatial.cKDTree(positions).query(positions, k=2)
@@ -263,8 +264,8 @@ def check_apart(positions: np.ndarray, radius, where: str) -> None:
         # The nearest other grain; where centres coincide it may be listed first.
         j = int(neighbour[i, 1] if neighbour[i, 1] != i else neighbour[i, 0])
         raise DustError(
-            f"{where}: grains {min(i, j)} and {max(i, j)} (from 0) are {gap * 1e6:g} um apart, "
+            f"{where}: grains {min(i, j)} and {max(i, j)} (from 0) are {gap * 1e6:g} µm apart, "
             f"{gap / (2 * radius):.3g} diameters; allowed: at least {CLOSEST} diameters, "
-            f"{CLOSEST * 2e6 * radius:g} um, between centres (radius {radius * 1e6:g} um). "
+            f"{CLOSEST * 2e6 * radius:g} µm, between centres (radius {radius * 1e6:g} µm). "
             "Are the lengths in the unit you meant?"
         )

@@ -6,13 +6,16 @@ from pathlib import Path
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import refuse_unreadable
-from dusttaichi.samples import csv_file
+from dusttaichi.samples import csv_file, foreign
 from dusttaichi.samples.limits import memory
 from dusttaichi.scene.fields import needed
 
+HEAD = 4096  # bytes of a file that tell what it is
+
 
 def read(path: Path, where: str, length_unit: float | None = None, snapshot="last") -> dict:
-    """Arrays of a CSV file, a NetCDF file, or a run directory's result.nc.
+    """Arrays of a CSV file, a NetCDF file, a run directory's result.nc, or a file of another
+    program (samples.foreign).
 
     where: how errors name the file. length_unit [m]: what x, y, z of a CSV file count in where
     their headings do not say. snapshot: number from 0, or "last", of a NetCDF file.
@@ -24,13 +27,16 @@ def read(path: Path, where: str, length_unit: float | None = None, snapshot="las
     check_kind(path, where)
     if not path.exists():
         raise DustError(
-            f"{where}: there is no such file; allowed: a CSV file, a NetCDF file, or the "
-            "directory of another run. Relative paths start at the YAML file."
+            f"{where}: there is no such file; allowed: a CSV or NetCDF file, one of LAMMPS, YADE "
+            "or XYZ, or the directory of another run. Relative paths start at the YAML file."
         )
-    if _first_bytes(path, where).startswith((b"\x89HDF", b"CDF")):
+    head = _first_bytes(path, where)
+    if head.startswith((b"\x89HDF", b"CDF")):
         from dusttaichi.samples import netcdf  # half a second, which only such a file is worth
 
         return netcdf.read(path, where, snapshot)
+    if (of_others := foreign.reader(head)) is not None:
+        return of_others(path, where, length_unit, snapshot)
     if snapshot != "last":
         raise DustError(f"{where}: a CSV file has no snapshots; leave sample.snapshot out.")
     return csv_file.read(path, where, length_unit)
@@ -68,6 +74,6 @@ def check_kind(path: Path, where: str) -> None:
 def _first_bytes(path: Path, where: str) -> bytes:
     try:
         with path.open("rb") as file:
-            return file.read(4)
+            return file.read(HEAD)
     except OSError as error:
         raise DustError(f"{where}: it cannot be read ({error.strerror}).") from None

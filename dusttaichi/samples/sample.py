@@ -160,6 +160,15 @@ def touching_pairs(positions: np.ndarray, distance: float) -> np.ndarray:
     return scipy.spatial.cKDTree(positions).query_pairs(distance, output_type="ndarray")
 
 
+def smallest_gap(positions: np.ndarray, radius) -> float:
+    """Smallest distance of two surfaces among the four nearest neighbours of each grain [m]."""
+    near = min(5, len(positions))
+    distance, other = scipy.spatial.cKDTree(positions).query(positions, k=near)
+    radii = np.broadcast_to(radius, len(positions))
+    gaps = distance - radii[:, None] - radii[other]
+    return float(gaps[:, 1:].min())
+
+
 def coordination(sample: Sample, distance: float | None, radius=None) -> float:
     """Mean number of grains that a grain touches: centres no farther apart than distance [m], or
     (None) than the sum of their radii.

@@ -133,7 +133,7 @@ def _text(root: type[BaseModel], item: dict, data: Any) -> str:
         return f"{_guess(item['input'], ctx['expected'])}{_either(ctx['expected'])} is needed"
     if kind == "union_tag_invalid":
         tags = ctx["expected_tags"]
-        return f"{_guess(ctx['tag'], tags)}{_either(tags)} is needed"
+        return f"{_elsewhere(ctx['tag'], tags)}{_either(tags)} is needed"
     if kind == "union_tag_not_found":
         key = ctx["discriminator"].strip("'")
         blocks = _blocks(root, item["loc"], data)
@@ -163,6 +163,22 @@ def _guess(given: Any, expected: str) -> str:
     """A question for the word that was meant, where one is like it."""
     close = difflib.get_close_matches(str(given), _words(expected), 1)
     return f'did you mean "{close[0]}"? ' if close else ""
+
+
+# kinds of samples of grains -> those of the continuum that do the same
+ALIKE = {
+    **dict.fromkeys(("collision", "pair"), ("impact", "several")),
+    **dict.fromkeys(("rbd", "pca", "bcca", "lattice", "random_packing"), ("block", "sphere")),
+}
+
+
+def _elsewhere(given: Any, expected: str) -> str:
+    """As `_guess`, and for a kind of the other method the ones here that do the same."""
+    alike = [name for name in ALIKE.get(str(given), ()) if name in _words(expected)]
+    if not alike:
+        return _guess(given, expected)
+    names = " or ".join(f'"{name}"' for name in alike)
+    return f'"{given}" is a kind of single grains; here {names} does it: '
 
 
 def _either(expected: str) -> str:
