@@ -1,5 +1,6 @@
 """`dust check`: quick, in the order of a physicist, with the speed of this machine."""
 
+import json
 import re
 import subprocess
 import sys
@@ -39,6 +40,23 @@ def test_it_begins_with_sample_contacts_step_and_cost(fresh):
     assert "Compiled in" not in text and "critical_rolling" not in text
 
 
+def test_as_json_it_has_numbers(fresh, tmp_path):
+    """The keys that docs/commands.md promises."""
+    found = json.loads(said("smoke", "--json"))
+    assert found["format"] == "dusttaichi check 1" and found["valid"] is True
+    assert (found["name"], found["method"], found["particles"]) == ("smoke", "grains", 60)
+    assert found["time_step_s"] == pytest.approx(0.15e-9)
+    (stage,) = found["stages"]
+    assert stage["most_steps"] == 4000 and stage["most_time_s"] == pytest.approx(0.6e-6)
+    assert found["run_time_s"] is None and "Contact of two grains" in found["text"]
+    bad = tmp_path / "bad.yaml"
+    bad.write_text("name: bad\nmaterial: silicate_s12\nsample: {kind: rbd, grain: 5}\n")
+    result = CliRunner().invoke(app, ["check", str(bad), "--json"])
+    refused = json.loads(result.stdout)
+    assert isinstance(result.exception, DustError) and refused["valid"] is False
+    assert any(text.startswith("sample.grain = 5: unknown key") for text in refused["problems"])
+
+
 def test_of_a_continuum_it_says_particles_material_and_step(fresh):
     text = said(str(Path(__file__).parents[2] / "configs/guettler2009/bead.yaml"))
     for line in (
@@ -57,7 +75,7 @@ def test_of_a_continuum_it_says_what_is_coarse_and_what_whole_steps_miss(fresh):
     assert "spacings, fewer than the 12 that keep numerical dissipation low" in text
     assert (
         re.search(r"25.47\d* µs in place of 10 µs", text)
-        and "numerics.time_step: 10 us meets it" in text
+        and "numerics.time_step: 10 µs meets it" in text
     )
     assert re.search(r"407.5\d* µs in place of 0.4 ms", text)
     fine = ("numerics.spacing=80 um", "numerics.time_step=10 us", "stop.time=400 us")

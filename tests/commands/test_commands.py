@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 import synthetic
@@ -16,9 +17,11 @@ from scenes import CONFIGS
 
 from dusttaichi import run as run_package
 from dusttaichi.commands import app as cli
-from dusttaichi.commands import console, options, progress
+from dusttaichi.commands import completion, console, options, progress
 from dusttaichi.commands.progress import ProgressBar
 from dusttaichi.errors import DustError, GuardStop, Interrupted
+from dusttaichi.scene import shipped
+from dusttaichi.studies.ensemble import sweep_plan, with_common_settings
 
 SMOKE = CONFIGS / "smoke.yaml"
 
@@ -137,12 +140,59 @@ def test_keys_on_the_command_line(capsys):
         ("sample.grains=-1", r"sample\.grains = -1"),
         ("sample.grains=20,30", r"one value is needed here.*dust sweep"),
         ("sample.grains", r"a key and its values are needed"),
-        ("name=other", r"name: not on the command line"),
+        ("replicas=2,3", r"replicas: one value is needed here, not several$"),
+        ("output.directory=a", r"--output takes a directory"),
     ],
 )
 def test_a_key_that_cannot_be_set(setting, said):
     with pytest.raises(DustError, match=said):
         dust("check", SMOKE, "--set", setting)
+
+
+def test_name_and_replicas_on_the_command_line(tmp_path):
+    one = options.load_scene(SMOKE, settings=["name=other", "replicas=3"])
+    assert one.name == "other" and one.replicas == 3
+    assert one.output.directory == Path("runs/other")
+    scene, swept = with_common_settings(one, ["replicas=2", "stop.steps=5,6"])
+    plan = sweep_plan(scene, swept, tmp_path)
+    assert len(plan.members) == 4 and swept == ["stop.steps=5,6"]
+
+
+@pytest.mark.parametrize(
+    ("words", "offered"),
+    [
+        ("dust run omni", "omni_static"),
+        ("dust new seizinger2012/static", "seizinger2012/static_modified"),
+        ("dust check smoke --set boundary.wall_sp", "boundary.wall_speed="),
+        ("dust ren", "render"),
+    ],
+)
+def test_the_shell_completes(words, offered, monkeypatch, capsys):
+    """What bash asks the program for after Tab, and is told."""
+    monkeypatch.setenv("_DUST_COMPLETE", "complete_bash")
+    monkeypatch.setenv("COMP_WORDS", words)
+    monkeypatch.setenv("COMP_CWORD", str(len(words.split()) - 1))
+    with pytest.raises(SystemExit):
+        cli.app(prog_name="dust")
+    assert offered in capsys.readouterr().out.split()
+
+
+def test_run_directories_are_completed(tmp_path):
+    (tmp_path / "runs/one").mkdir(parents=True)
+    (tmp_path / "runs/result.nc").touch()
+    (tmp_path / "runs/other.txt").touch()
+    found = completion.runs(f"{tmp_path}/runs/")
+    assert [Path(path).name for path in found] == ["one", "result.nc"]
+    assert completion.runs(f"{tmp_path}/nowhere/") == []
+
+
+def test_names_of_scenes_are_not_cut(capsys, monkeypatch):
+    monkeypatch.setattr(console.console, "_width", 60)
+    dust("new")
+    said = " ".join(capsys.readouterr().out.split())
+    assert "…" not in said
+    for name in shipped.names()[:8]:
+        assert name in said
 
 
 def test_going_on_takes_the_keys_along():

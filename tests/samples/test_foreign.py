@@ -1,0 +1,149 @@
+"""Grains from files of LAMMPS, YADE and XYZ, and those that this program writes read again."""
+
+import numpy as np
+import pytest
+import snapshots
+from scenes import make_scene
+
+from dusttaichi import analysis, samples
+from dusttaichi.errors import DustError
+from dusttaichi.export import export
+from dusttaichi.processes import lammps_program
+from dusttaichi.scene import from_yaml
+
+R = 0.6e-6
+PLACES = np.array([[0.0, 0.0, 0.0], [1.2, 0.0, 0.0], [0.0, 1.2, 0.5]]) * 1e-6
+
+DUMP = """ITEM: UNITS
+micro
+ITEM: TIMESTEP
+0
+ITEM: NUMBER OF ATOMS
+2
+ITEM: BOX BOUNDS pp ff sm
+0 10
+-1 9
+0 8
+ITEM: ATOMS id type xs ys zs vx vy vz radius
+2 1 0.5 0.5 0.5 1 2 3 0.6
+1 1 0.1 0.1 0.25 4 5 6 0.6
+ITEM: TIMESTEP
+10
+ITEM: NUMBER OF ATOMS
+2
+ITEM: BOX BOUNDS pp ff sm
+0 10
+-1 9
+0 8
+ITEM: ATOMS id type x y z
+1 1 3 4 5
+2 1 6 4 5
+"""
+DATA = """LAMMPS data file via write_data, timestep = 0, units = si
+
+2 atoms
+1 atom types
+
+0 1e-5 xlo xhi
+0 1e-5 ylo yhi
+0 1e-5 zlo zhi
+
+Atoms # sphere
+
+2 1 1.2e-6 2650 2e-6 0 0 0 0 0
+1 1 1.2e-6 2650 0 0 0 0 0 0
+
+Velocities
+
+1 0.5 0 0 0 0 7
+2 -0.5 0 0 0 0 0
+"""
+YADE = "#format x_y_z_r\n0 0 0 0.6\n1.2\t0 0 0.6\n"
+XYZ = "2\nmade by hand\nC 0 0 0\nC 0 0 1.2\n"
+
+
+def read(tmp_path, text, name, **more):
+    (tmp_path / name).write_text(text)
+    return sample_of(tmp_path / name, **more)
+
+
+def sample_of(path, **more):
+    scene = make_scene(sample={"kind": "explicit", "file": str(path), **more})
+    return samples.make(scene)
+
+
+def has_lammps():
+    try:
+        return bool(lammps_program())
+    except DustError:
+        return False
+
+
+@pytest.mark.parametrize(
+    "text, name, more, places",
+    [
+        (DUMP, "a.dump", {}, [[3, 4, 5], [6, 4, 5]]),
+        (DUMP, "a.dump", {"snapshot": 0}, [[1, 0, 2], [5, 4, 4]]),
+        (DATA, "a.data", {}, [[0, 0, 0], [2, 0, 0]]),
+        (YADE, "a.txt", {"units": "um"}, [[0, 0, 0], [1.2, 0, 0]]),
+        (XYZ, "a.xyz", {"units": "um"}, [[0, 0, 0], [0, 0, 1.2]]),
+    ],
+)
+def test_positions(tmp_path, text, name, more, places):
+    sample = read(tmp_path, text, name, **more)
+    np.testing.assert_allclose(sample.positions, np.array(places) * 1e-6, rtol=1e-12, atol=1e-20)
+
+
+def test_motion_comes_along(tmp_path):
+    """In the order of the ids, in the units of the file."""
+    first = read(tmp_path, DUMP, "a.dump", snapshot=0)
+    np.testing.assert_allclose(first.velocities, [[4, 5, 6], [1, 2, 3]])
+    data = read(tmp_path, DATA, "a.data")
+    np.testing.assert_allclose(data.velocities[:, 0], [0.5, -0.5])
+    np.testing.assert_allclose(data.spins[:, 2], [7, 0])
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        (DUMP.replace("micro", "lj"), "its units are 'lj'; allowed: micro"),
+        (DUMP.replace("3 4 5", "3 4"), "not 2 of 5 plain numbers"),
+        (DUMP.replace("id type x y z\n1", "id type x y w\n1"), "it lacks z"),
+        (DATA.replace("# sphere", "# bond"), "atoms of the style bond with 10"),
+        (XYZ.replace("2\n", "3\n", 1), "allowed: 3 lines of 4"),
+        (YADE.replace("1.2", "nothing"), "plain numbers"),
+    ],
+)
+def test_what_cannot_be_used_is_said(tmp_path, text, said):
+    with pytest.raises(DustError, match=said):
+        read(tmp_path, text, "file")
+
+
+@pytest.mark.parametrize("to", ["xyz", "extxyz", "lammps", "lammps-data", "lammps-restart"])
+def test_what_is_written_is_read_again(tmp_path, to):
+    if to == "lammps-restart" and not has_lammps():
+        pytest.skip("LAMMPS itself writes and reads these")
+    moves = np.array([[1.0, 0, 0], [0, 2.0, 0], [0, 0, 3.0]])
+    frame = {"position": PLACES, "velocity": moves, "spin": 1e5 * moves}
+    snapshots.write(tmp_path / "result.nc", [frame], R)
+    with analysis.open_run(tmp_path) as run:
+        path = export(run, to)[0]
+    sample = sample_of(path)
+    # ten digits in a plain XYZ; LAMMPS is as exact as the file
+    np.testing.assert_allclose(sample.positions, PLACES, rtol=0, atol=1e-15)
+    if to != "xyz":
+        np.testing.assert_allclose(sample.velocities, moves, rtol=1e-7, atol=1e-9)
+        np.testing.assert_allclose(sample.spins, 1e5 * moves, rtol=1e-7, atol=1e-3)
+
+
+def test_grains_that_do_not_touch_are_remarked(tmp_path):
+    far = read(tmp_path, XYZ, "a.xyz", units="mm")
+    (text,) = far.info["remarks"]
+    assert "no two of its 2 grains touch" in text and "units" in text
+    assert "remarks" not in read(tmp_path, XYZ, "b.xyz", units="um").info
+
+
+def test_a_collision_of_the_continuum_names_what_does_it():
+    text = "name: a\nmethod: continuum\nmaterial: dust_g09\nsample: {kind: collision}\n"
+    with pytest.raises(DustError, match='here "impact" or "several" does it'):
+        from_yaml(text)
