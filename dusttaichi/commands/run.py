@@ -125,7 +125,6 @@ def _run_one(scene, directory, onward, *, quiet, phases, **how):
 
 def _shown(bar):
     """What shows the progress of a run in a bar."""
-    from dusttaichi.analysis.texts import rate_text
 
     def show(progress):
         state = []
@@ -134,6 +133,9 @@ def _shown(bar):
         if progress.pressure is not None:
             state.append(f"P {progress.pressure / 1e3:.3g} kPa")
         if progress.steps_per_second > 0.0:
+            # with all of the analysis, for which the first step does not wait
+            from dusttaichi.analysis.texts import rate_text
+
             state.append(f"{rate_text(progress.steps_per_second)} steps/s")
         total = progress.end if progress.end < NEVER else None
         what = f"{progress.task}step {progress.step:,}"

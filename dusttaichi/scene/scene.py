@@ -146,9 +146,9 @@ class Scene(Block):
             if common != "auto" and (own is None or applies(common, self.boundary, drive)):
                 return common
             default = defaults[key]
-            if default == "auto":
+            if default == "auto" and common == "auto":
                 return default
-            return None if default == "off" else Interval(**default)
+            return None if default in ("auto", "off") else Interval(**default)
 
         intervals = (interval(key) for key in ("series", "profiles", "snapshots"))
         return StagePlan(name, drive, stop, *intervals)

@@ -29,7 +29,7 @@ stages:
   - {{name: pull, drive: {{face_speed: [2 m/s, 0 m/s, 0 m/s]}}, stop: {{{end}}},
       output: {{snapshots: {{strain: 0.1}}}}}}
 numerics: {{threads: 1}}
-output: {{series: {{steps: 200}}}}
+output: {{series: {{steps: 200}}, snapshots: off}}
 """
 
 

@@ -64,7 +64,8 @@ def test_values_are_si_and_defaults_as_documented():
 def test_default_intervals_follow_the_boundary():
     box = scene().output
     assert box.series.filling_factor == 0.002 and box.profiles.filling_factor == 0.05
-    assert box.snapshots == "auto"
+    assert box.snapshots is None  # off in the scene
+    assert scene(output="{precision: f32}").output.snapshots == "auto"
     open_ = scene(**OPEN).output
     assert open_.series.steps == 1000 and open_.profiles is None
     assert scene(output="{series: off, profiles: {steps: 5}}").output.series is None
