@@ -270,4 +270,6 @@ def test_cards_of_the_gallery_run_the_scene_they_name_and_say_how_long():
         if not ran:  # what is shown is of another card
             continue
         assert f"`configs/{ran[0]}.yaml`" in card, card
-        assert re.search(r"\b(second|minute|hour)s?\b", card, re.I), card
+        size, time, verdict = card.split("\n+++\n")[1].split("\n:::")[0].split(" · ")[-3:]
+        assert re.search(r"\b(second|minute|hour)s?\b", time, re.I), card
+        assert re.search(r"agrees|differs|fitted|laboratory|no experiment", verdict), card
