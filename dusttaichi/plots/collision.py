@@ -8,8 +8,9 @@ from matplotlib.lines import Line2D
 
 from dusttaichi.analysis.frame import frame_count, read_frame
 from dusttaichi.plots import style
+from dusttaichi.plots.colouring import BODY_COLOURS, BODY_NAMES
 from dusttaichi.plots.frame_of_picture import scale_bar
-from dusttaichi.plots.grains import BODY_COLOURS, BODY_NAMES, FOOT, MARGIN
+from dusttaichi.plots.grains import FOOT, MARGIN
 from dusttaichi.plots.registry import figure
 from dusttaichi.plots.spheres import Camera, axes_of, picture
 

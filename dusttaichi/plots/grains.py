@@ -3,16 +3,23 @@
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from dusttaichi.analysis.fragments import Fragments, fragments, fragments_of
 from dusttaichi.analysis.frame import frame_count, grain_masses, read_frame
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
+from dusttaichi.plots.colouring import (
+    Colouring,
+    by_body,
+    by_fragment,
+    by_number,
+    colour_bar,
+    colour_map,
+)
 from dusttaichi.plots.frame_of_picture import cell_lines, cell_segments, scale_bar
 from dusttaichi.plots.picture import Picture
 from dusttaichi.plots.spheres import Camera, axes_of, picture
@@ -27,28 +34,11 @@ VIEWS = {
 RIGID = (0.55, 0.58, 0.62)  # colour of a rigid sphere among the grains
 USUAL = "coordination"  # colour of who asks for none
 COLOURS = (USUAL, "speed", "height", "fragment", "body", "uniform")
-BODY_NAMES, BODY_COLOURS = ("target", "projectile"), (style.SKY, style.ORANGE)  # of a collision
 WIDTH, TALLEST = 6.4, 8.0  # of the figure [inches]
 LOWEST = 1.7  # of the picture where there is a colour bar, which needs room for its label [inches]
 MARGIN, FOOT, HEAD = 0.12, 0.42, 0.2  # around the picture, for the scale bar, for a note
 BAR, NAMES = 0.95, 0.5  # for the colour bar, and for names beside it
-NAMED_FRAGMENTS = 7  # each in a colour of its own; the rest and single grains in one
 SPEEDS = ((1.0, "m/s"), (1e-2, "cm/s"), (1e-3, "mm/s"), (1e-6, "µm/s"))
-
-
-@dataclass(frozen=True)
-class Colouring:
-    """What grains are coloured by. colours: (N, 3). The rest is for the colour bar.
-
-    bar: None without one. ticks, names: of discrete values, None of continuous ones.
-    """
-
-    colours: np.ndarray
-    bar: ScalarMappable | None = None
-    label: str = ""
-    ticks: list | None = None
-    names: list | None = None
-    extend: str = "neither"
 
 
 @dataclass(frozen=True)
@@ -180,7 +170,7 @@ def draw(frame, appearance, masses=None, note=None):
         long = min(part[1], 2.6 / height)
         middle = FOOT / height + 0.5 * part[1]
         place = (1.0 - (bar - 0.12) / width, middle - 0.5 * long, 0.14 / width, long)
-        _colour_bar(figure, place, colouring)
+        colour_bar(figure, place, colouring)
     return figure
 
 
@@ -255,11 +245,11 @@ def colouring_of(frame, appearance, masses):
         if color == "uniform":
             return Colouring(np.tile((0.78, 0.74, 0.67), (len(frame.radius), 1)))
         if color == "fragment":
-            return _by_fragment(fragments_of(frame, masses), "grains of the fragment")
+            return by_fragment(fragments_of(frame, masses), "grains of the fragment")
         if color == "body":
-            return _by_body(appearance.bodies)
+            return by_body(appearance.bodies)
         if color == "coordination":
-            return _by_number(frame.coordination, int(appearance.limits[1]))
+            return by_number(frame.coordination, int(appearance.limits[1]))
     values, (low, high) = _values(frame, color), appearance.limits
     factor, label = 1.0, appearance.label
     if isinstance(color, str):
@@ -272,69 +262,6 @@ def colouring_of(frame, appearance, masses):
     return Colouring(
         bar.to_rgba(factor * values)[:, :3], bar, label, extend="max" if above else "neither"
     )
-
-
-def colour_map() -> Colormap:
-    """Viridis without its darkest part and paler, since shade takes lightness away again."""
-    colours = colormaps["viridis"](np.linspace(0.08, 1.0, 256))
-    colours[:, :3] += 0.1 * (1.0 - colours[:, :3])
-    return ListedColormap(colours)
-
-
-def _by_number(values, most):
-    """Whole numbers from 0 to `most`, each in a colour."""
-    colours = ListedColormap(colour_map()(np.linspace(0.0, 1.0, most + 1)))
-    bar = ScalarMappable(BoundaryNorm(np.arange(-0.5, most + 1.0), most + 1), colours)
-    step = max(1, -(-(most + 1) // 12))
-    ticks = list(range(0, most + 1, step))
-    return Colouring(bar.to_rgba(values)[:, :3], bar, "contacts of a grain", ticks)
-
-
-def _by_body(bodies):
-    if isinstance(bodies, Fragments):
-        return _by_fragment(bodies, "grains of the body at the start")
-    bar = ScalarMappable(BoundaryNorm([-0.5, 0.5, 1.5], 2), ListedColormap(BODY_COLOURS))
-    return Colouring(bar.to_rgba(bodies)[:, :3], bar, "", [0, 1], list(BODY_NAMES))
-
-
-def _by_fragment(parts, label):
-    named = min(np.count_nonzero(parts.grains > 1), NAMED_FRAGMENTS)
-    palette = [
-        style.SKY,
-        style.ORANGE,
-        style.GREEN,
-        style.PURPLE,
-        style.RED,
-        style.BLUE,
-        style.YELLOW,
-    ][:named]
-    names = [f"{count:,}" for count in parts.grains[:named]]
-    if len(parts) > named:
-        palette.append("#CFCFCF")
-        names.append(f"others ({len(parts) - named:,})")
-    count = len(palette)
-    bar = ScalarMappable(BoundaryNorm(np.arange(-0.5, count), count), ListedColormap(palette))
-    colours = bar.to_rgba(np.minimum(parts.label, count - 1))[:, :3]
-    return Colouring(colours, bar, label, list(range(count)), names)
-
-
-def _colour_bar(figure, place, colouring):
-    bar = figure.colorbar(colouring.bar, cax=figure.add_axes(place), extend=colouring.extend)
-    bar.set_label(colouring.label)
-    bar.outline.set_linewidth(0.6)
-    bar.ax.tick_params(
-        which="both",
-        length=0 if colouring.ticks else 3,
-        direction="out",
-        right=True,
-        left=False,
-        top=False,
-    )
-    if colouring.ticks is not None:
-        bar.minorticks_off()
-        bar.set_ticks(colouring.ticks, labels=colouring.names)
-    if colouring.names is not None:
-        bar.ax.invert_yaxis()  # the largest on top
 
 
 def _film(run, color, view, *, cell, dpi):

@@ -1,0 +1,95 @@
+"""What grains are coloured by in a picture: colours, and the bar that explains them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap
+
+from dusttaichi.analysis.fragments import Fragments
+from dusttaichi.plots import style
+
+NAMED_FRAGMENTS = 7  # each in a colour of its own; the rest and single grains in one
+BODY_NAMES, BODY_COLOURS = ("target", "projectile"), (style.SKY, style.ORANGE)  # of a collision
+
+
+@dataclass(frozen=True)
+class Colouring:
+    """What grains are coloured by. colours: (N, 3). The rest is for the colour bar.
+
+    bar: None without one. ticks, names: of discrete values, None of continuous ones.
+    """
+
+    colours: np.ndarray
+    bar: ScalarMappable | None = None
+    label: str = ""
+    ticks: list | None = None
+    names: list | None = None
+    extend: str = "neither"
+
+
+def colour_map() -> Colormap:
+    """Viridis without its darkest part and paler, since shade takes lightness away again."""
+    colours = colormaps["viridis"](np.linspace(0.08, 1.0, 256))
+    colours[:, :3] += 0.1 * (1.0 - colours[:, :3])
+    return ListedColormap(colours)
+
+
+def by_number(values, most):
+    """Whole numbers from 0 to `most`, each in a colour."""
+    colours = ListedColormap(colour_map()(np.linspace(0.0, 1.0, most + 1)))
+    bar = ScalarMappable(BoundaryNorm(np.arange(-0.5, most + 1.0), most + 1), colours)
+    step = max(1, -(-(most + 1) // 12))
+    ticks = list(range(0, most + 1, step))
+    return Colouring(bar.to_rgba(values)[:, :3], bar, "contacts of a grain", ticks)
+
+
+def by_body(bodies):
+    """The Colouring by body: Fragments, or of a collision the numbers of its two."""
+    if isinstance(bodies, Fragments):
+        return by_fragment(bodies, "grains of the body at the start")
+    bar = ScalarMappable(BoundaryNorm([-0.5, 0.5, 1.5], 2), ListedColormap(BODY_COLOURS))
+    return Colouring(bar.to_rgba(bodies)[:, :3], bar, "", [0, 1], list(BODY_NAMES))
+
+
+def by_fragment(parts, label):
+    """The Colouring by the fragments of `parts`, the largest ones each in a colour."""
+    named = min(np.count_nonzero(parts.grains > 1), NAMED_FRAGMENTS)
+    palette = [
+        style.SKY,
+        style.ORANGE,
+        style.GREEN,
+        style.PURPLE,
+        style.RED,
+        style.BLUE,
+        style.YELLOW,
+    ][:named]
+    names = [f"{count:,}" for count in parts.grains[:named]]
+    if len(parts) > named:
+        palette.append("#CFCFCF")
+        names.append(f"others ({len(parts) - named:,})")
+    count = len(palette)
+    bar = ScalarMappable(BoundaryNorm(np.arange(-0.5, count), count), ListedColormap(palette))
+    colours = bar.to_rgba(np.minimum(parts.label, count - 1))[:, :3]
+    return Colouring(colours, bar, label, list(range(count)), names)
+
+
+def colour_bar(figure, place, colouring):
+    """Draw the bar of a Colouring at a place of a figure."""
+    bar = figure.colorbar(colouring.bar, cax=figure.add_axes(place), extend=colouring.extend)
+    bar.set_label(colouring.label)
+    bar.outline.set_linewidth(0.6)
+    bar.ax.tick_params(
+        which="both",
+        length=0 if colouring.ticks else 3,
+        direction="out",
+        right=True,
+        left=False,
+        top=False,
+    )
+    if colouring.ticks is not None:
+        bar.minorticks_off()
+        bar.set_ticks(colouring.ticks, labels=colouring.names)
+    if colouring.names is not None:
+        bar.ax.invert_yaxis()  # the largest on top
