@@ -134,7 +134,8 @@ FIT = Family(
         quiet("rms_p_high", "highest pressure compared", "Pa", sweeps=FILE),
         quiet("rms_covered", "share of these pressures covered",
               column=("law covered", "{:.2f}", 1), sweeps=FILE, place=AFTER),
-        Observable(name="fit_problem", title="fit", unit="", column=None, place=AFTER - 0.5),
+        Observable(name="fit_problem", title="fit", unit="", column=None, place=AFTER - 0.5,
+                   about="why there is no fit"),
         Observable(name="onset", title=ONSET, unit="Pa", place=AFTER,
                    rows=_onset_rows(ONSET, lambda n: PD08 if n["onset_peaks"] is None else "")),
         Observable(name="onset_peaks", title=f"{ONSET}, largest of {PEAKS} records", unit="Pa",
@@ -151,8 +152,8 @@ CURVE = Family(
     measure=_at,
     compared=True,
     numbers=tuple(
-        Observable(name=f"{name}_at_{value:g}", title=f"{title} at {value:g}", unit=unit,
-                   column=_column(name, value))
+        Observable(name=f"{name}_at_{value:g}", title=f"{title} at filling factor {value:g}",
+                   unit=unit, column=_column(name, value))
         for value in AT for name, title, unit, _ in QUANTITIES
     ),
 )  # fmt: skip

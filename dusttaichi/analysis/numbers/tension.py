@@ -41,6 +41,7 @@ TENSION = Family(
     measure=_measure,
     numbers=(
         Observable(name="strength_problem", title="tensile strength", unit="",
+                   about="why there is no tensile strength",
                    column=("no strength", "{}", 1)),
         quiet("phi_init", "filling factor at the start", symbol=r"$\phi_{\rm init}$",
               column=("phi_init", "{:.3g}", 1)),
