@@ -4,6 +4,7 @@ What took minutes to hours to compute is drawn anew here without being computed 
 """
 
 import csv
+from importlib.resources import files
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -11,13 +12,16 @@ import numpy as np
 import xarray as xr
 
 from dusttaichi import plots
+from dusttaichi.analysis.grid import outcomes
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.plots.continuum_fit import continuum_fit, pressing_speeds
+from dusttaichi.plots.grid import grid
 from dusttaichi.plots.strength import strengths
 from dusttaichi.scene.continuum_material import ContinuumMaterial
 from dusttaichi.scene.material import NAMED, Material
 from dusttaichi.studies.continuum_fit.speeds import Curve
 from dusttaichi.studies.extremes.groups import GROUPS
+from dusttaichi.studies.trade.suggest import COLUMNS, TABLE, to_table
 
 HERE = Path(__file__).parent
 TABLES, FIGURES = HERE / "validation", HERE / "figures"
@@ -62,6 +66,16 @@ def trade(scene):
         attrs={"observable": observable, "tolerance": tolerance, "check": check},
     )
     return plots.trade(data)
+
+
+def softening():
+    """Cost against error of softened contacts; and the table that `--suggest` reads."""
+    found = outcomes(rows("softening.csv"))
+    with open(files("dusttaichi.studies.trade") / TABLE, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(to_table(found))
+    return grid(found, observables=("phi(P)", "strength", "ratio"))
 
 
 def extremes():
@@ -124,6 +138,7 @@ def main():
     """Entry point."""
     for scene in TRADES:
         plots.save(trade(scene), FIGURES / f"trade_{scene}.png")
+    plots.save(softening(), FIGURES / "softening.png")
     plots.save(extremes(), FIGURES / "extremes.png")
     plots.save(tensile_strength(), FIGURES / "tensile_strength.png")
     for name, figure in zip(("dust_grains", "dust_grains_speeds"), dust_grains(), strict=True):

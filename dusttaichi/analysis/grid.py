@@ -31,10 +31,10 @@ class Outcome:
     """One observable of a setting, over all its seeds.
 
     cost: steps over those of the scene as it is. value: mean (of a curve the mean filling factor).
-    error: of the mean, relative to that of the scene as it is; of a curve the root of the mean
-    square over its pressures. scatter: standard deviation between the seeds of the scene as it is,
-    relative likewise. seeds: that ended. contacts: contacts a grain at the end. refused: why there
-    is nothing, or "".
+    error: of the mean, relative to that of the scene as it is with the same seeds; of a curve the
+    root of the mean square over its pressures. scatter: standard deviation between the seeds of the
+    scene as it is, relative likewise. seeds: that ended. contacts: contacts a grain at the end.
+    refused: why there is nothing, or "".
     """
 
     scene: str
@@ -96,12 +96,13 @@ def _of_setting(scene, grains, setting, rows, base):
     contacts = _mean(ended, "contacts a grain")
     out = []
     for name in _observables(base):
-        values, reference = (_numbers(some, name) for some in (ended, base))
+        values, reference = (_numbers(some, name) for some in both)
+        everything = _numbers(base, name)
         known = np.isfinite(values).any(axis=0) & np.isfinite(reference).any(axis=0)
         if not known.any():
             continue
         mine, right = (np.nanmean(a[:, known], axis=0) for a in (values, reference))
-        spread = np.nanstd(reference[:, known], axis=0, ddof=1) if len(base) > 1 else np.nan
+        spread = np.nanstd(everything[:, known], axis=0, ddof=1) if len(base) > 1 else np.nan
         scale = abs(right.mean())
         out.append(
             Outcome(

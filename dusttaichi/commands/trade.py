@@ -101,6 +101,8 @@ def _suggest(scene):
     say(f"cheapest settings measured for {kind_of(scene)}, costs in steps of accuracy: balanced:")
     for own in found:
         say(f"  {own.settings}: {own.text()}")
+    if not found:
+        say("  none within 5 % or the scatter of seeds: the scene as it is")
 
 
 def _grid(scene, folder, text, seeds, *, force, quiet, file):

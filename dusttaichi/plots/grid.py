@@ -15,18 +15,18 @@ KINDS = (  # knobs in the settings -> colour, marker, label
     (("step_fraction", "stiffness_scaling"), style.YELLOW, "D", "stiffness and step"),
 )
 OTHER = (style.BLACK, "D", "three or more")
-COLUMNS = 3
+COLUMNS = 2
 
 
 @style.styled
 def grid(outcomes, observables=()):
     """The figure of Outcomes (analysis.grid): a panel for each scene, of the first of `observables`
-    that it has, else of its first. Dashed: a fifth of the cost."""
+    that it has, else of its first. Dashed: a fifth of the cost; open: of one seed alone."""
     panels = {}
     for o in outcomes:
         if not o.refused and o.settings != AS_IT_IS:
             panels.setdefault((o.scene, o.grains), {}).setdefault(o.observable, []).append(o)
-    figure, axes = style.new_grid(len(panels), COLUMNS, height=1.9)
+    figure, axes = style.new_grid(len(panels), COLUMNS, height=2.3)
     handles = {}
     for place, ((scene, grains), found) in zip(axes, panels.items(), strict=True):
         name = next((n for n in observables if n in found), next(iter(found)))
@@ -34,8 +34,6 @@ def grid(outcomes, observables=()):
         title = f"{scene.removeprefix('trade_')}, {grains} grains:\n{text_of(name)}"
         place.set_title(title, fontsize=7)
         handles |= dict(zip(*reversed(place.get_legend_handles_labels()), strict=True))
-    figure.supxlabel("steps over those of the scene as it is", fontsize=8)
-    figure.supylabel("error of the mean of the seeds", fontsize=8)
     figure.legend(handles.values(), handles, loc="outside lower center", ncols=4, fontsize=7)
     return figure
 
@@ -47,8 +45,15 @@ def _panel(axes, outcomes):
     axes.axvline(0.2, color=style.BLACK, linewidth=0.8, linestyle=(0, (5, 2)))
     for o, error in zip(outcomes, errors, strict=True):
         colour, marker, label = _look(o.settings)
-        axes.plot(o.cost, error, marker, color=colour, markersize=4, label=label)
+        # of one seed alone, which its scatter is in
+        open_ = {"markerfacecolor": "white"} if o.seeds < 2 else {}
+        axes.plot(o.cost, error, marker, color=colour, markersize=4, label=label, **open_)
     axes.set(xscale="log", yscale="log")
+    axes.set_xlabel("steps over those as it is", fontsize=7)
+    axes.set_ylabel("error of the mean", fontsize=7)
+    axes.set_xlim(min(0.05, 0.8 * min(o.cost for o in outcomes)), 1.2)
+    axes.tick_params(labelsize=7, which="both")
+    style.few_ticks(axes.xaxis)
     axes.set_ylim(0.5 * min(errors.min(), scatter), 2.0 * max(errors.max(), scatter))
 
 

@@ -40,10 +40,11 @@ def test_errors_are_those_of_means():
 
 
 def test_seeds_that_did_not_end_are_left_out():
-    """Steps and values of the same seeds are compared."""
-    stopped = [r | {"status": "stopped by guard"} if r["seed"] == "1" else r for r in TABLE]
-    found = {(o.settings, o.observable): o for o in outcomes([TABLE[1], *stopped])}
-    assert found["faster", "ratio"].cost == pytest.approx(0.2)
+    """Steps and values are compared with those of the same seeds."""
+    faster = {o.observable: o for o in outcomes(TABLE) if o.settings == "faster"}["ratio"]
+    assert faster.cost == pytest.approx(0.2) and faster.seeds == 1
+    assert faster.error == pytest.approx(0.5)  # 1.5 against 1.0 of seed 0
+    assert faster.scatter == pytest.approx(2**-0.5 / 1.0)
     refused = [r | {"status": "too soft"} for r in TABLE if r["settings"] == "softer"]
     found = outcomes([*TABLE[:2], *refused])
     assert found[-1].refused == "too soft" and found[-1].seeds == 0

@@ -41,14 +41,14 @@ def suggested(name="omni", **how):
 
 def test_the_cheapest_come_first(table):
     found = suggested()
-    assert [own.settings for own in found] == ["soft", "fast", "as it is"]
+    assert [own.settings for own in found] == ["soft", "fast"]
     assert found[0].text() == "cost 0.20, error 4 % (phi(P); scatter of seeds 3 %)"
     assert [own.settings for own in suggested(tolerance=0.5)][0] == "cheap"
 
 
 def test_the_worst_of_what_was_measured_counts(table):
     table.append(row("soft", 0.2, 0.3, observable="ratio"))
-    assert [own.settings for own in suggested()] == ["worse", "fast", "as it is"]
+    assert [own.settings for own in suggested()] == ["worse", "fast"]
 
 
 def test_kinds_of_scenes(table):

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from dusttaichi import __version__, files
-from dusttaichi.errors import DustError
+from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.run.code import package_hash
 from dusttaichi.studies.trade import knobs, scenes
 
@@ -58,10 +58,10 @@ def settings_of(scene, text):
 def _axis(scene, words):
     """[(knob, text, changes)] of "mass_scaling 1 4"; no changes for what the scene has already."""
     name, *wanted = words
-    knob = next((k for k in knobs.knobs_of(scene) if k.name == name), None)
+    knob = next((k for k in knobs.knobs_of(scene).knobs if k.name == name), None)
     rungs = None if knob is None else knob.rungs(scene)
     if rungs is None or isinstance(rungs, str) or not wanted:
-        names = ", ".join(k.name for k in knobs.knobs_of(scene))
+        names = ", ".join(k.name for k in knobs.knobs_of(scene).knobs)
         why = f"a knob and its rungs are needed, of {names}"
         why = rungs if isinstance(rungs, str) else why
         raise DustError(f"--grid {' '.join(words)}: {why}")
@@ -122,6 +122,8 @@ def _row(base, folder, setting, n):
         scene = scenes.changed(base, setting.changes | scenes.seeds_moved(base, n))
         execute(scene, folder, force=True, fresh=True)
         row |= _measured(folder)
+    except Interrupted:
+        raise
     except DustError as error:
         row |= {"status": " ".join(str(error).split()), "steps": ""}
     finally:

@@ -7,6 +7,7 @@ import csv
 from dataclasses import dataclass
 from importlib import resources
 
+from dusttaichi.analysis.grid import AS_IT_IS
 from dusttaichi.errors import DustError
 from dusttaichi.studies.trade.knob import knobs_of
 
@@ -14,6 +15,7 @@ TABLE = "measured.csv"
 COLUMNS = ("kind", "scene", "grains", "settings", "observable", "cost", "error", "scatter", "seeds")
 TOLERANCE = 0.05
 MOST = 4  # lines
+SEEDS = 3  # that a setting is measured with at least
 KINDS = {
     "trade_omni": "compression in a box",
     "omni_static": "compression in a box",
@@ -77,9 +79,10 @@ def kind_of_grains(scene):
 
 
 def measured(kind):
-    """Rows of the table of a kind of scene, dicts of text."""
+    """Rows of the table of a kind of scene, of settings with enough seeds, dicts of text."""
     text = resources.files("dusttaichi.studies.trade").joinpath(TABLE).read_text("utf-8")
-    return [row for row in csv.DictReader(text.splitlines()) if row["kind"] == kind]
+    rows = [row for row in csv.DictReader(text.splitlines()) if row["kind"] == kind]
+    return [row for row in rows if int(row["seeds"]) >= SEEDS]
 
 
 def suggestions(scene, tolerance=TOLERANCE):
@@ -98,6 +101,7 @@ def suggestions(scene, tolerance=TOLERANCE):
         groups.setdefault(row["settings"], []).append(row)
     sizes = {row["grains"] for row in rows}
     found = []
+    groups.pop(AS_IT_IS, None)
     for settings, some in groups.items():
         if any(float(row["error"]) > max(tolerance, float(row["scatter"])) for row in some):
             continue
