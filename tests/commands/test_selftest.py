@@ -41,6 +41,7 @@ def test_stored_states_are_of_the_scenes():
     assert scenes.stored().keys() == scenes.CHANGES.keys()
     for name, state in scenes.stored().items():
         assert state.shape == (3, scenes.STORED, 3) and np.isfinite(state).all()
+        assert (np.abs(state).max(axis=(1, 2)) > 0.0).all()  # something moves and turns
         assert scenes.difference(state, state) == 0.0
         assert scenes.difference(1.001 * state, state) == pytest.approx(1e-3)
         assert 0.0 < scenes.tolerance(name) <= 1e-5

@@ -75,7 +75,7 @@ def bytes_moved(layout):
 def estimate(name):
     """Lines of the table of a case."""
     with tempfile.TemporaryDirectory() as folder:
-        told, _ = emulated.start(["-c", LAUNCH, name, "1"], Path(folder), run=0)
+        told, _ = emulated.start(["-c", LAUNCH, name, "1"], Path(folder))
         found = of_modules(Path(folder))
     pair, grain = map(int, told.split()[:2])
     lines = []
@@ -101,11 +101,13 @@ def estimate(name):
 
 # launches that do nothing; told are the bytes of a pair and a grain, and us of the host for a step
 LAUNCH = """
-import sys, time
+import ctypes, sys, time
 import cases, estimate
 motion, _ = cases.run(sys.argv[1], "cuda", steps=0)
 sim, steps = motion.sim, int(sys.argv[2])
 arguments = (sim.step, 0, 1, cases.step_arguments(sim), sim.walls_argument)
+sim.kernels.advance(1, *arguments)
+ctypes.CDLL("libcuda.so.1").emulator_pause()
 best = 1e9
 for _ in range(7 if steps > 1 else 1):
     began = time.process_time()
@@ -118,7 +120,7 @@ print(*estimate.bytes_moved(sim.layout), best / steps * 1e6)
 def host_cost(name):
     """CPU time of the host for a step [us], launches that do nothing."""
     with tempfile.TemporaryDirectory() as folder:
-        told, _ = emulated.start(["-c", LAUNCH, name, "3200"], Path(folder), run=0)
+        told, _ = emulated.start(["-c", LAUNCH, name, "3200"], Path(folder))
     return float(told.split()[2])
 
 

@@ -37,6 +37,8 @@ SIZES = {"kind": "power", "exponent": -2.5, "smallest": "0.4 um", "largest": "0.
 CHANGES = {
     "box": {"numerics": {"precision": "f64"}},
     "sheared cell, mixed": {
+        # grains touch across the faces, so that they feel them from the first step on
+        "sample": {"kind": "random_packing", "filling_factor": 0.42, "seed": 5},
         "boundary": {
             "kind": "periodic",
             "stress": ["-20 kPa", "-20 kPa", "free"],
