@@ -58,8 +58,10 @@ STEPS = 60  # of grains
 
 # Of the largest number of each kind. Double precision: compilers fuse a multiplication and an
 # addition here and not there, and a device divides in another way: rounding, which collisions make
-# larger. Mixed: loads are rounded to 6e-8, and they nearly cancel. Single: positions as well.
-TOLERANCE = {"f64": 1e-9, "mixed": 1e-5, "f32": 1e-3}
+# larger. Mixed: displacements and loads are rounded to 6e-8 in each of 60 steps, and loads nearly
+# cancel: 1e-5 of a twisting moment was seen, in a scene that agrees to 1e-9 in double precision.
+# Single: positions as well.
+TOLERANCE = {"f64": 1e-9, "mixed": 3e-5, "f32": 1e-3}
 
 
 def scene_of(name, backend):
