@@ -17,6 +17,7 @@ try:
     from dusttaichi.commands.report import report, watch
     from dusttaichi.commands.results import compare, export, plot, render
     from dusttaichi.commands.run import run
+    from dusttaichi.commands.selftest import selftest
     from dusttaichi.commands.sticking import sticking
     from dusttaichi.commands.surroundings import guarded
     from dusttaichi.commands.sweep import sweep
@@ -31,7 +32,7 @@ except KeyboardInterrupt:  # Ctrl-C while Python imports; it, or another, would 
 
 EXIT_CODES = (
     (0, "the command has done what it was to do"),
-    (1, "a cell of the map of `dust extremes` came out wrong"),
+    (1, "a cell of the map of `dust extremes`, or a check of `dust selftest`, came out wrong"),
     (2, "input that cannot be used, a missing file, a full disk: something that you can mend"),
     (3, "a guard has stopped a run, because its numbers can no longer be trusted"),
     (130, "Ctrl-C, SIGTERM or SIGHUP; everything up to there is kept"),
@@ -43,7 +44,7 @@ app = typer.Typer(
     epilog="Exit codes: " + "; ".join(f"{code} {what}" for code, what in EXIT_CODES) + ".",
 )
 COMMANDS = (new, run, sweep, trade, sticking, extremes, check, schema)
-COMMANDS += (report, watch, plot, compare, fit, bench, export, render)
+COMMANDS += (report, watch, plot, compare, fit, bench, selftest, export, render)
 for command in COMMANDS:
     app.command()(command)
 

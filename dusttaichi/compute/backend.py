@@ -20,8 +20,8 @@ SMALL = 400  # grains below which a second thread costs more than it gains
 class Loops:
     """How loops are laid out: lanes of a block, blocks of a tile, and what runs the steps.
 
-    Eight doubles fill a wide vector register; a GPU thread takes one contact, and there a kernel
-    a phase takes the place of workers that wait for each other.
+    Eight doubles fill a wide vector register; a GPU thread takes one contact, and a block of them a
+    tile; there a kernel a phase takes the place of workers that wait for each other.
     """
 
     width: int
@@ -29,7 +29,7 @@ class Loops:
     kind: str
 
 
-LOOPS = {"cpu": Loops(8, 16, "workers"), "cuda": Loops(1, 1, "launches")}
+LOOPS = {"cpu": Loops(8, 16, "workers"), "cuda": Loops(1, 128, "launches")}
 
 
 def threads_of(scene, grains):

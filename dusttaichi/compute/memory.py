@@ -2,7 +2,8 @@
 
 Fields have room for more particles than a scene has (room_for), and Taichi's own transfers copy
 whole fields and compile a kernel for each. On a CPU the memory of all fields is looked at directly:
-one kernel tells where it begins, Taichi tells how it is laid out.
+one kernel tells where it begins, Taichi tells how it is laid out. From a device the rows that are
+asked for are copied (compute.transfer).
 """
 
 import ctypes
@@ -10,9 +11,12 @@ from math import floor, log2
 
 import numpy as np
 
+from dusttaichi.compute import transfer
 from dusttaichi.compute.engine import program, ti
+from dusttaichi.compute.transfer import TYPES, lanes_of, type_of
 
-TYPES = {"f64": np.float64, "f32": np.float32, "i32": np.int32, "i64": np.int64}
+__all__ = ["TYPES", "Lease", "Table", "arrays_of", "room_for"]
+
 SMALLEST_ROOM = 1024  # particles
 COARSE = 16384  # particles up to which rooms grow fourfold
 
@@ -62,16 +66,28 @@ class Table:
 
     def to_numpy(self, rows=None, *rest):
         """A copy of the used rows, or of the first `rows` of them; rest: slices of further axes."""
+        return self.part(0, self.rows if rows is None else min(rows, self.rows), *rest)
+
+    def part(self, first, end, *rest):
+        """A copy of the rows from `first` to before `end`; rest: as above."""
         self.lease.check()
-        rows = self.rows if rows is None else min(rows, self.rows)
-        whole = self.field.to_numpy() if self.memory is None else self.memory
-        return whole[(slice(rows), *rest)].copy()
+        if self.memory is None:
+            return transfer.read(self.field, first, end, *rest)
+        return self.memory[(slice(first, end), *rest)].copy()
 
     def take(self, *index):
         """A copy of the elements that NumPy takes by these indices, one of each axis."""
         self.lease.check()
-        whole = self.field.to_numpy() if self.memory is None else self.memory
-        return whole[index]
+        if self.memory is None:
+            return transfer.take(self.field, *index)
+        return self.memory[index]
+
+    def total(self):
+        """The sums of the columns of the used rows."""
+        self.lease.check()
+        if self.memory is None:
+            return transfer.sums(self.field, self.rows)
+        return self.memory[: self.rows].sum(axis=0)
 
     def from_numpy(self, values, first=0):
         """Write rows from `first` on; the used part may be longer, and keeps its other rows."""
@@ -81,17 +97,14 @@ class Table:
             raise ValueError(f"{end} rows for a field of {self.rows}")
         if self.memory is not None:
             self.memory[first:end] = values
-            return
-        whole = self.field.to_numpy()
-        whole[first:end] = values
-        self.field.from_numpy(whole)
+        else:
+            transfer.write(self.field, first, values)
 
     @property
     def nbytes(self):
         """Bytes of the whole field."""
-        lanes = getattr(self.field, "n", 1)
-        size = np.dtype(TYPES[str(self.field.dtype).split(".")[-1]]).itemsize
-        return int(np.prod(self.field.shape, dtype=np.int64)) * lanes * size
+        shape = (*self.field.shape, *lanes_of(self.field))
+        return int(np.prod(shape, dtype=np.int64)) * np.dtype(type_of(self.field)).itemsize
 
     def fill(self, value):
         """Set every number of the whole field."""
@@ -131,8 +144,7 @@ def _base(field):
 
 def _memory(field, base):
     """Array of a field (rows, ..., elements) that shares its memory."""
-    dtype = np.dtype(TYPES[str(field.dtype).split(".")[-1]])
-    lanes = (field.n,) if hasattr(field, "n") else ()
+    dtype, lanes = np.dtype(type_of(field)), lanes_of(field)
     offset, row = _offset(field)
     strides, size = [dtype.itemsize] * len(lanes), row
     for length in reversed(field.shape[1:]):

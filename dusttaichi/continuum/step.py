@@ -14,14 +14,16 @@ sync[DONE] tells. `most` holds the fastest signals of the step.
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import first_of
 from dusttaichi.compute.workers import STRIDE, SYNC, assemble, barrier
-from dusttaichi.continuum.kernels.store import APART, DONE, DUE, ENDED, MOST_WORKERS, STUCK
+from dusttaichi.continuum.device import DeviceSteps
+from dusttaichi.continuum.kernels.store import APART, DONE, DUE, ENDED, STUCK
 from dusttaichi.physics.continuum.kernels import MATERIAL
 
 
 def make_advance(phases, StepNumbers, kind):
     """`advance` over (Motion, Rates, Forces): by "workers" (CPU), or by "launches" of a kernel a
     phase (GPU)."""
-    return {"workers": by_workers, "launches": by_launches}[kind](*phases, StepNumbers)
+    make = by_workers if kind == "workers" else DeviceSteps
+    return make(*phases, StepNumbers)
 
 
 def by_workers(motion, rates, forces, StepNumbers):
@@ -82,52 +84,5 @@ def by_workers(motion, rates, forces, StepNumbers):
                         break
                 if me == 0:
                     sync[DONE] = done
-
-    return advance
-
-
-def by_launches(motion, rates, forces, StepNumbers):
-    """A loop in Python over kernels with one parallel loop a phase."""
-    lists = motion.lists
-    sync = lists.sync
-
-    @ti.kernel
-    def kick_and_drift(numbers: StepNumbers):
-        for _ in range(1):
-            sync[DUE] = motion.move_bodies(numbers)
-        for i in range(numbers.count):
-            if motion.kick_and_drift(i, numbers) == 1:
-                sync[DUE] = 1
-
-    @ti.kernel
-    def answer(numbers: StepNumbers, material: MATERIAL):
-        for w in range(MOST_WORKERS):
-            lists.most[APART * w] = 0.0
-        for i in range(numbers.count):
-            # the largest of all is the same in whatever order they come
-            ti.atomic_max(lists.most[0], rates.pass_over(i, numbers, material))
-            motion.show_others(i, numbers)
-
-    @ti.kernel
-    def push(numbers: StepNumbers):
-        for i in range(numbers.count):
-            forces.pass_over(i, numbers)
-        for _ in range(1):
-            motion.add_up(numbers)
-            sync[ENDED] += motion.next_step(1, numbers)
-
-    def advance(beats, pending, _workers, numbers, material):
-        sync.fill(0)
-        now = sync.to_numpy()
-        while now[ENDED] < beats and not now[STUCK]:
-            if not pending:
-                kick_and_drift(numbers)
-                if sync[DUE] == 1:
-                    break
-            pending = 0
-            answer(numbers, material)
-            push(numbers)
-            now = sync.to_numpy()
-        sync[DONE] = now[ENDED]
 
     return advance

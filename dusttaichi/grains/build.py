@@ -197,7 +197,7 @@ def chosen_kernels(scene, layout, running):
         return last
     # what Taichi simplifies LLVM simplifies too: steps take as long, compiling two thirds
     start_taichi(scene, threads, simplify=False)
-    fields = place(declare(room, layout, walls))
+    fields = place(declare(room, layout, walls), by_columns=kind == "launches")
     scratch = search.place_search(room, layout, walls)
     sums = place_measure(room, layout, walls)
     write = None
@@ -210,7 +210,7 @@ def chosen_kernels(scene, layout, running):
     )
     phases = Phases(fields, layout, walls)
     kernels = Kernels(
-        advance=make_advance(phases, kind),
+        advance=make_advance(phases, layout, kind),
         evaluate=make_evaluate(phases),
         bounds=search.make_bounds(fields, scratch),
         list_neighbours=list_neighbours,
@@ -219,7 +219,8 @@ def chosen_kernels(scene, layout, running):
         wrap=make_wrap(fields, layout) if layout.periodic else None,
         measure=make_measure(fields, sums, layout, phases),
     )
-    shared = scene.numerics.backend == "cpu"
+    # a device has memory of its own; what stands in for one has it too
+    shared = kind == "workers"
     memory = arrays_of({**fields, **scratch, **sums}) if shared else {}
     return Compiled(key, layout, walls, kernels, fields, scratch, sums, memory)
 

@@ -191,11 +191,11 @@ class Readout:
     def momentum_flux(self):
         """Time integral since the start of sum m v_a v_b + sum of branch_a force_b over all
         contacts [fJ us], (3, 3): minus volume times stress (T19 eq 23)."""
-        xx, xy, xz, yy, yz, zz = self.state["flux"].sum(axis=0)
+        xx, xy, xz, yy, yz, zz = self.fields["flux"].total()
         total = self.unit_mass * np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         for name in ("virial", "wall_virial"):
             if name in self.state:
-                total += self.state[name].sum(axis=0).reshape(3, 3)
+                total += self.fields[name].total().reshape(3, 3)
         return total
 
     def lengths(self):

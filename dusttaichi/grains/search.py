@@ -73,7 +73,7 @@ class Search:
             self._stop_not_a_number()
         speed = bounds[7]
         if sim.sphere is not None:
-            speed = max(speed, float(np.linalg.norm(sim.state["v"][sim.sphere.row])))
+            speed = max(speed, float(np.linalg.norm(sim.state.row("v", sim.sphere.row))))
         self._check_speed(max(speed, sim.domain.fastest_wall, self._closing_speed()))
         if self.fixed_skin is None:
             self.skin = self._best_skin(speed)

@@ -211,7 +211,7 @@ class Simulation(Readout):
         if self.box is not None:
             rows, first = self.state.wall_blocks, int(self.state["counts"][FIRST_WALL])
             force = self.layout.load
-            load = self.fields["contact"].to_numpy(first + rows, slice(force, force + 3))[first:]
+            load = self.fields["contact"].part(first, first + rows, slice(force, force + 3))
             of = self.fields["wall_of"].to_numpy(rows)
             np.add.at(out, of, load.sum(axis=2, dtype=float))
         return out
@@ -267,7 +267,7 @@ class Simulation(Readout):
         self.fields["sync"].lease.check()  # before anything moves
         masses = self.unit_mass, self.unit_inertia
         numbers = step_numbers(dt, masses, self.search.wall_due, self.search.reach2)
-        self.kernels.advance(
+        done = self.kernels.advance(
             steps,
             self.step,
             pending,
@@ -275,7 +275,7 @@ class Simulation(Readout):
             numbers,
             self.walls_argument,
         )
-        done = int(self.state["sync"][DONE])
+        done = int(self.state["sync"][DONE]) if done is None else done
         return done, done < steps
 
     def _load_contacts(self):

@@ -170,15 +170,13 @@ class MovingSphere:
 
     def _put(self, **rows):
         for name, values in rows.items():
-            table = self.sim.state[name]
-            table[self.row] = values
-            self.sim.state[name] = table
+            self.sim.fields[name].from_numpy(np.asarray(values)[None], self.row)
 
     def set_back(self):
         """Velocity and spin from step 0 to half a step before it, with the loads of now."""
         kick, turn = self._half_kicks()
         state = self.sim.state
-        self._put(v=state["v"][self.row] - kick, w=state["w"][self.row] - turn)
+        self._put(v=state.row("v", self.row) - kick, w=state.row("w", self.row) - turn)
 
     def drive(self, drive):
         """Drive it as a Drive says, if it is driven at all."""
@@ -240,7 +238,7 @@ class MovingSphere:
         sim, (force, torque) = self.sim, load or self.load()
         half, kick = 0.5 * sim.dt, force / self.mass
         if sim.gravity is not None:
-            kick = kick + sim.gravity.acceleration(sim.state["x"][self.row][None])[0]
+            kick = kick + sim.gravity.acceleration(sim.state.row("x", self.row)[None])[0]
         return half * kick, half * torque / self.inertia
 
     def now(self, load=None):
@@ -252,7 +250,7 @@ class MovingSphere:
 
     def _row(self):
         """Position, and velocity and spin of half a step before."""
-        return (self.sim.state[name][self.row] for name in "xvw")
+        return (self.sim.state.row(name, self.row) for name in "xvw")
 
     def energies(self, load):
         """(kinetic energy, the part of it that is `kick`) [fJ] (see method.Measurement); 0 of a
@@ -279,4 +277,4 @@ class MovingSphere:
         sim = self.sim
         if sim.box is None:
             return []
-        return _passed(sim.box, sim.state["x"][self.row], self.radius, sim.time)
+        return _passed(sim.box, sim.state.row("x", self.row), self.radius, sim.time)

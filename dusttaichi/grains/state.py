@@ -110,6 +110,10 @@ class GrainState:
         """A copy of a field without the two grains that fill empty lanes, (N, ...)."""
         return self.fields[name].to_numpy(self.grains)
 
+    def row(self, name, row):
+        """A copy of one row of a field."""
+        return self.fields[name].part(row, row + 1)[0]
+
     def put_grains(self, name, values, far=False):
         """Fill a field of all grains; the two beyond them rest, far away if these are places."""
         ghosts = np.array([[FAR, 0, 0], [-FAR, 0, 0]]) if far else np.zeros((2, 3))

@@ -8,19 +8,21 @@ are all second order in dt (S12 sect. 4).
 
 `advance(steps, first, pending, workers, numbers, box)` makes up to `steps`
 steps from step number `first`; with `pending` the first one has drifted already and lacks its
-contacts (a search came between). It ends early when a search is due. sync[DONE] tells.
+contacts (a search came between). It ends early when a search is due. It returns how many it has
+made, or None where sync[DONE] tells.
 """
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.workers import STRIDE, SYNC, assemble, barrier
+from dusttaichi.grains.kernels.device import DeviceSteps
 from dusttaichi.grains.kernels.gather import Walls
-from dusttaichi.grains.kernels.phases import DONE, DUE, StepNumbers
+from dusttaichi.grains.kernels.phases import DONE, StepNumbers
 from dusttaichi.grains.kernels.store import FIRST_WALL, WALL_BLOCKS
 
 
-def make_advance(phases, kind):
+def make_advance(phases, layout, kind):
     """`advance` over Phases: by "workers" (CPU), or by "launches" of a kernel a phase (GPU)."""
-    return {"workers": by_workers, "launches": by_launches}[kind](phases)
+    return by_workers(phases) if kind == "workers" else DeviceSteps(phases, layout)
 
 
 def by_workers(phases):
@@ -58,49 +60,6 @@ def by_workers(phases):
                     done += 1
                 if me == 0:
                     sync[DONE] = done
-
-    return advance
-
-
-def by_launches(phases):
-    """A loop in Python over kernels with one parallel loop a phase."""
-    sync = phases.sync
-
-    @ti.kernel
-    def kick_and_drift(step: ti.i64, numbers: StepNumbers):
-        sync[DUE] = 0
-        for part in range(phases.parts()):
-            if phases.move_part(part, step, numbers) == 1:
-                sync[DUE] = 1
-        if ti.static(phases.has_sphere):
-            for _ in range(1):
-                if phases.sphere.move(numbers.dt, numbers.reach2) == 1:
-                    sync[DUE] = 1
-
-    @ti.kernel
-    def touch(step: ti.i64, dt: ti.f64, box: Walls):
-        for tile in range(phases.pair_tiles()):
-            phases.touch_pairs(tile, dt, phases.frame(step, dt))
-        if ti.static(phases.has_sphere):
-            for tile in range(phases.sphere.tiles()):
-                phases.touch_sphere(tile, dt, phases.frame(step, dt))
-        if ti.static(phases.has_walls):
-            for tile in range(phases.wall_tiles()):
-                phases.touch_walls(tile, step, dt, box)
-
-    def advance(steps, first, pending, _workers, *arguments):
-        numbers, box = arguments
-        done = 0
-        while done < steps:
-            step = first + done + 1
-            if not pending:
-                kick_and_drift(step, numbers)
-                if sync[DUE] == 1 or step >= numbers.wall_due:
-                    break
-            pending = 0
-            touch(step, numbers.dt, box)
-            done += 1
-        sync[DONE] = done
 
     return advance
 

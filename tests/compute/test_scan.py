@@ -5,14 +5,14 @@ from scenes import make_scene
 
 from dusttaichi.compute.backend import start_taichi
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import CHUNK, Scan
+from dusttaichi.compute.scan import CHUNK, Scan, scan_room
 
 
 def test_both_ways_are_the_exclusive_sum():
     start_taichi(make_scene(), 1)
-    room = 4 * CHUNK
+    room = 300 * CHUNK  # so that the sums of chunks make more than one chunk themselves
     values, one, other = (ti.field(ti.i32, shape=room) for _ in range(3))
-    scan = Scan(ti.field(ti.i32, shape=4))
+    scan = Scan(ti.field(ti.i32, shape=scan_room(room)))
     assert scan.serial
 
     @ti.kernel
@@ -22,7 +22,7 @@ def test_both_ways_are_the_exclusive_sum():
 
     drawn = np.random.default_rng(1).integers(0, 9, room).astype(np.int32)
     values.from_numpy(drawn)
-    for n in (3 * CHUNK + 17, CHUNK, 1):
+    for n in (room - 17, 3 * CHUNK + 17, CHUNK, 1):
         sums(n)
         expected = np.cumsum(drawn[:n]) - drawn[:n]
         for found in (one, other):

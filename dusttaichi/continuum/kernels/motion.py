@@ -5,6 +5,7 @@ half of the one and the first half of the other. At the start the last step has 
 """
 
 from dusttaichi.compute.engine import ti
+from dusttaichi.compute.scan import whole
 from dusttaichi.continuum.kernels.store import (
     APART,
     CENTRE,
@@ -20,6 +21,7 @@ from dusttaichi.continuum.kernels.store import (
     MASS,
     MOMENTUM,
     OLD,
+    PARTS,
     SEARCHED,
     SPEED,
     SPIN,
@@ -119,39 +121,46 @@ class Motion:
 
     @ti.func
     def move_bodies(self, numbers: ti.template()):
-        """Kick and drift of faces and rigid bodies; impulse, and work of the faces. Returns 1 where
-        one has gone its part of the skin.
+        """Kick and drift of faces and rigid bodies. Returns 1 where one has gone its part of the
+        skin."""
+        due = 0
+        for b in range(FACES + numbers.bodies):
+            due = ti.max(due, self.move_body(b, numbers))
+        return due
+
+    @ti.func
+    def move_body(self, b, numbers: ti.template()):
+        """Kick and drift of face or rigid body b; impulse, and work of the faces. Returns 1 where
+        it has gone its part of the skin.
 
         The spin of a body follows from its angular momentum, which is kicked; it turns by a
         quaternion.
         """
         dt, half = self.f.clock[DT], 0.5 * (self.f.clock[OLD] + self.f.clock[DT])
-        due = 0
-        for b in range(FACES + numbers.bodies):
-            force, speed = self.rigid.vector(b, FORCE), self.rigid.vector(b, SPEED)
-            self.rigid.put(b, IMPULSE, self.rigid.vector(b, IMPULSE) + half * force)
-            before, spin = speed, self.rigid.vector(b, SPIN)
-            turned = spin
-            if b < FACES:
-                self.f.rigid[b, WORK] -= half * force.dot(speed)
-            else:
-                speed += (half / self.f.rigid[b, MASS]) * force
-                momentum = self.rigid.vector(b, MOMENTUM) + half * self.rigid.vector(b, TORQUE)
-                self.rigid.put(b, SPEED, speed)
-                self.rigid.put(b, MOMENTUM, momentum)
-                turned = self.spin(b, momentum)
-                self.turn(b, turned * dt)
-                self.rigid.put(b, SPIN, self.spin(b, momentum))
-            for part in ti.static(range(2)):
-                drag = self.rigid.vector(b, DRAGS + 6 * part)
-                turning = self.rigid.vector(b, DRAGS + 6 * part + 3)
-                power = drag.dot(before + speed) + turning.dot(spin + turned)
-                self.f.rigid[b, LOSS + part] -= 0.5 * half * power
-            place = self.rigid.vector(b, CENTRE) + dt * speed
-            self.rigid.put(b, CENTRE, place)
-            gone = (place - self.rigid.vector(b, SEARCHED)).norm_sqr()
-            due = ti.max(due, ti.cast(gone > numbers.way2, ti.i32))
-        return due
+        force, speed = self.rigid.vector(b, FORCE), self.rigid.vector(b, SPEED)
+        self.rigid.put(b, IMPULSE, self.rigid.vector(b, IMPULSE) + half * force)
+        before, spin = speed, self.rigid.vector(b, SPIN)
+        turned = spin
+        if b < FACES:
+            self.f.rigid[b, WORK] = self.f.rigid[b, WORK] - half * force.dot(speed)
+        else:
+            speed += (half / self.f.rigid[b, MASS]) * force
+            momentum = self.rigid.vector(b, MOMENTUM) + half * self.rigid.vector(b, TORQUE)
+            self.rigid.put(b, SPEED, speed)
+            self.rigid.put(b, MOMENTUM, momentum)
+            turned = self.spin(b, momentum)
+            self.turn(b, turned * dt)
+            self.rigid.put(b, SPIN, self.spin(b, momentum))
+        for part in ti.static(range(2)):
+            drag = self.rigid.vector(b, DRAGS + 6 * part)
+            turning = self.rigid.vector(b, DRAGS + 6 * part + 3)
+            power = drag.dot(before + speed) + turning.dot(spin + turned)
+            loss = self.f.rigid[b, LOSS + part] - 0.5 * half * power
+            self.f.rigid[b, LOSS + part] = loss
+        place = self.rigid.vector(b, CENTRE) + dt * speed
+        self.rigid.put(b, CENTRE, place)
+        gone = (place - self.rigid.vector(b, SEARCHED)).norm_sqr()
+        return ti.cast(gone > numbers.way2, ti.i32)
 
     @ti.func
     def spin(self, b, momentum):
@@ -182,13 +191,7 @@ class Motion:
         """Forces and torques on faces and rigid bodies: of all that touches their surfaces, in a
         fixed order, and gravity."""
         for row in range(FACES + numbers.bodies):
-            self.rigid.put(row, FORCE, ti.Vector.zero(ti.f64, 3))
-            self.rigid.put(row, TORQUE, ti.Vector.zero(ti.f64, 3))
-            for c in range(DRAGS, LOSS):
-                self.f.rigid[row, c] = 0.0
-            if row >= FACES:
-                weight = self.f.rigid[row, MASS] * numbers.gravity
-                self.rigid.put(row, FORCE, self.rigid.raised(weight))
+            self.clear_load(row, numbers)
         if ti.static(self.layout.rigid):
             for e in range(numbers.touches):
                 row = self.lists.touch_row[e]
@@ -199,6 +202,43 @@ class Motion:
                     self.f.rigid[row, FORCE + c] += self.f.rigid[row, FREEDOM + c] * total
                     self.f.rigid[row, DRAGS + c] += self.lists.touch[e, 6 + c]
                     self.f.rigid[row, DRAGS + 6 + c] += self.lists.touch[e, 12 + c]
+
+    @ti.func
+    def clear_load(self, row, numbers: ti.template()):
+        """Gravity alone acts on a face or rigid body."""
+        self.rigid.put(row, FORCE, ti.Vector.zero(ti.f64, 3))
+        self.rigid.put(row, TORQUE, ti.Vector.zero(ti.f64, 3))
+        for c in range(DRAGS, LOSS):
+            self.f.rigid[row, c] = 0.0
+        if row >= FACES:
+            weight = self.f.rigid[row, MASS] * numbers.gravity
+            self.rigid.put(row, FORCE, self.rigid.raised(weight))
+
+    @ti.func
+    def share_of_load(self, row, thread, threads, numbers: ti.template()):
+        """What the touches of one of a block of threads do to a surface: force and torque, then
+        the parts of pairs and of grid noise, 6 numbers each."""
+        out = ti.Vector.zero(ti.f64, PARTS)
+        for n in range(whole(numbers.touches, threads)):
+            e = n * threads + thread
+            if e < numbers.touches:
+                if self.lists.touch_row[e] == row:
+                    for c in ti.static(range(6)):
+                        of_pairs, of_noise = self.lists.touch[e, 6 + c], self.lists.touch[e, 12 + c]
+                        out[c] += self.lists.touch[e, c] + of_pairs + of_noise
+                        out[6 + c] += of_pairs
+                        out[12 + c] += of_noise
+        return out
+
+    @ti.func
+    def add_load(self, row, part, total):
+        """Add number `part` of a sum of those shares to the load of a surface."""
+        if part < 6:
+            free = self.f.rigid[row, FREEDOM + part]
+            self.f.rigid[row, FORCE + part] = self.f.rigid[row, FORCE + part] + free * total
+        elif part < PARTS:
+            at = DRAGS + part - 6
+            self.f.rigid[row, at] = self.f.rigid[row, at] + total
 
     @ti.func
     def next_step(self, present, numbers: ti.template()):

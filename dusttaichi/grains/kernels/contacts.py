@@ -189,13 +189,13 @@ class ContactPass:
             self.face_work[tile] = self.face_work[tile] + work
 
     @ti.func
-    def add_loss(self, tile, channel: ti.template(), value):
+    def add_loss(self, tile: ti.template(), channel: ti.template(), value):
         self.loss[tile, channel] = self.loss[tile, channel] + ti.cast(value, ti.f64)
 
     # -- forming and breaking --------------------------------------------------------------------
 
     @ti.func
-    def change_block(self, block, tile, dt, p, place):
+    def change_block(self, block, tile: ti.template(), dt, p, place):
         """Contacts of a block that have formed or broken. Few steps have any: so this is no part of
         the loop over all contacts, and gathers everything again."""
         b = block & self.mask
@@ -207,7 +207,9 @@ class ContactPass:
                 self.change(g, b, lane, tile, dt, p, place, state)
 
     @ti.func
-    def change(self, g: ti.template(), b, lane, tile, dt, kind_numbers, place, state):
+    def change(
+        self, g: ti.template(), b, lane, tile: ti.template(), dt, kind_numbers, place, state
+    ):
         """What it costs that a contact has formed (state 2) or broken (-1): its potential, less
         what the half kick of the step has done with it. One that breaks is taken where it was a
         step ago, and forgets its history."""
@@ -243,7 +245,9 @@ class ContactPass:
             self.rows.keep(b, lane, h, 0.0)
 
     @ti.func
-    def release(self, tile, b, lane, k: ti.template(), h: ti.template(), p, dt, place):
+    def release(
+        self, tile: ti.template(), b, lane, k: ti.template(), h: ti.template(), p, dt, place
+    ):
         """What the springs of a contact that breaks have stored. A spring that breaks has worked
         for half a step less than its displacement says."""
         strength = self.gatherer.strength(place)
@@ -254,7 +258,7 @@ class ContactPass:
         self.lose(tile, b, lane, BREAKING, stored.sum() + 0.5 * work)
 
     @ti.func
-    def lose(self, tile, b, lane, channel: ti.template(), value):
+    def lose(self, tile: ti.template(), b, lane, channel: ti.template(), value):
         if ti.static(self.ledger):
             self.add_loss(tile, channel, value)
         self.follow(b, lane, channel, value)

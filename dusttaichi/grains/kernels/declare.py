@@ -185,8 +185,12 @@ def _stress(n, layout, walls):
 # fmt: on
 
 
-def place(variables):
-    """Taichi fields for the declared variables, as a dict by name."""
+def place(variables, by_columns=False):
+    """Taichi fields for the declared variables, as a dict by name.
+
+    by_columns: a number of all blocks is side by side in memory, as threads of a device read it;
+    else all numbers of a block are.
+    """
     types = {"f64": ti.f64, "f32": ti.f32, "i32": ti.i32, "i64": ti.i64}
     together = [var for var in variables if var.name in GATHERED]
     # contacts first: their blocks then begin where lines of the cache do
@@ -195,7 +199,8 @@ def place(variables):
     for var in others:
         dtype, length = types[var.element[0]], var.element[1]
         make = ti.field if length == 0 else _vector_field(length)
-        fields[var.name] = make(dtype, shape=var.shape)
+        order = {"order": "jik"} if by_columns and len(var.shape) == 3 else {}
+        fields[var.name] = make(dtype, shape=var.shape, **order)
     gathered = {var.name: ti.Vector.field(3, types[var.element[0]]) for var in together}
     ti.root.dense(ti.i, together[0].shape[0]).place(*gathered.values())
     return gathered | fields

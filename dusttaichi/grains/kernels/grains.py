@@ -1,6 +1,7 @@
 """One pass over the grains: gather the loads of the own contacts in a fixed order, kick, drift."""
 
 from math import factorial
+from types import SimpleNamespace
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK
@@ -133,16 +134,10 @@ def make_grain_pass(fields, layout):
     return move
 
 
-def make_flux(fields, layout):
-    """Returns `add_flux(chunk, move, step, numbers)`: moves the grains of a chunk and sums v v dt.
-
-    The kinetic part of the stress, with the velocities of the half step; 1 if a search is due.
-    Where grains have masses of their own (layout.polydisperse) it is m v v dt. In a periodic cell v
-    is measured from the even flow of its edges, L'/L (x - centre) along each periodic axis, and of
-    a shear of the cell: that is the same for all images of a grain.
-    """
-    flux, mass = fields["flux"], fields.get("mass")
-    counts, cell = fields["counts"], fields.get("cell")
+def make_rates(fields, layout):
+    """Returns `rates(step, dt)`: L'/L along each axis of the cell and the rate of its shear, in the
+    middle of the step."""
+    cell = fields.get("cell")
 
     @ti.func
     def flow(step, dt):
@@ -163,24 +158,49 @@ def make_flux(fields, layout):
         return (cell[TILT, 1] - rate[0] * (cell[TILT, 0] + cell[TILT, 1] * time)) / height
 
     @ti.func
-    def add_flux(chunk, move: ti.template(), step, numbers):
-        due, rate, sheared = 0, flow(step, numbers.dt), 0.0
+    def rates(step, dt):
+        rate, sheared = flow(step, dt), 0.0
         if ti.static(layout.tilted):
-            sheared = shear(step, numbers.dt, rate)
+            sheared = shear(step, dt, rate)
+        return ti.Vector([rate[0], rate[1], rate[2], sheared], ti.f64)
+
+    return rates
+
+
+def make_flux(fields, layout):
+    """Functions `add(chunk, move, step, numbers)`: moves the grains of a chunk and sums v v dt,
+    1 if a search is due; `of_grain(g, place, velocity, dt, rate)`: v v of a grain whose step ends
+    at `place`; and `rates`, see make_rates.
+
+    The kinetic part of the stress, with the velocities of the half step. Where grains have masses
+    of their own (layout.polydisperse) it is m v v dt. In a periodic cell v is measured from the
+    even flow of its edges, L'/L (x - centre) along each periodic axis, and of a shear of the cell:
+    that is the same for all images of a grain.
+    """
+    flux, mass, rates = fields["flux"], fields.get("mass"), make_rates(fields, layout)
+    counts, cell = fields["counts"], fields.get("cell")
+
+    @ti.func
+    def of_grain(g, place, velocity, dt, rate):
+        u, middle = velocity, place - 0.5 * dt * velocity
+        for a in ti.static(layout.periodic):
+            u[a] -= ti.cast(rate[a] * (middle[a] - cell[CENTRE, a]), layout.geometry)
+            if ti.static(layout.tilted and a == 2):
+                u[0] -= ti.cast(rate[3] * (middle[2] - cell[CENTRE, 2]), layout.geometry)
+        if ti.static(layout.polydisperse):
+            u *= ti.sqrt(mass[g])
+        return ti.Vector([u.x * u.x, u.x * u.y, u.x * u.z, u.y * u.y, u.y * u.z, u.z * u.z])
+
+    @ti.func
+    def add(chunk, move: ti.template(), step, numbers):
+        due, rate = 0, rates(step, numbers.dt)
         sums = ti.Vector.zero(ti.f64, 6)
         for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, counts[GRAINS])):
             far, place, u = move(g, numbers.kick, numbers.turn, numbers.dt, numbers.reach2)
             due = ti.max(due, far)
-            middle = place - 0.5 * numbers.dt * u
-            for a in ti.static(layout.periodic):
-                u[a] -= ti.cast(rate[a] * (middle[a] - cell[CENTRE, a]), layout.geometry)
-                if ti.static(layout.tilted and a == 2):
-                    u[0] -= ti.cast(sheared * (middle[2] - cell[CENTRE, 2]), layout.geometry)
-            if ti.static(layout.polydisperse):
-                u *= ti.sqrt(mass[g])
-            sums += ti.Vector([u.x * u.x, u.x * u.y, u.x * u.z, u.y * u.y, u.y * u.z, u.z * u.z])
+            sums += of_grain(g, place, u, numbers.dt, rate)
         for k in ti.static(range(6)):
             flux[chunk, k] = flux[chunk, k] + numbers.dt * sums[k]
         return due
 
-    return add_flux
+    return SimpleNamespace(add=add, rates=rates, of_grain=of_grain)

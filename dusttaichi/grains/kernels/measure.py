@@ -1,6 +1,7 @@
 """Sums over the state at an output: energies, contacts, extremes. Partial sums by tile and chunk,
 added up by NumPy in their order, so that the result does not depend on the threads."""
 
+from dusttaichi.compute.blocks import THREADS, BlockSums, on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, whole
 from dusttaichi.grains.kernels.gather import Walls
@@ -15,6 +16,7 @@ from dusttaichi.grains.kernels.store import (
     capacity,
     sphere_capacity,
 )
+from dusttaichi.grains.kernels.wall_search import WallSums
 
 # columns of a grain sum; kinetic energies of v, w at the time of the positions; what they exceed
 # m v(n-1/2).v(n+1/2)/2 by, the kinetic energy whose change in a step is the work of the mean force
@@ -179,6 +181,7 @@ def make_measure_pairs(fields, sums, layout, phases):
         return measure_pairs, None
     sphere, sphere_load = phases.sphere, sums["sphere_load"]
     on_sphere = ContactSums(phases.on_sphere, layout, sums["sphere_sum"])
+    load_sums = BlockSums(6)
 
     @ti.kernel
     def measure_sphere(step: ti.i64, dt: ti.f64):
@@ -187,10 +190,17 @@ def make_measure_pairs(fields, sums, layout, phases):
             here, first = frame(step, dt), counts[FIRST_SPHERE]
             for block in range(first + tile * T, first + (tile + 1) * T):
                 on_sphere.add_block(tile, block, dt, here)
-        for _ in range(1):
-            force, torque = sphere.loads()
-            for k in ti.static(range(3)):
-                sphere_load[k], sphere_load[3 + k] = force[k], torque[k]
+        if ti.static(on_device()):
+            ti.loop_config(block_dim=THREADS)
+            for t in range(THREADS):
+                total = load_sums.total(sphere.share(t, THREADS), t)
+                if t < 6:
+                    sphere_load[t] = total
+        else:
+            for _ in range(1):
+                force, torque = sphere.loads()
+                for k in ti.static(range(3)):
+                    sphere_load[k], sphere_load[3 + k] = force[k], torque[k]
 
     return measure_pairs, measure_sphere
 
@@ -201,6 +211,15 @@ def make_measure_walls(fields, sums, layout, phases):
     counts, wall_force, contact = fields["counts"], sums["wall_force"], fields["contact"]
     wall_of, walls = fields["wall_of"], ContactSums(phases.walls, layout, sums["wall_sum"])
 
+    @ti.func
+    def force_of(c):
+        """Of a block of one contact."""
+        b = counts[FIRST_WALL] + c
+        own = ti.Vector([contact[b, LOAD, 0], contact[b, LOAD + 1, 0], contact[b, LOAD + 2, 0]])
+        return ti.cast(own, ti.f64)
+
+    force_sums = WallSums(counts, wall_of, force_of)
+
     @ti.kernel
     def measure_walls(box: Walls, time: ti.f64, dt: ti.f64):
         for tile in range(whole(counts[WALL_BLOCKS], T)):
@@ -208,13 +227,22 @@ def make_measure_walls(fields, sums, layout, phases):
             for c in range(tile * T, ti.min((tile + 1) * T, counts[WALL_BLOCKS])):
                 plane = walls.own.gatherer.plane(c, box, time)
                 walls.add_block(tile, counts[FIRST_WALL] + c, dt, plane)
-        for n in range(6):
-            for a in ti.static(range(3)):
-                force = ti.cast(0.0, ti.f64)
-                for c in range(counts[WALL_BLOCKS]):
-                    if wall_of[c] == n:
-                        for k in range(W):
-                            force += ti.cast(contact[counts[FIRST_WALL] + c, LOAD + a, k], ti.f64)
-                wall_force[n, a] = force
+        if ti.static(on_device()):
+            ti.loop_config(block_dim=THREADS)
+            for t in range(6 * THREADS):
+                wall, thread = t // THREADS, t % THREADS
+                total = force_sums.of_wall(wall, thread)
+                if thread < 3:
+                    wall_force[wall, thread] = total
+        else:
+            for n in range(6):
+                for a in ti.static(range(3)):
+                    force = ti.cast(0.0, ti.f64)
+                    for c in range(counts[WALL_BLOCKS]):
+                        if wall_of[c] == n:
+                            for k in range(W):
+                                own = contact[counts[FIRST_WALL] + c, LOAD + a, k]
+                                force += ti.cast(own, ti.f64)
+                    wall_force[n, a] = force
 
     return measure_walls

@@ -56,11 +56,11 @@ class Phases:
     """What a step does with a part of the grains, and with a tile of contacts of each kind."""
 
     def __init__(self, fields, layout, walls):
-        self.counts, self.sync = fields["counts"], fields["sync"]
+        self.fields, self.counts, self.sync = fields, fields["counts"], fields["sync"]
         self.width, self.tile, self.stress = layout.width, layout.tile, layout.stress
         self.move, self.frame = make_grain_pass(fields, layout), make_cell(fields, layout)[0]
         self.pair_i = fields["pair_i"]
-        self.add_flux = make_flux(fields, layout) if layout.stress else None
+        self.flux = make_flux(fields, layout) if layout.stress else None
         # a stress is summed by chunks of grains, so that its bits do not depend on the workers
         self.part_size = CHUNK if layout.stress else 1
         passes = Passes(fields, layout, walls)
@@ -92,7 +92,7 @@ class Phases:
         """
         due = 0
         if ti.static(self.stress):
-            due = self.add_flux(part, self.move, step, numbers)
+            due = self.flux.add(part, self.move, step, numbers)
         else:
             due, _, _ = self.move(part, numbers.kick, numbers.turn, numbers.dt, numbers.reach2)
         return due

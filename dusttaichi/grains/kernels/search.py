@@ -6,7 +6,7 @@ outside it. Lists are sorted by grain number, whatever order the threads worked 
 """
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import CHUNK, Scan, little, whole
+from dusttaichi.compute.scan import CHUNK, Scan, little, scan_room, whole
 from dusttaichi.grains.kernels.store import (
     GRAINS,
     NEIGHBOURS,
@@ -37,7 +37,6 @@ SEARCH = (
 def place_search(grains, layout, walls):
     """Scratch fields of the search (nothing in them outlives it)."""
     cells = CELLS_PER_GRAIN * grains + 64
-    chunks = -(-max(cells + 1, grains + 1) // CHUNK)
     pair_blocks = capacity(grains, layout, walls)[0]
     # a large grain has as many small neighbours as there is room for in all: one list after another
     near = 2 * pair_blocks * layout.width if layout.polydisperse else grains * NEIGHBOURS
@@ -56,7 +55,7 @@ def place_search(grains, layout, walls):
         "near_count": ti.field(ti.i32, shape=grains + layout.polydisperse),
         "own_count": ti.field(ti.i32, shape=grains + 1),
         "old_start": ti.field(ti.i32, shape=grains + 1),
-        "chunk_sum": ti.field(ti.i32, shape=chunks),
+        "chunk_sum": ti.field(ti.i32, shape=scan_room(max(cells, grains) + 1)),
         "bounds": ti.field(ti.f64, shape=8),
         "search": ti.field(ti.f64, shape=len(SEARCH)),
     }

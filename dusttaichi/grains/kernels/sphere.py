@@ -7,6 +7,7 @@ The search looks at every grain: a grid with cells as wide as the sphere would b
 
 from types import SimpleNamespace
 
+from dusttaichi.compute.blocks import on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, whole
 from dusttaichi.grains.kernels.gravity import make_gravity
@@ -14,20 +15,9 @@ from dusttaichi.grains.kernels.relist import KeptRows
 from dusttaichi.grains.kernels.store import FIRST_SPHERE, GRAINS, ON_SPHERE, SPHERE
 
 
-def make_sphere(fields, layout):
-    """Functions `tiles()`: how many tiles of contacts there are; `loads()`: force and torque of the
-    grains on the sphere, summed in the order of the lanes; `move(dt, reach2)`: kick and drift, 1 if
-    a new search is due. None in a scene without a sphere."""
-    if not layout.sphere:
-        return None
+def make_loads(fields, layout):
+    """Functions `loads()` and `share(thread, threads)` of make_sphere."""
     W, counts, contact, LOAD = layout.width, fields["counts"], fields["contact"], layout.load
-    x, v, w, x_search = fields["x"], fields["v"], fields["w"], fields["x_search"]
-    body, impulse = fields["sphere_body"], fields["sphere_impulse"]
-    real, falls = layout.geometry, make_gravity(fields, layout)
-
-    @ti.func
-    def tiles():
-        return whole(counts[ON_SPHERE], W * layout.tile)
 
     @ti.func
     def along(first, blocks, row: ti.template()):
@@ -46,9 +36,59 @@ def make_sphere(fields, layout):
         return -force, torque
 
     @ti.func
+    def share(thread, threads):
+        out, contacts = ti.Vector.zero(ti.f64, 6), counts[ON_SPHERE]
+        for n in range(whole(contacts, threads)):
+            c = n * threads + thread
+            if c < contacts:
+                b, lane = counts[FIRST_SPHERE] + c // W, c % W
+                for k in ti.static(range(3)):
+                    out[k] -= ti.cast(contact[b, LOAD + k, lane], ti.f64)
+                    out[3 + k] += ti.cast(contact[b, LOAD + 6 + k, lane], ti.f64)
+        return out
+
+    return loads, share
+
+
+def make_sphere(fields, layout):
+    """Functions `tiles()`: how many tiles of contacts there are; `loads()`: force and torque of the
+    grains on the sphere, summed in the order of the lanes; `move(dt, reach2)`: kick and drift, 1 if
+    a new search is due. None in a scene without a sphere.
+
+    Of a block of threads: `share(thread, threads)`: what the contacts of one of them do to the
+    sphere, force and torque; `put_load(k, total)`: number k of the sum over the block;
+    `move_by_load(dt, reach2)`: kick and drift by these.
+    """
+    if not layout.sphere:
+        return None
+    W, counts, (loads, share) = layout.width, fields["counts"], make_loads(fields, layout)
+    x, v, w, x_search = fields["x"], fields["v"], fields["w"], fields["x_search"]
+    body, impulse = fields["sphere_body"], fields["sphere_impulse"]
+    real, falls = layout.geometry, make_gravity(fields, layout)
+    load = ti.field(ti.f64, shape=6) if on_device() else None
+
+    @ti.func
+    def tiles():
+        return whole(counts[ON_SPHERE], W * layout.tile)
+
+    @ti.func
+    def put_load(k, total):
+        if k < 6:
+            load[k] = total
+
+    @ti.func
+    def move_by_load(dt, reach2):
+        force = ti.Vector([load[0], load[1], load[2]])
+        return moved(dt, reach2, force, ti.Vector([load[3], load[4], load[5]]))
+
+    @ti.func
     def move(dt, reach2):
-        s = counts[GRAINS] + SPHERE
         force, torque = loads()
+        return moved(dt, reach2, force, torque)
+
+    @ti.func
+    def moved(dt, reach2, force, torque):
+        s = counts[GRAINS] + SPHERE
         for k in ti.static(range(3)):
             impulse[k] = impulse[k] + dt * force[k]
             impulse[3 + k] = impulse[3 + k] + dt * torque[k]
@@ -61,7 +101,8 @@ def make_sphere(fields, layout):
         way = place - x_search[s]
         return ti.select(way.dot(way) <= reach2, 0, 1)
 
-    return SimpleNamespace(tiles=tiles, loads=loads, move=move)
+    of_block = {"share": share, "put_load": put_load, "move_by_load": move_by_load}
+    return SimpleNamespace(tiles=tiles, loads=loads, move=move, **of_block)
 
 
 @ti.data_oriented

@@ -122,7 +122,9 @@ class Layout:
     @property
     def mask(self):
         """Largest number of a block that 31 bits can address: what tells the compiler that no
-        address of a block overflows."""
+        address of a block overflows. A thread of a device has one block, and needs no telling."""
+        if self.width == 1:
+            return 2**31 - 1
         return 2 ** (31 - (self.row_count * self.width - 1).bit_length()) - 1
 
 

@@ -1,5 +1,6 @@
 """Grains near each wall, in order, with the history of their contacts."""
 
+from dusttaichi.compute.blocks import THREADS, BlockSums, on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, first_of, little, whole
 from dusttaichi.grains.kernels.relist import KeptRows
@@ -74,8 +75,9 @@ class WallLists:
                 if block + blocks > self.counts[WALL_ROOM]:
                     self.counts[OVERFLOW] = 2
                     blocks, lanes = 0, 0
-                for c in range(block, block + blocks):
-                    self.wall_of[c] = n
+                if ti.static(self.width > 1):  # else who writes a contact does it
+                    for c in range(block, block + blocks):
+                        self.wall_of[c] = n
                 for c in range(block * self.width + lanes, (block + blocks) * self.width):
                     self.clear_lane(c)
                 block += blocks
@@ -96,12 +98,66 @@ class WallLists:
         b, k = c // self.width, c % self.width
         self.wall_grain[b, k] = g
         self.wall_gap[b, k] = 0.0
+        if ti.static(self.width == 1):
+            self.wall_of[b] = n
         if ti.static(self.polydisperse):
             self.write_wall_constants(first + b, k, g)
         old = self.wall_slot[g][n]
         if old >= 0:
             old += first * self.width
         self.kept.carry(first + b, k, old)
+
+
+@ti.data_oriented
+class WallSums:
+    """Sums over the contacts of a wall by a block of threads, in a fixed order; part(c): function
+    that gives the vector of block c of the contacts with walls."""
+
+    def __init__(self, counts, wall_of, part):
+        self.counts, self.of, self.part, self.sums = counts, wall_of, part, BlockSums(3)
+
+    @ti.func
+    def of_wall(self, wall, thread):
+        """Component number `thread` of the sum; all threads of the block must call it."""
+        own, blocks = ti.Vector.zero(ti.f64, 3), self.counts[WALL_BLOCKS]
+        for n in range(whole(blocks, THREADS)):
+            c = n * THREADS + thread
+            if c < blocks:
+                if self.of[c] == wall:
+                    own += self.part(c)
+        return self.sums.total(own, thread)
+
+
+def make_fold(lists):
+    """Function `fold()`: adds the impulses of the lists before to those of the walls, and sets them
+    to zero. To be called outside of the loops of a kernel."""
+    counts, impulse, impulse_total = lists.counts, lists.impulse, lists.impulse_total
+
+    @ti.func
+    def part(c):
+        return ti.Vector([impulse[c, 0], impulse[c, 1], impulse[c, 2]])
+
+    sums = WallSums(counts, lists.wall_of, part)
+
+    @ti.func
+    def fold():
+        if ti.static(on_device()):
+            ti.loop_config(block_dim=THREADS)
+            for t in range(6 * THREADS):
+                wall, thread = t // THREADS, t % THREADS
+                total = sums.of_wall(wall, thread)
+                for a in ti.static(range(3)):
+                    if thread == a:
+                        impulse_total[wall][a] = impulse_total[wall][a] + total
+            for c in range(counts[WALL_BLOCKS]):
+                for a in ti.static(range(3)):
+                    impulse[c, a] = 0.0
+        else:
+            ti.loop_config(serialize=True)
+            for _ in range(1):
+                lists.fold_impulses(counts[WALL_BLOCKS])
+
+    return fold
 
 
 def make_wall_relist(fields, scratch, layout, write_constants=None):
@@ -115,16 +171,14 @@ def make_wall_relist(fields, scratch, layout, write_constants=None):
     wall_chunk = scratch["wall_chunk"]
     lists = WallLists(fields, scratch, layout, write_constants)
     numbers, first_reach = scratch["search"], SEARCH.index("wall_reach_0")
-    light = little(fields["x"].shape[0])
+    light, fold = little(fields["x"].shape[0]), make_fold(lists)
 
     @ti.func
     def relist_walls(box: ti.template()):
         grains, first = counts[GRAINS], counts[FIRST_WALL]
         time = numbers[ti.static(SEARCH.index("time"))]
         chunks = whole(grains, CHUNK)
-        ti.loop_config(serialize=True)
-        for _ in range(1):
-            lists.fold_impulses(counts[WALL_BLOCKS])
+        fold()
         ti.loop_config(serialize=light)
         for b in range(first, first + counts[WALL_BLOCKS]):
             lists.kept.put_aside(b)

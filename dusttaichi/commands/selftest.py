@@ -1,0 +1,101 @@
+"""`dust selftest`: whether a backend computes the right thing on this machine, and how fast."""
+
+import sys
+from typing import Annotated, Literal
+
+import typer
+
+from dusttaichi.commands.console import plain_table, say
+from dusttaichi.errors import DustError
+
+
+def selftest(
+    *,
+    backend: Annotated[
+        Literal["cpu", "cuda"], typer.Option(help="what the kernels run on")
+    ] = "cpu",
+    sizes: Annotated[
+        str, typer.Option(help="grains of the timed samples", metavar="N,N,...")
+    ] = "1e4,1e5,1e6",
+    speed: Annotated[bool, typer.Option(help="time a step as well")] = True,
+):
+    """Check a backend: four small scenes against stored states, the ledger, the time of a step.
+
+    The exit code is 1 where a scene is not what it must be. With --backend cuda the CPU is timed as
+    well, and a warning names the sizes at which it is faster.
+    """
+    from dusttaichi.studies.selftest import checks, device, scenes
+
+    numbers = _numbers(sizes)
+    name, memory = device.describe(backend)
+    size = "" if memory is None else f", {memory / device.GIB:.1f} GiB of memory"
+    say(f"{backend}: {name}{size}\n")
+    outcomes = [checks.check(scene, backend) for scene in scenes.CHANGES]
+    _show_outcomes(outcomes)
+    if speed:
+        speeds = [checks.measure_speed(n, backend) for n in numbers]
+        others = []
+        if backend != "cpu":
+            others = [checks.measure_speed(n, "cpu") for n in numbers]
+        _show_speeds([*speeds, *others])
+        _warn(checks.slower_sizes(speeds, others) if others else [], backend)
+    if not all(outcome.passed for outcome in outcomes):
+        say("\nThis backend does not compute what it should here: do not use it.")
+        sys.exit(1)
+
+
+def _numbers(text):
+    """Sizes of the option --sizes."""
+    try:
+        found = [float(part) for part in text.split(",")]
+    except ValueError:
+        found = []
+    if not found or any(n != int(n) or not 1e3 <= n <= 1e7 for n in found):
+        raise DustError(
+            f"--sizes {text}: whole numbers from 1e3 to 1e7 with commas between them are needed, "
+            "such as --sizes 1e4,1e5"
+        )
+    return [int(n) for n in found]
+
+
+def _show_outcomes(outcomes):
+    headings = ("scene", "largest difference", "allowed", "ledger open by", "same bits", "searches")
+    table = plain_table(*headings, "verdict")
+    for o in outcomes:
+        table.add_row(
+            o.name,
+            f"{o.difference:.1e}",
+            f"{o.tolerance:.0e}",
+            f"{abs(o.residual):.1e}",
+            "yes" if o.same_bits else "no",
+            str(o.searches),
+            "passed" if o.passed else "WRONG",
+        )
+    say(table)
+
+
+def _show_speeds(speeds):
+    table = plain_table(
+        "backend", "grains", "contacts", "ns a contact", "ns a grain-step", "grain-steps a second"
+    )
+    for s in speeds:
+        table.add_row(
+            s.backend,
+            f"{s.grains:.3g}",
+            f"{s.contacts:.3g}",
+            f"{s.of_contact:.3g}",
+            f"{s.of_grain:.3g}",
+            f"{1e9 / s.of_grain:.2g}",
+        )
+    say()
+    say(table)
+
+
+def _warn(sizes, backend):
+    """Name the sizes at which the CPU is faster."""
+    if sizes:
+        listed = " and ".join(f"{n:.3g}" for n in sizes)
+        say(
+            f"\nWarning: with {listed} grains the CPU of this machine is faster than "
+            f"{backend}; take numerics.backend: cpu for scenes of that size."
+        )

@@ -1,0 +1,73 @@
+"""Threads of a device in blocks: sums and maxima over a block, by way of its shared memory.
+
+Numbers are added in an order that depends on the number of threads in a block alone, so that the
+same input gives the same bits.
+"""
+
+from dusttaichi.compute.engine import settings, ti
+from dusttaichi.compute.scan import whole
+
+THREADS = 128  # of a block, where nothing else is said
+_APART = 8  # numbers between the rows of two sums: they begin in other banks of the memory
+
+
+def on_device():
+    """Whether kernels run on a device, which has blocks of threads, and not on cores."""
+    return settings().arch != ti.cpu
+
+
+def padded(room, threads=THREADS):
+    """A length of a loop over `room` things that takes whole blocks: all threads of a block meet,
+    so that each must make the same turns of the loop."""
+    return -(-room // threads) * threads
+
+
+@ti.data_oriented
+class BlockSums:
+    """Sums of `count` numbers over the threads of a block, in float type `real`."""
+
+    def __init__(self, count, threads=THREADS, real=ti.f64):
+        if count > threads:
+            raise ValueError(f"{count} sums for {threads} threads")
+        self.count, self.threads, self.real = count, threads, real
+        # partial sums of each number, each of one thread: a power of two
+        self.parts = 2 ** ((threads // count).bit_length() - 1)
+        self.row = threads + _APART
+
+    @ti.func
+    def total(self, values: ti.template(), thread):
+        """Of the `count` numbers of every thread the sum number `thread`; 0 for threads beyond
+        them. All threads of the block must call it, each with its number."""
+        pad = ti.simt.block.SharedArray((ti.static(self.count * self.row),), self.real)
+        for k in ti.static(range(self.count)):
+            pad[k * self.row + thread] = values[k]
+        ti.simt.block.sync()
+        number, part = thread // self.parts, thread % self.parts
+        if number < self.count:
+            partial = ti.cast(0.0, self.real)
+            for n in range(whole(self.threads, self.parts)):
+                partial += pad[number * self.row + part + n * self.parts]
+            pad[number * self.row + part] = partial
+        ti.simt.block.sync()
+        out = ti.cast(0.0, self.real)
+        if thread < self.count:
+            for n in range(self.parts):
+                out += pad[thread * self.row + n]
+        ti.simt.block.sync()  # the next turn of the loop writes here again
+        return out
+
+
+@ti.func
+def largest_of_block(value, thread, threads: ti.template()):
+    """The largest of the numbers that the threads of a block have, for all of them; f64."""
+    pad = ti.simt.block.SharedArray((threads,), ti.f64)
+    pad[thread] = value
+    ti.simt.block.sync()
+    for n in ti.static(range(threads.bit_length() - 1)):
+        half = ti.static(threads >> (n + 1))
+        if thread < half:
+            pad[thread] = ti.max(pad[thread], pad[thread + half])
+        ti.simt.block.sync()
+    out = pad[0]
+    ti.simt.block.sync()
+    return out

@@ -1,0 +1,143 @@
+"""Rows of fields to NumPy and back, and their sums, where kernels run in a memory of their own.
+
+Taichi's own transfers copy whole fields. These copy the rows that are asked for, and of a field
+with further axes a slice of the second one.
+"""
+
+import numpy as np
+
+from dusttaichi.compute.blocks import THREADS, BlockSums, on_device
+from dusttaichi.compute.engine import ti
+
+TYPES = {"f64": np.float64, "f32": np.float32, "i32": np.int32, "i64": np.int64}
+_ONE_SUM = BlockSums(1)
+_ROWS = {n: ti.types.ndarray(ndim=n) for n in (1, 2, 3)}
+
+
+def type_of(field):
+    """NumPy's type of the numbers of a field."""
+    return TYPES[str(field.dtype).split(".")[-1]]
+
+
+def lanes_of(field):
+    """Numbers of an element: (n,) of a vector, () of a scalar."""
+    return (field.n,) if hasattr(field, "n") else ()
+
+
+# -- kernels: of scalars with one, two and three axes, and of vectors ---------------------------
+
+
+@ti.kernel
+def _read_1(field: ti.template(), first: ti.i32, second: ti.i32, out: _ROWS[1]):
+    for i in out:
+        out[i] = field[first + i]
+
+
+@ti.kernel
+def _read_2(field: ti.template(), first: ti.i32, second: ti.i32, out: _ROWS[2]):
+    for i, j in out:
+        out[i, j] = field[first + i, second + j]
+
+
+@ti.kernel
+def _read_3(field: ti.template(), first: ti.i32, second: ti.i32, out: _ROWS[3]):
+    for i, j, k in out:
+        out[i, j, k] = field[first + i, second + j, k]
+
+
+@ti.kernel
+def _read_vectors(field: ti.template(), first: ti.i32, second: ti.i32, out: _ROWS[2]):
+    for i in range(out.shape[0]):
+        for k in ti.static(range(field.n)):
+            out[i, k] = field[first + i][k]
+
+
+@ti.kernel
+def _write_1(field: ti.template(), first: ti.i32, values: _ROWS[1]):
+    for i in values:
+        field[first + i] = values[i]
+
+
+@ti.kernel
+def _write_2(field: ti.template(), first: ti.i32, values: _ROWS[2]):
+    for i, j in values:
+        field[first + i, j] = values[i, j]
+
+
+@ti.kernel
+def _write_3(field: ti.template(), first: ti.i32, values: _ROWS[3]):
+    for i, j, k in values:
+        field[first + i, j, k] = values[i, j, k]
+
+
+@ti.kernel
+def _write_vectors(field: ti.template(), first: ti.i32, values: _ROWS[2]):
+    for i in range(values.shape[0]):
+        for k in ti.static(range(field.n)):
+            field[first + i][k] = values[i, k]
+
+
+@ti.kernel
+def _take_3(field: ti.template(), index: _ROWS[2], out: _ROWS[1]):
+    for n in out:
+        out[n] = field[index[0, n], index[1, n], index[2, n]]
+
+
+@ti.kernel
+def _sum_columns(field: ti.template(), rows: ti.i32, out: _ROWS[1]):
+    ti.loop_config(block_dim=THREADS)
+    for t in range(ti.static(field.shape[1] * THREADS)):
+        column, thread = t // THREADS, t % THREADS
+        own = ti.Vector.zero(ti.f64, 1)
+        for n in range((rows - thread + THREADS - 1) // THREADS):
+            own[0] += field[n * THREADS + thread, column]
+        total = _ONE_SUM.total(own, thread)
+        if thread == 0:
+            out[column] = total
+
+
+_READ = {1: _read_1, 2: _read_2, 3: _read_3}
+_WRITE = {1: _write_1, 2: _write_2, 3: _write_3}
+
+
+# -- what tables ask for ------------------------------------------------------------------------
+
+
+def read(field, first, end, *rest):
+    """Rows from `first` to before `end`; rest: a slice of the second axis, or nothing."""
+    shape, second = [end - first, *field.shape[1:]], 0
+    if rest:
+        (columns,) = rest
+        second, last, _ = columns.indices(field.shape[1])
+        shape[1] = last - second
+    out = np.empty((*shape, *lanes_of(field)), type_of(field))
+    if out.size:
+        kernel = _read_vectors if lanes_of(field) else _READ[len(field.shape)]
+        kernel(field, first, second, out)
+    return out
+
+
+def write(field, first, values):
+    """Rows from `first` on."""
+    values = np.ascontiguousarray(values, type_of(field))
+    if values.size:
+        kernel = _write_vectors if lanes_of(field) else _WRITE[len(field.shape)]
+        kernel(field, first, values)
+
+
+def take(field, *index):
+    """Elements of a field of three axes by indices that NumPy spreads to one length."""
+    index = np.ascontiguousarray(np.broadcast_arrays(*index), np.int32)
+    out = np.empty(index.shape[1], type_of(field))
+    if out.size:
+        _take_3(field, index, out)
+    return out
+
+
+def sums(field, rows):
+    """Sums of the columns of the first rows of a field of two axes."""
+    if not on_device():
+        return read(field, 0, rows).sum(axis=0)
+    out = np.zeros(field.shape[1])
+    _sum_columns(field, rows, out)
+    return out

@@ -1,0 +1,230 @@
+"""The step on a device: kernels with one loop a phase, and none of them waits for the host.
+
+What kernels need to know is in fields, and so is how far the steps have come: once a search is due
+or the steps asked for are made, all launches behind do nothing. The host launches up to LOOK steps
+and looks once how far they have come.
+"""
+
+from math import ceil
+
+from dusttaichi.compute.blocks import THREADS, BlockSums, largest_of_block, on_device, padded
+from dusttaichi.compute.engine import ti
+from dusttaichi.compute.launching import Launch, is_same
+from dusttaichi.continuum.kernels.store import (
+    BODIES,
+    DONE,
+    DUE,
+    ENDED,
+    FACES,
+    PARTS,
+    STUCK,
+)
+from dusttaichi.physics.continuum.kernels import MATERIAL
+
+LOOK = 16  # steps that are launched before the host looks how far the device has come
+# places in `sync`: 1 where no further step may begin; steps of the run that are asked for
+STOP, ASKED = STUCK + 1, STUCK + 2
+ROWS = FACES + BODIES
+
+
+class DeviceSteps:
+    """`advance(beats, pending, workers, numbers, material)` of a device: see step.py."""
+
+    def __init__(self, motion, rates, forces, StepNumbers):
+        known = Known(motion, rates, forces, StepNumbers)
+        self._begin, self._tell = make_begin(known, StepNumbers)
+        kick, respond, push = (by_threads if on_device() else by_particles)(known)
+        self._kick, self._respond, self._push = Launch(kick), Launch(respond), Launch(push)
+        self._end, self._look = Launch(make_end(known)), Launch(make_look(known))
+        self._told, self._steps_a_beat = None, 1.0
+
+    def __call__(self, beats, pending, _workers, *arguments):
+        if not is_same(self._told, arguments):
+            self._tell(*arguments)
+            self._told = arguments
+        self._begin(beats)
+        launched, ended, stopped = 0, 0, 0
+        while not stopped:
+            expected = ceil((beats - ended) * self._steps_a_beat)
+            for _ in range(max(1, min(LOOK, expected))):
+                if not pending:
+                    self._kick()
+                pending = 0
+                self._respond()
+                self._push()
+                self._end()
+                launched += 1
+            ended, stopped = divmod(self._look(), 2)
+        self._steps_a_beat = launched / max(1, ended)
+
+
+class Known:
+    """What the kernels of a device know of the steps to come, in fields, and what they act on."""
+
+    def __init__(self, motion, rates, forces, StepNumbers):
+        self.motion, self.rates, self.forces = motion, rates, forces
+        self.lists, self.sync = motion.lists, motion.lists.sync
+        self.numbers, self.material = StepNumbers.field(shape=()), MATERIAL.field(shape=())
+        self.threads = padded(motion.f.mass.shape[0])
+        # the fastest signal of each block of threads
+        blocks = self.threads // THREADS if on_device() else 1
+        self.fastest = ti.field(ti.f64, shape=blocks)
+
+
+def make_begin(known, StepNumbers):
+    """Kernels `begin(beats)`, before the steps of a call, and `tell(numbers, material)`, where
+    these have changed."""
+    sync, numbers, material, fastest = known.sync, known.numbers, known.material, known.fastest
+
+    @ti.kernel
+    def begin(beats: ti.i32):
+        sync[DUE], sync[DONE], sync[ENDED], sync[STUCK] = 0, 0, 0, 0
+        sync[STOP], sync[ASKED] = 0, beats
+        fastest[0] = 0.0
+
+    @ti.kernel
+    def tell(new: StepNumbers, dust: MATERIAL):
+        numbers[None], material[None] = new, dust
+
+    return begin, tell
+
+
+def make_look(known):
+    """Kernel `look()`: twice the number of beats that have ended, and 1 more where no further step
+    may begin."""
+    sync = known.sync
+
+    @ti.kernel
+    def look() -> ti.i32:
+        return 2 * sync[ENDED] + sync[STOP]
+
+    return look
+
+
+def make_end(known):
+    """Kernel `end_step()`: the length of the next step, and whether there is one."""
+    motion, sync, numbers, lists = known.motion, known.sync, known.numbers, known.lists
+    fastest, blocks, device = known.fastest, known.fastest.shape[0], on_device()
+    turns = -(-blocks // THREADS)
+
+    @ti.func
+    def conclude():
+        if sync[DUE] == 1:
+            sync[STOP] = 1
+        else:
+            sync[ENDED] = sync[ENDED] + motion.next_step(1, numbers[None])
+            sync[DONE] = sync[ENDED]
+            if sync[ENDED] >= sync[ASKED] or sync[STUCK] == 1:
+                sync[STOP] = 1
+
+    @ti.kernel
+    def end_step():
+        if ti.static(device):
+            ti.loop_config(block_dim=THREADS)
+            for t in range(THREADS):
+                if sync[STOP] == 0:
+                    own = ti.cast(0.0, ti.f64)
+                    for n in range(turns):
+                        if n * THREADS + t < blocks:
+                            own = ti.max(own, fastest[n * THREADS + t])
+                    most = largest_of_block(own, t, THREADS)
+                    if t == 0:
+                        lists.most[0] = most
+                        conclude()
+        else:
+            for _ in range(1):
+                if sync[STOP] == 0:
+                    lists.most[0] = fastest[0]
+                    fastest[0] = 0.0
+                    conclude()
+
+    return end_step
+
+
+def by_threads(known):
+    """Kernels `kick_and_drift()`, `respond()` and `push()` of a device: a thread for each particle,
+    a block of them for each surface. Lengths of loops are known when they are compiled: else a
+    launch of their own would find them first."""
+    motion, rates, forces = known.motion, known.rates, known.forces
+    sync, numbers, material = known.sync, known.numbers, known.material
+    fastest, threads, sums = known.fastest, known.threads, BlockSums(PARTS)
+
+    @ti.kernel
+    def kick_and_drift():
+        for b in range(ROWS):
+            if sync[STOP] == 0 and b < FACES + numbers[None].bodies:
+                if motion.move_body(b, numbers[None]) == 1:
+                    sync[DUE] = 1
+        ti.loop_config(block_dim=THREADS)
+        for i in range(threads):
+            if sync[STOP] == 0 and i < numbers[None].count:
+                if motion.kick_and_drift(i, numbers[None]) == 1:
+                    sync[DUE] = 1
+
+    @ti.kernel
+    def respond():
+        ti.loop_config(block_dim=THREADS)
+        for i in range(threads):
+            if sync[STOP] == 0 and sync[DUE] == 0:
+                own = ti.cast(0.0, ti.f64)
+                if i < numbers[None].count:
+                    own = rates.pass_over(i, numbers[None], material[None])
+                    motion.show_others(i, numbers[None])
+                most = largest_of_block(own, i % THREADS, THREADS)
+                if i % THREADS == 0:
+                    fastest[i // THREADS] = most
+
+    @ti.kernel
+    def push():
+        ti.loop_config(block_dim=THREADS)
+        for i in range(threads):
+            if sync[STOP] == 0 and sync[DUE] == 0 and i < numbers[None].count:
+                forces.pass_over(i, numbers[None])
+        ti.loop_config(block_dim=THREADS)
+        for t in range(ROWS * THREADS):
+            row, thread = t // THREADS, t % THREADS
+            if sync[STOP] == 0 and sync[DUE] == 0 and row < FACES + numbers[None].bodies:
+                if thread == 0:
+                    motion.clear_load(row, numbers[None])
+                if ti.static(motion.layout.rigid):
+                    own = motion.share_of_load(row, thread, THREADS, numbers[None])
+                    motion.add_load(row, thread, sums.total(own, thread))
+
+    return kick_and_drift, respond, push
+
+
+def by_particles(known):
+    """The same kernels where there are cores in the place of a device, to test the loop."""
+    motion, rates, forces = known.motion, known.rates, known.forces
+    sync, numbers, material = known.sync, known.numbers, known.material
+    fastest = known.fastest
+
+    @ti.kernel
+    def kick_and_drift():
+        for _ in range(1):
+            if sync[STOP] == 0:
+                if motion.move_bodies(numbers[None]) == 1:
+                    sync[DUE] = 1
+        for i in range(numbers[None].count):
+            if sync[STOP] == 0:
+                if motion.kick_and_drift(i, numbers[None]) == 1:
+                    sync[DUE] = 1
+
+    @ti.kernel
+    def respond():
+        for i in range(numbers[None].count):
+            if sync[STOP] == 0 and sync[DUE] == 0:
+                # the largest of all is the same in whatever order they come
+                ti.atomic_max(fastest[0], rates.pass_over(i, numbers[None], material[None]))
+                motion.show_others(i, numbers[None])
+
+    @ti.kernel
+    def push():
+        for i in range(numbers[None].count):
+            if sync[STOP] == 0 and sync[DUE] == 0:
+                forces.pass_over(i, numbers[None])
+        for _ in range(1):
+            if sync[STOP] == 0 and sync[DUE] == 0:
+                motion.add_up(numbers[None])
+
+    return kick_and_drift, respond, push

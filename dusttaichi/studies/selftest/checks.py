@@ -1,0 +1,112 @@
+"""The checks of `dust selftest`: states, ledger, the same bits twice, and the time of a step."""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from dusttaichi import method
+from dusttaichi.run.ledger import turnover
+from dusttaichi.scene import Scene
+from dusttaichi.studies.selftest import scenes
+
+OPEN = 0.01  # residual of the ledger that is allowed, as in a run (numerics.ledger_tolerance)
+SIZES = (10_000, 100_000, 1_000_000)  # grains of the timed samples
+SHORTEST = 0.5  # s that a stretch of steps is timed for, three of them
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a scene came to: largest difference from the stored state and what is allowed, residual
+    of the ledger as a share of the energy that has gone through it, searches on the way, and
+    whether a second run gave the same bits."""
+
+    name: str
+    difference: float
+    tolerance: float
+    residual: float
+    searches: int
+    same_bits: bool
+
+    @property
+    def passed(self):
+        """Whether all of it is as it must be."""
+        close = self.difference <= self.tolerance and abs(self.residual) <= OPEN
+        return bool(close and self.same_bits and self.searches > 1)
+
+
+@dataclass(frozen=True)
+class Speed:
+    """Time of a step at one size [ns]: by grain, and by contact between grains that touch."""
+
+    backend: str
+    grains: int
+    contacts: int
+    step: float
+
+    @property
+    def of_contact(self):
+        return self.step / self.contacts
+
+    @property
+    def of_grain(self):
+        return self.step / self.grains
+
+
+def check(name, backend):
+    """The Outcome of a scene of `scenes.CHANGES`."""
+    scene, expected = scenes.scene(name, backend), scenes.stored()[name]
+    motion, start = scenes.moved(scene)
+    found, searches = scenes.state(motion), motion.sim.search.count
+    residual, through = turnover(motion.measure(), start)
+    again = scenes.state(scenes.moved(scene)[0])
+    return Outcome(
+        name,
+        scenes.difference(found, expected),
+        scenes.tolerance(name),
+        float(residual / through),
+        searches,
+        bool(np.array_equal(found, again)),
+    )
+
+
+def crystal(grains, backend):
+    """Scene of a simple cubic lattice: three contacts for each grain, which all touch."""
+    return Scene.from_dict(
+        {
+            "name": "crystal",
+            "material": "silicate_s12",
+            "interaction": {"damping": "viscoelastic"},
+            "sample": {"kind": "lattice", "structure": "sc", "grains": grains},
+            "boundary": {"kind": "open"},
+            "numerics": {"backend": backend},
+            "stop": {"steps": 1},
+        }
+    )
+
+
+def measure_speed(grains, backend, shortest=SHORTEST):
+    """The Speed of a crystal of that many grains: the fastest of three stretches of steps."""
+    scene = crystal(grains, backend)
+    motion = method.of(scene).build(scene, method.make_sample(scene))
+    motion.advance(2)
+    steps = 16
+    while (took := _timed(motion, steps)) < shortest:
+        steps = max(2 * steps, int(1.2 * steps * shortest / took))
+    took = min(took, _timed(motion, steps), _timed(motion, steps))
+    contacts = int(motion.sim.measure()["contacts"])
+    return Speed(backend, motion.sim.grains, contacts, took / steps * 1e9)
+
+
+def _timed(motion, steps):
+    """Seconds of so many steps; a device has made them when it is asked for a number."""
+    began = time.perf_counter()
+    motion.advance(steps)
+    motion.sim.state["counts"]
+    return time.perf_counter() - began
+
+
+def slower_sizes(speeds, others):
+    """Sizes at which the first backend is slower than the other; Speeds of the same sizes."""
+    pairs = zip(speeds, others, strict=True)
+    return [ours.grains for ours, theirs in pairs if ours.step > theirs.step]

@@ -1,0 +1,118 @@
+"""The small scenes of `dust selftest`, and the states that their grains must come to.
+
+`python -m dusttaichi.studies.selftest.scenes` computes the states again and writes states.json,
+which a change of the physics makes necessary.
+"""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from dusttaichi import method, units
+from dusttaichi.scene import Scene
+
+STATES = Path(__file__).with_name("states.json")
+STEPS = 200
+STORED = 40  # grains
+
+BASE = {
+    "name": "selftest",
+    "material": "silicate_s12",
+    "interaction": {
+        "rolling": {"modifier": 8},
+        "sliding": {"modifier": 2.5},
+        "twisting": "on",
+        "damping": "viscoelastic",
+    },
+    "sample": {"kind": "rbd", "grains": STORED, "seed": 3},
+    "boundary": {"kind": "box", "wall_speed": "3 m/s"},
+    "stop": {"steps": STEPS},
+    # lists that are so short that searches come on the way
+    "numerics": {"time_step": "0.2 ns", "threads": 1, "skin": 0.02, "precision": "f64"},
+    "output": {"snapshots": "off"},
+}
+SPHERE = {"radius": "2 um", "gap": "20 nm", "velocity": ["0 m/s", "0 m/s", "-2 m/s"]}
+SIZES = {"kind": "power", "exponent": -2.5, "smallest": "0.4 um", "largest": "0.8 um"}
+CHANGES = {
+    "box": {"numerics": {"precision": "f64"}},
+    "sheared cell, mixed": {
+        # grains touch across the faces, so that they feel them from the first step on
+        "sample": {"kind": "random_packing", "filling_factor": 0.42, "seed": 5},
+        "boundary": {
+            "kind": "periodic",
+            "stress": ["-20 kPa", "-20 kPa", "free"],
+            "strain_rate": ["3e4 s^-1", "3e4 s^-1", "-2e5 s^-1"],
+            "shear_rate": "1e5 s^-1",
+        },
+        "numerics": {"precision": "mixed"},
+        "output": {"stress": True},
+    },
+    "sphere and gravity": {
+        "boundary": {"kind": "box", "omit": ["top"]},
+        "sphere": SPHERE,
+        "gravity": {"acceleration": ["0 m/s^2", "0 m/s^2", "-9.81 m/s^2"]},
+    },
+    "grains of different size": {
+        "sample": {"sizes": SIZES},
+        "output": {"stress": True},
+    },
+}
+"""What each scene has beside BASE, or in the place of it."""
+
+# Of the largest position, velocity or spin, each by itself. Compilers fuse a multiplication and an
+# addition here and not there, and devices divide in another way: rounding (1e-16), which some
+# thousand contacts and collisions make larger; the loads of mixed precision are rounded to 6e-8.
+TOLERANCE = {"f64": 1e-9, "mixed": 1e-5}
+
+
+def scene(name, backend):
+    """The Scene of that name."""
+    data = {key: dict(value) if isinstance(value, dict) else value for key, value in BASE.items()}
+    for key, value in CHANGES[name].items():
+        whole = key == "boundary" or key not in data
+        data[key] = value if whole else data[key] | value
+    data["numerics"]["backend"] = backend
+    return Scene.from_dict(data)
+
+
+def tolerance(name):
+    """What the state of a scene may differ from the stored one by."""
+    return TOLERANCE[CHANGES[name].get("numerics", BASE["numerics"])["precision"]]
+
+
+def moved(scene):
+    """(motion of a scene after its steps, its Measurement at the start)."""
+    motion = method.of(scene).build(scene, method.make_sample(scene))
+    start = motion.measure()
+    motion.advance(STEPS)
+    return motion, start
+
+
+def state(motion):
+    """Positions [m], velocities [m/s] and spins [rad/s] of the grains, (3, N, 3)."""
+    scales = np.array([units.LENGTH, units.SPEED, units.SPIN])
+    return np.array(motion.sim.grain_state()) * scales[:, None, None]
+
+
+def stored():
+    """Name -> state, as the processor computed it that states.json is from."""
+    found = json.loads(STATES.read_text(encoding="utf-8"))
+    return {name: np.array(values) for name, values in found.items()}
+
+
+def difference(found, expected):
+    """The largest difference of positions, velocities or spins, each over its largest number."""
+    scale = np.abs(expected).max(axis=(1, 2), keepdims=True)
+    return float(np.max(np.abs(found - expected) / scale))
+
+
+def write_states():
+    """Compute the states on the CPU and write them."""
+    states = {name: state(moved(scene(name, "cpu"))[0]).tolist() for name in CHANGES}
+    text = json.dumps(states).replace("]], ", "]],\n")
+    STATES.write_text(text + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    write_states()

@@ -1,0 +1,137 @@
+"""What Taichi generates for a CUDA device, run without one: the results of the CPU, no race, few
+launches and synchronisations, registers that leave room.
+
+One scene is run always; all others are marked long, since each compiles its kernels to C.
+"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import cases
+import emulated
+import numpy as np
+import pytest
+
+pytestmark = pytest.mark.skipif(bool(emulated.missing()), reason=str(emulated.missing()))
+QUICK = "box_mixed"
+EVERY = [n if n == QUICK else pytest.param(n, marks=pytest.mark.long) for n in cases.NAMES]
+LOOK = 16  # steps between two looks of the host
+
+
+@pytest.fixture(scope="module")
+def device(tmp_path_factory):
+    """A function that runs a case on the emulated device: (numbers, told, standard error, folder of
+    its modules). The same run is made once."""
+
+    @cache
+    def run(name, order="random", races=1):
+        out = tmp_path_factory.mktemp(f"{name}_{order}")
+        path = out / "found.npz"
+        arguments = [cases.__file__, path, name]
+        _, errors = emulated.start(arguments, out, order=order, races=races)
+        with np.load(path) as found:
+            numbers = {key: found[key] for key in found.files}
+        told = json.loads(str(numbers.pop("told")))
+        return numbers, told, errors, out
+
+    return run
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_a_device_gives_the_results_of_the_cpu(name, device):
+    motion, searches = cases.run(name, "cpu")
+    expected = cases.numbers(motion)
+    found, told, _, _ = device(name)
+    assert told["searches"] == searches > 0
+    allowed = cases.tolerance(name)
+    for key, a in expected.items():
+        scale = np.abs(a).max(initial=0.0)
+        np.testing.assert_allclose(
+            found[key], a, rtol=0, atol=allowed * scale + 1e-300, err_msg=key
+        )
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_threads_do_not_race(name, device):
+    """Two threads may write the same value, a 1 that says that a search is due; nothing else."""
+    _, _, errors, _ = device(name)
+    wrong = [
+        line for line in errors.splitlines() if line.startswith("RACE") and "same value" not in line
+    ]
+    assert not wrong
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", cases.NAMES)
+def test_the_order_of_threads_changes_no_bit(name, device):
+    one, other = device(name)[0], device(name, order="forward", races=0)[0]
+    assert one.keys() == other.keys()
+    for key, a in one.items():
+        assert np.array_equal(a, other[key], equal_nan=True), key
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_launches_and_synchronisations_of_a_step(name, device):
+    """Two launches a step of grains, one more with a sphere, and one every 16 steps where the cell
+    moves; a synchronisation every 16 steps. To begin takes four launches and two more."""
+    took = device(name)[1]["counted"]
+    if name in cases.CONTINUUM:
+        # bodies, particles; response; forces, loads of bodies; the end of the step. To begin and
+        # to look; a search, whose lists the host makes, copies all that it needs
+        assert took["launches"] <= 6 * took["steps"] + 64 + 200 * took["searches"]
+        return
+    if name.startswith("sheared"):
+        return  # the host looks at the load in between
+    assert took["searches"] == 0 and took["steps"] == 32
+    a_step, looks = (3 if name.startswith("sphere") else 2), took["steps"] // LOOK
+    assert took["launches"] <= a_step * took["steps"] + 2 * looks + 4
+    assert took["syncs"] <= looks + 2
+
+
+# Kernels of a step, and the registers that a thread may have by precision of the contacts: of the
+# 65536 of a multiprocessor, as many that four blocks of 128 threads find place there, or two.
+STEP = ("touch", "kick_and_drift", "respond", "push", "end_step")
+MOST = {"f64": 255, "mixed": 168, "f32": 168}
+
+
+def registers(folder):
+    """Kernel -> (registers, bytes spilled) by ptxas, of the modules of a folder."""
+    tool = _ptxas()
+    if tool is None:
+        pytest.skip("no ptxas: pip install nvidia-cuda-nvcc-cu12")
+    out = {}
+    for module in sorted(folder.glob("*.ptx")):
+        if not re.search(rf"\.entry ({'|'.join(STEP)})_c", module.read_text()):
+            continue
+        told = subprocess.run(
+            [tool, "-v", "-arch=sm_90", module, "-o", os.devnull],
+            capture_output=True, text=True, check=True,
+        ).stderr  # fmt: skip
+        form = r"Compiling entry function '(\w+)'.*?(\d+) bytes spill stores.*?Used (\d+) registers"
+        for kernel, spilled, used in re.findall(form, told, flags=re.S):
+            out[kernel] = int(used), int(spilled)
+    return out
+
+
+def _ptxas():
+    """The assembler of PTX: that of the package nvidia-cuda-nvcc-cu12, or of the machine."""
+    for folder in sys.path:
+        tool = Path(folder) / "nvidia/cuda_nvcc/bin/ptxas"
+        if tool.exists():
+            return tool
+    return shutil.which("ptxas")
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_no_register_is_spilled(name, device):
+    found = registers(device(name)[3])
+    assert any(kernel.startswith(("touch", "push")) for kernel in found)
+    assert {k: n for k, (_, n) in found.items() if n} == {}
+    precision = getattr(cases.scene_of(name, "cpu").numerics, "precision", "f64")
+    assert {k: n for k, (n, _) in found.items() if n > MOST[precision]} == {}
