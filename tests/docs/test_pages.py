@@ -243,7 +243,9 @@ def test_what_a_run_leaves(folder_with_a_run):
         for row in re.findall(r"^\| (`.+?) \|", section, re.MULTILINE)
         for name in re.findall(r"`([^`]+)`", row)
     }
-    assert named == left
+    # the checkpoint before the last is there if the run took long enough for two
+    previous = {"checkpoint.bin.previous"}
+    assert previous <= named and named - previous == left - previous
 
 
 @pytest.mark.parametrize("name", sorted(set(re.findall(r"`(test_\w+)`", EVERYTHING))))
