@@ -21,7 +21,6 @@ from typing import Any
 from dusttaichi import method
 from dusttaichi.files import refuse_unreadable
 from dusttaichi.physics.contact import registry as laws
-from dusttaichi.results import shown
 from dusttaichi.scene import problems
 
 KEY = "extensions"
@@ -185,6 +184,7 @@ def _said(error: BaseException, path: str) -> str:
 
 def _tables() -> dict[str, dict]:
     """The dicts of all that may be registered, by a word for it."""
+    from dusttaichi.results import shown
     from dusttaichi.samples import registry as samples
 
     return {

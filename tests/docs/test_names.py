@@ -14,6 +14,7 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.compute.last_compiled import LastCompiled
 from dusttaichi.errors import DustError
 from dusttaichi.grains import build
+from dusttaichi.grains.kernels.numbers import numbers_type
 from dusttaichi.grains.moving_grains import MovingGrains
 from dusttaichi.run import execute
 from dusttaichi.scene import load
@@ -72,6 +73,7 @@ def passed(tmp_path_factory):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(build, "_LAST", LastCompiled())  # nothing serves again uncalled
+        numbers_type.cache_clear()
         for run in (threading.setprofile, sys.setprofile):
             run(note)
         try:

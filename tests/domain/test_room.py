@@ -56,5 +56,5 @@ def test_a_room_of_two_grains_cannot_be_pressed():
     scene = from_yaml(text.replace("BOUNDARY", "{kind: box, wall_speed: 1 m/s}"))
     room = surroundings(scene, samples.make(scene), None, None, contact_constants(scene))
     low = Domain(1e-4, 1.0, 0.6, *room).driven(own_drive(scene.boundary), 0)
-    with pytest.raises(DustError, match="um high, no more than two grains .* nothing can be"):
+    with pytest.raises(DustError, match="µm high, no more than two grains .* nothing can be"):
         low.check_way()

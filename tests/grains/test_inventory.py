@@ -106,7 +106,7 @@ def test_a_scene_has_what_it_requires_and_nothing_else(name, unstarted):
     assert compiled == KERNELS | kernels
     assert sim.layout.kept == size
     own = len(sim.layout.stored)
-    assert sim.fields["contact"].to_numpy().shape[1] == size + max(12, size) + own
+    assert sim.fields["contact"].to_numpy().shape[1] == size + max(9, size) + own
 
 
 def test_a_batch_has_the_number_of_the_scene_beside(unstarted):

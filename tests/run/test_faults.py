@@ -216,7 +216,7 @@ sample: {kind: explicit, file: grains.csv, units: um}
 boundary: {kind: open}
 stop: {steps: STEPS}
 numerics: {time_step: 0.3 ns, threads: 1}
-output: {series: {steps: 10}, directory: run}
+output: {series: {steps: 10}, snapshots: off, directory: run}
 """
 
 

@@ -111,7 +111,7 @@ def test_minimum_image_and_open_distances_agree_inside():
         ({"structure": "sc", "cells": [2, 2, 2], "grains": 9}, "exactly one of cells, grains and"),
         ({"structure": "sc", "cells": [2, 2]}, "a list of 3 whole numbers of at least 1"),
         ({"structure": "sc", "cells": [2, 2, 0]}, "sample.cells[2] = 0: a whole number of at le"),
-        ({"structure": "sc", "size": ["1 um"] * 3}, "1 x 1 x 1 um has no room for a grain"),
+        ({"structure": "sc", "size": ["1 um"] * 3}, "1 x 1 x 1 µm has no room for a grain"),
         ({"structure": "ccp", "size": ["1.3 um"] * 3}, "holds no whole cell of ccp"),
         (
             {"structure": "sc", "grains": 8, "shares": {"default": 1}},

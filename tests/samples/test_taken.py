@@ -28,7 +28,7 @@ stages:
   - {name: rest, stop: {steps: 2000}}
   - {name: hold, stop: {steps: 1000}}
 numerics: {threads: 1, time_step: 0.15 ns}
-output: {series: {steps: 50}}
+output: {series: {steps: 50}, snapshots: off}
 """
 TOP, BOTTOM = WALLS.index("top"), WALLS.index("bottom")
 

@@ -75,9 +75,9 @@ def test_equal_scenes_are_run_once_and_refused_ones_not_at_all(tmp_path):
     base = scenes.base(from_yaml(PAIR))
     runner = Counted(base, tmp_path, jobs=2, pairs=False)
     runner.run([DEFAULT])
-    balanced = knobs.presets(base)[1]
+    presets = {point.label: point for point in knobs.knobs_of(base).presets(base)}
     wrong = Point("wrong", "x", "", math.nan, NUMERICAL, {"numerics.step_fraction": 7.0})
-    results = runner.run([balanced, wrong])
+    results = runner.run([presets["balanced"], wrong])
     assert runner.ran == ["default"]
     assert results["balanced"].ratio == 1.0  # of the two own costs
     assert results["wrong"].code == 2 and "step_fraction" in results["wrong"].status
@@ -130,7 +130,7 @@ def test_command_writes_file_figure_table_and_advice(counted, tmp_path, capsys, 
     with xr.open_dataset(tmp_path / "out/trade.nc") as data:
         assert data.attrs["observable"] == "restitution" and data.attrs["tolerance"] == 0.02
         labels = data.label.values.tolist()
-        assert labels[:4] == ["default", "fast", "balanced", "reference"]
+        assert labels[:5] == ["default", "draft", "fast", "balanced", "reference"]
         assert float(data.cost_ratio[labels.index("step_fraction = 0.05")]) == pytest.approx(4.0)
         error = float(data.error[labels.index("step_fraction = 0.3")])
         assert error == pytest.approx((0.3**3 - 0.05**3) / (0.5 + 0.05**3), rel=1e-9)
