@@ -43,7 +43,8 @@ exclude_patterns = [
 
 myst_enable_extensions = ["amsmath", "attrs_inline", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 4
-suppress_warnings = ["mystnb.unknown_mime_type"]
+# the footers of cards by their separator: the directives in its place need sphinx-design 0.8
+suppress_warnings = ["mystnb.unknown_mime_type", "design.card_legacy"]
 nb_execution_mode = "auto"
 nb_execution_raise_on_error = True
 nb_execution_in_temp = True
