@@ -10,7 +10,6 @@ masked, as Taichi's integers may overflow; sums are in a local array, the nine o
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.grains.kernels.rows import Rows
-from dusttaichi.grains.kernels.store import FIRST_WALL
 from dusttaichi.physics.contact.kinematics import point_as_kept
 
 FORMING, BREAKING = range(2)  # channels of the ledger that no effect has to itself
@@ -18,7 +17,7 @@ FORMING, BREAKING = range(2)  # channels of the ledger that no effect has to its
 
 @ti.data_oriented
 class ContactPass:
-    """`tile(tile, first, last, dt, place)`, or `tile_of_walls`, for the contacts of one gatherer.
+    """`tile(tile, first, last, dt, outside, time)` for the contacts of one gatherer.
 
     where: beginning of the names of its tables of sums by tile, "wall_" of walls.
     """
@@ -44,44 +43,31 @@ class ContactPass:
     # -- a tile of contacts ----------------------------------------------------------------------
 
     @ti.func
-    def tile(self, tile, first, last, dt_wide, place):
+    def tile(self, tile, first, last, dt_wide, outside: ti.template(), time):
         """The blocks from `first` to before `last`, all of them of one tile of a table of sums.
-        place: what the gatherer needs of cell or wall."""
+
+        outside: the frame of a periodic cell (kernels.cell) for pairs; Walls, which are at `time`,
+        for walls.
+        """
         sums = ti.Vector.zero(self.real, ti.static((self.CHANGES + 1) * self.width))
         virial = ti.Vector.zero(self.real, 9)
         p, dt = self.numbers.of_kind(self.kind), ti.cast(dt_wide, self.real)
         for block in range(first, last):
-            self.block(sums, virial, block, dt, p, place)
+            self.block(sums, virial, block, dt, p, self.gatherer.place(block, outside, time))
         totals = self.totals(sums)
         if totals[self.CHANGES] > 0.0:
             for block in range(first, last):
+                place = self.gatherer.place(block, outside, time)
                 self.change_block(block, tile, dt, p, place)
         self.add_sums(totals, virial, tile)
+        if ti.static(self.flat):
+            for block in range(first, last):
+                self.add_impulse(block, dt_wide)
 
     @ti.func
-    def tile_of_walls(self, tile, first, last, step, dt_wide, box: ti.template()):
-        """The same of contacts with walls, where each block is of one wall. first, last: numbers of
-        wall blocks."""
-        sums = ti.Vector.zero(self.real, ti.static((self.CHANGES + 1) * self.width))
-        virial = ti.Vector.zero(self.real, 9)
-        p, dt = self.numbers.of_kind(self.kind), ti.cast(dt_wide, self.real)
-        behind, time = self.gatherer.counts[FIRST_WALL], dt_wide * step
-        for c in range(first, last):
-            plane = self.gatherer.plane(c, box, time)
-            self.block(sums, virial, behind + c, dt, p, plane)
-        totals = self.totals(sums)
-        if totals[self.CHANGES] > 0.0:
-            for c in range(first, last):
-                plane = self.gatherer.plane(c, box, time)
-                self.change_block(behind + c, tile, dt, p, plane)
-        self.add_sums(totals, virial, tile)
-        for c in range(first, last):
-            self.add_impulse(c, behind + c, dt_wide)
-
-    @ti.func
-    def add_impulse(self, c, block, dt):
+    def add_impulse(self, block, dt):
         """Sum the force of a wall on a block of contacts over time."""
-        b = block & self.mask
+        b, c = block & self.mask, self.gatherer.wall_block(block)
         for a in ti.static(range(3)):
             force = ti.cast(0.0, ti.f64)
             for lane in range(self.width):

@@ -60,6 +60,11 @@ class PairGatherer(Gatherer):
         self.columns = 13 + len(layout.periodic)
 
     @ti.func
+    def place(self, block, frame: ti.template(), time):
+        """The same for all blocks."""
+        return frame
+
+    @ti.func
     def gather(self, g: ti.template(), b, lane, place):
         i, j = self.pair_i[b, lane], self.pair_j[b, lane]
         d, dv = self.x[i] - self.x[j], self.v[i] - self.v[j]
@@ -110,6 +115,15 @@ class WallGatherer(Gatherer):
         self.place3 = ti.types.vector(3, layout.geometry)
 
     @ti.func
+    def wall_block(self, block):
+        """Number of a block among those of walls."""
+        return block - self.counts[FIRST_WALL]
+
+    @ti.func
+    def place(self, block, box: ti.template(), time):
+        return self.plane(self.wall_block(block), box, time)
+
+    @ti.func
     def plane(self, c, box: ti.template(), time):
         """Of the wall of block c: unit normal, offset at `time`, velocity, strength."""
         k = self.of[c]
@@ -126,7 +140,7 @@ class WallGatherer(Gatherer):
 
     @ti.func
     def gather(self, g: ti.template(), b, lane, place):
-        c = b - self.counts[FIRST_WALL]
+        c = self.wall_block(b)
         i = self.grain[c, lane]
         distance = self.x[i].dot(place.normal) - place.offset + self.gap[c, lane]
         touch = self.numbers.touch_of(self.kind, b, lane)

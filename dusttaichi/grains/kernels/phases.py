@@ -12,6 +12,7 @@ from dusttaichi.grains.kernels.polydisperse import make_numbers
 from dusttaichi.grains.kernels.sphere import make_sphere
 from dusttaichi.grains.kernels.store import (
     FIRST_SPHERE,
+    FIRST_WALL,
     GRAINS,
     ON_SPHERE,
     PAIRS,
@@ -113,20 +114,21 @@ class Phases:
     def touch_pairs(self, tile, dt, frame):
         """Update the contacts of a tile of pairs and compute their loads."""
         first, last = self.blocks_of_pairs(tile)
-        self.pairs.tile(tile, first, last, dt, frame)
+        self.pairs.tile(tile, first, last, dt, frame, 0.0)
 
     @ti.func
     def touch_sphere(self, tile, dt, frame):
         """The same of contacts with the sphere, whose tiles are behind those of the pairs."""
         first, last = self.blocks_of_sphere(tile)
-        self.on_sphere.tile(self.counts[FIRST_SPHERE] // self.tile + tile, first, last, dt, frame)
+        tile += self.counts[FIRST_SPHERE] // self.tile
+        self.on_sphere.tile(tile, first, last, dt, frame, 0.0)
 
     @ti.func
     def touch_walls(self, tile, step, dt, box):
         """The same of wall contacts; the force of a wall is summed over time by its blocks."""
-        first = tile * self.tile
-        last = ti.min((tile + 1) * self.tile, self.counts[WALL_BLOCKS])
-        self.walls.tile_of_walls(tile, first, last, step, dt, box)
+        first = self.counts[FIRST_WALL]
+        last = first + ti.min((tile + 1) * self.tile, self.counts[WALL_BLOCKS])
+        self.walls.tile(tile, first + tile * self.tile, last, dt, box, dt * step)
 
     # -- the share of one worker -----------------------------------------------------------------
 
