@@ -66,8 +66,8 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
     push = make_push(scene.push, sample.info, order, step.dt / units.TIME, kinds)
     threads = threads_of(scene, len(order))
     model = chosen_model(scene.interaction, scene.numerics.newton_steps)
-    pair, wall = contact_constants(scene) if own is None else farthest_contacts(scene, own)
-    box, cell = surroundings(scene, sample, own, scenes, (pair, wall))
+    contacts = farthest_contacts(scene, own)
+    box, cell = surroundings(scene, sample, own, scenes, contacts)
     smallest = radius if own is None else own.radius[around(scenes)].min()
     loops = loops or LOOPS[scene.numerics.backend]
     layout = replace(
@@ -80,7 +80,7 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
     ball = placed_sphere(scene, sample, own, box)
     compiled = chosen_kernels(scene, layout, (loops.kind, len(order), threads))
     tables = _LAST.tables(compiled, len(order))
-    on_pairs, on_walls, on_sphere, table = chosen_numbers(scene, model, own)
+    on_pairs, on_walls, on_sphere, table = chosen_numbers(scene, model, own, contacts)
     _fill(tables, table, None if scenes is None else scenes[order])
     return Simulation(
         compiled,
@@ -126,15 +126,13 @@ def chosen_skin(scene, smallest):
     return None if skin == "auto" else skin * smallest
 
 
-def chosen_numbers(scene, model, own):
+def chosen_numbers(scene, model, own, contacts):
     """Internal numbers of a contact of two grains, with a wall and with the sphere (None without),
     each that which reaches farthest, and the table of interfaces (None of equal grains).
 
-    own: GrainProperties, or None of equal grains.
+    scene: `scaled`. own: GrainProperties, or None of equal grains. contacts: `farthest_contacts`.
     """
-    scene = scaled(scene)
-    two = contact_constants(scene) if own is None else farthest_contacts(scene, own)
-    pair, wall = (internal_numbers(contact, model) for contact in two)
+    pair, wall = (internal_numbers(contact, model) for contact in contacts)
     ball, table = None, None if own is None else interfaces(scene, model)
     if scene.sphere is not None:
         farthest = max(sphere_contacts(scene, own), key=lambda c: c.delta0)

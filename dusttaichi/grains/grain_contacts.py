@@ -55,7 +55,12 @@ def size_ranges(scene, polydisperse):
 
 
 def farthest_contacts(scene, polydisperse):
-    """ContactConstants of two grains and of a grain and a wall that hold on farthest."""
+    """ContactConstants of two grains and of a grain and a wall that hold on farthest.
+
+    polydisperse: GrainProperties, or None of equal grains.
+    """
+    if polydisperse is None:
+        return contact_constants(scene)
     scene = scaled(scene)
     kinds, interaction = size_ranges(scene, polydisperse), scene.interaction
     pairs = [

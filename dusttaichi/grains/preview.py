@@ -38,8 +38,7 @@ def preview(scene):
     own = grain_properties(scene, sample)
     step = chosen_step(scene, pushed, own)
     contacts = contact_constants(scene)
-    far = contacts if own is None else farthest_contacts(scene, own)
-    domain = _domain(scene, sample, own, far, step)
+    domain = _domain(scene, sample, own, farthest_contacts(scene, own), step)
     sections = [("Sample", _sample(scene, sample)), *_contacts(scene, own, contacts)]
     if (ball := placed_sphere(scene, sample, own, domain.box)) is not None:
         sections.append(("Sphere", _sphere(scene, ball, own)))

@@ -6,6 +6,7 @@ The energy of the contacts changes at that moment; the difference is in the ledg
 """
 
 from dusttaichi.grains.build import chosen_numbers
+from dusttaichi.grains.grain_contacts import farthest_contacts, scaled
 from dusttaichi.grains.measured import measurement
 from dusttaichi.grains.refine import contact_pairs, set_speeds
 from dusttaichi.grains.time_step import chosen_step
@@ -30,7 +31,9 @@ def steps_of_stages(scene, sample, own):
 
 def take_numbers(sim, scene):
     """Give a Simulation the contact constants of a scene of the same parts."""
-    sim.pair, sim.wall, on_sphere, table = chosen_numbers(scene, sim.layout.model, sim.polydisperse)
+    scene, own = scaled(scene), sim.polydisperse
+    contacts = farthest_contacts(scene, own)
+    sim.pair, sim.wall, on_sphere, table = chosen_numbers(scene, sim.layout.model, own, contacts)
     if sim.sphere is not None:
         sim.sphere.contact = on_sphere
     if table is not None:
