@@ -3,6 +3,7 @@
 import csv
 import io
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -99,18 +100,16 @@ START = (
 
 
 @dataclass(frozen=True)
-class Table:
-    """Rows measured on a machine, in one line; notes: how it was measured, and what is missing.
-
-    blocks: of each table (title, Columns, rows); `csv` has the first of them.
-    """
+class Table(ABC):
+    """Rows measured on a machine, in one line; notes: how it was measured, and what is missing."""
 
     machine: str
     notes: tuple[str, ...] = ()
 
     @property
+    @abstractmethod
     def blocks(self):
-        raise NotImplementedError
+        """(title, Columns, rows) of each table; `csv` has the first of them."""
 
     def text(self) -> str:
         """For the screen, in columns."""

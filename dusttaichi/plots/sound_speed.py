@@ -44,12 +44,17 @@ def sound_speed(arrivals, fit=None, references=()):
             linewidth=1.0,
             linestyle=style.RUN_DASHES[number % len(style.RUN_DASHES)],
         )
+    label_axes(axes, unit)
+    return figure
+
+
+def label_axes(axes, unit):
+    """Labels and legend of the speed of sound against distance; unit: of the distance."""
     axes.set_xlim(0.0, None)
     axes.set_ylim(0.0, None)
     axes.set_xlabel(f"distance from the push ({unit})")
     axes.set_ylabel("speed of sound (m/s)")
     style.legend(axes)
-    return figure
 
 
 @figure(

@@ -3,6 +3,7 @@
 from dusttaichi.analysis.arrival import arrival, sound_speed
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure, in_common
+from dusttaichi.plots.sound_speed import label_axes
 
 
 @figure("Arrival of the waves", 141, together=in_common(lambda run: run.pushes), optional=True)
@@ -21,9 +22,5 @@ def sound_speeds(runs, labels=None):
         axes.plot(found.distance * factor, found.speed, "o", **points)
         said = rf"{label}: {fit.speed:.4g} $\pm$ {fit.sigma:.1g} m/s"
         axes.plot([0, found.distance.max() * factor], [fit.speed] * 2, label=said, **look)
-    axes.set_xlim(0.0, None)
-    axes.set_ylim(0.0, None)
-    axes.set_xlabel(f"distance from the push ({unit})")
-    axes.set_ylabel("speed of sound (m/s)")
-    style.legend(axes)
+    label_axes(axes, unit)
     return figure

@@ -199,7 +199,7 @@ class _Snapshot:
             raise DustError(f"{where}: it holds {there} {what}; allowed: {stop}, as it counts.")
         rows = {}
         registered = [name for name, v in held.items() if "contact_history" in v.attrs]
-        for ours, theirs in (names | dict(zip(registered, registered, strict=True))).items():
+        for ours, theirs in (names | {name: name for name in registered}).items():
             rows[ours] = self._plain(held[theirs][start:stop].values, theirs)
             vector = ours in _VECTORS or (ours in registered and held[theirs].ndim == 2)
             shape = (stop - start, 3) if vector else (stop - start,)

@@ -2,10 +2,7 @@
 
 import numpy as np
 
-from dusttaichi.analysis.continuum import (
-    axis_profile,
-    laboratory,
-)
+from dusttaichi.analysis.continuum import axis_profile, laboratory
 from dusttaichi.plots import style
 from dusttaichi.plots.continuum.room import intrudes
 from dusttaichi.plots.registry import figure

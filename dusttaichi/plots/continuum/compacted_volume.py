@@ -1,9 +1,6 @@
 """Volume of dust denser than a filling factor (G09 Figs 11, 15)."""
 
-from dusttaichi.analysis.continuum import (
-    cumulated_volume,
-    laboratory,
-)
+from dusttaichi.analysis.continuum import cumulated_volume, laboratory
 from dusttaichi.plots import style
 from dusttaichi.plots.continuum.room import intrudes
 from dusttaichi.plots.registry import figure
