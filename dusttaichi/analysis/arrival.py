@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from dusttaichi.analysis.frame import frame_count, nearest_image, read_frame
 from dusttaichi.errors import DustError
@@ -103,7 +103,7 @@ def _own_push(run, start):
         outermost = ends.min() if WALLS.index(push["face"]) % 2 == 0 else ends.max()
         distance = np.abs(along - outermost)
     else:
-        distance = cKDTree(start.position[group]).query(start.position)[0]
+        distance = scipy.spatial.cKDTree(start.position[group]).query(start.position)[0]
     distance[group] = 0.0
     return group, distance, push.get("size", _overlap(run.material))
 

@@ -8,7 +8,7 @@ is needed, the pressure is made to grow with the filling factor by isotonic regr
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import curve_fit, isotonic_regression
+import scipy
 
 from dusttaichi.analysis.drive import is_dynamic, wall_speed
 from dusttaichi.errors import DustError
@@ -46,7 +46,7 @@ class Curve:
         """
         if not len(self.pressure):
             return np.zeros(0), np.zeros(0)
-        rising = isotonic_regression(np.log10(self.pressure), weights=self.count).x
+        rising = scipy.optimize.isotonic_regression(np.log10(self.pressure), weights=self.count).x
         return rising + 1e-9 * np.arange(len(rising)), self.filling_factor
 
 
@@ -226,7 +226,7 @@ def fit_compression(
     highest = {"p_m": 12.0, "delta": 20.0, "phi1": 1.0, "phi2": 1.0}
     bounds = ([lowest[n] for n in names], [highest[n] for n in names])
     try:
-        best, covariance = curve_fit(
+        best, covariance = scipy.optimize.curve_fit(
             model,
             decades,
             phi,

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 import yaml
-from scipy.special import stdtrit  # the quantile of Student's t; scipy.stats takes long to import
 
 RICHARDSON = 4.0 / 3.0  # of the difference between dt and dt/2, for a method of second order
 SURE = 0.975  # quantile beyond which an error is not taken for scatter: 95 % two-sided
@@ -115,7 +115,8 @@ def of_stretches(values, unit="1"):
     if n > 1:
         rest = difference - relative * size
         scatter = np.sqrt(n / (n - 1) * np.sum(rest**2)) / size.sum()
-        resolved = abs(relative) > stdtrit(n - 1, SURE) * scatter
+        # the quantile of Student's t; scipy.stats takes long to import
+        resolved = abs(relative) > scipy.special.stdtrit(n - 1, SURE) * scatter
     return _estimate(
         values[:, 0].mean(), relative, scatter, size=size.mean(), resolved=resolved, unit=unit
     )

@@ -9,7 +9,7 @@ takes the largest of all spheres so found that it lies in.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from dusttaichi.analysis.frame import nearest_image, read_frame
 from dusttaichi.errors import DustError
@@ -101,7 +101,9 @@ def _free(frame, points, walls=True):
     found = np.full(len(points), np.inf)
     for group in _alike(frame.radius):
         near = min(NEAREST if np.ptp(frame.radius[group]) else 1, len(group))
-        distance, index = cKDTree(x[group], boxsize=box).query(wrapped, k=[*range(1, near + 1)])
+        distance, index = scipy.spatial.cKDTree(x[group], boxsize=box).query(
+            wrapped, k=[*range(1, near + 1)]
+        )
         found = np.minimum(found, (distance - frame.radius[group][index]).min(axis=1))
     if walls and not periodic.all():
         closed = ~periodic

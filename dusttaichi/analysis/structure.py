@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from dusttaichi.analysis.frame import read_frame
 from dusttaichi.errors import DustError
@@ -80,8 +80,10 @@ def pair_correlation(frame):
         return middle, np.full(BINS, np.nan)
     box = np.where(frame.periodic, frame.edges, 0.0)
     wrapped = np.where(frame.periodic, np.mod(x, np.where(box > 0.0, box, 1.0)), x)
-    tree = cKDTree(wrapped, boxsize=box)
-    counts = cKDTree(wrapped[inside], boxsize=box).count_neighbors(tree, edges * diameter)
+    tree = scipy.spatial.cKDTree(wrapped, boxsize=box)
+    counts = scipy.spatial.cKDTree(wrapped[inside], boxsize=box).count_neighbors(
+        tree, edges * diameter
+    )
     others = counts - inside.sum()  # a grain is within reach of itself, also at no distance
     shells = np.diff(others).astype(float)
     volume = 4.0 / 3.0 * np.pi * np.diff((edges * diameter) ** 3)

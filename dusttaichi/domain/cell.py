@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from dusttaichi.errors import DustError
 from dusttaichi.geometry import pairs_within
@@ -150,7 +150,7 @@ def check_images(positions, cell, radius):
         nearest = pairs_within(inside, radius, CLOSEST, edges)[2].min(initial=np.inf)
         allowed = np.inf
     else:
-        nearest = cKDTree(inside, boxsize=edges).query(inside, k=2)[0][:, 1].min()
+        nearest = scipy.spatial.cKDTree(inside, boxsize=edges).query(inside, k=2)[0][:, 1].min()
         allowed = CLOSEST * 2.0 * radius
     if nearest < allowed:
         raise DustError(

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from math import nan
 
 import numpy as np
-from scipy.sparse import coo_array, csgraph
+import scipy
 
 from dusttaichi import units
 from dusttaichi.errors import DustError
@@ -175,8 +175,10 @@ class Batch:
         _, v, w = self.sim.grain_state()
         pairs = self.sim.contact_state()
         i, j = pairs["grain_i"], pairs["grain_j"]
-        graph = coo_array((np.ones(len(i), np.int8), (i, j)), shape=(self.sim.grains,) * 2)
-        label = csgraph.connected_components(graph, directed=False)[1]
+        graph = scipy.sparse.coo_array(
+            (np.ones(len(i), np.int8), (i, j)), shape=(self.sim.grains,) * 2
+        )
+        label = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
         scene_of = np.repeat(np.arange(len(self)), np.diff(self.first))
         contacts = np.bincount(scene_of[i], minlength=len(self))
         touching = np.zeros(self.sim.grains, bool)

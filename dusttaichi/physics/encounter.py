@@ -8,7 +8,7 @@ contact is a physics.contact.constants.ContactConstants throughout, whatever its
 from math import inf, pi, sqrt
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 # Share of the period of the deepest contact: the energy of a bounce is then right within 0.5 %,
 # and a contact is found before it has stored as much (measured over 1 cm/s to 100 m/s).
@@ -32,7 +32,7 @@ def overlap(contact, speed):
         return low
     while energy(contact, high) < given:
         low, high = high, 2.0 * high
-    return brentq(lambda d: energy(contact, d) - given, low, high, xtol=1e-12 * high)
+    return scipy.optimize.brentq(lambda d: energy(contact, d) - given, low, high, xtol=1e-12 * high)
 
 
 def speed_of_overlap(contact, most):

@@ -12,9 +12,7 @@ from dataclasses import dataclass
 from math import inf, pi, sqrt
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.sparse import csr_array, diags_array
-from scipy.sparse.linalg import eigsh
+import scipy
 
 from dusttaichi.physics.stability import springs
 
@@ -80,14 +78,16 @@ def matrices(contacts, mass):
             column.append((start[:, None, None] + np.arange(3) + 0 * number).ravel())
             value.append(filled.ravel())
         place = (np.concatenate(row), np.concatenate(column))
-        return csr_array((np.concatenate(value), place), shape=(size * m, 6 * len(mass)))
+        return scipy.sparse.csr_array(
+            (np.concatenate(value), place), shape=(size * m, 6 * len(mass))
+        )
 
-    A = csr_array((6 * len(mass), 6 * len(mass)))
+    A = scipy.sparse.csr_array((6 * len(mass), 6 * len(mass)))
     for k, *blocks in parts:
         B = rows(np.sqrt(k), *blocks)
         A = A + B.T @ B
     B = rows(np.ones((size, 1, 1)), *parts[0][1:])
-    return A.tocsr(), (B.T @ diags_array(contacts.kappa) @ B).tocsr()
+    return A.tocsr(), (B.T @ scipy.sparse.diags_array(contacts.kappa) @ B).tocsr()
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,9 @@ def largest(matrix):
     if matrix.shape[0] <= DENSE:
         return max(0.0, float(np.linalg.eigvalsh(matrix.toarray())[-1]))
     start = np.random.default_rng(1).normal(size=matrix.shape[0])
-    found = eigsh(matrix, k=1, which="LA", tol=1e-4, v0=start, return_eigenvectors=False)
+    found = scipy.sparse.linalg.eigsh(
+        matrix, k=1, which="LA", tol=1e-4, v0=start, return_eigenvectors=False
+    )
     return max(0.0, float(found[0]))
 
 
@@ -128,4 +130,4 @@ def limit(contacts, mass):
         return largest(0.25 * dt**2 * A + dt * C) - 1.0
 
     low, high = 0.99 * low, 1.01 * high
-    return period, brentq(beyond, low, high, rtol=1e-4)
+    return period, scipy.optimize.brentq(beyond, low, high, rtol=1e-4)

@@ -10,7 +10,7 @@ from itertools import combinations
 from math import inf, pi, sqrt
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from dusttaichi.physics.contact.registry import law_of
 
@@ -187,7 +187,7 @@ def damped_limit(mass, pair, wall, grains, strengths=None):
         period = 2.0 * pi / max(highest_frequency(K, mass), 1e-300)
         low = largest_stable_step(period, highest(C, mass))
         # between the sum of both, which is too much, and each alone, which is too little
-        return brentq(
+        return scipy.optimize.brentq(
             lambda dt: highest(0.25 * dt**2 * K + dt * C, mass) - 1.0,
             0.999 * low,
             4.0 * low,

@@ -8,7 +8,7 @@ the buffers stay small at any size.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 SAMPLES = 3  # a pixel and direction: edges in ten steps
 BAND = 64  # rows of pixels at a time
@@ -115,7 +115,7 @@ def occlusion(position, radius):
     it, taken to first order in n: (r/d)^2 (1/4 + n . e/2).
     """
     reach = OCCLUSION_REACH * float(radius.max())
-    i, j = cKDTree(position).query_pairs(reach, output_type="ndarray").T
+    i, j = scipy.spatial.cKDTree(position).query_pairs(reach, output_type="ndarray").T
     between = position[j] - position[i]
     # no nearer than half of touching: spheres in each other have no direction
     distance = np.maximum(np.linalg.norm(between, axis=1), 0.5 * (radius[i] + radius[j]))

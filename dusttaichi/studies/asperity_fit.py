@@ -8,7 +8,7 @@ speed at which they begin to bounce.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from dusttaichi.errors import DustError
 from dusttaichi.grains.build import build
@@ -61,7 +61,7 @@ def sticking_speed_balance(material, volume, radius=None):
         lost = contact.crush_energy * asperities.area(energy, contact.crush_force)
         return energy - lost - barrier(contact)
 
-    return brentq(surplus, 0.0, 1e3, xtol=1e-9)
+    return scipy.optimize.brentq(surplus, 0.0, 1e3, xtol=1e-9)
 
 
 def sticking_speed(material, volume, radius=None):

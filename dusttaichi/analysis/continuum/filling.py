@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
-from scipy.special import erfc
+import scipy
 
 from dusttaichi.analysis.continuum.particles import read_particles
 from dusttaichi.errors import DustError
@@ -121,7 +120,7 @@ def denser_than(phi, volume, scatter=0.0, points=400):
     """Filling factors (points,) and the volume (points,) of particles that are denser."""
     grid = np.linspace(phi.min() - 4 * scatter, phi.max() + 4 * scatter, points)
     if scatter > 0.0:
-        share = 0.5 * erfc((grid[:, None] - phi[None, :]) / (2**0.5 * scatter))
+        share = 0.5 * scipy.special.erfc((grid[:, None] - phi[None, :]) / (2**0.5 * scatter))
         return grid, share @ volume
     order = np.argsort(phi, kind="stable")
     above = np.append(np.cumsum(volume[order][::-1])[::-1], 0.0)
@@ -177,7 +176,7 @@ def section(frame, values, extent=None, pixels=400):
     ).reshape(-1, 2)
     middle = np.median(x[:, 1]) if frame.dimension == 3 else 0.0
     space = np.insert(grid, 1, middle, axis=1)
-    distance, nearest = cKDTree(points).query(space)
+    distance, nearest = scipy.spatial.cKDTree(points).query(space)
     shown = np.where(distance < MARGIN * size[nearest], values[nearest], np.nan)
     return Map(shown.reshape(rows, columns), (left, right, bottom, top))
 

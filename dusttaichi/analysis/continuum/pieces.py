@@ -3,9 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
+import scipy
 
 from dusttaichi.analysis.continuum.particles import HELD, WALL, read_particles
 from dusttaichi.names import AXES, WALLS
@@ -68,11 +66,13 @@ def pieces_of(frame, planes=()):
     """The Pieces of a ParticleFrame. planes: (axis, coordinate [m]) of mirrors and rigid faces."""
     moves = np.flatnonzero(frame.flies)
     x, size = frame.position[moves], frame.size[moves]
-    pairs = cKDTree(x).query_pairs(APART * size.max(), output_type="ndarray")
+    pairs = scipy.spatial.cKDTree(x).query_pairs(APART * size.max(), output_type="ndarray")
     i, j = pairs.T
     near = np.linalg.norm(x[i] - x[j], axis=1) < APART * 0.5 * (size[i] + size[j])
-    links = coo_matrix((np.ones(near.sum()), (i[near], j[near])), shape=(len(x), len(x)))
-    count, found = connected_components(links, directed=False)
+    links = scipy.sparse.coo_matrix(
+        (np.ones(near.sum()), (i[near], j[near])), shape=(len(x), len(x))
+    )
+    count, found = scipy.sparse.csgraph.connected_components(links, directed=False)
     mass = np.bincount(found, frame.mass[moves], minlength=count)
     order = np.argsort(-mass, kind="stable")
     rank = np.empty(count, int)
@@ -106,7 +106,7 @@ def _touching(held, x, size, planes):
         # a mirror image is twice as far as the plane
         touching |= 2.0 * np.abs(x[:, axis] - plane) < APART * size
     if len(held):
-        distance, _ = cKDTree(held).query(x)
+        distance, _ = scipy.spatial.cKDTree(held).query(x)
         touching |= distance < APART * size
     return touching
 

@@ -7,7 +7,7 @@ one strain with many materials, are computed together: the numbers of the materi
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from dusttaichi.physics.continuum import elasticity, path, strength
 from dusttaichi.physics.continuum.deviator import radial
@@ -101,7 +101,7 @@ class MaterialPoint:
         width = 1e-6
         while missing(-width) * missing(width) > 0 and width < 1.0:
             width *= 4.0
-        side = brentq(missing, -width, width, xtol=1e-16)
+        side = scipy.optimize.brentq(missing, -width, width, xtol=1e-16)
         return self.strained((side, side, axial))
 
     def to_density(self, density, steps=1):

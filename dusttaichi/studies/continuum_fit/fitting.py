@@ -4,7 +4,7 @@ from collections import defaultdict
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 
 from dusttaichi.errors import DustError
 from dusttaichi.scene.continuum_dusts import SCALES
@@ -224,7 +224,7 @@ def _least_squares(rows, start, held):
         return (both[:, : len(x)] - both[:, len(x) :]) / (2 * STEP)
 
     start = np.clip(start, lowest + 1e-6, highest - 1e-6)
-    found = least_squares(
+    found = scipy.optimize.least_squares(
         differences, start, slopes, (lowest, highest), loss="soft_l1", xtol=1e-6, max_nfev=60
     )
     return found.x
