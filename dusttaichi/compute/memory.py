@@ -7,6 +7,7 @@ asked for are copied (compute.transfer).
 """
 
 import ctypes
+import re
 from math import floor, log2
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from dusttaichi.compute import transfer
 from dusttaichi.compute.engine import program, ti
 from dusttaichi.compute.transfer import TYPES, lanes_of, type_of
+from dusttaichi.errors import DustError
 
 __all__ = ["TYPES", "Lease", "Table", "arrays_of", "room_for"]
 
@@ -117,7 +119,7 @@ class Table:
 
 def arrays_of(fields):
     """An array of each field (a dict by name) that shares its memory, which this process must be
-    able to read."""
+    able to read. Raises DustError where there is not enough."""
     base = _base(next(iter(fields.values())))
     return {name: _memory(field, base) for name, field in fields.items()}
 
@@ -139,7 +141,17 @@ def _base(field):
     def address() -> ti.u64:
         return ti.get_addr(field, place)
 
-    return address() - _offset(field)[0]
+    try:
+        return address() - _offset(field)[0]
+    except RuntimeError as error:  # the first launch allocates the fields
+        size = re.search(r"allocation \((\d+) B\) failed", str(error))
+        if size is None:
+            raise
+        raise DustError(
+            f"The fields of this scene need {int(size[1]) / 1e9:.3g} GB in one piece, more than "
+            "this process can have. Try fewer grains, a longer numerics.spacing or smaller "
+            "bodies, or a higher limit of memory (ulimit -v, container, batch system)."
+        ) from error
 
 
 def _memory(field, base):

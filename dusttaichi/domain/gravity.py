@@ -11,7 +11,7 @@ NEAREST2 = 1e-12  # square of the distance below which a centre pulls no more [u
 
 @dataclass(frozen=True, eq=False)
 class Gravity:
-    """kind: constant or central. numbers (6,): of the field `gravity` (grains.kernels.gravity)."""
+    """kind: constant or central. numbers (6,): of the field `gravity` (grains.kernels.grains)."""
 
     kind: str
     numbers: np.ndarray

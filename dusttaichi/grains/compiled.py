@@ -1,14 +1,20 @@
-"""What is compiled for a scene: its fields and kernels, which scenes of one compile key share."""
+"""What is compiled for a scene: its fields and kernels, which scenes of one compile key share;
+walls and numbers of a step as the kernels take them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from functools import lru_cache
 
 import numpy as np
 
 from dusttaichi.compute.memory import Table
+from dusttaichi.domain.walls import TOP
 from dusttaichi.grains.kernels import store
 from dusttaichi.grains.kernels.declare import declare
+from dusttaichi.grains.kernels.gather import Walls
+from dusttaichi.grains.kernels.phases import StepNumbers
 
+NO_WALLS = Walls()
 MEASURES = ("measure_grains", "measure_pairs", "measure_walls", "measure_sphere")
 
 
@@ -66,3 +72,25 @@ class Compiled:
             table.fill(0)
         out[0]["counts"].from_numpy(np.array(store.sizes(grains, self.layout, self.walls)))
         return out
+
+
+# -- what kernels take of walls and step ----------------------------------------------------------
+
+
+@lru_cache(maxsize=4)
+def walls_argument(box):
+    """The walls of a Box as kernels take them."""
+    return Walls(
+        normal=box.normal.tolist(),
+        offset=box.offset.tolist(),
+        speed=box.speed.tolist(),
+        strength=box.strength.tolist(),
+        along=float(box.along[TOP, 0]),
+    )
+
+
+@lru_cache(maxsize=1)
+def step_numbers(dt, masses, wall_due, reach2):
+    """The numbers of a step as kernels take them; masses: units of mass and moment of inertia."""
+    mass, inertia = masses
+    return StepNumbers(dt=dt, kick=dt / mass, turn=dt / inertia, reach2=reach2, wall_due=wall_due)

@@ -1,14 +1,17 @@
-"""How fast grains may meet at the start, beside what the contact model is for."""
+"""How fast grains may meet at the start, beside what the contact model is for, and what softened
+contacts (numerics.stiffness_scaling) change of it."""
 
 from dataclasses import dataclass
 from math import inf
 
 from dusttaichi.errors import DustError
+from dusttaichi.grains.grain_contacts import contact_constants
 from dusttaichi.grains.trust import LARGEST_OVERLAP
 from dusttaichi.physics import encounter
 from dusttaichi.scene import quantities
 
 HARD = 10.0  # impact energy over that which breaks a contact, from which a run says so
+SHARE = 0.5  # of the sticking speed, up to which the energy of softened contacts hardly shows
 SWALLOWED = 1.0  # overlap over the smaller radius that no scene is for, however it is counted
 
 
@@ -72,3 +75,62 @@ def check(impact):
         f"would overlap by {impact.overlap:.3g} of their radius. Adhesive elastic contacts mean "
         f"something up to {LARGEST_OVERLAP:g} of it, here {end}. Try a lower speed."
     )
+
+
+# -- softened contacts ----------------------------------------------------------------------------
+
+
+def with_and_without_scaling(scene):
+    """ContactConstants of two grains of the scene's material without scaling, and with it."""
+    found = []
+    for scale in (1.0, scene.numerics.stiffness_scaling):
+        factors = {"mass_scaling": 1.0, "stiffness_scaling": scale}
+        numerics = scene.numerics.model_copy(update=factors)
+        found.append(contact_constants(scene.model_copy(update={"numerics": numerics}))[0])
+    return found
+
+
+def softened_rows(scene):
+    """Rows (what, value) of what softened contacts change, with its size."""
+    own, soft = with_and_without_scaling(scene)
+
+    def change(before, after, dimension):
+        pair = (quantities.format(value, dimension, digits=3) for value in (before, after))
+        return " -> ".join(pair) + f" (times {after / before:.3g})"
+
+    gaps = (
+        quantities.format(gap, "length", digits=3) for gap in (soft.gap, soft.gap + soft.delta_c)
+    )
+    out = [
+        ("stiffness_scaling", f"{scene.numerics.stiffness_scaling:g} of the elastic moduli"),
+        ("overlap that a contact at rest is pressed by", change(own.delta0, soft.delta0, "length")),
+        ("contacts form and break at a gap of", " and ".join(gaps)),
+        ("energy that breaks a contact", change(own.barrier, soft.barrier, "energy")),
+        (
+            "sticking speed of two grains",
+            change(encounter.breaking_speed(own), encounter.breaking_speed(soft), "speed"),
+        ),
+        ("speed of sound", f"times {(soft.k_n / own.k_n) ** 0.5:.3g}"),
+    ]
+    if "zeta_crit" in own.numbers:
+        slides = change(own.zeta_crit, soft.zeta_crit, "length")
+        out.append(("displacement from which a contact slides", slides))
+    unchanged = "pull-off force, rolling, largest sliding force and twisting moment, damping ratio"
+    return [*out, ("unchanged", f"{unchanged}, distance of grains at rest")]
+
+
+def softened_remarks(scene, impact):
+    """Sentences for the user where an Impact (or None) is one that softened contacts change."""
+    if scene.numerics.stiffness_scaling == 1.0 or impact is None:
+        return []
+    own, soft = with_and_without_scaling(scene)
+    sticks = encounter.breaking_speed(own)
+    if impact.speed < SHARE * sticks:
+        return []
+    speeds = (quantities.format(v, "speed", 3) for v in (impact.speed, sticks))
+    return [
+        "grains may meet at {}, and those of this material stick below {}".format(*speeds)
+        + f"; with numerics.stiffness_scaling {scene.numerics.stiffness_scaling:g} they do so up "
+        f"to {encounter.breaking_speed(soft) / sticks:.3g} times that speed: a lower speed is "
+        "nearer to grains as they are"
+    ]

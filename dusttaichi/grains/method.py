@@ -43,7 +43,7 @@ def _internals(scene):
 
 
 def _forces(scene):
-    from dusttaichi.grains.forces import forces
+    from dusttaichi.grains.inventory import forces
 
     return forces(scene)
 

@@ -2,21 +2,23 @@
 
 import numpy as np
 
-from dusttaichi import samples, units
+from dusttaichi import geometry, samples, units
 from dusttaichi.compute.worker_choice import WorkerChoice
-from dusttaichi.grains import record, softened, stretch, trust
+from dusttaichi.grains import record, trust
 from dusttaichi.grains.build import build
-from dusttaichi.grains.measured import measurement
-from dusttaichi.grains.refine import halve_time_step
-from dusttaichi.grains.stage_stiffness import (
+from dusttaichi.grains.changes import (
     change_stiffness,
+    halve_time_step,
     steps_of_stages,
     take_numbers,
     with_stiffness,
 )
+from dusttaichi.grains.impacts import softened_remarks
+from dusttaichi.grains.record import measurement
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.grains.variables import VARIABLES, variables_of
 from dusttaichi.method import SimpleSimulation, State
+from dusttaichi.names import AXES, WALLS
 from dusttaichi.results.provenance import yaml_text
 from dusttaichi.results.variables import select
 from dusttaichi.samples.sample import Sample
@@ -26,6 +28,7 @@ SAMPLE = ("positions", "velocities", "spins")
 OWN = ("radii", "materials")  # None where all grains are equal
 BODIES = ("target", "projectile")
 BEFORE = "sample_"  # of the names of these arrays in a State
+TOP = WALLS.index("top")
 
 
 class MovingGrains(SimpleSimulation):
@@ -53,7 +56,7 @@ class MovingGrains(SimpleSimulation):
         """Sentences for the user about the start."""
         impact = chosen_step(self.scene, self.sample, self.sim.polydisperse).impact
         own = [] if impact is None else impact.remarks()
-        return [*own, *softened.remarks(self.scene, impact)]
+        return [*own, *softened_remarks(self.scene, impact)]
 
     @property
     def step(self):
@@ -144,10 +147,10 @@ class MovingGrains(SimpleSimulation):
         return self.sim.grain_state()[0]
 
     def ends(self):
-        return self.sums() | stretch.ends(self.sim, self.plates)
+        return self.sums() | stretch_ends(self.sim, self.plates)
 
     def compared(self, window, moments):
-        return stretch.compared(self.sim, window, moments, self.plates)
+        return stretch_compared(self.sim, window, moments, self.plates)
 
     # -- result ----------------------------------------------------------------------------------
 
@@ -243,3 +246,45 @@ def features_of(scene, sample, sim):
         "profiles": bounded and any(plan.profiles is not None for plan in scene.stage_plans),
     }
     return {name for name, there in asked.items() if there}
+
+
+# -- a stretch, to compare steps ------------------------------------------------------------------
+
+
+def stretch_ends(sim, plates):
+    """What averages over a stretch are taken from, at one end of it, beside the sums."""
+    out = {}
+    if sim.box is not None:
+        out = {"force": sim.wall_forces(), "areas": sim.domain.wall_areas(sim.step)}
+    if plates is not None:
+        out["shadow"] = geometry.union_area(sim.grain_state()[0][:, :2], sim.radii)
+    return out
+
+
+def stretch_compared(sim, window, moments, plates):
+    """Name -> number [SI] of a stretch, see analysis.error_bar.QUANTITIES.
+
+    window: Window of sums and ends. moments: Measurements on the way. plates: Plates or None.
+    """
+    before, after, span = window
+    contacts = np.mean([m.parts["contacts"] for m in moments])
+    out = {"coordination_number": 2.0 * contacts / sim.grains}
+    if sim.box is not None:
+        # the force of a step acts half before and half after it
+        ends = 0.5 * sim.dt * (before["force"] - after["force"])
+        mean = (after["impulse"] - before["impulse"] + ends) / span
+        inward = np.sum(mean * sim.box.normal, axis=1)
+        wall = TOP if sim.box.present[TOP] else int(np.argmax(sim.box.present))
+        areas = 0.5 * (before["areas"] + after["areas"])
+        if plates is not None:
+            areas[:] = 0.5 * (before["shadow"] + after["shadow"])
+            out["filling_factor"] = sim.volume / (after["shadow"] * after["lengths"][2])
+        if np.isfinite(areas[wall]):
+            out["pressure"] = inward[wall] / areas[wall] * units.PRESSURE
+        else:
+            out["wall_force"] = inward[wall] * units.FORCE
+    if sim.layout.stress:
+        mean = record.stress(sim, *window)
+        for n, axis in enumerate(AXES):
+            out[f"stress_{axis}{axis}"] = mean[n, n] * units.PRESSURE
+    return out

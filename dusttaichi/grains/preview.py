@@ -11,7 +11,7 @@ from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.plan import planned
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.domain.walls import glued
-from dusttaichi.grains import network, softened
+from dusttaichi.grains import network
 from dusttaichi.grains.build import build, chosen_layout, is_thick, surroundings
 from dusttaichi.grains.grain_contacts import (
     contact_constants,
@@ -19,6 +19,7 @@ from dusttaichi.grains.grain_contacts import (
     grain_properties,
     scaled,
 )
+from dusttaichi.grains.impacts import softened_rows
 from dusttaichi.grains.inventory import compiled_rows, field_rows, preset_rows, tables
 from dusttaichi.grains.kernels.declare import declare
 from dusttaichi.grains.sphere import placed_sphere, sphere_contacts
@@ -47,7 +48,7 @@ def preview(scene):
     if scene.gravity is not None:
         sections.append(("Gravity", _gravity(scene)))
     if scene.softened:
-        sections.append(("Softened contacts", softened.rows(scene)))
+        sections.append(("Softened contacts", softened_rows(scene)))
     sections.append(("Time step", _step(step)))
     sections.append(("Memory", [("state", _state_memory(scene, sample, own, step, domain))]))
     return Preview(sections, len(sample), domain.dt, planned(scene, domain))

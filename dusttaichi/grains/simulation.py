@@ -13,7 +13,7 @@ from dusttaichi import units
 from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.servo import EVEN, WALL, Servo
 from dusttaichi.domain.walls import TOP
-from dusttaichi.grains.arguments import NO_WALLS, step_numbers, walls_argument
+from dusttaichi.grains.compiled import NO_WALLS, step_numbers, walls_argument
 from dusttaichi.grains.kernels.phases import DONE
 from dusttaichi.grains.kernels.store import FIRST_WALL
 from dusttaichi.grains.measure import Readout

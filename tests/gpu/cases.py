@@ -10,7 +10,7 @@ import sys
 import numpy as np
 
 from dusttaichi import method
-from dusttaichi.grains.arguments import step_numbers
+from dusttaichi.grains.compiled import step_numbers
 from dusttaichi.scene import from_yaml
 from dusttaichi.studies.selftest import scenes
 

@@ -5,7 +5,7 @@ from scenes import make_scene, sample_of
 from test_sphere import opened
 
 from dusttaichi.grains.build import build
-from dusttaichi.grains.measured import measurement
+from dusttaichi.grains.record import measurement
 from dusttaichi.method import Start
 
 

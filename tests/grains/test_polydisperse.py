@@ -18,7 +18,7 @@ from test_pair import compare
 
 from dusttaichi.grains.kernels.numbers import internal_numbers
 from dusttaichi.grains.kernels.polydisperse import stored
-from dusttaichi.grains.measured import measurement
+from dusttaichi.grains.record import measurement
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.interface import MIXING
 from dusttaichi.physics.contact.registry import chosen_model

@@ -9,7 +9,7 @@ from scenes import Probe, box, make_scene, sample_of
 
 from dusttaichi.errors import DustError
 from dusttaichi.grains.build import build
-from dusttaichi.grains.measured import measurement
+from dusttaichi.grains.record import measurement
 from dusttaichi.grains.time_step import time_step
 from dusttaichi.run.ledger import ledger
 

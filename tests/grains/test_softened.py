@@ -7,10 +7,10 @@ from scenes import Probe, box, make_scene, polydisperse, sample_of, two_material
 
 from dusttaichi import units
 from dusttaichi.errors import DustError
+from dusttaichi.grains.changes import change_stiffness, with_stiffness
 from dusttaichi.grains.grain_contacts import contact_constants, scaled
 from dusttaichi.grains.kernels.numbers import internal_numbers
 from dusttaichi.grains.kernels.polydisperse import stored
-from dusttaichi.grains.stage_stiffness import change_stiffness, with_stiffness
 from dusttaichi.grains.time_step import time_step
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import chosen_model

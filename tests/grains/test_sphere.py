@@ -16,8 +16,8 @@ from dusttaichi import analysis, plots, samples, units
 from dusttaichi.analysis import table
 from dusttaichi.errors import DustError
 from dusttaichi.grains.build import build
-from dusttaichi.grains.measured import measurement
 from dusttaichi.grains.moving_grains import make
+from dusttaichi.grains.record import measurement
 from dusttaichi.method import Start
 from dusttaichi.physics.contact import constants
 from dusttaichi.run import execute

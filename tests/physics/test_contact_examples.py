@@ -20,7 +20,7 @@ from scenes import (
 
 from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError
-from dusttaichi.grains.measured import measurement
+from dusttaichi.grains.record import measurement
 from dusttaichi.grains.time_step import time_step
 from dusttaichi.physics.contact import constants
 from dusttaichi.run import execute

@@ -13,8 +13,8 @@ from dusttaichi import analysis, units
 from dusttaichi.analysis.error_bar import of_levels, of_stretches
 from dusttaichi.errors import Interrupted
 from dusttaichi.grains.build import build
-from dusttaichi.grains.measured import measurement
-from dusttaichi.grains.refine import halve_time_step
+from dusttaichi.grains.changes import halve_time_step
+from dusttaichi.grains.record import measurement
 from dusttaichi.method import State
 from dusttaichi.run import error_bar, execute
 from dusttaichi.run import loop as running

@@ -146,7 +146,7 @@ def _pushes(n, layout):
 
 
 def _gravity(layout):
-    rows = [("gravity", "numbers of kernels.gravity", "um, us", ("f64", 0), (6,))]
+    rows = [("gravity", "numbers of make_gravity", "um, us", ("f64", 0), (6,))]
     return rows * bool(layout.gravity)
 
 

@@ -6,12 +6,12 @@ from types import SimpleNamespace
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK
 from dusttaichi.grains.kernels.cell import CENTRE, GROWTH, RATE, START, TILT
-from dusttaichi.grains.kernels.gravity import make_gravity
 from dusttaichi.grains.kernels.store import GRAINS
 
 # of the series of cos(h) and sin(h)/h in h^2
 COS = [(-1) ** n / factorial(2 * n) for n in range(1, 5)]
 SIN = [(-1) ** n / factorial(2 * n + 1) for n in range(1, 5)]
+NEAREST2 = 1e-12  # square of the distance below which a centre of gravity pulls no more [um^2]
 
 
 @ti.data_oriented
@@ -204,3 +204,37 @@ def make_flux(fields, layout):
         return due
 
     return SimpleNamespace(add=add, rates=rates, of_grain=of_grain)
+
+
+# -- gravity --------------------------------------------------------------------------------------
+
+
+def make_gravity(fields, layout, free=None):
+    """Returns `falls(g)`: the acceleration of grain g, or of the sphere; None without gravity.
+
+    Numbers in the field `gravity`: constant: three of the acceleration; central: the three
+    coordinates of the centre, the strength k and the exponent n of g(d) = k d^n at the distance d.
+    free: field of 1, or 0 for a grain that does not fall.
+    """
+    x, table, real = fields["x"], fields.get("gravity"), layout.geometry
+    vector = ti.types.vector(3, real)
+
+    @ti.func
+    def constant(g):
+        return vector(table[0], table[1], table[2])
+
+    @ti.func
+    def central(g):
+        way = vector(table[0], table[1], table[2]) - x[g]
+        square = ti.max(ti.cast(way.dot(way), ti.f64), NEAREST2)
+        return ti.cast(table[3] * square ** (0.5 * (table[4] - 1.0)), real) * way
+
+    falls = {"constant": constant, "central": central}.get(layout.gravity)
+    if free is None or falls is None:
+        return falls
+
+    @ti.func
+    def falls_where_free(g):
+        return free[g] * falls(g)
+
+    return falls_where_free

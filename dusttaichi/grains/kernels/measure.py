@@ -5,8 +5,7 @@ from dusttaichi.compute.blocks import THREADS, BlockSums, on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, whole
 from dusttaichi.grains.kernels.gather import Walls
-from dusttaichi.grains.kernels.grains import make_gather, make_push
-from dusttaichi.grains.kernels.gravity import make_gravity
+from dusttaichi.grains.kernels.grains import make_gather, make_gravity, make_push
 from dusttaichi.grains.kernels.store import (
     FIRST_SPHERE,
     FIRST_WALL,

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 from dusttaichi.compute.blocks import on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, whole
-from dusttaichi.grains.kernels.gravity import make_gravity
+from dusttaichi.grains.kernels.grains import make_gravity
 from dusttaichi.grains.kernels.relist import KeptRows
 from dusttaichi.grains.kernels.store import FIRST_SPHERE, GRAINS, ON_SPHERE, SPHERE
 

@@ -1,9 +1,15 @@
-"""A simulation goes on at half its time step, from exactly the state it is in.
+"""A simulation continues at half its time step, or with another stiffness, from exactly the state
+it is in.
 
 Positions, contact pointers and twist stand at a whole step and stay. Velocities and spins stand
 half a step back: they are carried to the whole step by the loads of now and set back by half of the
 new step. Of a contact what belongs to the step as well are speeds of half a step back, which
 effects give anew (`halved`), and impulses that act as a force over one step (`IMPULSE`).
+
+With another stiffness positions, velocities, rolling displacements and twist stay. A sliding
+displacement is scaled so that its force stays, and grains at rest have the distance that they had.
+What is loaded relaxes. The energy of the contacts changes at that moment; the difference is in the
+ledger, as work.
 """
 
 import copy
@@ -11,8 +17,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from dusttaichi.grains.build import chosen_numbers
+from dusttaichi.grains.grain_contacts import farthest_contacts, scaled
 from dusttaichi.grains.pointers import touching, unit
+from dusttaichi.grains.record import measurement
+from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.names import NEVER
+
+SLICES = 2**30  # of a step: a pass over the contacts takes one, in which nothing moves
 
 
 def halve_time_step(sim):
@@ -112,3 +124,99 @@ def _put_speeds(layout, history, touches, rows, speeds):
         if hasattr(law, "halved"):
             for name, values in law.halved(kept, touches[rows], *speeds).items():
                 history[rows, layout.rows[name][0]] = values
+
+
+# -- another stiffness ----------------------------------------------------------------------------
+
+
+def with_stiffness(scene, scale):
+    """The scene with another numerics.stiffness_scaling."""
+    numerics = scene.numerics.model_copy(update={"stiffness_scaling": scale})
+    return scene.model_copy(update={"numerics": numerics})
+
+
+def steps_of_stages(scene, sample, own):
+    """stiffness_scaling -> TimeStep, of all that the stages of a scene have; arguments: as of
+    `chosen_step`. Raises DustError for a step that one of them cannot take."""
+    return {
+        scale: chosen_step(with_stiffness(scene, scale), sample, own)
+        for scale in dict.fromkeys(scene.stiffnesses)
+    }
+
+
+def take_numbers(sim, scene):
+    """Give a Simulation the contact constants of a scene of the same parts."""
+    scene, own = scaled(scene), sim.polydisperse
+    contacts = farthest_contacts(scene, own)
+    sim.pair, sim.wall, on_sphere, table = chosen_numbers(scene, sim.layout.model, own, contacts)
+    if sim.sphere is not None:
+        sim.sphere.contact = on_sphere
+    if table is not None:
+        sim.scratch["interfaces"].from_numpy(table)
+    sim.state.put_numbers(sim.pair, sim.wall, on_sphere)
+
+
+def change_stiffness(sim, scene, dt):
+    """Continue `sim` (a Simulation) with the contact constants of a scene and a step of about dt.
+
+    dt [us]: of the new step, no longer than that of before; it is shortened a little, so that whole
+    steps lead to the time of now.
+    """
+    scale = scene.numerics.stiffness_scaling
+    before = measurement(sim)
+    force, torque = sim.loads()
+    ends = sim.wall_forces(), sim.impulses()
+    sums = sim.ledger_sums
+    sums.wall_work = sim.wall_work(*ends)
+    if sim.sphere is not None:
+        load, impulse = sim.sphere.load()[0], sim.sphere.impulses()[:3]
+        sums.sphere_work, sums.sphere_impulse = sim.sphere.work(load, impulse), impulse
+    sim.state.stiffen(sim.stiffness / scale)
+    sim.stiffness = scale
+    take_numbers(sim, scene)
+    sim.search.now(sim.step)
+
+    state, half = sim.state, 0.5 * sim.dt
+    v = state.of_grains("v") + half / sim.mass * force
+    w = state.of_grains("w") + half / sim.inertia * torque
+    time = sim.time
+    sim.step = int(-(-time // dt))
+    sim.dt = time / sim.step
+    pairs, walls = contact_pairs(sim), state.wall_lanes()
+    _put(sim, v, w)
+    set_speeds(sim, pairs, walls, state["v"], 0.0)
+    _pass_in_no_time(sim)
+    force, torque = sim.loads()
+    half = 0.5 * sim.dt
+    _put(sim, v - half / sim.mass * force, w - half / sim.inertia * torque)
+    set_speeds(sim, pairs, walls, state["v"], sim.dt)
+
+    sums.wall_force, sums.impulse = sim.wall_forces(), ends[1]
+    if sim.sphere is not None:
+        sums.sphere_force = sim.sphere.load()[0]
+    sums.face_jumps += before.parts["face_work"] - measurement(sim).parts["face_work"]
+    sums.stiffness_work += _residual(measurement(sim)) - _residual(before)
+
+
+def _residual(m):
+    """Energy of a Measurement that its work and losses do not account for (run.ledger) [fJ]."""
+    return m.energy - m.kick - m.work + m.lost
+
+
+def _put(sim, v, w):
+    """Velocities and spins of the grains; those of a sphere stay."""
+    n = sim.grains
+    for name, values in (("v", v), ("w", w)):
+        table = sim.state[name]
+        table[:n] = values
+        sim.state[name] = table
+
+
+def _pass_in_no_time(sim):
+    """Contacts form and break as they are now, and their loads are those of now."""
+    step = sim.step
+    sim.step = SLICES * step - 1
+    try:
+        sim._call(1, 1, sim.dt / SLICES)
+    finally:
+        sim.step = step
