@@ -14,6 +14,7 @@ from dusttaichi.run.state import Report
 from dusttaichi.run.stop import End
 
 BURST_SECONDS = 0.25  # of real time between two checks of the clock, the guards and Ctrl-C
+BURST_STEPS = 20  # at least; fewer where they are slow, but the guards judge no fewer steps
 
 
 class Run:
@@ -44,7 +45,7 @@ class Run:
         self.advancing, self.share_stages = advancing or nullcontext(), share_stages
         self.rate, self.checked = 0.0, 0.0
         self.began = real_time.perf_counter() - state.wall_clock
-        self.opened_at = sim.step
+        self.opened_at = self.guarded_at = sim.step
         self.activities = self._make_activities(states)
         self.plan_stage()
 
@@ -109,7 +110,8 @@ class Run:
         while sim.step < due:
             if self.interrupts.asked:
                 self._stop_early()
-            burst = max(20, int(self.rate * BURST_SECONDS))
+            # no more than a second of slow steps: large scenes hear Ctrl-C as well
+            burst = max(int(self.rate * BURST_SECONDS), min(BURST_STEPS, int(self.rate)), 1)
             began, first = real_time.perf_counter(), sim.step
             check = ledger.next_check(first, self.state.first, sim.size)
             with self.advancing:
@@ -126,7 +128,9 @@ class Run:
         self.state.wall_clock = now - self.began
         if due or now - self.checked > BURST_SECONDS:
             self.checked = now
-            self.guard(self.sim.measure())
+            if due or self.sim.step >= self.guarded_at + BURST_STEPS:
+                self.guarded_at = self.sim.step
+                self.guard(self.sim.measure())
             phi = self.clock.filling_factor_at(self.sim.step) if self.clock.bounded else None
             end = self.end
             self.report(Report(self.sim.step, end.step, phi, end.pressure, self.rate))

@@ -90,6 +90,19 @@ def test_a_killed_run_goes_on_with_the_same_bits(tmp_path, monkeypatch):
         assert_same_bits(whole / "result.nc", parts / "result.nc")
 
 
+def test_no_more_slow_steps_than_a_second_between_two_looks_at_ctrl_c(tmp_path, monkeypatch):
+    made, advance = [], spring.Spring.advance
+
+    def slow(self, steps):
+        made.append(steps)
+        advance(self, steps)
+
+    monkeypatch.setattr(spring.Spring, "advance", slow)
+    monkeypatch.setattr(loop, "real_time", SimpleNamespace(perf_counter=lambda: 0.5 * sum(made)))
+    execute(from_yaml(PLAIN), tmp_path / "run")
+    assert made[0] == 1 and max(made) == 2
+
+
 def test_stages_are_kept_for_other_runs(tmp_path):
     whole = execute(from_yaml(STAGED), tmp_path / "one" / "run")
     log = []
