@@ -190,5 +190,5 @@ def _timed(steps):
 
 
 def answer(parent, *, do, **arguments):
-    """What the worker answers. do: "build" a scene, or measure `timed` steps of it."""
+    """Answer of the worker. do: "build" a scene, or measure `timed` steps of it."""
     return {"build": _build, "timed": _timed}[do](**arguments)

@@ -72,7 +72,7 @@ def _command(what, precision, steps):
 
 
 def _child(what, precision, steps):
-    """What the child found, in a process of its own."""
+    """Result of a process of its own."""
     command = _command(what, precision, steps)
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:

@@ -43,7 +43,7 @@ _PURPOSE = "this comparison needs it"
 
 @dataclass(frozen=True)
 class LammpsTiming:
-    """What LAMMPS took for a sample; without LAMMPS `available` is false and the times are nan.
+    """Timing of LAMMPS for a sample; without LAMMPS `available` is false and the times are nan.
 
     ns_per_contact, ns_per_grain_step: of a step, all in, per contact of two grains (overlap >= 0
     at the end; contacts with walls are not counted) and per grain. seconds_per_step: wall clock,

@@ -1,4 +1,4 @@
-"""What each part of a scene costs: what `python -m benchmarks parts [FILE]` prints, of the scene of
+"""Cost of each part of a scene, printed by `python -m benchmarks parts [FILE]`, of the scene of
 the benchmark or of any scene of grains. Pairs of scenes, one with the part and one without it.
 
 Each pair is the same grains for the same steps, in two processes that are timed in turn, round
@@ -190,7 +190,7 @@ class PartRow:
 
     @property
     def share(self):
-        """What the part costs, of the time with it [%]."""
+        """Share of the part in the time with it [%]."""
         return 100.0 * (1.0 - self.ratio)
 
 

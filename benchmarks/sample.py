@@ -49,7 +49,7 @@ VERSION = 1  # of the way samples are made; a change makes the kept ones stale
 
 @dataclass(frozen=True)
 class Recipe:
-    """What a benchmark sample depends on."""
+    """Parameters of a benchmark sample."""
 
     grains: int
     filling_factor: float

@@ -39,7 +39,7 @@ NOTES = (
 
 @dataclass(frozen=True)
 class Configuration:
-    """What is timed."""
+    """Configuration that is timed."""
 
     grains: int
     filling_factor: float
@@ -48,7 +48,7 @@ class Configuration:
 
     @property
     def case(self):
-        """What LAMMPS is timed on for comparison."""
+        """Key of the comparison with LAMMPS."""
         return self.filling_factor, self.threads
 
 

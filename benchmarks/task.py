@@ -1,4 +1,4 @@
-"""What a worker process does for the benchmark: it builds one configuration and times it.
+"""Task of a worker process for the benchmark: it builds one configuration and times it.
 
 Taichi starts once a process, with a fixed number of threads, and its memory is the process's.
 """

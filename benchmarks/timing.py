@@ -1,4 +1,4 @@
-"""What all benchmarks share: the worker that is timed, its time a step, the plan of a benchmark."""
+"""Parts that all benchmarks share: the worker that is timed, its time a step, the plan."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ LEAST_STEPS, LAMMPS_LEAST_STEPS = 200, 30
 
 @dataclass(frozen=True)
 class Plan:
-    """What a benchmark measures, and where it keeps kernels meanwhile."""
+    """Plan of a benchmark, and where it keeps kernels meanwhile."""
 
     filling_factors: tuple[float, ...]
     threads: tuple[int, ...]

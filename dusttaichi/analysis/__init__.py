@@ -1,4 +1,4 @@
-"""What a result means: reads result files only, and never needs Taichi."""
+"""Analysis of results: reads result files only, and never needs Taichi."""
 
 from dusttaichi.analysis.arrival import Arrival, SoundSpeed, arrival, sound_speed
 from dusttaichi.analysis.bodies import Bodies, bodies

@@ -4,7 +4,7 @@ from dusttaichi.scene.numerics import DRAFT
 
 
 def draft_of(scene):
-    """What makes a run of a resolved scene (plain dicts) a draft, in words; "" for others."""
+    """Reason why a run of a resolved scene (plain dicts) is a draft; "" for others."""
     numerics = scene.get("numerics") or {}
     scale = numerics.get("stiffness_scaling", 1.0)
     if numerics.get("accuracy") == DRAFT:

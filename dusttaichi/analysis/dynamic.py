@@ -25,7 +25,7 @@ DENSER = 0.2
 
 @dataclass(frozen=True)
 class Dynamic:
-    """What a compression at constant wall speed shows; SI units, nan where it does not tell.
+    """Results of a compression at constant wall speed; SI units, nan where there is none.
 
     speed: of the top wall [m/s]. plateau, plateau_sigma [Pa]: mean pressure on the top wall between
     the filling factors PLATEAU of the box, and its standard error. momentum [Pa]: what a layer

@@ -1,4 +1,4 @@
-"""What figures and tables show of a dataset of `ensemble.gather`: bands, labels and numbers."""
+"""Bands, labels and numbers of a dataset of `ensemble.gather`, for figures and tables."""
 
 import itertools
 import math
@@ -18,7 +18,7 @@ ONE_SAMPLE = "one sample a point: the scatter between samples is not known (repl
 
 
 def title_of(name):
-    """What tables and figures call a number of the summary."""
+    """Label of a number of the summary in tables and figures."""
     number = known().get(name.removeprefix("final_"))
     if number is None:
         return name.replace("_", " ")

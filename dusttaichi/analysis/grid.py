@@ -136,5 +136,5 @@ def _mean(rows, name):
 
 
 def text_of(observable):
-    """What an observable is, in words."""
+    """Description of an observable."""
     return TEXTS.get(observable, observable.replace("strength ", "strength in stage "))

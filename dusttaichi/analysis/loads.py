@@ -51,7 +51,7 @@ def held_loads(run):
 
 
 def drives_of(run):
-    """What the scene of a Run says of the drive of each stage, by its name; {} without stages."""
+    """Drive of each stage in the scene of a Run, by its name; {} without stages."""
     return {stage["name"]: stage.get("drive", {}) for stage in run.scene.get("stages", [])}
 
 

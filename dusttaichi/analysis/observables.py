@@ -1,4 +1,4 @@
-"""What a user wants from a run, as numbers that two runs of one scene can be compared by."""
+"""Observables: the numbers by which two runs of one scene are compared."""
 
 from dataclasses import dataclass
 
@@ -65,7 +65,7 @@ def about(name):
 
 @dataclass(frozen=True)
 class Measured:
-    """What one run gave. values: name -> number (SI). curve: (lg P [Pa], phi), each (bins,), of a
+    """Observables of a run. values: name -> number [SI]. curve: (lg P [Pa], phi), (bins,), of a
     compression under a wall (`Curve.monotone`), or None."""
 
     values: dict

@@ -1,4 +1,4 @@
-"""What has become of a collision, in the words of the field (Güttler 2010, Wada 2013).
+"""Outcome of a collision, in the terms of the field (Güttler 2010, Wada 2013).
 
 Target and projectile are the heavier and the lighter body, f = (M_largest - M_target)/M_projectile
 the growth efficiency.

@@ -62,7 +62,7 @@ class Run(AbstractContextManager):
 
     @property
     def sample(self):
-        """What the result says of its sample, a dict; {} where it says nothing."""
+        """Description of the sample in the result, a dict; {} where there is none."""
         return foreign.block(self.attrs, "sample", self.path)
 
     @property
@@ -77,7 +77,7 @@ class Run(AbstractContextManager):
 
     @property
     def material(self):
-        """What the grains are made of (Material, SI), or None where the file does not tell."""
+        """Material of the grains (SI), or None where the file has none."""
         numbers = self.scene.get("material")
         return None if numbers is None else Material.model_validate(numbers)
 
@@ -313,7 +313,7 @@ class Run(AbstractContextManager):
         return importlib.import_module(SHOWN_BY).particle_view(self)
 
     def _repr_html_(self):
-        """What a notebook shows of the run: its status, its numbers and its main figure."""
+        """HTML for a notebook: status, numbers and main figure of the run."""
         return importlib.import_module(SHOWN_BY).run_html(self)
 
     def close(self):

@@ -1,4 +1,4 @@
-"""What the scenes of runs say, for comparisons."""
+"""Settings of the scenes of runs, for comparisons."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ DRIVES += ("shear_speed", "shear_rate")
 
 
 def at(scene, path):
-    """What a scene, plain dicts, says at a path such as "numerics.spacing", or ""."""
+    """Value of a scene (plain dicts) at a path such as "numerics.spacing", or ""."""
     for key in path.split("."):
         scene = scene.get(key, "") if isinstance(scene, dict) else ""
     return scene
@@ -33,7 +33,7 @@ def _of_grains(run):
 
 
 def _drive(scene):
-    """What moves and how fast, as the scene has it; of each stage where there are stages."""
+    """Drive of a scene: what moves and how fast; of each stage where there are stages."""
     stages = scene.get("stages") or [{"drive": scene.get("boundary", {})}]
     texts = []
     for stage in stages:

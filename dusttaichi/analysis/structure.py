@@ -15,7 +15,7 @@ FARTHEST = 5.0
 
 @dataclass(frozen=True)
 class Structure:
-    """What a snapshot of N grains with C contacts between them looks like.
+    """Structure of a snapshot of N grains with C contacts between them.
 
     fabric: (3, 3), mean of n n over the contacts, n the unit vector between the centres: a third
     of the unit matrix where they point everywhere alike. normal: (C, 3), these vectors.

@@ -1,4 +1,4 @@
-"""What `dust check --json` prints: a scene in numbers, for scripts. Keys are added, not changed."""
+"""Output of `dust check --json`: a scene in numbers, for scripts. Keys are added, not changed."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""What the shell offers after Tab: names of scenes, run directories, keys of the YAML.
+"""Shell completion: names of scenes, run directories, keys of the YAML.
 
 Nothing here may print or raise: an empty list leaves the file names of the shell.
 """

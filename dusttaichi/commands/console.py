@@ -1,4 +1,4 @@
-"""What the commands print on: tables and results to the output, progress and remarks beside it."""
+"""Consoles of the commands: tables and results to stdout, progress and remarks to stderr."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""What `dust run` does with replicas, and `dust sweep`: runs, dataset, figure, table."""
+"""`dust run` with replicas, and `dust sweep`: runs, dataset, figure, table."""
 
 from dusttaichi.commands.console import (
     plain_table,
@@ -74,7 +74,7 @@ def failure(plan, failed):
 
 
 def _shown(bar):
-    """What shows the progress of a plan in a bar."""
+    """Progress bar of a plan."""
 
     def show(progress):
         running = progress.running

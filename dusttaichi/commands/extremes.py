@@ -39,7 +39,7 @@ def extremes(
 
 
 def _shown(bar):
-    """What shows the progress of the map in a bar."""
+    """Progress bar of the map."""
 
     def show(group, counts, total):
         state = "  ".join(f"{n} {verdict}" for verdict, n in counts.items() if n)

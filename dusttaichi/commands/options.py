@@ -78,7 +78,7 @@ Figures = Annotated[
 
 @contextmanager
 def writing(**how):
-    """What is written inside spares the files of others (`results.outputs.writing`), and what is
+    """Writing inside spares the files of others (`results.outputs.writing`), and what is
     wrong in a result of others is a sentence (`analysis.foreign.understood`)."""
     from dusttaichi.analysis import foreign  # which --help does not wait for
     from dusttaichi.results import outputs

@@ -75,7 +75,7 @@ class Phases:
 
 
 def _columns(width):
-    """What the line consists of on a terminal of this width."""
+    """Columns of the progress line on a terminal of this width."""
 
     def text(pattern, least):
         column = Column(no_wrap=True, overflow="ellipsis", min_width=least)

@@ -1,4 +1,4 @@
-"""What is done with results: `dust plot`, `compare`, `export` and `render`."""
+"""Commands on results: `dust plot`, `compare`, `export` and `render`."""
 
 from contextlib import ExitStack
 from pathlib import Path

@@ -124,7 +124,7 @@ def _run_one(scene, directory, onward, *, quiet, phases, **how):
 
 
 def _shown(bar):
-    """What shows the progress of a run in a bar."""
+    """Progress bar of a run."""
 
     def show(progress):
         state = []
@@ -145,7 +145,7 @@ def _shown(bar):
 
 
 def _built(scene, sim, cached):
-    """What --verbose tells of a simulation before its first step."""
+    """Output of --verbose about a simulation before its first step."""
     from dusttaichi import units
     from dusttaichi.scene import quantities
 

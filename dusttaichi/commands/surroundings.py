@@ -1,4 +1,4 @@
-"""What a shell may hand to the command: full disks behind its streams, variables of other work."""
+"""Environment of a command: full disks behind its streams, variables of other programs."""
 
 import errno
 import os

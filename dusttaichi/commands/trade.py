@@ -94,7 +94,7 @@ def _tell(found, scene):
 
 
 def _suggest(scene):
-    """What `--suggest` prints."""
+    """Output of `--suggest`."""
     from dusttaichi.studies.trade.suggest import kind_of, suggestions
 
     found = suggestions(scene)
@@ -106,7 +106,7 @@ def _suggest(scene):
 
 
 def _grid(scene, folder, text, seeds, *, force, quiet, file):
-    """What `--grid` prints and writes."""
+    """Output and file of `--grid`."""
     from dusttaichi.analysis.grid import outcomes, read, text_of
     from dusttaichi.plots import save
     from dusttaichi.plots.grid import grid as draw

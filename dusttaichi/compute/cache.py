@@ -25,7 +25,7 @@ def provide_home():
 
 
 def remarks():
-    """What the user should know of the folder, each sentence once in a process."""
+    """Remarks about the folder for the user, each sentence once in a process."""
     found = list(_remarks)
     _remarks.clear()
     return found

@@ -20,7 +20,7 @@ def program():
 
 
 def settings():
-    """What the running Taichi was started with: arch, cpu_max_num_threads, ...; it may be set."""
+    """Settings of the running Taichi: arch, cpu_max_num_threads, ...; they may be set."""
     return ti.lang.impl.current_cfg()
 
 

@@ -1,11 +1,11 @@
-"""What was compiled last in this process serves again where the next scene needs the same."""
+"""Cache of the last compile configuration of this process, for scenes that need the same."""
 
 from dusttaichi.compute.engine import program
 from dusttaichi.compute.memory import Lease
 
 
 class LastCompiled:
-    """What was compiled last in this process: it serves again where the next scene needs the same.
+    """The last compile configuration of this process, reused where the next scene needs the same.
 
     Taichi holds one program at a time, so that a simulation is of no more use once another is
     built, whether that compiles anew or takes its fields over.

@@ -73,7 +73,7 @@ class _Trees:
         return tree
 
     def transform(self, tree, context):
-        """What Taichi makes of a tree."""
+        """Result of Taichi's pass over a tree."""
         try:
             return self._transform(tree, context)
         finally:

@@ -1,1 +1,1 @@
-"""What surrounds the particles: walls, the periodic cell, pushes from outside, and their motion."""
+"""Environment of the particles: walls, periodic cell, external pushes, and their motion."""

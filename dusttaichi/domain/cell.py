@@ -81,7 +81,7 @@ class Cell:
         return out
 
     def speeds_across(self, counts, time):
-        """What the images that these numbers of edges lead to are faster by [um/us], (N, 3)."""
+        """Relative velocity of the images that are these numbers of edges away [um/us], (N, 3)."""
         out = counts * self.speeds(time)
         out[:, 0] += counts[:, 2] * self.tilt_rate
         return out
@@ -131,7 +131,7 @@ class Cell:
         return replace(self, tilt=float(tilt - rate * time), tilt_rate=float(rate))
 
     def to_numbers(self):
-        """What of it changes in a run, as JSON can hold it."""
+        """State that changes in a run, for JSON."""
         return {name: np.asarray(getattr(self, name)).tolist() for name in MOVING}
 
     def with_numbers(self, numbers):

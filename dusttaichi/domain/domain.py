@@ -1,4 +1,4 @@
-"""What surrounds the particles and how it moves: the one place that answers for it.
+"""Environment of the particles and its motion: the one place that knows them.
 
 Walls and cell are laid out from the scene and the sample (layout.py), move as the drive of the
 stage says, and tell where they are at a step. Times count from the start of the run: a change of

@@ -81,7 +81,7 @@ class Push:
         return out.work(x, held, force, step, dt)
 
     def numbers(self):
-        """What JSON can hold of it, for a checkpoint."""
+        """State for a checkpoint, as JSON."""
         forces = [
             [
                 f.grains.tolist(),

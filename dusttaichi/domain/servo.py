@@ -1,4 +1,4 @@
-"""What holds a pressure or a stress: how fast walls and faces move, from what is measured.
+"""Load control: the speeds of walls and faces from the measured pressure or stress.
 
 Every EVERY steps, a time T, the load is known as its mean over them, and e, the share of it that is
 missing. The speed v of approach changes by that of a proportional and integral controller,
@@ -94,7 +94,7 @@ class Servo:
         return replace(self, due=2 * self.due, every=2 * self.every)
 
     def to_numbers(self):
-        """What JSON can hold."""
+        """State as JSON."""
         return {n: v.tolist() if isinstance(v, np.ndarray) else v for n, v in asdict(self).items()}
 
     @classmethod

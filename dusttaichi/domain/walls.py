@@ -56,7 +56,7 @@ class Box:
         return replace(self, offset=offset, speed=speeds, slid=slid, along=ways)
 
     def to_numbers(self):
-        """What of it changes in a run, as JSON can hold it."""
+        """State that changes in a run, for JSON."""
         return {name: getattr(self, name).tolist() for name in MOVING}
 
     def with_numbers(self, numbers):

@@ -102,7 +102,7 @@ def box_ends(frame):
 
 
 def boundary_words(frame):
-    """What LAMMPS calls the ends along each axis: p periodic, f a wall, s nothing."""
+    """LAMMPS' boundary style along each axis: p periodic, f a wall, s nothing."""
     walls = np.where(np.isnan(frame.cell), "s", "f")
     return [
         "pp" if periodic else "".join(ends)

@@ -1,4 +1,4 @@
-"""What is compiled for a scene: its fields and kernels, which scenes of one compile key share;
+"""Compiled fields and kernels of a scene, which scenes of one compile key share;
 walls and numbers of a step as the kernels take them."""
 
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What a built scene consists of: parts of the model, fields, kernels, what its preset sets; and
+"""Inventory of a built scene: parts of the model, fields, kernels, what its preset sets; and
 the forces of its contacts at the start, which `dust check --forces` prints."""
 
 import numpy as np

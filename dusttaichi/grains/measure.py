@@ -1,4 +1,4 @@
-"""What can be measured of a simulation: energies, loads, stresses, grains, contacts.
+"""Measurements of a simulation: energies, loads, stresses, grains, contacts.
 
 Internal units; (N, ...) arrays of grains stand in the sample's order unless said otherwise.
 """
@@ -143,7 +143,7 @@ class Readout:
         }
 
     def _energy_of_images(self):
-        """What the kinetic energy changes by where grains that have left a moving cell since the
+        """Change of the kinetic energy where grains that have left a moving cell since the
         last search are taken at their images inside, as in snapshots [fJ]."""
         if not self.cell.speeds(self.time).any() and not self.cell.tilt_rate:
             return 0.0
@@ -286,7 +286,7 @@ class Readout:
         return self.radii[i] + self.radii[j]
 
     def history_of(self, history):
-        """What contacts have kept, by the names of the result, in internal units; losses [fJ] where
+        """Histories of contacts, by the names of the result, in internal units; losses [fJ] where
         they are followed. Zeros for what the scene does not have."""
         zero, rows = np.zeros(len(history)), self.layout.rows
         out = {"twist": zero, "approach": zero}

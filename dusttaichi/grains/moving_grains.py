@@ -32,7 +32,7 @@ TOP = WALLS.index("top")
 
 
 class MovingGrains(SimpleSimulation):
-    """What dusttaichi.method.Refinable asks for, of the Simulation `sim` of a scene."""
+    """The protocol dusttaichi.method.Refinable, for the Simulation `sim` of a scene."""
 
     def __init__(self, scene, sample, sim):
         self.scene, self.sample, self.sim = scene, samples.pushed(scene, sample), sim
@@ -220,7 +220,7 @@ def first_body(scene, sample):
 
 
 def features_of(scene, sample, sim):
-    """What the result of a scene has, in the words of grains/variables.py."""
+    """Names of the variables in the result of a scene (grains/variables.py)."""
     domain, bounded = sim.domain, sim.domain.bounded
     asked = {
         "snapshots": True,
@@ -252,7 +252,7 @@ def features_of(scene, sample, sim):
 
 
 def stretch_ends(sim, plates):
-    """What averages over a stretch are taken from, at one end of it, beside the sums."""
+    """Data at one end of a segment that its averages need, beside the sums."""
     out = {}
     if sim.box is not None:
         out = {"force": sim.wall_forces(), "areas": sim.domain.wall_areas(sim.step)}

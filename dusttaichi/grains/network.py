@@ -60,7 +60,7 @@ def _column(kinds, name):
 
 
 def _along(kinds, overlap, name):
-    """What a method of each contact (`slope`, `kappa_at`) says at its overlap [m]."""
+    """Values of a method of each contact (`slope`, `kappa_at`) at its overlap [m]."""
     places, out = {}, np.zeros(len(kinds))
     for n, (contact, _) in enumerate(kinds):
         places.setdefault(id(contact), (contact, []))[1].append(n)

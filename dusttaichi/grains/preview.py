@@ -1,4 +1,4 @@
-"""What `dust check` prints of grains: sample, contacts, step and memory; what is compiled in."""
+"""Output of `dust check` for grains: sample, contacts, step, memory; what is compiled in."""
 
 from dataclasses import replace
 
@@ -155,7 +155,7 @@ def _step(step):
 
 
 def _domain(scene, sample, own, contacts, step):
-    """What surrounds the grains, as the simulation has it at its start."""
+    """Environment of the grains at the start of the simulation, a Domain."""
     box, cell = surroundings(scene, sample, own, None, contacts)
     radii = np.full(len(sample), scene.material.radius / units.LENGTH)
     radii = radii if own is None else own.radius
@@ -165,7 +165,7 @@ def _domain(scene, sample, own, contacts, step):
 
 
 def _state_memory(scene, sample, own, step, domain):
-    """What the state takes; the scratch of the search comes beside it."""
+    """Memory of the state, without the scratch of the search."""
     loops = LOOPS[scene.numerics.backend]
     laws = chosen_model(scene.interaction, scene.numerics.newton_steps)
     kinds = {push.kind for push in of_stages(scene)}

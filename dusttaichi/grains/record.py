@@ -14,7 +14,7 @@ MAX_BINS = 4000
 
 @dataclass(frozen=True)
 class Plates:
-    """What is measured of a sample between plates, fixed at the start [um].
+    """Geometry of a sample between plates, fixed at the start [um].
 
     centre (2,), reach (2,): of the initial footprint, half its width and depth; round: it is a
     cylinder. inner: radius of PD08's inner cylinder.
@@ -57,7 +57,7 @@ def stress(sim, before, after, span):
 
 
 def series(sim, m, window, plates=None):
-    """What the grains add to a record of the time series.
+    """Variables that the grains add to a record of the time series.
 
     m: the numbers of sim.measure(). window: Window of sums, None at step 0: then walls act with the
     force of that moment, and there is no stress yet.
@@ -296,7 +296,7 @@ UNITS = {
     "twisting_moment": units.TORQUE,
     "loss": units.ENERGY,
 }
-"""What a column of contacts is multiplied by to be in SI."""
+"""Factors from internal units to SI, of the columns of contacts."""
 
 
 def _in_si(contacts, sim, rows):

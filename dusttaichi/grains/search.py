@@ -42,7 +42,7 @@ class Search:
         return -1.0 if self.asked else (self._shares()[0] * self.skin) ** 2
 
     def numbers(self):
-        """What a checkpoint keeps beside the lists."""
+        """Numbers for a checkpoint beside the lists."""
         return {
             "searched_at": self.searched_at,
             "wall_due": self.wall_due,

@@ -116,7 +116,7 @@ class Simulation(Readout):
 
     @property
     def domain(self):
-        """What surrounds the grains and how it moves, a Domain."""
+        """Environment of the grains and its motion, a Domain."""
         return Domain(self.dt, self.volume, self.radius, self.box, self.cell, self.t_c, self.servo)
 
     # -- start -----------------------------------------------------------------------------------
@@ -201,7 +201,7 @@ class Simulation(Readout):
             self.sphere.drive(drive)
 
     def _steer(self):
-        """What holds a load changes the speeds, within those that the search knows of."""
+        """Load control changes the speeds, within those that the search allows for."""
         with self._booked(self._wall_loads()):
             self._surround(self.domain.steered(self._load_integral(self.servo)))
 
@@ -217,7 +217,7 @@ class Simulation(Readout):
         return out
 
     def _load_integral(self, servo):
-        """What the load of a Servo is measured by, up to now: see Servo.before."""
+        """Time integral of the load of a Servo up to now: see Servo.before."""
         if servo.kind == WALL:
             return (self.impulses()[TOP : TOP + 1] * self.box.normal[TOP]).sum(axis=1)
         flux = np.diag(self.momentum_flux())

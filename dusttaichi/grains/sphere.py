@@ -189,7 +189,7 @@ class MovingSphere:
         self._put(v=speed)
 
     def numbers(self):
-        """What a checkpoint keeps beside the fields."""
+        """Numbers for a checkpoint beside the fields."""
         return None if self.speed is None else self.speed.tolist()
 
     def restore(self, speed):

@@ -1,4 +1,4 @@
-"""What a simulation holds: the used part of its fields, and the ends of its sums over steps."""
+"""State of a simulation: the used part of its fields, and the ends of its sums over steps."""
 
 from dataclasses import asdict, dataclass, field
 from typing import NamedTuple
@@ -68,7 +68,7 @@ class LedgerSums:
     pending: list = field(default_factory=lambda: [[0.0]] * 3)
 
     def to_numbers(self):
-        """What JSON can hold."""
+        """State as JSON."""
         return asdict(self) | {name: getattr(self, name).tolist() for name in FORCES}
 
     @classmethod
@@ -143,7 +143,7 @@ class GrainState:
 
     @property
     def overflow(self):
-        """What a search has had no room for: 0 nothing, 1 pairs, 2 wall contacts."""
+        """Overflow of a search: 0 none, 1 of pairs, 2 of wall contacts."""
         return int(self["counts"][OVERFLOW])
 
     def pairs(self):

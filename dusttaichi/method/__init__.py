@@ -1,4 +1,4 @@
-"""What the run knows of a method: how it is built, moved, measured and restored; no more.
+"""Protocol of a method for the run: how it is built, moved, measured and restored; no more.
 
 A method computes the motion of something: grains, or a continuum. Its scene is a class of its own,
 its simulation has the members of `Simulation`, and a `Method` names both. The run loop, the result
@@ -64,7 +64,7 @@ def built_anew(scene: Scene, state: State) -> Simulation:
 
 @dataclass(frozen=True)
 class Preview:
-    """What is known of a scene before it is built; `dust check` prints it.
+    """Numbers of a scene that are known before it is built; `dust check` prints them.
 
     sections: (title, rows of (what, value)). size: number of particles. dt: time step [us].
     plan: (name of the stage, steps at most, what ends it) of every stage, steps NEVER where only
@@ -153,7 +153,7 @@ def named(name: str) -> Method:
 
 
 def attribute(thing: Any) -> Any:
-    """What "module:attribute" names; anything else is itself."""
+    """Object that "module:attribute" names; anything else is returned as it is."""
     if not isinstance(thing, str):
         return thing
     module, name = thing.split(":")
@@ -187,5 +187,5 @@ def moment(simulation: Simulation) -> str:
 
 
 def make_sample(scene: Scene) -> Any:
-    """What a scene starts from; of grains a Sample, all in SI. Raises DustError."""
+    """Sample that a scene starts from; of grains a Sample, all in SI. Raises DustError."""
     return of(scene).make_sample(scene)

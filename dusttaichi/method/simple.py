@@ -1,4 +1,4 @@
-"""What most simulations do alike, for a method to inherit."""
+"""Defaults that most simulations share, for a method to inherit."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class SimpleSimulation:
-    """What most simulations do alike: a method inherits it and says only what is its own.
+    """Defaults that most simulations share: a method inherits them and adds only its own.
 
     A method has to say `dt`, `variables`, `advance` and `measure`, and `kept`: the names of its
     attributes that it goes on from beside `step` and `dt`, arrays or numbers. Nothing surrounds it,

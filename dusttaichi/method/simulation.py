@@ -1,4 +1,4 @@
-"""What the run knows of a simulation: a scene in motion. Numbers are in internal units
+"""Protocol of a simulation, a scene in motion, for the run. Numbers are in internal units
 (dusttaichi.units) unless said otherwise."""
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Start:
-    """What the ledger keeps of the measurement at step 0 [fJ]."""
+    """Reference of the ledger: the measurement at step 0 [fJ]."""
 
     kinetic: float
     potential: float
@@ -112,7 +112,7 @@ class Simulation(Protocol):
         """Time integrals since the start; an average is a difference of two over its span."""
 
     def series(self, measurement: Measurement, window: Window | None) -> dict:
-        """What it adds to a record of the time series [SI]; window None at step 0."""
+        """Variables that it adds to a record of the time series [SI]; window None at step 0."""
 
     def records(self, group: str) -> list[tuple[str, dict]]:
         """Records [SI] of "profiles" or "snapshots" now, and of the groups that belong to them."""
@@ -121,7 +121,7 @@ class Simulation(Protocol):
         """Its own guards. Raises GuardStop; the guard of the ledger is the run's."""
 
     def state(self) -> State:
-        """What a checkpoint keeps, sample included."""
+        """State for a checkpoint, sample included."""
 
     def restore(self, state: State) -> None:
         """Go back to a state of the same simulation, its time step included."""
@@ -133,7 +133,7 @@ class Simulation(Protocol):
         """Values of the variables that do not grow, by key [SI]."""
 
     def attributes(self) -> dict:
-        """What the result says of it in global attributes."""
+        """Global attributes of the result."""
 
 
 class Refinable(Simulation, Protocol):

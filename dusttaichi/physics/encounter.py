@@ -1,4 +1,4 @@
-"""What two grains (a grain and a wall) need of the step when they meet at a speed. SI.
+"""Time step that resolves an impact of two grains (a grain and a wall) at a speed. SI.
 
 Head-on without damping the contact is pressed to the overlap at which its potential holds the
 kinetic energy and what forming has released. There it is stiffest and its damping strongest. A

@@ -1,4 +1,4 @@
-"""What grains are coloured by in a picture: colours, and the bar that explains them."""
+"""Colouring of grains in a picture: colours, and the colour bar."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ BODY_NAMES, BODY_COLOURS = ("target", "projectile"), (style.SKY, style.ORANGE)  
 
 @dataclass(frozen=True)
 class Colouring:
-    """What grains are coloured by. colours: (N, 3). The rest is for the colour bar.
+    """Colouring of grains. colours: (N, 3). The rest is for the colour bar.
 
     bar: None without one. ticks, names: of discrete values, None of continuous ones.
     """

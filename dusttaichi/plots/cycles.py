@@ -61,7 +61,7 @@ def _path(axes, run):
 
 
 def _kind(part):
-    """What a stage does: "pulling", "unloading" or "loading"."""
+    """Kind of a stage: "pulling", "unloading" or "loading"."""
     if part.stretches:
         return "pulling"
     return "unloading" if part.unloads else "loading"

@@ -1,4 +1,4 @@
-"""What stands around the grains in a picture: the edges of the cell, and a scale bar."""
+"""Frame of a picture of grains: the edges of the cell, and a scale bar."""
 
 import numpy as np
 

@@ -132,7 +132,7 @@ def occlusion(position, radius):
 
 
 class Shadows:
-    """What the light sees: the depth buffer of a second camera, which looks along the light.
+    """Shadow map: the depth buffer of a second camera, which looks along the light.
 
     centre (N, 3): column, row, depth in pixels of the first camera; size (N,) in pixels.
     """

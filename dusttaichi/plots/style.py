@@ -1,4 +1,4 @@
-"""What all figures share: size, fonts, colours, units of the axes."""
+"""Style of all figures: size, fonts, colours, units of the axes."""
 
 import re
 from contextlib import contextmanager

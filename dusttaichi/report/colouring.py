@@ -1,4 +1,4 @@
-"""What may colour the particles of the viewer: numbers and classes, as its page takes them."""
+"""Colourings of the particles in the viewer: numbers and classes."""
 
 import numpy as np
 

@@ -22,7 +22,7 @@ MOST_RUNS = 24  # whose particles a page shows, evenly of more
 
 
 def ensemble_data(data, file):
-    """What the page shows of a dataset of `analysis.gather`, which lies at `file`, as a dict for
+    """Content of the report of a dataset of `analysis.gather`, which is in `file`, as a dict for
     JSON: curves, numbers against the swept keys, and the particles of the runs beside it."""
     title = f"{data.attrs['title']}, {'sweep' if tables.axes_of(data) else 'ensemble'}"
     table, remark = _table(data)

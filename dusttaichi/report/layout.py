@@ -124,7 +124,7 @@ def _around(figure):
 
 
 def _across(axes, end):
-    """What reaches across all of the axes: axhline and axvline, axhspan and axvspan."""
+    """Shapes that span the axes: axhline and axvline, axhspan and axvspan."""
     shapes = []
     for line in axes.lines:
         x, y = np.atleast_1d(line.get_xdata()), np.atleast_1d(line.get_ydata())
@@ -149,7 +149,7 @@ def _entry(artist):
 
 
 def shown_name(label):
-    """What the legend calls an artist with that label, "" where it is not in it."""
+    """Name of an artist with that label in the legend, "" where it has none."""
     label = str(label)
     return "" if label.startswith("_") else html(label)
 

@@ -1,4 +1,4 @@
-"""What a notebook shows of a run."""
+"""HTML of a run for a notebook."""
 
 from html import escape
 

@@ -22,7 +22,7 @@ NOT_SHOWN = (
 
 
 def report_data(runs, *, together=True):
-    """What the page shows of Runs, as a dict for JSON: title, lead, runs, and of several the table
+    """Content of the report of Runs, a dict for JSON: title, lead, runs, and of several the table
     and the figures that show them side by side."""
     one = runs[0]
     if len(runs) == 1:

@@ -125,7 +125,7 @@ def _pressure(series):
 
 
 def _quantities(run, frames, radius, unit):
-    """What particles of either method may be coloured by, beside what contacts tell."""
+    """Colourings of the particles of either method, without those by contacts."""
     rows, x = frames.sizes["snapshot"], frames.position.values
     found = []
     if "density" in frames:

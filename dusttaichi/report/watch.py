@@ -34,7 +34,7 @@ class Source:
         self._lock = threading.Lock()
 
     def data(self):
-        """What `report_data` says now, with `live` and a `stamp` that rises when it is new.
+        """Current `report_data`, with `live` and a `stamp` that rises when it is new.
 
         Raises DustError where there is no result yet.
         """
@@ -52,7 +52,7 @@ class Source:
             return self._data
 
     def _changed(self):
-        """What changes when the result grows: its file, and the parts that continue it."""
+        """Stamp that changes when the result grows: its file, and the parts that continue it."""
         found = []
         for path in [self.path, *sorted(parts_folder(self.path).glob("*.nc"))]:
             try:

@@ -1,4 +1,4 @@
-"""What may be written where: no file of the user's is overwritten unasked, and no input at all.
+"""Rules for output paths: no file of the user is overwritten without --force, no input at all.
 
 A file counts as made by this program where it holds the mark of its format, so that a figure or a
 table that is drawn again takes the place of the former one.

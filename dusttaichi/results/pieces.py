@@ -43,7 +43,7 @@ class Piece(NamedTuple):
 
 
 def identity_of(path):
-    """What tells a result file from others; "" of a file that was written before there was one."""
+    """Identity of a result file; "" of a file that was written before there was one."""
     with seal.opened(path) as file:
         return str(getattr(file, IDENTITY, ""))
 
@@ -54,7 +54,7 @@ def new_identity():
 
 
 def place(identity, records, starts=None):
-    """What the seal of a file says of its place: result.nc, or where there are `starts` a part.
+    """Seal of a file with its place: result.nc, or where there are `starts` a part.
 
     identity: of result.nc. records: group -> how many it holds.
     """

@@ -64,7 +64,7 @@ def _seal(digest, size, about):
 
 
 def seal_of(path):
-    """What the seal of a file says, None where there is none. The file may be damaged before it.
+    """Content of the seal of a file, None where there is none. The file may be damaged before it.
 
     OSError is let out; DustError where the seal itself is damaged.
     """

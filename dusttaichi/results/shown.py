@@ -1,4 +1,4 @@
-"""What extensions add to what results show: families of numbers, and figures, by their names.
+"""Families of numbers and figures that extensions add, by their names.
 
 Filled by `dusttaichi.analysis.numbers.register` and `dusttaichi.plots.register`.
 """

@@ -1,4 +1,4 @@
-"""What a variable of the result file is, and those that all methods share.
+"""Variables of the result file, and those that all methods share.
 
 Each method declares its own beside them (for the grains: grains/variables.py); writer and layout
 derive from the declarations.

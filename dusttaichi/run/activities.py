@@ -1,4 +1,4 @@
-"""What a run does at steps of its own: records, averages, the check of its end, kept states.
+"""Activities of a run at scheduled steps: records, averages, the check of its end, kept states.
 
 An activity says at which step it is due next, a pure function of the step, and acts there. Those
 that are due at the same step act in the order in which the run lists them.
@@ -18,7 +18,7 @@ from dusttaichi.run.spread import bytes_of, steps_apart
 
 
 class Activity(ABC):
-    """What a run does at certain steps: the base class of all that it does."""
+    """Base class of what a run does at scheduled steps."""
 
     @abstractmethod
     def next(self, step: int) -> int:
@@ -29,10 +29,10 @@ class Activity(ABC):
         """Do it, at the present step."""
 
     def begin(self) -> None:  # noqa: B027, most have nothing to do there
-        """What it does at step 0, before any motion."""
+        """Act at step 0, before any motion."""
 
     def begin_stage(self) -> None:  # noqa: B027
-        """What it does at the first step of a further stage."""
+        """Act at the first step of a further stage."""
 
 
 class Series(Activity):
@@ -71,7 +71,7 @@ def series_record(sim, clock, state, m, window):
 
 
 def _common_record(sim, clock, state, m):
-    """What the series has of any method (results.variables.COMMON), SI, as far as it applies."""
+    """Variables of any method in the series (results.variables.COMMON), SI, where they apply."""
     residual, through = turnover(m, state.start)
     lengths = sim.domain.lengths(sim.step)
     record = {

@@ -22,7 +22,7 @@ MAGIC = b"dusttaichi checkpoint 3\n"
 
 
 class Checkpoint(NamedTuple):
-    """What `load` gives: the arrays, the meta data, the file they are from, and a note or None."""
+    """Result of `load`: the arrays, the meta data, the file they are from, and a note or None."""
 
     arrays: dict
     meta: dict

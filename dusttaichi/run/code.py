@@ -36,7 +36,7 @@ def code_hash(scene):
 
 
 class Origin(NamedTuple):
-    """What a run is made by and from: the hash of its code, those of the files that it reads.
+    """Provenance of a run: the hash of its code, those of the files that it reads.
 
     Taken once, where a run is opened, whatever becomes of the files afterwards.
     """

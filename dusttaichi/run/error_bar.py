@@ -75,7 +75,7 @@ class States:
                 (self.folder / state.name).unlink()
 
     def kept(self):
-        """What there is, in order of the steps: a list of Kept."""
+        """Files of states, in order of the steps: a list of Kept."""
         parts = [path.stem.split("_") for path in self.folder.glob("*_*_*.bin")]
         return sorted((Kept(*map(int, part)) for part in parts), key=lambda s: (s.step, s.stage))
 
@@ -138,7 +138,7 @@ class ErrorBar:
         self.dt, self.done, self.total = sim.dt, 0, 0
 
     def measure(self, stages, seconds):
-        """What the attribute `error_bar` holds, as plain data; None where there is no state.
+        """Content of the attribute `error_bar`, as plain data; None where there is no state.
 
         stages: how many the run has had; seconds: how long it took.
         """
@@ -200,7 +200,7 @@ class ErrorBar:
         return values | sim.compared(window, moments)
 
     def _energies(self, first, last):
-        """What has been lost, done and left over in a stretch."""
+        """Losses, work and residual of a segment."""
         lost, work = last.losses - first.losses, last.work - first.work
         own = replace(last, losses=lost, lost=lost.sum(), work=work)
         out = {

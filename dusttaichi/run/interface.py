@@ -80,7 +80,7 @@ class Simulation:
         return self._run.sim.dt * units.TIME
 
     def measure(self):
-        """What the time series of result.nc records, now and in SI, by the same names.
+        """Present values of the time series of result.nc, in SI, by the same names.
 
         Averages (pressure, wall_force, stress) are those since the last record of the series. It
         changes nothing.
@@ -218,7 +218,7 @@ class Simulation:
             self._run.files.save(self._run)
 
     def records(self, group):
-        """What a group of result.nc ("series", "snapshots", one of `every`) holds so far: name ->
+        """Content of a group of result.nc ("series", "snapshots", one of `every`) so far: name ->
         array [SI]. Raises KeyError for a group that is not there."""
         self._run.files.flush()
         from dusttaichi.results.reading import open_tree  # half a second, which only it is worth

@@ -84,7 +84,7 @@ class Run:
 
     @contextmanager
     def guarded(self):
-        """What is done inside leaves a result on disk where a guard stops it."""
+        """Context in which a stop by a guard leaves a result on disk."""
         try:
             yield
         except GuardStop as stop:

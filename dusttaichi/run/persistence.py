@@ -1,4 +1,4 @@
-"""What of a run is on disk: the result, its checkpoint, and when they are written."""
+"""Files of a run: the result, its checkpoint, and when they are written."""
 
 import time as real_time
 from pathlib import Path

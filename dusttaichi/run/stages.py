@@ -52,7 +52,7 @@ def folder_of(scene, stage, directory, origin):
 
 
 def _shape(stages):
-    """What some stage asks for that the result has from its start."""
+    """Variables that some stage requests and the result has from its start."""
     drives = [stage.get("drive") or {} for stage in stages]
     profiles = any((stage.get("output") or {}).get("profiles") for stage in stages)
     return [key for key in SHAPING if any(drive.get(key) for drive in drives)], profiles

@@ -1,4 +1,4 @@
-"""What decides how a run goes on, beside the state of its simulation: part of every checkpoint; and
+"""State of a run beside that of its simulation, part of every checkpoint; and
 what it reports of itself meanwhile."""
 
 from dataclasses import asdict, dataclass, field

@@ -39,7 +39,7 @@ VECTORS = {
 
 
 def reader(head: bytes):
-    """What reads a file that begins so, a function (path, where, length_unit, snapshot) -> arrays
+    """Reader of a file that begins so, a function (path, where, length_unit, snapshot) -> arrays
     in SI as `files.read`; None for a file of another kind."""
     if head.startswith(RESTART):
         return _read_restart

@@ -1,4 +1,4 @@
-"""What the grains of a sample are made of: names, numbers, radii and masses."""
+"""Materials of the grains of a sample: names, numbers, radii and masses."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class SampleBlock(Block):
     """False where it cannot be the target or projectile of a collision."""
 
     def conflicts(self, scene) -> list[tuple[str, str]]:
-        """What does not go with the scene's other blocks, as (dotted path below this, text)."""
+        """Conflicts with the scene's other blocks, as (dotted path below this, text)."""
         return []
 
     def least_room(self, radius: float) -> tuple[tuple[float, float, float], int]:

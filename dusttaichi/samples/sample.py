@@ -1,4 +1,4 @@
-"""What a sample is: grains with positions, velocities and spins, and how to measure it."""
+"""Samples: grains with positions, velocities and spins, and their measures."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def fractal_dimension(sample: Sample, radius) -> float:
 
 
 def describe(sample: Sample, radius, touch: float | None) -> dict:
-    """What can be said of any sample, for its info.
+    """Measures of any sample, for its info.
 
     touch: centres no farther apart than this [m] are in contact; None: than the sum of the radii.
     filling_factor, and filling_factor_in: the volume it is taken in; radius_of_gyration [m];

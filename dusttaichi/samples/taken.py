@@ -1,4 +1,4 @@
-"""What comes along with the grains of another run: a fragment, contacts with walls, the room, time.
+"""Grains taken from another run: a fragment, contacts with walls, the box, the time.
 
 A result has more than grains. What of it a sample takes is asked for by `fragment` and `keep`; what
 stays behind is said in `info["remarks"]`.
@@ -94,7 +94,7 @@ def along(sample: Sample, state: dict, wall_contacts, spec, where: str) -> Sampl
 
 
 def _left(state, wall_contacts, keep) -> str:
-    """What stays behind and how to take it along; "" where nothing does that matters."""
+    """Remark on what a sample leaves behind and how to take it along; "" where nothing matters."""
     there = {}
     touching = 0 if wall_contacts is None else len(wall_contacts["wall"])
     if touching:

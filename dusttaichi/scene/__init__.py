@@ -1,4 +1,4 @@
-"""What a YAML file may say: one block a file, frozen, in SI once read.
+"""Schema of the YAML files: one block a file, frozen, in SI once read.
 
 Names are imported when they are asked for: who only needs units does not wait for all blocks.
 """

@@ -1,4 +1,4 @@
-"""What surrounds the grains, and how it moves."""
+"""Boundaries of the grains, and their motion."""
 
 from typing import Annotated, Literal
 
@@ -27,7 +27,7 @@ AxisName = Literal[AXES]
 
 
 class Surroundings(Block):
-    """What every kind of boundary says beside its `walls`, the names of those that are there."""
+    """Keys of every kind of boundary beside its `walls`, the names of those that are there."""
 
     @property
     def periodic_axes(self) -> tuple[str, ...]:

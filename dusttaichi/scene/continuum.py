@@ -83,7 +83,7 @@ class ContinuumScene(Scene):
 
     @property
     def all_materials(self) -> tuple[ContinuumMaterial, ...]:
-        """What dust may be made of, by number: the material, and the others."""
+        """Materials of the dust, by number: the material, and the others."""
         return (self.material, *self.materials.values())
 
     @property
@@ -123,7 +123,7 @@ class ContinuumScene(Scene):
         return [(f"{path}.heat_capacity", "another material has one; give it to all, or to none")]
 
     def _plane_gravity(self) -> list[tuple[str, str]]:
-        """What of the gravity a continuum, or its plane, does not have."""
+        """Problems of a gravity that a continuum, or its plane, does not have."""
         if self.gravity is None:
             return []
         if self.gravity.central is not None:
@@ -135,7 +135,7 @@ class ContinuumScene(Scene):
         return [*found, *self._self_gravity()]
 
     def _self_gravity(self) -> list[tuple[str, str]]:
-        """What attracts nothing: images, whose number has no end, and rigid bodies."""
+        """Problems of self-gravity: images (infinitely many) and rigid bodies attract nothing."""
         if self.gravity.self_gravity is None:
             return []
         found = []

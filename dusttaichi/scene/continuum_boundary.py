@@ -1,4 +1,4 @@
-"""What surrounds the bodies of the continuum: nothing, or a box with something at each face."""
+"""Boundaries of the continuum: none, or a box with something at each face."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class FacesBoundary(Surroundings):
         return self
 
     def face(self, wall: str) -> str | LayerFace:
-        """What is at a face: "open", "mirror", "rigid" or a LayerFace."""
+        """Boundary condition of a face: "open", "mirror", "rigid" or a LayerFace."""
         return getattr(self, wall)
 
     @property
@@ -114,7 +114,7 @@ class FacesBoundary(Surroundings):
         return self.periodic
 
     def conflicts(self, dimension: int) -> list[tuple[str, str]]:
-        """What does not go with the number of dimensions, as (dotted path below this, text)."""
+        """Conflicts with the number of dimensions, as (dotted path below this, text)."""
         if dimension == 3:
             return []
         found = [

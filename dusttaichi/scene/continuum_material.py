@@ -1,4 +1,4 @@
-"""What a body of the continuum is made of: dust with its strengths (Güttler et al. 2009, G09)."""
+"""Materials of the continuum: dust with its strengths (Güttler et al. 2009, G09)."""
 
 from pathlib import Path
 from typing import Annotated, Any, ClassVar

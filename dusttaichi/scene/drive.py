@@ -160,7 +160,7 @@ FACE_LAWS = tuple(key for key in SPEEDS if "faces" in MOVES[key].what)
 
 
 def together(block: Block) -> list[tuple[str, str]]:
-    """What of a drive does not go with what, as (key, text); block: a Drive, or a boundary."""
+    """Conflicts between the keys of a drive, as (key, text); block: a Drive, or a boundary."""
     given = [n for n in Drive.model_fields if getattr(block, n, None) is not None]
     laws, found = [n for n in FACE_LAWS if n in given], []
     if len(laws) > 1:

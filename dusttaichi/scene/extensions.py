@@ -171,7 +171,7 @@ def _run(extension: Extension, source: bytes) -> None:
 
 
 def _said(error: BaseException, path: str) -> str:
-    """What was raised, and where in the file, in one line."""
+    """Exception and its line in the file, in one line."""
     frames = traceback.extract_tb(error.__traceback__)
     line = next((frame.lineno for frame in reversed(frames) if frame.filename == path), None)
     where = path if line is None else f"{path}, line {line}"

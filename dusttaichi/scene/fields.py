@@ -1,4 +1,4 @@
-"""What all blocks of a scene share: the frozen base class, plain numbers, on/off switches."""
+"""Parts of all blocks of a scene: the frozen base class, plain numbers, on/off switches."""
 
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
@@ -74,7 +74,7 @@ class Number:
 
     @property
     def needed(self) -> str:
-        """What is allowed, as the end of an error message."""
+        """Allowed values, as the end of an error message."""
         limits = [
             f" {words} {getattr(self, key):.12g}"
             for key, words in BOUNDS.items()

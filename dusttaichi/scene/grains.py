@@ -72,7 +72,7 @@ class GrainsScene(Scene):
 
     @property
     def all_materials(self) -> tuple[Material, ...]:
-        """What grains may be made of, by number: the material, which walls have too, and others."""
+        """Materials of the grains, by number: the material, which walls have too, and others."""
         return (self.material, *self.materials.values())
 
     @property

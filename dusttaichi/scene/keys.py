@@ -114,7 +114,7 @@ def _key(path: str, item: FieldInfo) -> Key:
 
 
 def _allowed(item: FieldInfo) -> str:
-    """What may stand there, in the words of an error message about it."""
+    """Allowed values of a key, in the words of an error message about it."""
     parts = _parts(item)
     said = next((part.needed for part in parts if hasattr(part, "needed")), "")
     words = dict.fromkeys(word for part in parts for word in _literals(part))

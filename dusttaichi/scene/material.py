@@ -1,4 +1,4 @@
-"""What the grains are made of."""
+"""Materials of the grains."""
 
 from typing import Annotated, Any, ClassVar
 

@@ -20,12 +20,12 @@ PRESETS: dict[str, dict[str, Any]] = {
     "balanced": {"step_fraction": 0.2, "precision": "mixed", "newton_steps": 1},
     "reference": {"step_fraction": 0.05, "precision": "f64", "newton_steps": 3},
 }
-"""What `accuracy` sets where the YAML does not say otherwise: numerics alone, no physics, but for
+"""Presets of `accuracy` where the YAML does not say otherwise: numerics alone, no physics, but for
 a draft, whose grains are heavier and softer."""
 
 
 class CommonNumerics(Block):
-    """What every method knows of how the equations are solved."""
+    """Numerics of every method: how the equations are solved."""
 
     time_step: Annotated[float | Literal["auto"], Quantity("time", gt=0, word="auto")] = Field(
         "auto",
@@ -126,5 +126,5 @@ class Numerics(CommonNumerics):
 
     @property
     def preset(self) -> dict[str, Any]:
-        """What the preset of `accuracy` sets where nothing else is given."""
+        """Values of the preset of `accuracy`, where nothing else is given."""
         return PRESETS[self.accuracy]

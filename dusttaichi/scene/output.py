@@ -1,4 +1,4 @@
-"""What is written, how often and where."""
+"""Output: what is written, how often and where."""
 
 from pathlib import Path
 from typing import Annotated, Any, Literal

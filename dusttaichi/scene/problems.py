@@ -145,7 +145,7 @@ def _text(root: type[BaseModel], item: dict, data: Any) -> str:
 
 
 def _block_needed(blocks: list[type[BaseModel]], given: Any) -> str:
-    """What to write where a block belongs; `given` may be the kind of one of them."""
+    """Advice what to write where a block belongs; `given` may be the kind of one of them."""
     for key in ("kind", "model"):
         for block in blocks:
             item = block.model_fields.get(key)
@@ -238,7 +238,7 @@ def _tags(block: type[BaseModel]) -> set[str]:
 
 
 def _hint(root: type[BaseModel], loc: Path, data: Any) -> str:
-    """What a missing key needs."""
+    """Value that a missing key needs."""
     for block in _blocks(root, loc[:-1], data):
         item = block.model_fields.get(str(loc[-1]))
         if item is None:

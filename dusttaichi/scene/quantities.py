@@ -18,7 +18,7 @@ from dusttaichi.scene.fields import Mark
 
 @dataclass(frozen=True)
 class Dimension:
-    """What a kind of quantity is called, its SI unit, an example, and the units `format` uses.
+    """Kind of quantity: its name, its SI unit, an example, and the units `format` uses.
 
     `powers`: unit -> power of ten relative to the SI unit; the first listed wins a tie.
     """
@@ -125,7 +125,7 @@ def _root(unit: str) -> tuple[Decimal, str]:
 
 @lru_cache(maxsize=1024)
 def _factor(unit: str, dimension: str) -> Decimal:
-    """What a number with this unit is multiplied by to be in SI. ValueError as `_convert`."""
+    """Factor from this unit to SI. ValueError as `_convert`."""
     kind, unit = DIMENSIONS[dimension], re.sub("[µμ](?=[A-Za-z])", "u", unit)
     if unit in kind.powers:  # most units: without waiting for pint
         return Decimal(1).scaleb(kind.powers[unit])
@@ -248,7 +248,7 @@ class Quantity(Mark):
 
     @property
     def needed(self) -> str:
-        """What is allowed, as the end of an error message."""
+        """Allowed values, as the end of an error message."""
         kind = DIMENSIONS[self.dimension]
         names = {"gt": "above", "ge": "of at least", "lt": "below", "le": "at most"}
         limits = [

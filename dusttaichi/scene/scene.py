@@ -45,7 +45,7 @@ def check_names(materials: dict[str, Any]) -> dict[str, Any]:
 
 
 class Scene(Block):
-    """What defines a run, whatever the method; all quantities are SI floats.
+    """Definition of a run, whatever the method; all quantities are SI floats.
 
     Each method has a scene class of its own, with further blocks (GrainsScene), which `from_dict`
     chooses by the key `method`.
@@ -125,7 +125,7 @@ class Scene(Block):
         return self
 
     def conflicts(self) -> list[tuple[str, str]]:
-        """What is wrong between the blocks, as (dotted path, text)."""
+        """Conflicts between the blocks, as (dotted path, text)."""
         return checks.check(self)
 
     @property
@@ -178,7 +178,7 @@ class Scene(Block):
 
     @property
     def imported_texts(self) -> list[str]:
-        """What results and checkpoints say of them: a line for each, its name and its digest."""
+        """Lines for results and checkpoints: the name and the digest of each."""
         return [str(extension) for extension in self._imported]
 
     @classmethod
@@ -247,7 +247,7 @@ class Scene(Block):
         return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=1000)
 
     def _repr_html_(self) -> str:
-        """What a notebook shows of the scene: its blocks in brief, and all of it to unfold."""
+        """HTML for a notebook: the blocks in brief, and all of the scene to unfold."""
         data = {k: v for k, v in yaml.safe_load(self.to_yaml()).items() if v not in (None, [], {})}
         rows = "".join(
             f"<tr><th style='text-align:left'>{key}</th><td style='text-align:left'>"

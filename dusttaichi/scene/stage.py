@@ -15,7 +15,7 @@ _NAME = r"^[A-Za-z0-9][A-Za-z0-9_-]{0,39}$"
 
 
 class StageOutput(Block):
-    """What a stage writes; auto: as in `output`."""
+    """Output of a stage; auto: as in `output`."""
 
     series: OptionalInterval = Field("auto", description="interval of the time series")
     profiles: OptionalInterval = Field("auto", description="interval of the vertical profiles")

@@ -24,7 +24,7 @@ class Bounds(Block):
         return self
 
     def crossed(self, value: float) -> str:
-        """What has been crossed, as the end of a sentence; "" where nothing has been."""
+        """Threshold that has been crossed, as the end of a sentence; "" where none has been."""
         if self.above is not None and value >= self.above:
             return f"{self.above / 1e3:.6g} kPa"
         if self.below is not None and value <= self.below:

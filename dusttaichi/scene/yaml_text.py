@@ -157,7 +157,7 @@ class _Reader:
 
 
 def _scalar(node: yaml.ScalarNode) -> Any:
-    """What a scalar stands for: a text, a number, true, false or nothing."""
+    """Value of a scalar: a text, a number, true, false or nothing."""
     name = node.tag.removeprefix(_TAG)
     if name == "str":
         return _text(node)

@@ -35,7 +35,7 @@ class Timed:
         self._worker = Worker(task, kernels=kernels)
 
     def ask(self, do: str, **arguments) -> dict:
-        """What the task answers to `do`. Raises DustError with what went wrong."""
+        """Answer of the task to `do`. Raises DustError with what went wrong."""
         answer = self._worker.ask(do=do, **arguments)
         if answer.code == LOST:
             raise DustError(answer.text.replace("the process", "A process of the benchmark"))
@@ -187,5 +187,5 @@ def _time(span):
 
 
 def answer(parent, *, do, **arguments):
-    """What the worker answers. do: "build" a scene, or "time" it."""
+    """Answer of the worker. do: "build" a scene, or "time" it."""
     return {"build": _build, "time": _time}[do](**arguments)

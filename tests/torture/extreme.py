@@ -22,7 +22,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.run import execute
 from dusttaichi.scene import from_yaml, quantities
 
-SECONDS = 240  # of processor time; of a scene here some one
+SECONDS = 1200  # of processor time; few scenes take more than one, the finest of them minutes
 BYTES = 12_000_000_000
 STEPS = 30
 GRAINS = (

@@ -1,4 +1,4 @@
-"""What a run of the continuum means: intrusion, filling factors, pieces, beside the laboratory."""
+"""Analysis of continuum runs: intrusion, filling factors, fragments, beside the laboratory."""
 
 from dusttaichi.analysis.continuum import laboratory
 from dusttaichi.analysis.continuum.filling import (

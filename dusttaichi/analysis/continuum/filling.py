@@ -30,7 +30,7 @@ class AxisProfile:
 
 
 def projectile_of(run):
-    """What the result says of the rigid body that falls on dust: a dict with name, diameter ...
+    """Rigid body that falls on dust, from the result: a dict with name, diameter ...
 
     Raises DustError where there is none.
     """

@@ -1,4 +1,4 @@
-"""What the laboratory has measured of beads that fall on dust (Güttler et al. 2009)."""
+"""Laboratory results of beads that fall on dust (Güttler et al. 2009)."""
 
 import numpy as np
 

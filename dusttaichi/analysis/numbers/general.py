@@ -1,4 +1,4 @@
-"""What every run has: its end, its ledger, its size, how long it took."""
+"""Numbers of every run: its end, its ledger, its size, its wall time."""
 
 from functools import cached_property
 

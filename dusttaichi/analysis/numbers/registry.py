@@ -1,4 +1,4 @@
-"""What a row of the registry of numbers says, and how tables show it."""
+"""Rows of the registry of numbers, and their formatting in tables."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -156,7 +156,7 @@ def uncertainty(name: str, unit: str = "1", **more: Any) -> Observable:
 
 
 def reason(error: Exception) -> str:
-    """What an exception says, with its type where it is a mistake in the code."""
+    """Message of an exception, with its type where it is a mistake in the code."""
     return str(error) if isinstance(error, DustError) else f"{type(error).__name__}: {error}"
 
 

@@ -13,7 +13,7 @@ def _last(prefix, tests):
 
 
 def _measured(prefix, find, own):
-    """What measures one kind of test. find: from a Run to all of them; own: what their line of
+    """Measurement of one kind of test. find: from a Run to all of them; own: what their line of
     friction calls its numbers."""
 
     def measure(run):

@@ -196,7 +196,7 @@ class ContactPass:
     def change(
         self, g: ti.template(), b, lane, tile: ti.template(), dt, kind_numbers, place, state
     ):
-        """What it costs that a contact has formed (state 2) or broken (-1): its potential, less
+        """Losses of a contact that has formed (state 2) or broken (-1): its potential, less
         what the half kick of the step has done with it. One that breaks is taken where it was a
         step ago, and forgets its history."""
         p = self.numbers.of_contact(self.kind, b, lane, kind_numbers)
@@ -234,7 +234,7 @@ class ContactPass:
     def release(
         self, tile: ti.template(), b, lane, k: ti.template(), h: ti.template(), p, dt, place
     ):
-        """What the springs of a contact that breaks have stored. A spring that breaks has worked
+        """Energy stored in the springs of a breaking contact. A spring that breaks has worked
         for half a step less than its displacement says."""
         strength = self.gatherer.strength(place)
         point_as_kept(k, h, p, self.flat)

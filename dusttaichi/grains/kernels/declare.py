@@ -1,4 +1,4 @@
-"""What a simulation holds, declared once: fields, checkpoint and documentation derive from it."""
+"""Declaration of all state: fields, checkpoint and documentation derive from it."""
 
 from dataclasses import dataclass
 from typing import NamedTuple

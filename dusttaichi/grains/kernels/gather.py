@@ -25,7 +25,7 @@ TOP = WALLS.index("top")
 
 @ti.data_oriented
 class Gatherer:
-    """What gatherers share: columns of a local array, a number of each for every lane."""
+    """Base class of gatherers: columns of a local array, a number of each for every lane."""
 
     flat = False  # the second body is a wall
 

@@ -24,7 +24,7 @@ RADII = {
     "inv_sum": Number("m^-1", "one over the sum of the radii, 0 for a wall"),
     "mass": Number("kg", "reduced mass"),
 }
-"""What every contact has, whatever its laws."""
+"""Numbers of every contact, whatever its laws."""
 
 
 def declared(model):

@@ -54,7 +54,7 @@ class Passes:
 
 @ti.data_oriented
 class Phases:
-    """What a step does with a part of the grains, and with a tile of contacts of each kind."""
+    """Phases of a step on a part of the grains, and on a tile of contacts of each kind."""
 
     def __init__(self, fields, layout, walls):
         self.fields, self.counts, self.sync = fields, fields["counts"], fields["sync"]

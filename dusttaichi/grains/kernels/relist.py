@@ -15,7 +15,7 @@ from dusttaichi.grains.kernels.store import (
 
 @ti.data_oriented
 class KeptRows:
-    """What contacts keep, carried from the lists of the search before to the new ones. Loads are
+    """History of the contacts, carried from the lists of the last search to the new ones. Loads are
     computed again after that: their rows hold the old history meanwhile."""
 
     def __init__(self, fields, layout):

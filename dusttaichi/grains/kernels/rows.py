@@ -42,7 +42,7 @@ class Rows:
 
     @ti.func
     def history(self, b, lane):
-        """What a contact has kept."""
+        """History of a contact."""
         return self.History(
             **{name: self.table[b, first, lane] for name, first in self.scalars},
             **{name: self.vector(b, first, lane) for name, first in self.vectors},

@@ -30,7 +30,7 @@ LOADS = 9  # force on the first body of a contact, torques on both
 
 @dataclass(frozen=True)
 class Layout:
-    """What a scene needs, and where the numbers of its contacts are."""
+    """Options of a scene that are compiled in, and the rows of the field of contacts."""
 
     width: int  # lanes of a block
     tile: int  # blocks of a tile

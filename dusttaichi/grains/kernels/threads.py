@@ -95,7 +95,7 @@ class ContactThreads(ContactPass):
 
 @ti.data_oriented
 class Threads:
-    """What a thread does with its grain, its contact, its share of the contacts with the sphere.
+    """Work of a thread on its grain, its contact, its share of the contacts with the sphere.
 
     phases: Phases of the same scene. frames, rates, planes: fields of what is known of the cell and
     of the walls at the steps to come (kernels.device).

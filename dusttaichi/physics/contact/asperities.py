@@ -91,7 +91,7 @@ def form(k: ti.template(), h: ti.template(), p, dt, push):
 
 @ti.func
 def pending(k: ti.template(), h: ti.template(), p, dt, push):
-    """What half of the impulse, in half of the change of speed, has taken up to now; push: force
+    """Energy taken by half of the impulse, in half of the change of speed, up to now; push: force
     along n_c with that of the impulse."""
     return -0.5 * h.touch_impulse * (h.touch_speed + (0.25 * dt / p.mass) * push)
 

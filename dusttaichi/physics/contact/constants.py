@@ -1,4 +1,4 @@
-"""What all laws of a contact have in common: radii, JKR's scales, the constants of a contact.
+"""Constants that all contact laws share: radii, JKR's scales, stiffnesses.
 
 Everything here is in SI and imports no Taichi; the formulas hold in any consistent units, and
 `grains.kernels.polydisperse` uses the same ones in internal units. Symbols: r radius, R reduced
@@ -142,7 +142,7 @@ class ContactConstants(Interface):
 
     @property
     def rest_overlap(self):
-        """What the distance of the centres is short of the sum of the radii at rest [m]."""
+        """Overlap at rest: sum of the radii less the distance of the centres [m]."""
         return self.delta0 - self.gap
 
     @property

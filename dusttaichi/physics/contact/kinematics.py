@@ -136,7 +136,7 @@ def wall_motion(Motion: ti.template(), overlap, normal, dv, w1, dt):
 
 @ti.func
 def rotation(n, angle):
-    """What the rotation by the vector `angle` adds to n, to second order."""
+    """Change of n under the rotation by the vector `angle`, to second order."""
     return angle.cross(n + 0.5 * angle.cross(n))
 
 

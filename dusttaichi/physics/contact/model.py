@@ -18,7 +18,7 @@ COMMON = {
     "zeta": History("m", "sliding displacement (S12 eqs 9, 24)", 3),
     "touched": History("1", "1 where the contact touches"),
 }
-"""What every contact keeps, whatever its effects: where its pointers are."""
+"""History of every contact, whatever its effects: its displacements."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class ContactModel:
 
 @ti.data_oriented
 class Mechanics:
-    """What the effects of a ContactModel make of one contact, in the float type `real`.
+    """Evaluation of the effects of a ContactModel on one contact, in the float type `real`.
 
     k: Motion of the contact (kinematics). h: struct of its history, by the names that the model
     says. p: its numbers. flat: whether the second body is a wall.

@@ -19,7 +19,7 @@ def slope_ratio(phi, m):
 
 
 def impossible(m):
-    """What is wrong with the MaterialNumbers m, as (dotted path of the block, text)."""
+    """Problems of the MaterialNumbers m, as (dotted path of the block, text)."""
     start = m.rho_i / m.rho_s
     if start >= m.phi_2:
         return [

@@ -16,7 +16,7 @@ TINY = 1e-30
 
 
 def stretched(L, dt, mu):
-    """What the strain of a step adds to S [Pa]: 2 mu (D - tr D/3) dt, in plane strain too."""
+    """Increment of S by the strain of a step [Pa]: 2 mu (D - tr D/3) dt, in plane strain too."""
     D = 0.5 * (L + L.transpose())
     return 2.0 * mu * dt * (D - D.trace() / 3.0 * unit(D))
 

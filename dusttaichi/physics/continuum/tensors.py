@@ -1,4 +1,4 @@
-"""What a formula on tensors needs that NumPy and Taichi call differently."""
+"""Tensor operations that NumPy and Taichi name differently."""
 
 import numpy as np
 

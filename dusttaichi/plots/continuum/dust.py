@@ -24,7 +24,7 @@ WIDTH, TALLEST = 6.0, 7.0  # of the figure [inches]
 
 
 def values_of(frame, color):
-    """What a ParticleFrame is coloured by, (N,), in SI; not a number of what is rigid, and of what
+    """Values that colour a ParticleFrame, (N,), in SI; not a number of what is rigid, and of what
     is elastic no filling factor.
 
     Raises DustError for a colour that there is not.

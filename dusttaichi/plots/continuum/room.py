@@ -1,4 +1,4 @@
-"""What figures of the continuum share: to which of its runs they apply."""
+"""Conditions of the figures of the continuum: to which runs they apply."""
 
 
 def intrudes(run):

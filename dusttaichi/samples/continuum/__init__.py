@@ -62,7 +62,7 @@ REACH = 2.6  # of the neighbour lists in smoothing lengths (continuum.search)
 
 
 def matter_of(scene) -> Matter:
-    """What the bodies of a scene are made of."""
+    """Materials of the bodies of a scene."""
     first, *others = (
         Matter(
             dimension=scene.dimension,

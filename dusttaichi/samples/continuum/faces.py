@@ -1,4 +1,4 @@
-"""What is at the faces of the room: dust that is held, rigid walls, mirror planes."""
+"""Faces of the box: layers of fixed dust, rigid walls, mirror planes."""
 
 from __future__ import annotations
 

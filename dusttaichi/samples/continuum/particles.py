@@ -1,4 +1,4 @@
-"""What a body of the continuum is before the first step: particles, each a piece of material."""
+"""Bodies of the continuum before the first step: particles of material."""
 
 from __future__ import annotations
 

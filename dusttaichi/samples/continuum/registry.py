@@ -75,7 +75,7 @@ def lifted(points: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Matter:
-    """What bodies are made of, and how finely: all that a sample needs of its scene [SI].
+    """Material and spacing of bodies: all that a sample needs of its scene [SI].
 
     dimension: 2 or 3. spacing [m] of nearest particles. solid [kg/m^3]: density of the solid;
     filling_factor: of the dust at the start. least, most: filling factors that the material allows.
@@ -118,7 +118,7 @@ class BodyBlock(Block):
         return []
 
     def conflicts(self, scene) -> Found:
-        """What does not go with the scene's other blocks, as (dotted path below this, text)."""
+        """Conflicts with the scene's other blocks, as (dotted path below this, text)."""
         found = []
         for name in ("size", "position", "velocity", "offset"):
             value = getattr(self, name, None)
@@ -144,7 +144,7 @@ class BodyBlock(Block):
 
 
 class FreeBody(BodyBlock):
-    """What every single body may say: where it is and how it moves."""
+    """Keys of every single body: where it is and how it moves."""
 
     position: Place | None = Field(
         None, description="[x, z], in three dimensions [x, y, z]: where its own origin comes to lie"
@@ -170,7 +170,7 @@ MATERIAL = "name of one of the scene's `materials` that it is made of; default: 
 
 
 class DustBody(FreeBody):
-    """What every single body of dust may say: what it is made of."""
+    """Keys of every single body of dust: its material."""
 
     material: str | None = Field(None, description=MATERIAL)
 

@@ -165,7 +165,7 @@ def _softening(scene) -> Found:
 
 
 def _stiffness_of_stages(scene):
-    """What keeps stages from having a stiffness of their own."""
+    """Problems of stages with a stiffness of their own."""
     if scene.stages and (own := scene.stages[0].drive.stiffness_scaling) is not None:
         text = f"the first stage has that of numerics; give numerics.stiffness_scaling: {own:g}"
         return [("stages.0.drive.stiffness_scaling", text)]
@@ -185,7 +185,7 @@ def _stiffness_of_stages(scene):
 
 
 def _too_soft(material, scale):
-    """What is wrong with a Material softened so much; None where nothing is."""
+    """Problem of a Material softened so much; None where there is none."""
     R = constants.reduced_radius(material.radius, material.radius)
     a0 = constants.equilibrium_contact_radius(
         material.surface_energy, R, constants.reduced_modulus(material)
@@ -205,7 +205,7 @@ def _too_soft(material, scale):
 
 
 def _elastic(scene):
-    """What a scene is about that goes with the stiffness of contacts; None where nothing does."""
+    """Reason why a scene depends on the stiffness of contacts; None where it does not."""
     if scene.push or push.of_stages(scene):
         return "a push is answered at the speed of sound"
     if scene.sphere is not None and not scene.sphere.driven:

@@ -1,4 +1,4 @@
-"""What is written must come due, and what is measured must mean something."""
+"""Checks that outputs come due and that measurements mean something."""
 
 from dusttaichi import method
 from dusttaichi.names import AXES

@@ -178,7 +178,7 @@ def _outer(inner):
 
 
 def _predicted(rows, values, held):
-    """What materials (materials, parameters) show in place of the rows, (rows, materials)."""
+    """Predictions of materials (materials, parameters) for the rows, (rows, materials)."""
     m = numbers_of(values, **held)
     of_test = defaultdict(list)
     for number, (test, _) in enumerate(rows):

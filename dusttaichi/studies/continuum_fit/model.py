@@ -61,7 +61,7 @@ def stresses(test, m):
 
 
 def predicted(test, found, m):
-    """What points of the materials m show in place of the Observations `found`, (found, m)."""
+    """Predictions of the materials m for the Observations `found`, (found, m)."""
     history = stresses(test, m)
     return np.array(
         [

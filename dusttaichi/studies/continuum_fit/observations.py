@@ -1,4 +1,4 @@
-"""What grain runs show of a material: pressures of flow, slopes of letting go, largest tensions."""
+"""Observations of a material in grain runs: flow pressures, unloading slopes, largest tensions."""
 
 from dataclasses import dataclass
 

@@ -55,7 +55,7 @@ class Threads:
 
 
 class Link:
-    """What a Dask task knows of the client: an event to stop, and a topic to report progress on."""
+    """Link of a Dask task to the client: an event to stop, and a topic to report progress on."""
 
     def __init__(self, name):
         self.name = name

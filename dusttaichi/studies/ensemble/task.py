@@ -1,4 +1,4 @@
-"""What a worker process does for a run of an ensemble."""
+"""Task of a worker process for a run of an ensemble."""
 
 
 def run(parent, *, scene, directory, mode, error_bar):

@@ -86,7 +86,7 @@ def _tried(cells, kept, count, report):
 
 
 def _mark(cell):
-    """What tells a cell from others, and from the same cell of another version."""
+    """Key of a cell, which differs between versions too."""
     return json.dumps([__version__, cell.to_dict()], sort_keys=True)
 
 

@@ -17,7 +17,7 @@ SHORTEST = 0.5  # s that a stretch of steps is timed for, three of them
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a scene came to: largest difference from the stored state and what is allowed, residual
+    """Result of a scene: largest difference from the stored state and what is allowed, residual
     of the ledger as a share of the energy that has gone through it, searches on the way, and
     whether a second run gave the same bits."""
 

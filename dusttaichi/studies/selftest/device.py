@@ -1,4 +1,4 @@
-"""What a backend runs on: its name and memory."""
+"""Device of a backend: its name and memory."""
 
 import ctypes
 import os

@@ -58,7 +58,7 @@ CHANGES = {
         "output": {"stress": True},
     },
 }
-"""What each scene has beside BASE, or in the place of it."""
+"""Keys of each scene beside BASE, or in place of its own."""
 
 # Of the largest position, velocity or spin, each by itself. Compilers fuse a multiplication and an
 # addition here and not there, and devices divide in another way: rounding (1e-16), which some
@@ -77,7 +77,7 @@ def scene(name, backend):
 
 
 def tolerance(name):
-    """What the state of a scene may differ from the stored one by."""
+    """Tolerance of the state of a scene against the stored one."""
     return TOLERANCE[CHANGES[name].get("numerics", BASE["numerics"])["precision"]]
 
 

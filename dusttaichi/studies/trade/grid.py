@@ -132,7 +132,7 @@ def _row(base, folder, setting, n):
 
 
 def _measured(folder):
-    """What is kept of a run: numbers by name, as text."""
+    """Stored numbers of a run by name, as text."""
     from dusttaichi import analysis
     from dusttaichi.analysis import observables
     from dusttaichi.analysis.ledger import losses_by_channel

@@ -1,4 +1,4 @@
-"""What an error is worth: beside the scatter of seeds, the reference's own, and the tolerance."""
+"""Judgement of an error: beside the scatter of seeds, the reference's own, and the tolerance."""
 
 import math
 from dataclasses import dataclass

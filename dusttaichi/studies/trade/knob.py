@@ -1,4 +1,4 @@
-"""What `dust trade` turns in the scenes of a method."""
+"""Parameters that `dust trade` varies in the scenes of a method."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from dusttaichi.method import attribute, of
 
 @dataclass(frozen=True)
 class Knob:
-    """What can be turned. rungs: from the base scene to rows (text, changes), or, where the scene
+    """Parameter that can be varied. rungs: from the base scene to rows (text, changes), or where it
     has nothing to turn, a text that says why."""
 
     name: str
@@ -20,7 +20,7 @@ class Knob:
 
 @dataclass(frozen=True)
 class Knobs:
-    """What a Method has for `dust trade`, as its `knobs`.
+    """Parameters of a Method for `dust trade`, as its `knobs`.
 
     knobs: all of them. presets(scene): Points that are tried beside the ladders, the converged
     reference among them. check(scene): the Point that tells the error of the reference itself.

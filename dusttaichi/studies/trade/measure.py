@@ -20,7 +20,7 @@ QUICK_SEEDS, SEEDS = 2, 4
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a trade is to find out.
+    """Plan of a trade.
 
     names: of the knobs. quick: three rungs a knob. seeds: how many in all. tolerance: the largest
     error, a share. observable: name of the number whose error decides, or None for the first.
@@ -41,7 +41,7 @@ class Wanted:
 
 
 class Watcher:
-    """What a trade tells of its progress: here, nothing."""
+    """Progress of a trade: none is reported here."""
 
     def log(self, text):
         """A line of text."""

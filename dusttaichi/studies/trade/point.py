@@ -6,8 +6,8 @@ from dusttaichi.analysis.observables import Measured
 
 NUMERICAL, PHYSICAL, SAMPLE = "numerical", "physical", "sample"
 KINDS = (NUMERICAL, PHYSICAL, SAMPLE)
-"""What a knob changes: how the same equations are solved or read; the equations or the way the
-sample is driven; the sample itself."""
+"""Kind of change by a parameter: how the same equations are solved or read; the equations or the
+way the sample is driven; the sample itself."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What a trade leaves: the dataset, and the rows and sentences that a command prints."""
+"""Report of a trade: the dataset, and the rows and sentences that a command prints."""
 
 import math
 

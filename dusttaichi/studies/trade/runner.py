@@ -101,7 +101,7 @@ class Runner:
             done(point, self.known[key])
 
     def _key(self, point, scene):
-        """What makes a point another one."""
+        """Identity of a point."""
         core = core_of(scene.to_yaml())
         core.pop("name", None)
         paired = point.paired and self.pairs

@@ -1,4 +1,4 @@
-"""What a worker process does for a point of a trade: the run, and the core-seconds of its steps."""
+"""Task of a worker process for a point of a trade: the run, and the core-seconds of its steps."""
 
 import time
 
@@ -52,7 +52,7 @@ class Meter:
             self.cost, self.steps, self.costs = cost / times, [0], [0.0]
 
     def found(self):
-        """What to report of the costs, however the run ended."""
+        """Costs to report, however the run ended."""
         costs = [*self.steps, self.made], [*self.costs, self.cost]
         return {"cost": self.cost, "costs": costs}
 

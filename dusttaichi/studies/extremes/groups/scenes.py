@@ -1,4 +1,4 @@
-"""What the scenes of the map have in common."""
+"""Base of the scenes of the map."""
 
 BASE = {
     "name": "extremes",
