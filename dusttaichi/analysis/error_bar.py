@@ -1,4 +1,4 @@
-"""The error of the time step, from stretches of a run that were run again at half of it."""
+"""The error of the time step, from segments of a run that were run again at half of it."""
 
 from dataclasses import dataclass
 
@@ -37,10 +37,10 @@ SHOWN = (
 
 @dataclass(frozen=True)
 class Estimate:
-    """A quantity over all stretches, and how much of it is due to the time step [unit].
+    """A quantity over all segments, and how much of it is due to the time step [unit].
 
-    value: mean of the run's own values over the stretches. error: by how much it is too large at
-    the run's step. scatter: standard error of that; not a number with a single stretch of two
+    value: mean of the run's own values over the segments. error: by how much it is too large at
+    the run's step. scatter: standard error of that; not a number with a single segment of two
     levels. relative_error, relative_scatter: over the mean size of the quantity. resolved: the
     error stands out of the scatter (95 %).
     """
@@ -58,14 +58,14 @@ class Estimate:
 class ErrorBar:
     """Estimates by quantity (QUANTITIES, loss_CHANNEL).
 
-    stretches: (first step, steps) each. share: of the run's steps in them. cost: time it took over
+    segments: (first step, steps) each. share: of the run's steps in them. cost: time it took over
     that of the run (None where not known). whole: the run itself, run again at a half and a quarter
-    of its step. time_step [s]. apart: root mean square distance of grains at the end of a stretch
-    between dt and dt/2, median [m]. residual: worst of the ledger in a stretch, at dt and dt/2.
+    of its step. time_step [s]. apart: root mean square distance of grains at the end of a segment
+    between dt and dt/2, median [m]. residual: worst of the ledger in a segment, at dt and dt/2.
     """
 
     estimates: dict
-    stretches: tuple
+    segments: tuple
     share: float
     cost: float | None
     whole: bool
@@ -87,7 +87,7 @@ def error_bar(run):
     estimate = of_levels if whole else of_stretches
     return ErrorBar(
         estimates={name: estimate(v, _unit(name)) for name, v in values.items() if v[:, 0].any()},
-        stretches=tuple((s["step"], s["steps"]) for s in found),
+        segments=tuple((s["step"], s["steps"]) for s in found),
         share=sum(s["steps"] for s in found) / data["run_steps"],
         cost=data["cost"],
         whole=whole,
@@ -102,9 +102,9 @@ def _unit(name):
 
 
 def of_stretches(values, unit="1"):
-    """Estimate from values at dt and dt/2 of several stretches, (stretches, 2).
+    """Estimate from values at dt and dt/2 of several segments, (segments, 2).
 
-    The relative error is the sum of the differences over the sum of the sizes, so that a stretch
+    The relative error is the sum of the differences over the sum of the sizes, so that a segment
     counts by what it has; its standard error is that of a ratio of means.
     """
     values = np.asarray(values, float)
@@ -180,8 +180,8 @@ def error_bar_rows(bar, of_filling_factor=None):
     if bar.whole:
         where = f"the whole run at {dt:.4g}, {dt / 2:.4g} and {dt / 4:.4g} ns"
     else:
-        steps = sum(steps for _, steps in bar.stretches)
-        where = f"{len(bar.stretches)} stretches, {steps:,} steps ({bar.share:.0%}), at {dt:.4g} "
+        steps = sum(steps for _, steps in bar.segments)
+        where = f"{len(bar.segments)} segments, {steps:,} steps ({bar.share:.0%}), at {dt:.4g} "
         where += f"and {dt / 2:.4g} ns"
     cost = "" if bar.cost is None else f"; {bar.cost:.0%} of the run's time"
     rows = [("error bar of the time step", where + cost, "")]
@@ -204,5 +204,5 @@ def estimate_text(estimate):
         text += f" ± {100 * estimate.relative_scatter:.2g}"
     text += " %"
     if not np.isfinite(estimate.relative_scatter):
-        return f"{text} (one stretch: scatter not known)"
+        return f"{text} (one segment: scatter not known)"
     return text if estimate.resolved else f"{text} (no more than its scatter)"

@@ -1,7 +1,7 @@
 """The compiler, in one place: every other module takes `ti` from here, and none imports Taichi.
 
-Its internals are patched here too (compute/reading.py, compute/telling.py say what is won), only in
-the versions that the patches were tested with, and never with `numerics.debug: true`.
+Its internals are patched here too (see compute/taichi_patches.py and compute/kernel_arguments.py),
+only in the versions that the patches were tested with, and never with `numerics.debug: true`.
 """
 
 from functools import cache
@@ -36,9 +36,9 @@ def _patches():
     that was not tested."""
     if VERSION not in PATCHED:
         return []
-    from dusttaichi.compute import reading, telling
+    from dusttaichi.compute import kernel_arguments, taichi_patches
 
-    found = [*reading.patches(), *telling.patches()]
+    found = [*taichi_patches.patches(), *kernel_arguments.patches()]
     return [(holder, name, getattr(holder, name), ours) for holder, name, ours in found]
 
 

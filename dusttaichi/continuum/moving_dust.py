@@ -6,7 +6,7 @@ import numpy as np
 
 from dusttaichi import units
 from dusttaichi.compute.worker_choice import WorkerChoice
-from dusttaichi.continuum import measure, record, trust
+from dusttaichi.continuum import measure, record, validity
 from dusttaichi.continuum.build import build
 from dusttaichi.continuum.kernels.store import CENTRE, CHANNELS, FACES
 from dusttaichi.continuum.surroundings import domain_of
@@ -81,9 +81,9 @@ class MovingDust(SimpleSimulation):
     def measure(self):
         return measure.measurement(self.sim, self.started)
 
-    def trust(self, measurement):
-        trust.check(self.sim, measurement)
-        trust.check_inside(self.sim, self.around.box, self._flying)
+    def validate(self, measurement):
+        validity.validate(self.sim, measurement)
+        validity.check_inside(self.sim, self.around.box, self._flying)
 
     def sums(self):
         # over time in us, as a window has it, the mean is a force in N; that on an elastic body is

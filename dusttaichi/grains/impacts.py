@@ -6,7 +6,7 @@ from math import inf
 
 from dusttaichi.errors import DustError
 from dusttaichi.grains.grain_contacts import contact_constants
-from dusttaichi.grains.trust import LARGEST_OVERLAP
+from dusttaichi.grains.validity import LARGEST_OVERLAP
 from dusttaichi.physics import encounter
 from dusttaichi.scene import quantities
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from dusttaichi import geometry, samples, units
 from dusttaichi.compute.worker_choice import WorkerChoice
-from dusttaichi.grains import record, trust
+from dusttaichi.grains import record, validity
 from dusttaichi.grains.build import build
 from dusttaichi.grains.changes import (
     change_stiffness,
@@ -87,8 +87,8 @@ class MovingGrains(SimpleSimulation):
     def measure(self):
         return measurement(self.sim)
 
-    def trust(self, measurement):
-        trust.check(self.sim, measurement)
+    def validate(self, measurement):
+        validity.validate(self.sim, measurement)
 
     def sums(self):
         out = {"lengths": self.sim.lengths()}
@@ -147,10 +147,10 @@ class MovingGrains(SimpleSimulation):
         return self.sim.grain_state()[0]
 
     def ends(self):
-        return self.sums() | stretch_ends(self.sim, self.plates)
+        return self.sums() | segment_ends(self.sim, self.plates)
 
     def compared(self, window, moments):
-        return stretch_compared(self.sim, window, moments, self.plates)
+        return segment_compared(self.sim, window, moments, self.plates)
 
     # -- result ----------------------------------------------------------------------------------
 
@@ -248,10 +248,10 @@ def features_of(scene, sample, sim):
     return {name for name, there in asked.items() if there}
 
 
-# -- a stretch, to compare steps ------------------------------------------------------------------
+# -- a segment, to compare steps ------------------------------------------------------------------
 
 
-def stretch_ends(sim, plates):
+def segment_ends(sim, plates):
     """Data at one end of a segment that its averages need, beside the sums."""
     out = {}
     if sim.box is not None:
@@ -261,8 +261,8 @@ def stretch_ends(sim, plates):
     return out
 
 
-def stretch_compared(sim, window, moments, plates):
-    """Name -> number [SI] of a stretch, see analysis.error_bar.QUANTITIES.
+def segment_compared(sim, window, moments, plates):
+    """Name -> number [SI] of a segment, see analysis.error_bar.QUANTITIES.
 
     window: Window of sums and ends. moments: Measurements on the way. plates: Plates or None.
     """

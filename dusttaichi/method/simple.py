@@ -62,7 +62,7 @@ class SimpleSimulation:
         now = {"snapshot_time": (self.began + self.time) * units.TIME, "step": self.step}
         return [(group, now | self.snapshot())]
 
-    def trust(self, measurement: Measurement) -> None:
+    def validate(self, measurement: Measurement) -> None:
         """The guard of the ledger, which is the run's, is enough."""
 
     def state(self) -> State:

@@ -117,7 +117,7 @@ class Simulation(Protocol):
     def records(self, group: str) -> list[tuple[str, dict]]:
         """Records [SI] of "profiles" or "snapshots" now, and of the groups that belong to them."""
 
-    def trust(self, measurement: Measurement) -> None:
+    def validate(self, measurement: Measurement) -> None:
         """Its own guards. Raises GuardStop; the guard of the ledger is the run's."""
 
     def state(self) -> State:
@@ -146,10 +146,10 @@ class Refinable(Simulation, Protocol):
         """Where the particles are [um], (n, 3), in an order that stays."""
 
     def ends(self) -> dict[str, np.ndarray]:
-        """The sums of now, and what else `compared` asks of the ends of a stretch."""
+        """The sums of now, and what else `compared` asks of the ends of a segment."""
 
     def compared(self, window: Window, moments: list[Measurement]) -> dict[str, float]:
-        """Numbers of a stretch that two steps are compared by [SI], beside the energies.
+        """Numbers of a segment that two steps are compared by [SI], beside the energies.
 
         window: `ends` at its two ends; moments: measurements evenly spaced over it.
         """

@@ -1,7 +1,7 @@
 """One run of a scene, whatever its method: from the YAML to result.nc, and on from a checkpoint.
 
 The way through: opening.py (new, kept, resumed) makes a Run; loop.py advances it; activities.py
-are what it does on the way; persistence.py is what is on disk; error_bar.py runs stretches again.
+are what it does on the way; persistence.py is what is on disk; error_bar.py runs segments again.
 """
 
 from pathlib import Path
@@ -40,7 +40,7 @@ def execute(
     estimate the error of the time step at the end (error_bar.py). report: called with a Report now
     and then; log: with sentences for the user. ready: called with the Simulation
     (dusttaichi.method), everything compiled, before its first step.
-    advancing: a context manager that is entered around every stretch of steps, to time them.
+    advancing: a context manager that is entered around every segment of steps, to time them.
     Raises DustError (bad input, an existing result, a full disk), GuardStop (with the result up to
     there kept), Interrupted (after flushing and a checkpoint).
     """

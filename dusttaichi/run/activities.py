@@ -217,7 +217,7 @@ class OwnRecords(Activity):
 
 
 class KeptStates(Activity):
-    """States on the way that the error bar may begin a stretch from (error_bar.States)."""
+    """States on the way that the error bar may begin a segment from (error_bar.States)."""
 
     def __init__(self, run, states):
         self.run, self.states = run, states

@@ -1,11 +1,11 @@
-"""The time-step error of a run: stretches of its trajectory are run again at half the step.
+"""The time-step error of a run: segments of its trajectory are run again at half the step.
 
 States of the run are kept on the way, evenly over what has been run so far. At the end each of
-them is taken up twice, at the run's step and at half of it, for the same stretch of time, and what
+them is taken up twice, at the run's step and at half of it, for the same segment of time, and what
 was measured is written into the result as the global attribute `error_bar`, from which
 analysis.error_bar makes the estimate. Any method that can halve its step has one. Grains of a dense
-sample part ways whatever the step, so averages over stretches are compared, and their scatter over
-the stretches goes with them. A run that is over in no time is run again as a whole, at a quarter of
+sample part ways whatever the step, so averages over segments are compared, and their scatter over
+the segments goes with them. A run that is over in no time is run again as a whole, at a quarter of
 the step too.
 """
 
@@ -26,8 +26,8 @@ from dusttaichi.run.state import Report
 FOLDER = ".error_bar"  # of a run directory, while the run goes on
 FIRST = 256  # steps between the first states
 MOST = 12  # states kept; at this number every other one goes
-SHARE = 0.05  # of the steps of the run, in all stretches together
-MOMENTS = 20  # of a stretch at which energies and counts are taken
+SHARE = 0.05  # of the steps of the run, in all segments together
+MOMENTS = 20  # of a segment at which energies and counts are taken
 REPORT_SECONDS = 0.25
 WORK, FEWEST = 1e7, 20  # grain-steps that are done in no time; grains that cost no less a step
 
@@ -104,7 +104,7 @@ class Stretch:
     levels: int
 
 
-def stretches_of(states, end, grains, stages):
+def segments_of(states, end, grains, stages):
     """Stretches for the states of a run (list of Kept) that ended at step `end`: a list.
 
     stages: how many the run has. None crosses the end of a stage.
@@ -121,11 +121,11 @@ def stretches_of(states, end, grains, stages):
     ]
     each = max(1, round(total / len(states)))
     found = [Stretch(state, min(each, free), 2) for state, free in zip(states, room, strict=True)]
-    return [stretch for stretch in found if 2 * stretch.steps > each]
+    return [segment for segment in found if 2 * segment.steps > each]
 
 
 class ErrorBar:
-    """The stretches of a run that has ended, run again on its Simulation, which is left elsewhere.
+    """The segments of a run that has ended, run again on its Simulation, which is left elsewhere.
 
     sim: a Refinable simulation (dusttaichi.method). states: the States of the run. report: called
     with (steps done, steps in all) now and then. pause: called often; may raise. log: called with
@@ -143,14 +143,14 @@ class ErrorBar:
         stages: how many the run has had; seconds: how long it took.
         """
         end, began = self.sim.step, real_time.perf_counter()
-        plan = stretches_of(self.states.kept(), end, self.sim.size, stages)
+        plan = segments_of(self.states.kept(), end, self.sim.size, stages)
         self.total = sum(s.steps * (2**s.levels - 1) for s in plan)
         found = []
-        for stretch in plan:
+        for segment in plan:
             try:
-                found.append(self._compare(stretch))
+                found.append(self._compare(segment))
             except GuardStop as stop:
-                self.log(f"error bar: without the stretch from step {stretch.state.step:,}: {stop}")
+                self.log(f"error bar: without the segment from step {segment.state.step:,}: {stop}")
         if not found:
             return None
         took = real_time.perf_counter() - began
@@ -161,24 +161,24 @@ class ErrorBar:
             "stretches": found,
         }
 
-    def _compare(self, stretch):
-        """One stretch at every level: the values by name are lists from the run's step down."""
-        levels = [self._run(stretch, level) for level in range(stretch.levels)]
+    def _compare(self, segment):
+        """One segment at every level: the values by name are lists from the run's step down."""
+        levels = [self._run(segment, level) for level in range(segment.levels)]
         numbers, places = zip(*levels, strict=True)
         return {
-            "step": stretch.state.step,
-            "steps": stretch.steps,
-            "stage": stretch.state.stage,
+            "step": segment.state.step,
+            "steps": segment.steps,
+            "stage": segment.state.stage,
             "apart": [self._apart(a, b) for a, b in zip(places, places[1:], strict=False)],
             "values": {name: [float(n[name]) for n in numbers] for name in numbers[0]},
         }
 
-    def _run(self, stretch, level):
-        """(values, positions at the end [um]) of a stretch at 1/2^level of the step."""
-        self.states.load(stretch.state, self.sim)
+    def _run(self, segment, level):
+        """(values, positions at the end [um]) of a segment at 1/2^level of the step."""
+        self.states.load(segment.state, self.sim)
         for _ in range(level):
             self.sim.halve_step()
-        return self._values(stretch.steps, 2**level), self.sim.positions()
+        return self._values(segment.steps, 2**level), self.sim.positions()
 
     def _values(self, steps, finer):
         """Advance by `steps` times `finer` steps; returns name -> number [SI], see

@@ -52,7 +52,7 @@ def check(sim, m, start, tolerance=0.01):
     The guards of the method come first. tolerance: residual allowed, a share of the energy that has
     gone through the system or is bound in its contacts.
     """
-    sim.trust(m)
+    sim.validate(m)
     if not np.isfinite(m.energy) or not np.isfinite(m.losses).all():
         raise GuardStop(
             f"{moment(sim)} the energy is not a number: the step is too long for what happens. Try "

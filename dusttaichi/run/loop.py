@@ -22,7 +22,7 @@ class Run:
 
     sim: a Simulation (dusttaichi.method). state: RunState. files: RunFiles. interrupts: Interrupts.
     report: called with a Report now and then; log: called with sentences for the user. advancing: a
-    context manager that is entered around every stretch of steps. share_stages: keep the ends of
+    context manager that is entered around every segment of steps. share_stages: keep the ends of
     stages for other runs.
     """
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from continuum import dust
 
-from dusttaichi.continuum import trust
+from dusttaichi.continuum import validity
 from dusttaichi.continuum.kernels.store import FACES
 from dusttaichi.domain.walls import NORMALS, Box
 from dusttaichi.errors import GuardStop
@@ -15,15 +15,15 @@ from dusttaichi.errors import GuardStop
 def test_guards_stop_what_has_no_meaning():
     x, area = dust.disc(3 * dust.SPACING)
     motion = dust.moving(dust.scene(viscosity={"grid": 0.005}), dust.particles(x, area))
-    motion.trust(motion.measure())
+    motion.validate(motion.measure())
     compacted = motion.sim.of_particles("reference")
     motion.sim.put("reference", compacted * 4.0)
     with pytest.raises(GuardStop, match="filling factor"):
-        motion.trust(motion.measure())
+        motion.validate(motion.measure())
     motion.sim.put("reference", compacted)
     motion.sim.put("v", np.full((len(x), 2), np.nan))
     with pytest.raises(GuardStop, match="not a number"):
-        motion.trust(motion.measure())
+        motion.validate(motion.measure())
     with pytest.raises(GuardStop, match="not a number"):
         motion.sim.put("x", np.full((len(x), 2), np.nan))
         motion.sim.search.now()
@@ -36,11 +36,11 @@ def test_a_body_that_passes_through_a_face_is_named():
     centres = np.zeros((FACES + 2, 3))
     sim = SimpleNamespace(time=5.0, step=3, rigid=lambda column: centres)
     centres[FACES:] = [[0.0, 0.0, -3.2e-3], [9.0, 0.0, -2.9e-3]]  # the face itself, the bead
-    trust.check_inside(sim, box, {1: "bead"})
-    trust.check_inside(sim, None, {1: "bead"})
+    validity.check_inside(sim, box, {1: "bead"})
+    validity.check_inside(sim, None, {1: "bead"})
     centres[FACES + 1, 2] = -3.25e-3
     with pytest.raises(GuardStop, match=r"bead has passed through the bottom.* 0.25 mm outside"):
-        trust.check_inside(sim, box, {1: "bead"})
+        validity.check_inside(sim, box, {1: "bead"})
 
 
 def test_what_is_too_fast_is_stopped():
@@ -54,7 +54,7 @@ def test_what_is_too_fast_is_stopped():
     with pytest.raises(GuardStop, match="filling factor"):
         for _ in range(20):
             motion.advance(1)
-            motion.trust(motion.measure())
+            motion.validate(motion.measure())
     motion = dust.moving(dust.scene(boundary={"kind": "faces", "bottom": "rigid"}), sample)
     speeds = np.zeros((6, 3))
     speeds[4, 2] = 1e7

@@ -62,7 +62,7 @@ class Spring(SimpleSimulation):
         lost = self.lost + 0.25 * self.dt * self.drag * self.v * (self.v + after)
         return Measurement.of(kinetic, potential, [lost], kick=kinetic - 0.5 * self.v * after)
 
-    def trust(self, measurement):
+    def validate(self, measurement):
         if abs(self.x) > 10.0:
             raise GuardStop(f"At step {self.step} the spring has snapped. Try a smaller start.")
 

@@ -1,4 +1,4 @@
-"""The error bar of the time step: changing the step of a run, stretches, and the estimate."""
+"""The error bar of the time step: changing the step of a run, segments, and the estimate."""
 
 import os
 import signal
@@ -18,7 +18,7 @@ from dusttaichi.grains.record import measurement
 from dusttaichi.method import State
 from dusttaichi.run import error_bar, execute
 from dusttaichi.run import loop as running
-from dusttaichi.run.error_bar import Kept, States, stretches_of
+from dusttaichi.run.error_bar import Kept, States, segments_of
 from dusttaichi.scene import from_yaml
 
 TOUCH = 2 * 0.6e-6 - 1.66e-10  # distance of grains in equilibrium contact [m]
@@ -189,17 +189,17 @@ def test_states_are_spread_over_the_run_so_far(tmp_path, monkeypatch):
 
 def test_stretches():
     states = [Kept(0, 0, 0), Kept(0, 0, 4000), Kept(1, 7000, 7000), Kept(1, 7000, 8000)]
-    plan = stretches_of(states, 10_000, 10_000_000, 2)
+    plan = segments_of(states, 10_000, 10_000_000, 2)
     assert [s.steps for s in plan] == [125] * 4 and {s.levels for s in plan} == {2}
     # what is cheap is run again whole, without passing the next state or the end of a stage
     rooms = [4000, 3000, 1000, 2000]
-    for stretch in stretches_of(states, 10_000, 2, 2):
-        assert stretch.steps == min(2500, rooms[states.index(stretch.state)])
-    (whole,) = stretches_of(states[:2], 10_000, 2, 1)
+    for segment in segments_of(states, 10_000, 2, 2):
+        assert segment.steps == min(2500, rooms[states.index(segment.state)])
+    (whole,) = segments_of(states[:2], 10_000, 2, 1)
     assert whole.steps == 10_000 and whole.levels == 3
-    assert stretches_of([], 10_000, 2, 1) == []
+    assert segments_of([], 10_000, 2, 1) == []
     # a state right before the end has too little left
-    (only,) = stretches_of([Kept(0, 0, 0), Kept(0, 0, 9990)], 10_000, 10**8, 1)
+    (only,) = segments_of([Kept(0, 0, 0), Kept(0, 0, 9990)], 10_000, 10**8, 1)
     assert only.state.step == 0
 
 
@@ -246,7 +246,7 @@ def test_a_run_that_is_over_in_no_time_is_run_again_whole(tmp_path):
     assert not (coarse / error_bar.FOLDER).exists()
     with analysis.open_run(coarse) as run, analysis.open_run(fine) as exact:
         bar, true = analysis.error_bar(run), analysis.error_bar(exact)
-        assert bar.whole and bar.share == 1.0 and bar.stretches == ((0, 150),)
+        assert bar.whole and bar.share == 1.0 and bar.segments == ((0, 150),)
         for name in ("kinetic_energy", "losses"):
             error = bar.estimates[name].value - true.estimates[name].value
             # of fourth order: the next term of the error
@@ -284,26 +284,26 @@ def measured(directory):
         return data["stretches"], run.series.drop_vars("wall_clock")
 
 
-def test_stretches_of_a_run_in_stages_that_was_interrupted(tmp_path, monkeypatch):
+def test_segments_of_a_run_in_stages_that_was_interrupted(tmp_path, monkeypatch):
     monkeypatch.setattr(error_bar, "FIRST", 64)
     monkeypatch.setattr(error_bar, "WORK", 2e4)
     scene = from_yaml(CELL)
     execute(scene, tmp_path / "plain/run", fresh=True)
     execute(scene, tmp_path / "whole/run", fresh=True, error_bar=True)
-    stretches, series = measured(tmp_path / "whole/run")
+    segments, series = measured(tmp_path / "whole/run")
     with analysis.open_run(tmp_path / "plain/run") as run:
         assert analysis.error_bar(run) is None
         assert run.series.drop_vars("wall_clock").equals(series)
-    assert {s["stage"] for s in stretches} == {0, 1}
-    assert all(s["step"] + s["steps"] <= (700 if s["stage"] == 0 else 1200) for s in stretches)
-    assert {"stress_xx", "losses", "work", "loss_damping"} <= set(stretches[0]["values"])
+    assert {s["stage"] for s in segments} == {0, 1}
+    assert all(s["step"] + s["steps"] <= (700 if s["stage"] == 0 else 1200) for s in segments)
+    assert {"stress_xx", "losses", "work", "loss_damping"} <= set(segments[0]["values"])
 
     monkeypatch.setattr(running, "BURST_SECONDS", 0.0)
     seen = []
 
     def interrupt(progress):
         seen.append(progress)
-        # once in the run, once in the stretches
+        # once in the run, once in the segments
         if len(seen) == 20 or (progress.task and len(seen) < 10_000):
             seen.extend([None] * 10_000 if progress.task else [])
             os.kill(os.getpid(), signal.SIGINT)
@@ -317,5 +317,5 @@ def test_stretches_of_a_run_in_stages_that_was_interrupted(tmp_path, monkeypatch
         assert run.status.startswith("finished") and analysis.error_bar(run) is None
     said = []
     execute(scene, where, resume=True, error_bar=True, report=interrupt, log=said.append)
-    assert measured(where)[0] == stretches
+    assert measured(where)[0] == segments
     assert not any("no error bar" in text for text in said)

@@ -127,7 +127,7 @@ def test_an_open_ledger_advises_the_key_that_shortens_the_step(key, lost):
     """Of the continuum that is cfl: numerics.time_step is no step of the method there."""
     start = Measurement.of(1.0, 0.0, [0.0])
     now = Measurement.of(2.0 - min(lost, 0.0), 0.0, [lost])
-    sim = SimpleNamespace(trust=lambda m: None, step_key=key, step=1, time=1.0, channels=("a",))
+    sim = SimpleNamespace(validate=lambda m: None, step_key=key, step=1, time=1.0, channels=("a",))
     with pytest.raises(GuardStop, match=f"Try a smaller {key}"):
         ledger.check(sim, now, start)
     assert MovingDust.step_key == "numerics.cfl"

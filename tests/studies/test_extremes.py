@@ -133,7 +133,7 @@ def test_losses_that_make_energy_are_stopped():
         step_key = "numerics.time_step"
 
         @staticmethod
-        def trust(measurement):
+        def validate(measurement):
             pass
 
     start = measured(1.0)

@@ -15,7 +15,7 @@ ROUNDING = 1e-3
 """How far [um] the centre of a body may be beyond a face: half a body may stand at a mirror."""
 
 
-def check(sim, measurement):
+def validate(sim, measurement):
     """Raise GuardStop if the Measurement of a Simulation cannot be trusted."""
     m = measurement.parts
     when = moment(sim)

@@ -9,7 +9,7 @@ from dusttaichi.names import WALLS
 LARGEST_OVERLAP = 0.1  # of the radius: JKR is a law for small strains
 
 
-def check(sim, measurement):
+def validate(sim, measurement):
     """Raise GuardStop if the Measurement of a grain Simulation cannot be trusted."""
     m = measurement.parts
     when = moment(sim)

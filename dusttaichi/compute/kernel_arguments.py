@@ -1,7 +1,7 @@
-"""Kernels are told structs of numbers. Taichi checks and converts them member by member at every
-call, which for the numbers of contacts and walls takes a millisecond: as long as hundreds of steps
-of a small scene. Here a struct is looked through once; it must not be changed after a kernel has
-had it.
+"""Structs of numbers as arguments of kernels. Taichi checks and converts them member by member at
+every call, which for the numbers of contacts and walls takes a millisecond: as long as hundreds of
+steps of a small scene. Here a struct is converted once; it must not be changed after a kernel has
+taken it.
 """
 
 from dusttaichi.compute.engine import ti
@@ -11,7 +11,7 @@ _checked, _set_one_by_one = StructType.__instancecheck__, StructType.set_kernel_
 
 
 def patches():
-    """(class, name in it, what takes its place): kernels are told structs so. They are applied by
+    """(class, name in it, replacement), which pass structs to kernels so. They are applied by
     engine.py."""
     return [
         (StructType, "__instancecheck__", _is_of),
@@ -31,18 +31,18 @@ def _is_of(self, instance):
 
 
 def _set_all(self, struct, launch_ctx, ret_index=()):
-    """Tells a launch the members of a struct, which is its argument number `ret_index`."""
+    """Passes the members of a struct, the argument number `ret_index`, to a launch."""
     if len(ret_index) != 1:
         _set_one_by_one(self, struct, launch_ctx, ret_index)
         return
-    told = struct.__dict__.setdefault("_told", {})
-    if ret_index not in told:
-        told[ret_index] = _Recorded(self, struct, ret_index)
-    told[ret_index].tell(launch_ctx)
+    recorded = struct.__dict__.setdefault("_recorded", {})
+    if ret_index not in recorded:
+        recorded[ret_index] = _Recorded(self, struct, ret_index)
+    recorded[ret_index].pass_to(launch_ctx)
 
 
 class _Recorded:
-    """In the place of the context of a launch: it remembers what it is told."""
+    """In place of the context of a launch: it records the members of a struct."""
 
     def __init__(self, kind, struct, ret_index):
         self.floats, self.integers, self.naturals = [], [], []
@@ -57,7 +57,7 @@ class _Recorded:
     def set_struct_arg_uint(self, index, value):
         self.naturals.append((index, int(value)))
 
-    def tell(self, launch_ctx):
+    def pass_to(self, launch_ctx):
         for index, value in self.floats:
             launch_ctx.set_struct_arg_float(index, value)
         for index, value in self.integers:

@@ -1,6 +1,6 @@
-"""Taichi reads its kernels anew at every start, also those that its cache has compiled. What it
-does meanwhile for its error messages only, or again for every call of a function, is made short
-here: it takes half the time.
+"""Patches that halve the time Taichi takes to read the sources of kernels, which it does at every
+start, also of those that its cache has compiled: they leave out what serves its error messages
+only, or is done again at every call of a function.
 """
 
 import ast
@@ -16,11 +16,11 @@ ASTTransformerContext = ti.lang.ast.ast_transformer_utils.ASTTransformerContext
 
 
 def patches():
-    """(module or class, name in it, what takes its place), to leave out what the kernels of this
+    """(module or class, name in it, replacement), to leave out what the kernels of this
     project do not need. They are applied by engine.py.
 
     The line of the source that an error is in is named, not drawn with marks under its words;
-    whether a function is a method of a class is told by where it is defined, not looked up in the
+    whether a function is a method of a class follows from where it is defined, not from the
     source of its caller; where a field was declared is not noted. The lines of a function are found
     and parsed once, not at every call of it, and structs of the same members share one class.
     """
