@@ -2,7 +2,7 @@
 
 `brilliantov` (Brilliantov & Poeschel 2005, cond-mat/0506254): the force is A da/dt dF/da
 of the whole JKR force, adhesion included, which is kappa = A dF/d delta with the slope of the force
-at the overlap of now. The built-in `viscoelastic` has the elastic part alone. Where the slope is
+at the current overlap. The built-in `viscoelastic` has the elastic part alone. Where the slope is
 negative, close to pull-off, it would drive: there kappa is 0.
 
 `crack_tip`: opening and closing the crack around a contact of radius a costs w |da/dt|/v0 an area

@@ -18,7 +18,7 @@ from dusttaichi.scene.quantities import Quantity
 
 
 class HollowSphere(samples.SampleBlock):
-    """A ball of a deposited cake without its middle."""
+    """A sphere of a deposited cake without its middle."""
 
     kind: Literal["hollow_sphere"]
     outer: Annotated[float, Quantity("length", gt=0, example="8 um")] = Field(

@@ -1,7 +1,7 @@
 """A measurement of one's own: how far the grains of a collision are spread, every 2 ns.
 
-What the function returns stands in result.nc in a group of its own, with its times. The run is
-that of `dust run`: the same result, to the last bit.
+What the function returns is in a group of its own in result.nc, with its times. The run is bitwise
+that of `dust run`.
 """
 
 import numpy as np

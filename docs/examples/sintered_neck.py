@@ -59,7 +59,7 @@ class SinteredNeck:
         "k_r": "neck_bend",
         "k_t": "neck_twist",
     }
-    MASKED = True  # it says itself what is kept where grains do not touch
+    MASKED = True  # it decides itself what remains where grains do not touch
 
     @staticmethod
     @ti.pyfunc

@@ -1,0 +1,120 @@
+"""Style guard: words that readers had to ask about do not come back to pages, code and messages."""
+
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+# Regular expression of what is refused -> what to write instead.
+STANDARD = {
+    r"told": "passed (arguments), stated, reported",
+    r"asked(?: for)?": "requested",
+    r"kept": "stored, history (of a contact)",
+    r"held": "controlled, prescribed (a load), stored, fixed",
+    r"anew": "again, from the start",
+    r"dear(?:er|est)?": "expensive",
+    r"(?<!--)knobs?": "parameter",
+    r"rungs?": "level",
+    r"beats?": "output step",
+    r"lets? (?:\w+ )?go(?: of)?": "unloads",
+    r"tak(?:es?|en|ing) over": "continues, reuses",
+    r"go(?:es|ing)? on": "continues",
+    r"rooms|room (?:for|of)": "subpackage, box, capacity",
+    r"balls?": "sphere",
+    r"crew": "workers",
+    r"legs|(?:of|the) books": "segments, accounts",
+    r"lean(?:s|ing)?": "sheared, tilt (of a cell), lever_factor (of a spring)",
+    r"graz(?:e|es|ing)": "impact speed, normal velocity",
+    r"(?:is|are|be|was|were) looked (?:at|for)": "checked, examined, searched",
+    r"hangs? together": "connected",
+    r"borne|bears?": "carried, supports",
+    r"stands? (?:in|on|at|for|beside|there)|as (?:it|they) stands?": "is, is in, is listed",
+    r"swings? by": "fluctuates",
+    r"of (?:now|then)": "current, previous",
+    r"unlike grains|(?:not|all) alike": "unequal, polydisperse; equal",
+    r"surroundings": "environment, boundary",
+    r"what it costs": "energy dissipated, run time",
+    r"perhaps": "optionally",
+    r"neighbor\w*|(?<!Compression )behavior\w*|analyz\w+": "British spelling",
+}
+REFUSED = re.compile(r"\b(?:" + "|".join(f"({word})" for word in STANDARD) + r")\b", re.IGNORECASE)
+INSTEAD = list(STANDARD.values())
+
+# Subpackages and modules that do not follow the list yet. A clean one has to leave this set.
+NOT_YET = {
+    "analysis", "commands", "compute", "continuum", "domain", "export", "grains", "method",
+    "physics", "plots", "report", "results", "run", "samples", "scene", "studies",
+    "__init__", "errors", "files", "geometry", "names",
+}  # fmt: skip
+
+
+@cache
+def faults(path):
+    """Refused words of a file as "file:line: word; write ..."."""
+    text = path.read_text(encoding="utf-8")
+    name = path.relative_to(ROOT).as_posix()
+    return [
+        f"{name}:{text.count(chr(10), 0, word.start()) + 1}: {word[0]!r}; "
+        f"write {INSTEAD[word.lastindex - 1]}"
+        for word in REFUSED.finditer(text)
+    ]
+
+
+def faults_of(files):
+    return [fault for path in files for fault in faults(path)]
+
+
+def pages():
+    built = {"_build", "generated"}
+    below = (ROOT / "docs").rglob("*.md")
+    own = (p for p in below if not built & set(p.relative_to(ROOT).parts))
+    return [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted(own)]
+
+
+def scenes():
+    """The bundled scenes, and the examples of the pages."""
+    files = [*(ROOT / "configs").rglob("*"), *(ROOT / "docs/examples").glob("*")]
+    return sorted(p for p in files if p.suffix in (".yaml", ".py", ".sh"))
+
+
+def subpackages():
+    """Name -> Python files of each folder of the package and of each module at its top level."""
+    tops = sorted((ROOT / "dusttaichi").glob("*"))
+    folders = {p.name: sorted(p.rglob("*.py")) for p in tops if (p / "__init__.py").is_file()}
+    return folders | {p.stem: [p] for p in tops if p.suffix == ".py"}
+
+
+def test_pages_and_scenes_use_the_words_of_the_field():
+    found = faults_of([*pages(), *scenes()])
+    assert not found, "\n" + "\n".join(found)
+
+
+def test_messages_and_code_use_the_words_of_the_field():
+    following = {name: files for name, files in subpackages().items() if name not in NOT_YET}
+    found = [fault for files in following.values() for fault in faults_of(files)]
+    assert not found, "\n" + "\n".join(found)
+
+
+def test_only_parts_with_faults_are_excepted():
+    clean = {name for name in NOT_YET if not faults_of(subpackages()[name])}
+    assert not clean, f"take out of NOT_YET: {sorted(clean)}"
+
+
+@pytest.mark.parametrize(
+    "text, line, word",
+    [
+        ("x\nThe room for contacts", 2, "room for"),
+        ("A dearer step", 1, "dearer"),
+        ("colour", 0, ""),
+    ],
+)
+def test_the_guard_names_file_and_line(tmp_path, monkeypatch, text, line, word):
+    monkeypatch.setitem(globals(), "ROOT", tmp_path)
+    path = tmp_path / "page.md"
+    path.write_text(text, encoding="utf-8")
+    found = faults(path)
+    assert bool(found) == bool(line)
+    assert all(fault.startswith(f"page.md:{line}: '{word}'; write ") for fault in found)
