@@ -176,10 +176,15 @@ def growth_efficiency(run, first=0, last=-1, bodies=None):
     """
     if bodies is None:
         target, projectile = two_fragments(run, first).mass
-    else:
-        masses = grain_masses(run)
-        projectile, target = sorted(masses[body].sum() for body in bodies)
-    return float((fragments(run, last).mass[0] - target) / projectile)
+        return float((fragments(run, last).mass[0] - target) / projectile)
+    return efficiency(fragments(run, last), grain_masses(run), bodies)
+
+
+def efficiency(parts, masses, bodies):
+    """`growth_efficiency` of the Fragments afterwards, the masses of the grains [kg], (N,), and two
+    bodies, lists of grains."""
+    projectile, target = sorted(masses[body].sum() for body in bodies)
+    return float((parts.mass[0] - target) / projectile)
 
 
 def two_fragments(run, snapshot):

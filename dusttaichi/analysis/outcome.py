@@ -9,30 +9,66 @@ the growth efficiency.
 - mass transfer: they are apart, and the target has gained mass, f > 0.
 - erosion: the largest fragment is lighter than the target, f <= 0, by less than half.
 - fragmentation: it has less than half of the target's mass.
+- not met yet, passed by: each body is a fragment of its own and moves as it did at the start.
 """
 
 import numpy as np
 
-from dusttaichi.analysis.fragments import fragments, growth_efficiency
+from dusttaichi.analysis.fragments import efficiency, fragments
 from dusttaichi.analysis.frame import grain_masses
-from dusttaichi.analysis.restitution import together
+from dusttaichi.analysis.restitution import relative_motion, together
 
 WHOLE = 0.95
 """Share of the mass of a body from which it counts as whole."""
 
 
+NOT_MET, PASSED = "not met yet", "passed by"
+UNTOUCHED = 1e-5
+"""Change of the relative velocity, over itself, below which two bodies have not touched: above the
+rounding of single precision, and below what the first contact of two grains does to thousands."""
+
+
 def outcome(run, parts, bodies):
     """Name of the outcome, of the Fragments of the last snapshot and two bodies (grain numbers)."""
+    masses = grain_masses(run)
+    return untouched(run, parts, bodies, masses) or outcome_of(parts, masses, bodies)
+
+
+def outcome_of(parts, masses, bodies):
+    """Name of the outcome of two bodies (grain numbers) that have touched.
+
+    parts: the Fragments afterwards. masses: of the grains [kg], (N,).
+    """
     if len(parts) == 1:
         return "sticking"
-    masses = grain_masses(run)
     target = max(masses[body].sum() for body in bodies)
-    grown = growth_efficiency(run, bodies=bodies) > 0.0
+    grown = efficiency(parts, masses, bodies) > 0.0
     if together(parts, bodies):
         return "growth" if grown else _worn(parts, target)
     if all(_kept(parts, masses, body) for body in bodies):
         return "bouncing"
     return "mass transfer" if grown else _worn(parts, target)
+
+
+def untouched(run, parts, bodies, masses):
+    """NOT_MET or PASSED for two bodies that have not touched between the first and the last
+    snapshot; "" for others."""
+    if len(parts) != 2 or together(parts, bodies):
+        return ""
+    start, end = relative_motion(run, 0, bodies, masses), relative_motion(run, -1, bodies, masses)
+    if not np.linalg.norm(end[1] - start[1]) <= UNTOUCHED * np.linalg.norm(start[1]):
+        return ""
+    return NOT_MET if end[0] @ end[1] < 0.0 else PASSED
+
+
+def settled(run):
+    """True where the last two snapshots hold the same fragments, by number and largest mass."""
+    if run.snapshots.sizes["snapshot"] < 3:  # with the first alone nothing can be told
+        return True
+    last, before = fragments(run, -1), fragments(run, -2)
+    return len(last) == len(before) and bool(
+        np.isclose(last.mass[0], before.mass[0], rtol=1e-6, atol=0.0)
+    )
 
 
 def _worn(parts, target):
@@ -44,13 +80,3 @@ def _kept(parts, masses, body):
     own = np.bincount(parts.label[body], masses[body], minlength=len(parts))
     largest, mass = int(np.argmax(own)), masses[body].sum()
     return own[largest] >= WHOLE * mass and parts.mass[largest] <= mass / WHOLE
-
-
-def settled(run):
-    """True where the last two snapshots hold the same fragments, by number and largest mass."""
-    if run.snapshots.sizes["snapshot"] < 3:  # with the first alone nothing can be told
-        return True
-    last, before = fragments(run, -1), fragments(run, -2)
-    return len(last) == len(before) and bool(
-        np.isclose(last.mass[0], before.mass[0], rtol=1e-6, atol=0.0)
-    )

@@ -64,6 +64,14 @@ def together(parts, bodies):
     return bool(np.logical_and(*(mass > 0.5 * mass.sum() for mass in held)).any())
 
 
+def relative_motion(run, snapshot, bodies, masses):
+    """Distance [m] and velocity [m/s] of the centre of mass of one body (grain numbers) from that
+    of the other in a snapshot of a Run, (2, 3). masses: of the grains [kg], (N,)."""
+    frame, (one, other) = read_frame(run, snapshot, False), bodies
+    velocity = _velocity(frame, one, masses) - _velocity(frame, other, masses)
+    return np.stack([_between(frame, one, other, masses), velocity])
+
+
 def wall_restitution(run, wall="bottom", first=0, last=-1, grains=None):
     """The Restitution of grains on a wall between snapshots `first` and `last`.
 

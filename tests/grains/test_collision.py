@@ -17,8 +17,9 @@ def links(*ranges):
     return [[k, k + 1] for first, last in ranges for k in range(first, last - 1)]
 
 
-def made(path, after, pairs, speed=2.0, velocity=(-0.25, 0.25)):
-    """Bodies of 6 and 4 grains on a line that meet at 2 m/s; links and velocities afterwards."""
+def made(path, after, pairs, speed=2.0, velocity=(-0.25, 0.25), past=0.0):
+    """Bodies of 6 and 4 grains on a line that meet at 2 m/s; links and velocities afterwards. past:
+    how far the second has flown through the first by then."""
     x = np.zeros((10, 3))
     x[:, 0] = np.arange(10) * 2 * R
     x[::2, 1] = 0.3 * R
@@ -26,10 +27,11 @@ def made(path, after, pairs, speed=2.0, velocity=(-0.25, 0.25)):
     v[:, 0] = [0.8] * 6 + [-1.2] * 4
     later = v.copy()
     later[:, 0] = [velocity[0]] * 6 + [velocity[1]] * 4
+    behind = (np.arange(10) >= 6)[:, None]
     frames = [
-        {"position": x + (np.arange(10) >= 6)[:, None] * [R, 0, 0], "velocity": v, "pairs": pairs},
+        {"position": x + behind * [R, 0, 0], "velocity": v, "pairs": pairs},
         {"position": x, "velocity": v, "pairs": pairs},
-        {"position": x, "velocity": later, "pairs": after},
+        {"position": x - behind * [past, 0, 0], "velocity": later, "pairs": after},
     ]
     attrs = {"sample": f"{{kind: collision, target_grains: 6, speed: {speed}}}", "grains": 10}
     return analysis.open_run(
@@ -68,9 +70,24 @@ def test_outcome(tmp_path, after, outcome, fragments, growth):
     assert ("note" in rows) == (len(links((0, 6), (6, 10))) != len(after) or outcome != "bouncing")
 
 
-def test_bodies_that_pass_each_other_have_no_restitution(tmp_path):
-    with made(tmp_path, BOTH, BOTH, velocity=(0.8, -1.2)) as run:
-        assert analysis.summary(run)["restitution"] == pytest.approx(-1.0)
+@pytest.mark.parametrize(
+    "past, outcome, text",
+    [
+        (0.0, "not met yet", "the bodies have not met yet"),
+        (40 * R, "passed by", "the bodies passed each other without touching"),
+    ],
+)
+def test_bodies_that_have_not_met_have_no_restitution(tmp_path, past, outcome, text):
+    with made(tmp_path, BOTH, BOTH, velocity=(0.8, -1.2), past=past) as run:
+        found = analysis.summary(run)
+        rows = {row[0]: row[1] for row in analysis.table(found)}
+    assert found["outcome"] == outcome
+    assert rows["outcome"].startswith(text)
+    # neither a restitution of -1 nor a growth efficiency of 0 is a number of a collision
+    assert found["restitution"] is None and found["growth_efficiency"] is None
+
+
+def test_grains_at_rest_are_no_collision(tmp_path):
     still = snapshots.write(tmp_path / "a.nc", [{"position": np.eye(3) * 1e-5}] * 2, R)
     with analysis.open_run(still) as run:
         found = analysis.summary(run)

@@ -2,7 +2,7 @@
 
 from dusttaichi.analysis.fragments import compaction, fragments, growth_efficiency
 from dusttaichi.analysis.numbers.registry import FILE, Family, Observable, quiet
-from dusttaichi.analysis.outcome import outcome, settled
+from dusttaichi.analysis.outcome import NOT_MET, PASSED, outcome, settled
 from dusttaichi.analysis.restitution import restitution
 from dusttaichi.errors import DustError
 
@@ -15,19 +15,25 @@ def _measure(run):
         "settled": settled(run),
         "fragments": len(parts),
         "largest_share": float(parts.mass[0] / parts.mass.sum()),
-        "growth_efficiency": growth_efficiency(run, bodies=bodies),
     }
+    if found["outcome"] in (NOT_MET, PASSED):
+        return found
+    found["growth_efficiency"] = growth_efficiency(run, bodies=bodies)
     if min(len(body) for body in bodies) > 2:  # R_g of one or two grains tells of no volume
         found["compaction"] = compaction(run).ratio
     if found["outcome"] not in ("sticking", "growth", "bouncing"):
         return found  # bodies that break up pass through each other: there is no normal
     try:
         return found | {"restitution": restitution(run, bodies=bodies).coefficient}
-    except DustError:  # they pass each other, or have not met yet
+    except DustError:  # they pass each other
         return found
 
 
 def _outcome(value, n):
+    if value == NOT_MET:
+        return "the bodies have not met yet: let the run go on"
+    if value == PASSED:
+        return "the bodies passed each other without touching"
     share = f"{n['largest_share']:.1%} of the mass in the largest"
     return f"{value}, {n['fragments']} fragments, {share}" if n["fragments"] > 1 else value
 
