@@ -10,6 +10,7 @@ try:
     from dusttaichi import __version__
     from dusttaichi.commands.bench import bench
     from dusttaichi.commands.check import check, schema
+    from dusttaichi.commands.collide import collide
     from dusttaichi.commands.console import err, say
     from dusttaichi.commands.extremes import extremes
     from dusttaichi.commands.fit import fit
@@ -43,7 +44,7 @@ app = typer.Typer(
     help="Grain-by-grain and continuum simulation of porous dust.",
     epilog="Exit codes: " + "; ".join(f"{code} {what}" for code, what in EXIT_CODES) + ".",
 )
-COMMANDS = (new, run, sweep, trade, sticking, extremes, check, schema)
+COMMANDS = (new, run, sweep, collide, trade, sticking, extremes, check, schema)
 COMMANDS += (report, watch, plot, compare, fit, bench, selftest, export, render)
 for command in COMMANDS:
     app.command()(command)

@@ -28,7 +28,7 @@ def run_plan(plan, onward, *, quiet, verbose=False, figures=True, as_json=False,
     phases = Phases(verbose)
     with ProgressBar(quiet) as bar:
         try:
-            results = run_all(plan, report=_shown(bar), log=bar.log, **how)
+            results = run_all(plan, report=shown(bar), log=bar.log, **how)
         except KeyboardInterrupt:
             raise Interrupted(
                 f"interrupted; everything up to here is in {plan.directory}. Go on with: {onward}"
@@ -73,13 +73,13 @@ def failure(plan, failed):
     return (GuardStop if guarded else DustError)("\n  ".join([count, *lines]))
 
 
-def _shown(bar):
+def shown(bar, things="runs"):
     """Progress bar of a plan."""
 
     def show(progress):
         running = progress.running
         done = progress.done + sum(running.values())
-        what = f"{progress.done} of {progress.total} runs"
+        what = f"{progress.done} of {progress.total} {things}"
         bar.show(what, done, progress.total, shares_text(running))
 
     return show

@@ -11,6 +11,7 @@ from dusttaichi.analysis.ensemble_tables import axes_of
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style as style
 from dusttaichi.plots.animation import animation
+from dusttaichi.plots.collisions import fragment_spectrum, growth, outcome_map
 from dusttaichi.plots.ensemble import ensemble, points
 from dusttaichi.plots.extremes import extremes
 from dusttaichi.plots.grains import grains
@@ -47,9 +48,12 @@ __all__ = [
     "figures_of",
     "figures_of_ensemble",
     "figures_together",
+    "fragment_spectrum",
     "grains",
+    "growth",
     "mass_spectrum",
     "numbers",
+    "outcome_map",
     "points",
     "register",
     "restitution",

@@ -5,7 +5,9 @@ from typing import ClassVar, Literal
 from pydantic import Field, field_validator
 
 from dusttaichi.samples import AnySample, reads_samples
+from dusttaichi.scene import collisions as study
 from dusttaichi.scene.checks.grains import check
+from dusttaichi.scene.collisions import Collisions
 from dusttaichi.scene.gravity import Gravity
 from dusttaichi.scene.interaction import Interaction
 from dusttaichi.scene.material import DEFAULT, Material
@@ -36,6 +38,7 @@ class GrainsScene(Scene):
         "numerics",
         "output",
         "replicas",
+        "collisions",
     )
 
     method: Literal["grains"] = Field("grains", description="what computes the run")
@@ -63,6 +66,9 @@ class GrainsScene(Scene):
     )
     numerics: Numerics = Field(
         default_factory=Numerics, description="time step, precision, threads"
+    )
+    collisions: Collisions | None = Field(
+        None, description="what `dust collide` varies; a run takes no notice of it"
     )
 
     @field_validator("materials", mode="after")
@@ -97,4 +103,4 @@ class GrainsScene(Scene):
         return len(set(self.stiffnesses)) > 1
 
     def conflicts(self) -> list[tuple[str, str]]:
-        return [*super().conflicts(), *check(self)]
+        return [*super().conflicts(), *check(self), *study.check(self)]

@@ -25,6 +25,7 @@ KINDS = {
 MORE = {
     "sphere": {"radius": "6 um", "gap": "1 nm"},
     "gravity": {"central": {"mass": "1 kg"}},
+    "collisions": {"speed": ["1 m/s"], "impact_parameter": {"rings": 2}},
 }
 STAGES = {"stages": [{"name": "a", "stop": {"steps": 1}}], "stop": None}
 
@@ -46,6 +47,9 @@ def scene_with(key, kind):
         del data["material"]["name"], data["material"]["asperity_volume"]
     elif block in MORE and below:
         data[block] = MORE[block]
+        if block == "collisions":
+            body = {"kind": "collision", **KINDS["sample", "collision"]}
+            data |= {"sample": body, "boundary": {"kind": "open"}, "stop": {"time": "1 us"}}
     data["output"] = {}
     data = {name: value for name, value in data.items() if value is not None}
     return Scene.from_dict(data)

@@ -3,6 +3,7 @@
 import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import ClassVar
 
 from dusttaichi.files import run_files
 from dusttaichi.studies.workers import INTERRUPTED, Worker
@@ -29,19 +30,33 @@ class Job:
     files: dict[str, bytes] = field(default_factory=dict)
     error_bar: bool = False
 
+    task: ClassVar[str] = TASK
+
+    def request(self, directory):
+        """What the task is called with."""
+        return {
+            "scene": self.scene,
+            "directory": str(directory),
+            "mode": self.mode,
+            "error_bar": self.error_bar,
+        }
+
 
 @dataclass(frozen=True)
 class JobResult:
-    """How a run ended: the exit code, the message, and the files of a temporary directory."""
+    """How a run ended: the exit code, the message, the files of a temporary directory, and what the
+    task has reported and returned."""
 
     number: int
     code: int
     text: str
     files: dict[str, bytes] = field(default_factory=dict)
+    found: dict = field(default_factory=dict)
 
 
 def perform(job, link, inputs):
-    """Do a Job; returns its JobResult.
+    """Do a Job, or another with its number, task, request, directory and files (studies.collide);
+    returns its JobResult.
 
     link: has stopped(), true once all runs are to stop, and report(number, share).
     inputs: relative path -> bytes of files that the scene reads, for a temporary directory.
@@ -49,14 +64,15 @@ def perform(job, link, inputs):
     if link.stopped():
         return JobResult(job.number, INTERRUPTED, "not started")
     if job.directory is not None:
-        return JobResult(job.number, *_work(job, job.directory, None, link))
+        answer = _work(job, job.directory, None, link)
+        return JobResult(job.number, answer.code, answer.text, found=answer.found)
     with tempfile.TemporaryDirectory(prefix="dusttaichi-") as folder:
         directory = Path(folder) / "result"
         _lay_out(job.files, directory)
         here = _lay_out_inputs(inputs, Path(folder) / "inputs")
-        code, text = _work(job, directory, here, link)
+        answer = _work(job, directory, here, link)
         files = {name: (directory / name).read_bytes() for name in _kept(directory)}
-    return JobResult(job.number, code, text, files)
+    return JobResult(job.number, answer.code, answer.text, files, answer.found)
 
 
 def _kept(directory):
@@ -82,11 +98,9 @@ def _lay_out_inputs(inputs, folder):
 
 
 def _work(job, directory, folder, link):
-    """Do the run in a worker process that starts in `folder`; returns (exit code, message)."""
-    with Worker(TASK, folder=folder) as worker:
-        worker.send(
-            scene=job.scene, directory=str(directory), mode=job.mode, error_bar=job.error_bar
-        )
+    """Do the run in a worker process that starts in `folder`; returns its Answer."""
+    with Worker(job.task, folder=folder) as worker:
+        worker.send(**job.request(directory))
         reported = None
         while not worker.answered(LOOK):
             share = worker.reports.get("share")
@@ -95,5 +109,4 @@ def _work(job, directory, folder, link):
                 link.report(job.number, share)
             if link.stopped():
                 worker.stop()
-        answer = worker.answer()
-    return answer.code, answer.text
+        return worker.answer()

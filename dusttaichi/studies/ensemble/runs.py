@@ -146,6 +146,12 @@ def _do(plan, left, total, *, error_bar, scheduler, report, log):
         threads = 1  # a task takes one thread of a worker, whose cores are not known here
     report(progress)
     results = []
+
+    def interrupted():
+        if signals:
+            log("stopping: the runs write their checkpoints")
+        return bool(signals)
+
     with noted_signals() as signals, open_pool(scheduler, workers, heard) as pool:
         remote = scheduler is not None
         jobs = [
@@ -153,25 +159,37 @@ def _do(plan, left, total, *, error_bar, scheduler, report, log):
             for n, mode in left.items()
         ]
         futures = _submit(pool, jobs, members, remote)
-        stopping = False
-        while futures:
-            done, _ = wait(futures, timeout=POLL, return_when=FIRST_COMPLETED)
-            for future in done:
-                results.append(_result_of(future, futures.pop(future)))
-                member = members[results[-1].number]
-                _keep(results[-1], member.directory)
-                with lock:
-                    ended.add(results[-1].number)
-                    progress.done += results[-1].code != INTERRUPTED
-                    progress.running.pop(member.label, None)
-                    report(progress)
-            if signals and not stopping:
-                stopping = True
-                pool.stop()
-                log("stopping: the runs write their checkpoints")
+
+        def take(result):
+            results.append(result)
+            member = members[result.number]
+            _keep(result, member.directory)
+            with lock:
+                ended.add(result.number)
+                progress.done += result.code != INTERRUPTED
+                progress.running.pop(member.label, None)
+                report(progress)
+
+        stopping = drain(pool, futures, take, interrupted)
     if stopping:
         raise KeyboardInterrupt
     return results
+
+
+def drain(pool, futures, take, interrupted):
+    """Call take(JobResult) as the jobs end; once interrupted(), the pool lets all others end early.
+
+    futures: Future -> number of the job, emptied. Returns whether it was interrupted.
+    """
+    stopping = False
+    while futures:
+        done, _ = wait(futures, timeout=POLL, return_when=FIRST_COMPLETED)
+        for future in done:
+            take(_result_of(future, futures.pop(future)))
+        if not stopping and interrupted():
+            stopping = True
+            pool.stop()
+    return stopping
 
 
 def _submit(pool, jobs, members, remote):

@@ -134,9 +134,7 @@ def _member(scene: Scene, number: int, directory: Path, label: str, name: str) -
     for path, block in _keys(data.get("sample", {}), "seed"):
         block["seed"] += number
         seeds["_".join(path)] = block["seed"]
-    for _, block in _keys(data.get("sample", {}), "file"):
-        # the same text here and where a cluster lays the file out
-        block["file"] = os.path.relpath(block["file"])
+    relative_files(data.get("sample", {}))
     data["extensions"] = [os.path.relpath(path) for path in data["extensions"]]
     return Member(Scene.from_dict(data, title=f"the scene of {label}"), directory, label, seeds)
 
@@ -155,12 +153,32 @@ def _keys(block: dict, key: str, path: tuple = ()) -> Iterator[tuple[tuple[str, 
             yield from _keys(value, key, (*path, name))
 
 
+def relative_files(block: dict) -> list[str]:
+    """Write the files of a block, at any depth, as seen from the current directory, which is the
+    same text here and where a cluster lays them out; returns them."""
+    found = [inner for _, inner in _keys(block, "file")]
+    for inner in found:
+        inner["file"] = os.path.relpath(inner["file"])
+    return [inner["file"] for inner in found]
+
+
+def seeds_moved(sample: dict, number: int) -> dict:
+    """The block of a sample with every seed in it, at any depth, moved by `number`; in place."""
+    for _, block in _keys(sample, "seed"):
+        block["seed"] += number
+    return sample
+
+
 def input_files(scene: Scene) -> list[str]:
     """Paths of the files that the sample of a member is read from, and of its extensions."""
     data = _data_of(scene)
     found = [block["file"] for _, block in _keys(data.get("sample", {}), "file")]
-    found += data["extensions"]
-    return [os.path.join(path, "result.nc") if os.path.isdir(path) else path for path in found]
+    return as_files([*found, *data["extensions"]])
+
+
+def as_files(paths: list[str]) -> list[str]:
+    """Paths, of run directories those of their results."""
+    return [os.path.join(path, "result.nc") if os.path.isdir(path) else path for path in paths]
 
 
 def grid(scene: Scene, settings: list[str]) -> tuple[tuple[Axis, ...], list[Scene]]:

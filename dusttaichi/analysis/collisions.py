@@ -1,0 +1,240 @@
+"""Many collisions in one dataset, and the table that coagulation codes read."""
+
+import csv
+import io
+
+import numpy as np
+import scipy
+import xarray as xr
+
+AXES = ("body", "mass_ratio", "speed", "impact_parameter", "seed")
+OUTCOMES = (
+    "sticking",
+    "growth",
+    "mass transfer",
+    "bouncing",
+    "erosion",
+    "fragmentation",
+    "miss",
+)
+FAILED = "failed"
+MISS = "miss"
+# name -> (entry of a row, unit, long_name)
+NUMBERS = {
+    "growth_efficiency": ("1", "growth efficiency (M_largest - M_target)/M_projectile"),
+    "largest": ("1", "mass of the largest fragment over the total mass"),
+    "second": ("1", "mass of the second largest fragment over the total mass, 0 without one"),
+    "fragments": ("1", "number of fragments, single grains among them"),
+    "restitution": ("1", "coefficient of restitution, 0 where they stay together"),
+    "time": ("s", "simulated time after the first touch"),
+    "impact_energy": ("J", "kinetic energy of the relative motion before the collision"),
+    "kinetic": ("J", "kinetic energy at the end, about the common centre of mass"),
+    "potential": ("J", "change of the potential energy of the contacts"),
+    "residual": ("1", "residual of the energy ledger over the impact energy"),
+    "outer_radii": ("m", "sum of the outer radii, which the impact parameter is a fraction of"),
+    "target_filling_factor": ("1", "of the target within its characteristic radius"),
+    "projectile_filling_factor": ("1", "of the projectile within its characteristic radius"),
+    "grains": ("1", "number of grains of both bodies"),
+    "actual_mass_ratio": ("1", "mass of the heavier body over that of the lighter"),
+}
+LEAST_FRAGMENTS = 10  # of which a slope is told
+
+
+def collisions_dataset(rows, axes, attrs=None):
+    """One xr.Dataset, SI, of the rows of a study (studies.collide), in the order of its axes.
+
+    axes: name -> values, those of AXES. Numbers (body, mass_ratio, speed, impact_parameter, seed)
+    as NUMBERS has them, not a number of misses and failed collisions; outcome: text; settled: 1
+    where the fragments no longer changed at the end; loss (..., channel) [J]. All fragments one
+    after another: fragment_grains, fragment_mass (over the total mass), fragment_collision: the
+    number of the collision, counted in the order of the dimensions.
+    """
+    shape, dims = tuple(len(axes[name]) for name in AXES), AXES
+    data = xr.Dataset(coords={name: (name, list(values)) for name, values in axes.items()})
+    data["speed"].attrs = {"units": "m/s", "long_name": "relative speed of the bodies"}
+    data["impact_parameter"].attrs = {"units": "1", "long_name": "over the sum of outer radii"}
+    data["mass_ratio"].attrs = {"units": "1", "long_name": "target over projectile, nominal"}
+    data["seed"].attrs = {"long_name": "by how much the seeds of the sample are moved"}
+    found = [_numbers(row) for row in rows]
+    for name, (unit, text) in NUMBERS.items():
+        values = np.array([one.get(name, np.nan) for one in found], float).reshape(shape)
+        data[name] = (dims, values, {"units": unit, "long_name": text})
+    outcomes = np.array([row.get("outcome", FAILED) for row in rows]).reshape(shape)
+    data["outcome"] = (dims, outcomes, {"long_name": f"one of {', '.join(OUTCOMES)}, {FAILED}"})
+    settled = np.array([int(row.get("settled", True)) for row in rows]).reshape(shape)
+    data["settled"] = (dims, settled, {"long_name": "1 where the fragments no longer changed"})
+    channels = list(dict.fromkeys(name for row in rows for name in row.get("loss", {})))
+    lost = [[row.get("loss", {}).get(c, np.nan) for c in channels] for row in rows]
+    about = {"units": "J", "long_name": "energy dissipated, by channel"}
+    data["loss"] = ((*dims, "channel"), np.array(lost).reshape(*shape, len(channels)), about)
+    data.coords["channel"] = channels
+    parts = [(n, g, m) for n, row in enumerate(rows) for g, m in _fragments(row)]
+    number, grains, mass = np.array(parts).reshape(-1, 3).T
+    data["fragment_collision"] = ("fragment", number.astype(int))
+    data["fragment_grains"] = ("fragment", grains.astype(int))
+    data["fragment_mass"] = ("fragment", mass, {"units": "1", "long_name": "over the total mass"})
+    data.attrs = dict(attrs or {})
+    return data
+
+
+def _numbers(row):
+    """The numbers of a row by the names of NUMBERS; None becomes not a number."""
+    parts = row.get("masses")
+    out = {name: row[name] for name in NUMBERS if row.get(name) is not None}
+    out["actual_mass_ratio"] = row.get("mass_ratio", np.nan)
+    target, projectile = row.get("filling_factor") or (None, None)
+    out["target_filling_factor"] = np.nan if target is None else target
+    out["projectile_filling_factor"] = np.nan if projectile is None else projectile
+    if parts:
+        own = {"largest": parts[0], "second": parts[1] if len(parts) > 1 else 0.0}
+        out |= own | {"fragments": len(parts)}
+    return out
+
+
+def _fragments(row):
+    return zip(row.get("fragments", ()), row.get("masses", ()), strict=True)
+
+
+# -- slope of the fragments ----------------------------------------------------------------------
+
+
+def fragment_slope(grains, largest):
+    """(tau, its standard error) of fragments whose number falls as n(N) ~ N^-tau, N = 1..largest.
+
+    grains: (F,) of each fragment. By the largest likelihood of whole numbers (Clauset et al. 2009,
+    SIAM Review 51, 661, sec. 3.5), cut off at `largest`; the error is that of independent
+    fragments.
+    Not a number for fewer than ten, or where all are alike.
+    """
+    grains = np.asarray(grains, float)
+    if len(grains) < LEAST_FRAGMENTS or np.ptp(grains) == 0.0:
+        return np.nan, np.nan
+    logs, wanted = np.log(np.arange(1, int(largest) + 1)), np.log(grains).mean()
+
+    def moments(tau):
+        weights = np.exp(-tau * logs)
+        mean = weights @ logs / weights.sum()
+        return mean, weights @ (logs - mean) ** 2 / weights.sum()
+
+    tau = scipy.optimize.brentq(lambda t: moments(t)[0] - wanted, -50.0, 50.0)
+    return float(tau), float(1.0 / np.sqrt(len(grains) * moments(tau)[1]))
+
+
+def spectrum(data, choice):
+    """(grains of all fragments but the two largest remnants of each collision, collisions).
+
+    choice: a boolean array over the dimensions AXES, the collisions that count; misses do not.
+    """
+    chosen = np.flatnonzero((choice & (data.outcome.values != MISS)).ravel())
+    owner, grains = data.fragment_collision.values, data.fragment_grains.values
+    # each collision has its fragments in a row, the largest first
+    rank = np.arange(len(owner)) - np.searchsorted(owner, owner)
+    return grains[np.isin(owner, chosen) & (rank >= 2)], len(chosen)
+
+
+# -- the table -----------------------------------------------------------------------------------
+
+AVERAGED = ("growth_efficiency", "largest", "second", "fragments", "restitution")
+
+
+def table(data):
+    """(header, rows) of the table for coagulation codes: lists of values, a row for every body,
+    mass ratio, speed and impact parameter (over: "point"); where these stand for equal areas also
+    one over all of them, without an impact parameter ("area").
+
+    Means are over the seeds of the collisions in which the bodies touched, `_error` is the standard
+    error of that mean, empty where there are fewer than two; hit: their share. share_OUTCOME: of
+    these. slope: of the fragments but the two largest remnants (`fragment_slope`), of all seeds
+    together. loss_CHANNEL, kinetic, potential: over the impact energy. not_settled: collisions
+    that ended while fragments still changed; failed: those without numbers, left out of all means.
+    """
+    energies = {f"loss_{c}": data.loss.sel(channel=c) for c in data.channel.values.tolist()}
+    energies |= {name: data[name] for name in ("kinetic", "potential")}
+    columns = {name: data[name].values for name in AVERAGED}
+    columns |= {name: (e / data.impact_energy).values for name, e in energies.items()}
+    shares = [name for name in OUTCOMES if name != MISS]
+    header = [
+        "body",
+        "mass_ratio",
+        "speed_m_per_s",
+        "over",
+        "impact_parameter",
+        "collisions",
+        "hit",
+    ]
+    header += [f"share_{name.replace(' ', '_')}" for name in shares]
+    header += [part for name in columns for part in (name, f"{name}_error")]
+    header += ["slope", "slope_error", "not_settled", "failed"]
+    rows = []
+    for index in np.ndindex(data.outcome.shape[:3]):
+        places = [*range(data.sizes["impact_parameter"])]
+        groups = [(slice(n, n + 1), "point", data.impact_parameter.values[n]) for n in places]
+        if data.attrs.get("by_area") and len(places) > 1:
+            groups.append((slice(None), "area", np.nan))
+        for place, *name in groups:
+            keys = [data[axis].values[n] for axis, n in zip(AXES, index, strict=False)]
+            choice = np.zeros(data.outcome.shape, bool)
+            choice[(*index, place)] = True
+            rows.append([*keys, *name, *_row(data, choice, columns, shares)])
+    return header, rows
+
+
+def _row(data, choice, columns, shares):
+    outcomes = data.outcome.values[choice]
+    there = outcomes != FAILED
+    hit = there & (outcomes != MISS)
+    count = hit.sum()
+    row = [int(there.sum()), count / max(1, there.sum())]
+    row += [(outcomes == name).sum() / count if count else np.nan for name in shares]
+    for values in columns.values():
+        row += mean_and_error(values[choice])
+    grains, _ = spectrum(data, choice)
+    row += fragment_slope(grains, np.nanmax(data.grains.values[choice], initial=1))
+    return [*row, int((data.settled.values[choice] == 0).sum()), int((~there).sum())]
+
+
+def mean_and_error(values):
+    """[mean, standard error] of those that are numbers; not a number of none, or fewer than two."""
+    values = values[np.isfinite(values)]
+    mean = values.mean() if len(values) else np.nan
+    error = values.std(ddof=1) / np.sqrt(len(values)) if len(values) > 1 else np.nan
+    return [mean, error]
+
+
+def table_text(data):
+    """The table as CSV, empty where there is no number."""
+    header, rows = table(data)
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows([[_cell(value) for value in row] for row in rows])
+    return out.getvalue()
+
+
+def _cell(value):
+    if isinstance(value, (float, np.floating)):
+        return "" if np.isnan(value) else f"{value:.6g}"
+    return value
+
+
+def summary_columns(data):
+    """(keys, columns) of a table to print: (header, texts), over impact parameters and seeds."""
+    index = list(np.ndindex(data.outcome.shape[:3]))
+    keys = [("speed m/s", [f"{data.speed.values[n[2]]:.3g}" for n in index])]
+    for place, name in ((1, "mass_ratio"), (0, "body")):
+        if data.sizes[name] > 1:
+            values = [data[name].values[n[place]] for n in index]
+            keys.insert(0, (name.replace("_", " "), [f"{v:g}" if place else v for v in values]))
+    own = [data.isel(body=n[0], mass_ratio=n[1], speed=n[2]) for n in index]
+    columns = [("growth efficiency", [_pm(one.growth_efficiency) for one in own])]
+    columns.append(("largest", [_pm(one.largest) for one in own]))
+    there = [name for name in (*OUTCOMES, FAILED) if (data.outcome == name).any()]
+    columns += [(name, [str(int((one.outcome == name).sum())) for one in own]) for name in there]
+    return keys, columns
+
+
+def _pm(values):
+    mean, error = mean_and_error(values.values.ravel())
+    if np.isnan(mean):
+        return "-"
+    return f"{mean:.3f}" + (f" ± {error:.3f}" if np.isfinite(error) else "")

@@ -1,0 +1,78 @@
+"""`dust collide`: many collisions of one scene, their map and the table for coagulation codes."""
+
+from typing import Annotated
+
+import typer
+
+from dusttaichi.commands.console import remark, say, say_abreast, say_written
+from dusttaichi.commands.ensembles import shown
+from dusttaichi.commands.options import (
+    Extensions,
+    Figures,
+    Output,
+    Quiet,
+    SceneFile,
+    Scheduler,
+    Settings,
+    again,
+    load_scene,
+    refuse_both,
+    writing,
+)
+from dusttaichi.commands.progress import ProgressBar
+from dusttaichi.errors import DustError, Interrupted
+
+
+def collide(
+    file: SceneFile,
+    *,
+    settings: Settings = None,
+    force: Annotated[bool, typer.Option("--force", help="overwrite existing results")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="go on with what is missing")] = False,
+    output: Output = None,
+    scheduler: Scheduler = None,
+    extensions: Extensions = None,
+    figures: Figures = True,
+    quiet: Quiet = False,
+):
+    """Many collisions over speed, impact parameter, mass ratio, bodies, seeds: a map, a table."""
+    from dusttaichi.studies.collide import collide as make_all
+    from dusttaichi.studies.collide import make_study, write
+
+    refuse_both(force, resume)
+    scene = load_scene(file, settings=settings, extensions=extensions)
+    runs = scene.output.directory
+    study = make_study(scene, output or runs.with_name(f"{runs.name}-collisions"))
+    how = {"settings": settings or [], "scheduler": scheduler, "extensions": extensions}
+    onward = again("collide", file, output, **how)
+    with writing(force=force, inputs=[file]):
+        with ProgressBar(quiet) as bar:
+            try:
+                how = {"force": force, "resume": resume, "scheduler": scheduler}
+                rows = make_all(study, report=shown(bar, "collisions"), log=bar.log, **how)
+            except KeyboardInterrupt:
+                raise Interrupted(
+                    f"interrupted; collisions that are done are in {study.directory}. Go on with: "
+                    f"{onward}"
+                ) from None
+        data, written = write(study, rows, figures=figures)
+    _say_table(data)
+    open_ends = int((data.settled == 0).sum())
+    if open_ends:
+        remark(f"{open_ends} collisions ended while fragments still changed: a longer stop.time")
+    say_written(written)
+    failed = [row["error"] for row in rows if "error" in row]
+    if failed:
+        raise DustError(
+            f"{len(failed)} of {len(rows)} collisions failed and are left out of the means, which "
+            f"say too little of violent ones then. The first: {failed[0]}"
+        )
+
+
+def _say_table(data):
+    """The means over impact parameters and seeds, a row for each body, mass ratio and speed."""
+    from dusttaichi.analysis.collisions import summary_columns
+
+    keys, columns = summary_columns(data)
+    say_abreast(keys, columns, data.attrs["title"])
+    say()

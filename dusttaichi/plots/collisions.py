@@ -1,0 +1,127 @@
+"""Collisions of a study: a map of outcomes, growth, the spectrum of fragments."""
+
+import numpy as np
+from matplotlib.patches import Patch, Rectangle
+
+from dusttaichi.analysis.collisions import FAILED, MISS, OUTCOMES, fragment_slope, spectrum
+from dusttaichi.plots import style
+
+COLOURS = {
+    "sticking": style.BLUE,
+    "growth": style.SKY,
+    "mass transfer": style.GREEN,
+    "bouncing": style.YELLOW,
+    "erosion": style.ORANGE,
+    "fragmentation": style.RED,
+    MISS: "#e6e6e6",
+    FAILED: style.BLACK,
+}
+NAMES = {
+    "speed": "relative speed (m/s)",
+    "impact_parameter": r"impact parameter / $(R_1 + R_2)$",
+    "mass_ratio": "mass of target / projectile",
+}
+
+
+@style.styled
+def outcome_map(data, against="impact_parameter"):
+    """Shares of the outcomes over the speed and the impact parameter or the mass ratio: a cell for
+    each point, divided by the shares of all collisions there; panels for the bodies.
+
+    data: of analysis.collisions.collisions_dataset.
+    """
+    bodies = data.body.values.tolist()
+    figure, panels = style.new_grid(len(bodies), 2 if len(bodies) > 1 else 1, 3.4)
+    for axes, body in zip(panels, bodies, strict=True):
+        own = data.outcome.sel(body=body).transpose("speed", against, ...).values
+        own = own.reshape(*own.shape[:2], -1)
+        for x, y in np.ndindex(own.shape[:2]):
+            _cell(axes, x, y, own[x, y])
+        _label(axes, data, "speed", "x")
+        _label(axes, data, against, "y")
+        if len(bodies) > 1:
+            axes.set_title(str(body))
+    there = [name for name in (*OUTCOMES, FAILED) if (data.outcome.values == name).any()]
+    handles = [Patch(facecolor=COLOURS[name], label=name) for name in there]
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+    return figure
+
+
+def _cell(axes, x, y, outcomes):
+    """A rectangle of width 1 about (x, y), divided from the left by the shares of its outcomes."""
+    left = x - 0.47
+    for name in (*OUTCOMES, FAILED):
+        width = 0.94 * np.mean(outcomes == name)
+        if width > 0.0:
+            axes.add_patch(Rectangle((left, y - 0.45), width, 0.9, color=COLOURS[name], lw=0))
+        left += width
+
+
+def _label(axes, data, name, which):
+    values = data[name].values
+    axis = getattr(axes, f"{which}axis")
+    axis.set_ticks(np.arange(len(values)), [f"{value:.3g}" for value in values])
+    getattr(axes, f"set_{which}lim")(-0.55, len(values) - 0.45)
+    getattr(axes, f"set_{which}label")(NAMES[name])
+    axes.tick_params(which="both", length=0)
+
+
+@style.styled
+def growth(data):
+    """Growth efficiency against the speed: mean and standard error over seeds and impact parameters
+    in which the bodies touched, a line for every body and mass ratio."""
+    figure, (axes,) = style.new_figure(height=3.4)
+    axes.axhline(0.0, color=style.GREY, linewidth=0.8)
+    values = data.growth_efficiency.transpose("body", "mass_ratio", "speed", ...).values
+    values = values.reshape(*values.shape[:3], -1)
+    for number, index in enumerate(np.ndindex(values.shape[:2])):
+        own = values[index]
+        count = np.isfinite(own).sum(axis=1)
+        mean = np.array([np.nanmean(v) if n else np.nan for v, n in zip(own, count, strict=True)])
+        error = [
+            np.nanstd(v, ddof=1) / np.sqrt(n) if n > 1 else 0.0
+            for v, n in zip(own, count, strict=True)
+        ]
+        named = f"{data.body.values[index[0]]}, {data.mass_ratio.values[index[1]]:g}:1"
+        colour = style.run_style(number)["color"]
+        axes.errorbar(data.speed, mean, error, fmt="o-", ms=4, color=colour, capsize=2, label=named)
+    axes.set_xscale("log")
+    style.few_ticks(axes.xaxis)
+    axes.set_xlabel(NAMES["speed"])
+    axes.set_ylabel("growth efficiency")
+    if values.shape[:2] != (1, 1):
+        style.legend(axes)
+    return figure
+
+
+@style.styled
+def fragment_spectrum(data, most=6):
+    """Fragments of at least a number of grains in a collision, but for the two largest, against
+    that number: a line for each speed, `most` at the most, with the slope of n(N) ~ N^-tau."""
+    figure, (axes,) = style.new_figure(height=3.4)
+    speeds = data.speed.values
+    chosen, drawn = np.zeros(data.outcome.shape, bool), 0
+    picked = np.unique(np.linspace(0, len(speeds) - 1, min(most, len(speeds))).round().astype(int))
+    for number in picked:
+        choice = chosen.copy()
+        choice[:, :, number] = True
+        grains, collisions = spectrum(data, choice)
+        if len(grains) < 2:
+            continue
+        sizes, counts = np.unique(grains, return_counts=True)
+        above = np.cumsum(counts[::-1])[::-1] / collisions
+        tau, error = fragment_slope(grains, np.nanmax(data.grains.values))
+        text = f"{speeds[number]:.3g} m/s"
+        text += rf", $\tau$ = {tau:.2f} ± {error:.2f}" if np.isfinite(tau) else ""
+        axes.plot(sizes, above, marker="o", ms=3, label=text, **style.run_style(drawn))
+        drawn += 1
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlabel("grains of the fragment")
+    axes.set_ylabel("fragments of at least so many grains,\nin a collision")
+    if drawn:
+        style.legend(axes)
+    else:
+        axes.text(0.5, 0.5, "no fragments beside the two largest", transform=axes.transAxes,
+                  ha="center")  # fmt: skip
+    return figure

@@ -1,0 +1,155 @@
+"""What `dust collide` varies: the collision of the scene at many speeds, places and seeds."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Discriminator, Field, Tag
+
+from dusttaichi.samples.registry import AnyBody, reads_samples
+from dusttaichi.scene.fields import Block, Count, Number
+from dusttaichi.scene.quantities import Quantity
+
+MOST = 100_000  # collisions of a study
+
+Impact = Annotated[float, Number(ge=0, le=1)]
+Ratio = Annotated[float, Number(ge=1)]
+ImpactSpeed = Annotated[float, Quantity("speed", gt=0, example="10 m/s")]
+
+
+class SpeedRange(Block):
+    """Speeds evenly spaced in the logarithm."""
+
+    lowest: ImpactSpeed = Field(description="the first speed")
+    highest: ImpactSpeed = Field(description="the last speed")
+    count: Annotated[int, Number(whole=True, ge=2)] = Field(description="number of speeds")
+
+    def values(self) -> tuple[float, ...]:
+        """The speeds [m/s]."""
+        return tuple(np.geomspace(self.lowest, self.highest, self.count).tolist())
+
+
+class Rings(Block):
+    """Impact parameters that stand for equal areas: the disc of the largest is cut into rings."""
+
+    rings: Count = Field(
+        description="number of rings of equal area, with one impact parameter each"
+    )
+    largest: Annotated[float, Number(gt=0, le=1)] = Field(
+        1.0, description="outer radius of the last ring, a fraction of the sum of the outer radii"
+    )
+
+    def values(self) -> tuple[float, ...]:
+        """Impact parameters that halve the area of their ring."""
+        shares = (np.arange(self.rings) + 0.5) / self.rings
+        return tuple((self.largest * np.sqrt(shares)).tolist())
+
+
+def _form(value: Any) -> str:
+    return "block" if isinstance(value, (dict, Block)) else "list"
+
+
+Speeds = Annotated[
+    Annotated[tuple[ImpactSpeed, ...], Tag("list")] | Annotated[SpeedRange, Tag("block")],
+    Discriminator(_form),
+]
+Impacts = Annotated[
+    Annotated[tuple[Impact, ...], Tag("list")] | Annotated[Rings, Tag("block")],
+    Discriminator(_form),
+]
+
+
+@reads_samples
+class Collisions(Block):
+    """What `dust collide` varies; `dust run` makes the one collision of `sample`."""
+
+    speed: Speeds = Field(
+        description="relative speeds: a list, or {lowest, highest, count} in the logarithm"
+    )
+    impact_parameter: Impacts = Field(
+        description="fractions of the sum of the outer radii: a list, or {rings: n} of equal area",
+    )
+    mass_ratio: tuple[Ratio, ...] = Field(
+        (1.0,),
+        description="mass of the target over that of the projectile, which has fewer `grains` "
+        "than sample.projectile says",
+    )
+    bodies: dict[str, AnyBody] = Field(
+        {},
+        description="bodies by name, each the target and the projectile of the scene in turn; "
+        "without any, those of `sample`",
+    )
+    seeds: Count = Field(
+        3, description="pairs of bodies at each point; the seeds of the sample are counted on"
+    )
+
+    def __hash__(self) -> int:
+        own = {name: getattr(self, name) for name in type(self).model_fields}
+        return hash(tuple({**own, "bodies": tuple(self.bodies.items())}.values()))
+
+    @property
+    def speeds(self) -> tuple[float, ...]:
+        """Relative speeds [m/s]."""
+        return self.speed.values() if isinstance(self.speed, SpeedRange) else self.speed
+
+    @property
+    def impacts(self) -> tuple[float, ...]:
+        """Impact parameters, fractions of the sum of the outer radii."""
+        own = self.impact_parameter
+        return own.values() if isinstance(own, Rings) else own
+
+    @property
+    def by_area(self) -> bool:
+        """Whether the impact parameters stand for equal areas."""
+        return isinstance(self.impact_parameter, Rings)
+
+    @property
+    def count(self) -> int:
+        """Number of collisions."""
+        points = len(self.speeds) * len(self.impacts) * len(self.mass_ratio)
+        return points * max(1, len(self.bodies)) * self.seeds
+
+
+def check(scene) -> list[tuple[str, str]]:
+    """Problems of the block, as (dotted path, text)."""
+    own = scene.collisions
+    if own is None:
+        return []
+    if scene.sample.kind != "collision":
+        kind = scene.sample.kind
+        return [("collisions", f"sample.kind is {kind}; it needs two bodies: kind: collision")]
+    found = []
+    if scene.stop is None or scene.stop.time is None:
+        text = "it needs stop: {time: ...}, how long a collision is followed after the first touch"
+        found.append(("collisions", text))
+    if isinstance(own.speed, SpeedRange) and not own.speed.lowest < own.speed.highest:
+        found.append(("collisions.speed", "highest must be above lowest"))
+    lists = {"speed": own.speeds, "impact_parameter": own.impacts, "mass_ratio": own.mass_ratio}
+    for key, values in lists.items():
+        if not values:
+            found.append((f"collisions.{key}", "at least one value is needed"))
+        elif len(set(values)) < len(values):
+            found.append((f"collisions.{key}", "a value is given twice"))
+    if own.count > MOST:
+        text = f"these are {own.count:,} collisions; at most {MOST:,} are allowed"
+        found.append(("collisions", text))
+    return found or _ratios(own, {"sample.projectile": scene.sample.projectile})
+
+
+def _ratios(own: Collisions, bodies: dict) -> list[tuple[str, str]]:
+    """Bodies that cannot be made smaller."""
+    bodies = {f"collisions.bodies.{n}": body for n, body in own.bodies.items()} or bodies
+    largest = max(own.mass_ratio)
+    if largest == 1.0:
+        return []
+    found = []
+    for path, body in bodies.items():
+        grains = getattr(body, "grains", None)
+        if grains is None:
+            text = "a mass ratio above 1 needs a number of grains; a body with `grains` is needed"
+            found.append((path, text))
+        elif grains < 2 * largest:
+            text = f"{grains} grains over {largest:g}: the projectile has fewer than 2 grains"
+            found.append((path, text))
+    return found

@@ -1,0 +1,12 @@
+"""`dust collide`: one collision at many speeds, impact parameters, mass ratios, bodies and seeds.
+
+Collisions go one after another through worker processes, whose compiled kernels serve all of them:
+at a thousand grains a step costs as much for each grain as in one large scene, and each collision
+has its own ledger and ends when its fragments no longer change.
+"""
+
+from dusttaichi.studies.collide.plan import Collision, Study, make_study
+from dusttaichi.studies.collide.runner import collide
+from dusttaichi.studies.collide.writing import write
+
+__all__ = ["Collision", "Study", "collide", "make_study", "write"]

@@ -1,0 +1,113 @@
+"""Which collisions a study consists of, each as the sample of its scene."""
+
+import hashlib
+import itertools
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dusttaichi import __version__
+from dusttaichi.errors import DustError
+from dusttaichi.results.provenance import plain
+from dusttaichi.scene import Scene, quantities
+from dusttaichi.scene.yaml_text import read
+from dusttaichi.studies.ensemble.runs import core_of
+from dusttaichi.studies.ensemble.scenes import as_files, relative_files, seeds_moved
+
+OTHER = (
+    1_000_000  # by which the seed of the projectile differs where both bodies are the same block
+)
+SAMPLE = "sample"  # name of the bodies where the study names none
+
+
+@dataclass(frozen=True)
+class Collision:
+    """One collision. index: along the dimensions of a Study. sample: its block of the YAML. key:
+    tells whether a stored row belongs to it."""
+
+    index: tuple[int, ...]
+    sample: dict[str, Any]
+    key: str
+
+
+@dataclass(frozen=True)
+class Study:
+    """All collisions of a scene with a block `collisions`.
+
+    scene: without that block. axes: name of a dimension -> values, in the order of the indices;
+    speeds [m/s]. by_area: the impact parameters stand for equal areas. inputs: files that the
+    bodies are read from, and extensions.
+    """
+
+    source: Scene
+    scene: Scene
+    directory: Path
+    axes: dict[str, tuple]
+    by_area: bool
+    collisions: tuple[Collision, ...]
+    inputs: tuple[str, ...]
+
+    @property
+    def rows_file(self) -> Path:
+        """Where each collision is a line of JSON as soon as it is done."""
+        return self.directory / "collisions.jsonl"
+
+    @property
+    def file(self) -> Path:
+        """The dataset of all of them."""
+        return self.directory / "collisions.nc"
+
+
+def make_study(scene: Scene, directory: Path) -> Study:
+    """The Study of a scene. Raises DustError where it has no block `collisions`."""
+    own = getattr(scene, "collisions", None)
+    if own is None:
+        raise DustError(
+            f"{scene.name} has no block `collisions`, which says what to vary; for example "
+            "collisions: {speed: [10 m/s, 30 m/s], impact_parameter: [0], seeds: 3} (`dust new collide` writes a file)"
+        )
+    data = read(scene.to_yaml()).data
+    data.pop("collisions")
+    data.pop("replicas", None)
+    data["extensions"] = [os.path.relpath(path) for path in data["extensions"]]
+    if data["numerics"]["threads"] == "auto":  # many small scenes: a thread each
+        data["numerics"]["threads"] = 1
+    axes = {
+        "body": tuple(own.bodies) or (SAMPLE,),
+        "mass_ratio": own.mass_ratio,
+        "speed": own.speeds,
+        "impact_parameter": own.impacts,
+        "seed": tuple(range(own.seeds)),
+    }
+    bodies = {name: plain(body.model_dump(mode="json")) for name, body in own.bodies.items()}
+    inputs = [
+        path for block in (data["sample"], *bodies.values()) for path in relative_files(block)
+    ]
+    inputs = sorted({*as_files(inputs), *data["extensions"]})
+    core = json.dumps([__version__, core_of(scene.to_yaml()) | {"collisions": None, "name": ""}])
+    collisions = []
+    for index in itertools.product(*(range(len(values)) for values in axes.values())):
+        point = {name: values[n] for (name, values), n in zip(axes.items(), index, strict=True)}
+        sample = _sample(data["sample"], bodies.get(point["body"]), point)
+        text = core + json.dumps(sample, sort_keys=True)
+        key = hashlib.sha256(text.encode()).hexdigest()[:32]
+        collisions.append(Collision(index, sample, key))
+    base = Scene.from_dict(data, title="the scene of the study")
+    return Study(scene, base, Path(directory), axes, own.by_area, tuple(collisions), tuple(inputs))
+
+
+def _sample(template: dict, body: dict | None, point: dict) -> dict:
+    """The sample of a point: its bodies, speed, impact parameter and seeds."""
+    sample = json.loads(json.dumps(template))
+    if body is not None:
+        sample["target"], sample["projectile"] = dict(body), dict(body)
+        if "seed" in body:
+            sample["projectile"]["seed"] = body["seed"] + OTHER
+    if point["mass_ratio"] != 1.0:
+        projectile = sample["projectile"]
+        projectile["grains"] = round(projectile["grains"] / point["mass_ratio"])
+    sample["speed"] = quantities.format(point["speed"], "speed")
+    sample["impact_parameter"] = point["impact_parameter"]
+    return seeds_moved(sample, point["seed"])

@@ -1,0 +1,159 @@
+"""All collisions of a study: what is there already, what is left to do."""
+
+import json
+import os
+import threading
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from dusttaichi import files
+from dusttaichi.errors import DustError
+from dusttaichi.studies.ensemble.pool import open_pool
+from dusttaichi.studies.ensemble.runs import PlanProgress, drain, shares
+from dusttaichi.studies.interrupts import noted_signals
+from dusttaichi.studies.workers import usable_cores
+
+TOGETHER = 8  # collisions of a job: what is lost with a machine, and what shares a start
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Some collisions, as they are handed to a thread or to a worker of a Dask cluster (see
+    studies.ensemble.jobs.Job). They are made in a temporary directory: rows come back."""
+
+    number: int
+    scene: str
+    collisions: tuple
+    directory: None = None
+    files: dict = field(default_factory=dict)
+
+    task: ClassVar[str] = "dusttaichi.studies.collide.task:run"
+
+    def request(self, directory):
+        """What the task is called with."""
+        return {"scene": self.scene, "collisions": self.collisions}
+
+
+def collide(
+    study,
+    *,
+    force=False,
+    resume=False,
+    scheduler=None,
+    report=lambda progress: None,
+    log=lambda text: None,
+):
+    """Make all collisions of a Study; returns their rows (see `task.make_collision`), in its order.
+
+    Rows go to study.rows_file as they come. resume: those that are there and belong to the study
+    are not made again. A row with `error` is one that could not be made.
+    Raises DustError (rows there already, no scheduler), KeyboardInterrupt after what is done is
+    kept.
+    """
+    with files.RunLock(study.directory):
+        path = study.rows_file
+        if path.exists() and not force and not resume:
+            raise DustError(
+                f"{path} exists already. Use --force to overwrite it, --resume to go on with what "
+                "is missing, or choose another output directory."
+            )
+        known = _known(path) if resume else {}
+        left = [c for c in study.collisions if c.key not in known]
+        if len(left) < len(study.collisions):
+            done = len(study.collisions) - len(left)
+            log(f"{done} of {len(study.collisions)} collisions are done already")
+        kept = [known[c.key] for c in study.collisions if c.key in known]
+        files.write_whole(path, "".join(map(_line, kept)).encode())
+        if left:
+            _do(study, left, known, scheduler=scheduler, report=report, log=log)
+        lost = sum(c.key not in known for c in study.collisions)
+        if lost:
+            raise DustError(f"{lost} collisions were lost with their process; go on with --resume.")
+    return [known[c.key] for c in study.collisions]
+
+
+def _known(path):
+    """key -> row of the lines that are whole; rows of failed collisions are made again."""
+    rows = {}
+    if path.exists():
+        for line in path.read_text(encoding="utf-8").splitlines():
+            with suppress(ValueError, KeyError, TypeError):  # the last may have been cut off
+                row = json.loads(line)
+                if "error" not in row:
+                    rows[row["key"]] = row
+    return rows
+
+
+def _line(row):
+    return json.dumps(row) + "\n"
+
+
+def _do(study, left, known, *, scheduler, report, log):
+    """Make the collisions that are left; their rows go into `known`."""
+    batches = _batches(study, left)
+    progress = PlanProgress(len(study.collisions), len(known))
+    lock, ended = threading.Lock(), set()
+
+    def heard(number, share):
+        with lock:
+            if number not in ended:
+                progress.running[f"batch {number + 1}"] = share
+                report(progress)
+
+    def take(result):
+        rows = result.found.get("rows", [])
+        _append(study.rows_file, rows)
+        with lock:
+            known.update({row["key"]: row for row in rows})
+            ended.add(result.number)
+            progress.done += len(rows)
+            progress.running.pop(f"batch {result.number + 1}", None)
+            report(progress)
+        if result.code and result.text != "not started":
+            log(f"a batch of {len(batches[result.number].collisions)} was lost: {result.text}")
+
+    def interrupted():
+        if signals:
+            log("stopping: collisions that are done are kept")
+        return bool(signals)
+
+    workers = shares(study.scene, len(batches), usable_cores())[0]
+    report(progress)
+    with noted_signals() as signals, open_pool(scheduler, workers, heard) as pool:
+        shared = pool.share({path: _bytes(path) for path in study.inputs})
+        futures = {pool.submit(batch, shared): batch.number for batch in batches}
+        if drain(pool, futures, take, interrupted):
+            raise KeyboardInterrupt
+
+
+def _batches(study, left):
+    """Those of the same number of grains together, whose kernels are the same; slow ones first."""
+    text = study.scene.to_yaml()
+    names = list(study.axes)
+    body, ratio, speed = (names.index(name) for name in ("body", "mass_ratio", "speed"))
+    order = sorted(left, key=lambda c: (c.index[body], c.index[ratio], c.index[speed]))
+    found = []
+    for first in range(0, len(order), TOGETHER):
+        own = tuple((c.key, c.sample) for c in order[first : first + TOGETHER])
+        found.append(Batch(len(found), text, own))
+    return found
+
+
+def _bytes(path):
+    try:
+        with open(path, "rb") as file:
+            return file.read()
+    except OSError as error:
+        raise DustError(f"{path} cannot be read: {error.strerror or error}.") from error
+
+
+def _append(path, rows):
+    """Add lines to the file, whole on the disk when this returns."""
+    try:
+        with path.open("a", encoding="utf-8") as file:
+            file.write("".join(map(_line, rows)))
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError as error:
+        raise DustError(f"Cannot write {path}: {files.explain(error, path)}.") from error

@@ -1,0 +1,177 @@
+"""What a worker process does for a study of collisions: some of them, one after another."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from dusttaichi import method, samples, units
+from dusttaichi.analysis.fragments import efficiency, fragments_of
+from dusttaichi.analysis.frame import Frame
+from dusttaichi.analysis.outcome import outcome_of
+from dusttaichi.errors import DustError
+from dusttaichi.run import ledger
+from dusttaichi.samples.materials import Materials
+from dusttaichi.scene import from_yaml
+
+LOOKS = 8  # looks at the bodies while they fly the sum of their outer radii
+SAME = 16  # looks over which the fragments must not change, for the collision to be over
+EVERY = 4  # looks between two of them at the fragments
+DIGITS = 12  # of a growth efficiency: sums of masses round
+LEAST = 50  # steps between two looks, at least
+
+
+def run(parent, *, scene, collisions):
+    """Make collisions of a scene (text of its YAML); returns {"rows": [...], "interrupted": bool}.
+
+    collisions: (key, sample block) for each. A collision that cannot be made is a row with `error`.
+    After Ctrl-C the rows of those that are done are returned.
+    """
+    base, rows = from_yaml(scene), []
+    try:
+        for key, sample in collisions:
+            rows.append({"key": key, **_row(base, sample)})
+            parent.report(share=len(rows) / len(collisions))
+    except KeyboardInterrupt:
+        return {"rows": rows, "interrupted": True}
+    return {"rows": rows, "interrupted": False}
+
+
+def _row(base, sample):
+    try:
+        return make_collision(base.with_value("sample", sample))
+    except DustError as error:  # a guard, or a sample that cannot be made
+        return {"error": str(error)}
+
+
+def make_collision(scene):
+    """One collision to its end: a row of plain numbers, as JSON has them, SI.
+
+    outcome ("miss" without a touch); settled: the fragments no longer change; time [s] after the
+    first touch; fragments, masses: grains and shares of the total mass of all of them, largest
+    first; growth_efficiency; restitution, None of bodies that break up; impact_energy [J] of the
+    relative motion; loss [J] by channel; kinetic, potential [J]: at the end, and its change;
+    residual of the ledger over the impact energy; filling_factor: of the target and the projectile
+    (within the characteristic radius); mass_ratio, grains.
+    Raises GuardStop where the numbers can no longer be trusted, and DustError.
+    """
+    sample = samples.make(scene)
+    motion = _Motion.start(scene, sample)
+    row = motion.facts()
+    if not sample.info["hit"]:
+        return row | {"outcome": "miss"}
+    motion.fly()
+    return row | motion.found()
+
+
+@dataclass
+class _Motion:
+    """A collision under way. sim: its method.Simulation. bodies: grains of the target and of the
+    projectile. masses, radii: of the grains [kg], [m]. first: the Measurement of the start."""
+
+    scene: object
+    sample: object
+    sim: object
+    bodies: tuple
+    masses: np.ndarray
+    radii: np.ndarray
+    first: object
+
+    @classmethod
+    def start(cls, scene, sample):
+        materials, count = Materials(scene), sample.info["target_grains"]
+        bodies = np.arange(count), np.arange(count, len(sample))
+        masses = np.broadcast_to(materials.masses(sample), len(sample))
+        radii = np.broadcast_to(materials.radii_of(sample), len(sample))
+        sim = method.of(scene).build(scene, sample)
+        return cls(scene, sample, sim, bodies, masses, radii, sim.measure())
+
+    def facts(self):
+        """What is known before the collision."""
+        one, other = (self.masses[body].sum() for body in self.bodies)
+        info, parts = self.sample.info, self.fragments()
+        self.energy = 0.5 * one * other / (one + other) * info["speed"] ** 2
+        filling = parts.filling_factor[:2] if len(parts) == 2 else [np.nan] * 2
+        return {
+            "grains": len(self.sample),
+            "mass_ratio": float(max(one, other) / min(one, other)),
+            "filling_factor": [_number(value) for value in filling],
+            "impact_energy": float(self.energy),
+            "outer_radii": float(info["target_outer_radius"] + info["projectile_outer_radius"]),
+        }
+
+    def fragments(self):
+        x, v, w = self.sim.sim.grain_state()
+        pairs = self.sim.sim.contact_state()
+        contacts = xr.Dataset({k: ("contact", pairs[k]) for k in ("grain_i", "grain_j")})
+        state = x * units.LENGTH, v * units.SPEED, w * units.SPIN
+        cell, open_space = np.full((3, 2), np.nan), np.zeros(3, bool)
+        frame = Frame(0, 0.0, 0, *state, self.radii, cell, open_space, contacts)
+        return fragments_of(frame, self.masses)
+
+    def relative(self):
+        """Distance [m] and velocity [m/s] of the target's centre from the projectile's, (2, 3)."""
+        x, v, _ = self.sim.sim.grain_state()
+        one, other = (
+            [np.average(a[body], axis=0, weights=self.masses[body]) for a in (x, v)]
+            for body in self.bodies
+        )
+        return (np.array(one) - other) * [[units.LENGTH], [units.SPEED]]
+
+    def fly(self):
+        """Until the fragments have not changed for a while, or stop.time after the touch."""
+        info, dt = self.sample.info, self.sim.dt * units.TIME
+        ways = info["target_outer_radius"] + info["projectile_outer_radius"]
+        look = max(LEAST, round(ways / info["speed"] / LOOKS / dt))
+        touch = int(info["time_to_touch"] / dt)
+        end = touch + round(self.scene.stop.time / dt)
+        self.touch, self.before = touch, self.relative()[1]
+        self.sim.advance(min(touch, end))
+        start = method.Start.of(self.first)
+        nearest, same, last, looks = np.inf, 0, None, 0
+        while self.sim.step < end and same < SAME:
+            self.sim.advance(min(look, end - self.sim.step))
+            line, looks = self.relative()[0], looks + 1
+            if np.linalg.norm(line) < nearest:
+                nearest = np.linalg.norm(line)
+                self.normal = line / nearest
+            if looks % EVERY:
+                continue
+            ledger.check(self.sim, self.sim.measure(), start, self.scene.numerics.ledger_tolerance)
+            parts = self.fragments()
+            now = parts.grains.tolist()
+            # before anything sticks or breaks there are two bodies as well
+            same = same + EVERY if now == last and looks > LOOKS else 0
+            last = now
+        self.settled = same >= SAME
+
+    def found(self):
+        """What is known at the end."""
+        parts, m = self.fragments(), self.sim.measure()
+        outcome = outcome_of(parts, self.masses, self.bodies)
+        residual = ledger.ledger(m, method.Start.of(self.first))[0] * units.ENERGY
+        return {
+            "outcome": outcome,
+            "settled": self.settled,
+            "time": (self.sim.step - self.touch) * self.sim.dt * units.TIME,
+            "fragments": parts.grains.tolist(),
+            "masses": (parts.mass / parts.mass.sum()).tolist(),
+            "growth_efficiency": round(efficiency(parts, self.masses, self.bodies), DIGITS),
+            "restitution": self._restitution(outcome),
+            "loss": dict(zip(self.sim.channels, (m.losses * units.ENERGY).tolist(), strict=True)),
+            "kinetic": float(m.kinetic * units.ENERGY),
+            "potential": float((m.potential - self.first.potential) * units.ENERGY),
+            "residual": float(residual / self.energy),
+        }
+
+    def _restitution(self, outcome):
+        if outcome in ("sticking", "growth"):
+            return 0.0
+        approach = -float(self.before @ self.normal)
+        if outcome != "bouncing" or approach <= 0.0:
+            return None
+        return float(self.relative()[1] @ self.normal) / approach
+
+
+def _number(value):
+    return float(value) if np.isfinite(value) else None

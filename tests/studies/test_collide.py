@@ -1,0 +1,348 @@
+"""Studies of collisions: what is made, what is known of it afterwards, how a study goes on."""
+
+import csv
+import json
+from concurrent.futures import Future
+from contextlib import nullcontext
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+from scenes import make_scene
+
+from dusttaichi import analysis, plots
+from dusttaichi.analysis.collisions import (
+    AXES,
+    collisions_dataset,
+    fragment_slope,
+    spectrum,
+    table,
+    table_text,
+)
+from dusttaichi.commands.app import app
+from dusttaichi.errors import DustError
+from dusttaichi.run import execute
+from dusttaichi.scene import Scene, from_yaml
+from dusttaichi.scene.collisions import Rings
+from dusttaichi.studies.collide import make_study, runner, task
+from dusttaichi.studies.ensemble.jobs import JobResult
+
+BODY = {"kind": "pca", "grains": 12}
+COLLISION = {
+    "kind": "collision",
+    "target": {**BODY, "seed": 1},
+    "projectile": {**BODY, "seed": 2},
+    "speed": "0.5 m/s",
+    "impact_parameter": 0.2,
+    "gap": "5 nm",
+}
+
+
+def study_scene(**keys):
+    """A scene with the same parts as those of test_batch, and a study of two speeds."""
+    own = {"speed": ["0.5 m/s", "8 m/s"], "impact_parameter": [0, 0.9], "seeds": 1} | keys
+    scene = make_scene(damping="viscous", dt="0.2 ns", threads=1, sample=COLLISION)
+    data = scene.given | {"stop": {"time": "20 us"}, "collisions": own, "name": "study"}
+    return Scene.from_dict(data)
+
+
+# -- what is asked for ---------------------------------------------------------------------------
+
+
+def test_rings_stand_for_equal_areas():
+    """Each ring of outer radius b_k holds as much area inside of its value as outside of it."""
+    values = np.array(Rings(rings=4, largest=0.8).values())
+    edges = 0.8 * np.sqrt(np.arange(5) / 4)
+    np.testing.assert_allclose(values**2 - edges[:-1] ** 2, edges[1:] ** 2 - values**2)
+
+
+def test_the_collisions_of_a_study(tmp_path):
+    bodies = {"loose": {"kind": "bcca", "grains": 30, "seed": 5}, "dense": {**BODY, "seed": 7}}
+    scene = study_scene(bodies=bodies, mass_ratio=[1, 3], seeds=2)
+    study = make_study(scene, tmp_path)
+    assert len(study.collisions) == scene.collisions.count == 2 * 2 * 2 * 2 * 2
+    last = study.collisions[-1].sample
+    assert last["speed"] == "8 m/s" and last["impact_parameter"] == 0.9
+    assert (last["target"]["grains"], last["projectile"]["grains"]) == (12, 4)
+    assert last["target"]["seed"] == 8 and last["projectile"]["seed"] > 1000
+    # what differs in anything is another collision, and the rest is the same in another process
+    assert len({c.key for c in study.collisions}) == 32
+    again = make_study(from_yaml(scene.to_yaml()), tmp_path / "b")
+    assert [c.key for c in again.collisions] == [c.key for c in study.collisions]
+    other = make_study(scene.with_value("material.surface_energy", "50 mJ/m^2"), tmp_path)
+    assert not {c.key for c in other.collisions} & {c.key for c in study.collisions}
+
+
+@pytest.mark.parametrize(
+    "keys, words",
+    [
+        ({"speed": ["3"]}, 'collisions.speed[0] = "3": it has no unit'),
+        ({"speed": []}, "collisions.speed = []: at least one value is needed"),
+        ({"speed": ["1 m/s", "1000 mm/s"]}, "a value is given twice"),
+        ({"speed": {"lowest": "2 m/s", "highest": "1 m/s", "count": 3}}, "highest must be above"),
+        ({"impact_parameter": [1.5]}, "a number of at least 0 and at most 1 is needed"),
+        ({"mass_ratio": [0.5]}, "a number of at least 1 is needed"),
+        ({"mass_ratio": [7]}, "sample.projectile: 12 grains over 7"),
+        ({"bodies": {"a": {"kind": "cube"}}}, "collisions.bodies.a.kind"),
+        ({"seeds": 10**6}, "at most 100,000 are allowed"),
+        ({"speeds": ["1 m/s"]}, 'unknown key; did you mean "speed"?'),
+    ],
+)
+def test_what_cannot_be_a_study(keys, words):
+    with pytest.raises(DustError) as error:
+        study_scene(**keys)
+    assert words in str(error.value)
+
+
+def test_a_scene_that_is_no_study(tmp_path):
+    with pytest.raises(DustError, match="has no block `collisions`"):
+        make_study(make_scene(sample=COLLISION), tmp_path)
+    data = study_scene().given
+    with pytest.raises(DustError, match="it needs two bodies: kind: collision"):
+        Scene.from_dict(data | {"sample": {"kind": "pca", "grains": 10}})
+    with pytest.raises(DustError, match="it needs stop: {time: ...}"):
+        Scene.from_dict(data | {"stop": {"steps": 10}})
+
+
+# -- one collision -------------------------------------------------------------------------------
+
+
+def test_a_collision_is_the_run_of_its_scene(tmp_path):
+    """Followed over the same time, both say the same, by the same definitions."""
+    scene = study_scene().with_value("stop.time", "100 ns")
+    row = task.make_collision(scene)
+    touch = 5e-9 / 0.5
+    scene = scene.with_value("stop.time", f"{touch + row['time']:.17g} s")
+    execute(scene, tmp_path / "run")
+    with analysis.open_run(tmp_path / "run") as run:
+        found, last = analysis.summary(run), run.series.isel(time=-1)
+        assert row["outcome"] == found["outcome"]
+        assert row["growth_efficiency"] == pytest.approx(found["growth_efficiency"])
+        assert len(row["fragments"]) == found["fragments"]
+        # the touch is a whole number of steps here or one less: losses are of the same step or its
+        # neighbour, and change by little in a step of 0.2 ns
+        for name, lost in row["loss"].items():
+            own = float(last.loss.sel(channel=name))
+            assert lost == pytest.approx(own, rel=1e-2, abs=1e-3 * row["impact_energy"])
+    total = sum(row["loss"].values()) + row["kinetic"] + row["potential"]
+    # in a ledger that closes the impact energy is all there is to lose, within its residual
+    assert total / row["impact_energy"] == pytest.approx(1.0, abs=2e-3 + abs(row["residual"]))
+
+
+class Parent:
+    """Who asks for a batch; it hears nothing."""
+
+    def report(self, **_):
+        pass
+
+
+def test_bodies_that_miss_and_what_cannot_be_made():
+    base = study_scene()
+    rows = task.run(
+        Parent(),
+        scene=base.to_yaml(),
+        collisions=[
+            ("a", COLLISION | {"impact_parameter": 1.0}),
+            ("b", COLLISION | {"target": {"kind": "explicit", "positions": []}}),
+        ],
+    )["rows"]
+    assert rows[0]["outcome"] == "miss" and "loss" not in rows[0]
+    assert rows[1]["key"] == "b" and "sample" in rows[1]["error"]
+
+
+# -- the study -----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("collide")
+    (folder / "study.yaml").write_text(study_scene().to_yaml(), encoding="utf-8")
+    words = ["collide", str(folder / "study.yaml"), "-o", str(folder / "out"), "-q"]
+    app(words, standalone_mode=False)
+    return folder, words
+
+
+def test_files_of_a_study(done):
+    folder, _ = done
+    with xr.open_dataset(folder / "out/collisions.nc") as data:
+        assert data.outcome.dims == AXES and data.outcome.shape == (1, 1, 2, 2, 1)
+        # head-on at 70 times the sticking speed of two grains nothing is left of 12 and 12
+        assert str(data.outcome.values[0, 0, 1, 0, 0]) == "fragmentation"
+        assert data.growth_efficiency.values[0, 0, 1, 0, 0] < -0.5
+        # numbers are there where the bodies touched, and nowhere else
+        hit = data.outcome.values != "miss"
+        assert np.array_equal(np.isfinite(data.growth_efficiency.values), hit)
+        assert np.array_equal(np.isfinite(data.loss.sum("channel", skipna=False).values), hit)
+        assert data.fragment_mass.sum() == pytest.approx(hit.sum())
+    with (folder / "out/collisions.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 4 and float(rows[2]["share_fragmentation"]) == 1.0
+    assert float(rows[2]["growth_efficiency"]) < -0.5 and rows[2]["growth_efficiency_error"] == ""
+    names = {path.name for path in (folder / "out").glob("*.png")}
+    assert names == {"outcomes.png", "growth.png", "spectrum.png"}
+
+
+def test_a_study_goes_on_where_it_ended(done, monkeypatch):
+    """Nothing that is there is made again; a line that was cut off, and what is new, is."""
+    folder, words = done
+    path = folder / "out/collisions.jsonl"
+    before = path.read_text(encoding="utf-8")
+    with pytest.raises(DustError, match="exists already"):
+        app(words, standalone_mode=False)
+    asked = []
+    do = runner._do
+
+    def counted(study, left, known, **how):
+        asked.append([c.index for c in left])
+        do(study, left, known, **how)
+
+    monkeypatch.setattr(runner, "_do", counted)
+    app([*words, "--resume"], standalone_mode=False)
+    assert not asked
+    path.write_text(before[: before.rindex('"outcome"')], encoding="utf-8")
+    app([*words, "--resume"], standalone_mode=False)
+    assert [len(left) for left in asked] == [1]
+    keys = [
+        {json.loads(line)["key"] for line in text.splitlines()}
+        for text in (before, path.read_text())
+    ]
+    assert keys[0] == keys[1]
+    # bit for bit, whatever has been made before it in the process
+    assert sorted(before.splitlines()) == sorted(path.read_text(encoding="utf-8").splitlines())
+
+
+def test_ctrl_c_ends_a_batch_with_its_rows(monkeypatch):
+    made = iter([{"outcome": "miss"}, KeyboardInterrupt, {"outcome": "miss"}])
+
+    def make(scene):
+        found = next(made)
+        if found is KeyboardInterrupt:
+            raise found
+        return found
+
+    monkeypatch.setattr(task, "make_collision", make)
+    collisions = [(key, COLLISION) for key in "abc"]
+    found = task.run(Parent(), scene=study_scene().to_yaml(), collisions=collisions)
+    assert found == {"rows": [{"key": "a", "outcome": "miss"}], "interrupted": True}
+
+
+class Pool:
+    """A pool whose jobs have ended in their middle: the first three rows of each are there."""
+
+    stopped = False
+
+    def __init__(self, *_):
+        pass
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def share(self, inputs):
+        return inputs
+
+    def submit(self, batch, inputs):
+        rows = [{"key": key, "outcome": "miss"} for key, _ in batch.collisions[:3]]
+        future = Future()
+        future.set_result(JobResult(batch.number, 0, "", found={"rows": rows}))
+        return future
+
+    def stop(self):
+        Pool.stopped = True
+
+
+def test_ctrl_c_keeps_what_is_done(tmp_path, monkeypatch):
+    study = make_study(study_scene(seeds=2), tmp_path)
+    monkeypatch.setattr(runner, "open_pool", Pool)
+    monkeypatch.setattr(runner, "noted_signals", lambda: nullcontext([2]))
+    with pytest.raises(KeyboardInterrupt):
+        runner.collide(study)
+    assert Pool.stopped and len(runner._known(study.rows_file)) == 3
+
+
+def test_rows_of_a_process_that_was_lost_are_missing(tmp_path, monkeypatch):
+    study = make_study(study_scene(seeds=2), tmp_path)
+    monkeypatch.setattr(runner, "open_pool", Pool)
+    with pytest.raises(DustError, match="5 collisions were lost with their process"):
+        runner.collide(study)
+
+
+# -- what it means -------------------------------------------------------------------------------
+
+
+def row(outcome="fragmentation", fragments=(6, 3, 1), **more):
+    total = sum(fragments)
+    shares = [n / total for n in fragments]
+    own = {"growth_efficiency": 0.2, "impact_energy": 2.0, "loss": {"rolling": 1.0}, "grains": 10}
+    return {"outcome": outcome, "fragments": fragments, "masses": shares, **own, **more}
+
+
+def dataset(rows, by_area=1):
+    axes = {"body": ("a",), "mass_ratio": (1.0,), "speed": (1.0,), "impact_parameter": (0.1, 0.5)}
+    return collisions_dataset(rows, axes | {"seed": (0, 1)}, {"by_area": by_area, "title": "t"})
+
+
+def test_means_and_errors_over_seeds():
+    rows = [
+        row(),
+        row(growth_efficiency=0.4),
+        {"outcome": "miss", "grains": 10},
+        row("sticking", (10,)),
+    ]
+    header, lines = table(dataset(rows))
+    found = [dict(zip(header, line, strict=True)) for line in lines]
+    assert [(one["over"], one["collisions"], one["hit"]) for one in found] == [
+        ("point", 2, 1.0),
+        ("point", 2, 0.5),
+        ("area", 4, 0.75),
+    ]
+    # 0.2 and 0.4: mean 0.3, sqrt(0.02/2) by hand
+    assert found[0]["growth_efficiency"] == pytest.approx(0.3)
+    assert found[0]["growth_efficiency_error"] == pytest.approx(0.1)
+    assert np.isnan(found[1]["growth_efficiency_error"])
+    assert found[2]["share_fragmentation"] == pytest.approx(2 / 3)
+    assert found[0]["loss_rolling"] == 0.5 and found[1]["second"] == 0.0
+    text = table_text(dataset(rows, by_area=0)).splitlines()
+    assert len(text) == 3 and ",nan," not in "".join(text)
+
+
+def test_the_slope_of_a_known_law():
+    """10 000 fragments drawn from n(N) ~ N^-2.5 up to 500 grains: within three standard errors."""
+    sizes = np.arange(1, 501)
+    weights = sizes**-2.5
+    rng = np.random.default_rng(1)
+    tau, error = fragment_slope(rng.choice(sizes, 10_000, p=weights / weights.sum()), 500)
+    assert 0.005 < error < 0.05 and abs(tau - 2.5) < 3 * error
+    assert np.isnan(fragment_slope([1, 2, 3], 10)[0]) and np.isnan(fragment_slope([1] * 20, 10)[0])
+
+
+def test_remnants_are_no_fragments_of_the_spectrum():
+    data = dataset(
+        [row(), {"outcome": "miss"}, row(fragments=(5, 2, 2, 1)), row("sticking", (10,))]
+    )
+    grains, collisions = spectrum(data, np.ones(data.outcome.shape, bool))
+    assert sorted(grains) == [1, 1, 2] and collisions == 3
+
+
+def test_figures_of_few_and_of_failed_collisions():
+    rows = [row(), {"error": "it failed"}, {"outcome": "miss"}, row("bouncing", (5, 5))]
+    data = dataset(rows)
+    axes = plots.outcome_map(data).axes[0]
+    widths = sorted(round(patch.get_width(), 2) for patch in axes.patches)
+    assert widths == [0.47] * 4  # two halves in each of two cells
+    assert len(plots.growth(data).axes[0].lines) >= 2
+    assert (
+        "no fragments"
+        in plots.fragment_spectrum(dataset([rows[3]] * 4)).axes[0].texts[0].get_text()
+    )
+
+
+def test_the_bundled_study_is_the_map_of_two_hundred():
+    from dusttaichi.scene import load
+
+    scene = load("collide")
+    assert scene.collisions.count == 200
+    assert yaml.safe_load(scene.to_yaml())["sample"]["target"]["grains"] == 500
