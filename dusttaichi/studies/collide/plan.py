@@ -66,7 +66,8 @@ def make_study(scene: Scene, directory: Path) -> Study:
     if own is None:
         raise DustError(
             f"{scene.name} has no block `collisions`, which says what to vary; for example "
-            "collisions: {speed: [10 m/s, 30 m/s], impact_parameter: [0], seeds: 3} (`dust new collide` writes a file)"
+            "collisions: {speed: [10 m/s, 30 m/s], impact_parameter: [0], seeds: 3} "
+            "(`dust new collide` writes a file)"
         )
     data = read(scene.to_yaml()).data
     data.pop("collisions")

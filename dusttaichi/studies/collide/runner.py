@@ -12,7 +12,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.studies.ensemble.pool import open_pool
 from dusttaichi.studies.ensemble.runs import PlanProgress, drain, shares
 from dusttaichi.studies.interrupts import noted_signals
-from dusttaichi.studies.workers import usable_cores
+from dusttaichi.studies.workers import INTERRUPTED, usable_cores
 
 TOGETHER = 8  # collisions of a job: what is lost with a machine, and what shares a start
 
@@ -110,7 +110,7 @@ def _do(study, left, known, *, scheduler, report, log):
             progress.done += len(rows)
             progress.running.pop(f"batch {result.number + 1}", None)
             report(progress)
-        if result.code and result.text != "not started":
+        if result.code not in (0, INTERRUPTED):
             log(f"a batch of {len(batches[result.number].collisions)} was lost: {result.text}")
 
     def interrupted():
