@@ -6,10 +6,32 @@ the launch, each time anew: some 30 us, as long as a step of a small scene takes
 
 from dusttaichi.compute.engine import PATCHED, VERSION, program, ti
 
+LOOK = 16  # steps that are launched before the host looks how far the device has come
 
-def is_same(told, arguments):
-    """Whether these are the very arguments that a kernel was told last (None: nothing yet)."""
-    return told is not None and all(a is b for a, b in zip(told, arguments, strict=True))
+
+def make_look(sync, done, stop):
+    """Kernel `look()`: twice the number in place `done` of `sync`, of steps or beats made, and 1
+    more where place `stop` says that no further step may begin."""
+
+    @ti.kernel
+    def look() -> ti.i32:
+        return 2 * sync[done] + sync[stop]
+
+    return look
+
+
+class PassOnChange:
+    """A kernel that writes its arguments to fields, launched where they are not the very arguments
+    of the call before."""
+
+    def __init__(self, kernel):
+        self.kernel, self._last = kernel, ()
+
+    def __call__(self, *arguments):
+        same = len(self._last) == len(arguments)
+        if not (same and all(a is b for a, b in zip(self._last, arguments, strict=True))):
+            self.kernel(*arguments)
+            self._last = arguments
 
 
 class Launch:

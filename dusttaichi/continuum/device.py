@@ -9,7 +9,7 @@ from math import ceil
 
 from dusttaichi.compute.blocks import THREADS, BlockSums, largest_of_block, on_device, padded
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.launching import Launch, is_same
+from dusttaichi.compute.launching import LOOK, Launch, PassOnChange, make_look
 from dusttaichi.continuum.kernels.store import (
     BODIES,
     DONE,
@@ -21,7 +21,6 @@ from dusttaichi.continuum.kernels.store import (
 )
 from dusttaichi.physics.continuum.kernels import MATERIAL
 
-LOOK = 16  # steps that are launched before the host looks how far the device has come
 # places in `sync`: 1 where no further step may begin; steps of the run that are asked for
 STOP, ASKED = STUCK + 1, STUCK + 2
 ROWS = FACES + BODIES
@@ -32,16 +31,16 @@ class DeviceSteps:
 
     def __init__(self, motion, rates, forces, StepNumbers):
         known = Known(motion, rates, forces, StepNumbers)
-        self._begin, self._tell = make_begin(known, StepNumbers)
+        begin, pass_numbers = make_begin(known, StepNumbers)
+        self._begin, self._pass_numbers = begin, PassOnChange(pass_numbers)
         kick, respond, push = (by_threads if on_device() else by_particles)(known)
         self._kick, self._respond, self._push = Launch(kick), Launch(respond), Launch(push)
-        self._end, self._look = Launch(make_end(known)), Launch(make_look(known))
-        self._told, self._steps_a_beat = None, 1.0
+        self._end = Launch(make_end(known))
+        self._look = Launch(make_look(known.sync, ENDED, STOP))
+        self._steps_a_beat = 1.0
 
     def __call__(self, beats, pending, _workers, *arguments):
-        if not is_same(self._told, arguments):
-            self._tell(*arguments)
-            self._told = arguments
+        self._pass_numbers(*arguments)
         self._begin(beats)
         launched, ended, stopped = 0, 0, 0
         while not stopped:
@@ -72,8 +71,8 @@ class Known:
 
 
 def make_begin(known, StepNumbers):
-    """Kernels `begin(beats)`, before the steps of a call, and `tell(numbers, material)`, where
-    these have changed."""
+    """Kernels `begin(beats)`, before the steps of a call, and `pass_numbers(numbers, material)`,
+    where these have changed."""
     sync, numbers, material, fastest = known.sync, known.numbers, known.material, known.fastest
 
     @ti.kernel
@@ -83,22 +82,10 @@ def make_begin(known, StepNumbers):
         fastest[0] = 0.0
 
     @ti.kernel
-    def tell(new: StepNumbers, dust: MATERIAL):
+    def pass_numbers(new: StepNumbers, dust: MATERIAL):
         numbers[None], material[None] = new, dust
 
-    return begin, tell
-
-
-def make_look(known):
-    """Kernel `look()`: twice the number of beats that have ended, and 1 more where no further step
-    may begin."""
-    sync = known.sync
-
-    @ti.kernel
-    def look() -> ti.i32:
-        return 2 * sync[ENDED] + sync[STOP]
-
-    return look
+    return begin, pass_numbers
 
 
 def make_end(known):

@@ -7,12 +7,11 @@ do nothing. The host launches LOOK steps and looks once how many of them were ma
 
 from dusttaichi.compute.blocks import THREADS, BlockSums, on_device
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.launching import Launch, is_same
+from dusttaichi.compute.launching import LOOK, Launch, PassOnChange, make_look
 from dusttaichi.grains.kernels.gather import Walls
 from dusttaichi.grains.kernels.phases import DONE, DUE, StepNumbers
 from dusttaichi.grains.kernels.threads import Threads, place_planes, put_planes
 
-LOOK = 16  # steps that are launched before the host looks how far the device has come
 # places in `sync`: the step that has begun, and 1 where no further one may begin. A launch writes
 # none of those that it reads.
 BEGUN, STOP = DUE + 1, DUE + 2
@@ -23,18 +22,16 @@ class DeviceSteps:
 
     def __init__(self, phases, layout):
         known = Known(phases, layout)
-        self._begin, self._tell = make_begin(known)
+        begin, pass_numbers = make_begin(known)
+        self._begin, self._pass_numbers = begin, PassOnChange(pass_numbers)
         self._prepare = Launch(make_prepare(known)) if known.prepared else None
         kick, touch = (by_threads if on_device() else by_tiles)(known)
         self._kick, self._touch = Launch(kick), Launch(touch)
-        self._look = Launch(make_look(known))
-        self._told = None
+        self._look = Launch(make_look(known.sync, DONE, STOP))
 
     def __call__(self, steps, first, pending, _workers, *arguments):
         """Returns how many steps it has made."""
-        if not is_same(self._told, arguments):
-            self._tell(*arguments)
-            self._told = arguments
+        self._pass_numbers(*arguments)
         self._begin(first, pending)
         launched = 0
         while launched < steps:
@@ -68,8 +65,8 @@ class Known:
 
 
 def make_begin(known):
-    """Kernels `begin(first, pending)`, before the steps of a call, and `tell(numbers, box)`, before
-    them where these have changed."""
+    """Kernels `begin(first, pending)`, before the steps of a call, and `pass_numbers(numbers,
+    box)`, before them where these have changed."""
     sync, numbers, first_step, planes = known.sync, known.numbers, known.first, known.planes
     box_of, by_box = known.box, known.box is not None
 
@@ -79,13 +76,13 @@ def make_begin(known):
         sync[BEGUN], sync[DONE], sync[DUE], sync[STOP] = pending, 0, 0, 0
 
     @ti.kernel
-    def tell(new: StepNumbers, box: Walls):
+    def pass_numbers(new: StepNumbers, box: Walls):
         numbers[None] = new
         put_planes(planes, box)
         if ti.static(by_box):
             box_of[None] = box
 
-    return begin, tell
+    return begin, pass_numbers
 
 
 def make_prepare(known):
@@ -110,17 +107,6 @@ def make_prepare(known):
                     rates[row, n] = found[n]
 
     return prepare
-
-
-def make_look(known):
-    """Kernel `look()`: twice the number of steps made, and 1 more where a search is due."""
-    sync = known.sync
-
-    @ti.kernel
-    def look() -> ti.i32:
-        return 2 * sync[DONE] + sync[STOP]
-
-    return look
 
 
 def make_may_touch(known):
