@@ -11,7 +11,7 @@ from pathlib import Path
 from dusttaichi.compute.cache import cache_folder
 
 HERE = Path(__file__).parent
-SOURCES = ("driver.c", "threads.h", "translate.py")
+SOURCES = ("driver.c", "threads.h", "translate.py", "instructions.py")
 
 
 def missing():

@@ -1,0 +1,478 @@
+"""Instructions of PTX in C: the body of a function, statement by statement. What they call is in
+threads.h; registers become variables, and addresses are those of the host.
+"""
+
+import re
+
+C_TYPES = {
+    **{f"{k}{n}": f"uint{n}_t" for k in "ub" for n in (8, 16, 32, 64)},
+    **{f"s{n}": f"int{n}_t" for n in (8, 16, 32, 64)},
+    "f32": "float",
+    "f64": "double",
+    "pred": "uint8_t",
+}
+# registers by the beginning of their names: what holds them in C
+HOLDERS = {
+    "p": "uint8_t",
+    "rc": "uint8_t",
+    "rs": "uint16_t",
+    "r": "uint32_t",
+    "rd": "uint64_t",
+    "f": "float",
+    "fd": "double",
+}
+SPECIAL = {"%laneid": "(T->tid & 31)"} | {
+    f"%{name}.{axis}": f"T->{name}" if axis == "x" else "0" if name in ("tid", "ctaid") else "1"
+    for name in ("tid", "ctaid", "ntid", "nctaid")
+    for axis in "xyz"
+}
+COMPARE = {"eq": "==", "ne": "!=", "lt": "<", "le": "<=", "gt": ">", "ge": ">="}
+COMPARE |= {"lo": "<", "ls": "<=", "hi": ">", "hs": ">="}
+ROUNDING = {"rni": "rint", "rzi": "trunc", "rmi": "floor", "rpi": "ceil"}
+LOGIC = {"and": "&", "or": "|", "xor": "^"}
+ATOMIC = {
+    "add": "old + {0}",
+    "exch": "{0}",
+    "min": "old < {0} ? old : {0}",
+    "max": "old > {0} ? old : {0}",
+    "and": "old & {0}",
+    "or": "old | {0}",
+    "xor": "old ^ {0}",
+    "cas": "old == {0} ? {1} : old",
+}
+# `.param .align 8 .b8 name[16]`
+PARAMETER = re.compile(r"\.param (?:\.align \d+ )?\.(\w+)\s+([\w$]+)(?:\[(\d+)\])?$")
+
+
+class Untranslated(Exception):
+    """An instruction that this file does not know."""
+
+
+def size_of(kind):
+    return 1 if kind == "pred" else int(kind[1:]) // 8
+
+
+def is_float(kind):
+    return kind[0] == "f"
+
+
+def variable(register):
+    return "v_" + register[1:] if register.startswith("%") else register
+
+
+def operands(text):
+    """Operands between commas, those in brackets whole."""
+    out, depth, here = [], 0, ""
+    for char in text:
+        depth += (char in "{[(") - (char in "}])")
+        if char == "," and depth == 0:
+            out.append(here.strip())
+            here = ""
+        else:
+            here += char
+    return out + [here.strip()] if here.strip() else out
+
+
+class Body:
+    """The body of one function: its statements in C."""
+
+    def __init__(self):
+        self.named, self.lines, self.meets = {}, [], False
+
+    # -- operands --------------------------------------------------------------------------------
+
+    def held(self, register):
+        """Class of a register."""
+        if register in self.named:
+            return self.named[register]
+        match = re.match(r"%(rs|rd|fd|p|r|f)\d+$", register)
+        return match.group(1) if match else {"%SP": "rd", "%SPL": "rd"}.get(register, "r")
+
+    def value(self, text, kind):
+        """An operand read as that type."""
+        c_type = C_TYPES[kind]
+        if text in SPECIAL:
+            return f"(({c_type}){SPECIAL[text]})"
+        if text.startswith("%"):
+            return self._register(text, kind)
+        if text[:2] in ("0d", "0f"):
+            bits = f"0x{text[2:]}ull"
+            return f"as_{'f64' if text[1] == 'd' else 'f32'}({bits})" if is_float(kind) else bits
+        if re.match(r"-?\d+$", text):
+            if is_float(kind):
+                return f"as_{kind}({text}ull)"
+            if text == "-9223372036854775808":
+                return f"(({c_type})INT64_MIN)"
+            return f"(({c_type}){text}{'ll' if '-' in text else 'ull'})"
+        match = re.match(r"([\w$.]+)\+(\d+)$", text)
+        return f"((uint64_t){match[1]} + {match[2]})" if match else f"((uint64_t){text})"
+
+    def _register(self, name, kind):
+        held, own = self.held(name), variable(name)
+        if kind == "pred" or (is_float(kind) and held in ("f", "fd")):
+            return own
+        if is_float(kind):
+            return f"as_{kind}({own})"
+        if held in ("f", "fd"):
+            own = f"as_u{'64' if held == 'fd' else '32'}({own})"
+        return f"(({C_TYPES[kind]}){own})"
+
+    def assign(self, name, kind, value):
+        """Writes a value of that type to a register, which may be wider."""
+        if name == "_":
+            return ""
+        held, own = self.held(name), variable(name)
+        if kind == "pred":
+            return f"{own} = {value};"
+        if is_float(kind):
+            wrap = {"rd": "as_u64({})", "r": "as_u32({})"}.get(held, "{}")
+            return f"{own} = {wrap.format(value)};"
+        if held in ("f", "fd"):
+            to = "as_f64((uint64_t)" if held == "fd" else "as_f32((uint32_t)"
+            return f"{own} = {to}({value}));"
+        return f"{own} = ({HOLDERS[held]})({value});"
+
+    def address(self, text):
+        base, offset = re.match(r"(.+?)([+-]-?\d+)?$", text.strip()[1:-1]).groups()
+        return f"({self.value(base, 'u64')} {(offset or '').replace('+-', '-')})"
+
+    # -- instructions ----------------------------------------------------------------------------
+
+    def instruction(self, op, text):
+        """C of an instruction."""
+        name, *rest = op.split(".")
+        found = getattr(self, f"do_{name}", None)
+        if found is None:
+            raise Untranslated(op)
+        return found(rest, rest[-1] if rest else "", operands(text))
+
+    def do_ret(self, mods, kind, a):
+        return "return;"
+
+    def do_trap(self, mods, kind, a):
+        return 'emu_stop("a kernel has stopped: trap");'
+
+    do_exit = do_trap
+
+    def do_bra(self, mods, kind, a):
+        return f"goto {a[0].replace('$', '_S_')};"
+
+    def do_membar(self, mods, kind, a):
+        return ";"
+
+    do_fence = do_membar
+
+    def do_bar(self, mods, kind, a):
+        if mods[0] not in ("sync", "warp"):
+            raise Untranslated("bar." + ".".join(mods))
+        if mods[0] == "warp":
+            return ";"
+        self.meets = True
+        return "emu_barrier(T);"
+
+    do_barrier = do_bar
+
+    def do_mov(self, mods, kind, a):
+        if a[0].startswith("{"):
+            parts = operands(a[0][1:-1])
+            w = int(kind[1:]) // len(parts)
+            pieces = (
+                self.assign(p, f"b{w}", f"(uint{w}_t)(whole >> {w * n})")
+                for n, p in enumerate(parts)
+            )
+            return f"{{ uint64_t whole = {self.value(a[1], kind)}; {' '.join(pieces)} }}"
+        if a[1].startswith("{"):
+            parts = operands(a[1][1:-1])
+            w = int(kind[1:]) // len(parts)
+            values = [
+                f"((uint64_t){self.value(p, f'b{w}')} << {w * n})" for n, p in enumerate(parts)
+            ]
+            return self.assign(a[0], kind, f"({C_TYPES[kind]})({' | '.join(values)})")
+        return self.assign(a[0], kind, self.value(a[1], kind))
+
+    def do_cvta(self, mods, kind, a):
+        return self.assign(a[0], "u64", self.value(a[1], "u64"))
+
+    @staticmethod
+    def _space(mods):
+        """How the record of races knows this memory; None of what a thread has to itself."""
+        if "param" in mods or "local" in mods:
+            return None
+        return "SHARED_SPACE" if "shared" in mods else "0"
+
+    def do_ld(self, mods, kind, a):
+        vector = any(m in ("v2", "v4") for m in mods)
+        registers, c_type = operands(a[0][1:-1]) if vector else [a[0]], C_TYPES[kind]
+        out, space = f"{{ uint64_t a = {self.address(a[1])}; ", self._space(mods)
+        if space:
+            out += f"emu_read(T, a, {len(registers)} * sizeof({c_type}), {space}); "
+        for n, register in enumerate(registers):
+            out += self.assign(register, kind, f"(({c_type} *)a)[{n}]") + " "
+        return out + "}"
+
+    do_ldu = do_ld
+
+    def do_st(self, mods, kind, a):
+        vector = any(m in ("v2", "v4") for m in mods)
+        registers, c_type = operands(a[1][1:-1]) if vector else [a[1]], C_TYPES[kind]
+        out, space = f"{{ uint64_t a = {self.address(a[0])}; ", self._space(mods)
+        for n, register in enumerate(registers):
+            value, place = self.value(register, kind), f"(({c_type} *)a)[{n}]"
+            if space:
+                same = f"!memcmp(&new, (void *)(a + {n} * sizeof new), sizeof new)"
+                out += f"{{ {c_type} new = {value}; "
+                out += f"emu_wrote(T, a + {n} * sizeof new, sizeof new, {same}, {space}); "
+                out += f"{place} = new; }} "
+            else:
+                out += f"{place} = {value}; "
+        return out + "}"
+
+    def do_atom(self, mods, kind, a, first=1):
+        which, c_type = next(m for m in mods if m in ATOMIC), C_TYPES[kind]
+        new = ATOMIC[which].format(*(self.value(x, kind) for x in a[first + 1 :]))
+        out = f"{{ {c_type} *a = ({c_type} *){self.address(a[first])}; "
+        out += f"emu_atomic(T, (uint64_t)a, sizeof({c_type})); {c_type} old = *a; *a = {new}; "
+        return out + (self.assign(a[0], kind, "old") if first else "") + " }"
+
+    def do_red(self, mods, kind, a):
+        return self.do_atom(mods, kind, a, first=0)
+
+    def do_cvt(self, mods, kind, a):
+        to, source = mods[-2], mods[-1]
+        x = self._flushed(source, mods, self.value(a[1], source))
+        rounding = next((ROUNDING[m] for m in mods if m in ROUNDING), "")
+        if is_float(source) and not is_float(to):
+            return self.assign(a[0], to, f"sat_{to}({rounding}((double){x}))")
+        if is_float(source):
+            value = f"({C_TYPES[to]}){rounding}({x})"
+            return self.assign(a[0], to, self._flushed(to, mods, value))
+        return self.assign(a[0], to, f"({C_TYPES[to]}){x}")
+
+    @staticmethod
+    def _flushed(kind, mods, value):
+        return f"ftz({value})" if kind == "f32" and "ftz" in mods else value
+
+    def do_setp(self, mods, kind, a):
+        if any(m in LOGIC for m in mods):
+            raise Untranslated("setp." + ".".join(mods))
+        how, x, y = mods[0], self.value(a[1], kind), self.value(a[2], kind)
+        if is_float(kind) and how in ("num", "nan"):
+            value = f"({'!' if how == 'nan' else ''}({x} == {x} && {y} == {y}))"
+        elif is_float(kind) and how.endswith("u") and how[:-1] in COMPARE:
+            value = f"(unordered({x}, {y}) || {x} {COMPARE[how[:-1]]} {y})"
+        elif is_float(kind) and how == "ne":
+            value = f"(!unordered({x}, {y}) && {x} != {y})"
+        else:
+            value = f"({x} {COMPARE[how]} {y})"
+        return self.assign(a[0].split("|")[0], "pred", value)
+
+    def do_selp(self, mods, kind, a):
+        x, y = self.value(a[1], kind), self.value(a[2], kind)
+        return self.assign(a[0], kind, f"{self.value(a[3], 'pred')} ? {x} : {y}")
+
+    def _two(self, mods, kind, a, sign):
+        x, y = self.value(a[1], kind), self.value(a[2], kind)
+        if is_float(kind):
+            return self.assign(a[0], kind, self._flushed(kind, mods, f"{x} {sign} {y}"))
+        c_type = C_TYPES["u" + kind[1:]]
+        return self.assign(a[0], kind, f"({c_type})({x}) {sign} ({c_type})({y})")
+
+    def do_add(self, mods, kind, a):
+        return self._two(mods, kind, a, "+")
+
+    def do_sub(self, mods, kind, a):
+        return self._two(mods, kind, a, "-")
+
+    def do_mul(self, mods, kind, a):
+        return self._product(mods, kind, a, None)
+
+    def do_mad(self, mods, kind, a):
+        return self._product(mods, kind, a, a[3])
+
+    def _product(self, mods, kind, a, more):
+        x, y, to = self.value(a[1], kind), self.value(a[2], kind), kind
+        if is_float(kind):
+            return self.assign(a[0], kind, self._flushed(kind, mods, f"{x} * {y}"))
+        bits = int(kind[1:])
+        if "wide" in mods:
+            to = kind[0] + str(2 * bits)
+            value = f"({C_TYPES[to]}){x} * ({C_TYPES[to]}){y}"
+        elif "hi" in mods:
+            wide = "__int128" if kind[0] == "s" else "unsigned __int128"
+            value = f"({C_TYPES[kind]})((({wide}){x} * ({wide}){y}) >> {bits})"
+        else:
+            c_type = C_TYPES["u" + kind[1:]]
+            value = f"({c_type})(({c_type}){x} * ({c_type}){y})"
+        return self.assign(a[0], to, f"({value}) + {self.value(more, to)}" if more else value)
+
+    def do_fma(self, mods, kind, a):
+        function = "__builtin_fma" if kind == "f64" else "__builtin_fmaf"
+        value = f"{function}({', '.join(self.value(x, kind) for x in a[1:])})"
+        return self.assign(a[0], kind, self._flushed(kind, mods, value))
+
+    def do_div(self, mods, kind, a):
+        value = f"{self.value(a[1], kind)} / {self.value(a[2], kind)}"
+        return self.assign(a[0], kind, self._flushed(kind, mods, value))
+
+    def do_rem(self, mods, kind, a):
+        return self.assign(a[0], kind, f"{self.value(a[1], kind)} % {self.value(a[2], kind)}")
+
+    def _extreme(self, mods, kind, a, name, sign):
+        x, y = self.value(a[1], kind), self.value(a[2], kind)
+        if is_float(kind):
+            value = f"__builtin_f{name}{'' if kind == 'f64' else 'f'}({x}, {y})"
+            return self.assign(a[0], kind, self._flushed(kind, mods, value))
+        return self.assign(a[0], kind, f"{x} {sign} {y} ? {x} : {y}")
+
+    def do_min(self, mods, kind, a):
+        return self._extreme(mods, kind, a, "min", "<")
+
+    def do_max(self, mods, kind, a):
+        return self._extreme(mods, kind, a, "max", ">")
+
+    def _one(self, mods, kind, a, form):
+        value = form.format(self.value(a[1], kind))
+        return self.assign(a[0], kind, self._flushed(kind, mods, value))
+
+    def do_neg(self, mods, kind, a):
+        return self._one(mods, kind, a, "-({})")
+
+    def do_abs(self, mods, kind, a):
+        form = {"f64": "__builtin_fabs({})", "f32": "__builtin_fabsf({})"}
+        return self._one(mods, kind, a, form.get(kind, "({0} < 0 ? -{0} : {0})"))
+
+    def do_rcp(self, mods, kind, a):
+        exact = "exact" if "rn" in mods else "approx"
+        return self._one(mods, kind, a, f"rcp_{exact}_{kind}({{}})")
+
+    def do_rsqrt(self, mods, kind, a):
+        return self._one(mods, kind, a, f"rsqrt_{kind}({{}})")
+
+    def do_sqrt(self, mods, kind, a):
+        return self._one(mods, kind, a, f"__builtin_sqrt{'' if kind == 'f64' else 'f'}({{}})")
+
+    def do_ex2(self, mods, kind, a):
+        return self._one(mods, kind, a, "exp2f({})")
+
+    def do_lg2(self, mods, kind, a):
+        return self._one(mods, kind, a, "log2f({})")
+
+    def do_sin(self, mods, kind, a):
+        return self._one(mods, kind, a, "sinf({})")
+
+    def do_cos(self, mods, kind, a):
+        return self._one(mods, kind, a, "cosf({})")
+
+    def do_not(self, mods, kind, a):
+        return self._one([], kind, a, "!{}" if kind == "pred" else "~{}")
+
+    def _logic(self, kind, a, sign):
+        return self.assign(a[0], kind, f"{self.value(a[1], kind)} {sign} {self.value(a[2], kind)}")
+
+    def do_and(self, mods, kind, a):
+        return self._logic(kind, a, "&")
+
+    def do_or(self, mods, kind, a):
+        return self._logic(kind, a, "|")
+
+    def do_xor(self, mods, kind, a):
+        return self._logic(kind, a, "^")
+
+    def _shift(self, kind, a, sign, beyond):
+        x, by, c_type = self.value(a[1], kind), self.value(a[2], "u32"), C_TYPES[kind]
+        out = f"{by} >= {kind[1:]} ? ({c_type}){beyond.format(x)} : ({c_type})({x} {sign} {by})"
+        return self.assign(a[0], kind, out)
+
+    def do_shl(self, mods, kind, a):
+        return self._shift(kind, a, "<<", "0")
+
+    def do_shr(self, mods, kind, a):
+        return self._shift(kind, a, ">>", "({} < 0 ? -1 : 0)" if kind[0] == "s" else "0")
+
+    def do_popc(self, mods, kind, a):
+        return self.assign(a[0], "u32", f"__builtin_popcountll({self.value(a[1], kind)})")
+
+    def do_clz(self, mods, kind, a):
+        return self.assign(a[0], "u32", f"clz_{kind}({self.value(a[1], kind)})")
+
+    def do_copysign(self, mods, kind, a):
+        x, y = self.value(a[2], kind), self.value(a[1], kind)
+        return self.assign(a[0], kind, f"__builtin_copysign({x}, {y})")
+
+    def do_prmt(self, mods, kind, a):
+        return self.assign(a[0], "b32", f"prmt({', '.join(self.value(x, 'b32') for x in a[1:])})")
+
+    def do_bfe(self, mods, kind, a):
+        rest = ", ".join(self.value(x, "u32") for x in a[2:])
+        return self.assign(a[0], kind, f"bfe_{kind}({self.value(a[1], kind)}, {rest})")
+
+    # -- statements ------------------------------------------------------------------------------
+
+    def add(self, statement):
+        """One statement of PTX, without what ends it."""
+        s = " ".join(statement.split())
+        if not s or s.startswith((".callprototype", ".pragma", ".loc ", ".file ")):
+            return
+        if s in "{}":
+            self.lines.append(s)
+        elif s.endswith(":"):
+            self.lines.append(f"{s[:-1].strip().replace('$', '_S_')}:;")
+        elif s.startswith(".reg"):
+            self.lines.append(self._registers(s))
+        elif s.startswith((".local", ".shared")):
+            name, size = re.match(r"\.\w+ (?:\.align \d+ )?\.b8\s+([\w$]+)\[(\d+)\]", s).groups()
+            still = "static " if s.startswith(".shared") else ""
+            self.lines.append(f"{still}_Alignas(16) uint8_t {name}[{size}];")
+        elif s.startswith(".param"):
+            kind, name, count = PARAMETER.match(s).groups()
+            self.lines.append(f"_Alignas(16) uint8_t {name}[{size_of(kind) * int(count or 1)}];")
+        else:
+            self._guarded(s)
+
+    def _registers(self, s):
+        kind, name, count = re.match(r"\.reg \.(\w+)\s+(%?\w+)(?:<(\d+)>)?$", s).groups()
+        c_type = C_TYPES[kind]
+        if count:
+            return f"{c_type} " + ", ".join(f"v_{name[1:]}{n} = 0" for n in range(int(count))) + ";"
+        by_kind = {"f32": "f", "f64": "fd", "pred": "p"}
+        by_size = {8: "rc", 16: "rs", 32: "r", 64: "rd"}
+        self.named[name] = by_kind.get(kind) or by_size[int(kind[1:])]
+        return f"{c_type} {variable(name)} = 0;"
+
+    def _guarded(self, s):
+        guard = ""
+        if match := re.match(r"@(!?)(%\w+) (.*)$", s):
+            guard, s = f"if ({match[1]}{variable(match[2])}) ", match[3]
+        if s.startswith("call"):
+            out = self._call(s)
+        else:
+            out = self.instruction(*re.match(r"([\w.]+)\s*(.*)$", s).groups())
+        self.lines.append(f"{guard}{{ {out} }}" if guard else out)
+
+    def _call(self, s):
+        form = r"call(?:\.uni)?\s*(?:\(([^)]*)\),\s*)?([%\w$.]+)(?:,\s*\(([^)]*)\))?"
+        returned, callee, given = re.match(form, s).groups()
+        listed = ",".join(x for x in (returned, given) if x)
+        names = ["T", *(x.strip() for x in listed.split(",") if x.strip())]
+        if callee.startswith("%"):
+            kinds = ", ".join(["Thread *", *["uint8_t *"] * (len(names) - 1)])
+            callee = f"((void (*)({kinds})){variable(callee)})"
+        return f"{callee}({', '.join(names)});"
+
+
+def statements(body):
+    """The statements of a body: between semicolons, labels, braces of blocks."""
+    here, depth = "", 0
+    for char in body:
+        if char in "{}" and depth == 0 and (char == "}" or not here.strip()):
+            yield from (here, char)
+            here = ""
+        elif char == ";":
+            yield here
+            here = ""
+        elif char == ":" and re.match(r"\s*[\w$]+\s*$", here):
+            yield here + ":"
+            here = ""
+        else:
+            depth += (char == "{") - (char == "}")
+            here += char
