@@ -7,17 +7,22 @@ the launch, each time anew: some 30 us, as long as a step of a small scene takes
 from dusttaichi.compute.engine import PATCHED, VERSION, program, ti
 
 LOOK = 16  # steps that are launched before the host looks how far the device has come
+REASONS = 4  # why no further step may begin: numbers from 1 to below this
 
 
-def make_look(sync, done, stop):
-    """Kernel `look()`: twice the number in place `done` of `sync`, of steps or beats made, and 1
-    more where place `stop` says that no further step may begin."""
+class Look:
+    """How far a device has come: (number in place `done` of the field `sync`, reason in place
+    `stop`, 0 where a further step may begin)."""
 
-    @ti.kernel
-    def look() -> ti.i32:
-        return 2 * sync[done] + sync[stop]
+    def __init__(self, sync, done, stop):
+        @ti.kernel
+        def look() -> ti.i32:
+            return REASONS * sync[done] + sync[stop]
 
-    return look
+        self._launch = Launch(look)
+
+    def __call__(self):
+        return divmod(self._launch(), REASONS)
 
 
 class PassOnChange:

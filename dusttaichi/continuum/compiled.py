@@ -14,6 +14,7 @@ from dusttaichi.continuum.kernels.numbers import numbers_type
 from dusttaichi.continuum.kernels.rates import Rates
 from dusttaichi.continuum.kernels.response import Response
 from dusttaichi.continuum.kernels.rigid import Rigid
+from dusttaichi.continuum.kernels.search import make_search, place_search
 from dusttaichi.continuum.kernels.separation import Separation
 from dusttaichi.continuum.kernels.smoothing import KERNELS
 from dusttaichi.continuum.step import make_advance
@@ -28,9 +29,11 @@ class Fields:
 
 @dataclass(frozen=True)
 class Kernels:
-    """The kernels of a scene, and the type of what they are told."""
+    """The kernels of a scene, and the type of what they are told. search: launches of a search on a
+    device, None where the host searches with `count`, `write` and `measure`."""
 
     advance: Any
+    search: Any
     count: Any
     write: Any
     measure: Any
@@ -82,16 +85,19 @@ def compiled_for(key, layout, capacity, kind):
     wherever it runs, it looks at none directly.
     """
     fields, lists = store.place(layout, *capacity)
+    if kind != "workers":
+        lists |= place_search(fields, lists, layout)
     f, scratch = Fields(fields), Fields(lists)
     n, StepNumbers = layout.dimension, numbers_type(layout.dimension)
     attraction = Attraction(f, scratch, n) if layout.self_gravity else None
     rigid, rates, forces = passes(f, scratch, layout, attraction)
     motion = Motion(f, scratch, layout, rigid, attraction)
     advance = make_advance((motion, rates, forces), StepNumbers, kind)
+    search = None if kind == "workers" else make_search(motion, advance.known.numbers)
     count, write = make_list(Lists(f, scratch, n))
     measure = make_measure(f, scratch, rigid, StepNumbers) if layout.rigid else None
     potential = make_potential(attraction, StepNumbers) if layout.self_gravity else None
-    kernels = Kernels(advance, count, write, measure, potential, StepNumbers)
+    kernels = Kernels(advance, search, count, write, measure, potential, StepNumbers)
     memory = arrays_of({**fields, **lists}) if kind == "workers" else {}
     return Compiled(key, layout, kernels, fields, lists, memory)
 

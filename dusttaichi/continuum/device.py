@@ -9,10 +9,9 @@ from math import ceil
 
 from dusttaichi.compute.blocks import THREADS, BlockSums, largest_of_block, on_device, padded
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.launching import LOOK, Launch, PassOnChange, make_look
+from dusttaichi.compute.launching import LOOK, Launch, Look, PassOnChange
 from dusttaichi.continuum.kernels.store import (
     BODIES,
-    DONE,
     DUE,
     ENDED,
     FACES,
@@ -21,8 +20,9 @@ from dusttaichi.continuum.kernels.store import (
 )
 from dusttaichi.physics.continuum.kernels import MATERIAL
 
-# places in `sync`: 1 where no further step may begin; steps of the run that are asked for
+# places in `sync`: why no further step may begin; steps of the run that are asked for
 STOP, ASKED = STUCK + 1, STUCK + 2
+HALT, ENDLESS = 1, 2  # in STOP: a search is due or all is made; a beat would take too many steps
 ROWS = FACES + BODIES
 
 
@@ -30,17 +30,18 @@ class DeviceSteps:
     """`advance(beats, pending, workers, numbers, material)` of a device: see step.py."""
 
     def __init__(self, motion, rates, forces, StepNumbers):
-        known = Known(motion, rates, forces, StepNumbers)
+        self.known = known = Known(motion, rates, forces, StepNumbers)
         begin, pass_numbers = make_begin(known, StepNumbers)
-        self._begin, self._pass_numbers = begin, PassOnChange(pass_numbers)
+        self._begin, self.pass_numbers = begin, PassOnChange(pass_numbers)
         kick, respond, push = (by_threads if on_device() else by_particles)(known)
         self._kick, self._respond, self._push = Launch(kick), Launch(respond), Launch(push)
         self._end = Launch(make_end(known))
-        self._look = Launch(make_look(known.sync, ENDED, STOP))
+        self._look = Look(known.sync, ENDED, STOP)
         self._steps_a_beat = 1.0
 
     def __call__(self, beats, pending, _workers, *arguments):
-        self._pass_numbers(*arguments)
+        """Returns how many beats have ended, and whether the next one would take too many steps."""
+        self.pass_numbers(*arguments)
         self._begin(beats)
         launched, ended, stopped = 0, 0, 0
         while not stopped:
@@ -53,8 +54,9 @@ class DeviceSteps:
                 self._push()
                 self._end()
                 launched += 1
-            ended, stopped = divmod(self._look(), 2)
+            ended, stopped = self._look()
         self._steps_a_beat = launched / max(1, ended)
+        return ended, stopped == ENDLESS
 
 
 class Known:
@@ -77,7 +79,7 @@ def make_begin(known, StepNumbers):
 
     @ti.kernel
     def begin(beats: ti.i32):
-        sync[DUE], sync[DONE], sync[ENDED], sync[STUCK] = 0, 0, 0, 0
+        sync[DUE], sync[ENDED], sync[STUCK] = 0, 0, 0
         sync[STOP], sync[ASKED] = 0, beats
         fastest[0] = 0.0
 
@@ -97,12 +99,13 @@ def make_end(known):
     @ti.func
     def conclude():
         if sync[DUE] == 1:
-            sync[STOP] = 1
+            sync[STOP] = HALT
         else:
             sync[ENDED] = sync[ENDED] + motion.next_step(1, numbers[None])
-            sync[DONE] = sync[ENDED]
-            if sync[ENDED] >= sync[ASKED] or sync[STUCK] == 1:
-                sync[STOP] = 1
+            if sync[STUCK] == 1:
+                sync[STOP] = ENDLESS
+            elif sync[ENDED] >= sync[ASKED]:
+                sync[STOP] = HALT
 
     @ti.kernel
     def end_step():

@@ -8,18 +8,17 @@ from itertools import product
 
 import numpy as np
 
+from dusttaichi.continuum.kernels.lists import FARTHEST, FURTHER_CELLS, MOST_CELLS, WIDER
 from dusttaichi.continuum.kernels.store import CENTRE, SEARCHED
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import moment
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
-FARTHEST = 1e10  # m; beyond, the place of a particle does not count as a number
 SUPPORT = 2.0  # reach of the kernels in smoothing lengths
 # extra reach of the lists in smoothing lengths, by dimension: what a longer list costs a step, and
 # what a search costs
 SKIN = {2: 0.6, 3: 0.3}
 YIELD = (DUST, ELASTIC)  # roles of what has neighbours
-MOST_CELLS = 4.0  # cells for each particle that there is room for
 
 
 class Search:
@@ -29,28 +28,26 @@ class Search:
     all of the kernels' axes. rigid: rows of what has a rigid surface. count: searches so far.
     """
 
-    def __init__(self, sim, h, mirrors, edges):
+    def __init__(self, sim, h, mirrors, edges, rigid):
         self.sim, self.h, self.mirrors, self.edges = sim, h, mirrors, edges
-        self.rigid = []
-        self.skin = SKIN[sim.dimension] * h
+        self.rigid, self.skin = rigid, SKIN[sim.dimension] * h
         self.reach, self.count = SUPPORT * h + self.skin, 0
-        self.total = 0  # entries of all lists
 
     @property
     def way2(self):
         """Square of the way that a particle may go before the next search is due [m^2]."""
         return (0.5 * self.skin) ** 2
 
+    @property
+    def near_surface(self):
+        """Distance within which a surface is listed [m]: both may go their part of the skin, and
+        the lists may be old by as much."""
+        return SUPPORT * self.h + 2.0 * self.skin
+
     def now(self):
         """New lists for the present places; particles are put in the order of their cells."""
         x = self.sim.of_particles("x")
-        lost = ~(np.abs(x) < FARTHEST).all(axis=1)
-        if lost.any():
-            raise GuardStop(
-                f"{moment(self.sim)} the place of {lost.sum()} "
-                "particles is not a number any more: the step is too long for what happens. Try a "
-                "smaller numerics.cfl or a lower speed."
-            )
+        self.check_places(x)
         wrapped = self._wrap(x)
         if wrapped is not x:
             self.sim.put("x", wrapped)
@@ -88,9 +85,9 @@ class Search:
         """Origin, width and numbers of the cells around particles and their ghosts."""
         margin = self.reach if self.mirrors or self.edges else 0.0
         low, high = x.min(axis=0) - margin, x.max(axis=0) + margin
-        width, room = self.reach, MOST_CELLS * len(x) + 16
+        width, room = self.reach, MOST_CELLS * len(x) + FURTHER_CELLS
         while np.prod(cells := np.floor((high - low) / width).astype(np.int64) + 1) > room:
-            width *= 1.3
+            width *= WIDER
         return low, width, cells
 
     @staticmethod
@@ -116,13 +113,7 @@ class Search:
         sim.lists["grid_origin"].from_numpy(low)
         sim.lists["grid_cells"].from_numpy(cells)
         sim.kernels.count(n, self.reach**2, 1.0 / width)
-        self.total = int(sim.lists["first"].to_numpy(n + 1)[n])
-        if self.total > sim.lists["entry"].field.shape[0]:
-            raise GuardStop(
-                f"{moment(sim)} the particles have {self.total / n:.0f} neighbours each, "
-                "more than there is room for: they have come together without limit. Try a smaller "
-                "numerics.cfl, a larger numerics.viscosity.grid or a lower speed."
-            )
+        self.check_entries(int(sim.lists["first"].to_numpy(n + 1)[n]))
         sim.kernels.write(n, self.reach**2, 1.0 / width)
         self._touches(n)
 
@@ -135,23 +126,15 @@ class Search:
         own, rows = [], []
         for row in self.rigid:
             sim.kernels.measure(row, sim.step_numbers())
-            # both may go their part of the skin, and the lists may be old by as much
-            near = sim.lists["distance"].to_numpy(n) < SUPPORT * self.h + 2.0 * self.skin
+            near = sim.lists["distance"].to_numpy(n) < self.near_surface
             own.append(np.flatnonzero(near & yields))
             rows.append(np.full(len(own[-1]), row))
         own, rows = np.concatenate(own), np.concatenate(rows)
         order = np.argsort(own, kind="stable")
-        room = sim.lists["touch_row"].field.shape[0]
-        if len(own) > room:
-            raise GuardStop(
-                f"{moment(sim)} {len(own)} contacts of particles with rigid surfaces are more than "
-                f"there is room for ({room}): the gaps between them are narrower than the reach of "
-                "a particle. Try a smaller numerics.spacing."
-            )
+        self.check_touches(len(own))
         first = np.searchsorted(own[order], np.arange(n + 1)).astype(np.int32)
         sim.lists["touch_first"].from_numpy(first)
         sim.lists["touch_row"].from_numpy(rows[order].astype(np.int32))
-        sim.touches = len(own)
 
     def _ghosts(self, x):
         """Places of all images within reach of the room; who they are of, their signs and shifts
@@ -161,11 +144,7 @@ class Search:
             return np.zeros((0, sim.dimension))
         source, sign, shift = [], [], []
         yields = np.isin(sim.of_particles("role"), YIELD)
-        for chosen in product(*self._images(sim.dimension)):
-            signs = np.array([s for s, _ in chosen])
-            shifts = np.array([t for _, t in chosen])
-            if (signs == 1.0).all() and (shifts == 0.0).all():
-                continue
+        for signs, shifts in self.images():
             image = x * signs + shifts
             inside = np.flatnonzero(self._near(image) & yields)
             source.append(inside)
@@ -175,13 +154,7 @@ class Search:
         order = np.argsort(source, kind="stable")
         source = source[order]
         sign, shift = np.concatenate(sign)[order], np.concatenate(shift)[order]
-        room = sim.lists["ghost_sign"].field.shape[0]
-        if len(source) > room:
-            raise GuardStop(
-                f"{len(source)} images of particles beyond periodic faces and mirrors are more "
-                f"than there is room for ({room}): the room is narrower than the reach of a "
-                "particle. Try a wider one, or a smaller numerics.spacing."
-            )
+        self.check_ghosts(len(source))
         sim.lists["ghost_sign"].from_numpy(sign)
         sim.lists["ghost_shift"].from_numpy(shift)
         first = np.searchsorted(source, np.arange(n + 1)).astype(np.int32)
@@ -189,14 +162,14 @@ class Search:
         self.source = source, sign, shift
         return x[source] * sign + shift
 
-    def _images(self, dimension):
-        """For each axis the (sign, shift) of its images, the particle itself first."""
-        out = [[(1.0, 0.0)] for _ in range(dimension)]
+    def images(self):
+        """(signs, shifts [m]) along all axes of the images of a particle, without itself."""
+        along = [[(1.0, 0.0)] for _ in range(self.sim.dimension)]
         for axis, low, high in self.edges:
-            out[axis] += [(1.0, high - low), (1.0, low - high)]
+            along[axis] += [(1.0, high - low), (1.0, low - high)]
         for axis, _, plane in self.mirrors:
-            out[axis].append((-1.0, 2.0 * plane))
-        return out
+            along[axis].append((-1.0, 2.0 * plane))
+        return [tuple(np.array(chosen).T) for chosen in product(*along)][1:]
 
     def _near(self, image):
         """Images within reach of the room that their originals are in."""
@@ -225,3 +198,44 @@ class Search:
         for name in ("volume", "density", "impedance", "alpha", "beta", "side", "gap"):
             if name in sim.tables:
                 sim.put_ghosts(name, n, sim.of_particles(name)[source])
+
+    # -- what may be wrong -----------------------------------------------------------------------
+
+    def check_places(self, x):
+        """Raises GuardStop where places of particles are no numbers."""
+        lost = ~(np.abs(x) < FARTHEST).all(axis=1)
+        if lost.any():
+            raise GuardStop(
+                f"{moment(self.sim)} the place of {lost.sum()} "
+                "particles is not a number any more: the step is too long for what happens. Try a "
+                "smaller numerics.cfl or a lower speed."
+            )
+
+    def check_ghosts(self, count):
+        """Raises GuardStop where there is no room for so many ghosts."""
+        room = self.sim.lists["ghost_sign"].field.shape[0]
+        if count > room:
+            raise GuardStop(
+                f"{count} images of particles beyond periodic faces and mirrors are more "
+                f"than there is room for ({room}): the room is narrower than the reach of a "
+                "particle. Try a wider one, or a smaller numerics.spacing."
+            )
+
+    def check_entries(self, count):
+        """Raises GuardStop where there is no room for so many neighbours of all particles."""
+        if count > self.sim.lists["entry"].field.shape[0]:
+            raise GuardStop(
+                f"{moment(self.sim)} the particles have {count / self.sim.n:.0f} neighbours each, "
+                "more than there is room for: they have come together without limit. Try a smaller "
+                "numerics.cfl, a larger numerics.viscosity.grid or a lower speed."
+            )
+
+    def check_touches(self, count):
+        """Raises GuardStop where there is no room for so many pairs of particle and surface."""
+        room = self.sim.lists["touch_row"].field.shape[0]
+        if count > room:
+            raise GuardStop(
+                f"{moment(self.sim)} {count} contacts of particles with rigid surfaces are more "
+                f"than there is room for ({room}): the gaps between them are narrower than the "
+                "reach of a particle. Try a smaller numerics.spacing."
+            )

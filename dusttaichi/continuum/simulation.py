@@ -57,7 +57,7 @@ class Simulation:
         self.beat, self.threads, self.bodies = beat, threads, bodies
         self.tables, self.lists = tables
         self.names = [variable.name for variable in declare(self.layout)]
-        self.step, self.touches, self.search = 0, 0, None
+        self.step, self.search = 0, None
         self._told = {}, None  # numbers that the kernels were told last, and their struct
 
     @property
@@ -130,7 +130,6 @@ class Simulation:
         numbers = self.numbers | {
             "count": self.n,
             "bodies": self.bodies,
-            "touches": self.touches,
             "beat": self.beat,
             "way2": self.search.way2,
         }
@@ -138,17 +137,23 @@ class Simulation:
             self._told = numbers, self.kernels.StepNumbers(**numbers)
         return self._told[1]
 
+    def pass_numbers(self):
+        """Tell the kernels of a device the numbers of now, where a search needs them."""
+        self.kernels.advance.pass_numbers(self.step_numbers(), self.told_material)
+
     def _call(self, beats, pending):
         told = self.step_numbers()
-        self.kernels.advance(beats, pending, self.threads, told, self.told_material)
-        sync = self.lists["sync"].to_numpy()
-        if sync[STUCK]:
+        made = self.kernels.advance(beats, pending, self.threads, told, self.told_material)
+        if made is None:  # workers have written it down
+            made = self.lists["sync"].to_numpy()[[DONE, STUCK]]
+        done, stuck = made
+        if stuck:
             raise GuardStop(
                 f"{moment(self)} a step of the run would take more than {MOST_STEPS:.0e} steps of "
                 "the method: particles move or are strained too fast for any. Try a lower speed, "
                 "or a shorter numerics.time_step if it is a long one."
             )
-        return int(sync[DONE])
+        return int(done)
 
     def halve_step(self):
         """Go on from the present state with beats and steps of half the length.

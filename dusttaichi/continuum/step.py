@@ -8,7 +8,7 @@ The run's step is a beat of fixed length; the method divides it into steps that 
 sound of now. `advance(beats, pending, workers, numbers, material)` makes up to `beats` of them;
 with `pending` the first step has drifted already and lacks the rest (a search came between). It
 ends early when a search is due, or where a beat would take too many steps (sync[STUCK]).
-sync[DONE] tells. `most` holds the fastest signals of the step.
+sync[DONE] tells, unless it returns both. `most` holds the fastest signals of the step.
 """
 
 from dusttaichi.compute.engine import ti

@@ -35,6 +35,17 @@ def rows(columns, count):
     return np.stack([x.ravel(), (k.ravel() + 0.5) * high], axis=1), SPACING * high
 
 
+def pressed(count, speed):
+    """Scene and particles of so many rows of dust between rigid walls, periodic sideways, pressed
+    from above at a speed [m/s]."""
+    columns, high = 6, SPACING * np.sqrt(3.0) / 2.0
+    x, area = rows(columns, count)
+    boundary = {"kind": "faces", "bottom": "rigid", "top": "rigid", "periodic": ["x"]}
+    boundary |= {"wall_speed": f"{speed} m/s"}
+    room = np.array([[0.0, columns * SPACING], [np.nan, np.nan], [0.0, count * high]])
+    return scene(boundary=boundary), particles(x, area, room=room)
+
+
 def disc(radius):
     """Places (n, 2) of a disc about the origin, and the area of a particle."""
     side = int(2.4 * radius / SPACING) // 2 * 2

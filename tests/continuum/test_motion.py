@@ -5,8 +5,6 @@ import pytest
 from continuum import dust
 
 from dusttaichi import method, units
-from dusttaichi.compute.backend import Loops
-from dusttaichi.continuum.build import build
 from dusttaichi.method import State
 
 OPEN = {"viscosity": {"grid": 0.005}}
@@ -202,35 +200,6 @@ def test_a_mirror_is_the_other_half():
     )
 
 
-def pressed(count, speed):
-    """Scene and particles of so many rows of dust between rigid walls, periodic sideways, pressed
-    from above at a speed [m/s]."""
-    columns, high = 6, dust.SPACING * np.sqrt(3.0) / 2.0
-    x, area = dust.rows(columns, count)
-    boundary = {"kind": "faces", "bottom": "rigid", "top": "rigid", "periodic": ["x"]}
-    boundary |= {"wall_speed": f"{speed} m/s"}
-    room = np.array([[0.0, columns * dust.SPACING], [np.nan, np.nan], [0.0, count * high]])
-    return dust.scene(boundary=boundary), dust.particles(x, area, room=room)
-
-
-def test_a_kernel_a_phase_gives_the_same_motion():
-    """The layout of a GPU, run on the CPU: walls that move, images, a search on the way."""
-    scene, sample = pressed(8, 1.0)
-    ends, speeds = [], np.zeros((6, 3))
-    speeds[5, 2] = -1.0
-    for kind in ("workers", "launches"):
-        sim = build(scene, sample, loops=Loops(1, 1, kind))
-        sim.move_faces(speeds)
-        sim.advance(5)
-        assert sim.search.count > 1
-        ends.append((sim.arrays(), sim.rigid(0, 36)))
-    for name, values in ends[0][0].items():
-        # compilers may fuse a multiply and an add here and not there: rounding, grown over steps
-        scale = np.abs(values).max(initial=0.0)
-        np.testing.assert_allclose(ends[1][0][name], values, rtol=0, atol=1e-9 * scale)
-    np.testing.assert_allclose(ends[1][1], ends[0][1], rtol=1e-9, atol=1e-12)
-
-
 def test_pressed_dust_has_its_strengths():
     """Uniaxial pressing between rigid walls: p = Sigma and axial stress Sigma + 2 Y/3 (not Sigma),
     with grid noise that a viscosity acts on which takes hardly any energy."""
@@ -238,7 +207,7 @@ def test_pressed_dust_has_its_strengths():
 
     count, speed = 16, 0.15
     high = count * dust.SPACING * np.sqrt(3.0) / 2.0
-    motion = dust.moving(*pressed(count, speed))
+    motion = dust.moving(*dust.pressed(count, speed))
     sim, m, start = motion.sim, motion.sim.material, motion.measure()
     for phi in (0.18, 0.2):
         mean_pressures, axial = [], []

@@ -131,16 +131,27 @@ def counts():
 
 
 def counted(name):
-    """What a stretch of steps without a search takes: steps, searches, and the driver's counts."""
+    """What a stretch of steps takes, of grains one without a search, and what a search of a
+    continuum takes: steps, searches, and the driver's counts."""
     scene = scene_of(name, "cuda")
     if name in GRAINS:
         scene = scene.with_value("numerics.skin", 0.4)
     motion = method.of(scene).build(scene, method.make_sample(scene))
     sim = motion.sim
+    if name in CONTINUUM:  # how many steps a step of the run takes is known from the one before
+        motion.advance(1)
     first, searches, before = _steps(sim), sim.search.count, counts()
     motion.advance(2 * 16 if name in GRAINS else 1)
-    taken = {key: n - before[key] for key, n in counts().items()}
-    return {"steps": _steps(sim) - first, "searches": sim.search.count - searches, **taken}
+    taken = _since(before) | {"steps": _steps(sim) - first, "searches": sim.search.count - searches}
+    if name in CONTINUUM:
+        before = counts()
+        sim.search.now()
+        taken["search"] = _since(before)
+    return taken
+
+
+def _since(before):
+    return {key: n - before[key] for key, n in counts().items()}
 
 
 def step_arguments(sim):

@@ -83,8 +83,14 @@ def test_launches_and_synchronisations_of_a_step(name, device):
     took = device(name)[1]["counted"]
     if name in cases.CONTINUUM:
         # bodies, particles; response; forces, loads of bodies; the end of the step. To begin and
-        # to look; a search, whose lists the host makes, copies all that it needs
-        assert took["launches"] <= 6 * took["steps"] + 64 + 200 * took["searches"]
+        # to look; launches that find nothing to do. Lists of a search are made by the device,
+        # which tells the host in one number that nothing is wrong
+        calls, search = 1 + took["searches"], took["search"]
+        most = 6 * (took["steps"] + LOOK) + 64 * calls
+        assert took["launches"] <= most and took["steps"] > 0
+        assert took["syncs"] <= took["steps"] // LOOK + 3 * calls
+        assert search["launches"] <= 48 and search["syncs"] == 1 and search["to_device"] == 0
+        assert search["bytes_from"] == 4
         return
     if name.startswith("sheared"):
         return  # the host looks at the load in between

@@ -4,6 +4,10 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import Scan
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
+FARTHEST = 1e10  # m; beyond, the place of a particle does not count as a number
+MOST_CELLS, FURTHER_CELLS = 4.0, 16  # cells there is room for: for each particle, beside these
+WIDER = 1.3  # of the cells where they would be more
+
 
 @ti.data_oriented
 class Lists:

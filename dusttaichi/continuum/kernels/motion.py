@@ -193,7 +193,7 @@ class Motion:
         for row in range(FACES + numbers.bodies):
             self.clear_load(row, numbers)
         if ti.static(self.layout.rigid):
-            for e in range(numbers.touches):
+            for e in range(self.lists.touch_first[numbers.count]):
                 row = self.lists.touch_row[e]
                 for c in ti.static(range(6)):
                     # force and torque stand one behind the other, as they do in `touch`
@@ -219,9 +219,10 @@ class Motion:
         """What the touches of one of a block of threads do to a surface: force and torque, then
         the parts of pairs and of grid noise, 6 numbers each."""
         out = ti.Vector.zero(ti.f64, PARTS)
-        for n in range(whole(numbers.touches, threads)):
+        touches = self.lists.touch_first[numbers.count]
+        for n in range(whole(touches, threads)):
             e = n * threads + thread
-            if e < numbers.touches:
+            if e < touches:
                 if self.lists.touch_row[e] == row:
                     for c in ti.static(range(6)):
                         of_pairs, of_noise = self.lists.touch[e, 6 + c], self.lists.touch[e, 12 + c]

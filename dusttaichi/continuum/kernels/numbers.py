@@ -8,7 +8,6 @@ def numbers_type(dimension):
     return ti.types.struct(
         count=ti.i32,  # particles without ghosts
         bodies=ti.i32,
-        touches=ti.i32,  # pairs of a particle and a surface near it
         beat=ti.f64,  # time of a step of the run
         h=ti.f64,
         inv_h=ti.f64,

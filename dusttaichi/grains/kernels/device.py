@@ -7,7 +7,7 @@ do nothing. The host launches LOOK steps and looks once how many of them were ma
 
 from dusttaichi.compute.blocks import THREADS, BlockSums, on_device
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.launching import LOOK, Launch, PassOnChange, make_look
+from dusttaichi.compute.launching import LOOK, Launch, Look, PassOnChange
 from dusttaichi.grains.kernels.gather import Walls
 from dusttaichi.grains.kernels.phases import DONE, DUE, StepNumbers
 from dusttaichi.grains.kernels.threads import Threads, place_planes, put_planes
@@ -27,7 +27,7 @@ class DeviceSteps:
         self._prepare = Launch(make_prepare(known)) if known.prepared else None
         kick, touch = (by_threads if on_device() else by_tiles)(known)
         self._kick, self._touch = Launch(kick), Launch(touch)
-        self._look = Launch(make_look(known.sync, DONE, STOP))
+        self._look = Look(known.sync, DONE, STOP)
 
     def __call__(self, steps, first, pending, _workers, *arguments):
         """Returns how many steps it has made."""
@@ -43,7 +43,7 @@ class DeviceSteps:
                 pending = 0
                 self._touch()
                 launched += 1
-            done, stopped = divmod(self._look(), 2)
+            done, stopped = self._look()
             if stopped:
                 break
         return done
