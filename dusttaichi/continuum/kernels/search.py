@@ -38,7 +38,8 @@ def place_search(fields, lists, layout):
         # what a cell has that has no place in its list yet; 0 between two sorts
         "placeless": (ti.i32, (cells,)),
         "cell_chunk": (ti.i32, (scan_room(cells),)),
-        "bounds": (ti.f64, (2, n)),
+        # least and largest places of chunks of particles, of groups of chunks, of all
+        "bounds": (ti.f64, (scan_room(room) + 1, 2 * n)),
         "inv_width": (ti.f64, (1,)),
         "spare_f64": (ti.f64, (columns["f64"], room)),
         "spare_i32": (ti.i32, (columns["i32"], room)),
@@ -73,9 +74,8 @@ def make_search(motion, numbers):
 
 def make_grid(motion, numbers):
     """Kernels `wrap()` and `lay_grid()` of make_search."""
-    edges, x, grid = motion.lists.edges, motion.f.x, Grid(motion, numbers)
-    n, room = motion.n, motion.f.mass.shape[0]
-    chunks = -(-room // CHUNK)
+    lists, x, grid = motion.lists, motion.f.x, Grid(motion, numbers)
+    n, room, edges = motion.n, motion.f.mass.shape[0], lists.edges
 
     @ti.kernel
     def wrap():
@@ -89,11 +89,14 @@ def make_grid(motion, numbers):
     @ti.kernel
     def lay_grid():
         for _ in range(1):
-            grid.clear()
-        for chunk in range(chunks):
-            if chunk * CHUNK < numbers[None].count:
-                grid.contain(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, numbers[None].count))
+            lists.found[LOST] = 0
+        for chunk in range(grid.chunks):
+            grid.contain(chunk)
+        for group in range(grid.groups):
+            end = ti.min((group + 1) * CHUNK, grid.chunks)
+            grid.join(group * CHUNK, end, grid.chunks + group)
         for _ in range(1):
+            grid.join(grid.chunks, grid.row, grid.row)
             grid.divide()
 
     return wrap, lay_grid
