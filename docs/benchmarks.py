@@ -11,10 +11,14 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
+import closed_forms
 import numpy as np
+from scipy.optimize import curve_fit
 
 from dusttaichi import analysis, plots
 from dusttaichi.analysis.continuum import read_particles
+from dusttaichi.analysis.ledger import ledger
+from dusttaichi.physics.continuum import strength
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.physics.continuum.point import MaterialPoint
 from dusttaichi.plots import style
@@ -49,48 +53,10 @@ class Curves(NamedTuple):
 # -- planar compaction -----------------------------------------------------------------------------
 
 
-def riemann(m, speed, states=4000):
-    """Waves ahead of a piston at a speed [m/s] in dust at rest of the MaterialNumbers m.
-
-    (mass per area and time [kg/(m^2 s)], axial stress [Pa], density [kg/m^3]): of each wave, the
-    fastest first, and of the dust behind it. Stress over specific volume is the path of a point
-    that is pressed along one axis; where it is concave a wave spreads, where it is convex there is
-    a shock, whose chord takes the place of the path: so the waves are the upper concave hull.
-    """
-    rest = MaterialPoint.at(m)
-    path = [rest, *rest.to_density(1.01 * m.rho_i, states)]  # dust yields at strains of 1e-4
-    path += path[-1].to_density(0.99 * m.phi_cap * m.rho_s, states)
-    volume = np.array([1.0 / float(state.density) for state in path])
-    stress = np.array([-float(state.stress[2]) for state in path])
-
-    def hull(end):
-        out = [0]
-        for k in range(1, end + 1):
-            while len(out) > 1 and slope(out[-2], out[-1]) < slope(out[-1], k):
-                out.pop()
-            out.append(k)
-        return np.array(out)
-
-    def slope(a, b):
-        return (stress[b] - stress[a]) / (volume[a] - volume[b])
-
-    def moved(end):
-        at = hull(end)
-        return np.sqrt(np.diff(stress[at]) * -np.diff(volume[at])).sum()
-
-    low, high = 1, 2 * states
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (middle, high) if moved(middle) < speed else (low, middle)
-    at = hull(high)
-    flux = np.sqrt(np.diff(stress[at]) / -np.diff(volume[at]))
-    return flux, stress[at[1:]], 1.0 / volume[at[1:]]
-
-
 def planar_compaction(run):
     """Depth of the precursor and of the front, stress and density behind it, and the profile."""
     m, speed = numbers_of(run), 1.0
-    flux, stress, density = riemann(m, speed)
+    flux, stress, density = closed_forms.riemann(m, speed)
     first, last = read_particles(run, 0), read_particles(run, -1)
     depth = -first.position[:, 2]
     order = np.argsort(depth, kind="stable")
@@ -146,6 +112,101 @@ def crossing(depth, values, level):
     return depth[k] + share * (depth[k + 1] - depth[k])
 
 
+# -- one point of dust -----------------------------------------------------------------------------
+
+
+def single_point(run):
+    """Axial stress on the way of one point, modulus of unloading, what is left, tension."""
+    m, series = numbers_of(run), run.whole.series
+    phi = m.rho_i / m.rho_s * series.height.values[0] / series.height.values
+    axial = series.pressure.sel(wall=["bottom", "top"]).mean("wall").values
+    stage = series.stage.values
+    pressed, slowly, released, _, on, slowly_on, pulled = (stage == k for k in range(7))
+
+    def at(phi_wanted, inside):
+        near = inside & (np.abs(phi - phi_wanted) < 0.006)
+        return strength.confined(phi[near], m).mean(), axial[near].mean()
+
+    start, end = (float(phi[inside][-1]) for inside in (slowly, slowly_on))
+    form = closed_forms.turned(start, m)
+    # over the elastic part, from four fifths to a fifth of the stress at its start
+    top = strength.confined(start, m)
+    slope = released & (axial < 0.8 * top) & (axial > 0.2 * top)
+    modulus = np.polyfit(np.log(phi[slope]), axial[slope], 1)[0]
+    zero = np.interp(0.0, -axial[released], phi[released])
+    rows = [
+        Row("axial stress at 0.20", "Pa", *at(0.20, pressed)),
+        Row("axial stress at 0.25", "Pa", *at(0.25, pressed)),
+        Row("modulus of unloading at 0.30", "MPa", 1e-6 * form.modulus, 1e-6 * modulus),
+        Row("filling factor less that without axial stress", "1e-5", 1e5 * (start - form.released),
+            1e5 * (start - zero)),
+        Row("axial stress at 0.33, after reloading", "Pa", *at(0.33, on)),
+        Row("largest tension when pulled", "Pa", closed_forms.turned(end, m).tension,
+            -axial[pulled].min()),
+    ]  # fmt: skip
+    point = [MaterialPoint.at(m)]
+    for before, after in zip(phi, phi[1:], strict=False):
+        point.append(point[-1].strained((0.0, 0.0, np.log(before / after))))
+    exact = phi, np.array([-float(state.stress[2]) for state in point])
+    return rows, Curves((phi, axial), exact, "filling factor", "axial stress (Pa)")
+
+
+# -- Verney's shell --------------------------------------------------------------------------------
+
+
+def verney_shell(run):
+    """Inner radius at which the shell stops, and the way to it."""
+    m, body = numbers_of(run), load(CONFIGS / "verney_shell.yaml").sample
+    inner, outer, speed = 0.5 * body.hole, 0.5 * body.diameter, -body.radial_velocity
+    Y = float(strength.shear(m.rho_i / m.rho_s, m))
+    frames = [read_particles(run, k) for k in range(run.snapshots.sizes["snapshot"])]
+    # no volume changes: the mean square of the radius tells that of the inner surface
+    square = np.array([np.average((f.position**2).sum(axis=1), weights=f.mass) for f in frames])
+    radius = np.sqrt(inner**2 + square - square[0])
+    t = np.array([frame.time for frame in frames])
+    stop = closed_forms.verney(inner, outer, speed, m.rho_i, Y)
+    rest = np.argmin(radius)  # then it swings by some elastic strains
+    change = frames[-1].density / m.rho_i - 1.0
+    losses = ledger(run).shares
+    rows = [
+        Row("inner radius at rest", "mm", 1e3 * stop, 1e3 * radius[rest:].mean()),
+        Row("way of the inner surface", "mm", 1e3 * (inner - stop),
+            1e3 * (inner - radius[rest:].mean())),
+        Row("energy taken by shear", "1", 1.0, losses["shear"]),
+        Row("change of density, rms", "1", 0.0, np.sqrt((change**2).mean())),
+    ]  # fmt: skip
+    way = 1e3 * t, np.array([1e3 * r for r in closed_forms.verney_way(t, inner, outer, speed,
+                                                                      m.rho_i, Y)])  # fmt: skip
+    return rows, Curves((1e3 * t, 1e3 * radius), way, "time (ms)", "inner radius (mm)")
+
+
+# -- oscillating plate -----------------------------------------------------------------------------
+
+
+def oscillating_plate(run):
+    """Period, sag and damping of a plate that is clamped at one end."""
+    series, body = run.whole.series, load(CONFIGS / "oscillating_plate.yaml").sample
+    t, z = series.time.values, series.body_position.values[:, 0, 2]
+    z = z - z[0]
+    K, mu = body.bulk_modulus, body.shear_ratio * body.bulk_modulus
+    g = float(run.attrs["gravity"])
+    form = closed_forms.cantilever(*body.size, body.density, K, mu, g)
+
+    def swing(time, sag, amplitude, rate, decay, phase):
+        return -sag + amplitude * np.exp(-decay * time) * np.cos(rate * time + phase)
+
+    guess = (form.sag, form.sag, 2.0 * np.pi / form.period, 0.0, 0.0)
+    (sag, _, rate, decay, _), _ = curve_fit(swing, t, z, guess)
+    period = 2.0 * np.pi / rate
+    rows = [
+        Row("period", "ms", 1e3 * form.period, 1e3 * period),
+        Row("sag of its middle of mass", "um", 1e6 * form.sag, 1e6 * sag),
+        Row("amplitude after a period", "1", 1.0, np.exp(-decay * period)),
+    ]  # fmt: skip
+    exact = 1e3 * t, -1e6 * form.sag * (1.0 - np.cos(2.0 * np.pi * t / form.period))
+    return rows, Curves((1e3 * t, 1e6 * z), exact, "time (ms)", "middle of mass (µm)")
+
+
 # -- rotating block --------------------------------------------------------------------------------
 
 
@@ -177,6 +238,9 @@ def rotating_block(run):
 
 BENCHMARKS = {
     "planar_compaction": (planar_compaction, ({}, {"numerics.spacing": "50 um"})),
+    "single_point": (single_point, ({"numerics.spacing": "133 um"}, {})),
+    "verney_shell": (verney_shell, ({"numerics.spacing": "0.333 mm"}, {})),
+    "oscillating_plate": (oscillating_plate, ({"numerics.spacing": "0.143 mm"}, {})),
     "rotating_block": (rotating_block, ({}, {"numerics.spacing": "0.05 mm"})),
 }
 """Name of the config: the function that reads its run, and what is changed for each resolution."""

@@ -4,6 +4,7 @@ pytest -n0 -m long tests/continuum/test_benchmarks.py runs all of them at both r
 """
 
 import importlib.util
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,24 +13,37 @@ from continuum.test_shock import jump
 
 from dusttaichi.physics.continuum import elasticity, strength
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
+from dusttaichi.physics.continuum.point import MaterialPoint
 from dusttaichi.scene.continuum_material import ContinuumMaterial
 
 DOCS = Path(__file__).parents[2] / "docs"
 
 
-@pytest.fixture(scope="module")
-def benchmarks():
-    found = importlib.util.spec_from_file_location("benchmarks", DOCS / "benchmarks.py")
+def module_of_docs(name):
+    found = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
     module = importlib.util.module_from_spec(found)
     found.loader.exec_module(module)
     return module
 
 
-def test_the_waves_ahead_of_a_piston_obey_the_jump_conditions(benchmarks):
+@pytest.fixture(scope="module")
+def closed_forms():
+    return module_of_docs("closed_forms")
+
+
+@pytest.fixture(scope="module")
+def benchmarks():
+    sys.path.insert(0, str(DOCS))
+    yield module_of_docs("benchmarks")
+    sys.path.remove(str(DOCS))
+    sys.modules.pop("closed_forms", None)
+
+
+def test_the_waves_ahead_of_a_piston_obey_the_jump_conditions(closed_forms):
     """In stiff dust: an elastic precursor at the longitudinal speed of sound, and a front as the
     jump conditions over one wave have it."""
     m = MaterialNumbers.of(ContinuumMaterial.model_validate("dust_g09"))
-    flux, stress, density = benchmarks.riemann(m, 2.0)
+    flux, stress, density = closed_forms.riemann(m, 2.0)
     assert (np.diff(flux) < 0.0).all()  # the fastest first
     sound = elasticity.sound_speed(m.rho_i, m.rho_i, m)
     assert flux[0] / m.rho_i == pytest.approx(sound, rel=1e-3)
@@ -43,10 +57,55 @@ def test_the_waves_ahead_of_a_piston_obey_the_jump_conditions(benchmarks):
     assert moved == pytest.approx(2.0, rel=2e-3)
 
 
+def test_a_point_that_is_unloaded_and_pulled_is_that_of_the_closed_form(closed_forms):
+    """The material point, an independent path of small strains, has the Turning of closed_forms."""
+    m = MaterialNumbers.of(ContinuumMaterial.model_validate("dust_g09"))
+    at = MaterialPoint.at(m).to_density(0.3 * m.rho_s, 4000)[-1]
+    form = closed_forms.turned(0.3, m)
+    # straight down to no axial stress: strains of 2e-4 change the density, and rho_0' was reached
+    # in steps
+    strain = np.log(0.3 / form.released)
+    released = at.strained((0.0, 0.0, 0.5 * strain)).strained((0.0, 0.0, 0.5 * strain))
+    top = strength.confined(0.3, m)
+    assert abs(float(released.stress[2])) < 2e-3 * top
+    assert -float(released.stress[0]) == pytest.approx(form.lateral, rel=5e-3)
+    pulled = at
+    for _ in range(200):
+        pulled = pulled.strained((0.0, 0.0, 5e-6))
+    assert float(pulled.stress[2]) == pytest.approx(form.tension, rel=5e-3)
+
+
+def test_a_shell_stops_where_its_energy_is_spent(closed_forms):
+    """A thin shell: rho u^2 / 2 over the hoop strain ln(a/a_0) takes 2 Y/sqrt 3."""
+    rho, Y, u, a = 1000.0, 7.5e4, 5.0, 1.0
+    stop = closed_forms.verney(a, a * (1.0 + 1e-4), u, rho, Y)
+    thin = a * np.exp(-0.5 * rho * u**2 * np.sqrt(3.0) / (2.0 * Y))
+    assert stop == pytest.approx(thin, rel=3e-4)  # the thickness of the shell
+    times = np.linspace(0.0, 1.0, 5)
+    way = closed_forms.verney_way(times, a, 1.5 * a, u, rho, Y)
+    assert way[0] == pytest.approx(a) and (np.diff(way) <= 0.0).all()
+    with pytest.raises(ValueError, match="closes"):
+        closed_forms.verney(a, 2.0 * a, 1e3, rho, Y)
+
+
+def test_a_slender_cantilever_is_that_of_euler_and_bernoulli(closed_forms):
+    L, h, rho, K, mu, g = 1.0, 0.01, 1000.0, 1e6, 5e5, 1e-4
+    nu = (3.0 * K - 2.0 * mu) / (6.0 * K + 2.0 * mu)
+    stiff = 2.0 * mu * (1.0 + nu) / (1.0 - nu**2) * h**3 / 12.0
+    found = closed_forms.cantilever(L, h, rho, K, mu, g)
+    bernoulli = 2.0 * np.pi / 1.87510407**2 * L**2 * np.sqrt(rho * h / stiff)
+    assert found.period == pytest.approx(bernoulli, rel=1e-3)  # shear and rotation: (h/L)^2
+    assert found.sag == pytest.approx(rho * g * h * L**4 / (20.0 * stiff), rel=1e-3)
+
+
 # shares of what is expected, coarse and fine: waves are smeared over some spacings, so that the
-# plateau between precursor and front has the largest error
+# plateau between precursor and front has the largest error; a plate of 7 and 10 spacings is too
+# soft, by 19 and 10 % of its sag; the rest is what docs/benchmarks.md tells
 NEAR = {
     "planar_compaction": (0.2, 0.12),
+    "single_point": (0.05, 0.05),
+    "verney_shell": (0.02, 0.02),
+    "oscillating_plate": (0.21, 0.105),
     "rotating_block": (1e-3, 1e-3),
 }
 

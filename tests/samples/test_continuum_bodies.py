@@ -72,6 +72,19 @@ def test_a_glass_has_no_lattice_and_no_pairs():
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
+def test_a_shell_that_implodes_changes_no_volume(dimension):
+    """The hole's surface moves at the speed given, and r^(d - 1) v_r is the same everywhere."""
+    block = {"kind": "sphere", "diameter": "2 mm", "hole": "1.6 mm", "radial_velocity": "-10 m/s"}
+    shell = made(dimension, **block)
+    away = np.linalg.norm(shell.position, axis=1)
+    outwards = (shell.position * shell.velocity).sum(axis=1) / away
+    assert outwards * away ** (dimension - 1) == pytest.approx(-10.0 * 8e-4 ** (dimension - 1))
+    assert np.linalg.norm(shell.velocity, axis=1) == pytest.approx(-outwards)  # no other motion
+    with pytest.raises(ValidationError, match=r"for rings and shells; give a hole"):
+        made(dimension, **block | {"hole": "0 m"})
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
 def test_spheres_have_the_mass_of_their_shape(dimension):
     exact = np.pi / 4 * 1.1e-3**2 if dimension == 2 else np.pi / 6 * 1.1e-3**3
     dust = made(dimension, kind="sphere", diameter="1.1 mm")

@@ -57,11 +57,18 @@ class SphereSample(DustBody):
     core: Core | None = Field(
         None, description="a core of another dust, about the same middle and on the same lattice"
     )
+    radial_velocity: Annotated[float, Quantity("speed", example="-5 m/s")] = Field(
+        "0 m/s",
+        description="velocity of the surface of its hole outwards, negative inwards, and "
+        "elsewhere so that no volume changes: a ring or shell that expands or implodes",
+    )
 
     @model_validator(mode="after")
     def _check(self) -> SphereSample:
         if not self.hole < self.diameter:
             raise problems([("hole", "a hole smaller than the diameter is needed")])
+        if self.radial_velocity and not self.hole:
+            raise problems([("radial_velocity", "it is for rings and shells; give a hole as well")])
         if self.core and self.hole:
             raise problems([("hole", "a sphere has a core or a hole; leave one of them out")])
         if self.core and not self.core.diameter < self.diameter:
@@ -92,6 +99,10 @@ def make(spec: SphereSample, matter: Matter) -> Particles:
     )
     points = points[np.linalg.norm(points, axis=1) >= spec.hole / 2]
     particles = _dust(spec, points, volume, matter)
+    if spec.radial_velocity:
+        away = np.linalg.norm(particles.position, axis=1, keepdims=True)
+        share = (spec.hole / 2 / away) ** (matter.dimension - 1)
+        particles.velocity += spec.radial_velocity * share * particles.position / away
     reach = spec.diameter / 2
     for axis in particles.axes:
         particles.room[axis] = (-reach, reach)
