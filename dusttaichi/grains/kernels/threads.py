@@ -207,7 +207,7 @@ class Threads:
                 if b < behind + self.counts[WALL_BLOCKS]:
                     plane = self.walls.gatherer.plane(b - behind, self.planes, dt * step)
                     self.walls.thread(books, b, dt, plane)
-                    self.walls.add_impulse(b - behind, b, dt)
+                    self.walls.add_impulse(b, dt)
         if ti.static(self.books > 0):
             if kind >= 0:  # the same for all threads of a block
                 total = self._contact_sums.total(books, thread)
