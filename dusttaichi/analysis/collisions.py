@@ -19,7 +19,7 @@ OUTCOMES = (
 )
 FAILED = "failed"
 MISS = "miss"
-# name -> (entry of a row, unit, long_name)
+# name -> (unit, long_name)
 NUMBERS = {
     "growth_efficiency": ("1", "growth efficiency (M_largest - M_target)/M_projectile"),
     "largest": ("1", "mass of the largest fragment over the total mass"),
@@ -37,7 +37,7 @@ NUMBERS = {
     "grains": ("1", "number of grains of both bodies"),
     "actual_mass_ratio": ("1", "mass of the heavier body over that of the lighter"),
 }
-LEAST_FRAGMENTS = 10  # of which a slope is told
+LEAST_FRAGMENTS = 10  # for a slope
 
 
 def collisions_dataset(rows, axes, attrs=None):
@@ -104,7 +104,7 @@ def fragment_slope(grains, largest):
     grains: (F,) of each fragment. By the largest likelihood of whole numbers (Clauset et al. 2009,
     SIAM Review 51, 661, sec. 3.5), cut off at `largest`; the error is that of independent
     fragments.
-    Not a number for fewer than ten, or where all are alike.
+    Not a number for fewer than ten, or where all are equal.
     """
     grains = np.asarray(grains, float)
     if len(grains) < LEAST_FRAGMENTS or np.ptp(grains) == 0.0:

@@ -1,16 +1,14 @@
 """`dust collide`: many collisions of one scene, their map and the table for coagulation codes."""
 
-from typing import Annotated
-
-import typer
-
 from dusttaichi.commands.console import remark, say, say_abreast, say_written
 from dusttaichi.commands.ensembles import shown
 from dusttaichi.commands.options import (
     Extensions,
     Figures,
+    ForceResults,
     Output,
     Quiet,
+    ResumeMissing,
     SceneFile,
     Scheduler,
     Settings,
@@ -27,8 +25,8 @@ def collide(
     file: SceneFile,
     *,
     settings: Settings = None,
-    force: Annotated[bool, typer.Option("--force", help="overwrite existing results")] = False,
-    resume: Annotated[bool, typer.Option("--resume", help="go on with what is missing")] = False,
+    force: ForceResults = False,
+    resume: ResumeMissing = False,
     output: Output = None,
     scheduler: Scheduler = None,
     extensions: Extensions = None,

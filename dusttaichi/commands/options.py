@@ -47,6 +47,8 @@ Scheduler = Annotated[
 Overwrite = Annotated[
     bool, typer.Option("--force", help="overwrite files that dusttaichi has not made")
 ]
+ForceResults = Annotated[bool, typer.Option("--force", help="overwrite existing results")]
+ResumeMissing = Annotated[bool, typer.Option("--resume", help="go on with what is missing")]
 Extensions = Annotated[
     bool | None,
     typer.Option(

@@ -10,9 +10,11 @@ from dusttaichi.commands.ensembles import run_plan
 from dusttaichi.commands.options import (
     Extensions,
     Figures,
+    ForceResults,
     Json,
     Output,
     Quiet,
+    ResumeMissing,
     SceneFile,
     Scheduler,
     Verbose,
@@ -36,8 +38,8 @@ def sweep(
             autocompletion=completion.keys,
         ),
     ],
-    force: Annotated[bool, typer.Option("--force", help="overwrite existing results")] = False,
-    resume: Annotated[bool, typer.Option("--resume", help="go on with what is missing")] = False,
+    force: ForceResults = False,
+    resume: ResumeMissing = False,
     part: Annotated[
         str | None,
         typer.Option(help="every N-th run only, from the K-th on", metavar="K/N"),

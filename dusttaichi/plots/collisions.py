@@ -3,7 +3,14 @@
 import numpy as np
 from matplotlib.patches import Patch, Rectangle
 
-from dusttaichi.analysis.collisions import FAILED, MISS, OUTCOMES, fragment_slope, spectrum
+from dusttaichi.analysis.collisions import (
+    FAILED,
+    MISS,
+    OUTCOMES,
+    fragment_slope,
+    mean_and_error,
+    spectrum,
+)
 from dusttaichi.plots import style
 
 COLOURS = {
@@ -75,13 +82,8 @@ def growth(data):
     values = data.growth_efficiency.transpose("body", "mass_ratio", "speed", ...).values
     values = values.reshape(*values.shape[:3], -1)
     for number, index in enumerate(np.ndindex(values.shape[:2])):
-        own = values[index]
-        count = np.isfinite(own).sum(axis=1)
-        mean = np.array([np.nanmean(v) if n else np.nan for v, n in zip(own, count, strict=True)])
-        error = [
-            np.nanstd(v, ddof=1) / np.sqrt(n) if n > 1 else 0.0
-            for v, n in zip(own, count, strict=True)
-        ]
+        mean, error = np.array([mean_and_error(own) for own in values[index]]).T
+        error = np.nan_to_num(error)
         named = f"{data.body.values[index[0]]}, {data.mass_ratio.values[index[1]]:g}:1"
         colour = style.run_style(number)["color"]
         axes.errorbar(data.speed, mean, error, fmt="o-", ms=4, color=colour, capsize=2, label=named)
@@ -100,10 +102,10 @@ def fragment_spectrum(data, most=6):
     that number: a line for each speed, `most` at the most, with the slope of n(N) ~ N^-tau."""
     figure, (axes,) = style.new_figure(height=3.4)
     speeds = data.speed.values
-    chosen, drawn = np.zeros(data.outcome.shape, bool), 0
+    drawn = 0
     picked = np.unique(np.linspace(0, len(speeds) - 1, min(most, len(speeds))).round().astype(int))
     for number in picked:
-        choice = chosen.copy()
+        choice = np.zeros(data.outcome.shape, bool)
         choice[:, :, number] = True
         grains, collisions = spectrum(data, choice)
         if len(grains) < 2:

@@ -16,9 +16,7 @@ from dusttaichi.scene.yaml_text import read
 from dusttaichi.studies.ensemble.runs import core_of
 from dusttaichi.studies.ensemble.scenes import as_files, relative_files, seeds_moved
 
-OTHER = (
-    1_000_000  # by which the seed of the projectile differs where both bodies are the same block
-)
+OTHER = 1_000_000  # added to the seed of a projectile whose block is that of the target
 SAMPLE = "sample"  # name of the bodies where the study names none
 
 

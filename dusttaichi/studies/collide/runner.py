@@ -10,7 +10,7 @@ from typing import ClassVar
 from dusttaichi import files
 from dusttaichi.errors import DustError
 from dusttaichi.studies.ensemble.pool import open_pool
-from dusttaichi.studies.ensemble.runs import PlanProgress, drain, shares
+from dusttaichi.studies.ensemble.runs import PlanProgress, content_of, drain, shares
 from dusttaichi.studies.interrupts import noted_signals
 from dusttaichi.studies.workers import INTERRUPTED, usable_cores
 
@@ -121,7 +121,7 @@ def _do(study, left, known, *, scheduler, report, log):
     workers = shares(study.scene, len(batches), usable_cores())[0]
     report(progress)
     with noted_signals() as signals, open_pool(scheduler, workers, heard) as pool:
-        shared = pool.share({path: _bytes(path) for path in study.inputs})
+        shared = pool.share({path: content_of(path) for path in study.inputs})
         futures = {pool.submit(batch, shared): batch.number for batch in batches}
         if drain(pool, futures, take, interrupted):
             raise KeyboardInterrupt
@@ -138,14 +138,6 @@ def _batches(study, left):
         own = tuple((c.key, c.sample) for c in order[first : first + TOGETHER])
         found.append(Batch(len(found), text, own))
     return found
-
-
-def _bytes(path):
-    try:
-        with open(path, "rb") as file:
-            return file.read()
-    except OSError as error:
-        raise DustError(f"{path} cannot be read: {error.strerror or error}.") from error
 
 
 def _append(path, rows):

@@ -198,7 +198,7 @@ def _submit(pool, jobs, members, remote):
     for job in jobs:
         paths = tuple(input_files(members[job.number].scene)) if remote else ()
         if paths not in shared:
-            shared[paths] = pool.share({path: _bytes(path) for path in paths})
+            shared[paths] = pool.share({path: content_of(path) for path in paths})
         futures[pool.submit(job, shared[paths])] = job.number
     return futures
 
@@ -209,13 +209,14 @@ def _job(number, member, mode, *, threads, remote, error_bar):
     if not remote:
         return Job(number, scene, mode, os.path.abspath(member.directory), error_bar=error_bar)
     if mode == "resume":
-        files = {name: _bytes(member.directory / name) for name in run_files(member.directory)}
+        files = {name: content_of(member.directory / name) for name in run_files(member.directory)}
         return Job(number, scene, mode, None, files, error_bar)
     checkpoint.discard(member.directory / CHECKPOINT)
     return Job(number, scene, mode, None, error_bar=error_bar)
 
 
-def _bytes(path):
+def content_of(path):
+    """Bytes of a file that jobs read. Raises DustError."""
     try:
         return Path(path).read_bytes()
     except OSError as error:
