@@ -5,8 +5,8 @@ import time
 from statistics import median
 
 from benchmarks.task import Stopwatch
+from dusttaichi.processes import usable_cores
 from dusttaichi.studies.bench import Timed, machine
-from dusttaichi.studies.workers import usable_cores
 
 SCENE = "omni_static"
 SIZES, ROUNDS = (1000, 3000, 11_000), 3

@@ -28,6 +28,11 @@ runpy.run_module(module, run_name="__main__", alter_sys=True)
 """
 
 
+def usable_cores():
+    """The number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+
+
 def python_command(module, *arguments, also=()):
     """The command that runs a module of this program as `python -m` does, with these arguments.
 

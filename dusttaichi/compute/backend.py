@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from io import StringIO
 
 from dusttaichi.compute import cache, processor
+from dusttaichi.compute.affinity import POOL
 from dusttaichi.compute.engine import patch, settings, ti
 from dusttaichi.errors import DustError
 from dusttaichi.files import KERNEL_FOLDER
+from dusttaichi.processes import usable_cores
 
 THREAD_CLASSES = (32, 1024)  # that compiled kernels are made for
 CACHE_BYTES = 2**30  # of kernels on disk; Taichi keeps 100 MB, some hundred makes of a scene
@@ -39,7 +41,7 @@ def threads_of(scene, grains):
     """
     if scene.numerics.backend != "cpu":
         return 1
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    cores = usable_cores()
     if scene.numerics.threads != "auto":
         return min(scene.numerics.threads, cores)
     return 1 if grains < SMALL else max(1, min(cores, grains // (SMALL // 2)))
@@ -85,7 +87,7 @@ def start_taichi(scene, threads, simplify=True):
     os.environ.setdefault("TI_OFFLINE_CACHE_CLEANING_POLICY", "lru")
     try:
         # Taichi prints where it starts; the output of a run belongs to the user
-        with redirect_stdout(StringIO()), _shell(heard=debug):
+        with redirect_stdout(StringIO()), _shell(heard=debug), POOL.start(threads):
             ti.init(
                 arch=arch,
                 cpu_max_num_threads=threads,

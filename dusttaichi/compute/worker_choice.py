@@ -3,6 +3,8 @@
 from statistics import median
 from time import perf_counter
 
+from dusttaichi.compute.affinity import POOL
+
 GLANCE, LOOK = 0.01, 0.03  # s of steps of the first piece of a trial, and of each other
 STRETCH = 0.2  # s of steps between two looks at the rate
 PAIRS = 5  # pieces of a trial with each of the two numbers
@@ -39,6 +41,7 @@ class WorkerChoice:
         """Make so many steps."""
         while steps > 0:
             piece = steps if self.fixed else min(steps, self._to_make())
+            POOL.serve(self.sim.threads)
             began = self.clock()
             self.sim.advance(piece)
             steps -= piece

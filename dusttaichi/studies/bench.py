@@ -13,7 +13,8 @@ from pathlib import Path
 from statistics import median
 
 from dusttaichi.errors import DustError
-from dusttaichi.studies.workers import LOST, Worker, usable_cores
+from dusttaichi.processes import usable_cores
+from dusttaichi.studies.workers import LOST, Worker
 
 SCENES = ("omni_static", "guettler2009/bead")
 ROUNDS, SECONDS = 5, 0.6  # how often each is timed, and for how long

@@ -36,11 +36,6 @@ POLL = 0.2  # s between two looks of a thread at whether it is to stop
 PATIENCE = 120.0  # s that a stopped process may take to write its checkpoint, before it is killed
 
 
-def usable_cores():
-    """The number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-
-
 def environment(kernels=None):
     """The environment of a worker: that of this process.
 

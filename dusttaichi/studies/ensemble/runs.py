@@ -13,6 +13,7 @@ import yaml
 from dusttaichi import files
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT, RESULT, run_files
+from dusttaichi.processes import usable_cores
 from dusttaichi.results.reading import open_tree
 from dusttaichi.run import checkpoint
 from dusttaichi.run.same_scene import without
@@ -20,7 +21,7 @@ from dusttaichi.studies.ensemble.jobs import Job, JobResult
 from dusttaichi.studies.ensemble.pool import open_pool
 from dusttaichi.studies.ensemble.scenes import input_files
 from dusttaichi.studies.interrupts import noted_signals
-from dusttaichi.studies.workers import INTERRUPTED, POLL, usable_cores
+from dusttaichi.studies.workers import INTERRUPTED, POLL
 
 # what does not make a finished run another one
 BESIDES = (("output", "directory"), ("output", "checkpoint"), ("numerics", "threads"))

@@ -10,10 +10,10 @@ from dusttaichi.analysis.ensemble import save_ensemble
 from dusttaichi.errors import DustError
 from dusttaichi.plots import save
 from dusttaichi.plots import trade as draw_trade
+from dusttaichi.processes import usable_cores
 from dusttaichi.studies.trade import knobs, report, scenes
 from dusttaichi.studies.trade.runner import POINTS, Runner
 from dusttaichi.studies.trade.trade import plan, trade
-from dusttaichi.studies.workers import usable_cores
 
 QUICK_SEEDS, SEEDS = 2, 4
 

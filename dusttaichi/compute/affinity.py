@@ -1,0 +1,53 @@
+"""Processor cores of Taichi's threads.
+
+The workers of a step wait for each other at barriers (compute.workers). Linux often wakes two
+threads on the core of the thread that woke them and moves one of them away only after some
+milliseconds, as long as the call of a kernel takes; until then they wait in vain. Workers that may
+not run on the same core cannot get there.
+"""
+
+import os
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+TASKS = Path("/proc/self/task")
+
+
+def thread_ids():
+    """Numbers of the threads of this process; none where the system does not list them."""
+    with suppress(OSError):
+        return {int(entry.name) for entry in TASKS.iterdir()}
+    return set()
+
+
+class ThreadPool:
+    """The threads that Taichi makes loops with; none where the system knows no affinity."""
+
+    def __init__(self):
+        self.threads, self.apart = [], False
+
+    @contextmanager
+    def start(self, count):
+        """Taichi is initialised in this context, with so many threads."""
+        before = thread_ids()
+        yield
+        # Taichi starts the threads that compile first, then the pool
+        found = sorted(thread_ids() - before)[-count:] if hasattr(os, "sched_setaffinity") else []
+        self.threads, self.apart = found if len(found) == count else [], False
+
+    def serve(self, workers):
+        """Give each thread cores of its own where several workers wait for each other, and let a
+        single one go wherever a core is free."""
+        apart = workers > 1
+        if apart == self.apart:
+            return
+        self.apart, count = apart, len(self.threads)
+        cores = sorted(os.sched_getaffinity(0)) if count else []
+        for number, thread in enumerate(self.threads):
+            # fewer cores than threads: they were taken away meanwhile
+            own = cores[number::count] if apart and count <= len(cores) else cores
+            with suppress(OSError):
+                os.sched_setaffinity(thread, own)
+
+
+POOL = ThreadPool()

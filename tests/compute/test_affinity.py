@@ -1,0 +1,55 @@
+"""Cores of the threads that make the steps."""
+
+import os
+import sys
+
+import pytest
+
+from dusttaichi.compute.affinity import POOL, TASKS, thread_ids
+from dusttaichi.processes import usable_cores
+from dusttaichi.run.interface import simulate
+from tests.scenes import make_scene
+
+pytestmark = pytest.mark.skipif(
+    sys.platform != "linux" or usable_cores() < 2, reason="needs Linux and two cores"
+)
+
+
+def _seconds(thread):
+    """CPU time of a thread [ns]."""
+    return int((TASKS / str(thread) / "schedstat").read_text().split()[0])
+
+
+def test_workers_have_cores_of_their_own():
+    """Two workers that are woken on one core wait for each other in turns of the scheduler."""
+    free = os.sched_getaffinity(0)
+    scene = make_scene(sample={"kind": "rbd", "grains": 60, "seed": 1}, threads=2)
+    with simulate(scene, log=lambda text: None) as run:
+        run.advance(1)
+        own = {thread: os.sched_getaffinity(thread) for thread in thread_ids()}
+        bound = [thread for thread, cores in own.items() if cores != free]
+        before = {thread: _seconds(thread) for thread in own}
+        run.advance(400)
+        used = {thread: _seconds(thread) - before[thread] for thread in own}
+    assert os.sched_getaffinity(0) == free  # threads of other libraries are not bound
+    assert len(bound) == 2
+    first, second = (own[thread] for thread in bound)
+    assert not first & second
+    assert first | second == free
+    # the threads that were bound are those that compute
+    compiling = set(own) - {*bound, os.getpid()}
+    assert min(used[thread] for thread in bound) > max(
+        (used[thread] for thread in compiling), default=0
+    )
+
+
+def test_a_single_worker_runs_where_a_core_is_free():
+    free = os.sched_getaffinity(0)
+    scene = make_scene(sample={"kind": "rbd", "grains": 60, "seed": 1}, threads=2)
+    with simulate(scene, log=lambda text: None) as run:
+        run.advance(1)
+        assert any(os.sched_getaffinity(thread) != free for thread in POOL.threads)
+        POOL.serve(1)
+        assert all(os.sched_getaffinity(thread) == free for thread in POOL.threads)
+        run.advance(1)
+        assert any(os.sched_getaffinity(thread) != free for thread in POOL.threads)
