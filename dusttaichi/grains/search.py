@@ -1,6 +1,7 @@
 """The search for neighbours: when it is due, how far it reaches, and what its kernels are told."""
 
 from contextlib import nullcontext
+from math import floor, hypot, isfinite, prod, sqrt
 
 import numpy as np
 
@@ -71,12 +72,12 @@ class Search:
         bounds = sim.scratch["bounds"].to_numpy()
         if bounds[6] > 0 or not np.isfinite(bounds[7]):
             self._stop_not_a_number()
-        speed = bounds[7]
+        speed, walls, faces = float(bounds[7]), sim.domain.fastest_wall, self._closing_speed()
         if sim.sphere is not None:
             speed = max(speed, float(np.linalg.norm(sim.state.row("v", sim.sphere.row))))
-        self._check_speed(max(speed, sim.domain.fastest_wall, self._closing_speed()))
+        self._check_speed(max(speed, walls, faces))
         if self.fixed_skin is None:
-            self.skin = self._best_skin(speed)
+            self.skin = self._best_skin(max(speed, 2.0 * walls, 2.0 * faces))
         # contacts hold beyond first touch
         touch = 2.0 * sim.radius + sim.pair.far
         low, extent, edges = bounds[:3], bounds[3:6] - bounds[:3], np.zeros(3)
@@ -86,7 +87,7 @@ class Search:
             extent = np.where(edges > 0.0, edges, extent)
         self._list(step, low, extent, edges, touch + self.skin)
         self.searched_at = step
-        self.wall_due = self._next_wall_due()
+        self.wall_due = self._next_wall_due(walls)
         self.count += 1
         self.asked = False
 
@@ -98,7 +99,8 @@ class Search:
         equal = sim.polydisperse is None
         # grains of their own radius are listed by the distance of their surfaces
         near = reach**2 if equal else reach - 2.0 * sim.radius
-        numbers = [*low, *(1.0 / width), *cells, *edges, tilt, sim.scenes * np.prod(cells), near]
+        inverse = [1.0 / w for w in width]
+        numbers = [*low, *inverse, *cells, *edges, tilt, sim.scenes * prod(cells), near]
         walls = [NOWHERE] * 6
         if sim.box is not None:
             wall_reach = self.skin + sim.wall.far + (sim.radius if equal else 0.0)
@@ -117,20 +119,24 @@ class Search:
 
         Raises GuardStop where no grid covers the grains.
         """
-        if not np.isfinite([*extent, reach, tilt]).all():
+        # in Python's own numbers: NumPy takes as long for three as for a hundred
+        extent, edges = extent.tolist(), edges.tolist()
+        if not all(map(isfinite, (*extent, reach, tilt))):
             raise GuardStop(
                 f"At {self.sim.time:.6g} µs the extent of the sample is not a number any more. "
                 "Try a smaller numerics.time_step, or walls and faces that move more slowly."
             )
-        width = reach * 1.000001 * np.ones(3)
-        width[0] *= np.hypot(1.0, tilt / edges[2]) if tilt else 1.0
+        width = [reach * 1.000001] * 3
+        width[0] *= hypot(1.0, tilt / edges[2]) if tilt else 1.0
         while True:
-            cells = np.floor(extent / width) + np.where(edges > 0.0, 0.0, 1.0)
-            if self.sim.scenes * np.prod(cells) <= CELLS_PER_GRAIN * self.sim.grains + 60:
+            across = zip(extent, width, edges, strict=True)
+            cells = [floor(a / w) + (0 if edge > 0.0 else 1) for a, w, edge in across]
+            if self.sim.scenes * prod(cells) <= CELLS_PER_GRAIN * self.sim.grains + 60:
                 break
-            width *= 1.1
-        cells = np.maximum(cells, 1.0)
-        return cells.astype(int), np.where(edges > 0.0, edges / cells, width)
+            width = [1.1 * w for w in width]
+        cells = [max(n, 1) for n in cells]
+        along = zip(edges, cells, width, strict=True)
+        return cells, [edge / n if edge > 0.0 else w for edge, n, w in along]
 
     def _wrap(self, step, touch):
         """Grains back into the cell; returns its edges. No pair may meet across two faces."""
@@ -170,16 +176,18 @@ class Search:
         return DRIVEN if self._closing_speed() > 0.0 else STILL
 
     def _closing_speed(self):
-        return self.sim.domain.closing_speed(self.sim.step)
+        sim = self.sim
+        return 0.0 if sim.cell is None else sim.domain.closing_speed(sim.step)
 
-    def _next_wall_due(self):
+    def _next_wall_due(self, walls):
         """Step at which a wall or face has moved its part of the skin since the search of now.
+        walls: speed of the fastest wall [um/us].
 
         Found at the search, not later: faces may change speed, and when a grain is wrapped must
         not depend on how a run is cut into calls.
         """
         grains, faces = self._shares()
-        due, walls = NEVER, self.sim.domain.fastest_wall
+        due = NEVER
         for speed, share in ((walls, 1.0 - grains), (self._closing_speed(), faces)):
             if speed > 0.0:
                 steps = max(1, int(share * self.skin / (speed * self.sim.dt)))
@@ -187,17 +195,16 @@ class Search:
         return due
 
     def _best_skin(self, speed):
-        """Skin [um] that costs least at the speed of the fastest grain [um/us].
+        """Skin [um] that costs least where grains come together at twice this speed [um/us].
 
         A search costs some eight steps, of small samples more (its launches cost as much as 5000
         grains), and is due every skin/(2 speed dt) steps; the pairs that are listed but do not
         touch make a step dearer by about five times skin/radius.
         """
-        sim = self.sim
-        way = max(speed, 2.0 * sim.domain.fastest_wall, 2.0 * self._closing_speed()) * sim.dt
+        sim, way = self.sim, speed * self.sim.dt
         search = 8.0 * (1.0 + 5000.0 / sim.grains)
-        best = np.sqrt(0.4 * search * way * sim.smallest)
-        return float(np.clip(best, SKIN[0] * sim.smallest, SKIN[1] * sim.smallest))
+        best = sqrt(0.4 * search * way * sim.smallest)
+        return min(max(best, SKIN[0] * sim.smallest), SKIN[1] * sim.smallest)
 
     # -- what can go wrong -----------------------------------------------------------------------
 

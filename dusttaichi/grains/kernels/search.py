@@ -150,22 +150,22 @@ class Neighbours:
         self.near_start, self.radius = scratch.get("near_start"), fields.get("radius")
 
     @ti.func
-    def list_equal(self, g, low, high, image, reach2):
-        """Adds the grains of the cells low ... high, moved by `image`, to the neighbours of g."""
+    def list_equal(self, g, found: ti.template(), low, high, image, reach2):
+        """Adds the grains of the cells low ... high, moved by `image`, to the neighbours of g.
+        found: how many there are, and how many of them have higher numbers."""
+        here, first = self.x[g], g * NEIGHBOURS
         for k in range(self.cells.start[low], self.cells.start[high + 1]):
             other = self.cells.grain[k]
-            d = self.x[other] + image - self.x[g]
+            d = self.x[other] + image - here
             if d.dot(d) < reach2 and other != g:
-                found = self.near_count[g]
-                if found < NEIGHBOURS:
-                    first = g * NEIGHBOURS
-                    place = first + found
+                if found[0] < NEIGHBOURS:
+                    place = first + found[0]
                     while place > first and self.near[ti.max(place - 1, 0)] > other:
                         self.near[place] = self.near[place - 1]
                         place -= 1
                     self.near[place] = other
-                    self.near_count[g] = found + 1
-                    self.own_count[g] = self.own_count[g] + ti.cast(other > g, ti.i32)
+                    found[0] += 1
+                    found[1] += ti.cast(other > g, ti.i32)
                 else:
                     self.counts[OVERFLOW] = 1
 
@@ -199,19 +199,20 @@ class Neighbours:
                 self.own_count[g] = self.own_count[g] + ti.cast(other > g, ti.i32)
 
     @ti.func
-    def take(self, g, low, high, image, reach2, counting: ti.template()):
+    def take(self, g, found: ti.template(), low, high, image, reach2, counting: ti.template()):
         if ti.static(counting):
             self.count(g, low, high, image, reach2)
         elif ti.static(self.polydisperse):
             self.list_polydisperse(g, low, high, image, reach2)
         else:
-            self.list_equal(g, low, high, image, reach2)
+            self.list_equal(g, found, low, high, image, reach2)
 
     @ti.func
     def visit(self, g, grid, reach2, counting: ti.template()):
         """Counts or lists the neighbours of g: what is near in the cells around its own."""
         c = self.cells.cell_of(self.x[g], grid)
         self.near_count[g], self.own_count[g] = 0, 0
+        found = ti.Vector([0, 0])
         if ti.static(self.periodic):
             for a, b, e in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
                 there = c + ti.Vector([a, b, e])
@@ -226,7 +227,7 @@ class Neighbours:
                         image[0] += turn * grid.tilt
                 if there.min() >= 0 and (grid.cells - 1 - there).min() >= 0:
                     here = self.cells.number(there, grid)
-                    self.take(g, here, here, image, reach2, counting)
+                    self.take(g, found, here, here, image, reach2, counting)
         else:
             none = ti.Vector.zero(ti.f64, 3)
             first = self.cells.block_of(g, grid)
@@ -236,7 +237,9 @@ class Neighbours:
                     top = ti.min(c[2] + 1, grid.cells[2] - 1)
                     low = self.cells.number(ti.Vector([a, b, ti.max(c[2] - 1, 0)]), grid)
                     high = self.cells.number(ti.Vector([a, b, top]), grid)
-                    self.take(g, first + low, first + high, none, reach2, counting)
+                    self.take(g, found, first + low, first + high, none, reach2, counting)
+        if ti.static(not self.polydisperse):
+            self.near_count[g], self.own_count[g] = found[0], found[1]
 
 
 def make_grid(scratch):
