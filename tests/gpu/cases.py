@@ -59,12 +59,11 @@ CONTINUUM = {"dust_2d": (DUST, 4), "bead_3d": (BEAD, 3)}
 NAMES = [*GRAINS, *CONTINUUM]
 STEPS = 60  # of grains
 
-# Of the largest number of each kind. Double precision: compilers fuse a multiplication and an
-# addition here and not there, and a device divides in another way: rounding, which collisions make
-# larger. Mixed: displacements and loads are rounded to 6e-8 in each of 60 steps, and loads nearly
-# cancel: 1e-5 of a twisting moment was seen, in a scene that agrees to 1e-9 in double precision.
-# Single: positions as well.
-TOLERANCE = {"f64": 1e-9, "mixed": 3e-5, "f32": 1e-3}
+# What two runs in double precision may differ by, of the largest number of each kind: compilers
+# fuse a multiplication and an addition here and not there, and a device divides in another way.
+# That is rounding (1e-16), which collisions make larger.
+DOUBLE = 1e-9
+SINGLE = 2.0**-24  # rounding of a number in single precision
 
 
 def scene_of(name, backend):
@@ -78,15 +77,16 @@ def scene_of(name, backend):
     return from_yaml(CONTINUUM[name][0]).with_value("numerics.backend", backend)
 
 
-def tolerance(name):
-    """What numbers of a case may differ by from one backend to the other."""
-    precision = getattr(scene_of(name, "cpu").numerics, "precision", "f64")
-    return TOLERANCE[precision]
+def precision(name):
+    """Precision of the contacts of a case."""
+    return getattr(scene_of(name, "cpu").numerics, "precision", "f64")
 
 
-def run(name, backend, steps=None):
-    """(Motion of a case after its steps, searches on the way)."""
+def run(name, backend, steps=None, precision=None):
+    """(Motion of a case after its steps, searches on the way); precision: another than its own."""
     scene = scene_of(name, backend)
+    if precision is not None:
+        scene = scene.with_value("numerics.precision", precision)
     usual = STEPS if name in GRAINS else CONTINUUM[name][1]
     motion = method.of(scene).build(scene, method.make_sample(scene))
     before = motion.sim.search.count
@@ -101,6 +101,30 @@ def numbers(motion):
     measured = vars(motion.measure())
     found |= {f"measured {name}": np.asarray(a) for name, a in measured.items() if _is_number(a)}
     return {name: a for name, a in found.items() if np.issubdtype(a.dtype, np.number)}
+
+
+def expected(name):
+    """(Numbers of a case in double precision on the CPU, the largest deviation from them that is
+    allowed, each by name; searches of the case itself on the CPU).
+
+    In lower precision a device may be twice as far from double precision as the CPU is: both are
+    off by their rounding, of the same size and of any sign. Where the CPU has come closer by luck,
+    what is allowed is a rounding in each step, all of them of one sign.
+    """
+    motion, searches = run(name, "cpu")
+    own = numbers(motion)
+    if precision(name) == "f64":
+        return own, {key: DOUBLE * _largest(a) for key, a in own.items()}, searches
+    exact = numbers(run(name, "cpu", precision="f64")[0])
+    least = STEPS * SINGLE
+    allowed = {
+        key: 2.0 * max(_largest(own[key] - a), least * _largest(a)) for key, a in exact.items()
+    }
+    return exact, allowed, searches
+
+
+def _largest(a):
+    return np.abs(a).max(initial=0.0)
 
 
 def _is_number(a):

@@ -45,18 +45,13 @@ def device(tmp_path_factory):
 
 @pytest.mark.parametrize("name", EVERY)
 def test_a_device_gives_the_results_of_the_cpu(name, device):
-    motion, searches = cases.run(name, "cpu")
-    expected = cases.numbers(motion)
+    expected, allowed, searches = cases.expected(name)
     found, told, _, _ = device(name)
     assert told["searches"] == searches > 0
     if name.startswith("sphere"):
         assert expected["state sum sphere_contacts"] > 0
-    allowed = cases.tolerance(name)
     for key, a in expected.items():
-        scale = np.abs(a).max(initial=0.0)
-        np.testing.assert_allclose(
-            found[key], a, rtol=0, atol=allowed * scale + 1e-300, err_msg=key
-        )
+        np.testing.assert_allclose(found[key], a, rtol=0, atol=allowed[key] + 1e-300, err_msg=key)
 
 
 @pytest.mark.parametrize("name", EVERY)
@@ -141,5 +136,5 @@ def test_no_register_is_spilled(name, device):
     found = registers(device(name)[3])
     assert any(kernel.startswith(("touch", "push")) for kernel in found)
     assert {k: n for k, (_, n) in found.items() if n} == {}
-    precision = getattr(cases.scene_of(name, "cpu").numerics, "precision", "f64")
-    assert {k: n for k, (n, _) in found.items() if n > MOST[precision]} == {}
+    most = MOST[cases.precision(name)]
+    assert {k: n for k, (n, _) in found.items() if n > most} == {}
