@@ -16,6 +16,20 @@ def on_device():
     return settings().arch != ti.cpu
 
 
+@ti.func
+def loop_length(count: ti.template(), capacity: ti.template()):
+    """Length of a parallel loop over `count` things, of which there are `capacity` at most. On a
+    device the latter: it is known when the kernel is compiled, where a number in a field takes a
+    launch of its own before the loop, which then has as many blocks as the device can hold."""
+    return capacity if ti.static(on_device()) else count
+
+
+@ti.func
+def in_use(k, count: ti.template()):
+    """Whether number k of such a loop is one of the `count` things."""
+    return k < count if ti.static(on_device()) else 1
+
+
 def padded(room, threads=THREADS):
     """A length of a loop over `room` things that takes whole blocks: all threads of a block meet,
     so that each must make the same turns of the loop."""

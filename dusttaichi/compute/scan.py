@@ -1,4 +1,4 @@
-"""How loops are shared out: pieces of a fixed size, and exclusive prefix sums over them.
+"""How loops are shared out: pieces of a fixed size, prefix sums and extremes over them.
 
 No sum depends on the number of threads, since the size of a piece does not.
 """
@@ -22,8 +22,8 @@ def first_of(share, shares, n):
 
 
 @ti.func
-def whole(n, size):
-    """Pieces of this size that n things take."""
+def whole(n: ti.template(), size: ti.template()):
+    """Pieces of this size that n things take; a number of Python where both are."""
     return (n + size - 1) // size
 
 
@@ -39,7 +39,7 @@ class Scan:
         self.chunk_sum, self.serial = chunk_sum, settings().arch == ti.cpu
 
     @ti.func
-    def exclusive(self, values: ti.template(), starts: ti.template(), n):
+    def exclusive(self, values: ti.template(), starts: ti.template(), n: ti.template()):
         """starts[k]: the sum of the values before k, for the first n of them. To be called outside
         of the loops of a kernel."""
         if ti.static(self.serial):
@@ -54,7 +54,7 @@ class Scan:
             self.by_chunks(values, starts, n)
 
     @ti.func
-    def by_chunks(self, values: ti.template(), starts: ti.template(), n):
+    def by_chunks(self, values: ti.template(), starts: ti.template(), n: ti.template()):
         """Sums of chunks, of chunks of these, and of all before each; then the same way back. Five
         parallel loops but for the middle one, whose numbers are n / CHUNK^2."""
         sums = ti.static(self.chunk_sum)
@@ -93,3 +93,40 @@ def scan_room(n):
     """Numbers that a Scan of n numbers has to keep: sums of chunks, and of chunks of these."""
     chunks = -(-n // CHUNK)
     return chunks + -(-chunks // CHUNK)
+
+
+@ti.data_oriented
+class Largest:
+    """The largest number of each column of a table, in any number of threads without atomics: row
+    0, of the rows from 1 on, one for each chunk of particles.
+
+    table: a field of 1 + `scan_room` of the particles rows; chunks: that there is room for.
+    """
+
+    def __init__(self, table, chunks):
+        self.table, self.columns, self.chunks = table, table.shape[1], chunks
+        self.groups, self.serial = -(-chunks // CHUNK), settings().arch == ti.cpu
+
+    @ti.func
+    def find(self, used: ti.template()):
+        """Fill row 0; used: chunks that there are. A device passes all rows, by groups. To be
+        called outside of the loops of a kernel."""
+        if ti.static(self.serial):
+            ti.loop_config(serialize=True)
+            for _ in range(1):
+                self.join(1, used + 1, 0)
+        else:
+            for group in range(self.groups):
+                end = ti.min((group + 1) * CHUNK, self.chunks)
+                self.join(1 + group * CHUNK, 1 + end, 1 + self.chunks + group)
+            for _ in range(1):
+                self.join(1 + self.chunks, 1 + self.chunks + self.groups, 0)
+
+    @ti.func
+    def join(self, first, end, to):
+        """The largest numbers of the rows from `first` to before `end`, into another row."""
+        for k in ti.static(range(self.columns)):
+            most = self.table[first, k]
+            for row in range(first + 1, end):
+                most = ti.max(most, self.table[row, k])
+            self.table[to, k] = most

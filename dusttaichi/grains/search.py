@@ -6,7 +6,7 @@ from math import floor, hypot, isfinite, prod, sqrt
 import numpy as np
 
 from dusttaichi.errors import GuardStop
-from dusttaichi.grains.kernels.search import CELLS_PER_GRAIN
+from dusttaichi.grains.kernels.search import CELLS_PER_GRAIN, FASTEST, HIGHEST, LOST, LOWEST
 from dusttaichi.names import NEVER
 
 FARTHEST = 1e12  # um; beyond, the place of a grain does not count as a number
@@ -69,10 +69,11 @@ class Search:
         """
         sim = self.sim
         sim.kernels.bounds()
-        bounds = sim.scratch["bounds"].to_numpy()
-        if bounds[6] > 0 or not np.isfinite(bounds[7]):
+        bounds = sim.scratch["bounds"].part(0, 1)[0]
+        speed = float(bounds[FASTEST])
+        if bounds[LOST] > 0 or not isfinite(speed):
             self._stop_not_a_number()
-        speed, walls, faces = float(bounds[7]), sim.domain.fastest_wall, self._closing_speed()
+        walls, faces = sim.domain.fastest_wall, self._closing_speed()
         if sim.sphere is not None:
             speed = max(speed, float(np.linalg.norm(sim.state.row("v", sim.sphere.row))))
         self._check_speed(max(speed, walls, faces))
@@ -80,7 +81,8 @@ class Search:
             self.skin = self._best_skin(max(speed, 2.0 * walls, 2.0 * faces))
         # contacts hold beyond first touch
         touch = 2.0 * sim.radius + sim.pair.far
-        low, extent, edges = bounds[:3], bounds[3:6] - bounds[:3], np.zeros(3)
+        low, edges = -bounds[LOWEST : LOWEST + 3], np.zeros(3)
+        extent = bounds[HIGHEST : HIGHEST + 3] - low
         if sim.cell is not None:
             edges = self._wrap(step, touch)
             low = np.where(edges > 0.0, sim.cell.low(step * sim.dt), low)

@@ -1,5 +1,6 @@
 """The periodic cell in the passes: the edges of the moment, and what they do to a pair."""
 
+from dusttaichi.compute.blocks import BlockSums, on_device, padded
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, whole
 from dusttaichi.grains.kernels.store import GRAINS
@@ -83,6 +84,8 @@ def make_wrap(fields, layout):
     masses = fields.get("mass")
     counts = fields["counts"]
     vector, pair = ti.types.vector(3, ti.f64), ti.types.vector(2, ti.f64)
+    device, threads = on_device(), padded(fields["wraps"].shape[0], CHUNK)
+    sums = BlockSums(1, CHUNK)
     # what crosses a face across z of a tilted cell moves along x
     axes = sorted(layout.periodic, reverse=layout.tilted)
 
@@ -111,13 +114,36 @@ def make_wrap(fields, layout):
             change *= masses[g]
         return change
 
+    @ti.func
+    def wrap_by_threads(
+        low: ti.template(),
+        edges: ti.template(),
+        speeds: ti.template(),
+        lean: ti.template(),
+        mass: ti.template(),
+    ):
+        """A thread for each grain, a block for a chunk."""
+        ti.loop_config(block_dim=CHUNK)
+        for g in range(threads):
+            thread = g % CHUNK
+            if g - thread < counts[GRAINS]:  # the same for all threads of a block
+                own = ti.Vector.zero(ti.f64, 1)
+                if g < counts[GRAINS]:
+                    own[0] = wrap_grain(g, low, edges, speeds, lean)
+                total = sums.total(own, thread)
+                if thread == 0:
+                    wrap_work[g // CHUNK] = wrap_work[g // CHUNK] + 0.5 * mass * total
+
     @ti.kernel
     def wrap(low: vector, edges: vector, speeds: vector, lean: pair, mass: ti.f64):
-        grains = counts[GRAINS]
-        for chunk in range(whole(grains, CHUNK)):
-            total = ti.cast(0.0, ti.f64)
-            for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
-                total += wrap_grain(g, low, edges, speeds, lean)
-            wrap_work[chunk] = wrap_work[chunk] + 0.5 * mass * total
+        if ti.static(device):
+            wrap_by_threads(low, edges, speeds, lean, mass)
+        else:
+            grains = counts[GRAINS]
+            for chunk in range(whole(grains, CHUNK)):
+                total = ti.cast(0.0, ti.f64)
+                for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
+                    total += wrap_grain(g, low, edges, speeds, lean)
+                wrap_work[chunk] = wrap_work[chunk] + 0.5 * mass * total
 
     return wrap

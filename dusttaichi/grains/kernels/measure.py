@@ -15,7 +15,7 @@ from dusttaichi.grains.kernels.store import (
     capacity,
     sphere_capacity,
 )
-from dusttaichi.grains.kernels.wall_search import WallSums
+from dusttaichi.grains.kernels.wall_search import force_sums
 
 # columns of a grain sum; kinetic energies of v, w at the time of the positions; what they exceed
 # m v(n-1/2).v(n+1/2)/2 by, the kinetic energy whose change in a step is the work of the mean force
@@ -209,15 +209,7 @@ def make_measure_walls(fields, sums, layout, phases):
     W, T, LOAD = layout.width, layout.tile, layout.load
     counts, wall_force, contact = fields["counts"], sums["wall_force"], fields["contact"]
     wall_of, walls = fields["wall_of"], ContactSums(phases.walls, layout, sums["wall_sum"])
-
-    @ti.func
-    def force_of(c):
-        """Of a block of one contact."""
-        b = counts[FIRST_WALL] + c
-        own = ti.Vector([contact[b, LOAD, 0], contact[b, LOAD + 1, 0], contact[b, LOAD + 2, 0]])
-        return ti.cast(own, ti.f64)
-
-    force_sums = WallSums(counts, wall_of, force_of)
+    forces = force_sums(fields, layout)
 
     @ti.kernel
     def measure_walls(box: Walls, time: ti.f64, dt: ti.f64):
@@ -230,7 +222,7 @@ def make_measure_walls(fields, sums, layout, phases):
             ti.loop_config(block_dim=THREADS)
             for t in range(6 * THREADS):
                 wall, thread = t // THREADS, t % THREADS
-                total = force_sums.of_wall(wall, thread)
+                total = forces.of_wall(wall, thread)
                 if thread < 3:
                     wall_force[wall, thread] = total
         else:

@@ -22,7 +22,7 @@ def make_neighbour_lists(fields, scratch, layout, *, walls, write_constants):
     def list_neighbours(box: Walls):
         grid = grid_of()
         find(grid)
-        relist(grid.edges, grid.tilt)
+        relist(grid)
         if ti.static(walls):
             relist_walls(box)
         if ti.static(not layout.sphere):

@@ -1,6 +1,7 @@
 """The lists that the steps go by, from the neighbours that a search has found: pairs with their
 history, carried over exactly, and the contacts of every grain."""
 
+from dusttaichi.compute.blocks import in_use, loop_length, on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import Scan, little, whole
 from dusttaichi.grains.kernels.store import (
@@ -174,49 +175,48 @@ class PairLists:
 
 
 def make_relist(fields, scratch, layout, write_constants=None):
-    """Functions `relist(edges, tilt)`: pairs and their history, and `list_entries()`: the contacts
-    of every grain. To be called outside of the loops of a kernel. edges, tilt: of the periodic
-    cell. write_constants: see PairLists."""
+    """Functions `relist(grid)`: pairs and their history, and `list_entries()`: the contacts of
+    every grain. To be called outside of the loops of a kernel. write_constants: see PairLists."""
     W, counts, entry_start = layout.width, fields["counts"], fields["entry_start"]
     own_count, old_start = scratch["own_count"], scratch["old_start"]
     pair_start, scan = fields["pair_start"], Scan(scratch["chunk_sum"])
     lists = PairLists(fields, scratch, layout, write_constants)
-
-    light = little(fields["x"].shape[0])
+    room, blocks = scratch["cell_grain"].shape[0], fields["pair_i"].shape[0]
+    light, in_order = little(fields["x"].shape[0]), not on_device()
 
     @ti.func
-    def relist(edges, tilt):
-        grains = counts[GRAINS]
+    def old_blocks():
+        return whole(old_start[counts[GRAINS]], W)
+
+    @ti.func
+    def relist(grid: ti.template()):
         ti.loop_config(serialize=light)
-        for b in range(whole(old_start[grains], W)):
-            if counts[OVERFLOW] == 0:
+        for b in range(loop_length(old_blocks(), blocks)):
+            if in_use(b, old_blocks()) and counts[OVERFLOW] == 0:
                 lists.keep_old(b)
         ti.loop_config(serialize=light)
-        for g in range(grains):
+        for g in range(loop_length(counts[GRAINS], room)):
+            if in_use(g, counts[GRAINS]) and counts[OVERFLOW] == 0:
+                lists.write_pairs(g, grid.edges, grid.tilt)
+        ti.loop_config(serialize=in_order)
+        for k in range(W * layout.tile):
             if counts[OVERFLOW] == 0:
-                lists.write_pairs(g, edges, tilt)
-        ti.loop_config(serialize=True)
-        for _ in range(1):
-            if counts[OVERFLOW] == 0:
-                pairs = pair_start[grains]
-                counts[PAIRS] = pairs
-                full = W * layout.tile
-                for c in range(pairs, whole(pairs, full) * full):
-                    lists.clear_lane(c)
+                pairs, full = pair_start[counts[GRAINS]], W * layout.tile
+                if k == 0:
+                    counts[PAIRS] = pairs
+                if pairs + k < whole(pairs, full) * full:
+                    lists.clear_lane(pairs + k)
 
     @ti.func
     def list_entries():
-        grains = counts[GRAINS]
         ti.loop_config(serialize=light)
-        for g in range(grains):
-            own_count[g] = lists.entries_of(g)
-        ti.loop_config(serialize=True)
-        for _ in range(1):
-            own_count[grains] = 0
-        scan.exclusive(own_count, entry_start, grains + 1)
+        for g in range(loop_length(counts[GRAINS], room)):
+            if in_use(g, counts[GRAINS]):
+                own_count[g] = lists.entries_of(g)
+        scan.exclusive(own_count, entry_start, loop_length(counts[GRAINS] + 1, room + 1))
         ti.loop_config(serialize=light)
-        for g in range(grains):
-            if counts[OVERFLOW] == 0:
+        for g in range(loop_length(counts[GRAINS], room)):
+            if in_use(g, counts[GRAINS]) and counts[OVERFLOW] == 0:
                 lists.write_entries(g)
 
     return relist, list_entries

@@ -5,8 +5,9 @@ of that moment: every pair closer than touch + skin is in the list, so that no c
 outside it. Lists are sorted by grain number, whatever order the threads worked in.
 """
 
+from dusttaichi.compute.blocks import in_use, loop_length
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import CHUNK, Scan, little, scan_room, whole
+from dusttaichi.compute.scan import CHUNK, Largest, Scan, little, scan_room, whole
 from dusttaichi.grains.kernels.store import (
     GRAINS,
     NEIGHBOURS,
@@ -43,10 +44,10 @@ def place_search(grains, layout, walls):
     own = {"near_start": ti.field(ti.i32, shape=grains + 1)} if layout.polydisperse else {}
     if walls:
         own |= {
-            "wall_chunk": ti.field(ti.i32, shape=(6, -(-grains // CHUNK) + 1)),
+            "wall_chunk": ti.field(ti.i32, shape=6 * -(-grains // CHUNK) + 1),
         }
     if layout.sphere:
-        own["sphere_chunk"] = ti.field(ti.i32, shape=-(-grains // CHUNK))
+        own["sphere_chunk"] = ti.field(ti.i32, shape=-(-grains // CHUNK) + 1)
     return own | {
         "cell_start": ti.field(ti.i32, shape=cells + 1),
         "cell_grain": ti.field(ti.i32, shape=grains),
@@ -56,48 +57,45 @@ def place_search(grains, layout, walls):
         "own_count": ti.field(ti.i32, shape=grains + 1),
         "old_start": ti.field(ti.i32, shape=grains + 1),
         "chunk_sum": ti.field(ti.i32, shape=scan_room(max(cells, grains) + 1)),
-        "bounds": ti.field(ti.f64, shape=8),
+        "bounds": ti.field(ti.f64, shape=(1 + scan_room(grains), BOUNDS)),
         "search": ti.field(ti.f64, shape=len(SEARCH)),
     }
 
 
+# columns of `bounds`: the largest coordinates, and with the opposite sign the smallest; 1 if a
+# position is not a number; the largest speed
+HIGHEST, LOWEST, LOST, FASTEST = 0, 3, 6, 7
+BOUNDS = 8
+
+
 def make_bounds(fields, scratch):
-    """Kernel: bounds[0:3], [3:6] smallest and largest coordinates, [6] 1 if some are not numbers,
-    [7] the largest speed."""
+    """Kernel `find_bounds()`: row 0 of `bounds`, of all grains."""
     x, v, bounds, counts = fields["x"], fields["v"], scratch["bounds"], fields["counts"]
-    light = little(x.shape[0])
+    chunks = -(-scratch["cell_grain"].shape[0] // CHUNK)
+    light, largest = little(x.shape[0]), Largest(bounds, chunks)
 
     @ti.func
-    def bounds_of(first, end):
-        """Of these grains: whether one is no longer a number, the smallest and largest
-        coordinates, the largest speed."""
-        low, high = ti.Vector([1e30] * 3, ti.f64), ti.Vector([-1e30] * 3, ti.f64)
-        fastest, lost = ti.cast(0.0, ti.f64), 0
-        for g in range(first, end):
+    def bound(chunk):
+        """Row of a chunk of grains."""
+        high, low = ti.Vector([-1e30] * 3, ti.f64), ti.Vector([-1e30] * 3, ti.f64)
+        fastest, lost = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
+        for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, counts[GRAINS])):
             fastest = ti.max(fastest, v[g].norm())
             for k in ti.static(range(3)):
                 if ti.abs(x[g][k]) < 1e12:
-                    low[k], high[k] = ti.min(low[k], x[g][k]), ti.max(high[k], x[g][k])
+                    high[k], low[k] = ti.max(high[k], x[g][k]), ti.max(low[k], -x[g][k])
                 else:
-                    lost = 1
-        return lost, low, high, fastest
+                    lost = 1.0
+        for k in ti.static(range(3)):
+            bounds[chunk + 1, HIGHEST + k], bounds[chunk + 1, LOWEST + k] = high[k], low[k]
+        bounds[chunk + 1, LOST], bounds[chunk + 1, FASTEST] = lost, fastest
 
     @ti.kernel
     def find_bounds():
         ti.loop_config(serialize=light)
-        for k in range(8):
-            bounds[k] = ti.select(k < 3, 1e30, ti.select(k < 6, -1e30, 0.0))
-        ti.loop_config(serialize=light)
-        for chunk in range(whole(counts[GRAINS], CHUNK)):
-            end = ti.min((chunk + 1) * CHUNK, counts[GRAINS])
-            # all grains one by one would have threads wait for each other
-            lost, low, high, fastest = bounds_of(chunk * CHUNK, end)
-            ti.atomic_max(bounds[7], fastest)
-            for k in ti.static(range(3)):
-                ti.atomic_min(bounds[k], low[k])
-                ti.atomic_max(bounds[3 + k], high[k])
-            if lost == 1:
-                bounds[6] = 1.0
+        for chunk in range(loop_length(whole(counts[GRAINS], CHUNK), chunks)):
+            bound(chunk)
+        largest.find(whole(counts[GRAINS], CHUNK))
 
     return find_bounds
 
@@ -274,48 +272,58 @@ def make_find(fields, scratch, layout):
     pair_start, near_start = fields["pair_start"], scratch.get("near_start")
     scan, grid_cells = Scan(scratch["chunk_sum"]), Cells(fields, scratch, layout)
     neighbours, numbers = Neighbours(fields, scratch, layout, grid_cells), scratch["search"]
+    room, cell_room = cell_grain.shape[0], cell_start.shape[0]
     light = little(x.shape[0])
 
     @ti.func
     def find(grid: ti.template()):
-        grains, room = counts[GRAINS], counts[PAIR_ROOM]
         cells = ti.cast(numbers[ti.static(SEARCH.index("all_cells"))], ti.i32)
         reach = numbers[ti.static(SEARCH.index("reach"))]
         ti.loop_config(serialize=light)
-        for c in range(cells + 1):
+        for c in range(loop_length(cells + 1, cell_room)):
             cell_fill[c] = 0
         ti.loop_config(serialize=light)
-        for g in range(grains):
-            x_search[g] = x[g]
-            ti.atomic_add(cell_fill[grid_cells.home(g, grid)], 1)
-        scan.exclusive(cell_fill, cell_start, cells + 1)
+        for g in range(loop_length(counts[GRAINS], room)):
+            if in_use(g, counts[GRAINS]):
+                x_search[g] = x[g]
+                ti.atomic_add(cell_fill[grid_cells.home(g, grid)], 1)
+        scan.exclusive(cell_fill, cell_start, loop_length(cells + 1, cell_room))
         ti.loop_config(serialize=light)
-        for c in range(cells + 1):
+        for c in range(loop_length(cells + 1, cell_room)):
             cell_fill[c] = cell_start[c]
         ti.loop_config(serialize=light)
-        for g in range(grains):
-            cell_grain[ti.atomic_add(cell_fill[grid_cells.home(g, grid)], 1)] = g
+        for g in range(loop_length(counts[GRAINS], room)):
+            if in_use(g, counts[GRAINS]):
+                cell_grain[ti.atomic_add(cell_fill[grid_cells.home(g, grid)], 1)] = g
         ti.loop_config(serialize=light)
-        for g in range(grains + 1):
+        for g in range(loop_length(counts[GRAINS] + 1, room + 1)):
             old_start[g] = pair_start[g]
         if ti.static(layout.polydisperse):
-            for g in range(grains):
-                neighbours.visit(g, grid, reach, True)
-            scan.exclusive(near_count, near_start, grains + 1)
-            ti.loop_config(serialize=True)
-            for _ in range(1):
-                if near_start[grains] > 2 * room:
-                    counts[OVERFLOW] = 1
-            for g in range(grains):
-                if counts[OVERFLOW] == 0:
-                    neighbours.visit(g, grid, reach, False)
-        else:
-            for g in range(grains):
-                neighbours.visit(g, grid, reach, False)
-        scan.exclusive(own_count, pair_start, grains + 1)
+            visit(grid, reach, True)
+            scan.exclusive(near_count, near_start, loop_length(counts[GRAINS] + 1, room + 1))
+            limit(near_start, 2)
+        visit(grid, reach, False)
+        scan.exclusive(own_count, pair_start, loop_length(counts[GRAINS] + 1, room + 1))
+        limit(pair_start, 1)
+
+    @ti.func
+    def visit(grid: ti.template(), reach: ti.template(), counting: ti.template()):
+        for g in range(loop_length(counts[GRAINS], room)):
+            if in_use(g, counts[GRAINS]) and fits(counting):
+                neighbours.visit(g, grid, reach, counting)
+
+    @ti.func
+    def fits(counting: ti.template()):
+        """Whether there is room for the lists; those of equal grains have places of their own."""
+        counted = ti.static(layout.polydisperse and not counting)
+        return counts[OVERFLOW] == 0 if ti.static(counted) else 1
+
+    @ti.func
+    def limit(starts: ti.template(), times: ti.template()):
+        """Lists for which there is no room are an overflow."""
         ti.loop_config(serialize=True)
         for _ in range(1):
-            if pair_start[grains] > room:
+            if starts[counts[GRAINS]] > times * counts[PAIR_ROOM]:
                 counts[OVERFLOW] = 1
 
     return find

@@ -7,9 +7,9 @@ The search looks at every grain: a grid with cells as wide as the sphere would b
 
 from types import SimpleNamespace
 
-from dusttaichi.compute.blocks import on_device
+from dusttaichi.compute.blocks import in_use, loop_length, on_device
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import CHUNK, whole
+from dusttaichi.compute.scan import CHUNK, Scan, little, whole
 from dusttaichi.grains.kernels.grains import make_gravity
 from dusttaichi.grains.kernels.relist import KeptRows
 from dusttaichi.grains.kernels.store import FIRST_SPHERE, GRAINS, ON_SPHERE, SPHERE
@@ -167,37 +167,54 @@ def make_sphere_relist(fields, scratch, layout, write_constants=None):
     W, full = layout.width, layout.width * layout.tile
     counts, slot = fields["counts"], fields["sphere_slot"]
     x, x_search, chunk_first = fields["x"], fields["x_search"], scratch["sphere_chunk"]
-    lists = SphereLists(fields, layout, write_constants)
+    lists, scan = SphereLists(fields, layout, write_constants), Scan(scratch["chunk_sum"])
+    chunk_room, blocks = chunk_first.shape[0] - 1, fields["pair_i"].shape[0]
+    light, in_order = little(x.shape[0]), not on_device()
+
+    @ti.func
+    def chunks():
+        return loop_length(whole(counts[GRAINS], CHUNK), chunk_room)
+
+    @ti.func
+    def old_blocks():
+        return whole(counts[ON_SPHERE], W)
+
+    @ti.func
+    def near_sphere(chunk, reach, edges, write: ti.template()):
+        """Counts or writes the contacts of a chunk of grains."""
+        s, c = counts[GRAINS] + SPHERE, 0
+        if ti.static(write):
+            c = chunk_first[chunk]
+        for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, counts[GRAINS])):
+            near = lists.is_near(g, s, edges, reach)
+            if ti.static(write):
+                if near:
+                    lists.write_contact(g, s, c, edges)
+                slot[g] = ti.select(near, c, -1)
+            c += ti.cast(near, ti.i32)
+        if ti.static(not write):
+            chunk_first[chunk] = c
 
     @ti.kernel
     def relist_sphere(reach: ti.f64, edges: ti.types.vector(3, ti.f64)):
-        grains, first = counts[GRAINS], counts[FIRST_SPHERE]
-        s, chunks = grains + SPHERE, whole(grains, CHUNK)
-        for b in range(first, first + whole(counts[ON_SPHERE], W)):
-            lists.kept.put_aside(b)
-        for chunk in range(chunks):
-            near = 0
-            for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
-                near += ti.cast(lists.is_near(g, s, edges, reach), ti.i32)
-            chunk_first[chunk] = near
-        for _ in range(1):
-            x_search[s] = x[s]
-            lanes = 0
-            for chunk in range(chunks):
-                here = chunk_first[chunk]
-                chunk_first[chunk] = lanes
-                lanes += here
-            counts[ON_SPHERE] = lanes
-            for c in range(lanes, whole(lanes, full) * full):
-                lists.clear_lane(c)
-        for chunk in range(chunks):
-            c = chunk_first[chunk]
-            for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
-                if lists.is_near(g, s, edges, reach):
-                    lists.write_contact(g, s, c, edges)
-                    slot[g] = c
-                    c += 1
-                else:
-                    slot[g] = -1
+        ti.loop_config(serialize=light)
+        for b in range(loop_length(old_blocks(), blocks)):
+            if in_use(b, old_blocks()):
+                lists.kept.put_aside(counts[FIRST_SPHERE] + b)
+        ti.loop_config(serialize=light)
+        for chunk in range(chunks()):
+            near_sphere(chunk, reach, edges, False)
+        scan.exclusive(chunk_first, chunk_first, chunks() + 1)
+        ti.loop_config(serialize=in_order)
+        for k in range(full):
+            lanes = chunk_first[whole(counts[GRAINS], CHUNK)]
+            if k == 0:
+                x_search[counts[GRAINS] + SPHERE] = x[counts[GRAINS] + SPHERE]
+                counts[ON_SPHERE] = lanes
+            if lanes + k < whole(lanes, full) * full:
+                lists.clear_lane(lanes + k)
+        ti.loop_config(serialize=light)
+        for chunk in range(chunks()):
+            near_sphere(chunk, reach, edges, True)
 
     return relist_sphere

@@ -1,8 +1,8 @@
 """Grains near each wall, in order, with the history of their contacts."""
 
-from dusttaichi.compute.blocks import THREADS, BlockSums, on_device
+from dusttaichi.compute.blocks import THREADS, BlockSums, in_use, loop_length, on_device
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import CHUNK, first_of, little, whole
+from dusttaichi.compute.scan import CHUNK, Scan, first_of, little, whole
 from dusttaichi.grains.kernels.relist import KeptRows
 from dusttaichi.grains.kernels.search import SEARCH
 from dusttaichi.grains.kernels.store import (
@@ -31,7 +31,9 @@ class WallLists:
             setattr(self, name, fields[name])
         for name in ("wall_grain", "wall_gap", "wall_of", "wall_slot"):
             setattr(self, name, fields[name])
-        self.wall_chunk = scratch["wall_chunk"]
+        # of each wall and chunk of grains: contacts, then the first of them
+        self.wall_chunk, self.scan = scratch["wall_chunk"], Scan(scratch["chunk_sum"])
+        self.chunk_room = -(-scratch["cell_grain"].shape[0] // CHUNK)
         self.radius = fields.get("radius")
         self.write_wall_constants = getattr(write_constants, "wall", None)
         self.write_empty = getattr(write_constants, "empty", None)
@@ -56,28 +58,57 @@ class WallLists:
                 self.impulse_total[self.wall_of[c]][a] = (
                     self.impulse_total[self.wall_of[c]][a] + self.impulse[c, a]
                 )
-                self.impulse[c, a] = 0.0
 
     @ti.func
-    def lay_out(self, chunks):
-        """Where the lanes of each wall and chunk begin; blocks of each wall, section by section."""
-        block, sections = 0, self.counts[WALL_SECTIONS]
+    def put_aside(self, c):
+        """The history of a block to where the new lists find it; its impulses have been summed."""
+        self.kept.put_aside(self.counts[FIRST_WALL] + c)
+        for a in ti.static(range(3)):
+            self.impulse[c, a] = 0.0
+
+    @ti.func
+    def chunks(self):
+        """How many chunks of grains a loop passes."""
+        return loop_length(whole(self.counts[GRAINS], CHUNK), self.chunk_room)
+
+    @ti.func
+    def lay_out(self):
+        """Where the lanes of each wall and chunk begin. To be called outside of the loops of a
+        kernel."""
+        if ti.static(on_device()):
+            # a block is a lane, so that those of a wall need not begin with a whole block
+            entries = ti.static(6 * self.chunk_room)
+            self.scan.exclusive(self.wall_chunk, self.wall_chunk, ti.static(entries + 1))
+            for _ in range(1):
+                if self.counts[OVERFLOW] == 0:
+                    self.counts[WALL_BLOCKS] = self.wall_chunk[entries]
+                    if self.wall_chunk[entries] > self.counts[WALL_ROOM]:
+                        self.counts[OVERFLOW], self.counts[WALL_BLOCKS] = 2, 0
+        else:
+            ti.loop_config(serialize=True)
+            for _ in range(1):
+                if self.counts[OVERFLOW] == 0:
+                    self.lay_out_sections()
+
+    @ti.func
+    def lay_out_sections(self):
+        """Lanes and blocks of each wall, section by section."""
+        block, sections, chunks = 0, self.counts[WALL_SECTIONS], self.chunks()
         for section in range(sections):
             first = first_of(section, sections, chunks)
             end = first_of(section + 1, sections, chunks)
             for n in range(6):
                 lanes = 0
                 for chunk in range(first, end):
-                    here = self.wall_chunk[n, chunk]
-                    self.wall_chunk[n, chunk] = block * self.width + lanes
+                    here = self.wall_chunk[n * self.chunk_room + chunk]
+                    self.wall_chunk[n * self.chunk_room + chunk] = block * self.width + lanes
                     lanes += here
                 blocks = whole(lanes, self.width)
                 if block + blocks > self.counts[WALL_ROOM]:
                     self.counts[OVERFLOW] = 2
                     blocks, lanes = 0, 0
-                if ti.static(self.width > 1):  # else who writes a contact does it
-                    for c in range(block, block + blocks):
-                        self.wall_of[c] = n
+                for c in range(block, block + blocks):
+                    self.wall_of[c] = n
                 for c in range(block * self.width + lanes, (block + blocks) * self.width):
                     self.clear_lane(c)
                 block += blocks
@@ -98,7 +129,7 @@ class WallLists:
         b, k = c // self.width, c % self.width
         self.wall_grain[b, k] = g
         self.wall_gap[b, k] = 0.0
-        if ti.static(self.width == 1):
+        if ti.static(on_device()):
             self.wall_of[b] = n
         if ti.static(self.polydisperse):
             self.write_wall_constants(first + b, k, g)
@@ -128,16 +159,34 @@ class WallSums:
         return self.sums.total(own, thread)
 
 
-def make_fold(lists):
-    """Function `fold()`: adds the impulses of the lists before to those of the walls, and sets them
-    to zero. To be called outside of the loops of a kernel."""
-    counts, impulse, impulse_total = lists.counts, lists.impulse, lists.impulse_total
+def impulse_sums(fields):
+    """WallSums of the impulses since the last search."""
+    impulse = fields["impulse"]
 
     @ti.func
     def part(c):
         return ti.Vector([impulse[c, 0], impulse[c, 1], impulse[c, 2]])
 
-    sums = WallSums(counts, lists.wall_of, part)
+    return WallSums(fields["counts"], fields["wall_of"], part)
+
+
+def force_sums(fields, layout):
+    """WallSums of the forces; a block has one contact."""
+    counts, contact, LOAD = fields["counts"], fields["contact"], layout.load
+
+    @ti.func
+    def part(c):
+        b = counts[FIRST_WALL] + c
+        own = ti.Vector([contact[b, LOAD, 0], contact[b, LOAD + 1, 0], contact[b, LOAD + 2, 0]])
+        return ti.cast(own, ti.f64)
+
+    return WallSums(counts, fields["wall_of"], part)
+
+
+def make_fold(fields, lists):
+    """Function `fold()`: adds the impulses of the lists before to those of the walls. To be called
+    outside of the loops of a kernel."""
+    counts, impulse_total, sums = fields["counts"], fields["impulse_total"], impulse_sums(fields)
 
     @ti.func
     def fold():
@@ -149,9 +198,6 @@ def make_fold(lists):
                 for a in ti.static(range(3)):
                     if thread == a:
                         impulse_total[wall][a] = impulse_total[wall][a] + total
-            for c in range(counts[WALL_BLOCKS]):
-                for a in ti.static(range(3)):
-                    impulse[c, a] = 0.0
         else:
             ti.loop_config(serialize=True)
             for _ in range(1):
@@ -168,43 +214,46 @@ def make_wall_relist(fields, scratch, layout, write_constants=None):
     write_constants: see WallLists.
     """
     counts, wall_slot = fields["counts"], fields["wall_slot"]
-    wall_chunk = scratch["wall_chunk"]
     lists = WallLists(fields, scratch, layout, write_constants)
     numbers, first_reach = scratch["search"], SEARCH.index("wall_reach_0")
-    light, fold = little(fields["x"].shape[0]), make_fold(lists)
+    light, fold = little(fields["x"].shape[0]), make_fold(fields, lists)
+    wall_chunk, blocks = lists.wall_chunk, fields["wall_of"].shape[0]
 
     @ti.func
-    def relist_walls(box: ti.template()):
-        grains, first = counts[GRAINS], counts[FIRST_WALL]
-        time = numbers[ti.static(SEARCH.index("time"))]
-        chunks = whole(grains, CHUNK)
-        fold()
-        ti.loop_config(serialize=light)
-        for b in range(first, first + counts[WALL_BLOCKS]):
-            lists.kept.put_aside(b)
-        ti.loop_config(serialize=light)
-        for q in range(6 * chunks):
-            n, chunk = q // chunks, q % chunks
-            near, reach = 0, numbers[first_reach + n]
-            normal, place = lists.plane(n, box, time)
-            for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
-                near += ti.cast(lists.is_near(g, normal, place, reach), ti.i32)
-            wall_chunk[n, chunk] = near
-        ti.loop_config(serialize=True)
-        for _ in range(1):
-            if counts[OVERFLOW] == 0:
-                lists.lay_out(chunks)
-        ti.loop_config(serialize=light)
-        for q in range(6 * chunks):
-            n, chunk = q // chunks, q % chunks
-            c, reach = wall_chunk[n, chunk], numbers[first_reach + n]
-            normal, place = lists.plane(n, box, time)
-            for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
+    def near_wall(box: ti.template(), q, write: ti.template()):
+        """Counts or writes the contacts of a chunk of grains with a wall, number q of both."""
+        n, chunk = q // lists.chunks(), q % lists.chunks()
+        entry = n * lists.chunk_room + chunk
+        normal, place = lists.plane(n, box, numbers[ti.static(SEARCH.index("time"))])
+        reach, c = numbers[first_reach + n], 0
+        if ti.static(write):
+            c = wall_chunk[entry]
+        for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, counts[GRAINS])):
+            if ti.static(write):
                 if lists.is_near(g, normal, place, reach) and counts[OVERFLOW] == 0:
                     lists.write_contact(g, n, c)
                     wall_slot[g][n] = c
                     c += 1
                 else:
                     wall_slot[g][n] = -1
+            else:
+                c += ti.cast(lists.is_near(g, normal, place, reach), ti.i32)
+        if ti.static(not write):
+            wall_chunk[entry] = c
+
+    @ti.func
+    def relist_walls(box: ti.template()):
+        fold()
+        ti.loop_config(serialize=light)
+        for c in range(loop_length(counts[WALL_BLOCKS], blocks)):
+            if in_use(c, counts[WALL_BLOCKS]):
+                lists.put_aside(c)
+        ti.loop_config(serialize=light)
+        for q in range(6 * lists.chunks()):
+            near_wall(box, q, False)
+        lists.lay_out()
+        ti.loop_config(serialize=light)
+        for q in range(6 * lists.chunks()):
+            near_wall(box, q, True)
 
     return relist_walls
