@@ -127,27 +127,32 @@ def by_threads(known):
     phases, layout, sync = known.phases, known.layout, known.sync
     numbers, first_step, may_touch = known.numbers, known.first, make_may_touch(known)
     threads = Threads(phases, layout, known.frames, known.rates, known.planes)
-    grain_block, sphere_loads = threads.grain_block, BlockSums(6)
+    block, grain_threads = threads.grain_block, threads.grain_threads
+    # the sphere has a block of its own, behind those of the grains
+    sphere_threads, sphere_loads = block * phases.has_sphere, BlockSums(6, block)
+
+    @ti.func
+    def move_sphere(t):
+        total = sphere_loads.total(phases.sphere.share(t, block), t)
+        phases.sphere.put_load(t, total)
+        ti.simt.block.sync()
+        if t == 0:
+            if phases.sphere.move_by_load(numbers[None].dt, numbers[None].reach2) == 1:
+                sync[DUE] = 1
 
     @ti.kernel
     def kick_and_drift():
-        ti.loop_config(block_dim=grain_block)
-        for g in range(threads.grain_threads):
+        ti.loop_config(block_dim=block)
+        for g in range(grain_threads + sphere_threads):
             if sync[STOP] == 0:
-                if threads.grain(g, (sync[DONE] + 1) % LOOK, numbers[None]) == 1:
-                    sync[DUE] = 1
-                if g == 0:
-                    sync[BEGUN] = sync[DONE] + 1
-        if ti.static(phases.has_sphere):
-            ti.loop_config(block_dim=THREADS)
-            for t in range(THREADS):
-                if sync[STOP] == 0:
-                    total = sphere_loads.total(phases.sphere.share(t, THREADS), t)
-                    phases.sphere.put_load(t, total)
-                    ti.simt.block.sync()
-                    if t == 0:
-                        if phases.sphere.move_by_load(numbers[None].dt, numbers[None].reach2) == 1:
-                            sync[DUE] = 1
+                if g < grain_threads:
+                    if threads.grain(g, (sync[DONE] + 1) % LOOK, numbers[None]) == 1:
+                        sync[DUE] = 1
+                    if g == 0:
+                        sync[BEGUN] = sync[DONE] + 1
+                if ti.static(phases.has_sphere):
+                    if g >= grain_threads:
+                        move_sphere(g - grain_threads)
 
     @ti.kernel
     def touch():
