@@ -84,13 +84,6 @@ class Table:
             return transfer.take(self.field, *index)
         return self.memory[index]
 
-    def total(self):
-        """The sums of the columns of the used rows."""
-        self.lease.check()
-        if self.memory is None:
-            return transfer.sums(self.field, self.rows)
-        return self.memory[: self.rows].sum(axis=0)
-
     def from_numpy(self, values, first=0):
         """Write rows from `first` on; the used part may be longer, and keeps its other rows."""
         self.lease.check()

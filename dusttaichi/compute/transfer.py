@@ -1,4 +1,4 @@
-"""Rows of fields to NumPy and back, and their sums, where kernels run in a memory of their own.
+"""Rows of fields to NumPy and back, where kernels run in a memory of their own.
 
 Taichi's own transfers copy whole fields. These copy the rows that are asked for, and of a field
 with further axes a slice of the second one.
@@ -6,11 +6,9 @@ with further axes a slice of the second one.
 
 import numpy as np
 
-from dusttaichi.compute.blocks import THREADS, BlockSums, on_device
 from dusttaichi.compute.engine import ti
 
 TYPES = {"f64": np.float64, "f32": np.float32, "i32": np.int32, "i64": np.int64}
-_ONE_SUM = BlockSums(1)
 _ROWS = {n: ti.types.ndarray(ndim=n) for n in (1, 2, 3)}
 
 
@@ -83,19 +81,6 @@ def _take_3(field: ti.template(), index: _ROWS[2], out: _ROWS[1]):
         out[n] = field[index[0, n], index[1, n], index[2, n]]
 
 
-@ti.kernel
-def _sum_columns(field: ti.template(), rows: ti.i32, out: _ROWS[1]):
-    ti.loop_config(block_dim=THREADS)
-    for t in range(ti.static(field.shape[1] * THREADS)):
-        column, thread = t // THREADS, t % THREADS
-        own = ti.Vector.zero(ti.f64, 1)
-        for n in range((rows - thread + THREADS - 1) // THREADS):
-            own[0] += field[n * THREADS + thread, column]
-        total = _ONE_SUM.total(own, thread)
-        if thread == 0:
-            out[column] = total
-
-
 _READ = {1: _read_1, 2: _read_2, 3: _read_3}
 _WRITE = {1: _write_1, 2: _write_2, 3: _write_3}
 
@@ -131,13 +116,4 @@ def take(field, *index):
     out = np.empty(index.shape[1], type_of(field))
     if out.size:
         _take_3(field, index, out)
-    return out
-
-
-def sums(field, rows):
-    """Sums of the columns of the first rows of a field of two axes."""
-    if not on_device():
-        return read(field, 0, rows).sum(axis=0)
-    out = np.zeros(field.shape[1])
-    _sum_columns(field, rows, out)
     return out

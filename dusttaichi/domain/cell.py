@@ -87,7 +87,7 @@ class Cell:
         return out
 
     def power(self, loads, time):
-        """Power of the faces [fJ/us] under the loads (3, 3) [nN] of GrainState.loads_across."""
+        """Power of the faces [fJ/us] under the loads (3, 3) [nN] of LoadSums.across_faces."""
         return float(np.diag(loads) @ self.speeds(time) + loads[0, 2] * self.tilt_rate)
 
     def nearest(self, d, time):

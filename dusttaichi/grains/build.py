@@ -6,6 +6,7 @@ import numpy as np
 
 from dusttaichi import samples, units
 from dusttaichi.compute.backend import LOOPS, start_taichi, threads_of
+from dusttaichi.compute.blocks import on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.last_compiled import LastCompiled
 from dusttaichi.compute.memory import COARSE, arrays_of, room_for
@@ -25,6 +26,7 @@ from dusttaichi.grains.grain_contacts import (
 from dusttaichi.grains.kernels import search, store
 from dusttaichi.grains.kernels.cell import make_wrap
 from dusttaichi.grains.kernels.declare import declare, place
+from dusttaichi.grains.kernels.load_sums import make_load_sums, place_load_sums
 from dusttaichi.grains.kernels.measure import make_measure, place_measure
 from dusttaichi.grains.kernels.neighbour_lists import make_neighbour_lists
 from dusttaichi.grains.kernels.numbers import internal_numbers
@@ -198,6 +200,7 @@ def chosen_kernels(scene, layout, running):
     fields = place(declare(room, layout, walls), by_columns=kind == "launches")
     scratch = search.place_search(room, layout, walls)
     sums = place_measure(room, layout, walls)
+    sums |= place_load_sums(room, layout, walls) if on_device() else {}
     write = None
     if layout.polydisperse:
         shape = interfaces(scene, layout.model).shape
@@ -215,6 +218,7 @@ def chosen_kernels(scene, layout, running):
         relist_sphere=make_sphere_relist(fields, scratch, layout, write) if layout.sphere else None,
         list_entries=list_entries,
         wrap=make_wrap(fields, layout) if layout.periodic else None,
+        load_sums=make_load_sums(fields, sums, layout, walls) if on_device() else None,
         measure=make_measure(fields, sums, layout, phases),
     )
     # a device has memory of its own; what stands in for one has it too

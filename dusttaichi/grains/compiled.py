@@ -29,6 +29,7 @@ class Kernels:
     relist_sphere: Callable | None
     list_entries: Callable | None
     wrap: Callable | None
+    load_sums: Callable | None
     measure: tuple
 
     @property

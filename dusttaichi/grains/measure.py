@@ -14,6 +14,7 @@ from dusttaichi.grains.kernels.measure import (
     Columns,
 )
 from dusttaichi.grains.kernels.store import FIRST_SPHERE, ON_SPHERE
+from dusttaichi.grains.load_sums import DeviceLoadSums, LoadSums
 from dusttaichi.grains.pointers import pair_pointers, touching, wall_pointers
 from dusttaichi.physics.contact.parts import pair_parts, wall_parts
 
@@ -67,14 +68,13 @@ class Readout:
         self.kernels.measure[2](self.walls_argument, self.time, self.dt)
         return self.sums["wall_force"].to_numpy()
 
+    def load_sums(self):
+        """LoadSums of now: of no use once something has moved."""
+        return (LoadSums if self.kernels.load_sums is None else DeviceLoadSums)(self)
+
     def impulses(self):
         """Time integral of the wall forces since the start [nN us], (6, 3)."""
-        if self.box is None:
-            return np.zeros((6, 3))
-        total, blocks = self.state["impulse_total"], self.state.wall_blocks
-        of = self.fields["wall_of"].to_numpy(blocks)
-        np.add.at(total, of, self.fields["impulse"].to_numpy(blocks))
-        return total
+        return self.load_sums().impulses()
 
     def measure(self):
         """Energies [fJ], counts and extremes of the present moment, as a dict of numbers."""
@@ -186,17 +186,12 @@ class Readout:
         """Power of the moving faces now [fJ/us]."""
         if self.cell is None:
             return 0.0
-        return self.cell.power(self.state.loads_across(self.cell.axes), self.time)
+        return self.cell.power(self.load_sums().across_faces(), self.time)
 
     def momentum_flux(self):
         """Time integral since the start of sum m v_a v_b + sum of branch_a force_b over all
         contacts [fJ us], (3, 3): minus volume times stress (T19 eq 23)."""
-        xx, xy, xz, yy, yz, zz = self.fields["flux"].total()
-        total = self.unit_mass * np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        for name in ("virial", "wall_virial"):
-            if name in self.state:
-                total += self.fields[name].total().reshape(3, 3)
-        return total
+        return self.load_sums().momentum_flux()
 
     def lengths(self):
         """Edges of the room for the grains now [um], (3,); not a number where it is open."""

@@ -15,7 +15,6 @@ from dusttaichi.domain.servo import EVEN, WALL, Servo
 from dusttaichi.domain.walls import TOP
 from dusttaichi.grains.compiled import NO_WALLS, step_numbers, walls_argument
 from dusttaichi.grains.kernels.phases import DONE
-from dusttaichi.grains.kernels.store import FIRST_WALL
 from dusttaichi.grains.measure import Readout
 from dusttaichi.grains.search import Search
 from dusttaichi.grains.sphere import MovingSphere
@@ -175,24 +174,23 @@ class Simulation(Readout):
             force, impulse = self.sphere.load()[0], self.sphere.impulses()[:3]
             self.ledger_sums.sphere_work = self.sphere.work(force, impulse)
             self.ledger_sums.sphere_force, self.ledger_sums.sphere_impulse = force, impulse
-        with self._booked(self.wall_forces()):
+        with self._booked(self.wall_forces(), self.load_sums()):
             self._move(drive)
             if drive.push or self.push.of_stage:
                 push_anew(self, drive.push)
         self.search.ask()
 
     @contextmanager
-    def _booked(self, force):
-        """Walls and faces get other speeds inside; the ledger goes on. force: of the walls now."""
-        before, loads = self.cell, None
-        if before is not None:
-            loads = self.state.loads_across(before.axes)
-        impulse, sums = self.impulses(), self.ledger_sums
+    def _booked(self, force, loads):
+        """Walls and faces get other speeds inside; the ledger continues. force: of the walls, and
+        LoadSums, now."""
+        before, impulse, sums = self.cell, loads.impulses(), self.ledger_sums
+        across = None if before is None else loads.across_faces()
         sums.wall_work = self.wall_work(force, impulse)
         sums.wall_force, sums.impulse = force, impulse
         yield
         if before is not None:
-            power = self.cell.power(loads, self.time) - before.power(loads, self.time)
+            power = self.cell.power(across, self.time) - before.power(across, self.time)
             sums.face_jumps += 0.5 * self.dt * power
 
     def _move(self, drive):
@@ -202,25 +200,16 @@ class Simulation(Readout):
 
     def _steer(self):
         """Load control changes the speeds, within those that the search allows for."""
-        with self._booked(self._wall_loads()):
-            self._surround(self.domain.steered(self._load_integral(self.servo)))
+        loads = self.load_sums()
+        with self._booked(loads.wall_force(), loads):
+            self._surround(self.domain.steered(self._load_integral(self.servo, loads)))
 
-    def _wall_loads(self):
-        """The same as `wall_forces`, added up here: sooner done, in another order."""
-        out = np.zeros((6, 3))
-        if self.box is not None:
-            rows, first = self.state.wall_blocks, int(self.state["counts"][FIRST_WALL])
-            force = self.layout.load
-            load = self.fields["contact"].part(first, first + rows, slice(force, force + 3))
-            of = self.fields["wall_of"].to_numpy(rows)
-            np.add.at(out, of, load.sum(axis=2, dtype=float))
-        return out
-
-    def _load_integral(self, servo):
-        """Time integral of the load of a Servo up to now: see Servo.before."""
+    def _load_integral(self, servo, loads=None):
+        """Time integral of the load of a Servo up to now: see Servo.before. loads: LoadSums."""
+        loads = loads or self.load_sums()
         if servo.kind == WALL:
-            return (self.impulses()[TOP : TOP + 1] * self.box.normal[TOP]).sum(axis=1)
-        flux = np.diag(self.momentum_flux())
+            return (loads.impulses()[TOP : TOP + 1] * self.box.normal[TOP]).sum(axis=1)
+        flux = np.diag(loads.momentum_flux())
         return np.array([flux.mean()]) if servo.kind == EVEN else flux[list(servo.axes)]
 
     def _surround(self, domain):

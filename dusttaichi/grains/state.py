@@ -194,16 +194,6 @@ class GrainState:
         self["numbers"] = np.array([[getattr(kind, name) for name in names] for kind in kinds])
         self["touches"] = np.array([kind.touch for kind in kinds])
 
-    def loads_across(self, axes):
-        """Sum over the pairs of their force times the edges between them along the periodic axes
-        [nN], (3, 3): its product with the speeds of the edges is the power of the faces."""
-        out, blocks = np.zeros((3, 3)), -(-self.pair_count // self.layout.width)
-        first = self.layout.load
-        force = self.fields["contact"].to_numpy(blocks, slice(first, first + 3)).astype(float)
-        shift = self.fields["shift"].to_numpy(blocks).astype(float)
-        out[:, list(axes)] = np.einsum("bfk,bak->fa", force, shift)
-        return out
-
     def take_contacts(self, contacts, d, radii):
         """Pointers and twist of contacts that a sample brings along.
 

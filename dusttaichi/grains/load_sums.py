@@ -1,0 +1,84 @@
+"""Sums over grains and contacts that the loads on walls and faces are measured by."""
+
+import numpy as np
+
+from dusttaichi.grains.kernels.load_sums import places
+from dusttaichi.grains.kernels.store import FIRST_WALL
+
+
+class LoadSums:
+    """The sums of a Simulation as it is now, each computed where it is needed.
+
+    They are added up here: sooner than by kernels, and in another order than these.
+    """
+
+    def __init__(self, sim):
+        self.sim, self.state, self.fields = sim, sim.state, sim.fields
+        self.layout = sim.layout
+
+    def wall_force(self):
+        """Force of each wall on the grains [nN], (6, 3)."""
+        out = np.zeros((6, 3))
+        if self.sim.box is not None:
+            rows, first = self.state.wall_blocks, int(self.state["counts"][FIRST_WALL])
+            force = self.layout.load
+            load = self.fields["contact"].part(first, first + rows, slice(force, force + 3))
+            of = self.fields["wall_of"].to_numpy(rows)
+            np.add.at(out, of, load.sum(axis=2, dtype=float))
+        return out
+
+    def impulses(self):
+        """Time integral of the wall forces since the start [nN us], (6, 3)."""
+        if self.sim.box is None:
+            return np.zeros((6, 3))
+        total, blocks = self.state["impulse_total"], self.state.wall_blocks
+        of = self.fields["wall_of"].to_numpy(blocks)
+        np.add.at(total, of, self.fields["impulse"].to_numpy(blocks))
+        return total
+
+    def across_faces(self):
+        """Sum over the pairs of their force times the edges between them along the periodic axes
+        [nN], (3, 3): its product with the speeds of the edges is the power of the faces."""
+        out, blocks = np.zeros((3, 3)), -(-self.state.pair_count // self.layout.width)
+        first = self.layout.load
+        force = self.fields["contact"].to_numpy(blocks, slice(first, first + 3)).astype(float)
+        shift = self.fields["shift"].to_numpy(blocks).astype(float)
+        out[:, list(self.layout.periodic)] = np.einsum("bfk,bak->fa", force, shift)
+        return out
+
+    def column_sums(self, name):
+        """Sums of the columns of a field of stresses."""
+        return self.fields[name].to_numpy().sum(axis=0)
+
+    def momentum_flux(self):
+        """Time integral since the start of sum m v_a v_b + sum of branch_a force_b over all
+        contacts [fJ us], (3, 3): minus volume times stress (T19 eq 23)."""
+        xx, xy, xz, yy, yz, zz = self.column_sums("flux")
+        total = self.sim.unit_mass * np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        for name in ("virial", "wall_virial"):
+            if name in self.state:
+                total += self.column_sums(name).reshape(3, 3)
+        return total
+
+
+class DeviceLoadSums(LoadSums):
+    """The same sums, which a device has formed and the host has read at once."""
+
+    def __init__(self, sim):
+        super().__init__(sim)
+        sim.kernels.load_sums()
+        found = sim.sums["load_sums"].to_numpy()
+        parts = places(self.layout, sim.compiled.walls)
+        self.parts = {name: found[part] for name, part in parts.items()}
+
+    def wall_force(self):
+        return self.parts.get("wall_force", np.zeros(18)).reshape(6, 3)
+
+    def impulses(self):
+        return self.parts.get("impulse", np.zeros(18)).reshape(6, 3)
+
+    def across_faces(self):
+        return self.parts["across"].reshape(3, 3)
+
+    def column_sums(self, name):
+        return self.parts[name]
