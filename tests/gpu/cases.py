@@ -52,6 +52,14 @@ GRAINS = {
     "sheared_f64": ("sheared cell, mixed", {"numerics.precision": "f64"}),
     "sphere_f64": ("sphere and gravity", NEAR),
     "sphere_mixed": ("sphere and gravity", NEAR | {"numerics.precision": "mixed"}),
+    # a pressure on the top wall, whose speed the host changes on the way
+    "pressed_f64": ("box", {"boundary.pressure": "20 kPa"}),
+    # several blocks of threads, and chunks of grains
+    "many_mixed": ("box", {"numerics.precision": "mixed", "sample.grains": 600}),
+    "many_sheared_f64": (
+        "sheared cell, mixed",
+        {"numerics.precision": "f64", "sample.grains": 600},
+    ),
     "unequal_f64": ("grains of different size", {}),
     "unequal_mixed": ("grains of different size", {"numerics.precision": "mixed"}),
 }
@@ -158,8 +166,8 @@ def counts():
 
 
 def counted(name):
-    """What a stretch of steps takes, of grains one without a search, and what a search of a
-    continuum takes: steps, searches, and the driver's counts."""
+    """What a stretch of steps takes, of grains one without a search, and what a search takes: the
+    driver's counts; steps, searches, and changes of a controlled load."""
     scene = scene_of(name, "cuda")
     if name in GRAINS:
         scene = scene.with_value("numerics.skin", 0.4)
@@ -167,14 +175,21 @@ def counted(name):
     sim = motion.sim
     if name in CONTINUUM:  # how many steps a step of the run takes is known from the one before
         motion.advance(1)
-    first, searches, before = _steps(sim), sim.search.count, counts()
+    first, searches, changes, before = _steps(sim), sim.search.count, _changes(sim), counts()
     motion.advance(2 * 16 if name in GRAINS else 1)
-    taken = _since(before) | {"steps": _steps(sim) - first, "searches": sim.search.count - searches}
-    if name in CONTINUUM:
-        before = counts()
-        sim.search.now()
-        taken["search"] = _since(before)
-    return taken
+    taken = _since(before) | {
+        "steps": _steps(sim) - first,
+        "searches": sim.search.count - searches,
+        "changes": _changes(sim) - changes,
+    }
+    before = counts()
+    sim.search.now(*([sim.step] if name in GRAINS else []))
+    return taken | {"search": _since(before)}
+
+
+def _changes(sim):
+    servo = getattr(sim, "servo", None)
+    return 0 if servo is None else servo.due // servo.every
 
 
 def _since(before):

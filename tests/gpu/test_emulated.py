@@ -75,26 +75,30 @@ def test_the_order_of_threads_changes_no_bit(name, device):
 
 @pytest.mark.parametrize("name", EVERY)
 def test_launches_and_synchronisations_of_a_step(name, device):
-    """Two launches a step of grains, one more with a sphere, and one every 16 steps where the cell
-    moves; a synchronisation every 16 steps. To begin takes four launches and two more."""
+    """Two launches a step of grains, and one every 16 steps where the cell moves; a synchronisation
+    every 16 steps. To begin takes four launches and two synchronisations more; to change the speeds
+    of a controlled load a few of both, and no more bytes with more grains. Lists of a search are
+    made by the device: the host reads bounds of the grains, and whether there was room."""
     took = device(name)[1]["counted"]
+    search = took["search"]
     if name in cases.CONTINUUM:
         # bodies, particles; response; forces, loads of bodies; the end of the step. To begin and
-        # to look; launches that find nothing to do. Lists of a search are made by the device,
-        # which tells the host in one number that nothing is wrong
-        calls, search = 1 + took["searches"], took["search"]
+        # to look; launches that find nothing to do. Of a search the host reads one number
+        calls = 1 + took["searches"]
         most = 6 * (took["steps"] + LOOK) + 64 * calls
         assert took["launches"] <= most and took["steps"] > 0
         assert took["syncs"] <= took["steps"] // LOOK + 3 * calls
         assert search["launches"] <= 48 and search["syncs"] == 1 and search["to_device"] == 0
         assert search["bytes_from"] == 4
         return
-    if name.startswith("sheared"):
-        return  # the host looks at the load in between
     assert took["searches"] == 0 and took["steps"] == 32
-    a_step, looks = (3 if name.startswith("sphere") else 2), took["steps"] // LOOK
-    assert took["launches"] <= a_step * took["steps"] + 2 * looks + 4
-    assert took["syncs"] <= looks + 2
+    controlled = name.startswith(("pressed", "sheared", "many_sheared"))
+    assert (took["changes"] > 0) == controlled
+    looks = took["steps"] // LOOK + took["changes"]
+    assert took["launches"] <= 2 * took["steps"] + 2 * looks + 4 + 10 * took["changes"]
+    assert took["syncs"] <= looks + 2 + 6 * took["changes"]
+    assert took["bytes_from"] <= 2048 * (1 + took["changes"])
+    assert search["launches"] <= 60 and search["syncs"] <= 8 and search["bytes_from"] <= 1024
 
 
 # Kernels of a step, and the registers that a thread may have by precision of the contacts: of the
