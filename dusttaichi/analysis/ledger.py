@@ -25,7 +25,7 @@ class Ledger:
     kinetic and potential energy less their start. residual: stored - work + losses, as the run
     wrote it. reference: the energy that has gone through the system, |work| + initial kinetic +
     |initial potential| + losses.
-    relative: residual over reference, or over what the contacts bind where that is more, as the run
+    relative: residual over reference, or over its lower bounds where they are more, as the run
     wrote it (run.ledger.turnover). worst: its largest absolute value, at `worst_time` [s]. shares:
     channel -> share of all losses at the end (0 where nothing is lost).
     """

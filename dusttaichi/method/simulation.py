@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
@@ -44,16 +44,28 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Start:
-    """Reference of the ledger: the measurement at step 0 [fJ]."""
+    """Reference of the ledger: the measurement at step 0 [fJ].
+
+    exchanged: largest difference of the kinetic energy of a record from that at step 0.
+    """
 
     kinetic: float
     potential: float
     energy: float
     kick: float
+    exchanged: float = 0.0
 
     @classmethod
     def of(cls, m: Measurement) -> Start:
         return cls(float(m.kinetic), float(m.potential), float(m.energy), float(m.kick))
+
+    def exchanged_by(self, m: Measurement) -> float:
+        """Energy that kinetic and potential energy have exchanged by the time of m [fJ]."""
+        return max(self.exchanged, abs(float(m.kinetic) - self.kinetic))
+
+    def after(self, m: Measurement) -> Start:
+        """The same reference after a record of m."""
+        return replace(self, exchanged=self.exchanged_by(m))
 
     def to_numbers(self) -> dict[str, float]:
         return asdict(self)

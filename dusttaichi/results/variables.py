@@ -153,7 +153,8 @@ _SERIES = declare(
          "successive half steps", "docs, Physics", ""),
         ("energy_residual_relative", "time", "1", "energy_residual over the energy that has gone "
          "through the system, |work| + initial kinetic + |initial potential| + |losses|, but no "
-         "less than what the contacts of now bind at rest", "dusttaichi.run.ledger.turnover", ""),
+         "less than the largest change of the kinetic energy, nor than what the present contacts "
+         "bind at rest", "dusttaichi.run.ledger.turnover", ""),
         ("wall_clock", "time", "s", "real time spent in the run, interruptions left out", "", ""),
     ], {"step": "i8", "stage": "i4"},
 )

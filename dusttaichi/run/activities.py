@@ -57,6 +57,7 @@ class Series(Activity):
         m = sim.measure()
         run.guard(m)
         self.measurement = m
+        run.state.start = run.state.start.after(m)
         self.record = series_record(sim, run.clock, run.state, m, window)
         run.writer.append("series", self.record)
 

@@ -26,12 +26,15 @@ def ledger(m, start):
 def turnover(m, start):
     """Residual of the ledger, and the energy that it is measured by [fJ].
 
-    That is what has gone through the system, but no less than what its contacts of now bind where
-    they are at rest: where the first grains of a loose sample touch, or swing about in contacts
-    that stood near pull-off, the start says little of the energies that change hands.
+    That is the energy that has gone through the system, with two lower bounds. The first is the
+    largest change of the kinetic energy so far: a body that is released at rest and oscillates
+    without losses exchanges kinetic and potential energy, and returns to a state in which nothing
+    else has changed. The second is the energy that the present contacts bind at rest: where the
+    first grains of a loose sample touch, the initial energies are far below those exchanged.
     """
     losses = np.abs(m.losses).sum()  # those that make energy must not cancel
     through = reference_energy(m.work, start.kinetic, start.potential, losses)
+    through = max(through, start.exchanged_by(m))
     return ledger(m, start)[0], through + max(0.0, m.bound - abs(start.potential))
 
 

@@ -27,9 +27,10 @@ from dusttaichi.continuum.moving_dust import MovingDust
 from dusttaichi.errors import DustError, GuardStop, Interrupted
 from dusttaichi.export import export
 from dusttaichi.grains.moving_grains import MovingGrains
-from dusttaichi.method import Measurement, SimpleSimulation
+from dusttaichi.method import Measurement, SimpleSimulation, Start
 from dusttaichi.plots.picture import picture_of
 from dusttaichi.run import execute, ledger, loop
+from dusttaichi.run.state import RunState
 from dusttaichi.scene import from_yaml
 
 HERE = Path(__file__).parent
@@ -125,13 +126,33 @@ def test_guards(tmp_path):
 @pytest.mark.parametrize("lost", [0.0, -1.0, np.nan])
 def test_an_open_ledger_advises_the_key_that_shortens_the_step(key, lost):
     """Of the continuum that is cfl: numerics.time_step is no step of the method there."""
-    start = Measurement.of(1.0, 0.0, [0.0])
+    start = Start.of(Measurement.of(1.0, 0.0, [0.0]))
     now = Measurement.of(2.0 - min(lost, 0.0), 0.0, [lost])
     sim = SimpleNamespace(validate=lambda m: None, step_key=key, step=1, time=1.0, channels=("a",))
     with pytest.raises(GuardStop, match=f"Try a smaller {key}"):
         ledger.check(sim, now, start)
     assert MovingDust.step_key == "numerics.cfl"
     assert SimpleSimulation.step_key == MovingGrains.step_key == "numerics.time_step"
+
+
+def test_the_ledger_of_an_oscillation_is_measured_by_the_energy_exchanged():
+    """A body released at rest, its potential energy counted from there: after a period only the
+    residual is left, which is compared with the kinetic energy of the half period. An energy that
+    comes from nowhere is as large as its own kinetic energy, so that it is never within bounds."""
+    sim = SimpleNamespace(validate=lambda m: None, step_key="k", step=1, time=1.0, channels=("a",))
+    start = Start.of(Measurement.of(0.0, 0.0, [0.0]))
+    half, whole = Measurement.of(1.0, -0.996, [0.0]), Measurement.of(1e-9, 0.005, [1e-6])
+    ledger.check(sim, half, start)
+    with pytest.raises(GuardStop, match="ledger is open"):
+        ledger.check(sim, whole, start)  # without a record of the half period
+    for m in (half, whole):
+        start = start.after(m)
+        ledger.check(sim, m, start)
+    assert ledger.turnover(whole, start) == pytest.approx((0.005, 1.0), rel=1e-3)
+    assert RunState.from_meta(RunState(start).to_meta()).start == start
+    for kinetic in (0.015, 1.015, 1e3):
+        with pytest.raises(GuardStop, match="ledger is open"):
+            ledger.check(sim, Measurement.of(kinetic, 0.0, [0.0]), start)
 
 
 def test_error_bar(tmp_path):

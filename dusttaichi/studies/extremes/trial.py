@@ -89,7 +89,7 @@ def watched(sim, scene, steps, state):
         except GuardStop as stop:
             return CellResult("stopped", str(stop), worst, sim.step)
         residual, through = ledger.turnover(m, start)
-        worst = max(worst, abs(residual) / through if through > 0.0 else 0.0)
+        worst, start = max(worst, abs(residual) / through if through > 0.0 else 0.0), start.after(m)
         entry = sim.series(m, None)
         bad = [
             key
