@@ -40,11 +40,11 @@ def build(scene, particles, *, loops=None):
     """Simulation of a scene with its Particles at step 0, stresses and forces computed.
 
     loops: backend.Loops other than those of the backend, to compare them.
-    Raises DustError for more bodies than there is room for.
+    Raises DustError for more rigid bodies than BODIES.
     """
     moving = [body for body in particles.bodies if body.rigid]
     if len(moving) > BODIES:
-        raise DustError(f"sample: {len(moving)} rigid bodies; there is room for {BODIES}")
+        raise DustError(f"sample: {len(moving)} rigid bodies; allowed: {BODIES} at most.")
     threads, n = threads_of(scene, len(particles)), len(particles)
     kind = (loops or LOOPS[scene.numerics.backend]).kind
     compiled = chosen_kernels(scene, particles, threads, kind)
@@ -54,7 +54,7 @@ def build(scene, particles, *, loops=None):
         n,
         numbers=numbers_of(scene, compiled.layout.dimension) | periods(scene, particles),
         materials=MaterialNumbers.together(scene.all_materials),
-        beat=1.0,
+        output_step=1.0,
         threads=threads,
         bodies=len(moving),
     )
@@ -72,7 +72,7 @@ def build(scene, particles, *, loops=None):
 
 
 def layout_of(scene):
-    """What is compiled into the kernels of a scene."""
+    """Layout of the kernels of a scene."""
     numerics, boundary = scene.numerics, scene.boundary
     return Layout(
         dimension=scene.dimension,
@@ -109,8 +109,8 @@ def chosen_kernels(scene, particles, threads, kind):
 
 
 def ghost_count(scene, particles):
-    """Images beyond mirrors and periodic faces that there is room for: as many as an even filling
-    has, and half as many more."""
+    """Capacity for images beyond mirrors and periodic faces: 1.5 times as many as an even filling
+    has."""
     h = scene.numerics.smoothing_length
     reach, boundary = (SUPPORT + SKIN[scene.dimension]) * h, scene.boundary
     x, share = particles.position, 1.0
@@ -123,7 +123,7 @@ def ghost_count(scene, particles):
 
 
 def numbers_of(scene, dimension):
-    """What kernels are told of the scene, but for what changes on the way."""
+    """Arguments of the kernels that are constant over a run, as a dict."""
     numerics, h = scene.numerics, scene.numerics.smoothing_length
     stress = numerics.artificial_stress
     own = self_gravity(scene)
@@ -247,7 +247,7 @@ def put_particles(sim, particles, moving, mirrors):
 
 
 def put_options(sim, particles, scene):
-    """What particles have of options that are compiled in: materials, flaws."""
+    """Write the variables of options that are compiled in: materials, flaws."""
     if sim.layout.materials:
         sim.put("material", particles.material.astype(np.int32))
     if sim.layout.damage:
@@ -255,11 +255,11 @@ def put_options(sim, particles, scene):
 
 
 def begin(sim, scene):
-    """The first beat, with the speeds of signals at the start."""
+    """Set the output step and the first time step from the initial speeds of signals."""
     fastest = float(sim.lists["most"].to_numpy().max())
-    sim.beat = time_step.beat(scene, fastest)
+    sim.output_step = time_step.output_step(scene, fastest)
     step = scene.numerics.cfl * scene.numerics.smoothing_length / fastest
     clock = np.zeros(8)
-    clock[LEFT], clock[WANT] = sim.beat, step
-    clock[DT] = sim.beat / np.ceil(sim.beat / step * (1.0 - 1e-12))
+    clock[LEFT], clock[WANT] = sim.output_step, step
+    clock[DT] = sim.output_step / np.ceil(sim.output_step / step * (1.0 - 1e-12))
     sim.tables["clock"].from_numpy(clock)

@@ -1,4 +1,4 @@
-"""What is compiled for a scene: its fields and kernels, which scenes of one compile key share."""
+"""Compiled fields and kernels of a scene, shared by scenes of one compile key."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -21,7 +21,7 @@ from dusttaichi.continuum.step import make_advance
 
 
 class Fields:
-    """Taichi fields by name, as kernels say them: fields.x."""
+    """Taichi fields as attributes, as kernels use them: fields.x."""
 
     def __init__(self, fields):
         self.__dict__.update(fields)
@@ -29,7 +29,7 @@ class Fields:
 
 @dataclass(frozen=True)
 class Kernels:
-    """The kernels of a scene, and the type of what they are told. search: launches of a search on a
+    """The kernels of a scene, and the type of their arguments. search: launches of a search on a
     device, None where the host searches with `count`, `write` and `measure`."""
 
     advance: Any
@@ -43,7 +43,7 @@ class Kernels:
 
 @dataclass(frozen=True)
 class Compiled:
-    """Fields with room for more particles than a scene has, and the kernels over them.
+    """Fields of a capacity above the number of particles of a scene, and the kernels over them.
 
     compile_key: all that they depend on. fields, lists: Taichi fields by name: the state, and what
     follows from it. memory: arrays that share the memory of the fields, by name; none where a
@@ -79,7 +79,7 @@ class Compiled:
 
 def compiled_for(key, layout, capacity, kind):
     """The Compiled of a layout; Taichi runs. capacity: numbers of particles, list entries and
-    ghosts that there is room for.
+    ghosts (capacities).
 
     kind: of the loops (backend.Loops). A kernel a phase is for devices, whose memory is their own:
     wherever it runs, it looks at none directly.

@@ -1,8 +1,8 @@
-"""The step on a device: kernels with one loop a phase, and none of them waits for the host.
+"""The step on a device: kernels with one loop per phase, none of which waits for the host.
 
-What kernels need to know is in fields, and so is how far the steps have come: once a search is due
-or the steps asked for are made, all launches behind do nothing. The host launches up to LOOK steps
-and looks once how far they have come.
+Arguments and progress of the steps are stored in fields: once a search is due or the requested
+steps are done, all further launches do nothing. The host launches up to LOOK steps and then reads
+the progress once.
 """
 
 from math import ceil
@@ -20,14 +20,14 @@ from dusttaichi.continuum.kernels.store import (
 )
 from dusttaichi.physics.continuum.kernels import MATERIAL
 
-# places in `sync`: why no further step may begin; steps of the run that are asked for
-STOP, ASKED = STUCK + 1, STUCK + 2
-HALT, ENDLESS = 1, 2  # in STOP: a search is due or all is made; a beat would take too many steps
+# entries of `sync`: reason why no further step may begin; number of requested output steps
+STOP, REQUESTED = STUCK + 1, STUCK + 2
+HALT, ENDLESS = 1, 2  # in STOP: search due or all done; output step of too many steps
 ROWS = FACES + BODIES
 
 
 class DeviceSteps:
-    """`advance(beats, pending, workers, numbers, material)` of a device: see step.py."""
+    """`advance(output_steps, pending, workers, numbers, material)` of a device: see step.py."""
 
     def __init__(self, motion, rates, forces, StepNumbers):
         self.known = known = Known(motion, rates, forces, StepNumbers)
@@ -37,15 +37,16 @@ class DeviceSteps:
         self._kick, self._respond, self._push = Launch(kick), Launch(respond), Launch(push)
         self._end = Launch(make_end(known))
         self._look = Look(known.sync, ENDED, STOP)
-        self._steps_a_beat = 1.0
+        self._steps_per_output = 1.0
 
-    def __call__(self, beats, pending, _workers, *arguments):
-        """Returns how many beats have ended, and whether the next one would take too many steps."""
+    def __call__(self, output_steps, pending, _workers, *arguments):
+        """Returns the number of output steps done, and whether the next one would take too many
+        time steps."""
         self.pass_numbers(*arguments)
-        self._begin(beats)
+        self._begin(output_steps)
         launched, ended, stopped = 0, 0, 0
         while not stopped:
-            expected = ceil((beats - ended) * self._steps_a_beat)
+            expected = ceil((output_steps - ended) * self._steps_per_output)
             for _ in range(max(1, min(LOOK, expected))):
                 if not pending:
                     self._kick()
@@ -55,12 +56,12 @@ class DeviceSteps:
                 self._end()
                 launched += 1
             ended, stopped = self._look()
-        self._steps_a_beat = launched / max(1, ended)
+        self._steps_per_output = launched / max(1, ended)
         return ended, stopped == ENDLESS
 
 
 class Known:
-    """What the kernels of a device know of the steps to come, in fields, and what they act on."""
+    """Arguments of the kernels of a device, in fields, and the objects that they act on."""
 
     def __init__(self, motion, rates, forces, StepNumbers):
         self.motion, self.rates, self.forces = motion, rates, forces
@@ -73,14 +74,14 @@ class Known:
 
 
 def make_begin(known, StepNumbers):
-    """Kernels `begin(beats)`, before the steps of a call, and `pass_numbers(numbers, material)`,
-    where these have changed."""
+    """Kernels `begin(output_steps)`, before the steps of a call, and `pass_numbers(numbers,
+    material)`, where these have changed."""
     sync, numbers, material, fastest = known.sync, known.numbers, known.material, known.fastest
 
     @ti.kernel
-    def begin(beats: ti.i32):
+    def begin(output_steps: ti.i32):
         sync[DUE], sync[ENDED], sync[STUCK] = 0, 0, 0
-        sync[STOP], sync[ASKED] = 0, beats
+        sync[STOP], sync[REQUESTED] = 0, output_steps
         fastest[0] = 0.0
 
     @ti.kernel
@@ -104,7 +105,7 @@ def make_end(known):
             sync[ENDED] = sync[ENDED] + motion.next_step(1, numbers[None])
             if sync[STUCK] == 1:
                 sync[STOP] = ENDLESS
-            elif sync[ENDED] >= sync[ASKED]:
+            elif sync[ENDED] >= sync[REQUESTED]:
                 sync[STOP] = HALT
 
     @ti.kernel
@@ -184,7 +185,7 @@ def by_threads(known):
 
 
 def by_particles(known):
-    """The same kernels where there are cores in the place of a device, to test the loop."""
+    """The same kernels on the cores of a CPU, to test the loop."""
     motion, rates, forces = known.motion, known.rates, known.forces
     sync, numbers, material = known.sync, known.numbers, known.material
     fastest = known.fastest

@@ -1,4 +1,5 @@
-"""The search where kernels run on a device: the host launches its kernels and looks once.
+"""The search where kernels run on a device: the host launches its kernels and reads the outcome
+once.
 
 The lists are those that search.py makes of the same places, in the same order.
 """

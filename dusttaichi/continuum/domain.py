@@ -1,4 +1,4 @@
-"""What surrounds a continuum as a Domain: its faces as walls, its periodic cell."""
+"""The Domain of a continuum: its faces as walls, its periodic cell."""
 
 import numpy as np
 

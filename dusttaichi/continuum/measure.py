@@ -1,4 +1,4 @@
-"""Energies of a continuum of now [SI], from which ledger and records are made."""
+"""Present energies of a continuum [SI], from which ledger and records are made."""
 
 import numpy as np
 
@@ -22,8 +22,8 @@ from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 def energies(sim):
     """Energies [J], losses by channel, extremes: a dict of numbers and arrays.
 
-    Velocities stand half a step back in memory: what the forces of now do in the half step up to
-    now belongs to the losses and to the work of faces as well.
+    Velocities in memory are half a step behind: the work of the present forces in the half step up
+    to the present belongs to the losses and to the work of faces as well.
     """
     role, mass = sim.of_particles("role"), sim.of_particles("mass")
     v = sim.velocities()
@@ -85,9 +85,9 @@ def elastic_energies(sim, gives):
 
 
 def elastic_of_particles(sim, gives):
-    """The same of each particle of those that give way [J], (n, 3), in internal order.
+    """The same for each deformable particle [J], (n, 3), in internal order.
 
-    Where dust is damaged the whole share of it stores tension and deviator.
+    Of damaged dust the undamaged share stores tension and deviator.
     """
     density = sim.of_particles("density")[gives]
     volume = sim.of_particles("mass")[gives] / density
@@ -115,8 +115,8 @@ def undamaged(sim):
 
 
 def heat(sim, stored):
-    """Heat of each particle [J], (n,), in internal order: what of the work of its stresses it does
-    not store, and what both viscosities have taken, with the half step up to now.
+    """Heat of each particle [J], (n,), in internal order: work of its stresses that is not
+    stored, and energy dissipated by both viscosities, with the half step up to the present.
 
     stored: elastic energy of each at step 0 [J], in the order of the sample.
     """
@@ -127,8 +127,8 @@ def heat(sim, stored):
 
 
 def against_artificial_stress(sim, v):
-    """Work against artificial stress since the start [J], with the half step up to now; 0 where
-    there is none. Much of it comes back where the tension goes."""
+    """Work against artificial stress since the start [J], with the half step up to the present; 0
+    where there is none. Much of it is returned when the tension is relieved."""
     if "taken" not in sim.tables:
         return 0.0
     half, mean = 0.5 * sim.clock[OLD], 0.5 * (sim.raised(sim.of_particles("v")) + v)
@@ -137,9 +137,9 @@ def against_artificial_stress(sim, v):
 
 
 def half_step(sim, v, speed, spin):
-    """Work of both viscosities in the half step up to now [J], (2,).
+    """Work of both viscosities in the half step up to the present [J], (2,).
 
-    v: velocities of now; speed, spin: of faces and rigid bodies now.
+    v: present velocities; speed, spin: of faces and rigid bodies.
     """
     half = 0.5 * sim.clock[OLD]
     mean = 0.5 * (sim.raised(sim.of_particles("v")) + v)
@@ -163,7 +163,7 @@ def face_work(sim):
 
 
 def measurement(sim, start):
-    """The Measurement of now [fJ]; start: the losses of step 0, which begin at 0 [J]."""
+    """The present Measurement [fJ]; start: the losses at step 0 [J], which count as 0."""
     m = energies(sim)
     losses = (m["loss"] - start) / units.ENERGY
     potential = m["gravity_energy"] + m["elastic_energy"]
@@ -177,7 +177,7 @@ def measurement(sim, start):
 
 
 def elastic_momenta(sim, sample):
-    """Momenta of the elastic bodies of a sample now [kg m/s], (bodies, 3)."""
+    """Present momenta of the elastic bodies of a sample [kg m/s], (bodies, 3)."""
     found = _of_elastic(sim, sample)
     if not found:
         return np.zeros((0, 3))
@@ -186,8 +186,8 @@ def elastic_momenta(sim, sample):
 
 
 def elastic_bodies(sim, sample):
-    """Centre [m], velocity [m/s] and spin [rad/s] of the elastic bodies of a sample as they are
-    now, (bodies, 3) each, as a tuple."""
+    """Present centre [m], velocity [m/s] and spin [rad/s] of the elastic bodies of a sample,
+    (bodies, 3) each, as a tuple."""
     numbers = _of_elastic(sim, sample)
     found = np.zeros((3, len(numbers), 3))
     if not numbers:
@@ -204,7 +204,7 @@ def elastic_bodies(sim, sample):
 
 
 def _of_elastic(sim, sample):
-    """Which particles, in internal order, are of each elastic body of a sample: a list."""
+    """Numbers of the particles of each elastic body of a sample, in internal order: a list."""
     numbers = [k for k, body in enumerate(sample.bodies) if body.elastic]
     label = sample.body[sim.of_particles("number")] if numbers else None
     return [np.flatnonzero(label == k) for k in numbers]

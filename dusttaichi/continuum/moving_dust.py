@@ -1,4 +1,4 @@
-"""A continuum in motion as the run knows it: the Simulation with its sample, records and guards."""
+"""A continuum as the run uses it: the Simulation with its sample, records and guards."""
 
 from dataclasses import replace
 
@@ -8,8 +8,8 @@ from dusttaichi import units
 from dusttaichi.compute.worker_choice import WorkerChoice
 from dusttaichi.continuum import measure, record, validity
 from dusttaichi.continuum.build import build
+from dusttaichi.continuum.domain import domain_of
 from dusttaichi.continuum.kernels.store import CENTRE, CHANNELS, FACES
-from dusttaichi.continuum.surroundings import domain_of
 from dusttaichi.continuum.variables import VARIABLES
 from dusttaichi.continuum.warming import Warming
 from dusttaichi.method import SimpleSimulation, State
@@ -24,21 +24,21 @@ BODY = ("centre", "velocity", "spin", "inertia")
 
 
 class MovingDust(SimpleSimulation):
-    """What dusttaichi.method.Simulation asks for, of the Simulation `sim` of a scene."""
+    """The protocol dusttaichi.method.Simulation for the Simulation `sim` of a scene."""
 
     channels, step_key, storing = CHANNELS, "numerics.cfl", ("artificial",)
-    binds = False  # what is at rest has no energy of bonds that motion could be compared with
+    binds = False  # no energy of bonds with which kinetic energy could be compared
 
     def __init__(self, scene, sample, sim):
         self.scene, self.sample, self.sim = scene, sample, sim
-        self.size, self.dt = sim.n, sim.beat / units.TIME
-        self._first = sim.beat, sim.numbers
+        self.size, self.dt = sim.n, sim.output_step / units.TIME
+        self._first = sim.output_step, sim.numbers
         self.workers = WorkerChoice(sim, fixed=scene.numerics.threads != "auto")
         self.around = domain_of(scene, sample, self.dt)
         self.variables = select(VARIABLES, self._features(), *scene.output.chosen)
         self.started = measure.energies(sim)["loss"]
         self._warms = Warming(scene, sample, sim) if sim.layout.heat else None
-        # walls whose force is summed: over the particles of a layer, or the touches of a rigid face
+        # walls whose force is summed: over particles of a layer, or contacts of a rigid face
         self._pressed = {WALLS[face] for face in np.unique(sample.face) if face >= 0}
         self._pressed |= set(getattr(scene.boundary, "rigid", ()))
         rigid = [body for body in sample.bodies if body.rigid]
@@ -97,14 +97,14 @@ class MovingDust(SimpleSimulation):
         return found | (self._warms.series() if self._warms else {})
 
     def _shown(self):
-        """Names of the bodies that records tell of: rigid ones, then elastic ones."""
+        """Names of the bodies in the records: rigid ones, then elastic ones."""
         bodies = self.sample.bodies
         rigid = [body.name for body in bodies if body.rigid]
         return _distinct((*rigid, *(body.name for body in bodies if body.elastic)))
 
     def _areas(self):
-        """Areas of the walls whose force is known [m^2], (6,); 0 of the others: on an open face
-        nothing acts, and what acts on a mirror is not summed."""
+        """Areas of the walls whose force is known [m^2], (6,); 0 of the others: open
+        faces, and mirrors, whose force is not summed."""
         areas = np.zeros(6)
         if self.around.box is not None:
             areas = self.around.wall_areas(self.step) * units.LENGTH**2
@@ -138,7 +138,7 @@ class MovingDust(SimpleSimulation):
         return State(arrays | self.sim.arrays(), numbers)
 
     def restore(self, state):
-        self.sim.beat, self.sim.numbers = self._first
+        self.sim.output_step, self.sim.numbers = self._first
         self._take_step()
         self.sim.restore(state.arrays, state.numbers["step"])
         self.started = np.array(state.numbers["started"])
@@ -154,8 +154,8 @@ class MovingDust(SimpleSimulation):
         self._take_step()
 
     def _take_step(self):
-        """The step of the run is a beat of the simulation."""
-        self.dt = self.sim.beat / units.TIME
+        """Set the step of the run to the output step of the simulation."""
+        self.dt = self.sim.output_step / units.TIME
         self.around = replace(self.around, dt=self.dt)
 
     def positions(self):
@@ -215,13 +215,13 @@ def make(scene, sample):
 
 def reopen(scene, state):
     """MovingDust in a State of a continuum of that scene."""
-    kept = state.numbers["sample"]
+    stored = state.numbers["sample"]
     bodies = [
-        Body(**(body | {name: np.array(body[name]) for name in BODY})) for body in kept["bodies"]
+        Body(**(body | {name: np.array(body[name]) for name in BODY})) for body in stored["bodies"]
     ]
     arrays = {name: state.arrays[BEFORE + name] for name in (*ARRAYS, "body", "room")}
-    own = {"spacing": kept["spacing"], "dimension": kept["dimension"], "info": kept["info"]}
-    out = make(scene, Particles(**arrays, **own, bodies=tuple(bodies)))
+    others = {name: stored[name] for name in ("spacing", "dimension", "info")}
+    out = make(scene, Particles(**arrays, **others, bodies=tuple(bodies)))
     out.restore(state)
     return out
 

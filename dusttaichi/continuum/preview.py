@@ -1,4 +1,4 @@
-"""What `dust check` prints of a continuum: particles, material, step and memory."""
+"""Preview of a continuum for `dust check`: particles, material, step and memory."""
 
 from math import pi
 
@@ -8,9 +8,9 @@ from dusttaichi import units
 from dusttaichi.compute.memory import TYPES, room_for
 from dusttaichi.continuum import time_step
 from dusttaichi.continuum.build import layout_of
+from dusttaichi.continuum.domain import domain_of
 from dusttaichi.continuum.kernels.rates import DAMPED
 from dusttaichi.continuum.kernels.store import declare
-from dusttaichi.continuum.surroundings import domain_of
 from dusttaichi.domain.plan import planned
 from dusttaichi.method import Preview
 from dusttaichi.physics.continuum import elasticity, strength
@@ -33,20 +33,20 @@ def preview(scene):
     fastest = max(sound.max(initial=0.0), of_elastic.max(initial=0.0))
     speed = np.linalg.norm(sample.velocity, axis=1).max()
     fastest = max(float(fastest) * _damped(scene.numerics.viscosity), float(speed))
-    beat = time_step.beat(scene, fastest)
+    output_step = time_step.output_step(scene, fastest)
     sections = [
         ("Sample", _sample(scene, sample)),
         *([("Dust at the start", _dust(sample, dust, sound, m))] if dust.any() else []),
         ("Particles", [*_particles(scene), *_resolution(sample)]),
-        ("Time step", [*_step(scene, fastest, beat), *_whole_steps(scene, beat)]),
+        ("Time step", [*_step(scene, fastest, output_step), *_whole_steps(scene, output_step)]),
         ("Memory", [("state", _memory(scene, len(sample)))]),
     ]
-    domain = domain_of(scene, sample, beat / units.TIME)
+    domain = domain_of(scene, sample, output_step / units.TIME)
     return Preview(sections, len(sample), domain.dt, planned(scene, domain))
 
 
 def _damped(viscosity):
-    """What a viscosity makes of the speed of signals."""
+    """Factor of a viscosity on the speed of signals."""
     return max(1.0, viscosity.contact, viscosity.bulk, DAMPED * viscosity.grid)
 
 
@@ -123,20 +123,22 @@ def _resolution(sample):
     return rows
 
 
-def _whole_steps(scene, beat):
-    """Rows of the times asked for that steps of the run do not meet."""
+def _whole_steps(scene, output_step):
+    """Rows of the requested times that output steps do not meet."""
     rows = []
     for plan in scene.stage_plans:
         of = f" of {plan.name}" if plan.name else ""
         for name in ("series", "snapshots"):
             every = getattr(getattr(plan, name), "time", None)
-            if every is not None and every < (1.0 - 1e-9) * beat:
-                rows.append((f"{name}{of}", _instead(every, beat, every)))
+            if every is not None and every < (1.0 - 1e-9) * output_step:
+                rows.append((f"{name}{of}", _instead(every, output_step, every)))
         end = plan.stop.time
         if end is not None:
-            whole = max(1, round(end / beat)) * beat
+            whole = max(1, round(end / output_step)) * output_step
             if abs(whole - end) > NEAR * end:
-                rows.append((f"end{of}", _instead(end, whole, end / round(end / beat + 0.5))))
+                rows.append(
+                    (f"end{of}", _instead(end, whole, end / round(end / output_step + 0.5)))
+                )
     return rows
 
 
@@ -150,19 +152,22 @@ def _instead(wanted, met, step):
     return f"{met} in place of {wanted}, in whole steps of the run; {exact}"
 
 
-def _step(scene, fastest, beat):
-    own = scene.numerics.cfl * scene.numerics.smoothing_length / fastest if fastest else beat
+def _step(scene, fastest, output_step):
+    own = scene.numerics.cfl * scene.numerics.smoothing_length / fastest if fastest else output_step
     return [
         ("step of the method at the start", f"{own * 1e6:.4g} µs, shorter where dust is denser"),
-        ("a step of the run", f"{beat * 1e6:.4g} µs, {beat / own:.3g} of these at the start"),
+        (
+            "a step of the run",
+            f"{output_step * 1e6:.4g} µs, {output_step / own:.3g} of these at the start",
+        ),
     ]
 
 
 def _memory(scene, particles):
-    """What the state takes; neighbour lists come beside it."""
+    """Memory of the state, without neighbour lists."""
     room = room_for(particles)
     each = sum(
         max(v.element[1], 1) * np.dtype(TYPES[v.element[0]]).itemsize
         for v in declare(layout_of(scene))
     )
-    return f"{each * room / 2**20:.3g} MiB with room for {room:,} particles, and its lists"
+    return f"{each * room / 2**20:.3g} MiB for a capacity of {room:,} particles, and its lists"

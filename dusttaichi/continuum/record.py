@@ -1,4 +1,4 @@
-"""What a continuum writes: records of the series and snapshots, all in SI."""
+"""Records of a continuum: series and snapshots, all in SI."""
 
 import numpy as np
 
@@ -21,7 +21,7 @@ def components(S, dimension):
 
 
 def series(sim, parts, window, areas, elastic):
-    """What the continuum adds to a record; areas: of the walls [m^2], (6,); elastic: what
+    """Variables of the continuum in a record; areas: of the walls [m^2], (6,); elastic: what
     measure.elastic_bodies tells."""
     role = sim.of_particles("role")
     dust = role == DUST
@@ -67,7 +67,7 @@ def series(sim, parts, window, areas, elastic):
 
 
 def snapshot(sim):
-    """The particles of now, in the order of the sample."""
+    """The present particles, in the order of the sample."""
     whole = undamaged(sim)
     now = {
         "position": sim.raised(sim.of_particles("x")),

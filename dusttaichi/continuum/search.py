@@ -1,7 +1,7 @@
 """The search for neighbours: particles sorted by cell, ghosts made, lists written.
 
-It is a function of the places of the moment alone. A run that goes on from a checkpoint writes the
-lists of the last search anew, from the places of then.
+It depends on the present positions alone. A resumed run rebuilds the lists of the last search from
+the positions of that search.
 """
 
 from itertools import product
@@ -15,8 +15,8 @@ from dusttaichi.method import moment
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
 SUPPORT = 2.0  # reach of the kernels in smoothing lengths
-# extra reach of the lists in smoothing lengths, by dimension: what a longer list costs a step, and
-# what a search costs
+# extra reach of the lists in smoothing lengths, by dimension: a compromise between the run time of
+# steps with longer lists and of more searches
 SKIN = {2: 0.6, 3: 0.3}
 YIELD = (DUST, ELASTIC)  # roles of what has neighbours
 
@@ -25,7 +25,7 @@ class Search:
     """The neighbour lists of a Simulation.
 
     mirrors: (axis, side, plane [m]) of each mirror; edges: (axis, low, high) of each periodic axis,
-    all of the kernels' axes. rigid: rows of what has a rigid surface. count: searches so far.
+    with the axes of the kernels. rigid: rows with a rigid surface. count: searches so far.
     """
 
     def __init__(self, sim, h, mirrors, edges, rigid):
@@ -35,17 +35,17 @@ class Search:
 
     @property
     def way2(self):
-        """Square of the way that a particle may go before the next search is due [m^2]."""
+        """Square of the displacement after which a search is due [m^2]."""
         return (0.5 * self.skin) ** 2
 
     @property
     def near_surface(self):
-        """Distance within which a surface is listed [m]: both may go their part of the skin, and
-        the lists may be old by as much."""
+        """Distance within which a surface is listed [m]: particle and surface may each move by half
+        of the skin, and the lists may be outdated by as much."""
         return SUPPORT * self.h + 2.0 * self.skin
 
     def now(self):
-        """New lists for the present places; particles are put in the order of their cells."""
+        """Write new lists for the present positions; particles are sorted by cell."""
         x = self.sim.of_particles("x")
         self.check_places(x)
         wrapped = self._wrap(x)
@@ -63,7 +63,7 @@ class Search:
         self.count += 1
 
     def again(self):
-        """The lists of the last search, of a simulation that goes on from a checkpoint."""
+        """Rebuild the lists of the last search after a checkpoint is restored."""
         now, then = self.sim.of_particles("x"), self.sim.of_particles("x_search")
         self.sim.put("x", then)
         self._list(then, self._grid(then))
@@ -96,11 +96,11 @@ class Search:
         return np.ravel_multi_index(tuple(np.clip(place, 0, cells - 1).T), tuple(cells))
 
     def _list(self, x, grid):
-        """Ghosts and lists for particles at these places, in the order of their cells."""
+        """Ghosts and lists for particles at positions x, sorted by cell."""
         sim, n = self.sim, len(x)
         seen = np.concatenate([x, self._ghosts(x)])
         low, width, cells = grid
-        # what is rigid or held is nobody's neighbour: it is seen as the surface of its body or face
+        # rigid and fixed particles are not neighbours: their body or face acts by its surface
         yields = np.ones(len(seen), bool)
         yields[:n] = np.isin(sim.of_particles("role"), YIELD)
         yields = np.flatnonzero(yields)
@@ -118,7 +118,7 @@ class Search:
         self._touches(n)
 
     def _touches(self, n):
-        """Which particles come near which surface of what is rigid, before the next search."""
+        """List the pairs of particle and rigid surface that may touch before the next search."""
         sim = self.sim
         if not sim.layout.rigid:
             return
@@ -137,8 +137,8 @@ class Search:
         sim.lists["touch_row"].from_numpy(rows[order].astype(np.int32))
 
     def _ghosts(self, x):
-        """Places of all images within reach of the room; who they are of, their signs and shifts
-        are written down."""
+        """Positions of all images within reach of the box; their originals, signs and shifts are
+        written to `lists`."""
         sim, n = self.sim, len(x)
         if not sim.layout.ghosts:
             return np.zeros((0, sim.dimension))
@@ -172,7 +172,7 @@ class Search:
         return [tuple(np.array(chosen).T) for chosen in product(*along)][1:]
 
     def _near(self, image):
-        """Images within reach of the room that their originals are in."""
+        """Whether images are within reach of the box of their originals."""
         inside = np.ones(len(image), bool)
         for axis, low, high in self.edges:
             inside &= image[:, axis] > low - self.reach
@@ -183,7 +183,7 @@ class Search:
         return inside
 
     def _place_ghosts(self, x):
-        """All that neighbours read of the ghosts, from their originals at the places x."""
+        """Write the variables of the ghosts that neighbours read, from their originals at x."""
         sim = self.sim
         if not sim.layout.ghosts:
             return
@@ -199,43 +199,42 @@ class Search:
             if name in sim.tables:
                 sim.put_ghosts(name, n, sim.of_particles(name)[source])
 
-    # -- what may be wrong -----------------------------------------------------------------------
+    # -- checks ---------------------------------------------------------------------------------
 
     def check_places(self, x):
-        """Raises GuardStop where places of particles are no numbers."""
+        """Raises GuardStop where positions are not numbers."""
         lost = ~(np.abs(x) < FARTHEST).all(axis=1)
         if lost.any():
             raise GuardStop(
-                f"{moment(self.sim)} the place of {lost.sum()} "
-                "particles is not a number any more: the step is too long for what happens. Try a "
-                "smaller numerics.cfl or a lower speed."
+                f"{moment(self.sim)} {lost.sum()} particles have a position that is not a number: "
+                "the time step is too long. Try a smaller numerics.cfl or a lower speed."
             )
 
     def check_ghosts(self, count):
-        """Raises GuardStop where there is no room for so many ghosts."""
+        """Raises GuardStop where the ghosts exceed the capacity."""
         room = self.sim.lists["ghost_sign"].field.shape[0]
         if count > room:
             raise GuardStop(
-                f"{count} images of particles beyond periodic faces and mirrors are more "
-                f"than there is room for ({room}): the room is narrower than the reach of a "
-                "particle. Try a wider one, or a smaller numerics.spacing."
+                f"{moment(self.sim)} there are {count} images of particles beyond periodic faces "
+                f"and mirrors, more than the capacity of {room}: the sample is narrower than the "
+                "reach of a particle. Try a wider sample, or a smaller numerics.spacing."
             )
 
     def check_entries(self, count):
-        """Raises GuardStop where there is no room for so many neighbours of all particles."""
+        """Raises GuardStop where the neighbours of all particles exceed the capacity."""
         if count > self.sim.lists["entry"].field.shape[0]:
             raise GuardStop(
                 f"{moment(self.sim)} the particles have {count / self.sim.n:.0f} neighbours each, "
-                "more than there is room for: they have come together without limit. Try a smaller "
+                "more than the capacity: they have come together without limit. Try a smaller "
                 "numerics.cfl, a larger numerics.viscosity.grid or a lower speed."
             )
 
     def check_touches(self, count):
-        """Raises GuardStop where there is no room for so many pairs of particle and surface."""
+        """Raises GuardStop where the pairs of particle and surface exceed the capacity."""
         room = self.sim.lists["touch_row"].field.shape[0]
         if count > room:
             raise GuardStop(
-                f"{moment(self.sim)} {count} contacts of particles with rigid surfaces are more "
-                f"than there is room for ({room}): the gaps between them are narrower than the "
+                f"{moment(self.sim)} {count} contacts of particles with rigid surfaces exceed "
+                f"the capacity of {room}: the gaps between them are narrower than the "
                 "reach of a particle. Try a smaller numerics.spacing."
             )

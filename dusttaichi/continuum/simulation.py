@@ -1,4 +1,5 @@
-"""A built continuum in motion: advances by beats, searches when due, tells its state. SI inside."""
+"""A built continuum in motion: it advances by output steps, searches for neighbours when due, and
+returns its state. SI inside."""
 
 from dataclasses import asdict
 
@@ -39,31 +40,31 @@ from dusttaichi.physics.continuum.kernels import MATERIAL
 
 
 class Simulation:
-    """State and kernels of one scene. `step` counts beats of length `beat` [s].
+    """State and kernels of one scene. `step` counts output steps of length `output_step` [s].
 
     compiled: Compiled. n: particles; dimension: 2 or 3; axes: those of the kernels among x, y, z.
-    numbers: what kernels are told (kernels.numbers), but for what changes. materials:
+    numbers: arguments of the kernels (kernels.numbers) that are constant. materials:
     MaterialNumbers of all materials; material: of the first. tables, lists: memory.Table by name.
     bodies: rigid bodies.
     """
 
-    def __init__(self, compiled, tables, n, *, numbers, materials, beat, threads, bodies):
+    def __init__(self, compiled, tables, n, *, numbers, materials, output_step, threads, bodies):
         self.compiled, self.kernels, self.layout = compiled, compiled.kernels, compiled.layout
         self.dimension = self.layout.dimension
         self.axes = [0, 2] if self.dimension == 2 else [0, 1, 2]
         self.n, self.numbers = n, numbers
         self.materials, self.material = materials, materials.taken(0)
-        self.told_material = MATERIAL(**asdict(self.material))
-        self.beat, self.threads, self.bodies = beat, threads, bodies
+        self.material_numbers = MATERIAL(**asdict(self.material))
+        self.output_step, self.threads, self.bodies = output_step, threads, bodies
         self.tables, self.lists = tables
         self.names = [variable.name for variable in declare(self.layout)]
         self.step, self.search = 0, None
-        self._told = {}, None  # numbers that the kernels were told last, and their struct
+        self._passed = {}, None  # numbers that were passed to the kernels last, and their struct
 
     @property
     def time(self):
         """Simulated time [us]."""
-        return self.step * self.beat / units.TIME
+        return self.step * self.output_step / units.TIME
 
     # -- memory ----------------------------------------------------------------------------------
 
@@ -114,9 +115,9 @@ class Simulation:
 
     # -- steps -----------------------------------------------------------------------------------
 
-    def advance(self, beats):
-        """Make `beats` steps of the run, searching for neighbours whenever it is due."""
-        end, pending = self.step + beats, 0
+    def advance(self, output_steps):
+        """Make so many output steps, searching for neighbours whenever it is due."""
+        end, pending = self.step + output_steps, 0
         while self.step < end:
             self.step += self._call(end - self.step, pending)
             pending = 0
@@ -125,52 +126,54 @@ class Simulation:
                 pending = 1
 
     def step_numbers(self):
-        """The StepNumbers of now: the last ones where nothing has changed, since Taichi takes a
-        millisecond to make a struct, and a search comes as often as every step."""
+        """The present StepNumbers: the last ones where nothing has changed, since Taichi takes a
+        millisecond to make a struct, and searches may be as frequent as steps."""
         numbers = self.numbers | {
             "count": self.n,
             "bodies": self.bodies,
-            "beat": self.beat,
+            "output_step": self.output_step,
             "way2": self.search.way2,
         }
-        if numbers != self._told[0]:
-            self._told = numbers, self.kernels.StepNumbers(**numbers)
-        return self._told[1]
+        if numbers != self._passed[0]:
+            self._passed = numbers, self.kernels.StepNumbers(**numbers)
+        return self._passed[1]
 
     def pass_numbers(self):
-        """Tell the kernels of a device the numbers of now, where a search needs them."""
-        self.kernels.advance.pass_numbers(self.step_numbers(), self.told_material)
+        """Pass the present numbers to the kernels of a device, for a search."""
+        self.kernels.advance.pass_numbers(self.step_numbers(), self.material_numbers)
 
-    def _call(self, beats, pending):
-        told = self.step_numbers()
-        made = self.kernels.advance(beats, pending, self.threads, told, self.told_material)
-        if made is None:  # workers have written it down
+    def _call(self, output_steps, pending):
+        numbers = self.step_numbers()
+        made = self.kernels.advance(
+            output_steps, pending, self.threads, numbers, self.material_numbers
+        )
+        if made is None:  # workers write it to `sync`
             made = self.lists["sync"].to_numpy()[[DONE, STUCK]]
         done, stuck = made
         if stuck:
             raise GuardStop(
-                f"{moment(self)} a step of the run would take more than {MOST_STEPS:.0e} steps of "
-                "the method: particles move or are strained too fast for any. Try a lower speed, "
+                f"{moment(self)} an output step would take more than {MOST_STEPS:.0e} time steps "
+                "of the method: particles move or are strained too fast. Try a lower speed, "
                 "or a shorter numerics.time_step if it is a long one."
             )
         return int(done)
 
     def halve_step(self):
-        """Go on from the present state with beats and steps of half the length.
+        """Continue from the present state with output steps and time steps of half the length.
 
-        Velocities stand half of the last step back, whose length the clock knows: the next kick
-        carries them on by half of that and half of the new one.
+        Velocities are half of the last step behind, whose length is in the clock: the next kick
+        advances them by half of that and half of the new one.
         """
-        self.beat, self.step = 0.5 * self.beat, 2 * self.step
+        self.output_step, self.step = 0.5 * self.output_step, 2 * self.step
         self.numbers = self.numbers | {"courant": 0.5 * self.numbers["courant"]}
         clock = self.clock
         clock[WANT] *= 0.5
-        clock[LEFT] = self.beat
-        clock[DT] = self.beat / np.ceil(self.beat / clock[WANT])
+        clock[LEFT] = self.output_step
+        clock[DT] = self.output_step / np.ceil(self.output_step / clock[WANT])
         self.tables["clock"].from_numpy(clock)
 
     def load_once(self):
-        """Stresses and forces at the present places, without moving anything."""
+        """Compute stresses and forces at the present positions, without moving anything."""
         clock = self.clock
         self.tables["clock"].from_numpy([0.0], DT)
         self._call(1, 1)
@@ -182,7 +185,7 @@ class Simulation:
         rows[:, SPEED : SPEED + 3] = speeds
         self.tables["rigid"].from_numpy(rows)
 
-    # -- the state of now ------------------------------------------------------------------------
+    # -- the present state -----------------------------------------------------------------------
 
     def raised(self, values):
         """Vectors of the kernels (n, dimension) as (n, 3)."""
@@ -191,7 +194,7 @@ class Simulation:
         return out
 
     def velocities(self):
-        """Velocities of now (n, 3) in internal order: half a step after the kept ones."""
+        """Present velocities (n, 3) in internal order: half a step after those in memory."""
         v, group = self.of_particles("v"), self.of_particles("group")
         half = 0.5 * self.clock[OLD]
         kick = half / self.of_particles("mass")[:, None] * self.of_particles("force")

@@ -1,14 +1,15 @@
 """The time step: kick-drift-kick, one evaluation a step, one screen.
 
-Between two calls the state is places, densities, stresses and forces at time n, velocities at
-n - 1/2. A step kicks and drifts to n + 1, lets the dust answer to the velocities of n + 1/2 there
+Between two calls the state is positions, densities, stresses and forces at time n, velocities at
+n - 1/2. A step kicks and drifts to n + 1, updates the stress there with the velocities of n + 1/2
 (density, path, deviator advance once), and computes the forces of n + 1.
 
-The run's step is a beat of fixed length; the method divides it into steps that fit the speed of
-sound of now. `advance(beats, pending, workers, numbers, material)` makes up to `beats` of them;
-with `pending` the first step has drifted already and lacks the rest (a search came between). It
-ends early when a search is due, or where a beat would take too many steps (sync[STUCK]).
-sync[DONE] tells, unless it returns both. `most` holds the fastest signals of the step.
+The step of the run is an output step of fixed length, which the method divides into time steps
+that fit the present speed of sound. `advance(output_steps, pending, workers, numbers, material)`
+makes up to that many; with `pending` the first time step has drifted already and lacks the rest (a
+search came between). It ends early when a search is due, or where an output step would take too
+many time steps (sync[STUCK]). sync[DONE] has the number done, unless both are returned. `most` has
+the fastest signals of the step.
 """
 
 from dusttaichi.compute.engine import ti
@@ -27,13 +28,13 @@ def make_advance(phases, StepNumbers, kind):
 
 
 def by_workers(motion, rates, forces, StepNumbers):
-    """Many steps in one kernel: workers that pass their share of every phase (compute.workers)."""
+    """Many steps in one kernel: each worker does its share of every phase (compute.workers)."""
     lists = motion.lists
     sync = lists.sync
 
     @ti.kernel
     def advance(
-        beats: ti.i32,
+        output_steps: ti.i32,
         pending: ti.i32,
         workers: ti.i32,
         numbers: StepNumbers,
@@ -49,7 +50,7 @@ def by_workers(motion, rates, forces, StepNumbers):
                     begin = first_of(me, present, numbers.count)
                     end = first_of(me + 1, present, numbers.count)
                 done, met, drifted = 0, 0, pending
-                while done < beats and present > 0:
+                while done < output_steps and present > 0:
                     if drifted == 0:
                         if me == 0:
                             sync[DUE] = motion.move_bodies(numbers)

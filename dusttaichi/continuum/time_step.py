@@ -1,14 +1,14 @@
-"""The length of a beat, what the run counts as a step; the method's own steps are in kernels."""
+"""Length of an output step, the step of the run; the time steps of the method are in kernels."""
 
 import numpy as np
 
 from dusttaichi.errors import DustError
 
-STEPS = 8  # of the method in a beat, at the start
+STEPS = 8  # of the method in an output step, at the start
 
 
-def beat(scene, fastest):
-    """Length of a beat [s]; fastest: the fastest signal of the start [m/s].
+def output_step(scene, fastest):
+    """Length of an output step [s]; fastest: the fastest initial signal [m/s].
 
     Raises DustError where nothing says how long it is.
     """

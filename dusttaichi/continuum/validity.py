@@ -10,9 +10,9 @@ from dusttaichi.method import moment
 from dusttaichi.names import WALLS
 
 BEYOND = 1.1
-"""Density over that of phi_2 from which an elastic strain is more than its linear law is for."""
+"""Density over that of phi_2 above which the elastic strain is too large for a linear law."""
 ROUNDING = 1e-3
-"""How far [um] the centre of a body may be beyond a face: half a body may stand at a mirror."""
+"""Distance [um] of the centre of a body beyond a face that counts as round-off."""
 
 
 def validate(sim, measurement):
@@ -24,14 +24,14 @@ def validate(sim, measurement):
             f"{when} the energy is not a number: the step is too long for what happens. Try a "
             "smaller numerics.cfl, a larger numerics.viscosity.grid or a lower speed."
         )
-    # of the dust that is nearest to its own end
-    most, phi, kept = max(
+    # of the dust that is nearest to its limit
+    most, phi, unloaded = max(
         m["largest"], key=lambda row: max(row[1] / BEYOND / row[0], row[2] / row[0])
     )
-    if phi > BEYOND * most or kept > most:
+    if phi > BEYOND * most or unloaded > most:
         raise GuardStop(
-            f"{when} dust has the filling factor {phi:.4g}, and {kept:.4g} when its pressure is "
-            f"gone; the model ends at {BEYOND * most:.4g}, and at {most:g} when it is gone "
+            f"{when} dust has the filling factor {phi:.4g}, and {unloaded:.4g} without "
+            f"pressure; the model ends at {BEYOND * most:.4g}, and at {most:g} without pressure "
             "(material.compressive.phi_2), where its compressive strength has no bound. Try a "
             "lower speed, an earlier stop, or a smaller numerics.cfl."
         )

@@ -65,7 +65,7 @@ _TABLE = {
         ("solid_density", "particle", "kg/m^3", "density of the solid of its material", "",
          "materials"),
         ("mass", "particle", "kg", "its mass", "", ""),
-        ("role", "particle", "1", "0 dust, 1 rigid, 2 held, 3 wall, 4 elastic", "", ""),
+        ("role", "particle", "1", "0 dust, 1 rigid, 2 fixed, 3 wall, 4 elastic", "", ""),
         ("body", "particle", "1", "number of its body", "", ""),
     ],
 }  # fmt: skip

@@ -47,11 +47,15 @@ def test_the_force_on_a_plate_follows_from_its_height(face):
     for phi in (0.18, 0.3, 0.4):
         # over some periods of the sound between the plates
         first, last = (high * (1.0 - 0.15 / p) / speed for p in (phi - 0.008, phi + 0.008))
-        motion.advance(int(first / sim.beat) - sim.step)
+        motion.advance(int(first / sim.output_step) - sim.step)
         begin, before = sim.step, sim.impulses()[4:6, 2]
-        motion.advance(int(last / sim.beat) - sim.step)
-        force = np.abs(sim.impulses()[4:6, 2] - before) / ((sim.step - begin) * sim.beat) / 0.4e-3
-        heights = high - speed * sim.beat * np.arange(begin, sim.step + 1)
+        motion.advance(int(last / sim.output_step) - sim.step)
+        force = (
+            np.abs(sim.impulses()[4:6, 2] - before)
+            / ((sim.step - begin) * sim.output_step)
+            / 0.4e-3
+        )
+        heights = high - speed * sim.output_step * np.arange(begin, sim.step + 1)
         expected = strength.confined(0.15 * high / heights, sim.material).mean()
         # the dust's momentum sloshes between the plates: what one feels more the other feels less
         assert force.mean() == pytest.approx(expected, rel=0.02)
@@ -64,9 +68,9 @@ def test_the_force_on_a_plate_follows_from_its_height(face):
 def period(motion, mode, until):
     """Period [s] of a mode, a function of the simulation: half of it between two zeros."""
     sim, times, values = motion.sim, [], []
-    while sim.step * sim.beat < until:
+    while sim.step * sim.output_step < until:
         motion.advance(1)
-        times.append(sim.step * sim.beat)
+        times.append(sim.step * sim.output_step)
         values.append(mode(sim))
     values = np.array(values)
     at = np.flatnonzero(np.sign(values[1:]) != np.sign(values[:-1]))[:2]
@@ -195,7 +199,7 @@ def test_half_a_disc_at_a_mirror_moves_as_the_whole():
         base = {"name": "half", "method": "continuum", "material": "dust_g09", "stop": {"steps": 1}}
         scene = Scene.from_dict(base | blocks | {"sample": sample})
         motion = dust.moving(scene, dust.method.make_sample(scene))
-        start, until = motion.measure(), int(0.4e-3 / motion.sim.beat)
+        start, until = motion.measure(), int(0.4e-3 / motion.sim.output_step)
         motion.advance(until)
         end = motion.measure()
         assert abs(dust.ledger(motion, start, start.kinetic)) < 1e-3

@@ -91,7 +91,7 @@ def test_a_device_finds_the_lists_of_the_host(make):
 
 
 def test_a_device_says_what_is_wrong():
-    """Particles that are nowhere, and more neighbours than there is room for."""
+    """Particles that are nowhere, and more neighbours than the capacity."""
     sim = build(*dust.pressed(70, 1.0), loops=LAUNCHES)
     x = sim.of_particles("x")
     sim.put("x", 1e-3 * x)
@@ -99,5 +99,5 @@ def test_a_device_says_what_is_wrong():
         sim.search.now()
     x[[3, 5]] = np.nan
     sim.put("x", x)
-    with pytest.raises(GuardStop, match="the place of 2 particles is not a number"):
+    with pytest.raises(GuardStop, match="2 particles have a position that is not a number"):
         sim.search.now()

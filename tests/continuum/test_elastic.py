@@ -43,7 +43,7 @@ def test_rubber_rings_bounce_in_one_piece():
     numerics |= {"contact": "separate", "viscosity": {"grid": 1.0}}
     motion = built(scene({"kind": "several", "bodies": rings}, numerics=numerics))
     start, before = motion.measure(), bodies(motion)["body_velocity"][:, 0]
-    motion.advance(int(5e-3 / motion.sim.beat))
+    motion.advance(int(5e-3 / motion.sim.output_step))
     end, found = motion.measure(), bodies(motion)
     open_by = end.energy - start.energy + end.lost - start.lost
     assert abs(open_by) < 0.01 * start.kinetic
@@ -73,7 +73,7 @@ def depth(projectile, spacing):
     motion = built(scene(sample | {"speed": "0.4 m/s"}, **blocks))
     start, before = motion.measure(), bodies(motion)
     assert before["body_velocity"][0, 2] == pytest.approx(-0.4)
-    motion.advance(int(0.8e-3 / motion.sim.beat))
+    motion.advance(int(0.8e-3 / motion.sim.output_step))
     end, after = motion.measure(), bodies(motion)
     assert abs(end.energy - start.energy + end.lost - start.lost) < 0.01 * start.kinetic
     assert after["body_velocity"][0, 2] > -0.3  # the dust has braked it

@@ -23,7 +23,7 @@ def test_a_stress_turns_with_its_body():
     turn = np.array([[np.cos(angle / steps), -np.sin(angle / steps)]])
     turn = np.concatenate([turn, [[-turn[0, 1], turn[0, 0]]]])
     for _ in range(steps):
-        now, dt = sim.of_particles("x"), sim.beat
+        now, dt = sim.of_particles("x"), sim.output_step
         kick = 0.5 * (sim.clock[0] + sim.clock[1]) / sim.of_particles("mass")[:, None]
         sim.put("v", (now @ turn.T - now) / dt - kick * sim.of_particles("force"))
         motion.advance(1)
@@ -43,7 +43,7 @@ def test_a_turning_disc_keeps_its_angular_momentum():
         dust.scene(**OPEN), dust.particles(x, area, spin * np.stack([x[:, 1], -x[:, 0]], axis=1))
     )
     start, (_, before) = motion.measure(), dust.momenta(motion)
-    motion.advance(int(2.0 * np.pi / spin / motion.sim.beat))
+    motion.advance(int(2.0 * np.pi / spin / motion.sim.output_step))
     _, after = dust.momenta(motion)
     assert after == pytest.approx(before, rel=1e-9)
     assert np.ptp(motion.sim.of_particles("density")) < 1e-3 * dust.DENSITY
@@ -157,10 +157,10 @@ def wave_speed(columns):
     motion = dust.moving(scene, dust.particles(x, area, v, room=room))
     sim, times, modes = motion.sim, [], []
     speed = np.sqrt(5.0 / 3.0 * 3e5 / dust.DENSITY)  # mu = K/2: K + 4 mu/3 = 5/3 K
-    while sim.step * sim.beat < 0.85 * length / speed:
+    while sim.step * sim.output_step < 0.85 * length / speed:
         motion.advance(1)
         places, v = sim.of_particles("x")[:, 0], sim.velocities()[:, 0]
-        times.append(sim.step * sim.beat)
+        times.append(sim.step * sim.output_step)
         modes.append(np.sum(v * np.sin(k * places)))
     modes = np.array(modes)
     # the mode is cos(omega t): its zeros at 1/4 and 3/4 of a period
@@ -213,7 +213,7 @@ def test_pressed_dust_has_its_strengths():
         mean_pressures, axial = [], []
         for near in np.linspace(-0.003, 0.003, 7):  # sound runs up and down between the walls
             end = high * (1.0 - 0.15 / (phi + near)) / speed
-            motion.advance(int(end / sim.beat) - sim.step)
+            motion.advance(int(end / sim.output_step) - sim.step)
             record = motion.series(motion.measure(), None)
             mean = record["filling_factor_mean"]
             mean_pressures.append(record["pressure_mean"] / strength.compressive(mean, m))

@@ -45,8 +45,8 @@ def test_two_balls_fall_towards_each_other():
 
     scale = np.sqrt(far**3 / (2.0 * constant * mass))
     when = fallen(end) * scale
-    motion.advance(round(when / motion.sim.beat))
-    t = motion.sim.step * motion.sim.beat  # in whole steps of the run
+    motion.advance(round(when / motion.sim.output_step))
+    t = motion.sim.step * motion.sim.output_step  # in whole steps of the run
     exact = brentq(lambda x: fallen(x) * scale - t, 0.1, 0.99)
     at = motion.series(motion.measure(), None)["body_position"]
     assert (at[1, 0] - at[0, 0]) / far == pytest.approx(exact, rel=2e-3)
@@ -90,7 +90,7 @@ def test_a_disc_carries_its_own_weight():
     own = sim.in_order(sim.of_particles("force"))[inner] / sample.mass[inner][:, None]
     assert np.abs(own).max() < 0.03 * expected
     found = []
-    while sim.step * sim.beat < 3.0 * radius / np.sqrt(LONGITUDINAL / dust.DENSITY):
+    while sim.step * sim.output_step < 3.0 * radius / np.sqrt(LONGITUDINAL / dust.DENSITY):
         motion.advance(1)
         found.append(sim.in_order(sim.of_particles("pressure"))[inner].mean())
     middle = pressure * (1.0 - (lame + MU) / (2.0 * lame + 3.0 * MU) * 2.0
@@ -146,7 +146,7 @@ def test_pressed_dust_is_as_warm_as_the_work_makes_it():
     motion = dust.moving(scene, sample)
     sim, start = motion.sim, motion.measure()
     end = 12 * ROW * (1.0 - 0.15 / 0.25) / 0.15
-    motion.advance(int(end / sim.beat))
+    motion.advance(int(end / sim.output_step))
     now, mass = motion.measure(), sample.mass.sum()
     record = motion.series(now, None)
     lost = (now.losses - start.losses).sum() * units.ENERGY
@@ -157,7 +157,7 @@ def test_pressed_dust_is_as_warm_as_the_work_makes_it():
     assert T.max() == record["largest_temperature"]
     # by the closed form, of the filling factor that the height says
     m = sim.material
-    phi = np.linspace(0.15, 0.15 * 12 * ROW / (12 * ROW - 0.15 * sim.step * sim.beat), 2000)
+    phi = np.linspace(0.15, 0.15 * 12 * ROW / (12 * ROW - 0.15 * sim.step * sim.output_step), 2000)
     pressing = strength.confined(phi, m) / (m.rho_s * phi**2)
     work = float(np.sum(0.5 * (pressing[1:] + pressing[:-1]) * np.diff(phi)))
     stored = record["elastic_energy"] / mass
@@ -190,10 +190,10 @@ def test_one_flaw_ends_the_strength_of_what_is_pulled():
     speed = 0.4 * np.sqrt(LONGITUDINAL / dust.DENSITY)
     begin = weakest * young / LONGITUDINAL / rate
     start, rows = motion.measure(), []
-    while sim.step * sim.beat < begin + 0.95 * radius / speed:
+    while sim.step * sim.output_step < begin + 0.95 * radius / speed:
         motion.advance(1)
         record = motion.series(motion.measure(), None)
-        t = sim.step * sim.beat
+        t = sim.step * sim.output_step
         cracked = min(1.0, max(0.0, t - begin) * speed / radius) ** 3
         rows.append([record["stress_mean"][2], (1.0 - cracked) * LONGITUDINAL * rate * t,
                      record["damage_mean"], cracked])  # fmt: skip
@@ -261,7 +261,7 @@ def test_two_dusts_carry_the_same_stress():
     soft, hard = (MaterialNumbers.of(material) for material in scene.all_materials)
     end, found = 16 * ROW * (1.0 - 0.15 / 0.2) / 0.1, []
     for near in np.linspace(0.98, 1.02, 9):  # sound runs up and down between the plates
-        motion.advance(int(near * end / sim.beat) - sim.step)
+        motion.advance(int(near * end / sim.output_step) - sim.step)
         phi = sim.in_order(sim.of_particles("density")) / 2000.0
         axial = -motion.series(motion.measure(), None)["stress_mean"][2]
         found.append([strength.confined(phi[~lower].mean(), soft) / axial,

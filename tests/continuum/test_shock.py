@@ -48,9 +48,9 @@ def front(scene, speed, rho):
     end, edges = 0.7 * high / speed, np.arange(0.0, high, 2.0 * spacing)
     middle = 0.5 * (sim.material.rho_i + rho)
     times, places, impulses = [], [], []
-    while sim.step * sim.beat < end:
-        motion.advance(max(1, int(end / 60 / sim.beat)))
-        times.append(sim.step * sim.beat)
+    while sim.step * sim.output_step < end:
+        motion.advance(max(1, int(end / 60 / sim.output_step)))
+        times.append(sim.step * sim.output_step)
         impulses.append(sim.impulses()[5, 2])
         z = sim.of_particles("x")[:, 1] - motion.sample.room[2, 0]
         density = sim.of_particles("density")

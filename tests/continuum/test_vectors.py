@@ -38,7 +38,7 @@ def test_a_pass_over_neighbours_is_packed(number, more, tmp_path, monkeypatch):
     @ti.kernel
     def first(n: StepNumbers, m: MATERIAL):
         for i in range(n.count):
-            rates.answer(i, n, m)
+            rates.update_stress(i, n, m)
 
     @ti.kernel
     def second(n: StepNumbers):

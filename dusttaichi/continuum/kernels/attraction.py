@@ -1,12 +1,12 @@
 """Self-gravity: every particle attracts every other one, summed directly in a fixed order.
 
-Places and masses are copied into arrays of their own, one axis behind the other, so that the loop
-over all particles reads whole vectors.
+Positions and masses are copied into separate arrays, one axis after another, so that the loop over
+all particles reads whole vectors.
 """
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.physics.continuum.kernels import LAWS
-from dusttaichi.samples.continuum.particles import DUST, ELASTIC, HELD
+from dusttaichi.samples.continuum.particles import RIGID, WALL
 
 
 @ti.data_oriented
@@ -15,16 +15,16 @@ class Attraction:
 
     def __init__(self, fields, lists, dimension):
         self.f, self.lists, self.n = fields, lists, dimension
-        self.law = LAWS.cylinder_pull if dimension == 2 else LAWS.ball_pull
-        self.energy = LAWS.cylinder_potential if dimension == 2 else LAWS.ball_potential
+        self.law = LAWS.cylinder_pull if dimension == 2 else LAWS.sphere_pull
+        self.energy = LAWS.cylinder_potential if dimension == 2 else LAWS.sphere_potential
 
     @ti.func
     def note(self, i):
-        """Write down where particle i is and what it weighs."""
+        """Write the position and the mass of particle i."""
         role = self.f.role[i]
         for a in ti.static(range(self.n)):
             self.lists.places[a, i] = self.f.x[i][a]
-        heavy = role == DUST or role == ELASTIC or role == HELD
+        heavy = role != RIGID and role != WALL
         self.lists.weights[i] = ti.select(heavy, self.f.mass[i], 0.0)
 
     @ti.func

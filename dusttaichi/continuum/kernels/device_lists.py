@@ -71,7 +71,7 @@ class Grid:
 
     @ti.func
     def divide(self):
-        """Cells as wide as lists reach, or so much wider that there is room for them."""
+        """Cells as wide as the reach of the lists, or wider where they exceed the capacity."""
         margin, width = ti.cast(0.0, ti.f64), self.lists.reaches[REACH]
         if ti.static(self.has_ghosts):
             margin = width
@@ -181,7 +181,7 @@ class Ghosts:
 
     @ti.func
     def total(self):
-        """Ghosts that there are; 0 where they are more than there is room for."""
+        """Number of ghosts; 0 where it exceeds the capacity."""
         n = self.first[self.numbers[None].count]
         return ti.select(n <= self.room, n, 0)
 
@@ -226,7 +226,7 @@ class Ghosts:
 
 @ti.data_oriented
 class Touches:
-    """Which particles come near which surface of what is rigid, before the next search."""
+    """Pairs of particle and rigid surface that may touch before the next search."""
 
     def __init__(self, motion, near, numbers):
         self.f, self.lists, self.rigid = motion.f, motion.lists, motion.rigid

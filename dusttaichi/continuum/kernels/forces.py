@@ -1,13 +1,13 @@
 """Second pass: the forces between particles, the adjoint of the first (Bonet & Lok 1999).
 
 m_i dv_i/dt = sum_j V_i V_j (Q_i + Q_j) grad W + viscosity + m_i g with Q = sigma C, so that the
-work of the forces is the power of the stresses and no motion of a rigid body costs any.
+power of the forces equals the stress power and rigid motion takes none.
 
 Two viscosities. The one of Monaghan & Gingold (1983), by pairs, alpha (rho c) mu - beta rho mu^2
-with means of rho c and rho: at contacts with what is rigid, and in the bulk if asked. And one that
+with means of rho c and rho: at contacts with rigid surfaces, and optionally in the bulk. The other
 acts on grid noise alone: with R = -1/2 sum_ij k_i V_i V_j F_ij |v_ij - L_i x_ij|^2 the forces
--dR/dv vanish for every velocity that is linear in place, dissipate 2 R >= 0, and keep momentum and
-angular momentum, since L_i is the very fit that makes R least.
+-dR/dv vanish for every velocity that is linear in place, dissipate 2 R >= 0, and conserve momentum
+and angular momentum, since L_i is the fit that minimises R.
 
 Artificial stress (Gray et al. 2001): (R_i + R_j) f^n with R = -epsilon times the tensile part of
 the stress and f the kernel over its value at the spacing, against the pairing of particles.
@@ -33,7 +33,7 @@ class Forces:
 
     @ti.func
     def pass_over(self, i, numbers: ti.template()):
-        """The force on particle i, with the parts of it that have a channel of the ledger."""
+        """Compute the force on particle i, and its parts with a channel of the ledger."""
         x, v, k_i, alpha = self.f.x[i], self.f.v[i], self.f.impedance[i], self.f.alpha[i]
         beta, rho = self.f.beta[i], self.f.density[i]
         stress, viscous = ti.Vector.zero(ti.f64, self.n), ti.Vector.zero(ti.f64, self.n)
@@ -106,8 +106,8 @@ class Forces:
 
     @ti.func
     def add_up(self, i, stress, viscous, grid, power, numbers: ti.template()):
-        """The force on particle i, of its neighbours as given [N] and of all else, and its heat:
-        half of the power of the viscosities of all its pairs [W]."""
+        """Add all other forces on particle i to those of its neighbours [N], and its heat: half of
+        the power of the viscosities of all its pairs [W]."""
         if ti.static(self.layout.rigid):
             of_stress, of_pairs, of_noise, of_images = self.images.push(i, numbers)
             stress += of_stress

@@ -7,17 +7,17 @@ they are as far on average as from the surface,
     x_i - x_k' = x_ik - n (n.x_ik) + n (d_i + d_k),
 
 the same for (k, i'), and exact where the surface is flat. Relative to the rigid motion v_R the
-image moves the other way (no slip: the velocity goes on through the surface as an odd function,
-and so does its gradient):
+image moves the opposite way (no slip: the velocity continues as an odd function across the
+surface):
 
     v_i - v_k' = w_i + w_k + Omega x (x_i - x_k'),  w = v - v_R(x).
 
 L is thus exact for every velocity that is linear in the distance, and for the motion of the body
 itself. The forces are the adjoint: the power of the stress of i, V_i Q_i : V_k' (v_k' - v_i) (x)
 grad W, has the force T = V_i V_k' Q_i grad W on i and on k, and -T on the body, at x_k' and at x_k.
-So the work of the forces is the power of the stresses, and momentum and angular momentum stay.
+So the power of the forces equals the stress power, and momentum and angular momentum are conserved.
 
-A contact that is open has no images, one particle at a time: those of its own sums.
+An open contact has no images, for each particle separately: those of its own sums.
 """
 
 from dusttaichi.compute.engine import ti
@@ -54,12 +54,12 @@ class Images:
 
     @ti.func
     def relative_motion(self, i, row, numbers: ti.template()):
-        """Velocity of particle i less that of the body at its place."""
+        """Velocity of particle i relative to the body at its position."""
         return self.f.v[i] - self.rigid.motion(row, self.rigid.arm(row, self.f.x[i], numbers))
 
     @ti.func
     def strained(self, i, row, touch: ti.template(), numbers: ti.template()):
-        """What images behind the surface `row` add to A and G of the first pass (rates)."""
+        """Terms of A and G of the first pass (rates) from images behind the surface `row`."""
         A = ti.Matrix.zero(ti.f64, self.n, self.n)
         G = ti.Matrix.zero(ti.f64, self.n, self.n)
         arm = self.rigid.arm(row, self.f.x[i], numbers)
@@ -95,8 +95,8 @@ class Images:
     @ti.func
     def push(self, i, numbers: ti.template()):
         """(stress, viscous, grid, power): forces of all images on particle i [N], and the power of
-        both viscosities [W]; forces on the surfaces are written down, with their torques about the
-        centres."""
+        both viscosities [W]; forces on the surfaces are written to `touch`, with their torques
+        about the centres."""
         stress, power = ti.Vector.zero(ti.f64, self.n), 0.0
         viscous, grid = stress, stress
         for e in range(self.lists.touch_first[i], self.lists.touch_first[i + 1]):
@@ -183,7 +183,7 @@ class Images:
 
     @ti.func
     def noise(self, i, u, d, numbers: ti.template()):
-        """What acts on grid noise (forces), of the share of particle i."""
+        """Force on grid noise per weight (forces), the share of particle i."""
         shear = self.f.impedance[i] * u - self.of_rows(self.f.drag[i], d)
         return numbers.grid * numbers.h * shear
 

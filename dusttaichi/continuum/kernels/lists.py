@@ -5,7 +5,7 @@ from dusttaichi.compute.scan import Scan
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
 FARTHEST = 1e10  # m; beyond, the place of a particle does not count as a number
-MOST_CELLS, FURTHER_CELLS = 4.0, 16  # cells there is room for: for each particle, beside these
+MOST_CELLS, FURTHER_CELLS = 4.0, 16  # capacity in cells: for each particle, and in addition
 WIDER = 1.3  # of the cells where they would be more
 
 
@@ -35,7 +35,7 @@ class Lists:
 
     @ti.func
     def neighbours(self, i, reach2, inv_width, write: ti.template()):
-        """Count the neighbours of i, and write them down if asked."""
+        """Number of neighbours of i, which are listed where `write` is set."""
         centre, x, found = self.own_cell(i, inv_width), self.f.x[i], 0
         start = self.lists.first[i]
         for offset in ti.static(ti.grouped(ti.ndrange(*((-1, 2),) * self.n))):
@@ -62,7 +62,7 @@ def make_list(lists):
     @ti.kernel
     def count(n: ti.i32, reach2: ti.f64, inv_width: ti.f64):
         for i in range(n):
-            # what is rigid or held needs none
+            # rigid and fixed particles need none
             lists.counts[i] = 0
             if lists.yields(i) == 1:
                 lists.counts[i] = lists.neighbours(i, reach2, inv_width, False)

@@ -1,6 +1,6 @@
 """Kick and drift of particles, faces and rigid bodies, their ghosts, and the length of a step.
 
-Velocities stand half a step back: a kick by (dt of the last step + dt of this one)/2 is the second
+Velocities are half a step behind: a kick by (dt of the last step + dt of this one)/2 is the second
 half of the one and the first half of the other. At the start the last step has length 0.
 """
 
@@ -35,8 +35,8 @@ from dusttaichi.continuum.kernels.store import (
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
 GROWTH = 1.1  # of a step over the one before
-MOST_STEPS = 1e4  # in a beat: with more, something moves as nothing should
-ROUNDING = 1e-9  # of a beat: what is left of it then is nothing
+MOST_STEPS = 1e4  # in an output step; more are a fault of the scene
+ROUNDING = 1e-9  # of an output step, below which the rest counts as zero
 
 
 @ti.data_oriented
@@ -53,7 +53,7 @@ class Motion:
 
     @ti.func
     def kick_and_drift(self, i, numbers: ti.template()):
-        """Particle i and its ghosts go on; returns 1 where it has gone its part of the skin."""
+        """Advance particle i and its ghosts; returns 1 where a search is due because of it."""
         dt, half = self.f.clock[DT], 0.5 * (self.f.clock[OLD] + self.f.clock[DT])
         x, v, group, role = self.f.x[i], self.f.v[i], self.f.group[i], self.f.role[i]
         new = v
@@ -80,7 +80,7 @@ class Motion:
 
     @ti.func
     def move_ghosts(self, i, numbers: ti.template()):
-        """Place, velocity and volume of the images of particle i."""
+        """Position, velocity and volume of the images of particle i."""
         if ti.static(self.layout.ghosts):
             for g in range(self.lists.ghost_first[i], self.lists.ghost_first[i + 1]):
                 image = numbers.count + g
@@ -92,14 +92,14 @@ class Motion:
 
     @ti.func
     def show_others(self, i, numbers: ti.template()):
-        """What others read of particle i in the second pass: its images, and where it attracts."""
+        """Publish the variables of particle i that others read in the second pass."""
         self.answer_ghosts(i, numbers)
         if ti.static(self.layout.self_gravity):
             self.attraction.note(i)
 
     @ti.func
     def answer_ghosts(self, i, numbers: ti.template()):
-        """What the images of particle i have of the first pass."""
+        """Copy the results of the first pass to the images of particle i."""
         if ti.static(self.layout.ghosts):
             for g in range(self.lists.ghost_first[i], self.lists.ghost_first[i + 1]):
                 image = numbers.count + g
@@ -121,8 +121,8 @@ class Motion:
 
     @ti.func
     def move_bodies(self, numbers: ti.template()):
-        """Kick and drift of faces and rigid bodies. Returns 1 where one has gone its part of the
-        skin."""
+        """Kick and drift of faces and rigid bodies. Returns 1 where a search is due because of
+        one."""
         due = 0
         for b in range(FACES + numbers.bodies):
             due = ti.max(due, self.move_body(b, numbers))
@@ -131,7 +131,7 @@ class Motion:
     @ti.func
     def move_body(self, b, numbers: ti.template()):
         """Kick and drift of face or rigid body b; impulse, and work of the faces. Returns 1 where
-        it has gone its part of the skin.
+        a search is due because of it.
 
         The spin of a body follows from its angular momentum, which is kicked; it turns by a
         quaternion.
@@ -188,15 +188,15 @@ class Motion:
 
     @ti.func
     def add_up(self, numbers: ti.template()):
-        """Forces and torques on faces and rigid bodies: of all that touches their surfaces, in a
-        fixed order, and gravity."""
+        """Forces and torques on faces and rigid bodies: sum over the contacts with their surfaces
+        in a fixed order, and gravity."""
         for row in range(FACES + numbers.bodies):
             self.clear_load(row, numbers)
         if ti.static(self.layout.rigid):
             for e in range(self.lists.touch_first[numbers.count]):
                 row = self.lists.touch_row[e]
                 for c in ti.static(range(6)):
-                    # force and torque stand one behind the other, as they do in `touch`
+                    # force and torque in succession, as in `touch`
                     total = self.lists.touch[e, c]
                     total += self.lists.touch[e, 6 + c] + self.lists.touch[e, 12 + c]
                     self.f.rigid[row, FORCE + c] += self.f.rigid[row, FREEDOM + c] * total
@@ -205,7 +205,7 @@ class Motion:
 
     @ti.func
     def clear_load(self, row, numbers: ti.template()):
-        """Gravity alone acts on a face or rigid body."""
+        """Reset the load of a face or rigid body to its weight."""
         self.rigid.put(row, FORCE, ti.Vector.zero(ti.f64, 3))
         self.rigid.put(row, TORQUE, ti.Vector.zero(ti.f64, 3))
         for c in range(DRAGS, LOSS):
@@ -216,7 +216,7 @@ class Motion:
 
     @ti.func
     def share_of_load(self, row, thread, threads, numbers: ti.template()):
-        """What the touches of one of a block of threads do to a surface: force and torque, then
+        """Load on a surface from the contacts of one of a block of threads: force and torque, then
         the parts of pairs and of grid noise, 6 numbers each."""
         out = ti.Vector.zero(ti.f64, PARTS)
         touches = self.lists.touch_first[numbers.count]
@@ -243,20 +243,20 @@ class Motion:
 
     @ti.func
     def next_step(self, present, numbers: ti.template()):
-        """The length of the next step; returns 1 where this one has ended a beat, and writes down
-        where the next ones would be too many or of no length.
+        """Choose the length of the next step; returns 1 where this one ends an output step. Sets
+        sync[STUCK] where the next steps would be too many or of no length.
 
         C h over the fastest signal of any particle, C h/2 over its viscosity, at most 10 % longer
-        than before; what is left of a beat is shared out evenly.
+        than before; the rest of an output step is divided evenly.
         """
         fastest = 0.0
         for w in range(present):
             fastest = ti.max(fastest, self.lists.most[APART * w])
         dt = self.f.clock[DT]
         left = self.f.clock[LEFT] - dt
-        ended = ti.cast(left <= ROUNDING * numbers.beat, ti.i32)
+        ended = ti.cast(left <= ROUNDING * numbers.output_step, ti.i32)
         if ended == 1:
-            left = numbers.beat
+            left = numbers.output_step
         want = ti.min(GROWTH * self.f.clock[WANT], numbers.courant * numbers.h / fastest)
         if dt > 0.0 and not (left < MOST_STEPS * want):
             self.lists.sync[STUCK] = 1

@@ -1,14 +1,14 @@
-"""What the kernels are told of a scene as run-time numbers, beside those of the material."""
+"""Run-time arguments of the kernels of a scene, beside the numbers of the material."""
 
 from dusttaichi.compute.engine import ti
 
 
 def numbers_type(dimension):
-    """The struct of the numbers of a step [SI]; a change of them compiles nothing anew."""
+    """The struct of the numbers of a step [SI]; a change of their values compiles nothing."""
     return ti.types.struct(
         count=ti.i32,  # particles without ghosts
         bodies=ti.i32,
-        beat=ti.f64,  # time of a step of the run
+        output_step=ti.f64,  # length of an output step
         h=ti.f64,
         inv_h=ti.f64,
         scale=ti.f64,  # of the kernel

@@ -1,8 +1,8 @@
 """First pass: velocity gradient with corrected kernel gradients, and the response of the dust.
 
 A_i = -sum_j V_j x_ij (x) grad W,  G_i = sum_j V_j (v_j - v_i) (x) grad W,  C = A^-1,  L = G C
-(Randles & Libersky 1996): L is exact where the velocity is a linear function of place. Near what is
-rigid the sums go over mirror images as well (images).
+(Randles & Libersky 1996): L is exact where the velocity is a linear function of place. Near a
+rigid surface the sums include mirror images (images).
 """
 
 from dusttaichi.compute.engine import ti
@@ -19,8 +19,8 @@ STRAIN = 1e-30  # keeps a rate of strain of zero from being divided by
 
 @ti.data_oriented
 class Rates:
-    """fields, lists: see store.place; layout: store.Layout; law: what
-    answers to a velocity gradient (response.Response); images: images.Images or None; contact:
+    """fields, lists: see store.place; layout: store.Layout; law: the
+    response to a velocity gradient (response.Response); images: images.Images or None; contact:
     separation.Separation or None."""
 
     def __init__(self, fields, lists, layout, *, law, images, contact):
@@ -31,26 +31,27 @@ class Rates:
 
     @ti.func
     def pass_over(self, i, numbers: ti.template(), material: ti.template()):
-        """Particle i answers to what moves around it; returns its speed of signals [m/s], no less
-        than its own: a step must not carry it across what it has not felt."""
+        """Update particle i from the motion of its neighbours; returns its speed of signals [m/s],
+        at least its own speed, so that a step cannot carry it past a neighbour."""
         speed = self.f.v[i].norm()
-        self.look(i, 4.0 * numbers.h * numbers.h)
+        self.find_neighbours(i, 4.0 * numbers.h * numbers.h)
         role = self.f.role[i]
         if role == DUST or role == ELASTIC:
-            speed = ti.max(speed, self.answer(i, numbers, material))
+            speed = ti.max(speed, self.update_stress(i, numbers, material))
         return speed
 
     @ti.func
-    def look(self, i, reach2):
-        """Write down which listed neighbours of particle i are within reach of the kernel.
+    def find_neighbours(self, i, reach2):
+        """Select the listed neighbours of particle i within reach of the kernel.
 
-        The particle itself fills them up to whole vectors of the processor: it adds nothing.
+        They are padded to whole vectors of the processor with the particle itself, which adds
+        nothing.
         """
         x, begin = self.f.x[i], near_begin(self.lists, i)
         found = begin
         for k in range(self.lists.first[i], self.lists.first[i + 1]):
             j = self.lists.entry[k]
-            # the place of one out of reach is taken by the next: no branch that nobody foresees
+            # one out of reach is overwritten by the next: no unpredictable branch
             self.lists.near[found] = j
             found += ti.cast((x - self.f.x[j]).norm_sqr() < reach2, ti.i32)
         for k in ti.static(range(VECTOR - 1)):
@@ -58,7 +59,7 @@ class Rates:
         self.lists.near_counts[i] = (found - begin + VECTOR - 1) // VECTOR * VECTOR
 
     @ti.func
-    def answer(self, i, numbers: ti.template(), material: ti.template()):
+    def update_stress(self, i, numbers: ti.template(), material: ti.template()):
         x, v = self.f.x[i], self.f.v[i]
         A = ti.Matrix.zero(ti.f64, self.n, self.n)
         G = ti.Matrix.zero(ti.f64, self.n, self.n)
@@ -71,7 +72,7 @@ class Rates:
             d, u = x - self.f.x[j], v - self.f.v[j]
             weight = self.f.volume[j] * self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)
             if ti.static(self.layout.separate or self.layout.viscous):
-                # sums and selections alone: an `and` would be a branch, for the loop as well
+                # sums and selections alone: an `and` would be a branch, which prevents vectors
                 foreign = ti.select(self.f.side[j] != side, weight, 0.0)
                 near += foreign
                 weight -= opened * foreign
@@ -100,7 +101,7 @@ class Rates:
         L = G @ C
         m = self.law.material(i, material)
         stress, swollen = self.law.respond(i, L, self.f.clock[DT], numbers, m)
-        # neighbours count with the volumes of the first pass, the particle with its own of now
+        # neighbours count with the volumes of the first pass, the particle with its new one
         self.f.flux[i] = tensors.rows((swollen * stress) @ C)
         impedance = self.f.impedance[i]
         self.f.drag[i] = impedance * tensors.rows(L)
@@ -129,7 +130,7 @@ class Rates:
 
     @ti.func
     def opened(self, i):
-        """1 where particle i does not touch what it may leave, in its reach."""
+        """1 where the contact of particle i is open."""
         out = 0.0
         if ti.static(self.layout.separate):
             out = ti.select(self.f.gap[i] >= 0.0, 1.0, 0.0)

@@ -1,8 +1,8 @@
-"""How matter answers to a velocity gradient over a step: density, pressure, deviator, their work.
+"""Response to a velocity gradient over a step: density, pressure, deviator, their work.
 
 Density by rho exp(-tr L dt); pressure by the path of the equation of state; deviator by Jaumann's
 rate, dS/dt = 2 mu (D - tr D/3) + W S - S W, pulled back to the strength (von Mises). An elastic
-body has no strengths: it stays on its path, and its deviator is what the rate makes of it.
+body has no strengths: it remains on its path, and its deviator follows the rate.
 """
 
 from dusttaichi.compute.engine import ti
@@ -31,11 +31,12 @@ class Response:
 
     @ti.func
     def respond(self, i, end: ti.template(), dt, numbers: ti.template(), m: ti.template()):
-        """The stress of particle i after the step, and its volume over that before; its state goes
-        on.
+        """The stress of particle i after the step, and its volume over that before; its state is
+        updated.
 
-        end: gradient of the velocity of the step by the places at its end. By those half way,
-        L = end (1 - dt end/2)^-1, it is a pure spin where the body only turns.
+        end: gradient of the velocity of the step with respect to the positions at its end. With
+        respect to those half way, L = end (1 - dt end/2)^-1, it is a pure spin where the body only
+        rotates.
         """
         one = ti.Matrix.identity(ti.f64, self.n)
         L = end @ (one - (0.5 * dt) * end).inverse()
@@ -81,7 +82,7 @@ class Response:
 
     @ti.func
     def crack(self, i, S: ti.template(), dt, m: ti.template()):
-        """Flaws of particle i grow over a step; S: the deviator that it had without damage."""
+        """Flaws of particle i grow over a step; S: the deviator without damage."""
         weakest, exponent, count = self.f.flaws[i][0], self.f.flaws[i][1], self.f.flaws[i][2]
         K, pressure = self.f.modulus[i], self.f.pressure[i]
         strain = LAWS.tensile_strain(tensors.largest(S) - pressure, K, m)

@@ -1,7 +1,7 @@
 """The search on a device: kernels that write the lists of continuum.search without the host.
 
-All counts are integers, and what threads find in any order is sorted, so that the lists are the
-same from run to run. Loops have the lengths of fields, known when they are compiled: else a launch
+All counts are integers, and entries found by threads in any order are sorted, so that the lists are
+reproducible. Loops have the lengths of fields, known when they are compiled: else a launch
 of their own would find them first.
 """
 
@@ -132,7 +132,7 @@ def make_write(cells, ghosts, touches):
 
     @ti.func
     def sum_up(things: ti.template()):
-        """Where those of each particle begin."""
+        """Sum up the counts: first entry of each particle."""
         for i in range(room + 1):
             number[i] = 0
             if i < numbers[None].count:
@@ -142,7 +142,7 @@ def make_write(cells, ghosts, touches):
     @ti.func
     def visit(i, write: ti.template()):
         found = 0
-        if near.yields(i) == 1:  # what is rigid or held needs no neighbours
+        if near.yields(i) == 1:  # rigid and fixed particles need no neighbours
             reach = lists.reaches[REACH]
             found = near.neighbours(i, reach * reach, lists.inv_width[0], write)
         return found

@@ -24,7 +24,7 @@ class Separation:
 
     @ti.func
     def follow(self, i, stress: ti.template(), numbers: ti.template()):
-        """Open or close the contact of particle i; stress: that of now [Pa].
+        """Open or close the contact of particle i; stress: the present one [Pa].
 
         From a surface: its normal and distance. Else the normal is the gradient of the foreign
         volume around it, gap and its rate are means over the foreign particles, weighted as in the

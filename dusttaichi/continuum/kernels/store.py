@@ -1,7 +1,7 @@
-"""What a continuum simulation holds, declared once: fields, checkpoint and ghosts derive from it.
+"""State of a continuum simulation, declared once: fields, checkpoint and ghosts derive from it.
 
 Kernels compute in SI; in two dimensions the axes are x and z, and masses are per metre of depth.
-Ghosts (periodic and mirror images) stand behind the particles in the fields that neighbours read.
+Ghosts (periodic and mirror images) follow the particles in the fields that neighbours read.
 """
 
 from dataclasses import dataclass
@@ -19,36 +19,36 @@ TINY = 1e-12  # (r/h)^2 that keeps coincident particles from dividing by zero
 LEAST_GHOSTS = 4096
 MOST_WORKERS = THREAD_CLASSES[-1]
 APART = 8  # numbers between those of two workers in `most`: a line of the cache
-BODIES = 16  # rigid bodies that there is room for
-MATERIALS = 16  # materials likewise
-TOUCHES = 3  # surfaces near a particle that there is room for, on average
+BODIES = 16  # largest number of rigid bodies
+MATERIALS = 16  # largest number of materials
+TOUCHES = 3  # capacity: surfaces near a particle, on average
 VECTOR = 4  # neighbours that a vector of the processor holds; lists of near ones are multiples
-LONGEST_LIST = {2: 150, 3: 420}  # neighbours on average that there is room for at eta 1.3
+LONGEST_LIST = {2: 150, 3: 420}  # capacity: neighbours on average at eta 1.3
 CHANNELS = ("compaction", "tension", "shear", "viscosity", "grid", "artificial")
 
-# places in the `clock`: length of this step and of the last one, what is left of the beat, the
-# length that growth goes on from, steps so far [s, 1]
+# entries of the `clock`: length of this step and of the last one, rest of the output step, length
+# from which a step grows, steps so far [s, 1]
 DT, OLD, LEFT, WANT, SUBSTEPS = range(5)
-# places in a row of `rigid`: 3 or 4 numbers each
+# entries of a row of `rigid`: 3 or 4 numbers each
 CENTRE, SPEED, TURN, MOMENTUM, SPIN, FORCE, TORQUE, IMPULSE, WORK, MASS, INERTIA = (
     0, 3, 6, 10, 13, 16, 19, 22, 25, 26, 27,
 )  # fmt: skip
-# of what pairs and grid noise do of the force: forces and torques, then the work they took (2);
-# radius and half height of a body, 0 of a sphere; place at the last search; 1 of a layer of dust;
-# 0 of the components of force and torque that mirrors through its centre cancel, 1 of the others
+# parts of the load by pairs and by grid noise: forces and torques, then the work dissipated (2);
+# radius and half height of a body, 0 of a sphere; position at the last search; 1 of a layer of
+# dust; 0 of the components of force and torque that mirrors through its centre cancel, 1 of others
 DRAGS, LOSS, RADIUS, HALF, SEARCHED, LAYER, FREEDOM = 36, 48, 50, 51, 52, 55, 56
 ROW = 62
-PARTS = 18  # numbers of what a particle does to a surface: force and torque, of stress and drags
-# places in `sync` behind those of compute.workers
+PARTS = 18  # numbers of the load of a particle on a surface: force and torque, of stress and drags
+# entries of `sync` after those of compute.workers
 DUE, DONE, ENDED, STUCK = range(OWN, OWN + 4)
 
 
 @dataclass(frozen=True)
 class Variable:
-    """One piece of state: name, what it is, unit (SI), element type, length, block in memory.
+    """A variable of the state: name, meaning, unit (SI), element type, length, block in memory.
 
     element: ("f64" | "i32", length or 0); tensors are rows one after another. place: variables of
-    one place stand side by side for each particle. ghosts: ghosts have it too.
+    one place are adjacent in memory for each particle. ghosts: ghosts have it too.
     """
 
     name: str
@@ -60,9 +60,10 @@ class Variable:
 
 
 class Layout(NamedTuple):
-    """What is compiled in: dimension, kernel, ghosts or none, surfaces of rigid faces and bodies or
-    none, contact that opens or sticks, viscosity by pairs or none, artificial stress or none,
-    self-gravity or none, heat of viscosity or none, damage or none, one material or several."""
+    """Options that are compiled in: dimension, kernel, ghosts or none, surfaces of rigid faces and
+    bodies or none, contact that opens or sticks, viscosity by pairs or none, artificial stress or
+    none, self-gravity or none, heat of viscosity or none, damage or none, one material or several.
+    """
 
     dimension: int
     kernel: str
@@ -84,7 +85,7 @@ def declare(layout):
     rows = [
         ("x", "place", "m", vector, "seen", True),
         ("v", "velocity half a step back", "m/s", vector, "seen", True),
-        ("volume", "volume, 0 of what is rigid or held", "m^3", one, "seen", True),
+        ("volume", "volume, 0 of rigid and fixed particles", "m^3", one, "seen", True),
         ("flux", "stress times correction of the gradient", "Pa", tensor, "felt", True),
         ("drag", "velocity gradient times impedance", "Pa/m", tensor, "felt", True),
         ("impedance", "density times sound", "Pa s/m", one, "felt", True),
@@ -111,7 +112,7 @@ def declare(layout):
         ("x_search", "place at the last search", "m", vector, "own"),
         ("arm", "place in the frame of its rigid body", "m", vector, "own"),
         ("group", "face or rigid body that it moves with, -1 of dust", "1", count, "own"),
-        ("role", "dust, rigid, held, wall or elastic", "1", count, "own"),
+        ("role", "dust, rigid, fixed, wall or elastic", "1", count, "own"),
         ("number", "its number in the sample", "1", count, "own"),
     ]
     if layout.separate or layout.viscous:
@@ -143,12 +144,13 @@ WHOLE = {
 
 @ti.func
 def near_begin(lists: ti.template(), i):
-    """Where the near neighbours of particle i begin in `near`."""
+    """First entry of the near neighbours of particle i in `near`."""
     return lists.first[i] + (VECTOR - 1) * i
 
 
 def place(layout, room, entries, ghosts=0):
-    """Taichi fields by name, with room for so many particles, list entries and ghosts."""
+    """Taichi fields by name; room, entries, ghosts: capacities in particles, list entries and
+    ghosts."""
     types = {"f64": ti.f64, "i32": ti.i32}
     seen = room + max(LEAST_GHOSTS, ghosts) if layout.ghosts else room
     variables, fields = declare(layout), {}

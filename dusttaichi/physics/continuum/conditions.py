@@ -1,12 +1,12 @@
-"""Which numbers of a material make no sense, and why."""
+"""Conditions on the numbers of a material, and the message for each that is violated."""
 
 import numpy as np
 
 from dusttaichi.physics.continuum import elasticity, strength
 
 REACH = 0.9
-"""Up to which share of the way from phi_1 to phi_2 the conditions are asked; Sigma is infinite at
-phi_2, so that no material meets them up to there."""
+"""Share of the interval from phi_1 to phi_2 in which the conditions must hold. Sigma is infinite at
+phi_2, so that no material meets them there."""
 
 
 def slope_ratio(phi, m):

@@ -1,15 +1,15 @@
 """Damage by tension: flaws that grow into cracks (Grady & Kipp 1980, Benz & Asphaug 1995).
 
 A volume V of dust has flaws that activate at strains e, k e^m V of them below e (Weibull). In a
-piece of it the active ones grow into cracks, which relieve the stress around them: the share D of
-the piece that is relieved grows by
+particle the active ones grow into cracks, which relieve the stress around them: the relieved share
+D of the particle grows by
 
     d(D^(1/3))/dt = n c_g / R_s,    n = min(N, (e/e_min)^p)
 
-with n active flaws of the N that the piece has, e_min the strain of the weakest, c_g the speed of a
-crack and R_s the radius of a sphere as large as the piece. e is the largest principal tension over
-Young's modulus, of the stress that the piece had without damage; D is no more than n/N. Tension
-and deviator are carried by the rest, 1 - D of them.
+with n active flaws of the N of the particle, e_min the strain of the weakest, c_g the speed of a
+crack and R_s the radius of a sphere of the volume of the particle. e is the largest principal
+tension over Young's modulus, of the stress without damage; D is at most n/N. The share 1 - D of the
+particle carries its tension and deviator.
 """
 
 from numpy import exp, log, maximum, minimum, where
@@ -31,11 +31,11 @@ def active_flaws(strain, weakest, exponent, count):
 
 
 def grown(root, active, count, step):
-    """D^(1/3) after a time step; step: c_g dt/R_s, the way of a crack over the radius."""
+    """D^(1/3) after a time step; step: c_g dt/R_s, growth of a crack over the radius."""
     most = exp(log(maximum(active, LEAST) / maximum(count, 1.0)) / 3.0)
     return where(active > 0.0, maximum(root, minimum(most, root + active * step)), root)
 
 
 def carried_pressure(p, whole):
-    """Pressure [Pa] of a piece of which the share `whole` is not damaged: tension by that alone."""
+    """Pressure [Pa] of a particle whose undamaged share is `whole`, which alone carries tension."""
     return where(p < 0.0, whole * p, p)

@@ -3,7 +3,7 @@
     dS/dt = 2 mu (D - (1/3) tr D 1) + W S - S W,  D = (L + L^T)/2, W = (L - L^T)/2
 
 with L_ab = dv_a/dx_b. G09 eq 4 with eq 5 prints the rotation with the opposite sign, which turns a
-stress against the body that bears it. Tensors are 3 x 3, in plane strain 2 x 2, where the stress
+stress against the rotation of its body. Tensors are 3 x 3, in plane strain 2 x 2, where the stress
 out of the plane is S_yy = -(S_xx + S_zz): matrices of NumPy on the host, of Taichi in kernels.
 """
 
@@ -22,7 +22,7 @@ def stretched(L, dt, mu):
 
 
 def rotated(S, L, dt):
-    """S [Pa] after the rotation of a step: two stages, so that its invariants stay to (W dt)^4."""
+    """S [Pa] after the rotation of a step: two stages, so that invariants change by (W dt)^4."""
     W = 0.5 * dt * (L - L.transpose())
     half = S + 0.5 * (W @ S - S @ W)
     return S + W @ half - half @ W

@@ -4,7 +4,7 @@ On an elastic path the dust has the density `reference` at zero pressure (rho_0'
 
     p = K (rho/reference - 1),  K = K_0 (reference/rho_i)^gamma      (G09 eqs 7 and 15)
 
-with K constant along the path. The shear modulus is a fixed share of K.
+with K constant along the path. The ratio of the shear modulus to K is fixed.
 """
 
 from numpy import exp, log, sqrt
@@ -36,7 +36,7 @@ def sound_speed(density, reference, m):
 
 
 def volume_energy(density, reference, m):
-    """Energy stored by pressure in a unit of today's volume [J/m^3].
+    """Energy stored by pressure in a unit of the present volume [J/m^3].
 
     The integral of p drho/rho^2 from `reference` on, times rho: with y = rho/reference - 1 it is
     K (1 + y) (ln(1 + y) - y/(1 + y)). Written as its series, since the terms cancel where y is

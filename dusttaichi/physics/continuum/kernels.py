@@ -1,9 +1,9 @@
-"""The laws of the continuum as Taichi functions, made of the source that the host runs.
+"""The laws of the continuum as Taichi functions, compiled from the source that the host runs.
 
-A formula of this room is written with NumPy's `maximum`, `minimum`, `where`, `sqrt` and `exp` by
-their bare names, and with other formulas of the room. Here each is compiled with Taichi's functions
-under these names, so that nothing is written twice. m: a struct of `MATERIAL`, whose values in
-order are `numbers.MaterialNumbers.of(material).values()`.
+A formula of this subpackage is written with NumPy's `maximum`, `minimum`, `where`, `sqrt` and `exp`
+by their bare names, and with other formulas of the subpackage. Here each is compiled with Taichi's
+functions under these names, so that nothing is written twice. m: a struct of `MATERIAL`, whose
+values in order are `numbers.MaterialNumbers.of(material).values()`.
 """
 
 from inspect import getmembers, isfunction

@@ -1,4 +1,4 @@
-"""The numbers of a material: what the laws are given as `m`, on the host and in kernels alike."""
+"""The numbers of a material: the argument `m` of the laws, on the host and in kernels."""
 
 from dataclasses import dataclass, fields
 from math import log
@@ -8,10 +8,11 @@ import numpy as np
 from dusttaichi.physics.contact.numbers import Number
 
 FLOOR = 0.005
-"""How far above phi_1 the strength stops falling; MC holds it below 0.125 for phi_1 = 0.12."""
+"""Difference from phi_1 below which the strength is constant: 0.125 for G09's curve, as in
+miluphcuda."""
 
 CAP = 1e-3
-"""How far below phi_2, where the strength is infinite, dust is taken to be elastic."""
+"""Difference from phi_2, where the strength is infinite, within which dust is elastic."""
 
 SHEAR = {"sqrt": (1.0, 0.5), "compressive": (1.0, 1.0), "tensile": (1.0, 0.0)}
 """C and a of Y = C Sigma^a |T|^(1-a) by the name of the law (G09 sections 4.1 and 5.1.2)."""
@@ -24,8 +25,8 @@ NUMBERS = {
     "mu_over_K": Number("1", "shear modulus over bulk modulus"),
     "phi_1": Number("1", "filling factor at which the compressive strength vanishes"),
     "phi_2": Number("1", "filling factor at which the compressive strength is infinite"),
-    "phi_floor": Number("1", "below this filling factor the compressive strength stays"),
-    "phi_cap": Number("1", "from this filling factor on dust that is compacted is elastic"),
+    "phi_floor": Number("1", "filling factor below which the compressive strength is constant"),
+    "phi_cap": Number("1", "filling factor above which dust is elastic in compression"),
     "p_m": Number("Pa", "compressive strength half way between phi_1 and phi_2"),
     "power": Number("1", "exponent of the compressive strength, Delta ln 10"),
     "T_0": Number("Pa", "tensile strength at filling factor 0"),
@@ -35,7 +36,7 @@ NUMBERS = {
     "q_max": Number("1", "largest pressure over the bulk modulus at the same density"),
     "crack_speed": Number("1", "speed of cracks over the longitudinal speed of sound"),
 }
-"""Name -> Number (SI unit and meaning) of what the kernels get at run time, in this order."""
+"""Name -> Number (SI unit and meaning) of the run-time arguments of the kernels, in this order."""
 
 
 def largest_share(gamma):

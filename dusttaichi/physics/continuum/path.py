@@ -1,9 +1,9 @@
-"""Pressure with compaction and tearing: the reference density follows, nothing has to be flagged.
+"""Pressure with compaction and tensile flow: the reference density follows, without any flag.
 
-The pressure of the elastic path is kept between T(phi) and Sigma(phi). Where it was outside, the
-density at zero pressure moves so that the path meets the limit at today's density (G09 Fig 1): it
-grows where the dust is compacted and falls where it is torn. The densities rho_c of G09, where a
-path ends, are those at which it meets the limits, and need not be stored.
+The pressure of the elastic path is limited to T(phi) and Sigma(phi). Where it would be outside, the
+density at zero pressure moves so that the path meets the limit at the present density (G09 Fig 1):
+it grows where the dust is compacted and falls where it flows in tension. The densities rho_c of
+G09, where a path ends, are those at which it meets the limits, and need not be stored.
 """
 
 from numpy import exp, log, maximum, minimum, where
@@ -16,12 +16,12 @@ SOFTEST = 0.5
 
 
 def limited_pressure(density, trial, m):
-    """The pressure `trial` of an elastic path [Pa], kept between T and Sigma at this density.
+    """The pressure `trial` of an elastic path [Pa], limited to T and Sigma at this density.
 
-    From phi_cap on Sigma is without bound: dust that is compacted that far is elastic.
-    An elastic path bears no more than a share of its modulus, `bulk_modulus(density)` times q_max
-    in compression and SOFTEST in tension: what ends the path of dust that was torn to dust of a
-    filling factor of some hundredths, whose modulus has all but vanished.
+    From phi_cap on Sigma has no bound: dust as dense as that is elastic.
+    The pressure of an elastic path is at most a share of its modulus, `bulk_modulus(density)` times
+    q_max in compression and SOFTEST in tension: this ends the path of dust that was torn to a
+    filling factor of some hundredths, where its modulus has nearly vanished.
     """
     phi = density / m.rho_s
     K = bulk_modulus(density, m)

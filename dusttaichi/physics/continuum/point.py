@@ -1,6 +1,6 @@
-"""A material point on the host: one piece of dust without inertia that is strained, and its stress.
+"""A material point on the host: stress of dust without inertia as a function of its strain.
 
-It follows the laws that the kernels follow, for strains along fixed axes (NumPy). Many points, or
+It follows the laws of the kernels, for strains along fixed axes (NumPy). Many points, or
 one strain with many materials, are computed together: the numbers of the material are then arrays.
 """
 
@@ -19,8 +19,8 @@ class MaterialPoint:
     """A state of the dust of `m`; `strained` gives the next one. Each array has a common shape.
 
     density, reference [kg/m^3], p [Pa], positive in compression; S (shape, 3) [Pa]: the deviator
-    along x, y and z. work, compaction, tension, shear [J/kg]: what has been done on it and what is
-    lost by each of the three strengths; work less these is what it would give back.
+    along x, y and z. work, compaction, tension, shear [J/kg]: work done on it, and energy
+    dissipated at each of the three strengths; the difference is stored elastically.
     """
 
     m: MaterialNumbers
@@ -66,7 +66,7 @@ class MaterialPoint:
     def strained(self, increments):
         """The point after natural strains `increments` along x, y and z, (3,) or (shape, 3).
 
-        Where the dust flows on in one direction a step may be of any size: the pressure depends on
+        Where the dust flows in one direction a step may be of any size: the pressure depends on
         the density alone, and the deviator returns to the yield surface. The work is that of the
         mean stress of the step.
         """
@@ -105,11 +105,11 @@ class MaterialPoint:
         return self.strained((side, side, axial))
 
     def to_density(self, density, steps=1):
-        """All states on the way to a density [kg/m^3] by strain along z alone, in even steps."""
+        """States up to a density [kg/m^3] by strain along z alone, in even steps."""
         return self._along((0.0, 0.0, 1.0), density, steps)
 
     def to_density_from_all_sides(self, density, steps=1):
-        """All states on the way to a density [kg/m^3] by equal strains along x, y and z."""
+        """States up to a density [kg/m^3] by equal strains along x, y and z."""
         return self._along((1.0 / 3.0,) * 3, density, steps)
 
     def _along(self, direction, density, steps):
@@ -121,8 +121,8 @@ class MaterialPoint:
 
 
 def restitution(point):
-    """sqrt of the energy that a point would give back over the work that was done on it.
+    """Square root of the stored elastic energy over the work done on a point.
 
-    The coefficient of restitution of a body that is all strained like this and stays without waves.
+    The coefficient of restitution of a body that is strained evenly, without waves.
     """
     return np.sqrt((point.volume_energy + point.shear_energy) / point.work)

@@ -2,11 +2,11 @@
 
     Sigma(phi) = p_m ((phi_2 - phi_1)/(phi_2 - phi) - 1)^(Delta ln 10)      (G09 eq 10)
     T(phi) = -10^(a + b phi) Pa, a = 2.8, b = 1.48                          (G09 eq 8)
-    Y(phi) = C Sigma^a |T|^(1 - a), sqrt(Sigma |T|) where nothing else is said (G09 section 4.1)
+    Y(phi) = C Sigma^a |T|^(1 - a), sqrt(Sigma |T|) by default (G09 section 4.1)
 
-Sigma vanishes at phi_1 and is undefined below, where dust that was torn gets to: it stays at its
-value of phi_floor. It is infinite at phi_2: from phi_cap on dust is elastic (path), and for Y the
-value of phi_cap is taken. A compression curve of the laboratory is an axial stress, which is
+Sigma vanishes at phi_1 and is undefined below, which dust that was torn reaches: there it has its
+value at phi_floor. It is infinite at phi_2: from phi_cap on dust is elastic (path), and Y has its
+value at phi_cap. A compression curve of the laboratory is an axial stress, which is
 Sigma + 2 Y/3 in uniaxial strain, and not Sigma.
 """
 
@@ -15,8 +15,8 @@ from numpy import exp, log, maximum, minimum
 
 def compressive(phi, m):
     """Sigma [Pa]: the pressure under which the dust is compacted (G09 eq 10)."""
-    held = minimum(maximum(phi, m.phi_floor), m.phi_cap)
-    return m.p_m * exp(m.power * log((held - m.phi_1) / (m.phi_2 - held)))
+    limited = minimum(maximum(phi, m.phi_floor), m.phi_cap)
+    return m.p_m * exp(m.power * log((limited - m.phi_1) / (m.phi_2 - limited)))
 
 
 def filling_factor(pressure, m):
@@ -26,8 +26,8 @@ def filling_factor(pressure, m):
 
 def compressive_slope(phi, m):
     """dSigma/dphi [Pa] between phi_floor and phi_cap."""
-    room = (phi - m.phi_1) * (m.phi_2 - phi)
-    return compressive(phi, m) * m.power * (m.phi_2 - m.phi_1) / room
+    product = (phi - m.phi_1) * (m.phi_2 - phi)
+    return compressive(phi, m) * m.power * (m.phi_2 - m.phi_1) / product
 
 
 def tensile(phi, m):
