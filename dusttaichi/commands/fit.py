@@ -73,7 +73,13 @@ def _continuum(runs, output, phi_2, rate):
     if not 0.2 < phi_2 < 0.75:
         raise DustError(f"--phi-2 = {phi_2:g}: a number above 0.2 and below 0.75 is needed")
     found = report.fit_runs(runs, phi_2, rate)
-    table = plain_table("number", "value", "spread of the seeds", "unit", title="Material")
+    table = plain_table(
+        "number",
+        "value",
+        "spread of the seeds",
+        "unit",
+        title="Material, fitted in three dimensions",
+    )
     for row in report.numbers_table(found.fit):
         table.add_row(*row)
     say(table)

@@ -1,7 +1,7 @@
 """Materials of the continuum: dust with its strengths (Güttler et al. 2009, G09)."""
 
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
@@ -94,6 +94,9 @@ class Provenance(Block):
     """Where fitted numbers come from: `dust fit continuum` writes it."""
 
     runs: tuple[str, ...] = Field((), description="the runs that were used")
+    dimension: Literal[2, 3] | None = Field(
+        None, description="dimension of the samples and of the strains to which it was fitted"
+    )
     numbers: dict[str, str] = Field({}, description="number -> its source, points and spread")
     names: tuple[str, ...] = Field((), description="fitted numbers, in the order of values")
     values: tuple[float, ...] = Field((), description="their values as they were fitted, SI")

@@ -94,6 +94,7 @@ def test_files_of_a_fit(tests, found, tmp_path):
     material = ContinuumMaterial.model_validate("made_up.yaml", context={"folder": tmp_path})
     assert material.name == "made_up"
     assert abs(material.compressive.p_m / found.fit.values[3] - 1) < 1e-3
+    assert material.source.dimension == 3
     assert "2 seeds of 4000 grains" in material.source.numbers["compressive.p_m"]
     assert len(material.source.covariance) == len(material.source.names) == len(PARAMETERS)
     assert len(report.numbers_table(found.fit)) == len(PARAMETERS) + 2

@@ -15,6 +15,7 @@ from dusttaichi.studies.continuum_fit.fitting import quantities
 from dusttaichi.studies.continuum_fit.model import PARAMETERS
 
 DIGITS = 4
+DIMENSION = 3  # of the grains, and of the stresses and strains of the point that is fitted
 _SEEN_IN = {
     "bulk_modulus": ("M", "lambda"),
     "exponent": ("M", "lambda"),
@@ -50,9 +51,10 @@ def block(fit, name):
     }
     source = {
         "runs": sorted({test.name for test, _ in fit.rows}),
+        "dimension": DIMENSION,
         "numbers": {key: _source(fit, key) for key in PARAMETERS}
         | {
-            "compressive.phi_2": f"held; the grains were pressed to {_reach(fit):.3g}",
+            "compressive.phi_2": f"fixed; the grains were pressed to {_reach(fit):.3g}",
             "density": "mean of the samples at the start",
             "solid_density": "of the grains",
         },
