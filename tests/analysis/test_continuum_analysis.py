@@ -81,8 +81,10 @@ def test_the_share_of_numerical_dissipation_is_told(fallen):
         channels = ["compaction", "tension", "shear", "viscosity", "artificial", "grid"]
         lost = np.linspace(0.0, 1.0, len(run.series.time))[:, None] * [50, 3, 20, 6, 1, 20]
         run.series["loss"] = xr.DataArray(lost, {"channel": channels}, ("time", "channel"))
+        run.series["substeps"] = ("time", 8 * np.arange(len(run.series.time)))
         numbers = summary(run)
     assert numbers["numerical_dissipation"] == pytest.approx(0.27)
+    assert numbers["time_steps"] == 8 * (len(lost) - 1)
     rows = dict(row[:2] for row in table(numbers))
     assert rows["numerical dissipation"] == "27.0% of the energy lost"
 

@@ -26,6 +26,8 @@ def _measure(run):
     shares = ledger(run).shares
     if any(shares.values()):
         found["numerical_dissipation"] = sum(shares.get(channel, 0.0) for channel in NUMERICAL)
+    if len(run.series.time) and "substeps" in run.series:
+        found["time_steps"] = int(run.series.substeps[-1])
     if len(run.series.time) and "largest_filling_factor" in run.series:
         found["largest_filling_factor"] = float(run.series.largest_filling_factor.max())
     if run.snapshots is None:
@@ -162,6 +164,7 @@ DUST = Family(
         Observable(name="numerical_dissipation", title="numerical dissipation",
                    text="{:.1%} of the energy lost", column=("numerical dissipation", "{:.1%}", 1),
                    figure="ledger"),
+        Observable(name="time_steps", title="time steps of the method", text="{:,}", column=None),
         Observable(name="particles", title="particles", text="{:,}",
                    column=("particles", "{:,}", 1)),
     ),
