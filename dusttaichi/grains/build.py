@@ -26,6 +26,7 @@ from dusttaichi.grains.grain_contacts import (
 from dusttaichi.grains.kernels import search, store
 from dusttaichi.grains.kernels.cell import make_wrap
 from dusttaichi.grains.kernels.declare import declare, place
+from dusttaichi.grains.kernels.grain_losses import make_add_grain_losses
 from dusttaichi.grains.kernels.load_sums import make_load_sums, place_load_sums
 from dusttaichi.grains.kernels.measure import make_measure, place_measure
 from dusttaichi.grains.kernels.neighbour_lists import make_neighbour_lists
@@ -158,6 +159,7 @@ def chosen_layout(scene, model, loops, push, polydisperse):
         gravity="" if scene.gravity is None else scene.gravity.kind,
         orientation=scene.output.asks_for("orientation"),
         contact_loss=scene.output.asks_for("loss"),
+        grain_loss=scene.output.asks_for("grain_loss"),
     )
 
 
@@ -220,6 +222,7 @@ def chosen_kernels(scene, layout, running):
         wrap=make_wrap(fields, layout) if layout.periodic else None,
         load_sums=make_load_sums(fields, sums, layout, walls) if on_device() else None,
         measure=make_measure(fields, sums, layout, phases),
+        add_grain_losses=make_add_grain_losses(fields, layout) if layout.grain_loss else None,
     )
     # a device has memory of its own; what stands in for one has it too
     shared = kind == "workers"

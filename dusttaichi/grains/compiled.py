@@ -31,6 +31,7 @@ class Kernels:
     wrap: Callable | None
     load_sums: Callable | None
     measure: tuple
+    add_grain_losses: Callable | None = None
 
     @property
     def names(self):

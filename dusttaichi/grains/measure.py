@@ -229,6 +229,14 @@ class Readout:
         out[:, self.order] = x, v, w
         return out
 
+    def grain_losses(self):
+        """Energy lost in the contacts of each grain since the start [fJ], (N, channels), in the
+        sample's order: of two grains half each, with a wall or the sphere all of it."""
+        self.kernels.add_grain_losses()
+        out = np.empty((self.grains, len(self.layout.channels)))
+        out[self.order] = self.state["grain_loss"]
+        return out
+
     def contact_state(self):
         """Contacts between grains now, a dict of arrays; grains by the sample's numbers.
 
@@ -290,7 +298,10 @@ class Readout:
                 first, width = rows[name]
                 values = declared.sign * history[:, first : first + width]
                 out[declared.result] = values if width > 1 else values[:, 0]
-        return out | ({"loss": history[:, rows["lost"][0] :]} if "lost" in rows else {})
+        if "lost" in rows:
+            first, width = rows["lost"]
+            out["loss"] = history[:, first : first + width]
+        return out
 
     def wall_contact_state(self):
         """Contacts with walls now, a dict of arrays; feet and overlaps in um.

@@ -260,6 +260,8 @@ def snapshot(sim, contacts, time):
     if sim.layout.orientation:
         record["orientation"] = np.empty((sim.grains, 4))
         record["orientation"][sim.order] = sim.state["orientation"]
+    if sim.layout.grain_loss:
+        record["grain_loss"] = sim.grain_losses() * units.ENERGY
     out = [("snapshots", record)]
     if sim.box is not None or sim.cell is not None:
         record["box"] = sim.domain.room(sim.step) * units.LENGTH

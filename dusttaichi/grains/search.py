@@ -108,6 +108,8 @@ class Search:
             wall_reach = self.skin + sim.wall.far + (sim.radius if equal else 0.0)
             walls = np.where(sim.box.present, wall_reach, NOWHERE)
         sim.scratch["search"].from_numpy(np.array([*numbers, step * sim.dt, *walls]))
+        if sim.layout.grain_loss:
+            sim.kernels.add_grain_losses()
         sim.kernels.list_neighbours(sim.walls_argument)
         self._check_room()
         if sim.sphere is not None:

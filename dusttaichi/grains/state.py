@@ -124,9 +124,11 @@ class GrainState:
         for name in SUMS:
             if name in self.fields:
                 self.fields[name].fill(0.0)
-        if self.layout.contact_loss:
+        own = [self.layout.rows[name] for name in ("lost", "recent") if name in self.layout.rows]
+        if own:
             history = self.rows("history")
-            history[:, self.layout.rows["lost"][0] :] = 0.0
+            for first, width in own:
+                history[:, first : first + width] = 0.0
             self.put_rows("history", history)
 
     # -- contacts --------------------------------------------------------------------------------

@@ -125,6 +125,9 @@ _TABLE = {
          "stiffness snapshots"),
         ("orientation", "snapshot grain quaternion", "1", "rotation of the grain since the start, "
          "a unit quaternion", _PHYS, "snapshots asked"),
+        ("grain_loss", "snapshot grain channel", "J", "energy lost in the contacts of the grain "
+         "since the start: half of what a contact of two grains loses, all of what one with a wall "
+         "or the sphere does", _PHYS, "snapshots asked"),
         ("box", "snapshot wall", "m", "coordinate of the wall, or of the face of a periodic cell, "
          "along its normal; not a number where there is neither", "", "room snapshots"),
         ("sphere_position", "snapshot xyz", "m", "centre of the sphere", "", "sphere snapshots"),

@@ -9,6 +9,7 @@ from dusttaichi.report.colouring import class_quantity, number_quantity
 from dusttaichi.report.contacts import BODY, COORDINATION, DISSIPATED, contacts_of
 from dusttaichi.report.packing import packed, quantised
 
+ALL_DISSIPATED = "energy dissipated since the start"
 MOST = 600_000  # particles times snapshots in a page: some 25 MB with their contacts
 LENGTHS = ((1e-1, "m"), (1e-4, "mm"), (0.0, "µm"))  # of the largest extent
 SCALE = {"m": 1.0, "mm": 1e-3, "µm": 1e-6}
@@ -67,7 +68,7 @@ def particles(run, most=MOST):
 def first_colour(run, labels):
     """Number of what colours particles at first: the energy dissipated where it was asked for, of
     a collision the body, of all else the first, of grains with contacts the coordination number."""
-    wanted = (DISSIPATED, BODY if run.collides else COORDINATION)
+    wanted = (ALL_DISSIPATED, DISSIPATED, BODY if run.collides else COORDINATION)
     return next((labels.index(label) for label in wanted if label in labels), 0)
 
 
@@ -128,6 +129,8 @@ def _quantities(run, frames, radius, unit):
     """Colourings of the particles of either method, without those by contacts."""
     rows, x = frames.sizes["snapshot"], frames.position.values
     found = []
+    if "grain_loss" in frames:
+        found += dissipated_by_channel(frames.grain_loss, rows)
     if "density" in frames:
         found += _of_continuum(run, frames, rows)
     if "velocity" in frames:
@@ -146,6 +149,19 @@ def _quantities(run, frames, radius, unit):
         names = {n + 1: f"body {n}" if n >= 0 else "fixed" for n in np.unique(bodies)}
         found.append(class_quantity("body", bodies + 1, names, rows))
     return [quantity for quantity in found if quantity is not None]
+
+
+def dissipated_by_channel(loss, rows):
+    """Energy dissipated at each grain since the start: all of it, and by each channel that has any.
+    loss [J]: (snapshots, grains, channels)."""
+    whole = loss.sum("channel").values
+    factor, unit = style.scaled(float(np.max(whole, initial=0.0)), style.ENERGIES)
+    found = [number_quantity(ALL_DISSIPATED, unit, factor * whole, rows)]
+    for name in loss.channel.values:
+        own = loss.sel(channel=name).values
+        if np.any(own):
+            found.append(number_quantity(f"dissipated by {name}", unit, factor * own, rows))
+    return found
 
 
 def _of_continuum(run, frames, rows):

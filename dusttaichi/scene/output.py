@@ -101,7 +101,7 @@ class Output(Block):
     variables: tuple[str, ...] = Field(
         (),
         description="what snapshots and contacts hold beside what they hold anyway, as "
-        "[orientation, loss], and with a minus in front what they leave out, as [-spin]",
+        "[orientation, grain_loss], and with a minus in front what they leave out, as [-spin]",
     )
     precision: Literal["f64", "f32"] = Field(
         "f64",

@@ -24,7 +24,7 @@ from dusttaichi.run import execute
 from dusttaichi.run.ledger import ledger
 from dusttaichi.scene.boundary import Drive
 
-FOLLOWED = {"variables": ["loss", "sliding_force"]}
+FOLLOWED = {"variables": ["loss", "grain_loss", "sliding_force"]}
 BALL = 6e-6  # radius of the sphere [m], ten grains
 WEIGHTLESS = {"acceleration": ["0 m/s^2"] * 3}
 SILICATE = ref.SILICATE
@@ -244,6 +244,7 @@ def test_what_the_sphere_touches(on_disk):
     with analysis.open_run(on_disk) as run:
         touched = run.contacts(group="sphere_contacts")
         force, last = run.snapshots.sphere_force.values[-1], run.series.isel(time=-1)
+        of_grains = run.snapshots.grain_loss.isel(snapshot=-1).sum("grain")
     assert len(touched.grain) == int(last.sphere_contact_count) > 0
     np.testing.assert_allclose(-touched.force.sum("sphere_contact"), force, rtol=1e-5)  # of f4
     push, across = touched.normal_force.values, touched.sliding_force.values
@@ -253,6 +254,9 @@ def test_what_the_sphere_touches(on_disk):
     lost = touched.loss.sum("sphere_contact").values
     assert (lost <= last.loss_sphere.values * (1.0 + 1e-9)).all()
     assert lost.sum() > 0.5 * float(last.loss_sphere.sum())
+    # by grain: the sphere has no part; of damping the ledger has half a step less
+    whole = (last.loss + last.loss_sphere).drop_sel(channel="damping")
+    np.testing.assert_allclose(of_grains.sel(channel=whole.channel), whole, rtol=1e-9)
 
 
 # The same in mixed precision.

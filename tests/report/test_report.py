@@ -24,7 +24,12 @@ from dusttaichi.errors import DustError
 from dusttaichi.report import contacts, page
 from dusttaichi.report.interactive import html, interactive
 from dusttaichi.report.packing import packed, quantised, unpacked
-from dusttaichi.report.particles import chosen, first_colour, particles
+from dusttaichi.report.particles import (
+    chosen,
+    dissipated_by_channel,
+    first_colour,
+    particles,
+)
 from dusttaichi.scene import load
 
 ROOT = Path(__file__).parents[2]
@@ -281,7 +286,15 @@ def test_what_was_asked_for_colours_at_first(data):
     run = SimpleNamespace(tree=SimpleNamespace(children=()))
     assert contacts.dissipated(run, frame).tolist() == [1.0, 3.0, 2.0]
     labels = ["coordination number", contacts.BODY, contacts.DISSIPATED]
-    for collides, there, first in ((True, 2, 1), (False, 2, 0), (True, 3, 2)):
+    of_grains = xr.DataArray(
+        [[[1.0, 0.0, 2.0]] * 3], {"channel": ["rolling", "sliding", "damping"]},
+        ("snapshot", "grain", "channel"),
+    )  # fmt: skip
+    labels += [quantity["label"] for quantity in dissipated_by_channel(of_grains, 1)]
+    assert labels[3:] == [
+        "energy dissipated since the start", "dissipated by rolling", "dissipated by damping",
+    ]  # fmt: skip
+    for collides, there, first in ((True, 2, 1), (False, 2, 0), (True, 3, 2), (True, 6, 3)):
         assert first_colour(SimpleNamespace(collides=collides), labels[:there]) == first
 
 

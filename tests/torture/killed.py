@@ -54,7 +54,7 @@ numerics: {time_step: 0.3 ns, threads: 1, precision: f64}
 output:
   series: {steps: 150}
   snapshots: {steps: 600}
-  variables: [orientation, loss, sliding_force, rolling_moment, twisting_moment, -spin]
+  variables: [orientation, loss, grain_loss, sliding_force, rolling_moment, twisting_moment, -spin]
   precision: f32
   checkpoint: 0.1 s
 """

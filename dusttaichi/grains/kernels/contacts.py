@@ -38,7 +38,9 @@ class ContactPass:
         # columns of the local sums: losses by law, work of the faces, changes
         self.FACES = len(laws)
         self.CHANGES = self.FACES + self.faces
-        self.followed = layout.contact_loss
+        rows = self.rows
+        # first rows of the losses that each contact keeps
+        self.followed = tuple(row for row in (rows.lost, rows.recent) if row >= 0)
 
     # -- a tile of contacts ----------------------------------------------------------------------
 
@@ -134,8 +136,8 @@ class ContactPass:
 
     @ti.func
     def follow(self, b, lane, channel: ti.template(), value):
-        if ti.static(self.followed):
-            self.rows.add(b, self.rows.lost + channel, lane, value)
+        for first in ti.static(self.followed):
+            self.rows.add(b, first + channel, lane, value)
 
     @ti.func
     def add(self, sums: ti.template(), column: ti.template(), lane, value):
@@ -216,7 +218,7 @@ class ContactPass:
         else:
             self.lose(tile, b, lane, BREAKING, elastic.energy - half_kick)
             self.release(tile, b, lane, k, h, p, dt, place)
-            for row in ti.static(range(self.rows.load)):
+            for row in ti.static(range(self.rows.history_rows)):
                 self.rows.table[b, row, lane] = 0.0
 
     @ti.func

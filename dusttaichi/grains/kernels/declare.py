@@ -22,6 +22,7 @@ SUMS = (
     "wall_virial",
     "flux",
     "sphere_impulse",
+    "grain_loss",
 )
 
 
@@ -61,6 +62,7 @@ def declare(grains, layout, walls):
     rows = [*_grains(n), *_contacts(n, layout)]
     rows += _walls(n, layout) if walls else []
     rows += _orientation(n) if layout.orientation else []
+    rows += _grain_loss(n, layout) if layout.grain_loss else []
     rows += [("scene", "number of the scene", "1", ("i32", 0), (grains,))] * layout.batch
     rows += _cell(n, layout) if layout.periodic else []
     rows += [*_pushes(n, layout), *_gravity(layout)]
@@ -84,6 +86,11 @@ def _grains(n):
 def _orientation(n):
     meaning = "rotation since the start, a quaternion w x y z"
     return [("orientation", meaning, "1", (n.own, 4), (n.grains,))]
+
+
+def _grain_loss(n, layout):
+    meaning = "losses in the contacts of a grain up to the last search, by channel"
+    return [("grain_loss", meaning, "fJ", ("f64", 0), (n.grains, len(layout.channels)))]
 
 
 def _contacts(n, layout):

@@ -24,7 +24,9 @@ class Rows:
         members = {name: self.real if width == 1 else self.vec3 for name, _, width in named}
         self.History = ti.types.struct(**members)
         self.touched = layout.rows["touched"][0]
+        self.history_rows = layout.history_rows
         self.lost = layout.rows.get("lost", (-1, 0))[0]
+        self.recent = layout.rows.get("recent", (-1, 0))[0]
 
     @ti.func
     def vector(self, b, first: ti.template(), lane):

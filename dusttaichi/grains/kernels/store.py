@@ -48,6 +48,7 @@ class Layout:
     ledger: bool = True  # only a benchmark does without
     orientation: bool = False  # rotations of the grains are followed
     contact_loss: bool = False  # what each contact has lost is kept with it
+    grain_loss: bool = False  # what the contacts of each grain have lost is summed for it
     thick: bool = False  # so few of many grains reach the walls that less room is left for them
 
     @property
@@ -88,10 +89,13 @@ class Layout:
     @cached_property
     def rows(self):
         """Name -> (first row, rows) of what a contact keeps; `lost`: its losses since it formed,
-        one a channel, where they are followed."""
+        one a channel, where they are followed; `recent`: those since the last search, which
+        breaking leaves as they are, where grains are followed."""
         widths = {name: h.components for name, h in self.model.history.items()}
         if self.contact_loss:
             widths["lost"] = len(self.channels)
+        if self.grain_loss:
+            widths["recent"] = len(self.channels)
         out, first = {}, 0
         for name, width in widths.items():
             out[name] = (first, width)
@@ -102,6 +106,11 @@ class Layout:
     def kept(self):
         """Rows of what a contact keeps from step to step."""
         return sum(width for _, width in self.rows.values())
+
+    @property
+    def history_rows(self):
+        """Rows of what a contact forgets when it breaks."""
+        return self.rows["recent"][0] if self.grain_loss else self.kept
 
     @property
     def load(self):

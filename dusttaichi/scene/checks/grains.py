@@ -40,9 +40,14 @@ def check(scene) -> Found:
 
 def _lost(scene) -> Found:
     """Losses of a contact are small differences of large sums."""
-    if scene.numerics.precision == "f64" or not scene.output.asks_for("loss"):
+    if scene.numerics.precision == "f64":
         return []
-    return [("output.variables", "loss of each contact needs numerics.precision: f64")]
+    asked = (("loss", "contact"), ("grain_loss", "grain"))
+    return [
+        ("output.variables", f"{name} of each {what} needs numerics.precision: f64")
+        for name, what in asked
+        if scene.output.asks_for(name)
+    ]
 
 
 def _asperities(scene) -> Found:
