@@ -297,3 +297,9 @@ def grains_within(positions, radius, gyration):
 def power(x, y):
     """The exponent of y ~ x^D by least squares in the logarithms."""
     return float(np.polyfit(np.log(x), np.log(y), 1)[0])
+
+
+def rigid_rotation(spin, x, mass):
+    """Velocities (n, 3) of a body that turns at `spin` (3,) about its centre of mass; x: positions
+    (n, 3), mass (n, 1). Units that match."""
+    return np.cross(spin, x - (mass * x).sum(axis=0) / mass.sum())

@@ -4,6 +4,7 @@ import numpy as np
 
 from dusttaichi import samples, units
 from dusttaichi.domain.pushes import at_stage, forces_and_speeds
+from dusttaichi.geometry import rigid_rotation
 
 
 def push_anew(sim, entries):
@@ -23,6 +24,7 @@ def push_anew(sim, entries):
     held = state["held"] if "held" in state else None
     work = sim.push.work_of_stage(x, held, contact, sim.step, sim.dt)
 
+    mass = np.broadcast_to(sim.mass, (sim.grains, 1))
     groups = _groups(sim, entries)
     forces, speeds = forces_and_speeds(entries, groups, sim.dt, sim.step)
     sim.push = sim.push.next_stage(at_stage(forces, x), speeds)
@@ -31,6 +33,10 @@ def push_anew(sim, entries):
     for entry, grains in zip(entries, groups, strict=True):
         if entry.velocity is not None:
             v[grains] += np.array(entry.velocity) / units.SPEED
+        if entry.spin is not None:
+            spin, own = np.array(entry.spin) / units.SPIN, mass[grains]
+            v[grains] += rigid_rotation(spin, x[grains], own)
+            w[grains] += spin
     v[sim.push.held], w[sim.push.held] = sim.push.velocity, 0.0
 
     force, torque = sim.loads()

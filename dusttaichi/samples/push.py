@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from dusttaichi.errors import DustError
+from dusttaichi.geometry import rigid_rotation
 from dusttaichi.names import WALLS
 from dusttaichi.physics.contact.constants import pair_constants
+from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.sample import Sample
 
 
@@ -28,6 +30,7 @@ def pushed(scene, sample: Sample) -> Sample:
         for n, push in enumerate(scene.push)
     ]
     _check_carried(scene.push, groups)
+    masses = Materials(scene).masses(sample)
     for push, group in zip(scene.push, groups, strict=True):
         if push.displacement is not None:
             x[group] += push.displacement
@@ -35,6 +38,9 @@ def pushed(scene, sample: Sample) -> Sample:
             x[group] += delta0 * np.array(push.displacement_delta0)
         elif push.velocity is not None:
             v[group] += push.velocity
+        elif push.spin is not None:
+            v[group] += rigid_rotation(push.spin, x[group], masses[group, None])
+            w[group] += push.spin
         elif push.speed is not None:
             v[group], w[group] = push.speed, 0.0
     pairs = zip(scene.push, groups, strict=True)
@@ -51,6 +57,8 @@ def group_of(where: str, push, positions: np.ndarray, radius: float) -> np.ndarr
         depth = radius if push.depth is None else push.depth
         # a layer of a lattice is level to rounding only
         return np.flatnonzero(behind <= behind.min() + depth + 1e-9 * radius)
+    if push.grains == "all":
+        return np.arange(len(positions))
     group = np.unique(push.grains)
     if group[-1] >= len(positions):
         raise DustError(

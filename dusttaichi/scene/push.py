@@ -11,15 +11,16 @@ from dusttaichi.scene.quantities import Quantity, Vector
 WallName = Literal[WALLS]
 Grain = Annotated[int, Number(whole=True, ge=0)]
 Plain = Annotated[float, Number()]
-OF_A_STAGE = ("velocity", "force", "speed")
-KINDS = ("displacement", "displacement_delta0", "velocity", "force", "speed")
+OF_A_STAGE = ("velocity", "spin", "force", "speed")
+KINDS = ("displacement", "displacement_delta0", "velocity", "spin", "force", "speed")
 
 
 class Push(Block):
-    """One of displacement, displacement_delta0, velocity, force and speed, on grains or a face."""
+    """One of displacement, displacement_delta0, velocity, spin, force and speed, on grains or a
+    face."""
 
-    grains: tuple[Grain, ...] | None = Field(
-        None, description="numbers of the grains, from 0; either this or face"
+    grains: tuple[Grain, ...] | Literal["all"] | None = Field(
+        None, description="numbers of the grains, from 0, or all; either this or face"
     )
     face: WallName | None = Field(None, description="face of the sample; either this or grains")
     depth: Annotated[float, Quantity("length", ge=0)] | None = Field(
@@ -35,6 +36,11 @@ class Push(Block):
     )
     velocity: Annotated[Vector, Quantity("speed", count=3)] | None = Field(
         None, description="velocity added to every grain at the start"
+    )
+    spin: Annotated[Vector, Quantity("angular velocity", count=3)] | None = Field(
+        None,
+        description="angular velocity added at the start, as to a rigid body: about the centre of "
+        "mass of the grains, which get it as spins too",
     )
     force: Annotated[Vector, Quantity("force", count=3)] | None = Field(
         None, description="force on all of the grains together, shared equally"
@@ -87,7 +93,9 @@ def check(scene) -> list[tuple[str, str]]:
         return found
     text = "it needs open space, a box or plates; in a periodic cell use displacement or velocity"
     return found + [
-        (f"{path}.{push.kind}", text) for path, push in given if push.kind in ("force", "speed")
+        (f"{path}.{push.kind}", text)
+        for path, push in given
+        if push.kind in ("spin", "force", "speed")
     ]
 
 

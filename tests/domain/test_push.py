@@ -66,6 +66,8 @@ def test_displacements():
         ({"grains": [0], "duration": "1 ns", "speed": ["1 m/s"] * 3}, r"push\[0\].duration"),
         ({"grains": [0], "force": ["1 N"] * 3, "speed": ["1 m/s"] * 3}, "exactly one of"),
         ({"face": "left", "speed": ["1 m/s"] * 3}, r"push\[0\].face"),
+        ({"grains": "some", "speed": ["1 m/s"] * 3}, r"push\[0\].grains"),
+        ({"grains": "all", "spin": ["1 m/s"] * 3}, r"push\[0\].spin"),
     ],
 )
 def test_refused(push, named):
@@ -84,6 +86,60 @@ def test_refused_with_the_sample():
             {"grains": [0], "force": ["1 nN"] * 3},
             boundary={"kind": "periodic", "size": ["9 um"] * 3},
         )
+
+
+# Spinning.
+
+TURN = np.array([0.0, 0.0, 3e5])  # rad/s
+
+
+def spun(grains, spin):
+    return {"grains": grains, "spin": [f"{a:.17g} rad/s" for a in spin]}
+
+
+def test_a_body_that_is_spun():
+    """All grains but one, about their own centre of mass."""
+    x = np.random.default_rng(1).uniform(0, 9e-6, (5, 3))
+    spin = np.array([1e5, -2e5, 3e5])
+    sample = samples.pushed(scene(spun([0, 1, 2, 4], spin)), sample_of(x))
+    own = [0, 1, 2, 4]
+    expected = np.cross(spin, x[own] - x[own].mean(axis=0))
+    np.testing.assert_allclose(sample.velocities[own], expected, rtol=1e-12)
+    np.testing.assert_array_equal(sample.spins, [spin, spin, spin, [0, 0, 0], spin])
+    assert not sample.velocities[3].any()
+    assert samples.pushed(scene(spun("all", spin)), sample_of(x)).spins.all()
+    with pytest.raises(DustError, match=r"push\[0\]\.spin.*it needs open space"):
+        scene(spun("all", spin), boundary={"kind": "periodic", "size": ["9 um"] * 3})
+
+
+def test_a_chain_that_is_spun_up_is_stretched_as_mechanics_says():
+    """Each contact pulls what is beyond it inwards: m omega^2 times the distance from the axis.
+    The spin comes in three stages; its work is the energy of rotation."""
+    x = np.arange(6)[:, None] * [TOUCH, 0.0, 0.0]
+    stages = [{"name": "rest", "stop": {"steps": 1}}]
+    stages += [
+        {"name": f"s{n}", "drive": {"push": [spun("all", TURN / 3)]}, "stop": {"steps": 1}}
+        for n in range(3)
+    ]
+    scene = make_scene(stages=stages, stop=None, damping="viscoelastic")
+    probe = Probe(scene, sample_of(x))
+    for plan in scene.stage_plans[1:]:
+        probe.sim.drive(plan.drive)
+        probe.advance(8000)
+    away = probe.x - probe.x.mean(axis=0)
+    distance = np.linalg.norm(away, axis=1)
+    held = probe.sim.contact_state()
+    order = np.argsort(held["grain_i"])
+    omega2 = (probe.v**2).sum() / (distance**2).sum()
+    pull = MASS * omega2 * np.cumsum(distance[:2:-1])[::-1]  # of the three grains on either side
+    # 1e-3: what is left of the oscillation after 0.8 us, and positions of half a step before
+    found = -held["normal_force"][order] * 1e-9
+    np.testing.assert_allclose(found[2:], pull, rtol=2e-3)
+    np.testing.assert_allclose(found[2::-1], pull, rtol=2e-3)
+    inertia = 6 * 0.4 * MASS * RADIUS**2 + MASS * ((x - x.mean(axis=0)) ** 2).sum()
+    work = probe.sim.measure()["push_work"] * 1e-15
+    # of the rigid chain; stretched by a ten thousandth
+    assert work == pytest.approx(0.5 * inertia * (TURN @ TURN), rel=1e-3)
 
 
 # Forces and carried grains. One compiled scene holds both: a free grain that is pushed, one whose

@@ -1,0 +1,91 @@
+"""An aggregate that is spun up in open space until it breaks (Reissl et al. 2024)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dusttaichi.analysis.fragments import fragments_of
+from dusttaichi.analysis.frame import frame_count, grain_masses, read_frame
+from dusttaichi.errors import DustError
+
+WHOLE = 0.9
+"""Share of the mass in the largest fragment below which the aggregate is broken."""
+
+
+@dataclass(frozen=True)
+class SpinUp:
+    """Rotation of an aggregate, snapshot by snapshot.
+
+    rate [rad/s] (snapshots,): |L|/I of all grains about their centre of mass, with the moment of
+    inertia about L, spins and the grains' own moments included. given [rad/s] (snapshots,): |L|
+    over the moment of inertia of the first snapshot, which a rigid body would have. share
+    (snapshots,): of the mass in the largest fragment. stress [Pa] (snapshots,): rho R^2 rate^2 / 4,
+    the mean over a plane through the axis of a uniform sphere of the same mass (half of it pulls
+    with pi rho R^4 omega^2 / 4), with R = sqrt(5/3) R_g of the first snapshot. filling_factor: of
+    that sphere. top: number of the snapshot with the largest rate while it is whole. broken: number
+    of the first in which it is not, None where it has not broken.
+    """
+
+    rate: np.ndarray
+    given: np.ndarray
+    share: np.ndarray
+    stress: np.ndarray
+    filling_factor: float
+    top: int
+    broken: int | None
+
+    @property
+    def shown(self):
+        """How many snapshots there are up to the first of the broken aggregate."""
+        return len(self.rate) if self.broken is None else self.broken + 1
+
+
+def is_spun(run):
+    """True of a Run in open space in which some push is a spin."""
+    if run.boundary != "open":
+        return False
+    drives = [stage.get("drive") or {} for stage in run.scene.get("stages") or ()]
+    pushes = [run.scene.get("push") or (), *(drive.get("push") or () for drive in drives)]
+    return any(push.get("spin") is not None for entries in pushes for push in entries)
+
+
+def spin_up(run):
+    """The SpinUp of a Run. Raises DustError where the snapshots hold no contacts, or the first of
+    them is no single aggregate."""
+    masses = grain_masses(run)
+    frames = [read_frame(run, number) for number in range(frame_count(run))]
+    parts = [fragments_of(frame, masses) for frame in frames]
+    share = np.array([found.mass[0] / masses.sum() for found in parts])
+    if share[0] < WHOLE:
+        raise DustError(
+            f"{run.path}: the largest fragment has {share[0]:.0%} of the mass at the start; an "
+            f"aggregate that is spun up must be one piece (at least {WHOLE:.0%})."
+        )
+    momentum, inertia = np.array([_rotation(frame, masses) for frame in frames]).T
+    rate = momentum / inertia
+    radius = float(parts[0].characteristic_radius[0])
+    density = masses.sum() / (4.0 / 3.0 * np.pi * radius**3)
+    broken = np.flatnonzero(share < WHOLE)
+    broken = int(broken[0]) if len(broken) else None
+    return SpinUp(
+        rate,
+        momentum / inertia[np.argmax(momentum > 0.0)],
+        share,
+        0.25 * density * radius**2 * rate**2,
+        float(parts[0].filling_factor[0]),
+        int(np.argmax(rate[:broken])),
+        broken,
+    )
+
+
+def _rotation(frame, masses):
+    """Angular momentum of all grains of a Frame about their centre of mass [kg m^2/s], and their
+    moment of inertia about it [kg m^2]; about z without angular momentum."""
+    m = masses[:, None]
+    x = frame.position - (m * frame.position).sum(axis=0) / masses.sum()
+    v = frame.velocity - (m * frame.velocity).sum(axis=0) / masses.sum()
+    own = 0.4 * masses * frame.radius**2
+    momentum = (m * np.cross(x, v) + own[:, None] * frame.spin).sum(axis=0)
+    size = float(np.linalg.norm(momentum))
+    along = x @ (momentum / size if size > 0.0 else np.array([0.0, 0.0, 1.0]))
+    return size, float(np.sum(masses * (np.sum(x**2, axis=1) - along**2) + own))
