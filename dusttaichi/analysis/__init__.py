@@ -33,7 +33,12 @@ from dusttaichi.analysis.frame import Frame, frame_count, grain_masses, read_fra
 from dusttaichi.analysis.isotropic import Isotropic, Ratio, isotropic
 from dusttaichi.analysis.ledger import Ledger, ledger
 from dusttaichi.analysis.loads import Friction, Held, Shearing, friction, held_loads, shearings
-from dusttaichi.analysis.losses import Losses, losses_against_filling_factor
+from dusttaichi.analysis.losses import (
+    Losses,
+    LossShares,
+    loss_shares,
+    losses_against_filling_factor,
+)
 from dusttaichi.analysis.pores import Pores, pores
 from dusttaichi.analysis.profile import profile
 from dusttaichi.analysis.restitution import Restitution, restitution, wall_restitution
@@ -65,6 +70,7 @@ __all__ = [
     "Held",
     "Isotropic",
     "Ledger",
+    "LossShares",
     "Losses",
     "MassSpectrum",
     "Penetration",
@@ -103,6 +109,7 @@ __all__ = [
     "is_trade",
     "isotropic",
     "ledger",
+    "loss_shares",
     "losses_against_filling_factor",
     "mass_spectrum",
     "onset",
