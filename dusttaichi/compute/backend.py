@@ -69,12 +69,12 @@ def _kernel_folder():
     return {"offline_cache_file_path": str(processor.use_kernel_folder())}
 
 
-def start_taichi(scene, threads, simplify=True):
+def start_taichi(scene, threads):
     """Initialise Taichi for this scene, quietly, with the kernels cached on disk.
 
-    simplify: Taichi analyses the control flow of a kernel before LLVM does, which takes half of the
-    time that compiling takes. What else it simplifies is needed: it takes the address of the fields
-    out of loops, without which LLVM turns none of them into vectors.
+    Taichi does not analyse the control flow of a kernel: LLVM does so again, and steps take as
+    long, but compiling takes two fifths to two thirds. What else it simplifies is needed: it takes
+    the address of the fields out of loops, without which LLVM turns none of them into vectors.
 
     With numerics.debug Taichi is as it comes: its internals are not patched, it checks the bounds
     of fields, keeps to IEEE arithmetic, and the TI_* of the shell count.
@@ -96,7 +96,7 @@ def start_taichi(scene, threads, simplify=True):
                 fast_math=not debug,
                 debug=debug,
                 check_out_of_bound=debug,
-                cfg_optimization=simplify,
+                cfg_optimization=False,
                 offline_cache=True,
                 offline_cache_max_size_of_files=CACHE_BYTES,
                 **_kernel_folder(),

@@ -197,8 +197,7 @@ def chosen_kernels(scene, layout, running):
     key = (*started, room, layout, walls, kind, materials)
     if (last := _LAST.of(key)) is not None:
         return last
-    # what Taichi simplifies LLVM simplifies too: steps take as long, compiling two thirds
-    start_taichi(scene, threads, simplify=False)
+    start_taichi(scene, threads)
     fields = place(declare(room, layout, walls), by_columns=kind == "launches")
     scratch = search.place_search(room, layout, walls)
     sums = place_measure(room, layout, walls)

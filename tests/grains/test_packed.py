@@ -47,7 +47,7 @@ def operations(name, precision, folder, monkeypatch):
     model = chosen_model(scene.interaction, scene.numerics.newton_steps)
     push = make_push(scene.push, {}, [], 1.0)
     layout = chosen_layout(scene, model, LOOPS["cpu"], push, polydisperse=False)
-    start_taichi(scene, 1, simplify=False)
+    start_taichi(scene, 1)
     settings().print_kernel_llvm_ir_optimized = True
     settings().offline_cache = False  # what comes from the cache is not printed
     walls = name == "walls"
