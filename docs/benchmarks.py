@@ -53,56 +53,57 @@ class Curves(NamedTuple):
 # -- planar compaction -----------------------------------------------------------------------------
 
 
+WAVES = "first precursor", "second precursor", "front"
+LEAST = 0.01  # share of the final stress above which a jump of the solution counts as a wave
+SINCE = 0.45  # share of the run after which the waves are apart
+
+
 def planar_compaction(run):
-    """Depth of the precursor and of the front, stress and density behind it, and the profile."""
+    """Speed of each wave, stress behind each, filling factor behind the front, and the profile.
+
+    A speed is the slope of the position of half the jump over time, since the waves are apart: how
+    far a wave has come also depends on how long it was part of another one. The stress behind a
+    wave is the mean over the middle of its plateau, where neither end is smeared.
+    """
     m, speed = numbers_of(run), 1.0
     flux, stress, density = closed_forms.riemann(m, speed)
-    first, last = read_particles(run, 0), read_particles(run, -1)
-    depth = -first.position[:, 2]
-    order = np.argsort(depth, kind="stable")
-    # rows of one height are one point of the profile
-    depth, rows = np.unique(np.round(depth[order] / first.spacing, 6), return_inverse=True)
-    depth = depth * first.spacing
-    count = np.bincount(rows)
-
-    def profile(values):
-        return np.bincount(rows, values[order]) / count
-
-    axial = profile(last.pressure - last.deviator[:, 2])
-    phi = profile(last.density) / m.rho_s
+    below = np.append(0.0, stress[:-1])
+    waves = np.flatnonzero(stress - below > LEAST * stress[-1])
+    frames = [read_particles(run, k) for k in range(run.snapshots.sizes["snapshot"])]
+    first, last = frames[0], frames[-1]
+    late = [frame for frame in frames if frame.time > SINCE * last.time]
+    profiles = [rows_of_dust(first, f, f.pressure - f.deviator[:, 2]) for f in late]
+    depth, axial = profiles[-1]
+    _, phi = rows_of_dust(first, last, last.density / m.rho_s)
     reach = flux * last.time / m.rho_i
 
-    def exact(x, values, ahead):
-        """Values behind the waves at depths x; waves are in order of their reach, falling."""
-        behind = np.searchsorted(-reach, -x, side="right")
-        return np.append(ahead, values)[behind]
+    def exact(x):
+        """Axial stress at depths x; waves are in falling order of their reach."""
+        return np.append(0.0, stress)[np.searchsorted(-reach, -x, side="right")]
 
-    jump = int(np.argmax(np.diff(np.append(m.rho_i, density))))
-    middle = 0.5 * (density[-1] + np.append(m.rho_i, density)[jump]) / m.rho_s
-    near = reach[jump]
-    behind = (depth > 4 * first.spacing) & (depth < 0.7 * near)
-    rows = [
-        Row("depth of the precursor", "mm", 1e3 * reach[0],
-            1e3 * crossing(depth, axial, 0.5 * stress[0])),
-        Row("depth of the front", "mm", 1e3 * near, 1e3 * crossing(depth, phi, middle)),
-        Row("axial stress behind it", "Pa", stress[-1], axial[behind].mean()),
-        Row("filling factor behind it", "1", density[-1] / m.rho_s, phi[behind].mean()),
-        Row("stress between both", "Pa",
-            *between(depth, axial, lambda x: exact(x, stress, 0.0), (near, reach[0]))),
-    ]  # fmt: skip
+    rows, ends = [], np.append(reach[waves], 0.0)
+    for name, wave in zip(WAVES, waves, strict=True):
+        level = 0.5 * (below[wave] + stress[wave])
+        at = [crossing(*found, level) for found in profiles]
+        slope = np.polyfit([frame.time for frame in late], at, 1)[0]
+        rows.append(Row(f"speed of the {name}", "m/s", flux[wave] / m.rho_i, slope))
+    for name, high, low in zip(WAVES, ends, ends[1:], strict=False):
+        clear = (depth > low + 0.3 * (high - low)) & (depth < high - 0.3 * (high - low))
+        rows.append(Row(f"axial stress behind the {name}", "Pa", exact(depth[clear]).mean(),
+                        axial[clear].mean()))  # fmt: skip
+    rows.append(Row("filling factor behind the front", "1", density[-1] / m.rho_s,
+                    phi[clear].mean()))  # fmt: skip
     x = np.linspace(0.0, 1.2 * reach[0], 2000)
     seen, loaded = axial > 1e-2 * stress[0], x < reach[0]
     found = 1e3 * depth[seen], axial[seen]
-    known = 1e3 * x[loaded], exact(x, stress, 0.0)[loaded]
-    curves = Curves(found, known, "initial depth (mm)", "axial stress (Pa)", decades=True)
-    return rows, curves
+    known = 1e3 * x[loaded], exact(x)[loaded]
+    return rows, Curves(found, known, "initial depth (mm)", "axial stress (Pa)", decades=True)
 
 
-def between(depth, values, exact, ends):
-    """Mean of the closed form and of the run between front and precursor, where both are clear."""
-    low, high = ends
-    inside = (depth > low + 0.25 * (high - low)) & (depth < high - 0.25 * (high - low))
-    return exact(depth[inside]).mean(), values[inside].mean()
+def rows_of_dust(first, frame, values):
+    """(initial depths [m], means of values) of the rows in which the particles are at first."""
+    depth, rows = np.unique(np.round(-first.position[:, 2] / first.spacing, 6), return_inverse=True)
+    return depth * first.spacing, np.bincount(rows, values) / np.bincount(rows)
 
 
 def crossing(depth, values, level):
@@ -251,14 +252,19 @@ def numbers_of(run):
     return MaterialNumbers.of(ContinuumMaterial.model_validate(dict(run.scene["material"])))
 
 
+def scene_of(name, resolution):
+    """The Scene of a benchmark at a resolution, 0 or 1."""
+    scene = load(CONFIGS / f"{name}.yaml")
+    for key, value in BENCHMARKS[name][1][resolution].items():
+        scene = scene.with_value(key, value)
+    return scene
+
+
 def carried_out(name, resolution, folder):
     """(rows, Curves, worst residual of the ledger) of a benchmark at a resolution, 0 or 1."""
-    read, changes = BENCHMARKS[name]
-    scene = load(CONFIGS / f"{name}.yaml")
-    for key, value in changes[resolution].items():
-        scene = scene.with_value(key, value)
+    scene = scene_of(name, resolution)
     run = analysis.open_run(execute(scene, Path(folder) / f"{name}_{resolution}", force=True))
-    rows, curves = read(run)
+    rows, curves = BENCHMARKS[name][0](run)
     return rows, curves, float(np.abs(run.series.energy_residual_relative).max())
 
 
@@ -284,14 +290,36 @@ def rows_of(name, folder):
     plots.save(figure_of(curves), HERE / FIGURES / f"benchmark_{name}.png")
     pairs = [*zip(coarse, fine, strict=True)]
     pairs.append((Row("ledger open by", "1", 0.0, open_1), Row("", "", 0.0, open_2)))
+    ratio = np.divide(*(scene_of(name, k).numerics.spacing for k in (0, 1)))
     return [
         [name, one.what, one.unit]
         + [f"{v:.5g}" for v in (one.expected, one.found, other.expected, other.found)]
+        + [verdict(deviation(one), deviation(other), ratio)]
         for one, other in pairs
     ]
 
 
-HEAD = ["benchmark", "quantity", "unit", "expected", "coarse", "expected, fine", "fine"]
+NEAR = 0.02
+"""Deviation from the closed form below which a row agrees."""
+
+
+def deviation(row):
+    """Relative to the expected value; absolute where that is 0."""
+    return (row.found - row.expected) / (abs(row.expected) or 1.0)
+
+
+def verdict(coarse, fine, ratio):
+    """Verdict on a row from its deviations at two spacings of that ratio.
+
+    "agrees": within NEAR at the finer one. "converges": not so, but at least of first order.
+    "differs": neither.
+    """
+    if abs(fine) <= NEAR:
+        return "agrees"
+    return "converges" if abs(coarse) >= ratio * abs(fine) else "differs"
+
+
+HEAD = ["benchmark", "quantity", "unit", "expected", "coarse", "expected, fine", "fine", "verdict"]
 
 
 def main(names):

@@ -98,11 +98,11 @@ def test_a_slender_cantilever_is_that_of_euler_and_bernoulli(closed_forms):
     assert found.sag == pytest.approx(rho * g * h * L**4 / (20.0 * stiff), rel=1e-3)
 
 
-# shares of what is expected, coarse and fine: waves are smeared over some spacings, so that the
-# plateau between precursor and front has the largest error; a plate of 7 and 10 spacings is too
-# soft, by 19 and 10 % of its sag; the rest is what docs/benchmarks.md tells
+# shares of the expected values, coarse and fine, a little above those of docs/benchmarks.md: waves
+# are smeared over some spacings, so that the shortest plateau has the largest error at the coarse
+# spacing; a plate of 7 and 10 spacings is too soft, by 19 and 10 % of its sag
 NEAR = {
-    "planar_compaction": (0.2, 0.12),
+    "planar_compaction": (0.14, 0.02),
     "single_point": (0.05, 0.05),
     "verney_shell": (0.02, 0.02),
     "oscillating_plate": (0.21, 0.105),
@@ -114,7 +114,7 @@ NEAR = {
 @pytest.mark.parametrize("resolution", [0, 1])
 @pytest.mark.parametrize("name", NEAR)
 def test_a_benchmark_has_its_closed_form(benchmarks, name, resolution, tmp_path):
-    """docs/benchmarks.md tells how near each number is; the ledger is open by less than 1 %."""
+    """Within the deviations of docs/benchmarks.md; the residual of the ledger is below 1 %."""
     rows, _, open_by = benchmarks.carried_out(name, resolution, tmp_path)
     for row in rows:
         near = NEAR[name][resolution] * (abs(row.expected) or 1.0)
