@@ -208,6 +208,58 @@ def oscillating_plate(run):
     return rows, Curves((1e3 * t, 1e6 * z), exact, "time (ms)", "middle of mass (µm)")
 
 
+# -- diametral compression -------------------------------------------------------------------------
+
+
+def diametral_compression(run):
+    """Tension in the middle of a disc, for its load as it is distributed and for Hertz's contact;
+    width of that load. Means over the second half of the rest.
+
+    The mean square distance of the load from the axis follows from the stress: in equilibrium the
+    integral of sigma_zz x^2 + 2 x z sigma_xz over the disc is that of the traction x^2 z t_z over
+    its rim, with z = +-H/2 where the plates are, and that of sigma_zz is -P H.
+    """
+    series, body = run.whole.series, load(CONFIGS / "diametral_compression.yaml").sample
+    K, mu, D = body.bulk_modulus, body.shear_ratio * body.bulk_modulus, body.diameter
+    frames = [read_particles(run, k) for k in range(1, run.snapshots.sizes["snapshot"])]
+    both = np.abs(series.wall_force.sel(wall=["bottom", "top"], xyz="z")).mean("wall").values
+    P = np.interp([frame.time for frame in frames], series.time.values, both)
+    tension, squares = np.array([disc_state(frame, D) for frame in frames]).T
+    rest = np.array([frame.time for frame in frames]) > series.time.values[-1] - RESTS
+    force, found, square = (values[rest].mean() for values in (P, tension, squares))
+    hertz = closed_forms.hertz_half_width(P, 0.5 * D, K, mu)
+    width = closed_forms.hertz_half_width(force, 0.5 * D, K, mu)
+    of_load, of_hertz = (closed_forms.brazilian(force, D, s) for s in (square, 0.25 * width**2))
+    rows = [
+        Row("tension in the middle, load as distributed", "kPa", 1e-3 * of_load, 1e-3 * found),
+        Row("tension in the middle, contact of Hertz", "kPa", 1e-3 * of_hertz, 1e-3 * found),
+        Row("half width of the contact", "mm", 1e3 * width, 2e3 * np.sqrt(square)),
+    ]
+    exact = P, 1e-3 * closed_forms.brazilian(P, D, 0.25 * hertz**2)
+    order = np.argsort(P)
+    return rows, Curves((P, 1e-3 * tension), tuple(values[order] for values in exact),
+                        "force (N/m)", "tension in the middle (kPa)")  # fmt: skip
+
+
+def disc_state(frame, diameter):
+    """(tension [Pa] in the middle of a disc, mean square distance of its load from the axis [m^2]).
+
+    The tension is that of an even polynomial of fourth order, fitted within MIDDLE of the diameter.
+    """
+    position = frame.position - np.average(frame.position, axis=0, weights=frame.mass)
+    x, z, volume = position[:, 0], position[:, 2], frame.mass / frame.density
+    xx, zz = frame.deviator[:, 0] - frame.pressure, frame.deviator[:, 2] - frame.pressure
+    near = np.hypot(x, z) < MIDDLE * diameter
+    a, b = (x[near] / diameter) ** 2, (z[near] / diameter) ** 2
+    terms = np.stack([np.ones(len(a)), a, b, a * a, a * b, b * b], axis=1)
+    moment = volume @ (zz * x**2 + 2.0 * x * z * frame.deviator[:, 4])
+    return np.linalg.lstsq(terms, xx[near], rcond=None)[0][0], moment / (volume @ zz)
+
+
+RESTS = 3e-3  # [s] at the end of the run over which the means are taken
+MIDDLE = 0.15
+
+
 # -- rotating block --------------------------------------------------------------------------------
 
 
@@ -242,6 +294,10 @@ BENCHMARKS = {
     "single_point": (single_point, ({"numerics.spacing": "133 um"}, {})),
     "verney_shell": (verney_shell, ({"numerics.spacing": "0.333 mm"}, {})),
     "oscillating_plate": (oscillating_plate, ({"numerics.spacing": "0.143 mm"}, {})),
+    "diametral_compression": (
+        diametral_compression,
+        ({"numerics.spacing": "0.333 mm"}, {}),
+    ),
     "rotating_block": (rotating_block, ({}, {"numerics.spacing": "0.05 mm"})),
 }
 """Name of the config: the function that reads its run, and what is changed for each resolution."""

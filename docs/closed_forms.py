@@ -1,7 +1,7 @@
 """Closed forms of the benchmarks of the continuum (docs/benchmarks.md), in SI and plane strain.
 
 Riemann problem of a piston, one point of dust, an imploding shell (Verney), a cantilever
-(Timoshenko).
+(Timoshenko), a disc pressed between plates (Hertz, Hondros).
 """
 
 from typing import NamedTuple
@@ -174,3 +174,30 @@ def cantilever(length, height, density, K, mu, gravity):
     load = density * gravity * height
     bending = load * length**4 / (20.0 * E * height**3 / 12.0)
     return Cantilever(period, bending + load * length**2 / (3.0 * shear * height))
+
+
+# -- diametral compression -------------------------------------------------------------------------
+
+
+def hertz_half_width(force, radius, K, mu):
+    """Half width [m] of the contact of an elastic disc with a rigid plane, under a force per length
+    [N/m] (Hertz)."""
+    nu = (3.0 * K - 2.0 * mu) / (6.0 * K + 2.0 * mu)
+    E = 2.0 * mu * (1.0 + nu) / (1.0 - nu**2)
+    return np.sqrt(4.0 * force * radius / (np.pi * E))
+
+
+def brazilian(force, diameter, square):
+    """Tension [Pa] across the load in the middle of a disc that two plates press together.
+
+    force [N/m]: per length. square [m^2]: mean square of the distance of the load from the axis;
+    b^2/4 for Hertz's contact of half width b.
+
+    The middle responds to the mean N_0 of the normal traction on the rim and to its part
+    N_2 cos(2 theta) alone: its stress along theta is N_0 + N_2 cos(2 theta) (Michell's solution, in
+    which the tangential traction of that order has no stress in the middle). A force along the axis
+    that acts on the rim at an angle a from it contributes cos(a) (2 cos 2a - 1) of what it does at
+    a = 0, 2 P/(pi D) (Hertz 1883); averaged over the load to second order, 1 - 4.5 a^2. (Hondros
+    1959 has tractions normal to the rim, cos 2a for the same force.)
+    """
+    return 2.0 * force / (np.pi * diameter) * (1.0 - 4.5 * square / (0.5 * diameter) ** 2)
