@@ -134,7 +134,8 @@ def spectrum(data, choice):
 
 # -- the table -----------------------------------------------------------------------------------
 
-AVERAGED = ("growth_efficiency", "largest", "second", "fragments", "restitution")
+AVERAGED = ("growth_efficiency", "largest", "second", "fragments", "restitution",
+            "target_filling_factor", "projectile_filling_factor")  # fmt: skip
 
 
 def table(data):

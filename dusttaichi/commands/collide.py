@@ -34,8 +34,7 @@ def collide(
     quiet: Quiet = False,
 ):
     """Many collisions over speed, impact parameter, mass ratio, bodies, seeds: a map, a table."""
-    from dusttaichi.studies.collide import collide as make_all
-    from dusttaichi.studies.collide import make_study, write
+    from dusttaichi.studies.collide import collide_and_refine, make_study, write
 
     refuse_both(force, resume)
     scene = load_scene(file, settings=settings, extensions=extensions)
@@ -47,7 +46,8 @@ def collide(
         with ProgressBar(quiet) as bar:
             try:
                 how = {"force": force, "resume": resume, "scheduler": scheduler}
-                rows = make_all(study, report=shown(bar, "collisions"), log=bar.log, **how)
+                how |= {"report": shown(bar, "collisions"), "log": bar.log}
+                study, rows = collide_and_refine(scene, study.directory, **how)
             except KeyboardInterrupt:
                 raise Interrupted(
                     f"interrupted; collisions that are done are in {study.directory}. Go on with: "
@@ -70,7 +70,10 @@ def collide(
 def _say_table(data):
     """The means over impact parameters and seeds, a row for each body, mass ratio and speed."""
     from dusttaichi.analysis.collisions import summary_columns
+    from dusttaichi.analysis.thresholds import threshold_columns
 
     keys, columns = summary_columns(data)
     say_abreast(keys, columns, data.attrs["title"])
+    say()
+    say_abreast(*threshold_columns(data), "thresholds, with 68 % confidence")
     say()

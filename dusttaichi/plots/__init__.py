@@ -11,7 +11,7 @@ from dusttaichi.analysis.ensemble_tables import axes_of
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style as style
 from dusttaichi.plots.animation import animation
-from dusttaichi.plots.collisions import fragment_spectrum, growth, outcome_map
+from dusttaichi.plots.collisions import fragment_spectrum, growth, outcome_map, threshold_speeds
 from dusttaichi.plots.ensemble import ensemble, points
 from dusttaichi.plots.extremes import extremes
 from dusttaichi.plots.grains import grains
@@ -62,6 +62,7 @@ __all__ = [
     "save_ensemble",
     "save_together",
     "sound_speed",
+    "threshold_speeds",
     "trade",
 ]
 

@@ -11,6 +11,7 @@ from dusttaichi.analysis.collisions import (
     mean_and_error,
     spectrum,
 )
+from dusttaichi.analysis.thresholds import MEANINGS, thresholds
 from dusttaichi.plots import style
 
 COLOURS = {
@@ -125,5 +126,41 @@ def fragment_spectrum(data, most=6):
         style.legend(axes)
     else:
         axes.text(0.5, 0.5, "no fragments beside the two largest", transform=axes.transAxes,
+                  ha="center")  # fmt: skip
+    return figure
+
+
+@style.styled
+def threshold_speeds(data):
+    """Threshold speeds of the bodies and mass ratios, with their confidence intervals, against the
+    filling factor of the targets; those outside the speeds of the study are left out."""
+    figure, (axes,) = style.new_figure(height=3.4)
+    found = [t for t in thresholds(data) if 0.0 < t.speed < np.inf]
+    for number, name in enumerate(MEANINGS):
+        own = [t for t in found if t.name == name]
+        if not own:
+            continue
+        phi, speed = np.array([(t.filling_factor, t.speed) for t in own]).T
+        ends = np.array([(t.low, t.high) for t in own]).T
+        ends = np.where(np.isnan(ends), speed, ends)
+        ends = np.clip(ends, data.speed.values.min(), data.speed.values.max())
+        axes.errorbar(
+            phi,
+            speed,
+            np.abs(ends - speed),
+            fmt="o",
+            ms=4,
+            capsize=2,
+            color=style.RUN_COLOURS[number],
+            label=rf"$v_{{\rm {name}}}$",
+        )
+    axes.set_yscale("log")
+    style.few_ticks(axes.yaxis)
+    axes.set_xlabel(r"filling factor of the target $\phi$")
+    axes.set_ylabel("threshold speed (m/s)")
+    if found:
+        style.legend(axes)
+    else:
+        axes.text(0.5, 0.5, "no threshold within the speeds", transform=axes.transAxes,
                   ha="center")  # fmt: skip
     return figure

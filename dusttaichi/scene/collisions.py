@@ -88,6 +88,12 @@ class Collisions(Block):
         own = {name: getattr(self, name) for name in type(self).model_fields}
         return hash(tuple({**own, "bodies": tuple(self.bodies.items())}.values()))
 
+    refine: Annotated[int, Number(whole=True, ge=0, le=30)] = Field(
+        0,
+        description="speeds that are added one after another: each halves, in the logarithm, the "
+        "widest interval of a body and mass ratio in which the growth efficiency falls below 0",
+    )
+
     @property
     def speeds(self) -> tuple[float, ...]:
         """Relative speeds [m/s]."""
@@ -107,7 +113,7 @@ class Collisions(Block):
     @property
     def count(self) -> int:
         """Number of collisions."""
-        points = len(self.speeds) * len(self.impacts) * len(self.mass_ratio)
+        points = (len(self.speeds) + self.refine) * len(self.impacts) * len(self.mass_ratio)
         return points * max(1, len(self.bodies)) * self.seeds
 
 

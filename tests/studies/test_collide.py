@@ -20,12 +20,13 @@ from dusttaichi.analysis.collisions import (
     table,
     table_text,
 )
+from dusttaichi.analysis.thresholds import threshold_columns, threshold_text, thresholds
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.run import execute
 from dusttaichi.scene import Scene, from_yaml
 from dusttaichi.scene.collisions import Rings
-from dusttaichi.studies.collide import make_study, runner, task
+from dusttaichi.studies.collide import make_study, refining, runner, task
 from dusttaichi.studies.ensemble.jobs import JobResult
 
 BODY = {"kind": "pca", "grains": 12}
@@ -86,6 +87,7 @@ def test_the_collisions_of_a_study(tmp_path):
         ({"mass_ratio": [7]}, "sample.projectile: 12 grains over 7"),
         ({"bodies": {"a": {"kind": "cube"}}}, "collisions.bodies.a.kind"),
         ({"seeds": 10**6}, "at most 100,000 are allowed"),
+        ({"refine": 31}, "collisions.refine"),
         ({"speeds": ["1 m/s"]}, 'unknown key; did you mean "speed"?'),
     ],
 )
@@ -317,6 +319,66 @@ def test_the_slope_of_a_known_law():
     tau, error = fragment_slope(rng.choice(sizes, 10_000, p=weights / weights.sum()), 500)
     assert 0.005 < error < 0.05 and abs(tau - 2.5) < 3 * error
     assert np.isnan(fragment_slope([1, 2, 3], 10)[0]) and np.isnan(fragment_slope([1] * 20, 10)[0])
+
+
+def growing(speeds, limits, bounces=False):
+    """A dataset in which pair n grows by ln(limits[n] / speed): its threshold is limits[n]."""
+    rows = [
+        row("bouncing" if bounces and v > 3 else "growth", growth_efficiency=np.log(limit / v))
+        for v in speeds for _ in range(2) for limit in limits
+    ]  # fmt: skip
+    axes = {"body": ("a",), "mass_ratio": (1.0,), "speed": tuple(speeds)}
+    axes |= {"impact_parameter": (0.1, 0.5), "seed": tuple(range(len(limits)))}
+    return collisions_dataset(rows, axes)
+
+
+def test_thresholds_with_their_confidence():
+    """Thresholds of eight pairs with a scatter of 0.3 in ln v about 20 m/s: the mean growth is
+    linear in ln v, so that its threshold is the geometric mean of theirs, exactly."""
+    limits = 20.0 * np.exp(0.3 * np.random.default_rng(2).standard_normal(8))
+    data = growing(np.geomspace(5, 80, 7), limits, bounces=True)
+    stick, bounce, fragment = thresholds(data)
+    mean, error = np.exp(np.log(limits).mean()), np.log(limits).std(ddof=1) / np.sqrt(8)
+    assert fragment.speed == pytest.approx(mean, rel=1e-9)
+    # of 1000 draws from eight; theirs is the standard deviation with 8, not 7 below it
+    for end, sign in ((fragment.low, -1), (fragment.high, 1)):
+        assert np.log(end / mean) == pytest.approx(sign * error, rel=0.15)
+    # none sticks or stops to bounce from the first speed on
+    assert (stick.speed, bounce.speed) == (0.0, 0.0) and bounce.high == 0.0
+    assert thresholds(growing([5.0, 8.0], [90.0, 95.0]))[2].speed == np.inf
+    assert np.isnan(thresholds(growing([5.0, 80.0], [20.0]))[2].low)
+    (axes,) = plots.threshold_speeds(data).axes
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == [r"$v_{\rm fragment}$"]
+    header, line = threshold_text(data).splitlines()
+    found = dict(zip(header.split(","), line.split(","), strict=True))
+    assert float(found["v_fragment_m_per_s"]) == pytest.approx(mean, rel=1e-3)
+    texts = dict(threshold_columns(growing([5.0, 8.0], [90.0, 95.0]))[1])
+    assert texts["v_fragment m/s"] == ["> 8 (> 8 to > 8)"] and texts["v_stick m/s"][0][:3] == "> 8"
+
+
+def test_speeds_are_added_where_growth_ends(tmp_path, monkeypatch):
+    """Bisection: each further speed halves the interval about the threshold; none below 2 %."""
+    asked = []
+
+    def made(study, **how):
+        asked.append((study.axes["speed"], how.get("resume")))
+        return [
+            row(growth_efficiency=np.log(21.0 / study.axes["speed"][c.index[2]]))
+            for c in study.collisions
+        ]
+
+    monkeypatch.setattr(refining, "collide", made)
+    scene = study_scene(speed=["5 m/s", "80 m/s"], refine=4)
+    assert scene.collisions.count == 6 * 2
+    study, rows = refining.collide_and_refine(scene, tmp_path)
+    assert study.axes["speed"] == (5.0, 20.0, 23.8, 28.3, 40.0, 80.0)
+    assert [resume for _, resume in asked] == [False, True, True, True, True]
+    assert len(rows) == len(study.collisions) == 12
+    found = thresholds(collisions_dataset(rows, study.axes))[2]
+    assert found.speed == pytest.approx(21.0, rel=1e-9)
+    scene = study_scene(speed=["5 m/s", "80 m/s"], refine=30)
+    speeds = np.array(refining.collide_and_refine(scene, tmp_path)[0].axes["speed"])
+    assert speeds[speeds > 21].min() / speeds[speeds < 21].max() < 1.03 and len(speeds) < 12
 
 
 def test_remnants_are_no_fragments_of_the_spectrum():

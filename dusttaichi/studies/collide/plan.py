@@ -58,8 +58,9 @@ class Study:
         return self.directory / "collisions.nc"
 
 
-def make_study(scene: Scene, directory: Path) -> Study:
-    """The Study of a scene. Raises DustError where it has no block `collisions`."""
+def make_study(scene: Scene, directory: Path, added: tuple = ()) -> Study:
+    """The Study of a scene, with the speeds `added` [m/s] beside its own. Raises DustError where
+    it has no block `collisions`."""
     own = getattr(scene, "collisions", None)
     if own is None:
         raise DustError(
@@ -76,7 +77,7 @@ def make_study(scene: Scene, directory: Path) -> Study:
     axes = {
         "body": tuple(own.bodies) or (SAMPLE,),
         "mass_ratio": own.mass_ratio,
-        "speed": own.speeds,
+        "speed": tuple(sorted({*own.speeds, *added})) if added else own.speeds,
         "impact_parameter": own.impacts,
         "seed": tuple(range(own.seeds)),
     }

@@ -64,8 +64,8 @@ def collide(
         if len(left) < len(study.collisions):
             done = len(study.collisions) - len(left)
             log(f"{done} of {len(study.collisions)} collisions are done already")
-        kept = [known[c.key] for c in study.collisions if c.key in known]
-        files.write_whole(path, "".join(map(_line, kept)).encode())
+        # also those of further speeds (collisions.refine)
+        files.write_whole(path, "".join(map(_line, known.values())).encode())
         if left:
             _do(study, left, known, scheduler=scheduler, report=report, log=log)
         lost = sum(c.key not in known for c in study.collisions)

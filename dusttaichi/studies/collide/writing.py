@@ -3,6 +3,7 @@
 from dusttaichi import files
 from dusttaichi.analysis.collisions import collisions_dataset, table_text
 from dusttaichi.analysis.ensemble import save_ensemble
+from dusttaichi.analysis.thresholds import threshold_text
 from dusttaichi.results import provenance
 
 
@@ -17,6 +18,8 @@ def write(study, rows, *, figures=True):
     save_ensemble(data, study.file)
     paths = [study.file, study.file.with_suffix(".csv")]
     files.write_whole(paths[1], table_text(data).encode())
+    paths.append(study.directory / "thresholds.csv")
+    files.write_whole(paths[2], threshold_text(data).encode())
     if figures:
         paths += _draw(data, study.directory)
     return data, paths
@@ -28,5 +31,7 @@ def _draw(data, directory):
     drawn = {"outcomes": plots.outcome_map(data)}
     if data.sizes["mass_ratio"] > 1:
         drawn["outcomes_mass_ratio"] = plots.outcome_map(data, "mass_ratio")
+    if data.sizes["body"] > 1:
+        drawn["thresholds"] = plots.threshold_speeds(data)
     drawn |= {"growth": plots.growth(data), "spectrum": plots.fragment_spectrum(data)}
     return [plots.save(figure, directory / f"{name}.png") for name, figure in drawn.items()]
