@@ -1,4 +1,5 @@
-"""Compression of a periodic cell from all sides: pressure against filling factor (T19 eq 9)."""
+"""Compression of a periodic cell from all sides: pressure against filling factor, beside T19 eq 9
+and Tatsuuma et al. 2023."""
 
 from dataclasses import dataclass
 
@@ -14,6 +15,10 @@ DECADES = 0.05
 THIN = 0.1
 """Filling factor up to which (E_roll/r^3) phi^3 is compared with (T19 eq 9)."""
 
+DENSE = 0.105
+"""Filling factor from which on Tatsuuma et al. 2023 are compared with: runs that end at 0.1 have no
+bin there."""
+
 
 @dataclass(frozen=True)
 class Isotropic:
@@ -21,7 +26,8 @@ class Isotropic:
 
     filling_factor, pressure [Pa], law [Pa], count, each (bins,): mean filling factor, median
     pressure and (E_roll/r^3) phi^3 in every bin of lg(filling factor), bins without a positive
-    pressure left out. ratio (bins,): median of pressure over law. law and ratio are nan where the
+    pressure left out. ratio, dense_ratio (bins,): median of the pressure over that law, and over
+    (E_roll/r^3) (1/phi - 1/0.74)^-3 of Tatsuuma et al. 2023. law and the ratios are nan where the
     file does not tell the material. raw_filling_factor, raw_pressure [Pa], each (times,).
     """
 
@@ -29,17 +35,25 @@ class Isotropic:
     pressure: np.ndarray
     law: np.ndarray
     ratio: np.ndarray
+    dense_ratio: np.ndarray
     count: np.ndarray
     raw_filling_factor: np.ndarray
     raw_pressure: np.ndarray
 
     def ratio_between(self, low=0.0, high=THIN):
         """The Ratio of pressure and law over the bins with a mean filling factor in the range."""
+        return self._between(self.ratio, low, high)
+
+    def dense_ratio_between(self, low=DENSE, high=1.0):
+        """The same of the law of Tatsuuma et al. 2023."""
+        return self._between(self.dense_ratio, low, high)
+
+    def _between(self, ratio, low, high):
         inside = (self.filling_factor >= low) & (self.filling_factor <= high)
-        inside &= self.ratio > 0
+        inside &= ratio > 0
         if not inside.any():
             return Ratio(np.nan, np.nan, np.nan, np.nan)
-        decades, phi = np.log10(self.ratio[inside]), self.filling_factor[inside]
+        decades, phi = np.log10(ratio[inside]), self.filling_factor[inside]
         return Ratio(
             float(10 ** np.median(decades)), float(decades.std()), float(phi[0]), float(phi[-1])
         )
@@ -74,18 +88,25 @@ def isotropic(run, stage=None, decades=DECADES):
     pressure = pressure / 3.0
     known = np.isfinite(phi) & np.isfinite(pressure) & (phi > 0)
     phi, pressure = phi[known], pressure[known]
-    law = _law(run, phi)
+    law, dense = _law(run, phi), _law(run, phi, laws.compressive_strength)
     numbers = np.floor(np.log10(phi) / decades + 1e-9)
     mean, median, count = binned(numbers, phi, pressure)
-    ratio = binned(numbers, phi, pressure / law)[1]
+    ratio, dense = (binned(numbers, phi, pressure / one)[1] for one in (law, dense))
     up = median > 0
     return Isotropic(
-        mean[up], median[up], _law(run, mean[up]), ratio[up], count[up].astype(int), phi, pressure
+        mean[up],
+        median[up],
+        _law(run, mean[up]),
+        ratio[up],
+        dense[up],
+        count[up].astype(int),
+        phi,
+        pressure,
     )
 
 
-def _law(run, phi):
+def _law(run, phi, law=laws.isotropic_pressure):
     m = run.material
     if m is None:
         return np.full(len(phi), np.nan)
-    return laws.isotropic_pressure(phi, m.surface_energy, m.radius, m.critical_rolling)
+    return law(phi, m.surface_energy, m.radius, m.critical_rolling)
