@@ -13,7 +13,9 @@ import xarray as xr
 
 from dusttaichi import plots
 from dusttaichi.analysis.grid import outcomes
+from dusttaichi.physics import laws
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
+from dusttaichi.plots import style
 from dusttaichi.plots.continuum_fit import continuum_fit, pressing_speeds
 from dusttaichi.plots.grid import grid
 from dusttaichi.plots.strength import strengths
@@ -24,6 +26,7 @@ from dusttaichi.studies.extremes.groups import GROUPS
 from dusttaichi.studies.trade.suggest import COLUMNS, TABLE, to_table
 
 HERE = Path(__file__).parent
+LOOSEST = 0.01  # filling factor from which on compression is drawn
 TABLES, FIGURES = HERE / "validation", HERE / "figures"
 # of two scenes, as docs/studies/trade.md has them: the observable, its scatter between seeds, what
 # the reference moves by at its check, the tolerance
@@ -106,6 +109,43 @@ def tensile_strength():
     return strengths(results, labels, [Material(**NAMED["ice_t19"])])
 
 
+@style.styled
+def compression_law():
+    """Pressure of ice that is compressed from all sides beside both laws, and the share of each
+    channel in its losses; runs of a seed that continue each other are one line."""
+    ice = Material(**NAMED["ice_t19"])
+    own = ice.surface_energy, ice.radius, ice.critical_rolling
+    unit = laws.isotropic_pressure(1.0, *own)
+    table = [r for r in rows("compression_law.csv") if float(r["filling_factor"]) > LOOSEST]
+    figure, (axes, below) = style.new_figure(height=6.4, rows=2, ratios=[3, 2])
+    phi = np.geomspace(LOOSEST, 0.65, 200)
+    for law, look, text in (
+        (laws.isotropic_pressure, "-", r"$\phi^3$, T19 eq 9"),
+        (laws.compressive_strength, (0, (4, 2)), r"$(1/\phi-1/0.74)^{-3}$, Tatsuuma+ 2023"),
+    ):
+        line = law(phi, *own) / unit
+        axes.plot(phi, line, color=style.BLACK, linewidth=1.1, linestyle=look, label=text)
+    for number, (grains, seed) in enumerate(dict.fromkeys((r["grains"], r["seed"]) for r in table)):
+        mine = [r for r in table if (r["grains"], r["seed"]) == (grains, seed)]
+        pressure = numbers(mine, "pressure_Pa") / unit
+        text = f"{grains} grains, seed {seed}"
+        axes.plot(numbers(mine, "filling_factor"), pressure, label=text, **style.run_style(number))
+    largest = [r for r in table if r["grains"] == "4096"]
+    for name, colour in style.CHANNEL_COLOURS.items():
+        if f"share_{name}" in largest[0]:
+            share = numbers(largest, f"share_{name}")
+            below.plot(numbers(largest, "filling_factor"), share, color=colour, label=name)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    style.few_ticks(below.xaxis)
+    below.set_xlabel(r"filling factor $\phi$")
+    axes.set_ylabel(r"mean pressure over $E_{\rm roll}/r^3$")
+    below.set_ylabel("share of the energy lost")
+    style.legend(axes)
+    style.legend(below, ncols=2)
+    return figure
+
+
 def dust_grains():
     """A material fitted to grains, and their curves at each rate of pressing."""
     seen = [
@@ -141,6 +181,7 @@ def main():
     plots.save(softening(), FIGURES / "softening.png")
     plots.save(extremes(), FIGURES / "extremes.png")
     plots.save(tensile_strength(), FIGURES / "tensile_strength.png")
+    plots.save(compression_law(), FIGURES / "compression_law.png")
     for name, figure in zip(("dust_grains", "dust_grains_speeds"), dust_grains(), strict=True):
         plots.save(figure, FIGURES / f"{name}.png")
 

@@ -1,0 +1,64 @@
+"""Tables of compression from all sides: `python docs/compression_law.py OUT.csv RUN...`.
+
+A row for each run and tenth of a decade of the filling factor: the mean pressure, its ratio to the
+laws of T19 eq 9 and of Tatsuuma et al. 2023, and the share of each channel in what is lost there.
+Runs that continue another one (`sample.file`) are rows of their own. The seed is what follows the
+last underscore of the name of the run.
+"""
+
+import csv
+import sys
+
+import numpy as np
+
+from dusttaichi import analysis
+from dusttaichi.physics import laws
+
+DECADES = 0.1
+CHANNELS = ("forming", "breaking", "damping", "rolling", "sliding", "twisting")
+
+
+def rows(path):
+    """Dicts of the bins of one run."""
+    with analysis.open_run(path) as run:
+        found = analysis.isotropic(run)
+        phi, pressure = found.raw_filling_factor, found.raw_pressure
+        # the stress of a record is the mean since the one before
+        phi = np.concatenate([phi[:1], 0.5 * (phi[1:] + phi[:-1])])
+        m = run.material
+        numbers = m.surface_energy, m.radius, m.critical_rolling
+        shares = analysis.loss_shares(run, decades=DECADES)
+        drive = run.scene["stages"][0]["drive"] if run.scene.get("stages") else {}
+        about = {
+            "run": path.rstrip("/").rsplit("/", 1)[-1],
+            "grains": run.grains,
+            "seed": path.rstrip("/").rsplit("_", 1)[-1],
+            "compression_rate": drive.get("compression_rate", ""),
+            "version": run.attrs.get("version", ""),
+        }
+        for n, middle in enumerate(shares.filling_factor):
+            low, high = middle * 10 ** (-0.5 * DECADES), middle * 10 ** (0.5 * DECADES)
+            inside = (phi >= low) & (phi < high)
+            mean = pressure[inside].mean()
+            thin = laws.isotropic_pressure(phi[inside], *numbers).mean()
+            dense = laws.compressive_strength(phi[inside], *numbers).mean()
+            yield about | {
+                "filling_factor": f"{middle:.4g}",
+                "pressure_Pa": f"{mean:.5g}",
+                "over_phi3": f"{mean / thin:.4g}",
+                "over_2023": f"{mean / dense:.4g}",
+                **{f"share_{c}": f"{shares.by_channel[c][n]:.4f}" for c in CHANNELS},
+            }
+
+
+def main(out, *paths):
+    """Write the table of these runs."""
+    table = [row for path in paths for row in rows(path)]
+    with open(out, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, table[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(table)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
