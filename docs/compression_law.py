@@ -34,7 +34,7 @@ def rows(path):
             "grains": run.grains,
             "seed": path.rstrip("/").rsplit("_", 1)[-1],
             "compression_rate": drive.get("compression_rate", ""),
-            "version": run.attrs.get("version", ""),
+            "version": run.attrs.get("git_commit", ""),
         }
         for n, middle in enumerate(shares.filling_factor):
             low, high = middle * 10 ** (-0.5 * DECADES), middle * 10 ** (0.5 * DECADES)
