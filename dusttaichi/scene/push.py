@@ -1,16 +1,34 @@
 """Pushes on some grains from the start of the run: on a face of the sample, or on single grains."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from dusttaichi.names import WALLS
-from dusttaichi.scene.fields import Block, Number, problems
+from dusttaichi.scene.fields import Block, Number, needed, problems
 from dusttaichi.scene.quantities import Quantity, Vector
 
 WallName = Literal[WALLS]
 Grain = Annotated[int, Number(whole=True, ge=0)]
 Plain = Annotated[float, Number()]
+
+
+def _form(value: Any) -> str:
+    """Which of the two a value of `grains` is."""
+    return "word" if value == "all" else "list"
+
+
+def _grains(value: Any) -> Any:
+    if value == "all" or isinstance(value, (list, tuple)):
+        return value
+    raise needed("a list of numbers such as [0, 1], or all, is needed")
+
+
+Grains = Annotated[
+    Annotated[tuple[Grain, ...], Tag("list")] | Annotated[Literal["all"], Tag("word")],
+    Discriminator(_form),
+    BeforeValidator(_grains),
+]
 OF_A_STAGE = ("velocity", "spin", "force", "speed")
 KINDS = ("displacement", "displacement_delta0", "velocity", "spin", "force", "speed")
 
@@ -19,7 +37,7 @@ class Push(Block):
     """One of displacement, displacement_delta0, velocity, spin, force and speed, on grains or a
     face."""
 
-    grains: tuple[Grain, ...] | Literal["all"] | None = Field(
+    grains: Grains | None = Field(
         None, description="numbers of the grains, from 0, or all; either this or face"
     )
     face: WallName | None = Field(None, description="face of the sample; either this or grains")
