@@ -1,1 +1,1 @@
-"""Taichi for every method: how it is started, read and laid out in memory; workers, scans."""
+"""Taichi for every method: its start, memory, workers and launches, sums and scans."""

@@ -1,4 +1,4 @@
-"""Taichi as a scene asks for it: backend, threads, and how the loops are laid out there."""
+"""Start of Taichi for a scene: backend, threads, layout of the loops."""
 
 import logging
 import os
@@ -13,17 +13,18 @@ from dusttaichi.errors import DustError
 from dusttaichi.files import KERNEL_FOLDER
 from dusttaichi.processes import usable_cores
 
-THREAD_CLASSES = (32, 1024)  # that compiled kernels are made for
-CACHE_BYTES = 2**30  # of kernels on disk; Taichi keeps 100 MB, some hundred makes of a scene
+THREAD_CLASSES = (32, 1024)  # numbers of threads that kernels are compiled for
+# of kernels on disk; Taichi's default is 100 MB, some hundred compile configurations
+CACHE_BYTES = 2**30
 SMALL = 400  # grains below which a second thread costs more than it gains
 
 
 @dataclass(frozen=True)
 class Loops:
-    """How loops are laid out: lanes of a block, blocks of a tile, and what runs the steps.
+    """Layout of the loops: lanes of a block, blocks of a tile, and the kind of the step loop.
 
-    Eight doubles fill a wide vector register; a GPU thread takes one contact, and a block of them a
-    tile; there a kernel a phase takes the place of workers that wait for each other.
+    Eight doubles fill a wide vector register. On a GPU a thread computes one contact and a block of
+    threads a tile, with one kernel per phase instead of workers that wait for each other.
     """
 
     width: int
@@ -35,9 +36,10 @@ LOOPS = {"cpu": Loops(8, 16, "workers"), "cuda": Loops(1, 128, "launches")}
 
 
 def threads_of(scene, grains):
-    """Worker threads: all cores that this process may use, one for a small sample.
+    """Number of worker threads: all cores that this process may use, one for a small sample.
 
-    Never more than there are cores: workers wait for each other. A device has threads of its own.
+    Never more than there are cores, because workers wait for each other. A device has its own
+    threads.
     """
     if scene.numerics.backend != "cpu":
         return 1
@@ -49,8 +51,8 @@ def threads_of(scene, grains):
 
 @contextmanager
 def _shell(heard):
-    """Variables TI_* of other work in the shell are not there, unless they are to be heard: they
-    would take another backend, or compile in another way. Those of the kernels on disk stay."""
+    """Context without the variables TI_* of the shell, unless they are heard: they would change the
+    backend or the compilation. Those of the kernels on disk stay."""
     names = [] if heard else [n for n in os.environ if n.startswith("TI_")]
     foreign = [name for name in names if "OFFLINE_CACHE" not in name]
     hidden = {name: os.environ.pop(name) for name in foreign}
@@ -61,9 +63,10 @@ def _shell(heard):
 
 
 def _kernel_folder():
-    """The folder of the kernels on disk, as ti.init takes it, unless a variable names one. It is
-    our own (another program would cut Taichi's common one down to its 100 MB when it ends) and that
-    of this processor and compiler."""
+    """Folder of the kernels on disk as an argument of ti.init, unless a variable names one.
+
+    It is not Taichi's common folder, which other programs cut down to 100 MB when they end, and it
+    belongs to this processor and compiler."""
     if os.environ.get(KERNEL_FOLDER):
         return {}
     return {"offline_cache_file_path": str(processor.use_kernel_folder())}
@@ -72,12 +75,12 @@ def _kernel_folder():
 def start_taichi(scene, threads):
     """Initialise Taichi for this scene, quietly, with the kernels cached on disk.
 
-    Taichi does not analyse the control flow of a kernel: LLVM does so again, and steps take as
-    long, but compiling takes two fifths to two thirds. What else it simplifies is needed: it takes
-    the address of the fields out of loops, without which LLVM turns none of them into vectors.
+    Taichi's own analysis of the control flow is off: LLVM repeats it, so that steps take as long,
+    and compiling takes two fifths to two thirds of the time. Its other simplifications are needed:
+    they move the address of the fields out of loops, without which LLVM vectorises none of them.
 
-    With numerics.debug Taichi is as it comes: its internals are not patched, it checks the bounds
-    of fields, keeps to IEEE arithmetic, and the TI_* of the shell count.
+    With numerics.debug Taichi's internals are not patched, it checks the bounds of fields and uses
+    IEEE arithmetic, and the TI_* of the shell apply.
     """
     debug = scene.numerics.debug
     patch(debug)
@@ -91,7 +94,7 @@ def start_taichi(scene, threads):
             ti.init(
                 arch=arch,
                 cpu_max_num_threads=threads,
-                # what a number written in a kernel is: it must not make doubles of single lanes
+                # type of literals in a kernel, which must not turn single into double precision
                 default_fp=ti.f64 if scene.numerics.precision == "f64" else ti.f32,
                 fast_math=not debug,
                 debug=debug,

@@ -1,4 +1,4 @@
-"""Threads of a device in blocks: sums and maxima over a block, by way of its shared memory.
+"""Threads of a device in blocks: sums and maxima over a block in its shared memory.
 
 Numbers are added in an order that depends on the number of threads in a block alone, so that the
 same input gives the same bits.
@@ -7,33 +7,34 @@ same input gives the same bits.
 from dusttaichi.compute.engine import settings, ti
 from dusttaichi.compute.scan import whole
 
-THREADS = 128  # of a block, where nothing else is said
-_APART = 8  # numbers between the rows of two sums: they begin in other banks of the memory
+THREADS = 128  # of a block, by default
+_PADDING = 8  # numbers between the rows of two sums, which then begin in different memory banks
 
 
 def on_device():
-    """Whether kernels run on a device, which has blocks of threads, and not on cores."""
+    """Whether kernels run on a device, with blocks of threads, and not on the cores of a CPU."""
     return settings().arch != ti.cpu
 
 
 @ti.func
 def loop_length(count: ti.template(), capacity: ti.template()):
-    """Length of a parallel loop over `count` things, of which there are `capacity` at most. On a
-    device the latter: it is known when the kernel is compiled, where a number in a field takes a
-    launch of its own before the loop, which then has as many blocks as the device can hold."""
+    """Length of a parallel loop over `count` items of at most `capacity`. On a device it is the
+    capacity, a constant of the kernel: a length in a field takes a launch of its own before the
+    loop, which then starts as many blocks as the device can hold."""
     return capacity if ti.static(on_device()) else count
 
 
 @ti.func
-def in_use(k, count: ti.template()):
-    """Whether number k of such a loop is one of the `count` things."""
-    return k < count if ti.static(on_device()) else 1
+def is_idle(k, count: ti.template()):
+    """Whether iteration k of such a loop is beyond the `count` items. The loop goes to the next one
+    then: Taichi moves nothing out of a loop that is within an `if`."""
+    return k >= count if ti.static(on_device()) else 0
 
 
-def padded(room, threads=THREADS):
-    """A length of a loop over `room` things that takes whole blocks: all threads of a block meet,
-    so that each must make the same turns of the loop."""
-    return -(-room // threads) * threads
+def padded(capacity, threads=THREADS):
+    """Length of a loop over at most `capacity` items in whole blocks: all threads of a block meet
+    at barriers, so that each needs the same number of iterations."""
+    return -(-capacity // threads) * threads
 
 
 @ti.data_oriented
@@ -44,14 +45,14 @@ class BlockSums:
         if count > threads:
             raise ValueError(f"{count} sums for {threads} threads")
         self.count, self.threads, self.real = count, threads, real
-        # partial sums of each number, each of one thread: a power of two
+        # threads that form partial sums of each number: a power of two
         self.parts = 2 ** ((threads // count).bit_length() - 1)
-        self.row = threads + _APART
+        self.row = threads + _PADDING
 
     @ti.func
     def total(self, values: ti.template(), thread):
-        """Of the `count` numbers of every thread the sum number `thread`; 0 for threads beyond
-        them. All threads of the block must call it, each with its number."""
+        """Sum number `thread` of the `count` numbers of every thread; 0 for further threads. All
+        threads of the block must call it, each with its number."""
         pad = ti.simt.block.SharedArray((ti.static(self.count * self.row),), self.real)
         for k in ti.static(range(self.count)):
             pad[k * self.row + thread] = values[k]
@@ -67,13 +68,13 @@ class BlockSums:
         if thread < self.count:
             for n in range(self.parts):
                 out += pad[thread * self.row + n]
-        ti.simt.block.sync()  # the next turn of the loop writes here again
+        ti.simt.block.sync()  # the next iteration writes here again
         return out
 
 
 @ti.func
 def largest_of_block(value, thread, threads: ti.template()):
-    """The largest of the numbers that the threads of a block have, for all of them; f64."""
+    """The largest of the values of the threads of a block, returned to all of them; f64."""
     pad = ti.simt.block.SharedArray((threads,), ti.f64)
     pad[thread] = value
     ti.simt.block.sync()

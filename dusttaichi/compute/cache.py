@@ -1,4 +1,4 @@
-"""Where what can be made again is kept: compiled kernels, samples of benchmarks."""
+"""Folder of files that can be computed again: compiled kernels, samples of benchmarks."""
 
 import os
 import stat
@@ -11,21 +11,21 @@ _remarks = []
 
 
 def cache_folder():
-    """$XDG_CACHE_HOME/dusttaichi or ~/.cache/dusttaichi; where that cannot be written, a folder of
-    this user alone among the temporary files."""
+    """$XDG_CACHE_HOME/dusttaichi or ~/.cache/dusttaichi; if that is not writable, a private folder
+    of this user among the temporary files."""
     return _folder(os.environ.get(XDG), os.environ.get("HOME"))
 
 
 def provide_home():
-    """Where Taichi would keep its files and cannot, as without HOME in containers, it ends the
-    process as soon as it is imported: there it is given the folder of `cache_folder`."""
+    """Give Taichi the folder of `cache_folder` if it cannot write its own, as in containers without
+    HOME: it would end the process as soon as it is imported."""
     folder = cache_folder()
     if os.name == "posix" and _remarks:
         os.environ[XDG] = str(folder.parent)
 
 
 def remarks():
-    """Remarks about the folder for the user, each sentence once in a process."""
+    """Remarks about the folder for the user, each once per process."""
     found = list(_remarks)
     _remarks.clear()
     return found
@@ -41,18 +41,18 @@ def _folder(cache, home):
     own = _private() / "dusttaichi"
     own.mkdir(exist_ok=True)
     why = "HOME and XDG_CACHE_HOME are not set" if parent is None else f"{parent} is not writable"
-    _remarks.append(f"{why}: compiled kernels are kept in {own}")
+    _remarks.append(f"{why}: compiled kernels are stored in {own}")
     return own
 
 
 def _writable(folder):
-    """True where that folder can be written, or made."""
+    """Whether that folder can be written or created."""
     there = next((place for place in (folder, *folder.parents) if place.exists()), folder)
     return there.is_dir() and os.access(there, os.W_OK | os.X_OK)
 
 
 def _private():
-    """A folder that nobody else can put files into: what is kept there is run."""
+    """A folder that no other user can write to, because the code in it is executed."""
     user = os.getuid() if hasattr(os, "getuid") else 0
     folder = Path(tempfile.gettempdir()) / f"dusttaichi-{user}"
     try:

@@ -15,7 +15,7 @@ __all__ = ["PATCHED", "VERSION", "patch", "program", "rows", "settings", "ti"]
 
 
 def program():
-    """The program that Taichi holds now: another one after each start."""
+    """The current program of Taichi, a new one after each start."""
     return ti.lang.impl.get_runtime().prog
 
 
@@ -25,15 +25,15 @@ def settings():
 
 
 def patch(debug):
-    """Patch the internals of a tested version, or give it its own back for debugging."""
+    """Patch the internals of a tested version; with debug, restore its own."""
     for holder, name, own, ours in _patches():
         setattr(holder, name, own if debug else ours)
 
 
 @cache
 def _patches():
-    """(module or class, name in it, what Taichi has there, what is put there); none for a version
-    that was not tested."""
+    """(module or class, name in it, Taichi's own object, replacement); none for a version that was
+    not tested."""
     if VERSION not in PATCHED:
         return []
     from dusttaichi.compute import kernel_arguments, taichi_patches
@@ -43,7 +43,7 @@ def _patches():
 
 
 def rows(debug):
-    """Rows (what, value) of the compiler, for a scene with that `numerics.debug`."""
+    """Rows (name, value) about the compiler, for a scene with that `numerics.debug`."""
     if debug:
         text = "none, as numerics.debug is true: bounds are checked and fast math is off"
     elif _patches():

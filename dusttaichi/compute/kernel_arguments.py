@@ -1,7 +1,7 @@
 """Structs of numbers as arguments of kernels. Taichi checks and converts them member by member at
-every call, which for the numbers of contacts and walls takes a millisecond: as long as hundreds of
-steps of a small scene. Here a struct is converted once; it must not be changed after a kernel has
-taken it.
+every call, which takes a millisecond for the numbers of contacts and walls: as long as hundreds of
+steps of a small scene. Here a struct is converted once; it must not be changed after its first
+call.
 """
 
 from dusttaichi.compute.engine import ti
@@ -11,8 +11,7 @@ _checked, _set_one_by_one = StructType.__instancecheck__, StructType.set_kernel_
 
 
 def patches():
-    """(class, name in it, replacement), which pass structs to kernels so. They are applied by
-    engine.py."""
+    """(class, name in it, replacement) of the passing of structs; engine.py applies them."""
     return [
         (StructType, "__instancecheck__", _is_of),
         (StructType, "set_kernel_struct_args", _set_all),
@@ -42,7 +41,7 @@ def _set_all(self, struct, launch_ctx, ret_index=()):
 
 
 class _Recorded:
-    """In place of the context of a launch: it records the members of a struct."""
+    """Stand-in of the context of a launch, which records the members of a struct."""
 
     def __init__(self, kind, struct, ret_index):
         self.floats, self.integers, self.naturals = [], [], []

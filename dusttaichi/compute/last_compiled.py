@@ -5,23 +5,23 @@ from dusttaichi.compute.memory import Lease
 
 
 class LastCompiled:
-    """The last compile configuration of this process, reused where the next scene needs the same.
+    """The last compile configuration of this process, reused if the next scene needs the same.
 
-    Taichi holds one program at a time, so that a simulation is of no more use once another is
-    built, whether that compiles anew or takes its fields over.
+    Taichi has one program at a time: a simulation is unusable once another one is built, whether
+    that compiles its own kernels or reuses the fields.
     """
 
     def __init__(self):
         self._compiled, self._lease, self._program = None, None, None
 
     def of(self, compile_key):
-        """The Compiled of that key; None where it is another, or Taichi was started anew."""
+        """The Compiled of that key; None if it has another key, or Taichi was restarted."""
         if self._compiled is None or self._compiled.compile_key != compile_key:
             return None
         return self._compiled if program() is self._program else None
 
     def tables(self, compiled, particles):
-        """Tables of a Compiled for a scene of so many particles; those before are at their end."""
+        """Tables of a Compiled for a scene of so many particles; earlier tables become unusable."""
         if self._lease is not None:
             self._lease.end()
         self._compiled, self._lease = compiled, Lease()

@@ -1,18 +1,18 @@
-"""Launches of kernels without arguments, many in a row, with little work of Python for each.
+"""Launches of kernels without arguments, with little work of Python for each.
 
-Taichi looks the arguments of a call through, asks for the compiled kernel and makes a context for
-the launch, each time anew: some 30 us, as long as a step of a small scene takes on a device.
+At every call Taichi inspects the arguments, finds the compiled kernel and creates a context of the
+launch. That takes some 30 us, as long as a step of a small scene on a device.
 """
 
 from dusttaichi.compute.engine import PATCHED, VERSION, program, ti
 
-LOOK = 16  # steps that are launched before the host looks how far the device has come
-REASONS = 4  # why no further step may begin: numbers from 1 to below this
+LOOK = 16  # steps that are launched before the host reads the progress of the device
+REASONS = 4  # reasons why no further step may begin are numbers from 1 to below this
 
 
 class Look:
-    """How far a device has come: (number in place `done` of the field `sync`, reason in place
-    `stop`, 0 where a further step may begin)."""
+    """Progress of a device: (number in place `done` of the field `sync`, reason in place `stop`, 0
+    if a further step may begin)."""
 
     def __init__(self, sync, done, stop):
         @ti.kernel
@@ -26,8 +26,8 @@ class Look:
 
 
 class PassOnChange:
-    """A kernel that writes its arguments to fields, launched where they are not the very arguments
-    of the call before."""
+    """A kernel that writes its arguments to fields, launched if they are not the same objects as in
+    the previous call."""
 
     def __init__(self, kernel):
         self.kernel, self._last = kernel, ()
@@ -40,10 +40,10 @@ class PassOnChange:
 
 
 class Launch:
-    """A kernel without arguments, called as the kernel is; it may return one integer.
+    """A kernel without arguments, which may return one integer; it is called like the kernel.
 
-    What Taichi finds at the first call serves again until another program runs. In versions of
-    Taichi that have not been tested every call is Taichi's own.
+    The compiled kernel of the first call is reused until Taichi is restarted. In versions of Taichi
+    that have not been tested every call is Taichi's own.
     """
 
     def __init__(self, kernel):
@@ -60,7 +60,7 @@ class Launch:
         if not self._returns:
             running.launch_kernel(self._compiled, self._context)
             return None
-        # a context is led astray by its launch as to where the host wants the result
+        # a launch redirects the result of its context to the device: each needs a new one
         context = self._own.make_launch_context()
         running.launch_kernel(self._compiled, context)
         ti.sync()

@@ -1,9 +1,9 @@
-"""The room of fields, and their used part, to NumPy and back.
+"""Capacity of fields, and transfer of their used part to NumPy and back.
 
-Fields have room for more particles than a scene has (room_for), and Taichi's own transfers copy
-whole fields and compile a kernel for each. On a CPU the memory of all fields is looked at directly:
-one kernel tells where it begins, Taichi tells how it is laid out. From a device the rows that are
-asked for are copied (compute.transfer).
+Fields have a larger capacity than a scene has particles (capacity_for), and Taichi's own transfers
+copy whole fields and compile a kernel for each. On a CPU the arrays share the memory of the fields:
+one kernel returns its address, Taichi knows its layout. From a device the requested rows are copied
+(compute.transfer).
 """
 
 import ctypes
@@ -17,40 +17,40 @@ from dusttaichi.compute.engine import program, ti
 from dusttaichi.compute.transfer import TYPES, lanes_of, type_of
 from dusttaichi.errors import DustError
 
-__all__ = ["TYPES", "Lease", "Table", "arrays_of", "room_for"]
+__all__ = ["TYPES", "Lease", "Table", "arrays_of", "capacity_for"]
 
-SMALLEST_ROOM = 1024  # particles
-COARSE = 16384  # particles up to which rooms grow fourfold
+SMALLEST = 1024  # capacity, particles
+COARSE = 16384  # particles up to which capacities grow fourfold
 
 
-def room_for(particles):
-    """Particles that the fields of a scene of this many particles have room for.
+def capacity_for(particles):
+    """Capacity of the fields of a scene of this many particles.
 
-    Kernels are compiled for the shapes of their fields, so scenes of one room share them. Rooms are
-    coarse where memory is nothing, and a quarter too large at most where it counts.
+    Kernels are compiled for the shapes of their fields, so scenes of one capacity share them. It is
+    coarse where memory is no concern, and at most a quarter too large beyond.
     """
-    room = SMALLEST_ROOM
-    while room < particles and room < COARSE:
-        room *= 4
-    if room >= particles:
-        return room
+    capacity = SMALLEST
+    while capacity < particles and capacity < COARSE:
+        capacity *= 4
+    if capacity >= particles:
+        return capacity
     step = 2 ** (floor(log2(particles)) - 2)
     return -(-particles // step) * step
 
 
 class Lease:
-    """The right of one simulation to its fields: it ends with their Taichi program, or when they
-    are given to the next simulation."""
+    """The right of one simulation to its fields, which ends with their Taichi program or when the
+    next simulation gets them."""
 
     def __init__(self):
         self._program, self._ended = program(), False
 
     def end(self):
-        """The fields are given to another simulation."""
+        """Another simulation gets the fields."""
         self._ended = True
 
     def check(self):
-        """Raises RuntimeError where it has ended."""
+        """Raises RuntimeError if it has ended."""
         if self._ended or program() is not self._program:
             raise RuntimeError("The memory of this simulation is gone: another one was built.")
 
@@ -59,7 +59,7 @@ class Table:
     """The first `rows` rows of a Taichi field; a matrix or vector element adds an axis.
 
     memory: array of the whole field that shares its memory, None on a device with its own. lease:
-    that of the simulation, None of one that keeps its fields as long as Taichi runs.
+    that of the simulation, None if it has its fields as long as Taichi runs.
     """
 
     def __init__(self, field, rows, memory=None, lease=None):
@@ -71,21 +71,21 @@ class Table:
         return self.part(0, self.rows if rows is None else min(rows, self.rows), *rest)
 
     def part(self, first, end, *rest):
-        """A copy of the rows from `first` to before `end`; rest: as above."""
+        """A copy of the rows from `first` to before `end`; rest: slices of further axes."""
         self.lease.check()
         if self.memory is None:
             return transfer.read(self.field, first, end, *rest)
         return self.memory[(slice(first, end), *rest)].copy()
 
     def take(self, *index):
-        """A copy of the elements that NumPy takes by these indices, one of each axis."""
+        """A copy of the elements at these indices, one array of them for each axis."""
         self.lease.check()
         if self.memory is None:
             return transfer.take(self.field, *index)
         return self.memory[index]
 
     def from_numpy(self, values, first=0):
-        """Write rows from `first` on; the used part may be longer, and keeps its other rows."""
+        """Write rows from `first` on; other rows stay as they are."""
         self.lease.check()
         end = first + len(values)
         if end > self.rows:
@@ -111,8 +111,8 @@ class Table:
 
 
 def arrays_of(fields):
-    """An array of each field (a dict by name) that shares its memory, which this process must be
-    able to read. Raises DustError where there is not enough."""
+    """Arrays that share the memory of fields (a dict by name), which this process can read. Raises
+    DustError if there is not enough memory."""
     base = _base(next(iter(fields.values())))
     return {name: _memory(field, base) for name, field in fields.items()}
 
@@ -127,7 +127,7 @@ def _offset(field):
 
 
 def _base(field):
-    """Address of the first byte of all fields, which are placed together."""
+    """Address of the first byte of all fields, which are contiguous."""
     place = [0] * len(field.shape)
 
     @ti.kernel

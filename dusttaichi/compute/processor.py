@@ -36,14 +36,14 @@ PATIENCE = 60.0  # s that the child process may take
 
 @lru_cache(maxsize=1)
 def _described():
-    """(model, features) of the processor; no features where the system does not list them."""
+    """(model, features) of the processor; no features if the system does not list them."""
     if sys.platform == "linux":
         lines = [line.partition(":")[::2] for line in _text("/proc/cpuinfo").splitlines()]
         rows = [(name.strip().lower(), value.strip()) for name, value in lines]
         names = [value for name, value in rows if name == "model name"]
         arm = sorted({f"{n} {v}" for n, v in rows if n in ("cpu implementer", "cpu part")})
         flags = [value.split() for name, value in rows if name in ("flags", "features")]
-        # cores may differ: what all of them have
+        # features that all cores have, which may differ
         common = frozenset.intersection(*map(frozenset, flags)) if flags else frozenset()
         model = names[0] if names else ", ".join(arm)
     elif sys.platform == "darwin":
@@ -86,7 +86,7 @@ def model():
 
 
 def own_bits():
-    """Bits of the widest vectors of the processor; None where they are not known."""
+    """Bits of the widest vectors of the processor; None if they are unknown."""
     if platform.machine().lower() in ("arm64", "aarch64"):
         return 128  # NEON; how wide SVE is the features do not say
     return next((bits for feature, bits in X86 if feature in _described()[1]), None)
@@ -104,13 +104,13 @@ def kernel_key():
 
 
 def kernel_folder():
-    """Where kernels of this processor and compiler are kept on disk: home directories are shared,
-    and code for one processor may not run on another, or not as fast."""
+    """Folder of kernels of this processor and compiler: home directories are shared, and code for
+    one processor may not run on another, or run more slowly."""
     return cache_folder() / "kernels" / kernel_key()
 
 
 def use_kernel_folder():
-    """The same, noted as used now; kernels of others that nobody has used for long are removed."""
+    """The same folder, marked as in use; kernels of other processors are removed after UNUSED."""
     folder = kernel_folder()
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -122,7 +122,7 @@ def use_kernel_folder():
 
 
 def _remove_unused(root):
-    """Remove folders, and kernels that versions before these folders have left in the root."""
+    """Remove unused folders, and kernels that earlier versions have left in the root."""
     old = time.time() - UNUSED
     files = [path for path in root.iterdir() if path.is_file() and path.suffix != ".json"]
     for folder in (path for path in root.iterdir() if path.is_dir()):
@@ -146,10 +146,10 @@ def _remove(folder):
 
 @lru_cache(maxsize=1)
 def compiled_bits():
-    """Bits of the vectors in compiled kernels; None where that cannot be found out.
+    """Bits of the vectors in compiled kernels; None if they cannot be determined.
 
-    A child process compiles a loop, for a second, the first time on a machine; the answer is then
-    kept beside the kernels.
+    The first time on a machine a child process compiles a loop, which takes a second; the result is
+    stored beside the kernels.
     """
     beside = kernel_folder().with_name(f"{kernel_key()}.json")
     with suppress(OSError, ValueError, KeyError, TypeError):
@@ -205,11 +205,11 @@ def _compile():
     return 64 * max(lanes, default=1)
 
 
-# -- for people ------------------------------------------------------------------------------------
+# -- output ------------------------------------------------------------------------------------
 
 
 def vector_rows():
-    """Rows (what, value) of the processor and the vectors of compiled kernels."""
+    """Rows (name, value) of the processor and the vectors of compiled kernels."""
     bits, own = compiled_bits(), own_bits()
     width = "unknown" if bits is None else f"{bits} bits, {bits // 64} doubles at a time"
     width += "" if own is None else f" (the processor has {own} bits)"
@@ -217,7 +217,7 @@ def vector_rows():
 
 
 def warning():
-    """One line where compiled kernels use narrower vectors than they could here; else None."""
+    """One line if compiled kernels use narrower vectors than they could here; else None."""
     bits, own = compiled_bits(), own_bits()
     if bits is None or own is None or bits >= min(own, USUAL_BITS):
         return None

@@ -1,6 +1,6 @@
-"""How loops are shared out: pieces of a fixed size, prefix sums and extremes over them.
+"""Loops in chunks of a fixed size: prefix sums and maxima over them.
 
-No sum depends on the number of threads, since the size of a piece does not.
+No result depends on the number of threads, since the size of a chunk does not.
 """
 
 from dusttaichi.compute.engine import settings, ti
@@ -9,30 +9,30 @@ CHUNK = 256  # numbers of a chunk: the unit of the parallel scans and of sums ov
 FEW = 16384  # particles
 
 
-def little(room):
-    """Whether a loop that does little for each of so many particles is left to one thread, as
-    `ti.loop_config(serialize=...)` takes it: on a core it is over before others have woken up."""
-    return settings().arch == ti.cpu and room <= FEW
+def is_short(particles):
+    """Whether a loop with little work for each of so many particles runs in one thread, an argument
+    of `ti.loop_config(serialize=...)`: on a CPU it ends before other threads have woken up."""
+    return settings().arch == ti.cpu and particles <= FEW
 
 
 @ti.func
 def first_of(share, shares, n):
-    """Where a share of n things begins; the next one begins where it ends."""
+    """First item of a share of n items, which ends before the first item of the next one."""
     return n * share // shares
 
 
 @ti.func
 def whole(n: ti.template(), size: ti.template()):
-    """Pieces of this size that n things take; a number of Python where both are."""
+    """Number of groups of this size for n items; a constant of the kernel if both are."""
     return (n + size - 1) // size
 
 
 @ti.data_oriented
 class Scan:
-    """Exclusive prefix sums; chunk_sum: a field with room for the sums of `scan_room`.
+    """Exclusive prefix sums; chunk_sum: a field of at least `scan_capacity` numbers.
 
-    On a device they are formed in parallel. A core passes the numbers as fast as memory gives them
-    (four million in 3 ms, by two threads no sooner), and one loop compiles much sooner than five.
+    On a device they are formed in parallel. One core is as fast as the memory (four million numbers
+    in 3 ms, no less with two threads), and one loop compiles much faster than five.
     """
 
     def __init__(self, chunk_sum):
@@ -40,8 +40,8 @@ class Scan:
 
     @ti.func
     def exclusive(self, values: ti.template(), starts: ti.template(), n: ti.template()):
-        """starts[k]: the sum of the values before k, for the first n of them. To be called outside
-        of the loops of a kernel."""
+        """Set starts[k] to the sum of the values before k, for the first n of them. To be called
+        outside of the loops of a kernel."""
         if ti.static(self.serial):
             ti.loop_config(serialize=True)
             for _ in range(1):
@@ -55,8 +55,8 @@ class Scan:
 
     @ti.func
     def by_chunks(self, values: ti.template(), starts: ti.template(), n: ti.template()):
-        """Sums of chunks, of chunks of these, and of all before each; then the same way back. Five
-        parallel loops but for the middle one, whose numbers are n / CHUNK^2."""
+        """Sums of chunks, of groups of chunks, and prefix sums of these; then back to the numbers.
+        All five loops are parallel but the middle one over n / CHUNK^2 numbers."""
         sums = ti.static(self.chunk_sum)
         for chunk in range(whole(n, CHUNK)):
             total = 0
@@ -89,18 +89,18 @@ class Scan:
                 start += here
 
 
-def scan_room(n):
-    """Numbers that a Scan of n numbers has to keep: sums of chunks, and of chunks of these."""
+def scan_capacity(n):
+    """Numbers that a Scan of n numbers stores: sums of chunks and of groups of chunks."""
     chunks = -(-n // CHUNK)
     return chunks + -(-chunks // CHUNK)
 
 
 @ti.data_oriented
 class Largest:
-    """The largest number of each column of a table, in any number of threads without atomics: row
-    0, of the rows from 1 on, one for each chunk of particles.
+    """The largest number of each column of a table, without atomics. Row 0 is that of all rows from
+    1 on, which has one for each chunk of particles.
 
-    table: a field of 1 + `scan_room` of the particles rows; chunks: that there is room for.
+    table: a field of 1 + `scan_capacity` rows; chunks: their largest number.
     """
 
     def __init__(self, table, chunks):
@@ -109,8 +109,8 @@ class Largest:
 
     @ti.func
     def find(self, used: ti.template()):
-        """Fill row 0; used: chunks that there are. A device passes all rows, by groups. To be
-        called outside of the loops of a kernel."""
+        """Set row 0; used: number of chunks. A device reduces the rows of all chunks, by groups. To
+        be called outside of the loops of a kernel."""
         if ti.static(self.serial):
             ti.loop_config(serialize=True)
             for _ in range(1):
@@ -124,7 +124,7 @@ class Largest:
 
     @ti.func
     def join(self, first, end, to):
-        """The largest numbers of the rows from `first` to before `end`, into another row."""
+        """Write the largest numbers of the rows from `first` to before `end` to another row."""
         for k in ti.static(range(self.columns)):
             most = self.table[first, k]
             for row in range(first + 1, end):

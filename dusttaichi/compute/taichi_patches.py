@@ -1,6 +1,6 @@
-"""Patches that halve the time Taichi takes to read the sources of kernels, which it does at every
-start, also of those that its cache has compiled: they leave out what serves its error messages
-only, or is done again at every call of a function.
+"""Patches that halve the time Taichi needs to read the sources of kernels. It reads them at every
+start, even if the compiled kernels are in its cache; the patches omit work for its error messages
+and work repeated at every call of a function.
 """
 
 import ast
@@ -16,15 +16,14 @@ ASTTransformerContext = ti.lang.ast.ast_transformer_utils.ASTTransformerContext
 
 
 def patches():
-    """(module or class, name in it, replacement), to leave out what the kernels of this
-    project do not need. They are applied by engine.py.
+    """(module or class, name in it, replacement) of the patches; engine.py applies them.
 
-    The line of the source that an error is in is named, not drawn with marks under its words;
-    whether a function is a method of a class follows from where it is defined, not from the
-    source of its caller; where a field was declared is not noted. The lines of a function are found
-    and parsed once, not at every call of it, and structs of the same members share one class.
+    Errors name the line of the source without marks under its words. Whether a function is a method
+    follows from its place of definition, not from the source of its caller. Places where fields
+    were declared are not recorded. The lines of a function are found and parsed once, not at every
+    call, and structs with the same members share one class.
     """
-    # what it takes of that module: the lines of a function with tabs made spaces, and dedented
+    # the functions that Taichi uses of this module
     wrap = SimpleNamespace(fill=cache(textwrap.fill), dedent=cache(textwrap.dedent))
     trees = _Trees(kernel_impl.transform_tree)
     return [
@@ -42,7 +41,7 @@ def patches():
 
 
 def _once_for_each_code(find):
-    """`find(function)`, remembered by the code of the function, which all its closures share."""
+    """`find(function)`, cached by the code of the function, which all its closures share."""
     known = {}
 
     def found(function):
@@ -55,15 +54,15 @@ def _once_for_each_code(find):
 
 
 class _Trees:
-    """The syntax trees of functions. Taichi writes into the nodes of a tree while it goes over it,
-    so that one serves again when it has done so, and a call within a call has one of its own. That
-    of a kernel loses its arguments: it serves once."""
+    """Pool of syntax trees of functions. Taichi writes into the nodes of a tree during its pass, so
+    that a tree is reused only after it, and a nested call needs another one. The tree of a kernel
+    loses its arguments and is used once."""
 
     def __init__(self, transform):
         self._transform, self._free = transform, {}
 
     def parse(self, source):
-        """The tree of a source, as ast.parse has it."""
+        """The tree of a source, as of ast.parse."""
         free = self._free.setdefault(source, [])
         if free:
             return free.pop()
@@ -77,7 +76,7 @@ class _Trees:
         try:
             return self._transform(tree, context)
         finally:
-            for node in tree.attributes:  # the one note that Taichi asks for, if it is there
+            for node in tree.attributes:  # the only note that Taichi looks up
                 node.__dict__.pop("caller", None)
             if not context.is_kernel:
                 tree.pool.append(tree)

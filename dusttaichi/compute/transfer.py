@@ -1,7 +1,7 @@
 """Rows of fields to NumPy and back, where kernels run in a memory of their own.
 
-Taichi's own transfers copy whole fields. These copy the rows that are asked for, and of a field
-with further axes a slice of the second one.
+Taichi's own transfers copy whole fields. These copy the requested rows, and of a field with further
+axes a slice of the second one.
 """
 
 import numpy as np
@@ -85,7 +85,7 @@ _READ = {1: _read_1, 2: _read_2, 3: _read_3}
 _WRITE = {1: _write_1, 2: _write_2, 3: _write_3}
 
 
-# -- what tables ask for ------------------------------------------------------------------------
+# -- functions of tables ------------------------------------------------------------------------
 
 
 def read(field, first, end, *rest):

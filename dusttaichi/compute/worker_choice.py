@@ -1,28 +1,29 @@
-"""How many workers the steps get: as many as are fastest on the cores that are free just now."""
+"""Number of workers of the steps: the fastest with the cores that are free at the moment."""
 
 from statistics import median
 from time import perf_counter
 
 from dusttaichi.compute.affinity import POOL
 
-GLANCE, LOOK = 0.01, 0.03  # s of steps of the first piece of a trial, and of each other
-STRETCH = 0.2  # s of steps between two looks at the rate
+FIRST_PIECE, PIECE = 0.01, 0.03  # s of steps of the first piece of a trial, and of each other
+SEGMENT = 0.2  # s of steps between two measurements of the rate
 PAIRS = 5  # pieces of a trial with each of the two numbers
-EVERY, OFTEN, SELDOM = 5.0, 20.0, 80.0  # s between trials: first, at most where close, where not
-GAIN = 1.01  # by which another number must be faster
-FALLEN = 0.7  # share of the rate before that says: the machine has other work now
-HOPELESS = 0.5  # share of the rate that ends a trial at the first glance
+# s between trials: the first interval, and the longest after a close and after a clear result
+EVERY, OFTEN, SELDOM = 5.0, 20.0, 80.0
+GAIN = 1.01  # factor by which another number must be faster
+FALLEN = 0.7  # share of the previous rate below which the machine must have other work
+HOPELESS = 0.5  # share of the rate below which the first piece ends a trial
 
 
 class WorkerChoice:
-    """Makes the steps of a simulation, with the number of workers that is fastest.
+    """Makes the steps of a simulation with the fastest number of workers.
 
-    Now and then another number is tried: half of it or twice as many, down to one and up to all.
-    Both take turns, for a machine that other work comes and goes on has no rate of its own; the
-    median of the ratios decides. Workers that wait for one which the system does not run lose more
-    than they gain, tenfold where they share a core; so steps are made in pieces, and a trial ends
-    with a short first one where that says enough. The bits do not depend on any of it. sim: with
-    `advance(steps)` and `threads`; fixed: never change it.
+    At intervals another number is tried: half of it or twice as many, down to one and up to all.
+    The two alternate, because other work on the machine changes the rate of both; the median of the
+    ratios decides. Workers that wait for one which the system does not run lose more than they
+    gain, tenfold if they share a core. Steps are therefore made in pieces, and a short first piece
+    ends a hopeless trial. Results do not depend on the number. sim: with `advance(steps)` and
+    `threads`; fixed: never change the number.
     """
 
     def __init__(self, sim, fixed, clock=perf_counter):
@@ -34,7 +35,7 @@ class WorkerChoice:
         self.other = None  # the number on trial; None: there is no trial
         self.rates = None  # of the pieces of a trial, the other number first; None before these
         self.tried, self.wait = clock(), 0.0  # the first trial comes as soon as a rate is known
-        self.rises = False  # which way the last trial went
+        self.rises = False  # whether the last trial was of a larger number
         self._begin(None)
 
     def advance(self, steps):
@@ -50,10 +51,10 @@ class WorkerChoice:
                 if self._is_over():
                     self._decide(self.made / max(self.seconds, 1e-9))
 
-    # -- what is timed now, which may be made in several calls ------------------------------------
+    # -- the piece that is timed, made in one or several calls ------------------------------------
 
     def _begin(self, seconds):
-        """Time as many steps as take that long at the rate known; None: none is known."""
+        """Time as many steps as take that long at the known rate; None: no rate is known."""
         self.planned = None if seconds is None else max(1, int(seconds * self.rate))
         self.made, self.seconds = 0, 0.0
 
@@ -61,9 +62,9 @@ class WorkerChoice:
         return max(16, self.made) if self.planned is None else self.planned - self.made
 
     def _is_over(self):
-        return self.seconds >= LOOK if self.planned is None else self.made >= self.planned
+        return self.seconds >= PIECE if self.planned is None else self.made >= self.planned
 
-    # -- what follows from it --------------------------------------------------------------------
+    # -- decisions --------------------------------------------------------------------
 
     def _decide(self, rate):
         if self.other is None:
@@ -73,7 +74,7 @@ class WorkerChoice:
                 self._end_trial(rate / self.rate)
             else:
                 self.rates = []
-                self._begin(LOOK)
+                self._begin(PIECE)
         else:
             self.rates.append(rate)
             if len(self.rates) == 2 * PAIRS:
@@ -81,21 +82,21 @@ class WorkerChoice:
                 self._end_trial(median(other / own for other, own in pairs))
             else:
                 self.sim.threads = self.own if len(self.rates) % 2 else self.other
-                self._begin(LOOK)
+                self._begin(PIECE)
 
     def _look(self, rate):
-        """The rate of the number chosen is known; a trial follows where it is time for one."""
+        """Note the rate of the chosen number; begin a trial if one is due."""
         if self.rate is not None and rate < FALLEN * self.rate:
             self.wait = 0.0  # the machine has other work now
         self.rate = rate
         if self.clock() - self.tried < self.wait:
-            self._begin(STRETCH)
+            self._begin(SEGMENT)
             return
         self.sim.threads = self.other = self._next()
-        self._begin(GLANCE)
+        self._begin(FIRST_PIECE)
 
     def _end_trial(self, ratio):
-        """The other number is `ratio` times as fast as that chosen."""
+        """The other number is `ratio` times as fast as the chosen one."""
         if ratio > GAIN:
             self.own, self.rate, self.wait = self.other, median(self.rates[::2]), EVERY
         else:
@@ -103,10 +104,10 @@ class WorkerChoice:
             self.wait = min(2.0 * self.wait, most) if self.wait else EVERY
         self.sim.threads, self.tried = self.own, self.clock()
         self.other = self.rates = None
-        self._begin(STRETCH)
+        self._begin(SEGMENT)
 
     def _next(self):
-        """The number that the next trial is of: up and down the ladder in turn."""
+        """Number of the next trial: up and down the ladder in turn."""
         here = self.ladder.index(self.own)
         self.rises = here == 0 or (here + 1 < len(self.ladder) and not self.rises)
         return self.ladder[here + 1 if self.rises else here - 1]

@@ -1,16 +1,16 @@
-"""Many steps in one kernel call: workers that stay, with a barrier between the phases of a step.
+"""Many steps in one kernel call: persistent workers, with a barrier between the phases of a step.
 
 Taichi wakes and joins its threads for every parallel loop (50-70 us). Here a kernel is one parallel
-loop over workers, each of which passes its share of every phase; they meet at a barrier that costs
-under a microsecond. A worker that the system does not give a thread to is not waited for:
-`assemble` lets the first one go on alone, and the result is the same bits.
+loop over workers, each of which computes its share of every phase; a barrier between two phases
+takes less than a microsecond. If the system runs too few of them, `assemble` lets the first one
+continue alone, with bitwise identical results.
 """
 
 from dusttaichi.compute.engine import ti
 
 # A parallel loop is cut into runs of at least 512 iterations: one of each run works.
 STRIDE = 512
-PATIENCE = 20_000_000  # tries (some 0.1-0.4 s) before the first worker goes on alone
+PATIENCE = 20_000_000  # tries (some 0.1-0.4 s) before the first worker continues alone
 CLOSED = 1_000_000
 
 # places in the `sync` field, each in a line of the cache that the next is not fetched with: what

@@ -4,7 +4,7 @@ import numpy as np
 
 from dusttaichi.compute.backend import LOOPS, start_taichi, threads_of
 from dusttaichi.compute.last_compiled import LastCompiled
-from dusttaichi.compute.memory import room_for
+from dusttaichi.compute.memory import capacity_for
 from dusttaichi.continuum import time_step
 from dusttaichi.continuum.compiled import compiled_for
 from dusttaichi.continuum.device_search import DeviceSearch
@@ -97,10 +97,10 @@ def self_gravity(scene):
 def chosen_kernels(scene, particles, threads, kind):
     """The Compiled of a scene with its particles, with loops of that kind."""
     layout, numerics = layout_of(scene), scene.numerics
-    room = room_for(len(particles))
+    room = capacity_for(len(particles))
     crowd = (numerics.h_over_spacing / 1.3) ** scene.dimension
     entries = int(room * LONGEST_LIST[scene.dimension] * max(1.0, crowd))
-    capacity = room, entries, room_for(ghost_count(scene, particles)) if layout.ghosts else 0
+    capacity = room, entries, capacity_for(ghost_count(scene, particles)) if layout.ghosts else 0
     key = (numerics.backend, numerics.debug, layout, capacity, threads, kind)
     if (last := _LAST.of(key)) is not None:
         return last

@@ -5,7 +5,7 @@ from math import pi
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.compute.memory import TYPES, room_for
+from dusttaichi.compute.memory import TYPES, capacity_for
 from dusttaichi.continuum import time_step
 from dusttaichi.continuum.build import layout_of
 from dusttaichi.continuum.domain import domain_of
@@ -165,7 +165,7 @@ def _step(scene, fastest, output_step):
 
 def _memory(scene, particles):
     """Memory of the state, without neighbour lists."""
-    room = room_for(particles)
+    room = capacity_for(particles)
     each = sum(
         max(v.element[1], 1) * np.dtype(TYPES[v.element[0]]).itemsize
         for v in declare(layout_of(scene))

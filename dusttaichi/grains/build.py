@@ -9,7 +9,7 @@ from dusttaichi.compute.backend import LOOPS, start_taichi, threads_of
 from dusttaichi.compute.blocks import on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.last_compiled import LastCompiled
-from dusttaichi.compute.memory import COARSE, arrays_of, room_for
+from dusttaichi.compute.memory import COARSE, arrays_of, capacity_for
 from dusttaichi.domain.domain import lengths
 from dusttaichi.domain.gravity import make_gravity
 from dusttaichi.domain.layout import make_surroundings
@@ -191,7 +191,7 @@ def chosen_kernels(scene, layout, running):
     running: kind of the loops, number of grains and threads.
     """
     kind, grains, threads = running
-    walls, room = bool(scene.boundary.walls), room_for(grains)
+    walls, room = bool(scene.boundary.walls), capacity_for(grains)
     materials = len(scene.all_materials)
     started = (scene.numerics.backend, scene.numerics.debug, threads)
     key = (*started, room, layout, walls, kind, materials)

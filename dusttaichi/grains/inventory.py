@@ -4,7 +4,7 @@ the forces of its contacts at the start, which `dust check --forces` prints."""
 import numpy as np
 
 from dusttaichi import samples, units
-from dusttaichi.compute.memory import room_for
+from dusttaichi.compute.memory import capacity_for
 from dusttaichi.grains.build import build
 from dusttaichi.names import AXES, WALLS
 from dusttaichi.physics.contact.registry import EFFECTS, law_name
@@ -86,9 +86,9 @@ def _kept(layout):
 def field_rows(sim):
     """Rows (name, what it takes) of the fields from the largest on, those under 1 % in one.
 
-    Bytes are counted by the grains that there is room for (compute.memory.room_for).
+    Bytes are counted by the grains that there is room for (compute.memory.capacity_for).
     """
-    room = room_for(sim.grains)
+    room = capacity_for(sim.grains)
     sizes = {name: field.nbytes for name, field in tables(sim).items()}
     whole = sum(sizes.values())
     rows, small = [], []

@@ -6,7 +6,7 @@ import numpy as np
 
 from dusttaichi import samples, units
 from dusttaichi.compute.backend import LOOPS
-from dusttaichi.compute.memory import TYPES, room_for
+from dusttaichi.compute.memory import TYPES, capacity_for
 from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.plan import planned
 from dusttaichi.domain.pushes import make_push
@@ -174,7 +174,7 @@ def _state_memory(scene, sample, own, step, domain):
     layout = chosen_layout(scene, laws, loops, push, polydisperse=own is not None)
     smallest = scene.material.radius / units.LENGTH if own is None else own.radius.min()
     thick = is_thick(domain.box, domain.cell, len(sample), smallest)
-    layout, room = replace(layout, thick=thick), room_for(len(sample))
+    layout, room = replace(layout, thick=thick), capacity_for(len(sample))
     size = sum(
         int(np.prod(v.shape)) * max(v.element[1], 1) * np.dtype(TYPES[v.element[0]]).itemsize
         for v in declare(room, layout, bool(scene.boundary.walls))

@@ -12,7 +12,7 @@ from statistics import median
 
 from dusttaichi import __version__
 from dusttaichi.compute import processor
-from dusttaichi.compute.memory import room_for
+from dusttaichi.compute.memory import capacity_for
 from dusttaichi.studies import speeds
 
 ALIKE = 5  # runs that an estimate looks at, the most
@@ -47,7 +47,7 @@ def known():
 def kernels_of(scene, size):
     """One text for the kernels of a scene with `size` particles, on this processor."""
     kind = speeds.speed_of(scene, size, 0.0)
-    own = (kind.backend, kind.precision, *kind.parts, room_for(size))
+    own = (kind.backend, kind.precision, *kind.parts, capacity_for(size))
     return " ".join(map(str, (__version__, processor.kernel_key(), scene.method, *own)))
 
 

@@ -26,7 +26,7 @@ def test_taichi_starts_without_a_home(tmp_path, home):
     assert done.returncode == 0, done.stderr
     folder, remark = done.stdout.splitlines()
     assert folder == str(tmp_path / f"dusttaichi-{os.getuid()}" / "dusttaichi")
-    assert remark.endswith(f"compiled kernels are kept in {folder}")
+    assert remark.endswith(f"compiled kernels are stored in {folder}")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="modes are of POSIX systems")

@@ -5,14 +5,14 @@ from scenes import make_scene
 
 from dusttaichi.compute.backend import start_taichi
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import CHUNK, Scan, scan_room
+from dusttaichi.compute.scan import CHUNK, Scan, scan_capacity
 
 
 def test_both_ways_are_the_exclusive_sum():
     start_taichi(make_scene(), 1)
     room = 300 * CHUNK  # so that the sums of chunks make more than one chunk themselves
     values, one, other = (ti.field(ti.i32, shape=room) for _ in range(3))
-    scan = Scan(ti.field(ti.i32, shape=scan_room(room)))
+    scan = Scan(ti.field(ti.i32, shape=scan_capacity(room)))
     assert scan.serial
 
     @ti.kernel

@@ -31,11 +31,11 @@ def rows_of_grains(number, effects=()):
 
 def test_a_room_holds_its_grains_and_wastes_little():
     for grains in (1, 2, 1024, 1025, 16384, 16385, 65536, 70000, 1_000_000):
-        room = memory.room_for(grains)
+        room = memory.capacity_for(grains)
         assert room >= grains
         if grains > memory.COARSE:
             assert room <= 1.25 * grains
-    rooms = [memory.room_for(n) for n in range(1, 100_000, 37)]
+    rooms = [memory.capacity_for(n) for n in range(1, 100_000, 37)]
     assert rooms == sorted(rooms)
     assert len(set(rooms)) < 20
 
@@ -61,9 +61,9 @@ def test_scenes_of_one_room_share_their_kernels(tmp_path, monkeypatch):
 def states():
     """State after some steps: in the usual room, and in one of exactly the number of grains."""
     out = []
-    for room in (memory.room_for, lambda grains: grains):
+    for room in (memory.capacity_for, lambda grains: grains):
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(build, "room_for", room)
+            patch.setattr(build, "capacity_for", room)
             out.append(settled())
     return out
 
@@ -114,7 +114,7 @@ def test_thick_samples_take_less_room_for_walls():
     for n in (20_000, 100_000, 1_000_000):
         small, large = (store.wall_contacts(n, thick) for thick in (True, False))
         assert small == pytest.approx(large - n)
-        assert small <= store.wall_contacts(memory.room_for(n), thick=True)
+        assert small <= store.wall_contacts(memory.capacity_for(n), thick=True)
 
 
 def test_room_for_walls_does_not_show_in_the_results(states, monkeypatch):

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.launching import Launch
-from dusttaichi.compute.scan import CHUNK, Scan, scan_room
+from dusttaichi.compute.scan import CHUNK, Scan, scan_capacity
 from dusttaichi.continuum.kernels.device_lists import (
     LOST,
     REACH,
@@ -37,9 +37,9 @@ def place_search(fields, lists, layout):
         "number": (ti.i32, (room + 1,)),
         # what a cell has that has no place in its list yet; 0 between two sorts
         "placeless": (ti.i32, (cells,)),
-        "cell_chunk": (ti.i32, (scan_room(cells),)),
+        "cell_chunk": (ti.i32, (scan_capacity(cells),)),
         # least and largest places of chunks of particles, of groups of chunks, of all
-        "bounds": (ti.f64, (scan_room(room) + 1, 2 * n)),
+        "bounds": (ti.f64, (scan_capacity(room) + 1, 2 * n)),
         "inv_width": (ti.f64, (1,)),
         "spare_f64": (ti.f64, (columns["f64"], room)),
         "spare_i32": (ti.i32, (columns["i32"], room)),

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from dusttaichi.compute.backend import THREAD_CLASSES
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import scan_room
+from dusttaichi.compute.scan import scan_capacity
 from dusttaichi.compute.workers import OWN, SYNC
 from dusttaichi.physics.continuum.numbers import NUMBERS
 
@@ -174,7 +174,7 @@ def place(layout, room, entries, ghosts=0):
         "grid_cells": (ti.i32, (layout.dimension,)),
         "cell_first": (ti.i32, (4 * seen + 64,)),
         "in_cell": (ti.i32, (seen,)),
-        "chunk_sum": (ti.i32, (scan_room(room + 1),)),
+        "chunk_sum": (ti.i32, (scan_capacity(room + 1),)),
         "sync": (ti.i32, (SYNC,)),
         "most": (ti.f64, (MOST_WORKERS * APART,)),
     }

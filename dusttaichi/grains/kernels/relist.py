@@ -1,9 +1,9 @@
 """The lists that the steps go by, from the neighbours that a search has found: pairs with their
 history, carried over exactly, and the contacts of every grain."""
 
-from dusttaichi.compute.blocks import in_use, loop_length, on_device
+from dusttaichi.compute.blocks import is_idle, loop_length, on_device
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import Scan, little, whole
+from dusttaichi.compute.scan import Scan, is_short, whole
 from dusttaichi.grains.kernels.store import (
     FIRST_SPHERE,
     FIRST_WALL,
@@ -182,7 +182,7 @@ def make_relist(fields, scratch, layout, write_constants=None):
     pair_start, scan = fields["pair_start"], Scan(scratch["chunk_sum"])
     lists = PairLists(fields, scratch, layout, write_constants)
     room, blocks = scratch["cell_grain"].shape[0], fields["pair_i"].shape[0]
-    light, in_order = little(fields["x"].shape[0]), not on_device()
+    light, in_order = is_short(fields["x"].shape[0]), not on_device()
 
     @ti.func
     def old_blocks():
@@ -192,12 +192,14 @@ def make_relist(fields, scratch, layout, write_constants=None):
     def relist(grid: ti.template()):
         ti.loop_config(serialize=light)
         for b in range(loop_length(old_blocks(), blocks)):
-            if in_use(b, old_blocks()) and counts[OVERFLOW] == 0:
-                lists.keep_old(b)
+            if is_idle(b, old_blocks()) or counts[OVERFLOW] > 0:
+                continue
+            lists.keep_old(b)
         ti.loop_config(serialize=light)
         for g in range(loop_length(counts[GRAINS], room)):
-            if in_use(g, counts[GRAINS]) and counts[OVERFLOW] == 0:
-                lists.write_pairs(g, grid.edges, grid.tilt)
+            if is_idle(g, counts[GRAINS]) or counts[OVERFLOW] > 0:
+                continue
+            lists.write_pairs(g, grid.edges, grid.tilt)
         ti.loop_config(serialize=in_order)
         for k in range(W * layout.tile):
             if counts[OVERFLOW] == 0:
@@ -211,12 +213,14 @@ def make_relist(fields, scratch, layout, write_constants=None):
     def list_entries():
         ti.loop_config(serialize=light)
         for g in range(loop_length(counts[GRAINS], room)):
-            if in_use(g, counts[GRAINS]):
-                own_count[g] = lists.entries_of(g)
+            if is_idle(g, counts[GRAINS]):
+                continue
+            own_count[g] = lists.entries_of(g)
         scan.exclusive(own_count, entry_start, loop_length(counts[GRAINS] + 1, room + 1))
         ti.loop_config(serialize=light)
         for g in range(loop_length(counts[GRAINS], room)):
-            if in_use(g, counts[GRAINS]) and counts[OVERFLOW] == 0:
-                lists.write_entries(g)
+            if is_idle(g, counts[GRAINS]) or counts[OVERFLOW] > 0:
+                continue
+            lists.write_entries(g)
 
     return relist, list_entries

@@ -5,9 +5,9 @@ of that moment: every pair closer than touch + skin is in the list, so that no c
 outside it. Lists are sorted by grain number, whatever order the threads worked in.
 """
 
-from dusttaichi.compute.blocks import in_use, loop_length
+from dusttaichi.compute.blocks import is_idle, loop_length
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import CHUNK, Largest, Scan, little, scan_room, whole
+from dusttaichi.compute.scan import CHUNK, Largest, Scan, is_short, scan_capacity, whole
 from dusttaichi.grains.kernels.store import (
     GRAINS,
     NEIGHBOURS,
@@ -56,8 +56,8 @@ def place_search(grains, layout, walls):
         "near_count": ti.field(ti.i32, shape=grains + layout.polydisperse),
         "own_count": ti.field(ti.i32, shape=grains + 1),
         "old_start": ti.field(ti.i32, shape=grains + 1),
-        "chunk_sum": ti.field(ti.i32, shape=scan_room(max(cells, grains) + 1)),
-        "bounds": ti.field(ti.f64, shape=(1 + scan_room(grains), BOUNDS)),
+        "chunk_sum": ti.field(ti.i32, shape=scan_capacity(max(cells, grains) + 1)),
+        "bounds": ti.field(ti.f64, shape=(1 + scan_capacity(grains), BOUNDS)),
         "search": ti.field(ti.f64, shape=len(SEARCH)),
     }
 
@@ -72,7 +72,7 @@ def make_bounds(fields, scratch):
     """Kernel `find_bounds()`: row 0 of `bounds`, of all grains."""
     x, v, bounds, counts = fields["x"], fields["v"], scratch["bounds"], fields["counts"]
     chunks = -(-scratch["cell_grain"].shape[0] // CHUNK)
-    light, largest = little(x.shape[0]), Largest(bounds, chunks)
+    light, largest = is_short(x.shape[0]), Largest(bounds, chunks)
 
     @ti.func
     def bound(chunk):
@@ -273,7 +273,7 @@ def make_find(fields, scratch, layout):
     scan, grid_cells = Scan(scratch["chunk_sum"]), Cells(fields, scratch, layout)
     neighbours, numbers = Neighbours(fields, scratch, layout, grid_cells), scratch["search"]
     room, cell_room = cell_grain.shape[0], cell_start.shape[0]
-    light = little(x.shape[0])
+    light = is_short(x.shape[0])
 
     @ti.func
     def find(grid: ti.template()):
@@ -284,17 +284,19 @@ def make_find(fields, scratch, layout):
             cell_fill[c] = 0
         ti.loop_config(serialize=light)
         for g in range(loop_length(counts[GRAINS], room)):
-            if in_use(g, counts[GRAINS]):
-                x_search[g] = x[g]
-                ti.atomic_add(cell_fill[grid_cells.home(g, grid)], 1)
+            if is_idle(g, counts[GRAINS]):
+                continue
+            x_search[g] = x[g]
+            ti.atomic_add(cell_fill[grid_cells.home(g, grid)], 1)
         scan.exclusive(cell_fill, cell_start, loop_length(cells + 1, cell_room))
         ti.loop_config(serialize=light)
         for c in range(loop_length(cells + 1, cell_room)):
             cell_fill[c] = cell_start[c]
         ti.loop_config(serialize=light)
         for g in range(loop_length(counts[GRAINS], room)):
-            if in_use(g, counts[GRAINS]):
-                cell_grain[ti.atomic_add(cell_fill[grid_cells.home(g, grid)], 1)] = g
+            if is_idle(g, counts[GRAINS]):
+                continue
+            cell_grain[ti.atomic_add(cell_fill[grid_cells.home(g, grid)], 1)] = g
         ti.loop_config(serialize=light)
         for g in range(loop_length(counts[GRAINS] + 1, room + 1)):
             old_start[g] = pair_start[g]
@@ -309,14 +311,14 @@ def make_find(fields, scratch, layout):
     @ti.func
     def visit(grid: ti.template(), reach: ti.template(), counting: ti.template()):
         for g in range(loop_length(counts[GRAINS], room)):
-            if in_use(g, counts[GRAINS]) and fits(counting):
-                neighbours.visit(g, grid, reach, counting)
+            if is_idle(g, counts[GRAINS]) or is_full(counting):
+                continue
+            neighbours.visit(g, grid, reach, counting)
 
     @ti.func
-    def fits(counting: ti.template()):
-        """Whether there is room for the lists; those of equal grains have places of their own."""
-        counted = ti.static(layout.polydisperse and not counting)
-        return counts[OVERFLOW] == 0 if ti.static(counted) else 1
+    def is_full(counting: ti.template()):
+        """Whether the lists have grown too long; those of equal grains have places of their own."""
+        return counts[OVERFLOW] > 0 if ti.static(layout.polydisperse and not counting) else 0
 
     @ti.func
     def limit(starts: ti.template(), times: ti.template()):

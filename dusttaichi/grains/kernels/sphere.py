@@ -7,9 +7,9 @@ The search looks at every grain: a grid with cells as wide as the sphere would b
 
 from types import SimpleNamespace
 
-from dusttaichi.compute.blocks import in_use, loop_length, on_device
+from dusttaichi.compute.blocks import is_idle, loop_length, on_device
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import CHUNK, Scan, little, whole
+from dusttaichi.compute.scan import CHUNK, Scan, is_short, whole
 from dusttaichi.grains.kernels.grains import make_gravity
 from dusttaichi.grains.kernels.relist import KeptRows
 from dusttaichi.grains.kernels.store import FIRST_SPHERE, GRAINS, ON_SPHERE, SPHERE
@@ -169,7 +169,7 @@ def make_sphere_relist(fields, scratch, layout, write_constants=None):
     x, x_search, chunk_first = fields["x"], fields["x_search"], scratch["sphere_chunk"]
     lists, scan = SphereLists(fields, layout, write_constants), Scan(scratch["chunk_sum"])
     chunk_room, blocks = chunk_first.shape[0] - 1, fields["pair_i"].shape[0]
-    light, in_order = little(x.shape[0]), not on_device()
+    light, in_order = is_short(x.shape[0]), not on_device()
 
     @ti.func
     def chunks():
@@ -199,8 +199,9 @@ def make_sphere_relist(fields, scratch, layout, write_constants=None):
     def relist_sphere(reach: ti.f64, edges: ti.types.vector(3, ti.f64)):
         ti.loop_config(serialize=light)
         for b in range(loop_length(old_blocks(), blocks)):
-            if in_use(b, old_blocks()):
-                lists.kept.put_aside(counts[FIRST_SPHERE] + b)
+            if is_idle(b, old_blocks()):
+                continue
+            lists.kept.put_aside(counts[FIRST_SPHERE] + b)
         ti.loop_config(serialize=light)
         for chunk in range(chunks()):
             near_sphere(chunk, reach, edges, False)

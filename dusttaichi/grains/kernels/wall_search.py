@@ -1,8 +1,8 @@
 """Grains near each wall, in order, with the history of their contacts."""
 
-from dusttaichi.compute.blocks import THREADS, BlockSums, in_use, loop_length, on_device
+from dusttaichi.compute.blocks import THREADS, BlockSums, is_idle, loop_length, on_device
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import CHUNK, Scan, first_of, little, whole
+from dusttaichi.compute.scan import CHUNK, Scan, first_of, is_short, whole
 from dusttaichi.grains.kernels.relist import KeptRows
 from dusttaichi.grains.kernels.search import SEARCH
 from dusttaichi.grains.kernels.store import (
@@ -216,7 +216,7 @@ def make_wall_relist(fields, scratch, layout, write_constants=None):
     counts, wall_slot = fields["counts"], fields["wall_slot"]
     lists = WallLists(fields, scratch, layout, write_constants)
     numbers, first_reach = scratch["search"], SEARCH.index("wall_reach_0")
-    light, fold = little(fields["x"].shape[0]), make_fold(fields, lists)
+    light, fold = is_short(fields["x"].shape[0]), make_fold(fields, lists)
     wall_chunk, blocks = lists.wall_chunk, fields["wall_of"].shape[0]
 
     @ti.func
@@ -246,8 +246,9 @@ def make_wall_relist(fields, scratch, layout, write_constants=None):
         fold()
         ti.loop_config(serialize=light)
         for c in range(loop_length(counts[WALL_BLOCKS], blocks)):
-            if in_use(c, counts[WALL_BLOCKS]):
-                lists.put_aside(c)
+            if is_idle(c, counts[WALL_BLOCKS]):
+                continue
+            lists.put_aside(c)
         ti.loop_config(serialize=light)
         for q in range(6 * lists.chunks()):
             near_wall(box, q, False)
