@@ -1,4 +1,4 @@
-"""Starts Python with an emulated CUDA device (emulator/), in a process of its own."""
+"""Start of Python with an emulated CUDA device (emulator/) in a process of its own."""
 
 import hashlib
 import os
@@ -15,15 +15,15 @@ SOURCES = ("driver.c", "threads.h", "translate.py", "instructions.py")
 
 
 def missing():
-    """Why there is no emulator here, or None."""
+    """Reason why there is no emulator on this machine, or None."""
     if sys.platform != "linux":
-        return "the emulator stands in for libcuda.so, which Linux has"
+        return "the emulator replaces libcuda.so, which Linux has"
     return None if shutil.which("gcc") else "no gcc to build the emulated device with"
 
 
 @cache
 def folder():
-    """Where the emulated libcuda.so is, built from its sources of now."""
+    """Folder of the emulated libcuda.so, built from its present sources."""
     texts = [(HERE / "emulator" / name).read_text() for name in SOURCES]
     out = cache_folder() / "emulator" / hashlib.sha256("".join(texts).encode()).hexdigest()[:16]
     if not (out / "libcuda.so").exists():
@@ -45,7 +45,7 @@ def folder():
 def start(arguments, out, **settings):
     """Runs `python ARGUMENTS` with the device; (text of standard output, of standard error).
 
-    out: folder that modules of kernels are written to. settings: EMULATOR_* by their endings.
+    out: folder for the modules of kernels. settings: variables EMULATOR_*, without that beginning.
     """
     out.mkdir(parents=True, exist_ok=True)
     own = {

@@ -1,9 +1,8 @@
-"""Estimates of a step on a GPU from what Taichi generates for it: nothing here has met a card.
+"""Estimates of a step on a GPU from the kernels that Taichi generates, not measured on a GPU.
 
-`python tests/gpu/estimate.py` has Taichi generate the kernels of two scenes, counts the
-instructions of those of a step, asks ptxas for their registers, and divides the bytes that a step
-moves and the operations that it makes by what a device can do. `--host` measures what a step costs
-the host: CPU time of launches that do nothing.
+`python tests/gpu/estimate.py` generates the kernels of two scenes, counts the instructions of a
+step, finds its registers with ptxas, and divides the bytes and operations of a step by the rates of
+a device. `--host` measures the CPU time of the host for a step with launches that do nothing.
 """
 
 import re
@@ -25,7 +24,7 @@ ARITHMETIC = "add sub mul fma div rcp sqrt rsqrt min max neg abs setp selp ex2 l
 
 
 def kernel_of(name):
-    """touch of touch_c48_0_kernel_0_range_for."""
+    """Name without the additions of Taichi: touch of touch_c48_0_kernel_0_range_for."""
     return re.sub(r"_c\d+_.*", "", name)
 
 
@@ -47,7 +46,7 @@ def instructions(text, entry):
 
 
 def of_modules(folder):
-    """Kernel of a step -> (instructions, registers); the longest of those of one name."""
+    """Kernel of a step -> (instructions, registers); the longest one of each name."""
     out, used = {}, registers(folder)
     for module in sorted(folder.glob("*.ptx")):
         text = module.read_text()
@@ -61,7 +60,7 @@ def of_modules(folder):
 
 
 def bytes_moved(layout):
-    """(bytes of a listed pair, of a grain) and step, each number moved once: history read and
+    """(bytes per step of a listed pair, of a grain) if each number is moved once: history read and
     written, loads written and read again, grains of the pair; motion of the grain read and
     written."""
     real, place = (
@@ -77,9 +76,9 @@ def bytes_moved(layout):
 def estimate(name):
     """Lines of the table of a case."""
     with tempfile.TemporaryDirectory() as folder:
-        told, _ = emulated.start(["-c", LAUNCH, name, "1"], Path(folder))
+        output, _ = emulated.start(["-c", LAUNCH, name, "1"], Path(folder))
         found = of_modules(Path(folder))
-    pair, grain = map(int, told.split()[:2])
+    pair, grain = map(int, output.split()[:2])
     lines = []
     for kernel in KERNELS:
         counted, used = found[kernel]
@@ -101,7 +100,7 @@ def estimate(name):
     return lines
 
 
-# launches that do nothing; told are the bytes of a pair and a grain, and us of the host for a step
+# launches that do nothing; prints bytes of a pair and a grain, and us of the host for a step
 LAUNCH = """
 import ctypes, sys, time
 import cases, estimate
@@ -122,8 +121,8 @@ print(*estimate.bytes_moved(sim.layout), best / steps * 1e6)
 def host_cost(name):
     """CPU time of the host for a step [us], launches that do nothing."""
     with tempfile.TemporaryDirectory() as folder:
-        told, _ = emulated.start(["-c", LAUNCH, name, "3200"], Path(folder))
-    return float(told.split()[2])
+        output, _ = emulated.start(["-c", LAUNCH, name, "3200"], Path(folder))
+    return float(output.split()[2])
 
 
 def main():

@@ -1,7 +1,7 @@
-"""What Taichi generates for a CUDA device, run without one: the results of the CPU, no race, few
-launches and synchronisations, registers that leave room.
+"""Taichi's kernels for CUDA on an emulated device: results of the CPU, no race, few launches and
+synchronisations, few registers.
 
-One scene is run always; all others are marked long, since each compiles its kernels to C.
+One scene always runs; all others are marked long, since each compiles its kernels to C.
 """
 
 import json
@@ -10,6 +10,7 @@ import re
 import shutil
 import subprocess
 import sys
+from collections import Counter
 from functools import cache
 from pathlib import Path
 
@@ -21,13 +22,15 @@ import pytest
 pytestmark = pytest.mark.skipif(bool(emulated.missing()), reason=str(emulated.missing()))
 QUICK = "box_mixed"
 EVERY = [n if n == QUICK else pytest.param(n, marks=pytest.mark.long) for n in cases.NAMES]
-LOOK = 16  # steps between two looks of the host
+SEARCH = ("find_bounds", "wrap", "list_neighbours", "relist_sphere", "list_entries")
+SEARCH += ("lay_grid", "reorder", "write_lists", "place_ghosts")
+LOOK = 16  # steps between two readings of the progress by the host
 
 
 @pytest.fixture(scope="module")
 def device(tmp_path_factory):
-    """A function that runs a case on the emulated device: (numbers, told, standard error, folder of
-    its modules). The same run is made once."""
+    """A function that runs a case on the emulated device and returns (numbers, report, standard
+    error, folder of its modules); each run is made once."""
 
     @cache
     def run(name, order="random", races=1):
@@ -37,8 +40,8 @@ def device(tmp_path_factory):
         _, errors = emulated.start(arguments, out, order=order, races=races)
         with np.load(path) as found:
             numbers = {key: found[key] for key in found.files}
-        told = json.loads(str(numbers.pop("told")))
-        return numbers, told, errors, out
+        report = json.loads(str(numbers.pop("report")))
+        return numbers, report, errors, out
 
     return run
 
@@ -46,8 +49,8 @@ def device(tmp_path_factory):
 @pytest.mark.parametrize("name", EVERY)
 def test_a_device_gives_the_results_of_the_cpu(name, device):
     expected, allowed, searches = cases.expected(name)
-    found, told, _, _ = device(name)
-    assert told["searches"] == searches > 0
+    found, report, _, _ = device(name)
+    assert report["searches"] == searches > 0
     if name.startswith("sphere"):
         assert expected["state sum sphere_contacts"] > 0
     for key, a in expected.items():
@@ -56,7 +59,7 @@ def test_a_device_gives_the_results_of_the_cpu(name, device):
 
 @pytest.mark.parametrize("name", EVERY)
 def test_threads_do_not_race(name, device):
-    """Two threads may write the same value, a 1 that says that a search is due; nothing else."""
+    """Two threads may write only the same value: the 1 that says that a search is due."""
     _, _, errors, _ = device(name)
     wrong = [
         line for line in errors.splitlines() if line.startswith("RACE") and "same value" not in line
@@ -101,8 +104,26 @@ def test_launches_and_synchronisations_of_a_step(name, device):
     assert search["launches"] <= 60 and search["syncs"] <= 8 and search["bytes_from"] <= 1024
 
 
-# Kernels of a step, and the registers that a thread may have by precision of the contacts: of the
-# 65536 of a multiprocessor, as many that four blocks of 128 threads find place there, or two.
+@pytest.mark.parametrize("name", EVERY)
+def test_kernels_need_neither_atomic_floats_nor_lengths_of_the_device(name, device):
+    """Counters of integers alone are atomic: what they number is sorted after that. In a search no
+    task reads the length of a loop before it; single threads read the numbers of the grid, and
+    check that lists are not too long."""
+    out, atomic, serial = device(name)[3], set(), Counter()
+    for module in sorted(out.glob("*.ptx")):
+        text = module.read_text()
+        tasks = re.findall(r"\.entry (\w+?)_c\d+_\d+_kernel_\d+_(\w+)\(", text)
+        if tasks:  # else the module is Taichi's own
+            atomic.update(re.findall(r"\b(?:atom|red)\.[\w.]+", text))
+            serial.update(kernel for kernel, task in tasks if task == "serial")
+    assert atomic == {"atom.add.u32"}
+    search = {kernel: n for kernel, n in serial.items() if kernel in SEARCH}
+    assert search.keys() <= {"list_neighbours"} and sum(search.values()) <= 3
+
+
+# Kernels of a step, and the most registers of a thread by precision of the contacts: with these
+# three blocks of 128 threads, in double precision two, share the 65536 registers of a
+# multiprocessor.
 STEP = ("touch", "kick_and_drift", "respond", "push", "end_step")
 MOST = {"f64": 255, "mixed": 168, "f32": 168}
 
@@ -116,12 +137,12 @@ def registers(folder):
     for module in sorted(folder.glob("*.ptx")):
         if not re.search(rf"\.entry ({'|'.join(STEP)})_c", module.read_text()):
             continue
-        told = subprocess.run(
+        report = subprocess.run(
             [tool, "-v", "-arch=sm_90", module, "-o", os.devnull],
             capture_output=True, text=True, check=True,
         ).stderr  # fmt: skip
         form = r"Compiling entry function '(\w+)'.*?(\d+) bytes spill stores.*?Used (\d+) registers"
-        for kernel, spilled, used in re.findall(form, told, flags=re.S):
+        for kernel, spilled, used in re.findall(form, report, flags=re.S):
             out[kernel] = int(used), int(spilled)
     return out
 

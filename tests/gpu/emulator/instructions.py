@@ -1,4 +1,4 @@
-"""Instructions of PTX in C: the body of a function, statement by statement. What they call is in
+"""Translation of PTX instructions to C, statement by statement. The functions that they call are in
 threads.h; registers become variables, and addresses are those of the host.
 """
 
@@ -11,7 +11,7 @@ C_TYPES = {
     "f64": "double",
     "pred": "uint8_t",
 }
-# registers by the beginning of their names: what holds them in C
+# C types of registers, by the beginning of their names
 HOLDERS = {
     "p": "uint8_t",
     "rc": "uint8_t",
@@ -81,7 +81,7 @@ class Body:
 
     # -- operands --------------------------------------------------------------------------------
 
-    def held(self, register):
+    def register_class(self, register):
         """Class of a register."""
         if register in self.named:
             return self.named[register]
@@ -108,29 +108,29 @@ class Body:
         return f"((uint64_t){match[1]} + {match[2]})" if match else f"((uint64_t){text})"
 
     def _register(self, name, kind):
-        held, own = self.held(name), variable(name)
-        if kind == "pred" or (is_float(kind) and held in ("f", "fd")):
+        reg_class, own = self.register_class(name), variable(name)
+        if kind == "pred" or (is_float(kind) and reg_class in ("f", "fd")):
             return own
         if is_float(kind):
             return f"as_{kind}({own})"
-        if held in ("f", "fd"):
-            own = f"as_u{'64' if held == 'fd' else '32'}({own})"
+        if reg_class in ("f", "fd"):
+            own = f"as_u{'64' if reg_class == 'fd' else '32'}({own})"
         return f"(({C_TYPES[kind]}){own})"
 
     def assign(self, name, kind, value):
         """Writes a value of that type to a register, which may be wider."""
         if name == "_":
             return ""
-        held, own = self.held(name), variable(name)
+        reg_class, own = self.register_class(name), variable(name)
         if kind == "pred":
             return f"{own} = {value};"
         if is_float(kind):
-            wrap = {"rd": "as_u64({})", "r": "as_u32({})"}.get(held, "{}")
+            wrap = {"rd": "as_u64({})", "r": "as_u32({})"}.get(reg_class, "{}")
             return f"{own} = {wrap.format(value)};"
-        if held in ("f", "fd"):
-            to = "as_f64((uint64_t)" if held == "fd" else "as_f32((uint32_t)"
+        if reg_class in ("f", "fd"):
+            to = "as_f64((uint64_t)" if reg_class == "fd" else "as_f32((uint32_t)"
             return f"{own} = {to}({value}));"
-        return f"{own} = ({HOLDERS[held]})({value});"
+        return f"{own} = ({HOLDERS[reg_class]})({value});"
 
     def address(self, text):
         base, offset = re.match(r"(.+?)([+-]-?\d+)?$", text.strip()[1:-1]).groups()
@@ -195,7 +195,7 @@ class Body:
 
     @staticmethod
     def _space(mods):
-        """How the record of races knows this memory; None of what a thread has to itself."""
+        """Name of a space of memory in the record of races; None if it belongs to one thread."""
         if "param" in mods or "local" in mods:
             return None
         return "SHARED_SPACE" if "shared" in mods else "0"

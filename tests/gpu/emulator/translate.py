@@ -1,7 +1,7 @@
-"""`python translate.py MOD.ptx`: translates what LLVM's NVPTX back end makes of Taichi's kernels to
-C, and compiles that to MOD.so, which has run_NAME(parameters, blocks, threads) for each kernel.
+"""`python translate.py MOD.ptx`: translates the PTX of Taichi's kernels (of LLVM's NVPTX) to C
+and compiles it to MOD.so, which has run_NAME(parameters, blocks, threads) for each kernel.
 
-Compiled modules are kept by their hash in EMULATOR_CACHE. With EMULATOR_RACES=1 reads and writes
+Compiled modules are cached by their hash in EMULATOR_CACHE. With EMULATOR_RACES=1 reads and writes
 are recorded (threads.h).
 """
 
@@ -108,19 +108,19 @@ def main(path):
     library, text = path.with_suffix(".so"), path.read_text()
     tools = [(HERE / name).read_text() for name in TOOLS]
     key = hashlib.sha256("".join([text, *tools, str(races)]).encode()).hexdigest()[:24]
-    kept = Path(os.environ["EMULATOR_CACHE"]) / f"{key}.so"
-    if not kept.exists():
+    stored = Path(os.environ["EMULATOR_CACHE"]) / f"{key}.so"
+    if not stored.exists():
         source = path.with_suffix(".c")
         source.write_text(Module(text).source())
         flags = [*FLAGS, "-I", str(HERE), *(["-DRACES"] if races else [])]
         flags += ["-mfma"] if os.uname().machine == "x86_64" else []
         subprocess.run(["gcc", "-O0", *flags, "-o", library, source, "-lm"], check=True)
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        whole = kept.with_suffix(f".{os.getpid()}")
+        stored.parent.mkdir(parents=True, exist_ok=True)
+        whole = stored.with_suffix(f".{os.getpid()}")
         shutil.copy(library, whole)
-        whole.replace(kept)
+        whole.replace(stored)
         return
-    shutil.copy(kept, library)
+    shutil.copy(stored, library)
 
 
 if __name__ == "__main__":
