@@ -10,13 +10,13 @@ from dusttaichi.studies.bench import Timed, machine
 
 SCENE = "omni_static"
 SIZES, ROUNDS = (1000, 3000, 11_000), 3
-QUICK_STEPS = 500_000_000  # grain-steps of a run with --quick, half a minute or so
+QUICK_STEPS = 200_000_000  # grain-steps of a run with --quick, a quarter of a minute or so
 
 
 def main(*, quick=False, sizes=SIZES, rounds=ROUNDS, log=print) -> str:
     """A table of the time of the same steps by number of threads, in turn, `rounds` times.
 
-    quick: the first half a minute of each run, else all of it.
+    quick: the first quarter of a minute of each run, else all of it.
     """
     threads = ("auto", *sorted({1, usable_cores()}))
     lines = [machine(), "", f"{SCENE}, {'its first steps' if quick else 'whole runs'}"]
