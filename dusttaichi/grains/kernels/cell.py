@@ -84,8 +84,6 @@ def make_wrap(fields, layout):
     masses = fields.get("mass")
     counts = fields["counts"]
     vector, pair = ti.types.vector(3, ti.f64), ti.types.vector(2, ti.f64)
-    device, threads = on_device(), padded(fields["wraps"].shape[0], CHUNK)
-    sums = BlockSums(1, CHUNK)
     # what crosses a face across z of a tilted cell moves along x
     axes = sorted(layout.periodic, reverse=layout.tilted)
 
@@ -114,6 +112,29 @@ def make_wrap(fields, layout):
             change *= masses[g]
         return change
 
+    wrap_by_threads = make_wrap_by_threads(fields, wrap_grain)
+
+    @ti.kernel
+    def wrap(low: vector, edges: vector, speeds: vector, lean: pair, mass: ti.f64):
+        if ti.static(on_device()):
+            wrap_by_threads(low, edges, speeds, lean, mass)
+        else:
+            grains = counts[GRAINS]
+            for chunk in range(whole(grains, CHUNK)):
+                total = ti.cast(0.0, ti.f64)
+                for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
+                    total += wrap_grain(g, low, edges, speeds, lean)
+                wrap_work[chunk] = wrap_work[chunk] + 0.5 * mass * total
+
+    return wrap
+
+
+def make_wrap_by_threads(fields, wrap_grain):
+    """Function `wrap_by_threads(low, edges, speeds, lean, mass)`: `wrap_grain` of all grains and
+    the sums of its changes on a device, with a thread for each grain and a block for a chunk."""
+    counts, wrap_work = fields["counts"], fields["wrap_work"]
+    threads, sums = padded(fields["wraps"].shape[0], CHUNK), BlockSums(1, CHUNK)
+
     @ti.func
     def wrap_by_threads(
         low: ti.template(),
@@ -122,7 +143,6 @@ def make_wrap(fields, layout):
         lean: ti.template(),
         mass: ti.template(),
     ):
-        """A thread for each grain, a block for a chunk."""
         ti.loop_config(block_dim=CHUNK)
         for g in range(threads):
             thread = g % CHUNK
@@ -134,16 +154,4 @@ def make_wrap(fields, layout):
                 if thread == 0:
                     wrap_work[g // CHUNK] = wrap_work[g // CHUNK] + 0.5 * mass * total
 
-    @ti.kernel
-    def wrap(low: vector, edges: vector, speeds: vector, lean: pair, mass: ti.f64):
-        if ti.static(device):
-            wrap_by_threads(low, edges, speeds, lean, mass)
-        else:
-            grains = counts[GRAINS]
-            for chunk in range(whole(grains, CHUNK)):
-                total = ti.cast(0.0, ti.f64)
-                for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
-                    total += wrap_grain(g, low, edges, speeds, lean)
-                wrap_work[chunk] = wrap_work[chunk] + 0.5 * mass * total
-
-    return wrap
+    return wrap_by_threads

@@ -33,28 +33,13 @@ def place_load_sums(grains, layout, walls):
     return out
 
 
-def make_load_sums(fields, sums, layout, walls):
-    """Launch `load_sums()`, which fills that field."""
-    found, out, counts = places(layout, walls), sums["load_sums"], fields["counts"]
-    tables = [
-        (sums[name] if name == "across" else fields[name], part.start, part.stop)
-        for name, part in found.items()
-        if not name.startswith(("wall_force", "impulse"))
-    ]
-    columns, one = max((end for _, _, end in tables), default=0), BlockSums(1)
+def make_across_faces(fields, layout):
+    """Function `across_faces(b)`: of pair b, its force times the edges between its grains."""
     contact, shift, LOAD = fields["contact"], fields.get("shift"), layout.load
-    across, of_tile = sums.get("across"), BlockSums(FACES)
-    pairs = across.shape[0] * THREADS if layout.periodic else 0
-    total, forces, impulses, first_force, first_impulse = (None,) * 5
-    if walls:
-        total, forces, impulses = (
-            fields["impulse_total"], force_sums(fields, layout), impulse_sums(fields)
-        )  # fmt: skip
-        first_force, first_impulse = found["wall_force"].start, found["impulse"].start
+    counts = fields["counts"]
 
     @ti.func
     def across_faces(b):
-        """Of pair b: its force times the edges between its grains."""
         out = ti.Vector.zero(ti.f64, FACES)
         if b < counts[PAIRS]:
             for k in ti.static(range(len(layout.periodic))):
@@ -62,6 +47,28 @@ def make_load_sums(fields, sums, layout, walls):
                     force = ti.cast(contact[b, LOAD + a, 0], ti.f64)
                     out[3 * a + layout.periodic[k]] = force * shift[b, k, 0]
         return out
+
+    return across_faces
+
+
+def make_load_sums(fields, sums, layout, walls):
+    """Launch `load_sums()`, which fills that field."""
+    found, out = places(layout, walls), sums["load_sums"]
+    tables = [
+        (sums[name] if name == "across" else fields[name], part.start, part.stop)
+        for name, part in found.items()
+        if not name.startswith(("wall_force", "impulse"))
+    ]
+    columns, one = max((end for _, _, end in tables), default=0), BlockSums(1)
+    across, of_tile = sums.get("across"), BlockSums(FACES)
+    pairs = across.shape[0] * THREADS if layout.periodic else 0
+    across_faces = make_across_faces(fields, layout)
+    total, forces, impulses, first_force, first_impulse = (None,) * 5
+    if walls:
+        total, forces, impulses = (
+            fields["impulse_total"], force_sums(fields, layout), impulse_sums(fields)
+        )  # fmt: skip
+        first_force, first_impulse = found["wall_force"].start, found["impulse"].start
 
     @ti.func
     def column_sum(column, thread):

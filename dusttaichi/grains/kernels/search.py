@@ -144,7 +144,7 @@ class Neighbours:
         self.polydisperse = layout.polydisperse
         self.x, self.counts = fields["x"], fields["counts"]
         self.near, self.near_count = scratch["near"], scratch["near_count"]
-        self.own_count = scratch["own_count"]
+        self.own_count, self.capacity = scratch["own_count"], scratch["cell_grain"].shape[0]
         self.near_start, self.radius = scratch.get("near_start"), fields.get("radius")
 
     @ti.func
@@ -239,6 +239,20 @@ class Neighbours:
         if ti.static(not self.polydisperse):
             self.near_count[g], self.own_count[g] = found[0], found[1]
 
+    @ti.func
+    def visit_all(self, grid: ti.template(), reach: ti.template(), counting: ti.template()):
+        """The same for all grains. To be called outside of the loops of a kernel."""
+        for g in range(loop_length(self.counts[GRAINS], self.capacity)):
+            if is_idle(g, self.counts[GRAINS]) or self.is_full(counting):
+                continue
+            self.visit(g, grid, reach, counting)
+
+    @ti.func
+    def is_full(self, counting: ti.template()):
+        """Whether the lists have grown too long; those of equal grains have places of their own."""
+        checked = ti.static(self.polydisperse and not counting)
+        return self.counts[OVERFLOW] > 0 if ti.static(checked) else 0
+
 
 def make_grid(scratch):
     """Function `grid()`: the Grid of a search, from its numbers."""
@@ -301,24 +315,12 @@ def make_find(fields, scratch, layout):
         for g in range(loop_length(counts[GRAINS] + 1, room + 1)):
             old_start[g] = pair_start[g]
         if ti.static(layout.polydisperse):
-            visit(grid, reach, True)
+            neighbours.visit_all(grid, reach, True)
             scan.exclusive(near_count, near_start, loop_length(counts[GRAINS] + 1, room + 1))
             limit(near_start, 2)
-        visit(grid, reach, False)
+        neighbours.visit_all(grid, reach, False)
         scan.exclusive(own_count, pair_start, loop_length(counts[GRAINS] + 1, room + 1))
         limit(pair_start, 1)
-
-    @ti.func
-    def visit(grid: ti.template(), reach: ti.template(), counting: ti.template()):
-        for g in range(loop_length(counts[GRAINS], room)):
-            if is_idle(g, counts[GRAINS]) or is_full(counting):
-                continue
-            neighbours.visit(g, grid, reach, counting)
-
-    @ti.func
-    def is_full(counting: ti.template()):
-        """Whether the lists have grown too long; those of equal grains have places of their own."""
-        return counts[OVERFLOW] > 0 if ti.static(layout.polydisperse and not counting) else 0
 
     @ti.func
     def limit(starts: ti.template(), times: ti.template()):
