@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from dusttaichi import plots
-from dusttaichi.analysis.grid import outcomes
+from dusttaichi.analysis.grid import outcomes, read
 from dusttaichi.physics import laws
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.plots import style
@@ -73,7 +73,7 @@ def trade(scene):
 
 def softening():
     """Cost against error of softened contacts; and the table that `--suggest` reads."""
-    found = outcomes(rows("softening.csv"))
+    found = outcomes(read(TABLES / "softening.csv"))
     with open(files("dusttaichi.studies.trade") / TABLE, "w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         writer.writeheader()

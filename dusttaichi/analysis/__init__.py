@@ -1,4 +1,4 @@
-"""Analysis of results: reads result files only, and never needs Taichi."""
+"""Analysis of results: it reads result files only and never needs Taichi."""
 
 from dusttaichi.analysis.arrival import Arrival, SoundSpeed, arrival, sound_speed
 from dusttaichi.analysis.bodies import Bodies, bodies
@@ -13,7 +13,7 @@ from dusttaichi.analysis.compression import (
     onset,
     rms_from_law,
 )
-from dusttaichi.analysis.cycles import Release, releases
+from dusttaichi.analysis.cycles import Unloading, unloadings
 from dusttaichi.analysis.ensemble import gather, save_ensemble
 from dusttaichi.analysis.ensemble_tables import Band, bands
 from dusttaichi.analysis.error_bar import ErrorBar, Estimate, error_bar
@@ -31,13 +31,21 @@ from dusttaichi.analysis.fragments import (
 )
 from dusttaichi.analysis.frame import Frame, frame_count, grain_masses, read_frame
 from dusttaichi.analysis.isotropic import Isotropic, Ratio, isotropic
-from dusttaichi.analysis.ledger import Ledger, ledger
-from dusttaichi.analysis.loads import Friction, Held, Shearing, friction, held_loads, shearings
-from dusttaichi.analysis.losses import (
+from dusttaichi.analysis.ledger import (
+    Ledger,
     Losses,
     LossShares,
+    ledger,
     loss_shares,
     losses_against_filling_factor,
+)
+from dusttaichi.analysis.loads import (
+    ControlledLoad,
+    Friction,
+    Shearing,
+    controlled_loads,
+    friction,
+    shearings,
 )
 from dusttaichi.analysis.pores import Pores, pores
 from dusttaichi.analysis.profile import profile
@@ -50,90 +58,6 @@ from dusttaichi.analysis.summary import summary, table
 from dusttaichi.analysis.tensile import StrengthFit, Tensile, fit_strength, tensile
 from dusttaichi.analysis.trade import front, trade_dataset
 from dusttaichi.analysis.triaxial import Triaxial, is_triaxial, triaxials
+from dusttaichi.names import exported
 
-__all__ = [
-    "Arrival",
-    "Band",
-    "Bodies",
-    "Column",
-    "Compaction",
-    "Curve",
-    "Deviation",
-    "ErrorBar",
-    "Estimate",
-    "Fit",
-    "Fractal",
-    "FragmentDimension",
-    "Fragments",
-    "Frame",
-    "Friction",
-    "Held",
-    "Isotropic",
-    "Ledger",
-    "LossShares",
-    "Losses",
-    "MassSpectrum",
-    "Penetration",
-    "Pores",
-    "Ratio",
-    "Release",
-    "Restitution",
-    "Run",
-    "Shearing",
-    "SoundSpeed",
-    "StrengthFit",
-    "Structure",
-    "Tensile",
-    "arrival",
-    "bands",
-    "bodies",
-    "column",
-    "compaction",
-    "compare",
-    "compression_curve",
-    "compression_law",
-    "error_bar",
-    "fit_compression",
-    "fit_strength",
-    "fractal",
-    "fragment_dimension",
-    "fragments",
-    "friction",
-    "front",
-    "frame_count",
-    "gather",
-    "grain_masses",
-    "growth_efficiency",
-    "held_loads",
-    "is_ensemble",
-    "is_trade",
-    "isotropic",
-    "ledger",
-    "loss_shares",
-    "losses_against_filling_factor",
-    "mass_spectrum",
-    "onset",
-    "open_ensemble",
-    "open_run",
-    "open_trade",
-    "penetration",
-    "pores",
-    "profile",
-    "read_frame",
-    "releases",
-    "restitution",
-    "rms_from_law",
-    "save_ensemble",
-    "shearings",
-    "sound_speed",
-    "structure",
-    "summary",
-    "table",
-    "tensile",
-    "to_csv",
-    "trade_dataset",
-    "Triaxial",
-    "is_triaxial",
-    "triaxials",
-    "wall_restitution",
-]
+__all__ = exported(globals())

@@ -1,4 +1,4 @@
-"""When a push arrives at each grain, and the speed of sound from it (PD08 section 3.2)."""
+"""Arrival times of a push at the grains, and the speed of sound (PD08 section 3.2)."""
 
 from dataclasses import dataclass
 
@@ -13,12 +13,12 @@ from dusttaichi.physics.contact import constants
 
 @dataclass(frozen=True)
 class Arrival:
-    """When each of N grains first moved by more than a threshold.
+    """Times at which N grains first moved by more than a threshold.
 
-    time [s]: (N,), since the first snapshot taken, not a number for a grain that has not moved so
-    far. distance [m]: (N,), from the nearest pushed grain, or from the plane of the pushed wall or
-    face, at the start; 0 for pushed grains. threshold [m]: the displacement that counts. push [m]:
-    what it is a fraction of.
+    time [s]: (N,), since the first snapshot, not a number for a grain that has not moved that far.
+    distance [m]: (N,), at the start, from the nearest pushed grain or from the plane of the pushed
+    wall or face; 0 for pushed grains. threshold [m]: the displacement that counts. push [m]: the
+    displacement of which it is a fraction.
     """
 
     time: np.ndarray
@@ -41,27 +41,28 @@ class Arrival:
 def arrival(run, pushed=None, *, fraction=0.1, threshold=None, push=None, first=0):
     """The Arrival of a push at the grains of a Run.
 
-    pushed: number of the grain that is pushed, or name of the wall, as "bottom". Without it the
-    first push of the run's scene: there a face stands for the plane through its outermost centre,
-    and `push` for the displacement given; for the overlap delta0 of two grains at rest where a
-    force, velocity or speed was given, under which pushed grains go on and on.
-    A grain is reached once it is farther than the threshold from where it was in snapshot
-    `first`; the moment is interpolated linearly between snapshots, so that these must be denser
-    than the signal is long.
-    threshold [m]: absolute. Without it: `fraction` of `push` [m], whose default is the largest
-    displacement of the pushed grain or wall. PD08 names no number; the smaller it is, the faster
-    the front that is seen, since waves in chains are dispersive.
-    Raises DustError for a grain or wall that is not there, or that has not moved.
+    pushed: number of the pushed grain, or name of the wall, such as "bottom". By default the first
+    push of the scene; the position of a face is then the plane through its outermost centre, and
+    `push` is the displacement of the scene, or, of a force, velocity or speed, the overlap delta0
+    of two grains at rest, since pushed grains never stop.
+    A grain is reached once it is farther than the threshold from its position in snapshot `first`.
+    The moment is interpolated linearly between snapshots, which must be closer in time than the
+    signal is long.
+    threshold [m]: absolute; by default `fraction` of `push` [m], whose default is the largest
+    displacement of the pushed grain or wall. PD08 gives no number; a smaller threshold gives a
+    faster front, since waves in chains are dispersive.
+    Raises DustError for a grain or wall that does not exist or has not moved.
     """
     start = read_frame(run, first, contacts=False)
     if pushed is None:
-        pushed, distance, known = _own_push(run, start)
-        push = known if push is None else push
+        pushed, distance, size = _first_push(run, start)
+        push = size if push is None else push
     else:
         distance = _distance(start, pushed)
     times, displaced, moved = _motion(run, start)
-    own = moved[:, WALLS.index(pushed)] if isinstance(pushed, str) else displaced[:, pushed]
-    push = float(own.max() if push is None else push)
+    if push is None:
+        by_wall = isinstance(pushed, str)
+        push = (moved[:, WALLS.index(pushed)] if by_wall else displaced[:, pushed]).max()
     if threshold is None:
         threshold = fraction * push
     if not threshold > 0.0:
@@ -89,18 +90,15 @@ def _motion(run, start):
     return times, displaced, np.abs(cells - start.cell.ravel())
 
 
-def _own_push(run, start):
+def _first_push(run, start):
     """Grains of the first push of a run, distances from it (N,) [m], and its size [m]."""
     if not run.pushes:
-        raise DustError(
-            f"{run.path}: its scene has no push; name the grain or wall that is pushed."
-        )
+        raise DustError(f"{run.path}: its scene has no push; name the pushed grain or wall.")
     push = run.pushes[0]
     group = np.array(push["grains"])
     if "face" in push:
         along = start.position[:, WALLS.index(push["face"]) // 2]
-        ends = along[group]
-        outermost = ends.min() if WALLS.index(push["face"]) % 2 == 0 else ends.max()
+        outermost = (np.min, np.max)[WALLS.index(push["face"]) % 2](along[group])
         distance = np.abs(along - outermost)
     else:
         distance = scipy.spatial.cKDTree(start.position[group]).query(start.position)[0]
@@ -118,25 +116,22 @@ def _overlap(material):
 
 def _distance(start, pushed):
     if isinstance(pushed, str):
-        return np.abs(start.position[:, _wall(start, pushed) // 2] - _plane(start, pushed))
+        wall = _wall(start, pushed)
+        return np.abs(start.position[:, wall // 2] - start.cell.ravel()[wall])
     if not 0 <= pushed < len(start.position):
         raise DustError(f"There is no grain {pushed}; allowed: 0 to {len(start.position) - 1}.")
     return np.linalg.norm(start.nearest(start.position - start.position[pushed]), axis=1)
 
 
 def _wall(frame, name):
-    present = [w for w, at in zip(WALLS, frame.cell.ravel(), strict=True) if not np.isnan(at)]
+    present = [w for w, x in zip(WALLS, frame.cell.ravel(), strict=True) if not np.isnan(x)]
     if name not in present:
         raise DustError(f'There is no wall "{name}"; allowed: {", ".join(present) or "none"}.')
     return WALLS.index(name)
 
 
-def _plane(frame, name):
-    return frame.cell.ravel()[_wall(frame, name)]
-
-
 def _crossing(times, values, level):
-    """Moment when each column of values (T, N) first exceeds the level, by straight lines, (N,)."""
+    """Times (N,) at which the columns of values (T, N) first exceed the level, interpolated."""
     over = values > level
     after = np.argmax(over, axis=0)
     before = np.maximum(after - 1, 0)
@@ -152,7 +147,7 @@ class SoundSpeed:
     """Straight line through arrival times: time = delay + distance/speed.
 
     speed, sigma [m/s]: the speed and its standard error. delay [s]: of the line at distance 0.
-    grains: how many went into it.
+    grains: number of grains in the fit.
     """
 
     speed: float
@@ -162,11 +157,11 @@ class SoundSpeed:
 
 
 def sound_speed(arrivals, beyond=0.0):
-    """The SoundSpeed of an Arrival, by least squares over the grains it has reached.
+    """The SoundSpeed of an Arrival, by least squares over the grains that it has reached.
 
-    beyond [m]: grains nearer than this are left out: close to the push the speed is that of single
-    chains (PD08 Fig 7). Raises DustError where fewer than three grains are left, or the signal
-    does not come later at greater distance.
+    beyond [m]: nearer grains are left out, since close to the push the speed is that of single
+    chains (PD08 Fig 7). Raises DustError for fewer than three grains, or for a signal that does not
+    arrive later at greater distance.
     """
     used = arrivals.reached & (arrivals.distance >= beyond)
     distance, time = arrivals.distance[used], arrivals.time[used]
@@ -175,12 +170,8 @@ def sound_speed(arrivals, beyond=0.0):
             f"The signal has reached {len(time)} grains at distances of {beyond:g} m and more; a "
             "fit needs three. Try a smaller threshold or a longer run."
         )
-    middle = distance - distance.mean()
-    square = (middle**2).sum()
-    slope = (middle * time).sum() / square
-    rest = time - time.mean() - slope * middle
+    (slope, delay), covariance = np.polyfit(distance, time, 1, cov=True)
     if slope <= 0.0:
         raise DustError("The signal does not arrive later at greater distance: no speed of sound.")
-    error = np.sqrt((rest**2).sum() / (len(time) - 2) / square)
-    delay = time.mean() - slope * distance.mean()
-    return SoundSpeed(float(1.0 / slope), float(error / slope**2), float(delay), len(time))
+    sigma = np.sqrt(covariance[0, 0]) / slope**2
+    return SoundSpeed(float(1.0 / slope), float(sigma), float(delay), len(time))

@@ -1,4 +1,4 @@
-"""Two bodies that fly at each other: how fast each is, and how the angular momentum is shared."""
+"""Two colliding bodies: their velocities, and the shares of the angular momentum."""
 
 from dataclasses import dataclass
 
@@ -10,16 +10,19 @@ from dusttaichi.errors import DustError
 
 @dataclass(frozen=True)
 class Bodies:
-    """Two bodies over time, SI. time (n,), position and velocity of the centres of mass and angular
-    momentum about these (own), (n, 2, 3) each. orbital (n, 3): that of both centres about their
-    common one. names, mass: (2,)."""
+    """Two bodies over time, SI.
+
+    time (n,). position, velocity of the centres of mass, and spin, the angular momentum about them:
+    (n, 2, 3) each. orbital (n, 3): angular momentum of both centres about the common one. names,
+    mass: (2,).
+    """
 
     time: np.ndarray
     names: tuple
     mass: np.ndarray
     position: np.ndarray
     velocity: np.ndarray
-    own: np.ndarray
+    spin: np.ndarray
     orbital: np.ndarray
 
 
@@ -27,7 +30,7 @@ def bodies(run):
     """The Bodies of a Run. Raises DustError where its series has none."""
     series = run.whole.series
     if "body_angular_momentum" not in series:
-        raise DustError(f"{run.path} has no two bodies that fly: sample.kind pair or collision.")
+        raise DustError(f"{run.path} has no two colliding bodies: sample.kind pair or collision.")
     first, second = run.bodies()
     masses = grain_masses(run)
     mass = np.array([masses[first].sum(), masses[second].sum()])
@@ -40,6 +43,6 @@ def bodies(run):
         mass=mass,
         position=x,
         velocity=v,
-        own=series.body_angular_momentum.values,
+        spin=series.body_angular_momentum.values,
         orbital=orbital,
     )

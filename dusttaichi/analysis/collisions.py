@@ -140,7 +140,7 @@ AVERAGED = ("growth_efficiency", "largest", "second", "fragments", "restitution"
 
 def table(data):
     """(header, rows) of the table for coagulation codes: lists of values, a row for every body,
-    mass ratio, speed and impact parameter (over: "point"); where these stand for equal areas also
+    mass ratio, speed and impact parameter (over: "point"); where these represent equal areas also
     one over all of them, without an impact parameter ("area").
 
     Means are over the seeds of the collisions in which the bodies touched, `_error` is the standard

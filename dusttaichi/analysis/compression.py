@@ -1,8 +1,8 @@
-"""Compression curves: filling factor against pressure on the top wall, and laws beside them.
+"""Compression curves: filling factor against pressure on the top wall, and their laws.
 
 A run is driven by strain: its filling factor is known exactly and grows, its pressure fluctuates.
-So the curve is smoothed along the filling factor, and where one filling factor for each pressure
-is needed, the pressure is made to grow with the filling factor by isotonic regression first.
+Therefore the curve is smoothed along the filling factor. Where a unique filling factor for each
+pressure is needed, isotonic regression makes the pressure grow with the filling factor first.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,6 @@ from dusttaichi.physics import laws
 BIN_WIDTH = 0.01
 """Width in filling factor of the bins of a curve; a fifth of it is the default output interval."""
 
-
 FASTEST = 25.0
 """Wall speed [m/s] up to which S12 eqs 33 and 35 were fitted."""
 
@@ -27,7 +26,7 @@ class Curve:
     """A compression curve, smoothed and as measured.
 
     filling_factor, pressure [Pa], count, each (bins,): mean filling factor, median pressure and
-    number of points of every bin of filling factor; bins without a positive pressure left out.
+    number of points of every bin of filling factor that has a positive pressure.
     raw_filling_factor, raw_pressure [Pa], each (times,). bin_width: in filling factor.
     """
 
@@ -53,14 +52,13 @@ class Curve:
 def compression_curve(run, bin_width=BIN_WIDTH, stage=None, of="filling_factor", peaks=1):
     """The Curve of a Run: bins `bin_width` wide in filling factor, in each the median pressure.
 
-    The median is that of P and of lg P alike, and single bursts do not move it. stage: name or
-    number (default: all that compress, each from the largest filling factor before it on, which is
-    where a cake that has been let go meets the curve of its first loading again). of:
-    `filling_factor`, or `inner_filling_factor`, that of PD08's inner cylinder between plates.
-    peaks: the pressure is the largest of so many successive records; PD08 (section 3.1.2) took ten,
-    of the force of the moment (a small
-    output.window). Raises DustError where the run has no such filling factor or no pressure on the
-    top wall.
+    The median of P is also that of lg P, and single bursts do not shift it. stage: name or number
+    (default: all that compress, each beyond the largest filling factor reached before, where an
+    unloaded cake returns to the curve of its first loading). of: `filling_factor`, or
+    `inner_filling_factor`, that of PD08's inner cylinder between plates. peaks: number of
+    successive records whose largest pressure is taken; PD08 (section 3.1.2) took ten, of the
+    instantaneous force (a small output.window). Raises DustError where the run has no such filling
+    factor or no pressure on the top wall.
     """
     parts = [run.stage(stage)] if stage is not None else _loading(run)
     phi, pressure = np.concatenate([_points(part.series, of, run) for part in parts], axis=1)
@@ -73,17 +71,17 @@ def compression_curve(run, bin_width=BIN_WIDTH, stage=None, of="filling_factor",
 
 
 def _loading(run):
-    """The stages that compress, each beyond what those before it have reached."""
+    """The stages that compress, each beyond the largest filling factor of those before it."""
     parts = [part for part in run.parts if part.compresses]
     if len(parts) < 2:
         return parts or [run]
-    reached, found = -np.inf, []
+    reached, loading = -np.inf, []
     for part in parts:
-        beyond = part if not found else part.beyond(reached)
+        beyond = part.beyond(reached) if loading else part
         if len(beyond.series.time):
-            found.append(beyond)
+            loading.append(beyond)
             reached = max(reached, float(np.nanmax(beyond.series.filling_factor)))
-    return found
+    return loading
 
 
 def _points(series, of, run):
@@ -111,8 +109,11 @@ def binned(numbers, phi, values):
 
 
 def compression_law(run):
-    """The CompressionLaw that the literature has for a Run: that of the laboratory, where between
-    plates the cake spreads sideways; under a wall of 1 to 25 m/s S12's of that speed (eq 33)."""
+    """The CompressionLaw of the literature for a Run.
+
+    The unidirectional law of the laboratory between plates, where the cake spreads sideways; under
+    a wall of 1 to 25 m/s that of S12 for the speed (eq 33); else the static law of S12.
+    """
     if run.boundary == "plates":
         return laws.UNIDIRECTIONAL
     speed = wall_speed(run)
@@ -135,7 +136,7 @@ def onset(curve, rise=0.1):
 
 @dataclass(frozen=True)
 class Fit:
-    """S12 eq 31 fitted to a curve. `sigma`: name -> 1-sigma uncertainty, 0 for what was fixed."""
+    """S12 eq 31 fitted to a curve. `sigma`: name -> 1-sigma uncertainty, 0 of a fixed parameter."""
 
     law: laws.CompressionLaw
     sigma: dict
@@ -170,7 +171,7 @@ def _decades_wide(curve, least=1e-3):
 
 
 def correlation_factor(residual):
-    """By how much neighbours that err alike widen an uncertainty: sqrt((1 + r)/(1 - r))."""
+    """Factor sqrt((1 + r)/(1 - r)) by which correlated neighbours widen an uncertainty."""
     centred = residual - residual.mean()
     scale = np.sum(centred**2)
     r = np.sum(centred[1:] * centred[:-1]) / scale if scale > 0 else 0.0
@@ -192,14 +193,14 @@ def fit_compression(
     """Fit S12 eq 31 to the bins of a Curve between `p_low` and `p_high` [Pa], up to the filling
     factor `phi_high`. Returns a Fit.
 
-    Least squares in the filling factor; weights: "bins", every bin alike, or "decades",
-    every decade of pressure alike, by the width in lg P that a bin has on `Curve.monotone`. p_m (as
-    lg p_m) and Delta are free, phi1 and phi2 fixed as in S12 unless named in `free` ("phi1",
-    "phi2"); between plates phi2 is that of `laws.UNIDIRECTIONAL`. The 1-sigma
-    uncertainties are those of the least squares with the scatter of the residuals, times
-    sqrt((1 + r)/(1 - r)) where r > 0 is the correlation of neighbouring residuals: a curve that
-    departs from the form of the law gets a wider uncertainty. They do not cover what another
-    sample or size would give. Raises DustError where there are too few bins, or no fit is found.
+    Least squares in the filling factor. weights: "bins", equal for every bin, or "decades", equal
+    for every decade of pressure, by the width in lg P of a bin on `Curve.monotone`. p_m (as lg p_m)
+    and Delta are free, phi1 and phi2 fixed as in S12 unless `free` names them ("phi1", "phi2");
+    between plates phi2 is that of `laws.UNIDIRECTIONAL`. The 1-sigma uncertainties are those of the
+    least squares with the scatter of the residuals, times sqrt((1 + r)/(1 - r)) for a correlation
+    r > 0 of neighbouring residuals, so that a curve of another form than the law has a wider
+    uncertainty. They do not include the scatter between samples and sizes. Raises DustError for too
+    few bins, or where no fit is found.
     """
     used = (curve.pressure >= p_low) & (curve.pressure <= p_high)
     used &= curve.filling_factor <= phi_high
@@ -241,26 +242,22 @@ def fit_compression(
 
 
 def _as_fit(names, numbers, covariance, residual):
-    """The Fit of the numbers that were found, `names` of which were free."""
+    """The Fit of the fitted numbers, `names` of which were free."""
     sigma = np.sqrt(np.diag(covariance)) * correlation_factor(residual)
     widths = {"phi1": 0.0, "phi2": 0.0} | dict(zip(names, sigma, strict=True))
     numbers["p_m"] = 10 ** numbers["p_m"]
     widths["p_m"] = numbers["p_m"] * np.log(10) * widths["p_m"]
     law = laws.CompressionLaw(**{k: float(v) for k, v in numbers.items()}, name="fit")
-    return Fit(
-        law,
-        {k: float(v) for k, v in widths.items()},
-        float(np.sqrt(np.mean(residual**2))),
-        len(residual),
-    )
+    rms = float(np.sqrt(np.mean(residual**2)))
+    return Fit(law, {k: float(v) for k, v in widths.items()}, rms, len(residual))
 
 
 @dataclass(frozen=True)
 class Deviation:
-    """How far a curve lies from a law, in filling factor, over the pressures that it reaches.
+    """Distance of a curve from a law, in filling factor, over the pressures that it reaches.
 
     rms, mean (curve less law), largest (of the absolute values); NaN where nothing is covered.
-    p_low, p_high [Pa]: the range compared. covered: the share of the range asked for, in decades.
+    p_low, p_high [Pa]: the range compared. covered: share of the requested range, in decades.
     """
 
     rms: float
@@ -272,7 +269,7 @@ class Deviation:
 
     @property
     def complete(self):
-        """True where the whole range asked for is covered."""
+        """True where the whole requested range is covered."""
         return self.covered > 0.999
 
 
@@ -280,22 +277,16 @@ def rms_from_law(curve, law, p_low=1e3, p_high=1e5, points=201):
     """Difference in filling factor between a Curve and a law, at equally spaced lg P.
 
     The curve is `Curve.monotone`, interpolated linearly in lg P; where it is flat in P it jumps in
-    filling factor. Only pressures that it reaches are compared, nothing is extrapolated: look at
+    filling factor. Only pressures that it reaches are compared, without extrapolation: see
     `covered`. law: anything with filling_factor(P). Returns a Deviation.
     """
-    asked = np.linspace(np.log10(p_low), np.log10(p_high), points)
+    first, last = np.log10(p_low), np.log10(p_high)
     decades, phi = curve.monotone()
-    if not len(decades) or decades[0] > asked[-1] or decades[-1] < asked[0]:
-        return Deviation(np.nan, np.nan, np.nan, np.nan, np.nan, 0.0)
-    low, high = max(asked[0], decades[0]), min(asked[-1], decades[-1])
-    covered = (high - low) / (asked[-1] - asked[0])
+    if not len(decades) or decades[0] > last or decades[-1] < first:
+        return Deviation(*[np.nan] * 5, 0.0)
+    low, high = max(first, decades[0]), min(last, decades[-1])
+    covered = (high - low) / (last - first)
     grid = np.linspace(low, high, max(int(round(covered * (points - 1))) + 1, 2))
     difference = np.interp(grid, decades, phi) - law.filling_factor(10**grid)
-    return Deviation(
-        float(np.sqrt(np.mean(difference**2))),
-        float(difference.mean()),
-        float(np.abs(difference).max()),
-        float(10**low),
-        float(10**high),
-        float(covered),
-    )
+    rms, largest = np.sqrt(np.mean(difference**2)), np.abs(difference).max()
+    return Deviation(*map(float, (rms, difference.mean(), largest, 10**low, 10**high, covered)))

@@ -1,6 +1,6 @@
-"""Loading and letting go: how stiff a pressed cake is where it is let go, and what it springs back.
+"""Loading and unloading: the modulus of a pressed cake on unloading, and its elastic recovery.
 
-A stage that lets go begins under pressure and ends under no tension: the height between the walls
+A stage that unloads begins under pressure and ends without tension: the height between the walls
 (or the cell) grows, and the pressure falls. Its first part is elastic, and its slope is the
 unloading modulus, M = dP/d ln h at constant cross section (for a cell pressed from all sides the
 bulk modulus, dP/d ln V).
@@ -13,19 +13,19 @@ import numpy as np
 from dusttaichi.errors import DustError
 
 SHARE = 0.5
-"""Part of the pressure at which a stage begins that the slope is taken over."""
+"""Share of the initial pressure of a stage over whose fall the slope is fitted."""
 FEWEST = 4
-"""Points of the series that a slope is fitted to, at least."""
+"""Least number of records for a slope."""
 
 
 @dataclass(frozen=True)
-class Release:
-    """One stage that lets go.
+class Unloading:
+    """One stage that unloads.
 
-    stage: its name. pressure [Pa], filling_factor: where it begins. modulus, modulus_sigma [Pa]:
-    slope of the pressure against the logarithm of the volume over the first SHARE of the pressure,
-    and its 1-sigma uncertainty by the scatter about the line; nan with fewer than FEWEST points.
-    recovered: ln V after over before, at its end. ln_volume, path [Pa]: all its points, (times,).
+    stage: its name. pressure [Pa], filling_factor: at its start. modulus, modulus_sigma [Pa]: slope
+    of the pressure against the logarithm of the volume over the first SHARE of the pressure, and
+    its 1-sigma uncertainty by the scatter about the line; nan for fewer than FEWEST records.
+    recovered: ln V after over before, at its end. ln_volume, path [Pa]: all its records, (times,).
     """
 
     stage: str
@@ -38,18 +38,15 @@ class Release:
     path: np.ndarray
 
 
-def releases(run):
-    """The Release of every stage of a Run that lets go, in their order.
-
-    Raises DustError where there is none.
-    """
-    found = [_release(part) for part in run.parts if part.unloads]
-    if not found:
-        raise DustError(f"{run.path}: no stage lets go of a pressed sample.")
-    return found
+def unloadings(run):
+    """The Unloading of every stage of a Run that unloads, in order. Raises DustError for none."""
+    stages = [_unloading(part) for part in run.parts if part.unloads]
+    if not stages:
+        raise DustError(f"{run.path}: no stage unloads a pressed sample.")
+    return stages
 
 
-def _release(part):
+def _unloading(part):
     start, series = part.start, part.series
     phi0, p0 = float(start.filling_factor), float(pressure_of(start))
     ln_volume = np.log(phi0 / series.filling_factor.values)
@@ -62,7 +59,7 @@ def _release(part):
     if used.sum() >= FEWEST:
         (slope, _), covariance = np.polyfit(middle[used], path[used], 1, cov=True)
         slope, sigma = -slope, np.sqrt(covariance[0, 0])
-    return Release(
+    return Unloading(
         stage=part.stage_name,
         pressure=p0,
         filling_factor=phi0,
@@ -75,10 +72,14 @@ def _release(part):
 
 
 def pressure_of(series):
-    """Pressure [Pa] of a series, (times,), or of one record of it: on the top wall, else the mean
-    one of the cell."""
+    """Pressure [Pa] of a series, (times,), or of one record: on the top wall, else of the cell."""
     top = series.pressure.sel(wall="top").values if "pressure" in series else np.nan
     if "stress" not in series:
         return top
+    return np.where(np.isfinite(top), top, cell_pressure(series))
+
+
+def cell_pressure(series):
+    """Mean pressure [Pa] -trace(stress)/3 of a series, (times,), or of one record."""
     stress = series.stress.transpose(..., "xyz", "axis").values
-    return np.where(np.isfinite(top), top, -np.trace(stress, axis1=-2, axis2=-1) / 3.0)
+    return -np.trace(stress, axis1=-2, axis2=-1) / 3.0

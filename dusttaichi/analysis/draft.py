@@ -1,4 +1,4 @@
-"""Which runs are drafts, or have softened contacts, and how that is said."""
+"""Drafts and runs with softened contacts, and their labels."""
 
 from dusttaichi.scene.numerics import DRAFT
 
@@ -13,7 +13,7 @@ def draft_of(scene):
 
 
 def named(name, scene):
-    """The name of a run with what makes it a draft behind it."""
+    """The name of a run, of a draft with the reason in parentheses."""
     text = draft_of(scene)
     return f"{name} ({text})" if text else name
 
@@ -26,5 +26,5 @@ def mixture(runs):
     drafts = ", ".join(name for name, text in texts.items() if text)
     return (
         f"drafts beside others: {drafts}. Grains of a draft are heavier and softer: differences "
-        "within its error, which dust check prints, say nothing of the samples"
+        "within its error, which dust check prints, say nothing about the samples"
     )

@@ -1,15 +1,15 @@
-"""How fast the top wall of a run came down, as its series shows."""
+"""Speed of the top wall of a run, from its series."""
 
 import numpy as np
 
 SLOWEST = 1.0
 """Wall speed [m/s] from which S12 (section 5.2.2) calls a compression dynamic."""
 STEADY = 0.01
-"""Share by which the speed of the wall may vary."""
+"""Share by which the speed of a steady wall may vary."""
 
 
 def wall_speed(run):
-    """Speed [m/s] at which the top wall comes down; nan where it changes or is not known."""
+    """Downward speed [m/s] of the top wall; nan where it changes or is unknown."""
     if "height" not in run.series or run.series.sizes["time"] < 3:
         return np.nan
     height, time = run.series.height.values, run.series.time.values

@@ -1,9 +1,9 @@
-"""Dynamic compression (S12 section 5.2.2): the plateau of the pressure, what fits of S12 eq 31 to
-such a curve say, and the front that runs ahead of a fast wall.
+"""Dynamic compression (S12 section 5.2.2): plateau of the pressure, fits and compaction front.
 
 A wall that outruns the cake piles up a dense layer like a snow plough. Dust at rest of filling
-factor phi0 joins a layer of filling factor phi_l that moves with the wall at v, so momentum asks
-for a pressure rho phi0 v^2 / (1 - phi0/phi_l), and mass for a front at v / (1 - phi0/phi_l).
+factor phi0 joins a layer of filling factor phi_l that moves with the wall at v. The balance of
+momentum gives a pressure rho phi0 v^2 / (1 - phi0/phi_l), that of mass a front at
+v / (1 - phi0/phi_l).
 """
 
 from dataclasses import dataclass
@@ -16,24 +16,24 @@ from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import S12_STATIC
 
 PLATEAU = (0.2, 0.4)
-"""Filling factors of the box between which the layer has formed and not yet met the bottom."""
+"""Filling factors of the box between which the layer has formed and not reached the bottom."""
 FITS = (("plateau", "bins"), ("whole", "bins"), ("whole", "decades"))
-"""Which bins of the curve are fitted, and what weighs alike: see Dynamic."""
+"""Fits as (bins of the curve, weights): see Dynamic."""
 DENSER = 0.2
-"""Growth of the filling factor by which the front is known: half the way from 0.15 to 0.58."""
+"""Growth of the filling factor that defines the front: half of that from 0.15 to 0.58."""
 
 
 @dataclass(frozen=True)
 class Dynamic:
-    """Results of a compression at constant wall speed; SI units, nan where there is none.
+    """Results of a compression at constant wall speed, SI; nan where there is none.
 
     speed: of the top wall [m/s]. plateau, plateau_sigma [Pa]: mean pressure on the top wall between
-    the filling factors PLATEAU of the box, and its standard error. momentum [Pa]: what a layer
-    as dense as the law's phi2 needs by the balance of momentum. front, front_sigma [m/s]: speed of
+    the filling factors PLATEAU of the box, and its standard error. momentum [Pa]: pressure by the
+    balance of momentum for a layer as dense as the law's phi2. front, front_sigma [m/s]: speed of
     the compaction front. layer: mean filling factor between it and the wall.
     fits: of FITS, (range, weights) -> compression.Fit or None; range "plateau" (bins up to
-    PLATEAU[1]) or "whole"; weights "bins" (every bin of the filling factor alike) or "decades"
-    (every decade of pressure alike).
+    PLATEAU[1]) or "whole"; weights "bins" (equal for every bin of the filling factor) or "decades"
+    (equal for every decade of pressure).
     """
 
     speed: float
@@ -49,11 +49,11 @@ class Dynamic:
 def dynamic(run, fits=FITS):
     """The Dynamic of a Run that is pressed at a constant speed (`is_dynamic`), with these of FITS.
 
-    Raises DustError where it is not, or where the run knows no material.
+    Raises DustError for any other run, or one without a material.
     """
     if not is_dynamic(run) or run.material is None:
         raise DustError(
-            f"{run.path} is no dynamic compression: a closed box is needed whose top wall comes "
+            f"{run.path} is no dynamic compression, which needs a closed box whose top wall moves "
             f"down at a constant speed of {SLOWEST:g} m/s or more."
         )
     speed, phi0 = wall_speed(run), float(run.start.filling_factor)
@@ -76,7 +76,7 @@ def _plateau(run):
 
 
 def _fit(curve, extent, weights):
-    """A compression.Fit, None where the curve does not fix its numbers."""
+    """A compression.Fit, None where the curve does not determine its numbers."""
     phi_high = PLATEAU[1] if extent == "plateau" else np.inf
     try:
         fit = fit_compression(curve, phi_high=phi_high, weights=weights)
@@ -86,13 +86,13 @@ def _fit(curve, extent, weights):
 
 
 def compaction_front(run):
-    """(speed, its 1-sigma [m/s], filling factor behind it) of the compaction front; nan where the
-    run has fewer than three profiles on the plateau.
+    """(speed, its 1-sigma [m/s], filling factor behind it) of the compaction front.
 
     The front of a profile is where the filling factor, from the wall downwards, falls to less than
     DENSER above that of the first profile (S12 section 5.2.2: where both part), linear between the
-    middles of bins. Its speed is the slope of a straight line through the fronts; what is behind
-    follows from the mass between front and wall.
+    middles of bins. Its speed is the slope of a straight line through the fronts; the filling
+    factor behind it follows from the mass between front and wall. nan for fewer than three profiles
+    on the plateau.
     """
     if run.profiles is None:
         return np.nan, np.nan, np.nan
@@ -117,23 +117,19 @@ def compaction_front(run):
             layers.append(float((mass * share).sum() / above.sum()))
     if len(heights) < 3:
         return np.nan, np.nan, np.nan
-    (slope, _), covariance = np.polyfit(times, heights, 1, cov="unscaled")
-    residual = np.array(heights) - np.polyval(np.polyfit(times, heights, 1), times)
-    scatter = np.sqrt(np.sum(residual**2) / (len(heights) - 2))
-    return float(-slope), float(scatter * np.sqrt(covariance[0, 0])), float(np.median(layers))
+    (slope, _), covariance = np.polyfit(times, heights, 1, cov=True)
+    return float(-slope), float(np.sqrt(covariance[0, 0])), float(np.median(layers))
 
 
 def _front_of(denser, middle, whole):
-    """Height [m] where `denser` (bins,) falls below DENSER on the way down; None where it never
-    does, or nothing is denser. whole: the bins that the wall does not cut."""
-    numbers = np.flatnonzero(whole)
-    dense = [n for n in numbers if denser[n] >= DENSER]
-    if not dense:
+    """Height [m] where `denser` (bins,) falls below DENSER from the top down; None without it.
+
+    whole: the bins that the wall does not cut.
+    """
+    dense = np.flatnonzero(whole & (denser >= DENSER))
+    below = np.flatnonzero(~(denser[: dense[-1]] >= DENSER)) if len(dense) else []
+    if not len(below):
         return None
-    n = dense[-1]
-    while n > 0 and denser[n - 1] >= DENSER:
-        n -= 1
-    if n == 0:
-        return None
+    n = below[-1] + 1
     share = (DENSER - denser[n - 1]) / (denser[n] - denser[n - 1])
     return float(middle[n - 1] + share * (middle[n] - middle[n - 1]))

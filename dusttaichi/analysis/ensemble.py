@@ -5,6 +5,7 @@ Every run is interpolated linearly onto one coordinate, each within its own rang
 
 import math
 import os
+import warnings
 
 import numpy as np
 import xarray as xr
@@ -17,20 +18,9 @@ from dusttaichi.results.outputs import NETCDF, check
 
 MOST = 10_000  # points of the common coordinate
 CHANGE = 1.001  # factor by which a filling factor changes that counts as driven
-# global attributes of the runs that the dataset keeps, all values that occur
-KEPT = (
-    "dusttaichi_version",
-    "git_commit",
-    "extensions",
-    "taichi_version",
-    "numpy_version",
-    "netcdf4_version",
-    "python_version",
-    "platform",
-    "cpu",
-    "backend",
-    "precision",
-)
+# global attributes of the runs that the dataset copies, all values that occur
+COPIED = """dusttaichi_version git_commit extensions taichi_version numpy_version netcdf4_version
+python_version platform cpu backend precision""".split()
 CONVENTION = (
     "NAME: every replica, interpolated linearly onto {coordinate} within its own range, not a "
     "number outside it. mean_NAME and std_NAME: mean and standard deviation (n - 1) over the "
@@ -44,20 +34,19 @@ NO_NUMBER = "why there is no such number of a run, if so"
 
 
 def gather(runs, axes=None, labels=None, attrs=None):
-    """One xr.Dataset of Runs; None stands for a run that is not there, whose numbers are NaN.
+    """One xr.Dataset of Runs; None is a missing run, whose numbers are NaN.
 
     axes: name -> 1-d xr.Variable of a swept key. runs: in the order of the axes and then of the
-    replicas, which are as many for each point. labels: name -> one value a run, kept as
-    coordinates (seed, status). attrs: further global attributes.
+    replicas, the same number for each point. labels: name -> one value for each run, coordinates of
+    the dataset (seed, status). attrs: further global attributes.
 
-    Dimensions (*axes, replica, coordinate, ...). The coordinate is the filling factor where it
-    changes one way in every run, over the last stage; else the time. See the attribute
-    `convention`.
+    Dimensions (*axes, replica, coordinate, ...). The coordinate is the filling factor where it is
+    monotonic in the last stage of every run; else the time. See the attribute `convention`.
     Raises DustError where no run has a time series.
     """
     axes, present = dict(axes or {}), [r for r in runs if r is not None and len(r.series.time)]
     if not present:
-        raise DustError("No run has come to its end: there is nothing to gather.")
+        raise DustError("No run has finished: there is nothing to gather.")
     shape = tuple(len(values) for values in axes.values())
     shape = (*shape, len(runs) // math.prod(shape))
     dims = (*axes, "replica")
@@ -72,10 +61,8 @@ def gather(runs, axes=None, labels=None, attrs=None):
     for key, values in _series(parts, name, grid).items():
         shaped = values.values.reshape(*shape, *values.shape[1:])
         data[key] = ((*dims, *values.dims[1:]), shaped, values.attrs)
-    for part in parts:
-        if part is not None:
-            kept = {k: v for k, v in part.coords.items() if "time" not in v.dims}
-            data.coords.update(kept)
+    for part in (one for one in parts if one is not None):
+        data.coords.update({k: v for k, v in part.coords.items() if "time" not in v.dims})
     data.attrs["summary_numbers"] = _add_numbers(data, runs, dims, shape)
     for variable in list(data.data_vars):
         add_statistics(data, variable)
@@ -83,7 +70,7 @@ def gather(runs, axes=None, labels=None, attrs=None):
     count = np.array(reach).reshape(*shape, len(grid)).sum(axis=len(dims) - 1)
     about = {"long_name": f"replicas that reach this {name.replace('_', ' ')}", "units": "1"}
     data["replica_count"] = ((*axes, name), count, about)
-    for label in KEPT:
+    for label in COPIED:
         found = sorted({str(run.attrs[label]) for run in present if label in run.attrs})
         data.attrs |= {label: ", ".join(found)} if found else {}
     data.attrs |= {"Conventions": "CF-1.11", "coordinate": name, **(attrs or {})}
@@ -92,22 +79,16 @@ def gather(runs, axes=None, labels=None, attrs=None):
 
 
 def _last_stage(run):
-    series = run.series
-    if "stage" not in series:
-        return series
-    return series.isel(time=series.stage.values == series.stage.values[-1])
+    return run.parts[-1].series if run.stages else run.series
 
 
 def _driven(series):
-    """The filling factor goes one way, by more than rounding."""
-    if "filling_factor" not in series:
-        return False
-    phi = series.filling_factor.values
+    """True where the filling factor is monotonic and changes by more than rounding."""
+    phi = series.filling_factor.values if "filling_factor" in series else np.zeros(0)
     phi = phi[np.isfinite(phi)]
     steps = np.diff(phi)
-    if len(steps) == 0 or not (np.all(steps >= 0) or np.all(steps <= 0)):
-        return False
-    return bool(max(phi) > CHANGE * min(phi))
+    one_way = np.all(steps >= 0) or np.all(steps <= 0)
+    return bool(len(steps) and one_way and max(phi) > CHANGE * min(phi))
 
 
 def _driven_part(run, name):
@@ -125,9 +106,9 @@ def _driven_part(run, name):
 def common_coordinate(ranges):
     """One coordinate for several, each (points,) and growing.
 
-    The longest of them where the others are its beginnings; else from the lowest to the highest
-    value in multiples of the median distance of points, rounded to two digits: where the series
-    was written every so often in that coordinate, its points are met again.
+    The longest of them where the others are its first parts; else from the lowest to the highest
+    value in multiples of the median distance of points, rounded to two digits, so that a series
+    written at equal steps of that coordinate keeps its points.
     """
     longest = max(ranges, key=len)
     if all(np.array_equal(values, longest[: len(values)]) for values in ranges):
@@ -142,7 +123,7 @@ def common_coordinate(ranges):
 
 
 def _inside(values, grid):
-    """Points of the grid that lie between the first and the last value, rounding forgiven."""
+    """Points of the grid between the first and the last value, with a tolerance for rounding."""
     slack = 1e-6 * float(np.min(np.diff(grid), initial=np.inf)) if len(grid) > 1 else 0.0
     return (grid >= values[0] - slack) & (grid <= values[-1] + slack)
 
@@ -207,8 +188,7 @@ def _add_numbers(data, runs, dims, shape):
 
 
 def _reasons(found, rows):
-    """Texts of the runs that say why summaries lack a number, by the name of their row; what went
-    wrong by PROBLEMS."""
+    """Reasons of the runs for missing numbers, by the name of their row; errors by PROBLEMS."""
     texts = {row.why: [one.get(row.why) or "" for one in found] for row in rows if row.why}
     wrong = [[f"{what}: {why}" for what, why in one.get(PROBLEMS, [])] for one in found]
     texts[PROBLEMS] = ["; ".join(parts) for parts in wrong]
@@ -216,24 +196,20 @@ def _reasons(found, rows):
 
 
 def _number(name, recorded):
-    """Name in the dataset: the series has variables of some of the names."""
+    """Name in the dataset, other than that of a variable of the series."""
     return f"final_{name}" if name in recorded else name
 
 
 def add_statistics(data, name):
-    """mean_NAME and std_NAME over the replicas, NaN where there are none, or fewer than two."""
-    variable = data[name]
-    axis = variable.dims.index("replica")
-    values, known = variable.values, np.isfinite(variable.values)
-    count = known.sum(axis=axis, keepdims=True)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.where(known, values, 0.0).sum(axis=axis, keepdims=True) / count
-        square = np.where(known, values - mean, 0.0) ** 2
-        std = np.sqrt(square.sum(axis=axis, keepdims=True) / np.where(count > 1, count - 1, np.nan))
-    dims = tuple(d for d in variable.dims if d != "replica")
-    for kind, result, method in (("mean", mean, "mean"), ("std", std, "standard_deviation")):
-        attrs = variable.attrs | {"cell_methods": f"replica: {method}"}
-        data[f"{kind}_{name}"] = (dims, result.squeeze(axis), attrs)
+    """Add mean_NAME and std_NAME over the replicas, NaN for none, or fewer than two."""
+    values = data[name].where(np.isfinite(data[name]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of means without values
+        statistics = values.mean("replica"), values.std("replica", ddof=1)
+    methods = (("mean", "mean"), ("std", "standard_deviation"))
+    for (kind, method), result in zip(methods, statistics, strict=True):
+        attrs = data[name].attrs | {"cell_methods": f"replica: {method}"}
+        data[f"{kind}_{name}"] = (result.dims, result.values, attrs)
 
 
 def save_ensemble(data, path):

@@ -14,7 +14,7 @@ from dusttaichi.analysis.numbers.registry import ENSEMBLES, TABLES
 from dusttaichi.analysis.summary import PROBLEMS
 from dusttaichi.analysis.texts import fitting_unit, quantity_text
 
-ONE_SAMPLE = "one sample a point: the scatter between samples is not known (replicas: 3)"
+ONE_SAMPLE = "one sample a point: the scatter between samples is unknown (replicas: 3)"
 
 
 def title_of(name):
@@ -29,8 +29,8 @@ def title_of(name):
 class Band:
     """A quantity along the common coordinate: mean and scatter over the replicas of one point.
 
-    x, mean, std: (points,), SI; std NaN where fewer than two replicas are. replicas: the most
-    that are anywhere. label: the point of the sweep, "" without one.
+    x, mean, std: (points,), SI; std NaN for fewer than two replicas. replicas: their largest number
+    at any x. label: the point of the sweep, "" without one.
     """
 
     x: np.ndarray
@@ -40,7 +40,7 @@ class Band:
     label: str
 
     def named(self, label):
-        """The same with another label."""
+        """This Band with another label."""
         return replace(self, label=label)
 
 
@@ -48,8 +48,8 @@ def bands(data, name, width=BIN_WIDTH, **selected):
     """A Band for each point of a dataset of `gather`, of its variable `name`.
 
     selected: labels of further dimensions, such as wall="top". Along the filling factor each
-    replica is smoothed first, by its median in windows `width` wide, as a compression curve is.
-    Points beyond those of all replicas are left out; where none has a number in between, it is NaN.
+    replica is first smoothed by its median in windows `width` wide, like a compression curve. A
+    Band ends where no replica has a number; gaps between are NaN.
     """
     x = data.attrs["coordinate"]
     values = data[name].sel(selected) if selected else data[name]
@@ -60,21 +60,16 @@ def bands(data, name, width=BIN_WIDTH, **selected):
     scattered = xr.Dataset({"y": values.transpose(..., "replica", x)})
     add_statistics(scattered, "y")
     known = np.isfinite(scattered.y.values)
-    found = []
+    mean, std = scattered.mean_y.values, scattered.std_y.values
+    result = []
     for index, label in zip(np.ndindex(known.shape[:-2]), point_labels(data), strict=True):
-        there = np.flatnonzero(known[index].any(axis=0))
-        if len(there):
-            here = slice(there[0], there[-1] + 1)
-            found.append(
-                Band(
-                    scattered[x].values[here],
-                    scattered.mean_y.values[index][here],
-                    scattered.std_y.values[index][here],
-                    int(known[index].any(axis=1).sum()),
-                    label,
-                )
-            )
-    return found
+        present = np.flatnonzero(known[index].any(axis=0))
+        if len(present):
+            span = slice(present[0], present[-1] + 1)
+            replicas = int(known[index].any(axis=1).sum())
+            columns = scattered[x].values[span], mean[index][span], std[index][span]
+            result.append(Band(*columns, replicas, label))
+    return result
 
 
 def point_labels(data):
@@ -105,7 +100,7 @@ def _labels(data, axes):
 
 
 def point_values(data):
-    """The values of the swept keys, as people write them, for each point in order."""
+    """Texts of the values of the swept keys, with units, for each point in order."""
     return list(itertools.product(*(_axis_texts(data, axis) for axis in axes_of(data))))
 
 
@@ -121,9 +116,11 @@ def key_of(data, axis):
 
 
 def missing(data):
-    """(what there is not, name of the point, "2 of 3 runs", why), in order, of runs that came to
-    their end without a number: a fit that failed, a test without strength, an error."""
-    rows, found = known(), []
+    """(missing number, name of the point, "2 of 3 runs", why), in order, of finished runs.
+
+    Such as a failed fit, a test without strength, an error.
+    """
+    rows, lines = known(), []
     reasons = {row.why: rows[row.why].title for row in rows.values() if row.why}
     for name, title in (reasons | {PROBLEMS: "number"}).items():
         if name not in data:
@@ -132,8 +129,8 @@ def missing(data):
         for label, row in zip(point_labels(data), texts.reshape(-1, texts.shape[-1]), strict=True):
             for why in dict.fromkeys(text for text in row.tolist() if text):
                 count = f"{row.tolist().count(why)} of {len(row)} runs"
-                found.append((title, label, count, why.removeprefix("none: ")))
-    return found
+                lines.append((title, label, count, why.removeprefix("none: ")))
+    return lines
 
 
 def _axis_texts(data, axis):
@@ -144,9 +141,9 @@ def _axis_texts(data, axis):
 
 
 def table_numbers(data):
-    """Names of the numbers of the summary that tables show: those that some run has.
+    """Names of the numbers of the summary that tables show, of those that some run has.
 
-    Fewer for a sweep, whose table has a column for each.
+    Fewer for a sweep, whose table has a column for each number.
     """
     shown = (TABLES,) if axes_of(data) else (TABLES, ENSEMBLES)
     rows = known()
@@ -160,8 +157,10 @@ def table_numbers(data):
 
 
 def number_texts(data, name, size=None):
-    """ "mean ± std" of one number for each point, in order; "-" where no run has it, and "(2 of 3)"
-    behind it where not all replicas have. size: as `quantity_text` takes it."""
+    """ "mean ± std" of one number for each point, in order; "-" where no run has it.
+
+    Followed by "(2 of 3)" where some replicas lack it. size: see `quantity_text`.
+    """
     mean, std = data[f"mean_{name}"].values.ravel(), data[f"std_{name}"].values.ravel()
     known = np.isfinite(data[name].transpose(*axes_of(data), "replica").values)
     counts, unit = known.sum(axis=-1).ravel(), data[name].attrs.get("units")
@@ -173,8 +172,10 @@ def number_texts(data, name, size=None):
 
 @dataclass(frozen=True)
 class Column:
-    """A number of a sweep: its name, and what stands in the row of each point, without the unit
-    where all have one (else that is "")."""
+    """A number of a sweep: its name, its unit, and the text of each point.
+
+    The texts lack the unit where it is the same for all, else `unit` is "".
+    """
 
     name: str
     unit: str
@@ -182,21 +183,21 @@ class Column:
 
     @property
     def head(self):
-        """The name, and the unit if all have one."""
+        """The name, and the unit if it is common to all."""
         return f"{self.name} ({self.unit})" if self.unit else self.name
 
     @property
     def same(self):
-        """All points have the same, and there are several."""
+        """True where several points have the same text."""
         return len(self.texts) > 1 and len(set(self.texts)) == 1
 
 
 def columns(data):
     """A Column for each number that tables show of a sweep.
 
-    The unit stands in the head where one fits all points: within a factor of a thousand.
+    The unit is in the head where all points are within a factor of a thousand.
     """
-    found = []
+    result = []
     for name in table_numbers(data):
         sizes = np.abs(data[f"mean_{name}"].values)
         sizes = sizes[np.isfinite(sizes) & (sizes > 0.0)]
@@ -206,24 +207,26 @@ def columns(data):
             texts = number_texts(data, name, largest)
         else:
             unit, texts = "", number_texts(data, name)
-        found.append(Column(title_of(name), unit, texts))
-    return found
+        result.append(Column(title_of(name), unit, texts))
+    return result
 
 
 def head_and_columns(data):
-    """(keys, columns, remark) of the table of a sweep: what is swept and what differs, as lists of
-    (header, texts); a remark about all that is the same at every point, and where each has one
-    sample only, or "" """
-    axes, found = axes_of(data), columns(data)
+    """(keys, columns, remark) of the table of a sweep.
+
+    Swept keys and numbers that differ, as lists of (header, texts); a remark about keys and numbers
+    that are the same at every point and about single samples, or "".
+    """
+    axes, all_columns = axes_of(data), columns(data)
     names = [key_of(data, axis).split(".")[-1] for axis in axes]
     keys = list(zip(names, zip(*point_values(data), strict=True), strict=True))
     alone = [] if _size(data, axes) == 1 else [k for k in keys if len(set(k[1])) == 1]
     same = [f"{name} {texts[0]}" for name, texts in alone]
-    same += [f"{c.name} {c.texts[0]} {c.unit}".rstrip() for c in found if c.same]
+    same += [f"{c.name} {c.texts[0]} {c.unit}".rstrip() for c in all_columns if c.same]
     remarks = [f"the same everywhere: {', '.join(same)}"] if same else []
     if data.sizes["replica"] == 1:
         remarks.append(ONE_SAMPLE)
-    shown = [(column.head, column.texts) for column in found if not column.same]
+    shown = [(column.head, column.texts) for column in all_columns if not column.same]
     return [key for key in keys if key not in alone], shown, "; ".join(remarks)
 
 
@@ -235,9 +238,8 @@ def _of(count, replicas):
 class Against:
     """A number of the runs against a swept key, in the units `unit` and `x_unit`.
 
-    x: (values,), 0, 1, ... where the values are texts, which then are the `ticks`. lines: names of
-    the points of the other keys. mean, std: (lines, values) over the replicas, NaN where there is
-    none. runs: (lines, values, replicas).
+    x: (values,), 0, 1, ... of texts, which are the `ticks`. lines: names of the points of the other
+    keys. mean, std: (lines, values) over the replicas, or NaN. runs: (lines, values, replicas).
     """
 
     name: str
@@ -253,15 +255,18 @@ class Against:
 
     @property
     def varies(self):
-        """The number is not the same in all runs."""
+        """True where the number differs between runs."""
         known = self.runs[np.isfinite(self.runs)]
         # by more than the last of the four digits that tables show
         return len(known) > 1 and np.ptp(known) > 1e-4 * np.max(np.abs(known))
 
 
 def against(data, name):
-    """A number of a dataset of `gather` as an Against: over the swept key with most values, of
-    those that are numbers first; without several values of any over the replicas."""
+    """A number of a dataset of `gather` as an Against.
+
+    Over the swept key with most values, preferably numbers; over the replicas where no key has
+    several values.
+    """
     axes, values = axes_of(data), data[name]
     largest = float(np.nanmax(np.abs(values)))
     power, unit = fitting_unit(largest, values.attrs.get("units"))
@@ -271,11 +276,11 @@ def against(data, name):
     values = values * 10.0**-power
     name = name.removeprefix("final_")
     if not _several(data, axes):
-        alone = values.values.reshape(1, -1, 1)
-        x = np.arange(values.sizes["replica"])
-        nothing = np.full(alone.shape[:2], np.nan)
-        ticks = [str(n) for n in x]
-        return Against(name, unit, "replica", "", x, ticks, [""], alone[..., 0], nothing, alone)
+        runs, x = values.values.reshape(1, -1, 1), np.arange(values.sizes["replica"])
+        no_std = np.full(runs.shape[:2], np.nan)
+        return Against(
+            name, unit, "replica", "", x, [*map(str, x)], [""], runs[..., 0], no_std, runs
+        )
     key = max(axes, key=lambda axis: (data[axis].dtype.kind in "fi", data.sizes[axis]))
     others = [axis for axis in axes if axis != key]
     runs = values.transpose(*others, key, "replica").values

@@ -1,4 +1,4 @@
-"""The error of the time step, from segments of a run that were run again at half of it."""
+"""Error of the time step, from segments of a run that were repeated at half the step."""
 
 from dataclasses import dataclass
 
@@ -7,8 +7,8 @@ import scipy
 import yaml
 
 RICHARDSON = 4.0 / 3.0  # of the difference between dt and dt/2, for a method of second order
-SURE = 0.975  # quantile beyond which an error is not taken for scatter: 95 % two-sided
-QUANTITIES = {  # name -> (what it is, unit); loss_CHANNEL beside these
+SURE = 0.975  # quantile beyond which an error exceeds the scatter: 95 % two-sided
+QUANTITIES = {  # name -> (text, unit); loss_CHANNEL beside these
     "pressure": ("pressure on the top wall", "Pa"),
     "wall_force": ("force on the wall", "N"),
     "stress_xx": ("stress xx", "Pa"),
@@ -22,27 +22,17 @@ QUANTITIES = {  # name -> (what it is, unit); loss_CHANNEL beside these
     "work": ("work done from outside", "J"),
     "energy_end": ("energy at the end", "J"),
 }
-SHOWN = (
-    "pressure",
-    "wall_force",
-    "stress_xx",
-    "stress_yy",
-    "stress_zz",
-    "filling_factor",
-    "body_height",
-    "kinetic_energy",
-    "losses",
-)
+HIDDEN = ("coordination_number", "work", "energy_end")  # in the table of a run
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A quantity over all segments, and how much of it is due to the time step [unit].
+    """A quantity over all segments, and its error due to the time step [unit].
 
-    value: mean of the run's own values over the segments. error: by how much it is too large at
-    the run's step. scatter: standard error of that; not a number with a single segment of two
-    levels. relative_error, relative_scatter: over the mean size of the quantity. resolved: the
-    error stands out of the scatter (95 %).
+    value: mean of the values of the run over the segments. error: excess of the value at the step
+    of the run. scatter: standard error of `error`; not a number for a single segment of two levels.
+    relative_error, relative_scatter: over the mean size of the quantity. resolved: the error
+    exceeds the scatter (95 %).
     """
 
     value: float
@@ -58,10 +48,10 @@ class Estimate:
 class ErrorBar:
     """Estimates by quantity (QUANTITIES, loss_CHANNEL).
 
-    segments: (first step, steps) each. share: of the run's steps in them. cost: time it took over
-    that of the run (None where not known). whole: the run itself, run again at a half and a quarter
-    of its step. time_step [s]. apart: root mean square distance of grains at the end of a segment
-    between dt and dt/2, median [m]. residual: worst of the ledger in a segment, at dt and dt/2.
+    segments: (first step, steps) each. share: of the steps of the run in them. cost: run time over
+    that of the run (None if unknown). whole: the whole run was repeated, at a half and a quarter of
+    its step. time_step [s]. apart: root mean square distance of grains at the end of a segment
+    between dt and dt/2, median [m]. residual: largest of the ledger in a segment, at dt and dt/2.
     """
 
     estimates: dict
@@ -75,24 +65,25 @@ class ErrorBar:
 
 
 def error_bar(run):
-    """The ErrorBar of a Run; None where it was run without."""
+    """The ErrorBar of a Run; None for a run without."""
     text = run.attrs.get("error_bar", "")
     if not text:
         return None
     data = yaml.safe_load(text)
-    found = data["stretches"]
-    values = {name: np.array([s["values"][name] for s in found]) for name in found[0]["values"]}
+    segments = data["stretches"]
+    names = segments[0]["values"]
+    values = {name: np.array([s["values"][name] for s in segments]) for name in names}
     residual = np.abs(values.pop("residual")).max(axis=0)
-    whole = len(found[0]["apart"]) > 1
-    estimate = of_levels if whole else of_stretches
+    whole = len(segments[0]["apart"]) > 1
+    estimate = of_levels if whole else of_segments
     return ErrorBar(
         estimates={name: estimate(v, _unit(name)) for name, v in values.items() if v[:, 0].any()},
-        segments=tuple((s["step"], s["steps"]) for s in found),
-        share=sum(s["steps"] for s in found) / data["run_steps"],
+        segments=tuple((s["step"], s["steps"]) for s in segments),
+        share=sum(s["steps"] for s in segments) / data["run_steps"],
         cost=data["cost"],
         whole=whole,
         time_step=data["time_step"],
-        apart=float(np.median([s["apart"][0] for s in found])),
+        apart=float(np.median([s["apart"][0] for s in segments])),
         residual=tuple(float(r) for r in residual),
     )
 
@@ -101,11 +92,11 @@ def _unit(name):
     return QUANTITIES[name][1] if name in QUANTITIES else "J"
 
 
-def of_stretches(values, unit="1"):
+def of_segments(values, unit="1"):
     """Estimate from values at dt and dt/2 of several segments, (segments, 2).
 
-    The relative error is the sum of the differences over the sum of the sizes, so that a segment
-    counts by what it has; its standard error is that of a ratio of means.
+    The relative error is the sum of the differences over the sum of the sizes, so that segments are
+    weighted by their size; its standard error is that of a ratio of means.
     """
     values = np.asarray(values, float)
     n, size = len(values), np.abs(values[:, 0])
@@ -125,9 +116,9 @@ def of_stretches(values, unit="1"):
 def of_levels(values, unit="1"):
     """Estimate from the values of one run at dt, dt/2 and dt/4, (1, 3).
 
-    From the two finer ones the value without error is extrapolated; how far that from the two
-    coarser ones lies from it is the scatter: small where the method is of second order in what it
-    is asked for, as large as the error where grains have parted ways.
+    The two finer ones are extrapolated to the value without error. Its difference from the
+    extrapolation of the two coarser ones is the scatter: small where the quantity converges in
+    second order, as large as the error where the trajectories have diverged.
     """
     ((at_dt, half, quarter),) = np.asarray(values, float)
     size = abs(at_dt)
@@ -158,8 +149,8 @@ def _estimate(value, relative, scatter, *, size, resolved, unit):
 def filling_factor_error(bar, curve):
     """(error, scatter) of the filling factor at a given pressure, from that of the pressure.
 
-    curve: the Curve of the run, whose mean slope over lg P turns one into the other. None where
-    there is no pressure or no curve.
+    curve: the Curve of the run, whose mean slope over lg P converts one into the other. None
+    without a pressure or a curve.
     """
     lg_pressure, phi = curve.monotone()
     if bar is None or "pressure" not in bar.estimates or len(phi) < 3:
@@ -172,7 +163,7 @@ def filling_factor_error(bar, curve):
 def error_bar_rows(bar, of_filling_factor=None):
     """Rows (what, run, literature) of text for the table of a run; [] where `bar` is None.
 
-    of_filling_factor: what filling_factor_error gives.
+    of_filling_factor: result of filling_factor_error.
     """
     if bar is None:
         return []
@@ -185,10 +176,9 @@ def error_bar_rows(bar, of_filling_factor=None):
         where += f"and {dt / 2:.4g} ns"
     cost = "" if bar.cost is None else f"; {bar.cost:.0%} of the run's time"
     rows = [("error bar of the time step", where + cost, "")]
-    for name in SHOWN:
-        if name in bar.estimates:
-            what = QUANTITIES[name][0]
-            rows.append((f"… {what}", estimate_text(bar.estimates[name]), ""))
+    for name, (text, _) in QUANTITIES.items():
+        if name in bar.estimates and name not in HIDDEN:
+            rows.append((f"… {text}", estimate_text(bar.estimates[name]), ""))
         if name == "pressure" and of_filling_factor is not None:
             text = "{:+.2g} ± {:.1g}".format(*of_filling_factor)
             rows.append(("… filling factor at a pressure", text, ""))
@@ -204,5 +194,5 @@ def estimate_text(estimate):
         text += f" ± {100 * estimate.relative_scatter:.2g}"
     text += " %"
     if not np.isfinite(estimate.relative_scatter):
-        return f"{text} (one segment: scatter not known)"
+        return f"{text} (one segment: scatter unknown)"
     return text if estimate.resolved else f"{text} (no more than its scatter)"

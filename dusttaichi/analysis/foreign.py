@@ -1,4 +1,4 @@
-"""Results that another program has written or changed: what their texts and numbers may be."""
+"""Results that another program has written or changed: checks of their texts and numbers."""
 
 import re
 from contextlib import contextmanager
@@ -31,8 +31,7 @@ def attributes(found, path):
 
 
 def block(attributes, name, path):
-    """The YAML of an attribute as plain data, {} without it. Raises DustError for anything but a
-    block."""
+    """The YAML of an attribute as plain data, {} without it. Raises DustError unless a block."""
     text = attributes.get(name, "")
     try:
         data = yaml.safe_load(text) or {}
@@ -53,8 +52,11 @@ _ADVICE = "Another program has written or changed the file: take the original fr
 
 @contextmanager
 def understood(paths):
-    """Inside, whatever goes wrong with a result that has no seal is a DustError: nothing is known
-    of what it holds. paths: result files and run directories; what is neither does not count."""
+    """Context in which any error of a result without a seal is a DustError.
+
+    The content of such a file is unknown. paths: result files and run directories; others are
+    ignored.
+    """
     try:
         yield
     except DustError:
@@ -67,7 +69,7 @@ def understood(paths):
         lines = str(error).splitlines() or [""]
         raise DustError(
             f"{foreign[0]} cannot be used ({type(error).__name__}: {lines[0]:.200}). It has no "
-            f"seal, and does not hold what a result does. {_ADVICE}"
+            f"seal, and its content is not that of a result. {_ADVICE}"
         ) from error
 
 

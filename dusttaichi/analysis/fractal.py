@@ -1,4 +1,4 @@
-"""Structure of a sample: how many grains lie within a distance of a grain (T19 Fig 10)."""
+"""Structure of a sample: number of grains within a distance of a grain (T19 Fig 10)."""
 
 from dataclasses import dataclass
 
@@ -15,10 +15,10 @@ SMALL_SCALE = 20.0
 class Fractal:
     """Mean number of other grains nearer than r_in, in some snapshots.
 
-    radius_in [m] (radii,). number, slope (snapshots, radii): N(r < r_in), the grain in the middle
-    not counted, and d ln N / d ln r_in (nan where N is 0). dimension (snapshots,): slope of a line
-    through ln N over the radii beyond contact with N <= 20, nan where these are fewer than three.
-    time [s], filling_factor (nan where there is none), each (snapshots,). grain_radius [m].
+    radius_in [m] (radii,). number, slope (snapshots, radii): N(r < r_in) without the central grain,
+    and d ln N / d ln r_in (nan where N is 0). dimension (snapshots,): slope of a line through ln N
+    over the radii beyond contact with N <= 20, nan for fewer than three of them. time [s],
+    filling_factor (or nan), each (snapshots,). grain_radius [m].
     """
 
     radius_in: np.ndarray
@@ -43,7 +43,7 @@ def fractal(run, snapshots=None, radii=None, stage=None):
     if frames is None or not frames.sizes["snapshot"]:
         raise DustError(f"{run.path} has no snapshots: set output: snapshots in the scene.")
     if "tilt" in frames:
-        raise DustError(f"{run.path}: its cell is sheared; allowed: cells that stay upright.")
+        raise DustError(f"{run.path}: its cell is sheared; allowed: cells without a tilt.")
     if snapshots is None:
         snapshots = np.unique(np.linspace(0, frames.sizes["snapshot"] - 1, 5).round().astype(int))
     r = float(frames.radius.max())
@@ -52,22 +52,14 @@ def fractal(run, snapshots=None, radii=None, stage=None):
         extent = max(float(np.ptp(f.position.values, axis=0).max()) for _, f in frames)
         radii = np.geomspace(2.1 * r, max(0.5 * extent, 4.0 * r), 30)
     radii = np.asarray(radii, dtype=float)
-    number = np.array(
-        [neighbours_within(f.position.values, radii, part.period(n)) for n, f in frames]
-    )
+    counts = [neighbours_within(f.position.values, radii, part.period(n)) for n, f in frames]
+    number = np.array(counts)
     time = np.array([float(f.snapshot_time) for _, f in frames])
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = np.gradient(np.log(number), np.log(radii), axis=1)
     slope[~np.isfinite(slope)] = np.nan
-    return Fractal(
-        radii,
-        number,
-        slope,
-        np.array([_dimension(radii, n, r) for n in number]),
-        time,
-        _filling_factor(run, time),
-        r,
-    )
+    dimension = np.array([_dimension(radii, n, r) for n in number])
+    return Fractal(radii, number, slope, dimension, time, _filling_factor(run, time), r)
 
 
 def _dimension(radii, number, grain_radius):

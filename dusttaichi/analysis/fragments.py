@@ -1,4 +1,4 @@
-"""Fragments: grains connected by contacts; how much of a collision stays in the largest one."""
+"""Fragments: grains connected by contacts, their mass spectrum, growth and compaction."""
 
 from dataclasses import dataclass
 
@@ -11,17 +11,17 @@ from dusttaichi.geometry import connected, grains_within, held_together, power
 
 @dataclass(frozen=True)
 class Fragments:
-    """The F fragments of one snapshot, largest mass first; everything in SI.
+    """The F fragments of one snapshot, largest mass first, in SI.
 
-    label: (N,) the fragment of each grain, 0 is the largest. grains: (F,) how many it has.
-    mass [kg], volume of its grains [m^3], radius_of_gyration [m]: (F,). centre [m],
-    velocity [m/s], both of the centre of mass: (F, 3). angular_momentum [kg m^2/s]: (F, 3), about
-    the centre of mass, spins included.
+    label: (N,), fragment of each grain, 0 is the largest. grains: (F,), number of grains. mass
+    [kg], volume of the grains [m^3], radius_of_gyration [m]: (F,). centre [m], velocity [m/s] of
+    the centre of mass: (F, 3). angular_momentum [kg m^2/s]: (F, 3), about the centre of mass, with
+    the spins.
 
-    The radius of gyration takes grains as points at their centres, weighted by mass, as the
-    papers do (Wada et al. 2008): 0 for a single grain. In a periodic cell the centre may lie
-    outside the cell, and of a fragment that spans the cell it and the radius depend on where the
-    fragment is cut open; images are taken to move alike.
+    The radius of gyration treats grains as points at their centres, weighted by mass (Wada et al.
+    2008): 0 for a single grain. In a periodic cell the centre may be outside of the cell; for a
+    fragment that spans the cell, centre and radius depend on the place at which it is cut open.
+    Images have the velocity of their grain.
     """
 
     label: np.ndarray
@@ -45,8 +45,8 @@ class Fragments:
     def filling_factor(self):
         """Grain volume over that of the sphere of the characteristic radius (Mukai 1992), (F,).
 
-        Not a number for a single grain. Above 1 for two or three, whose radius leaves out their
-        own extent.
+        Not a number for a single grain. Above 1 for two or three, whose radius of gyration neglects
+        the extent of a grain.
         """
         sphere = 4.0 / 3.0 * np.pi * self.characteristic_radius**3
         return np.divide(self.volume, sphere, out=np.full(len(self), np.nan), where=sphere > 0.0)
@@ -55,7 +55,7 @@ class Fragments:
 def fragments(run, snapshot=-1):
     """The Fragments of a snapshot of a Run: sets of grains connected by contacts between grains.
 
-    Walls connect nothing. Raises DustError where the snapshots hold no contacts.
+    Walls do not connect grains. Raises DustError for snapshots without contacts.
     """
     return fragments_of(read_frame(run, snapshot), grain_masses(run))
 
@@ -82,7 +82,7 @@ def fragments_of(frame, masses):
 
 
 def _largest_first(label, number, masses):
-    """Labels in the order of falling mass; of equal ones the one with the first grain first."""
+    """Labels in the order of falling mass, equal ones in that of their first grain."""
     mass = np.bincount(label, masses, minlength=number)
     # equal fragments differ by rounding of their sums, which must not decide about their order
     order = np.argsort(-np.round(mass / masses.min(), 6), kind="stable")
@@ -96,7 +96,7 @@ def _sums(label, vectors, number):
 
 
 def _unwrapped(frame, graph, label):
-    """Positions [m], (N, 3), such that contacts across periodic faces hold a fragment together."""
+    """Positions [m], (N, 3), at the images that connect fragments across periodic faces."""
     if not frame.periodic.any():
         return frame.position
     starts = np.unique(label, return_index=True)[1]
@@ -107,8 +107,8 @@ def _unwrapped(frame, graph, label):
 class FragmentDimension:
     """The fractal dimension of a fragment: N(<R) ~ R^dimension about the grains of its core.
 
-    radius [m], number: (R,), of geometry.grains_within. grains: of the fragment. grain_radius [m]:
-    the mean.
+    radius [m], number: (R,), of geometry.grains_within. grains: number of grains of the fragment.
+    grain_radius [m]: the mean.
     """
 
     radius: np.ndarray
@@ -121,32 +121,33 @@ class FragmentDimension:
 def fragment_dimension(run, snapshot=-1, fragment=0):
     """The FragmentDimension of a fragment of a snapshot of a Run.
 
-    fragment: its number in the order of falling mass. Raises DustError for a fragment that is not
-    there, or has fewer than a hundred grains or too little room for a range of radii.
+    fragment: its number in the order of falling mass. Raises DustError for a fragment that does not
+    exist, has fewer than a hundred grains or is too small for a range of radii.
     """
     frame = read_frame(run, snapshot)
     parts = fragments_of(frame, grain_masses(run))
     if not 0 <= fragment < len(parts):
         raise DustError(f"There is no fragment {fragment}; allowed: 0 to {len(parts) - 1}.")
-    own, graph = parts.label == fragment, connected(frame.pairs, len(parts.label))[2]
-    x = held_together(frame.position, graph, np.flatnonzero(own)[:1], frame.nearest)[own]
-    mean = float(frame.radius[own].mean())
-    # grains are balls, not points
+    members, graph = parts.label == fragment, connected(frame.pairs, len(parts.label))[2]
+    x = held_together(frame.position, graph, np.flatnonzero(members)[:1], frame.nearest)[members]
+    mean = float(frame.radius[members].mean())
+    # grains are spheres, not points
     gyration = np.sqrt(parts.radius_of_gyration[fragment] ** 2 + 0.6 * mean**2)
-    found = grains_within(x, mean, gyration)
-    if found is None:
+    counts = grains_within(x, mean, gyration)
+    if counts is None:
         raise DustError(
-            f"Fragment {fragment} of {run.path} has {own.sum()} grains: too small for a dimension."
+            f"Fragment {fragment} of {run.path} has {members.sum()} grains: too small for a "
+            "dimension."
         )
-    return FragmentDimension(*found, power(*found), int(own.sum()), mean)
+    return FragmentDimension(*counts, power(*counts), int(members.sum()), mean)
 
 
 @dataclass(frozen=True)
 class MassSpectrum:
-    """How the mass is shared among fragments.
+    """Distribution of the mass among fragments.
 
-    mass [kg]: (F,), rising. count: (F,) fragments of at least this mass. share: (F,) their part of
-    the total mass. edges [kg]: (bins + 1,), evenly spaced in the logarithm; histogram: (bins,).
+    mass [kg]: (F,), rising. count: (F,), fragments of at least this mass. share: (F,), their share
+    of the total mass. edges [kg]: (bins + 1,), evenly spaced in the logarithm; histogram: (bins,).
     """
 
     mass: np.ndarray
@@ -171,8 +172,8 @@ def growth_efficiency(run, first=0, last=-1, bodies=None):
 
     M_largest: of the largest fragment in snapshot `last`. Target and projectile: the larger and
     the smaller of the two fragments in snapshot `first`, or of two `bodies`, lists of grains.
-    1: everything sticks; 0: the target keeps its mass, a bounce for one; negative: it is eroded.
-    Raises DustError where snapshot `first` does not hold exactly two fragments.
+    1: everything sticks; 0: the mass of the target is unchanged, as in a bounce; negative: erosion.
+    Raises DustError where snapshot `first` does not have exactly two fragments.
     """
     if bodies is None:
         target, projectile = two_fragments(run, first).mass
@@ -181,19 +182,21 @@ def growth_efficiency(run, first=0, last=-1, bodies=None):
 
 
 def efficiency(parts, masses, bodies):
-    """`growth_efficiency` of the Fragments afterwards, the masses of the grains [kg], (N,), and two
-    bodies, lists of grains."""
+    """Growth efficiency of two bodies (lists of grains), from the Fragments afterwards.
+
+    masses: of the grains [kg], (N,).
+    """
     projectile, target = sorted(masses[body].sum() for body in bodies)
     return float((parts.mass[0] - target) / projectile)
 
 
 def two_fragments(run, snapshot):
-    """The Fragments of a snapshot that holds exactly two. Raises DustError otherwise."""
+    """The Fragments of a snapshot that has exactly two. Raises DustError otherwise."""
     parts = fragments(run, snapshot)
     if len(parts) != 2:
         raise DustError(
-            f"Snapshot {snapshot} of {run.path} holds {len(parts)} fragments; a collision needs "
-            "two before it: try another snapshot."
+            f"Snapshot {snapshot} of {run.path} has {len(parts)} fragments; a collision needs two "
+            "at its start: try another snapshot."
         )
     return parts
 
@@ -202,7 +205,7 @@ def two_fragments(run, snapshot):
 class Compaction:
     """The largest fragment before and after.
 
-    grains (2,), radius_of_gyration [m] (2,), filling_factor (2,), as in Fragments.
+    grains, radius_of_gyration [m], filling_factor, (2,) each: see Fragments.
     """
 
     grains: np.ndarray
@@ -219,11 +222,7 @@ def compaction(run, first=0, last=-1):
     """The Compaction of the largest fragment between two snapshots of a Run.
 
     The filling factor is within the characteristic radius sqrt(5/3) R_g, so that fragments of
-    different mass can be compared; R_g alone says little where the mass has changed.
+    different mass can be compared.
     """
-    both = [fragments(run, first), fragments(run, last)]
-
-    def pick(name):
-        return np.array([getattr(parts, name)[0] for parts in both])
-
-    return Compaction(pick("grains"), pick("radius_of_gyration"), pick("filling_factor"))
+    both, names = [fragments(run, n) for n in (first, last)], Compaction.__annotations__
+    return Compaction(*(np.array([getattr(parts, name)[0] for parts in both]) for name in names))

@@ -11,7 +11,7 @@ from dusttaichi.names import AXES
 from dusttaichi.physics.contact.parts import pair_parts, wall_parts
 from dusttaichi.scene import quantities
 
-# unit vectors from each wall into the room, in the order of names.WALLS
+# inward unit vectors of the walls, in the order of names.WALLS
 INWARD = np.repeat(np.eye(3), 2, axis=0) * np.tile([1.0, -1.0], 3)[:, None]
 
 
@@ -22,10 +22,10 @@ class Frame:
     number: of the snapshot, from 0. time [s], step. position [m], velocity [m/s], spin [rad/s]:
     (N, 3). radius [m]: (N,). cell [m]: (3, 2), lower and upper coordinate of the walls or periodic
     faces of each axis, not a number where there is none. periodic: (3,) bool. contacts: xr.Dataset
-    with grain_i, grain_j, overlap ... (C,), or None where the run kept none; wall_contacts alike.
-    sphere: centre (3,) and radius of a rigid sphere among the grains [m], (4,), or None. tilt [m]:
-    how much further along x the image above a sheared cell stands. material: (N,) int, 0 where all
-    are alike. orientation: (N, 4), or None where it was not asked for.
+    with grain_i, grain_j, overlap ... (C,), or None of a result without them; wall_contacts: the
+    same of walls. sphere: centre (3,) and radius of a rigid sphere among the grains [m], (4,), or
+    None. tilt [m]: offset along x of the image above a sheared cell. material: (N,) int, 0 of a
+    single material. orientation: (N, 4), or None where it was not requested.
     """
 
     number: int
@@ -46,22 +46,24 @@ class Frame:
 
     @property
     def pairs(self):
-        """The grains in contact, (C, 2) int. Raises DustError where the run kept no contacts."""
+        """The grains in contact, (C, 2) int. Raises DustError for a result without contacts."""
         if self.contacts is None:
-            raise DustError("The snapshots hold no contacts: set output: contacts: true.")
+            raise DustError("The snapshots have no contacts: set output: contacts: true.")
         ends = (self.contacts.grain_i.values, self.contacts.grain_j.values)
         return np.stack(ends, axis=1).astype(np.int64)
 
     @property
     def coordination(self):
-        """Number of grains that each grain touches, (N,) int. Walls are not counted."""
+        """Number of grains that each grain touches, (N,) int, walls not counted."""
         return np.bincount(self.pairs.ravel(), minlength=len(self.radius))
 
     @property
     def forces(self):
-        """Sum of the forces of contacts and walls on each grain [N], (N, 3), and parts of those of
-        the contacts and of the wall contacts (physics.contact.parts), dicts; None where the
-        snapshots hold no forces, the last also where there are no walls."""
+        """(forces, parts of the contacts, parts of the wall contacts), None without forces.
+
+        forces [N]: (N, 3), sums over contacts and walls of each grain. The parts are dicts
+        (physics.contact.parts), those of walls None without walls.
+        """
         if self.contacts is None or "force" not in self.contacts:
             return None
         (i, j), total = self.pairs.T, np.zeros((len(self.radius), 3))
@@ -80,7 +82,7 @@ class Frame:
 
     @property
     def wall_points(self):
-        """Where wall contacts touch their wall [m], (W, 3)."""
+        """Points on the walls of the wall contacts [m], (W, 3)."""
         grain, wall = (self.wall_contacts[k].values.astype(int) for k in ("grain", "wall"))
         points = self.position[grain]
         points[np.arange(len(wall)), wall // 2] = self.cell.ravel()[wall]
@@ -98,22 +100,22 @@ class Frame:
 
     @property
     def floor(self):
-        """Height that the grains lie on [m]: of the lower wall, else of their lowest point."""
+        """Height of the floor [m]: of the lower wall, else of the lowest point of the grains."""
         low = self.cell[2, 0]
         return float(low if np.isfinite(low) else np.min(self.position[:, 2] - self.radius))
 
     def filling_below(self, axis, reach, edges):
-        """Filling factor (slices,) in an upright cylinder about `axis` (2,) [m], `reach` [m] wide,
-        between `edges` (slices + 1,), heights that fall: of the volume of the grains in it."""
+        """Filling factor (slices,) in an upright cylinder about `axis` (2,) of radius `reach` [m].
+
+        edges [m]: (slices + 1,), falling heights. By the volume of the grains in the cylinder.
+        """
         around = np.append(axis, 0.0)
         x = self.nearest(self.position - around) + around
-        volume = np.array(
-            [
-                geometry.cylinder_volume(x, self.radius, axis, reach, low=low, high=high)
-                for low, high in zip(edges[1:], edges[:-1], strict=True)
-            ]
-        )
-        return volume / (np.pi * reach**2 * -np.diff(edges))
+        volume = [
+            geometry.cylinder_volume(x, self.radius, axis, reach, low=low, high=high)
+            for low, high in zip(edges[1:], edges[:-1], strict=True)
+        ]
+        return np.array(volume) / (np.pi * reach**2 * -np.diff(edges))
 
     def nearest(self, vectors):
         """Differences of positions [m], (..., 3), to the nearest image along periodic axes."""
@@ -135,17 +137,16 @@ def nearest_image(vectors, edges, periodic, tilt=0.0):
 
 
 def frame_count(run):
-    """Number of snapshots of a Run. Raises DustError where it kept none."""
+    """Number of snapshots of a Run. Raises DustError for none."""
     if "snapshots" not in run.tree.children or not run.tree["snapshots"].sizes.get("snapshot", 0):
-        raise DustError(f"{run.path} holds no snapshots: set output: snapshots in the scene.")
+        raise DustError(f"{run.path} has no snapshots: set output: snapshots in the scene.")
     return int(run.tree["snapshots"].sizes["snapshot"])
 
 
 def read_frame(run, snapshot=-1, contacts=True):
     """The Frame number `snapshot` of a Run, counted from 0, or from the end if negative.
 
-    contacts: read these too, where the run kept them. Raises DustError where there is none of this
-    number.
+    contacts: whether to read them, too. Raises DustError for a number that does not exist.
     """
     count = frame_count(run)
     if not -count <= snapshot < count:
@@ -154,48 +155,47 @@ def read_frame(run, snapshot=-1, contacts=True):
         )
     number = snapshot % count
     data = run.tree["snapshots"].to_dataset(inherit=False).isel(snapshot=number).load()
-    kept = contacts and "contacts" in run.tree.children
-    on_walls = contacts and "wall_contacts" in run.tree.children
-    named = run.attrs.get("periodic_axes", "").split()
+    groups = [name for name in ("contacts", "wall_contacts") if name in run.tree.children]
+    read = {name: run.contacts(number, name) for name in groups} if contacts else {}
+    periodic = run.attrs.get("periodic_axes", "").split()
     cell = data.box.values.reshape(3, 2) if "box" in data else np.full((3, 2), np.nan)
     return Frame(
         number=number,
         time=float(data.snapshot_time),
         step=int(data.step),
         position=data.position.values.astype(float),
-        velocity=_left_out(data, "velocity"),
-        spin=_left_out(data, "spin"),
+        velocity=_vectors(data, "velocity"),
+        spin=_vectors(data, "spin"),
         radius=data.radius.values,
         cell=cell,
-        periodic=np.array([axis in named for axis in AXES]),
-        contacts=run.contacts(number) if kept else None,
+        periodic=np.array([axis in periodic for axis in AXES]),
+        contacts=read.get("contacts"),
         sphere=_sphere(run, data),
         tilt=float(data.tilt) if "tilt" in data else 0.0,
-        wall_contacts=run.contacts(number, "wall_contacts") if on_walls else None,
+        wall_contacts=read.get("wall_contacts"),
         material=data.material.values if "material" in data else np.zeros(data.sizes["grain"], int),
         orientation=data.orientation.values if "orientation" in data else None,
     )
 
 
-def _left_out(data, name):
-    """(N, 3) of a snapshot; not a number where output.variables has left it out."""
+def _vectors(data, name):
+    """(N, 3) of a snapshot; not a number where output.variables excludes it."""
     if name in data:
         return data[name].values.astype(float)
     return np.full(data.position.shape, np.nan)
 
 
 def _sphere(run, data):
-    """Centre and radius of a rigid sphere in a snapshot, (4,); None where there is none."""
+    """Centre and radius of a rigid sphere in a snapshot, (4,); None without it."""
     if "sphere_position" not in data:
         return None
     return np.append(data.sphere_position.values, run.attrs["sphere_radius"])
 
 
 def grain_masses(run):
-    """Masses of the grains [kg], (N,): their volume times the density of the scene's material.
+    """Masses of the grains [kg], (N,): from the result, or volume times density of the material.
 
-    Of grains that are not all alike the result has them. Raises DustError where it does not name a
-    density.
+    Raises DustError for a result without a density.
     """
     frame_count(run)
     snapshots = run.tree["snapshots"]
@@ -203,6 +203,6 @@ def grain_masses(run):
         return snapshots.mass.values
     material = run.scene.get("material", {})
     if not isinstance(material, dict) or "density" not in material:
-        raise DustError(f"{run.path} does not tell the density of its grains (scene_resolved).")
+        raise DustError(f"{run.path} lacks the density of its grains (scene_resolved).")
     density = quantities.parse(material["density"], "density", "material.density")
-    return 4.0 / 3.0 * np.pi * run.tree["snapshots"].radius.values ** 3 * density
+    return 4.0 / 3.0 * np.pi * snapshots.radius.values**3 * density

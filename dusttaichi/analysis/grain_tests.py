@@ -1,7 +1,7 @@
-"""A grain run as a test of a material: what it was strained by, and the stress it answered with.
+"""A grain run as a test of a material: its strain and the stress response.
 
-A stage presses, rests, lets go a little or pulls; strains are natural, along x, y and z from the
-start of the run, and stresses are those of the grains (virial), positive in compression.
+A stage presses, rests, unloads a little or pulls. Strains are natural, along x, y and z from the
+start of the run; stresses are those of the grains (virial), positive in compression.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ LEAST_PRESSED = 0.01
 """Growth of ln(filling factor) from which a stage presses."""
 
 LEAST_PULLED = 0.01
-"""Fall of ln(filling factor) from which a stage pulls; where it falls by less, it lets go."""
+"""Fall of ln(filling factor) from which a stage pulls; by less it unloads."""
 
 SIDEWAYS = 0.01
 """Strain along x and y over that along z up to which a test is confined."""
@@ -24,10 +24,10 @@ SIDEWAYS = 0.01
 class Segment:
     """One stage: kind "press", "rest", "release" or "pull", and its records in time.
 
-    strain (n + 1, 3): from the start of the run, the first entry that of the stage's start. stress
-    (n, 3) [Pa]: the mean of the interval that ends with the record, positive in compression.
-    phi (n,): filling factor half way through the interval. rate [1/s]: of the strain along
-    z, to three digits.
+    strain (n + 1, 3): from the start of the run, the first entry at the start of the stage. stress
+    (n, 3) [Pa]: mean over the interval that ends with the record, positive in compression.
+    phi (n,): filling factor in the middle of the interval. rate [1/s]: of the strain along z, to
+    three digits.
     """
 
     kind: str
@@ -50,9 +50,10 @@ class Segment:
 
 @dataclass(frozen=True)
 class GrainTest:
-    """A grain run: its segments, and what it is made of.
+    """A grain run: its segments and its sample.
 
-    seed: of the sample. grains: how many. solid_density [kg/m^3]. phi: filling factor at the start.
+    seed: of the sample. grains: their number. solid_density [kg/m^3]. phi: filling factor at the
+    start.
     """
 
     name: str
@@ -69,15 +70,15 @@ class GrainTest:
 
 
 def grain_test(run):
-    """The GrainTest of a Run. Raises DustError where it is none: no stress, or not confined."""
+    """The GrainTest of a Run. Raises DustError without stress, or where it is not confined."""
     whole = run.series
     if "stress" not in whole or "filling_factor" not in whole:
         raise DustError(
-            f"{run.path} tells no stress of the grains, of which the one at the sides is needed "
-            "beside that along z: set output.stress: true (a periodic cell has it by itself)."
+            f"{run.path} has no stress of the grains, and the stress at the sides is needed beside "
+            "that along z: set output.stress: true (a periodic cell has it by default)."
         )
     if run.material is None or run.grains is None:
-        raise DustError(f"{run.path} does not tell its material: it is no run of grains.")
+        raise DustError(f"{run.path} has no material of grains: it is no run of grains.")
     if run.sheared:
         raise DustError(f"{run.path} is no confined test: its cell is sheared.")
     segments = tuple(filter(None, (_segment(run, part) for part in run.parts)))
@@ -103,9 +104,8 @@ def grain_test(run):
 def _segment(run, part):
     """The Segment of a stage, or of a run without stages; None where it has no records."""
     first = run.series.isel(time=0)
-    series = part.series if part.start.step < part.series.step[0] else part.series.isel(
-        time=slice(1, None)
-    )  # fmt: skip
+    includes_start = part.start.step >= part.series.step[0]
+    series = part.series.isel(time=slice(int(includes_start), None))
     if not len(series.time):
         return None
     strain = np.vstack([_strain(part.start, first)[None], _strain(series, first)])

@@ -1,11 +1,14 @@
-"""Compression of a periodic cell from all sides: pressure against filling factor, beside T19 eq 9
-and Tatsuuma et al. 2023."""
+"""Compression of a periodic cell from all sides: pressure against filling factor.
+
+Compared with T19 eq 9 and Tatsuuma et al. 2023.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from dusttaichi.analysis.compression import binned
+from dusttaichi.analysis.cycles import cell_pressure
 from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
 
@@ -13,11 +16,10 @@ DECADES = 0.05
 """Width in lg(filling factor) of the bins: the pressure, ~ phi^3, grows by 0.15 dex in one."""
 
 THIN = 0.1
-"""Filling factor up to which (E_roll/r^3) phi^3 is compared with (T19 eq 9)."""
+"""Largest filling factor of the comparison with (E_roll/r^3) phi^3 (T19 eq 9)."""
 
 DENSE = 0.105
-"""Filling factor from which on Tatsuuma et al. 2023 are compared with: runs that end at 0.1 have no
-bin there."""
+"""Smallest filling factor of the comparison with Tatsuuma et al. 2023: no bin of runs to 0.1."""
 
 
 @dataclass(frozen=True)
@@ -25,10 +27,10 @@ class Isotropic:
     """Mean pressure against filling factor, smoothed and as measured.
 
     filling_factor, pressure [Pa], law [Pa], count, each (bins,): mean filling factor, median
-    pressure and (E_roll/r^3) phi^3 in every bin of lg(filling factor), bins without a positive
-    pressure left out. ratio, dense_ratio (bins,): median of the pressure over that law, and over
-    (E_roll/r^3) (1/phi - 1/0.74)^-3 of Tatsuuma et al. 2023. law and the ratios are nan where the
-    file does not tell the material. raw_filling_factor, raw_pressure [Pa], each (times,).
+    pressure and (E_roll/r^3) phi^3 in every bin of lg(filling factor) with a positive pressure.
+    ratio, dense_ratio (bins,): median of the pressure over that law, and over (E_roll/r^3)
+    (1/phi - 1/0.74)^-3 of Tatsuuma et al. 2023. law and the ratios are nan for an unknown material.
+    raw_filling_factor, raw_pressure [Pa], each (times,).
     """
 
     filling_factor: np.ndarray
@@ -45,24 +47,25 @@ class Isotropic:
         return self._between(self.ratio, low, high)
 
     def dense_ratio_between(self, low=DENSE, high=1.0):
-        """The same of the law of Tatsuuma et al. 2023."""
+        """The same as `ratio_between`, of the law of Tatsuuma et al. 2023."""
         return self._between(self.dense_ratio, low, high)
 
     def _between(self, ratio, low, high):
         inside = (self.filling_factor >= low) & (self.filling_factor <= high)
         inside &= ratio > 0
         if not inside.any():
-            return Ratio(np.nan, np.nan, np.nan, np.nan)
+            return Ratio(*[np.nan] * 4)
         decades, phi = np.log10(ratio[inside]), self.filling_factor[inside]
-        return Ratio(
-            float(10 ** np.median(decades)), float(decades.std()), float(phi[0]), float(phi[-1])
-        )
+        return Ratio(*map(float, (10 ** np.median(decades), decades.std(), phi[0], phi[-1])))
 
 
 @dataclass(frozen=True)
 class Ratio:
-    """Pressure over law: median of the bins, their standard deviation [dex], and the range of
-    filling factor that they cover; nan where there are none."""
+    """Pressure over law, nan without bins.
+
+    value: median of the bins; scatter: their standard deviation [dex]; low, high: range of filling
+    factor.
+    """
 
     value: float
     scatter: float
@@ -73,9 +76,9 @@ class Ratio:
 def isotropic(run, stage=None, decades=DECADES):
     """The Isotropic of a Run: the mean pressure is -trace(stress)/3.
 
-    stage: name or number (default: the first in which the cell shrinks along all axes alike).
-    decades: width of the bins in lg(filling factor). Raises DustError where there is no stress or
-    no filling factor.
+    stage: name or number (default: the first in which the cell shrinks equally along all axes).
+    decades: width of the bins in lg(filling factor). Raises DustError without stress or filling
+    factor.
     """
     series = run.part_that("shrinks", stage).series
     if not {"stress", "filling_factor"} <= set(series):
@@ -84,8 +87,7 @@ def isotropic(run, stage=None, decades=DECADES):
             "(a periodic boundary, or output: stress: on)."
         )
     phi = series.filling_factor.values
-    pressure = -np.trace(series.stress.transpose("time", "xyz", "axis").values, axis1=1, axis2=2)
-    pressure = pressure / 3.0
+    pressure = cell_pressure(series)
     known = np.isfinite(phi) & np.isfinite(pressure) & (phi > 0)
     phi, pressure = phi[known], pressure[known]
     law, dense = _law(run, phi), _law(run, phi, laws.compressive_strength)
@@ -93,16 +95,8 @@ def isotropic(run, stage=None, decades=DECADES):
     mean, median, count = binned(numbers, phi, pressure)
     ratio, dense = (binned(numbers, phi, pressure / one)[1] for one in (law, dense))
     up = median > 0
-    return Isotropic(
-        mean[up],
-        median[up],
-        _law(run, mean[up]),
-        ratio[up],
-        dense[up],
-        count[up].astype(int),
-        phi,
-        pressure,
-    )
+    columns = mean[up], median[up], _law(run, mean[up]), ratio[up], dense[up]
+    return Isotropic(*columns, count[up].astype(int), phi, pressure)
 
 
 def _law(run, phi, law=laws.isotropic_pressure):

@@ -1,33 +1,31 @@
-"""The energy ledger of a run: does it close, and where did the energy go?"""
+"""The energy ledger of a run: its residual, and the losses by channel."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from dusttaichi.errors import DustError
 from dusttaichi.results.variables import reference_energy
 
 KINETIC = ("kinetic_translation", "kinetic_rotation", "sphere_kinetic", "kinetic")
 CONTACTS = ("potential", "potential_wall", "potential_sphere")
 LOSSES = ("loss", "loss_wall", "loss_sphere")
 POTENTIAL = ("gravity_energy", "elastic_energy")  # of a continuum
-# of what acts from outside
-WORKS = ("wall_work", "face_work", "push_work", "gravity_work", "sphere_work", "work")
-WORKS += ("stiffness_work",)
+# of external forces
+WORKS = "wall_work face_work push_work gravity_work sphere_work work stiffness_work".split()
 
 
 @dataclass(frozen=True)
 class Ledger:
-    """Energies over time [J], each (times,), unless said otherwise.
+    """Energies over time [J], each (times,), unless stated otherwise.
 
-    losses: channel -> cumulative loss in contacts of grains, walls and sphere together.
-    work: of walls, periodic faces, pushes, gravity, a driven sphere and changes of stiffness, 0
-    without them. stored:
-    kinetic and potential energy less their start. residual: stored - work + losses, as the run
-    wrote it. reference: the energy that has gone through the system, |work| + initial kinetic +
-    |initial potential| + losses.
-    relative: residual over reference, or over its lower bounds where they are more, as the run
-    wrote it (run.ledger.turnover). worst: its largest absolute value, at `worst_time` [s]. shares:
-    channel -> share of all losses at the end (0 where nothing is lost).
+    losses: channel -> cumulative loss in contacts of grains, walls and sphere together. work: of
+    walls, periodic faces, pushes, gravity, a driven sphere and changes of stiffness. stored:
+    kinetic and potential energy less their start. residual: stored - work + losses, as in the
+    result. reference: energy that has gone through the system, |work| + initial kinetic + |initial
+    potential| + losses. relative: residual over reference, or over its lower bounds if they are
+    larger, as in the result (run.ledger.turnover). worst: its largest absolute value, at
+    `worst_time` [s]. shares: channel -> share of all losses at the end, or 0.
     """
 
     time: np.ndarray
@@ -66,18 +64,8 @@ def ledger(run):
     work = sum((series[n].values for n in WORKS if n in series), zero)
     energy, residual = kinetic + potential, series.energy_residual.values
     if not len(zero):
-        return Ledger(
-            series.time.values,
-            losses,
-            work,
-            zero,
-            residual,
-            zero,
-            zero,
-            0.0,
-            0.0,
-            dict.fromkeys(losses, 0.0),
-        )
+        no_shares = dict.fromkeys(losses, 0.0)
+        return Ledger(zero, losses, work, zero, residual, zero, zero, 0.0, 0.0, no_shares)
     reference = reference_energy(work, kinetic[0], potential[0], lost)
     relative = np.where(np.isnan(residual), np.nan, series.energy_residual_relative.values)
     # a residual that is not a number is the worst there is
@@ -96,3 +84,66 @@ def ledger(run):
         worst_time=float(series.time.values[worst]),
         shares=shares,
     )
+
+
+@dataclass(frozen=True)
+class Losses:
+    """Energy lost since the start of a run or stage against filling factor (T19 Fig 9).
+
+    filling_factor (times,). by_channel: channel -> energy [J], (times,). total [J], (times,).
+    T19's "normal" is forming and breaking together.
+    """
+
+    filling_factor: np.ndarray
+    by_channel: dict
+    total: np.ndarray
+
+
+def losses_against_filling_factor(run, stage=None):
+    """The Losses of a Run. stage: name or number (default: the first that stretches).
+
+    Raises DustError without a filling factor.
+    """
+    part = run.part_that("stretches", stage)
+    if "filling_factor" not in part.series:
+        raise DustError(f"{run.path} has no filling factor to draw its losses against.")
+    before = losses_by_channel(part.start.expand_dims("time"))
+    lost = {c: v - before[c][0] for c, v in losses_by_channel(part.series).items()}
+    phi = part.series.filling_factor.values
+    return Losses(phi, lost, sum(lost.values(), np.zeros(len(phi))))
+
+
+@dataclass(frozen=True)
+class LossShares:
+    """Share of each channel in the losses during the growth of the filling factor through a bin.
+
+    filling_factor (bins,): middle of the bin in its logarithm. by_channel: channel -> share,
+    (bins,). lost [J] (bins,): by all channels.
+    """
+
+    filling_factor: np.ndarray
+    by_channel: dict
+    lost: np.ndarray
+
+
+def loss_shares(run, stage=None, decades=0.1):
+    """The LossShares of a Run.
+
+    stage: name or number (default: the first in which the cell shrinks equally along all axes).
+    decades: width of the bins in lg(filling factor). Raises DustError where the filling factor
+    grows through less than one bin.
+    """
+    part = run.part_that("shrinks", stage)
+    losses = losses_by_channel(part.series)
+    phi = part.series.filling_factor.values if "filling_factor" in part.series else np.zeros(0)
+    rising = np.maximum.accumulate(phi)
+    first = np.ceil(np.log10(rising[0]) / decades - 1e-9) if len(phi) else 0.0
+    last = np.floor(np.log10(rising[-1]) / decades + 1e-9) if len(phi) else 0.0
+    if not losses or last <= first:
+        raise DustError(f"{run.path} is not compressed enough for shares of its losses.")
+    edges = np.arange(first, last + 1) * decades
+    lost = {c: np.diff(np.interp(edges, np.log10(rising), v)) for c, v in losses.items()}
+    total = sum(lost.values())
+    known = total > 0.0
+    shares = {c: v[known] / total[known] for c, v in lost.items()}
+    return LossShares(10 ** (0.5 * (edges[1:] + edges[:-1]))[known], shares, total[known])

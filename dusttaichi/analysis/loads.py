@@ -1,4 +1,4 @@
-"""Tests under load: where dust settles under a pressure that is held, its strength in shear."""
+"""Tests under load: filling factor under a controlled pressure, and strength in shear."""
 
 from dataclasses import dataclass
 
@@ -9,21 +9,22 @@ from dusttaichi.errors import DustError
 from dusttaichi.scene.quantities import parse
 
 LAST = 10
-"""Points of the series at the end of a stage that a load is averaged over."""
+"""Records at the end of a stage over which a load is averaged."""
 MISSED = 0.1
+"""Relative deviation of a load from the controlled one from which it is missed."""
 ROUNDING = 1e-9
 """Shear strain below which nothing has been sheared."""
 FLOWING = 0.5
-"""Share of the shear of a stage, at its end, over which shear and normal stress are averaged."""
+"""Share of the strain of a stage, at its end, over which stresses are averaged."""
 
 
 @dataclass(frozen=True)
-class Held:
-    """One stage under a pressure that is held.
+class ControlledLoad:
+    """One stage under a controlled pressure.
 
-    stage: its name. wanted, pressure [Pa]: the one asked for, and the mean over the LAST points.
-    overshoot: largest mean over LAST points in a row over that asked for, less 1. filling_factor:
-    at its end. creep [1/s]: rate of its logarithm over the LAST points. time [s]: how long it took.
+    stage: its name. wanted, pressure [Pa]: the controlled one, and the mean over the LAST records.
+    overshoot: largest mean over LAST successive records over `wanted`, less 1. filling_factor: at
+    the end. creep [1/s]: rate of its logarithm over the LAST records. time [s]: duration.
     """
 
     stage: str
@@ -36,18 +37,17 @@ class Held:
 
     @property
     def missed(self):
-        """The load that is borne is not the one asked for within MISSED of it."""
+        """True where the load deviates from the controlled one by more than MISSED."""
         return abs(self.pressure / self.wanted - 1.0) > MISSED
 
 
-def held_loads(run):
-    """The Held of every stage of a Run that holds a pressure, in order; [] where none does."""
-    drives, found = drives_of(run), []
-    for part in run.parts:
-        drive = drives.get(part.stage_name, {}) if drives else run.scene.get("boundary", {})
-        if drive.get("pressure") and len(part.series.time) > LAST:
-            found.append(_held(part, parse(drive["pressure"], "pressure")))
-    return found
+def controlled_loads(run):
+    """The ControlledLoads of the stages of a Run that control a pressure, in order."""
+    return [
+        _controlled_load(part, parse(pressure, "pressure"))
+        for part in run.parts
+        if (pressure := _drive(part).get("pressure")) and len(part.series.time) > LAST
+    ]
 
 
 def drives_of(run):
@@ -55,12 +55,18 @@ def drives_of(run):
     return {stage["name"]: stage.get("drive", {}) for stage in run.scene.get("stages", [])}
 
 
-def _held(part, wanted):
+def _drive(part):
+    """Drive of a stage; of a run without stages its block `boundary`."""
+    drives = drives_of(part)
+    return drives.get(part.stage_name, {}) if drives else part.scene.get("boundary", {})
+
+
+def _controlled_load(part, wanted):
     series = part.series
     pressure = pressure_of(series)
     mean = np.convolve(pressure, np.ones(LAST) / LAST, "valid")
     time, phi = series.time.values, series.filling_factor.values
-    return Held(
+    return ControlledLoad(
         stage=part.stage_name,
         wanted=wanted,
         pressure=float(mean[-1]),
@@ -76,13 +82,13 @@ class Shearing:
     """One stage that shears, in n records.
 
     stage: its name. strain (n,): shear strain since its start. shear, normal [Pa] (n,): shear
-    stress along the way of what moves, and stress across it, positive in compression; of a wall its
-    forces over its area. filling_factor (n,). strength, strength_sigma [Pa]: mean of the shear
-    stress over the last FLOWING of the strain and its standard error, from the scatter of ten parts
-    in a row; load [Pa], density: means of the normal stress and of the filling factor there.
-    controlled: the scene prescribes the normal stress, or a pressure. direction: 1 or -1, that of
-    the shear along x; strain and shear are positive along it. before: total shear strain of the run
-    at the start of the stage.
+    stress along the motion, and stress across it, positive in compression; of a wall its forces
+    over its area. filling_factor (n,). strength, strength_sigma [Pa]: mean of the shear stress over
+    the last FLOWING of the strain and its standard error, from the scatter of ten successive parts;
+    load [Pa], density: means of the normal stress and of the filling factor there. controlled: the
+    scene prescribes the normal stress, or a pressure. direction: 1 or -1, that of the shear along
+    x; strain and shear are positive along it. before: total shear strain of the run at the start of
+    the stage.
     """
 
     stage: str
@@ -100,7 +106,7 @@ class Shearing:
 
     @property
     def has_friction(self):
-        """True for a point of a Coulomb line: the normal stress is prescribed and compressive."""
+        """True for a point of the line of friction: a prescribed compressive normal stress."""
         return self.controlled and self.load > 0.0
 
     @property
@@ -134,8 +140,10 @@ class Friction:
 
     @property
     def triaxial_angle(self):
-        """Friction angle [degrees] of a line through deviators over confining stresses: of the
-        circles of Mohr, sin = M/(2 + M) with the slope M."""
+        """Friction angle [degrees] of a line through deviators over confining stresses.
+
+        That of Mohr's circles: sin = M/(2 + M) with the slope M.
+        """
         return float(np.degrees(np.arcsin(self._sine)))
 
     @property
@@ -146,7 +154,7 @@ class Friction:
 
     @property
     def triaxial_cohesion(self):
-        """Cohesion [Pa] of the line that touches these circles."""
+        """Cohesion [Pa] of the tangent of these circles."""
         return float(self.cohesion * np.sqrt((1.0 - self._sine) / (1.0 + self._sine)) / 2.0)
 
     @property
@@ -155,10 +163,7 @@ class Friction:
 
 
 def shearings(run):
-    """The Shearing of every stage of a Run that shears, in their order.
-
-    Raises DustError where none does.
-    """
+    """The Shearing of every stage of a Run that shears, in order. Raises DustError for none."""
     found, before = [], 0.0
     for part in run.parts if "shear_strain" in run.series else []:
         strain = _sheared(part)
@@ -171,8 +176,10 @@ def shearings(run):
 
 
 def friction(found):
-    """The Friction of several Shearing, of one sample or more, or Triaxial; None for fewer than two
-    loads. Only stages count that have a compressive normal stress, prescribed by the scene."""
+    """The Friction of several Shearing or Triaxial, of one sample or more; None below two loads.
+
+    Of stages with a compressive normal stress that the scene prescribes.
+    """
     used = [s for s in found if s.has_friction]
     load, strength = (np.array([getattr(s, name) for s in used]) for name in ("load", "strength"))
     if len(used) < 2 or np.ptp(load) == 0.0:
@@ -181,13 +188,15 @@ def friction(found):
         slope, cohesion = np.polyfit(load, strength, 1)
         return Friction(float(cohesion), np.nan, float(slope), np.nan)
     (slope, cohesion), covariance = np.polyfit(load, strength, 1, cov=True)
-    own, other = np.sqrt(np.diag(covariance))
-    return Friction(float(cohesion), float(other), float(slope), float(own))
+    slope_sigma, cohesion_sigma = np.sqrt(np.diag(covariance))
+    return Friction(float(cohesion), float(cohesion_sigma), float(slope), float(slope_sigma))
 
 
 def _sheared(part):
-    """Shear strain since the start of a stage, (n,): of a top wall its ways over the heights that
-    it went them at, since the way over a height changes as that does."""
+    """Shear strain since the start of a stage, (n,).
+
+    Of a top wall the integral of its displacement over the current height.
+    """
     records = [part.start, part.series]
     strain = np.concatenate([np.atleast_1d(r.shear_strain.values) for r in records])
     if "wall_force" not in part.series or "height" not in part.series:
@@ -198,8 +207,7 @@ def _sheared(part):
 
 def _controls_normal_stress(part):
     """Whether the scene prescribes the stress across the shear of a stage, or a pressure."""
-    drives = drives_of(part)
-    drive = drives.get(part.stage_name, {}) if drives else part.scene.get("boundary", {})
+    drive = _drive(part)
     stress = drive.get("stress")
     if isinstance(stress, (list, tuple)):
         return stress[2] != "free"
@@ -211,9 +219,7 @@ def _shearing(part, strain, before):
     shear, normal = _stresses(series)
     direction = float(np.sign(strain[-1]))
     strain, shear = direction * strain, direction * shear
-    phi = (
-        series.filling_factor.values if "filling_factor" in series else np.full(len(strain), np.nan)
-    )
+    phi = np.asarray(series.get("filling_factor", np.full(len(strain), np.nan)))
     return Shearing(
         stage=part.stage_name,
         strain=strain,
@@ -228,10 +234,10 @@ def _shearing(part, strain, before):
 
 
 def flow(strain, stress, load, density):
-    """strength, strength_sigma, load and density over the last FLOWING of a strain that grows from
-    0: means of stress, load and density, (n,) each.
+    """strength, strength_sigma, load, density: means over the last FLOWING of a growing strain.
 
-    The standard error of the strength is that of the means of ten parts of these records.
+    strain, stress, load, density: (n,). The standard error of the strength is that of the means of
+    ten parts of these records.
     """
     late = strain > (1.0 - FLOWING) * strain[-1]
     parts = [np.mean(p) for p in np.array_split(stress[late], 10) if len(p)]

@@ -1,4 +1,4 @@
-"""Observables: the numbers by which two runs of one scene are compared."""
+"""Observables: numbers by which two runs of one scene are compared."""
 
 from dataclasses import dataclass
 
@@ -29,38 +29,37 @@ def _channel(name):
     return lambda run: float(losses_by_channel(run.series).get(name, [0.0])[-1])
 
 
-def _energy(name, title, value):
-    return Observable(name=name, title=title, unit="J", value=value)
-
-
-# where a scene has none of those wanted: energies at the end
-ENERGIES = (
-    _energy("lost", "energy lost in all channels", _lost),
-    *(
-        _energy(f"lost_{name}", f"energy lost on {name}", _channel(name))
-        for name in (*CHANNELS, *EXTRA_CHANNELS)
-    ),
-    _energy(
-        "kinetic", "kinetic energy at the end", _last("kinetic_translation", "kinetic_rotation")
-    ),
-    _energy("potential", "potential energy at the end", _last("potential", "potential_wall")),
+# energies at the end, for scenes without any of the wanted numbers
+ENERGIES = tuple(
+    Observable(name=name, title=title, unit="J", value=value)
+    for name, title, value in (
+        ("lost", "energy lost in all channels", _lost),
+        *(
+            (f"lost_{name}", f"energy lost on {name}", _channel(name))
+            for name in (*CHANNELS, *EXTRA_CHANNELS)
+        ),
+        ("kinetic", "kinetic energy at the end", _last("kinetic_translation", "kinetic_rotation")),
+        ("potential", "potential energy at the end", _last("potential", "potential_wall")),
+    )
 )
 
 
 def wanted():
-    """Numbers of the registry that runs are compared by, the most wanted first; before them all
-    comes the curve of a compression."""
+    """Numbers of the registry by which runs are compared, the most wanted first.
+
+    The curve of a compression precedes them all.
+    """
     return sorted((n for n in known().values() if n.wanted), key=lambda number: number.wanted)
 
 
 def about(name):
-    """(what it is, its unit) of an observable."""
+    """(description, unit) of an observable."""
     if name == CURVE:
         return "rms distance of phi(P) from the reference", "1"
     for number in (*wanted(), *ENERGIES):
         if name == (number.trade_name or number.name):
             return number.about or number.title, number.unit
-    return name, "1"  # of a method or an extension that is not here
+    return name, "1"  # of a method or an extension that is not installed
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,7 @@ class Measured:
 
     @property
     def names(self):
-        """Observables that it has, in the order in which they are wanted."""
+        """Names of its observables, the most wanted first."""
         return ([CURVE] if self.curve is not None else []) + list(self.values)
 
     def to_json(self):
@@ -86,7 +85,7 @@ class Measured:
 
 
 def measured(run):
-    """The Measured of a Run: those `wanted` that it has, else ENERGIES; and its curve."""
+    """The Measured of a Run: its `wanted` numbers, else ENERGIES; and its curve."""
     numbers = summary(run)
     curve = compression_curve(run).monotone() if run.compresses else None
     if curve is not None and len(curve[0]) < 2:
@@ -111,14 +110,14 @@ def together(curves):
 
 
 def differences(one, reference):
-    """Name -> (value, error) of a Measured beside that of the reference; nan where it lacks it.
+    """Name -> (value, error) of a Measured against the reference; nan for a missing number.
 
-    The error of a number is |value - reference value| / |reference value|. Where the reference is
-    0 (a pair that sticks: no restitution) it is |value| of a number without a unit; with a unit, 0
-    or infinity.
-    The value of CURVE is the rms, at GRID even steps of lg P over the pressures that both curves
-    reach, of the difference of their filling factors; its error is that over the mean filling
-    factor of the reference there. So a tolerance of 5 % is a filling factor wrong by a twentieth.
+    The error of a number is |value - reference value| / |reference value|. For a reference of 0 (a
+    pair that sticks: no restitution) it is |value| of a number without a unit; with a unit, 0 or
+    infinity.
+    The value of CURVE is the rms difference of the filling factors, at GRID even steps of lg P over
+    the pressures that both curves reach; its error is that over the mean filling factor of the
+    reference there. A tolerance of 5 % thus is a twentieth of the filling factor.
     """
     out = {}
     for name in reference.names:
@@ -148,10 +147,10 @@ def _relative(difference, right, units):
 
 
 def scatter(runs, reference):
-    """Name -> standard deviation (n - 1) of Measured of several seeds, as an error of `differences`
+    """Name -> standard deviation (n - 1) of Measured of several seeds, over the reference value.
 
-    is: over the reference value; of CURVE the root of the mean variance over the pressures that
-    all reach, over the mean filling factor there. nan where fewer than two have the number.
+    Of CURVE the root of the mean variance over the pressures that all reach, over the mean filling
+    factor there. nan where fewer than two have the number.
     """
     out = {}
     for name in reference.names:

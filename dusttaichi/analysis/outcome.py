@@ -3,9 +3,9 @@
 Target and projectile are the heavier and the lighter body, f = (M_largest - M_target)/M_projectile
 the growth efficiency.
 
-- sticking: one fragment is all there is.
+- sticking: there is a single fragment.
 - growth: one fragment holds more than half of both bodies and more mass than the target had, f > 0.
-- bouncing: both bodies have kept 95 % of their grains at least, and are apart.
+- bouncing: both bodies retain at least 95 % of their grains, and are apart.
 - mass transfer: they are apart, and the target has gained mass, f > 0.
 - erosion: the largest fragment is lighter than the target, f <= 0, by less than half.
 - fragmentation: it has less than half of the target's mass.
@@ -24,8 +24,8 @@ WHOLE = 0.95
 
 NOT_MET, PASSED = "not met yet", "passed by"
 UNTOUCHED = 1e-5
-"""Change of the relative velocity, over itself, below which two bodies have not touched: above the
-rounding of single precision, and below what the first contact of two grains does to thousands."""
+"""Relative change of the relative velocity below which two bodies have not touched: above the
+rounding of single precision, and below the effect of the first contact on thousands of grains."""
 
 
 def outcome(run, parts, bodies):
@@ -45,14 +45,13 @@ def outcome_of(parts, masses, bodies):
     grown = efficiency(parts, masses, bodies) > 0.0
     if together(parts, bodies):
         return "growth" if grown else _worn(parts, target)
-    if all(_kept(parts, masses, body) for body in bodies):
+    if all(_is_intact(parts, masses, body) for body in bodies):
         return "bouncing"
     return "mass transfer" if grown else _worn(parts, target)
 
 
 def untouched(run, parts, bodies, masses):
-    """NOT_MET or PASSED for two bodies that have not touched between the first and the last
-    snapshot; "" for others."""
+    """NOT_MET or PASSED for bodies that have not touched until the last snapshot, else ""."""
     if len(parts) != 2 or together(parts, bodies):
         return ""
     start, end = relative_motion(run, 0, bodies, masses), relative_motion(run, -1, bodies, masses)
@@ -62,8 +61,8 @@ def untouched(run, parts, bodies, masses):
 
 
 def settled(run):
-    """True where the last two snapshots hold the same fragments, by number and largest mass."""
-    if run.snapshots.sizes["snapshot"] < 3:  # with the first alone nothing can be told
+    """True where the last two snapshots have the same fragments, by number and largest mass."""
+    if run.snapshots.sizes["snapshot"] < 3:  # too few to compare
         return True
     last, before = fragments(run, -1), fragments(run, -2)
     return len(last) == len(before) and bool(
@@ -75,8 +74,8 @@ def _worn(parts, target):
     return "erosion" if parts.mass[0] >= 0.5 * target else "fragmentation"
 
 
-def _kept(parts, masses, body):
-    """True where a body is a fragment of its own: it has lost and gained little."""
+def _is_intact(parts, masses, body):
+    """True where a body is a separate fragment that has lost and gained little mass."""
     own = np.bincount(parts.label[body], masses[body], minlength=len(parts))
     largest, mass = int(np.argmax(own)), masses[body].sum()
     return own[largest] >= WHOLE * mass and parts.mass[largest] <= mass / WHOLE

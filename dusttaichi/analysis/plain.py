@@ -1,4 +1,4 @@
-"""Numbers of runs and sweeps as plain data for JSON; docs/results.md has what it looks like."""
+"""Numbers of runs and sweeps as plain data for JSON; see docs/results.md."""
 
 import math
 from dataclasses import asdict, is_dataclass
@@ -9,7 +9,7 @@ from dusttaichi.analysis import ensemble_tables as tables
 from dusttaichi.analysis.numbers import families, known
 
 SCHEMA = 1
-"""Raised by a change that a reader of the data would notice; a further entry is none."""
+"""Version of the layout, raised by every change except a further entry."""
 
 
 def plain_runs(runs):
@@ -65,7 +65,7 @@ def plain_ensemble(data):
 
 
 def _of_point(values, rows):
-    """A number at a point of a sweep, of all its replicas."""
+    """A number at a point of a sweep, over all its replicas."""
     number = rows.get(str(values.name).removeprefix("final_"))
     found = values.values[np.isfinite(values.values)]
     return {
@@ -79,7 +79,7 @@ def _of_point(values, rows):
 
 
 def plain(value):
-    """A value as JSON may hold it: what is not a number is None."""
+    """A value as JSON allows it: None for a number that is not finite."""
     if is_dataclass(value):
         return plain(asdict(value))
     if isinstance(value, np.ndarray):

@@ -9,14 +9,12 @@ def profile(run, most=None):
     """The profiles of a Run: xr.Dataset with filling_factor (profile, bin), height [m] ...
 
     As in the file, and `middle` (profile, bin) [m]: the middle of the part of the bin below the
-    top wall, not a number above it.
-
-    most: at most so many of them, first and last included, evenly spaced in the filling factor of
-    the box. Raises DustError where the run wrote none.
+    top wall, not a number above it. most: their largest number, first and last included, evenly
+    spaced in the filling factor of the box. Raises DustError for a result without profiles.
     """
     if run.profiles is None:
         raise DustError(
-            f"{run.path} holds no profiles: set output: profiles in the scene (closed boxes only)."
+            f"{run.path} has no profiles: set output: profiles in the scene (closed boxes only)."
         )
     ends = run.profiles.bin_upper.clip(max=run.profiles.height)
     middle = (0.5 * (run.profiles.bin_lower + ends)).where(ends > run.profiles.bin_lower)
@@ -30,10 +28,10 @@ def profile(run, most=None):
 
 
 def without_cut_bins(profiles):
-    """Profiles of `profile` in which a bin that the top wall cuts below its half is one with the
-    bin under it: what little of grains is in it tells nothing of a filling factor.
+    """Profiles of `profile`, a bin that the top wall cuts below its half joined to the bin below.
 
-    xr.Dataset with filling_factor and middle (profile, bin) [m], not a number in the bins above.
+    Too few grains are in such a bin for a filling factor. xr.Dataset with filling_factor and middle
+    (profile, bin) [m], not a number in the bins above.
     """
     phi = profiles.filling_factor.transpose("profile", "bin").values.copy()
     middle = profiles.middle.transpose("profile", "bin").values.copy()

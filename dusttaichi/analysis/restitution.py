@@ -1,4 +1,4 @@
-"""Coefficient of restitution of grains, aggregates, and of grains on a wall."""
+"""Coefficient of restitution of grains and aggregates, with each other or a wall."""
 
 from dataclasses import dataclass
 
@@ -33,10 +33,10 @@ class Restitution:
 def restitution(run, first=0, last=-1, bodies=None):
     """The Restitution of two bodies between snapshots `first` (before) and `last` (after).
 
-    bodies: two lists of grain numbers; by default the two fragments of snapshot `first`. Their
-    grains stay theirs through the collision, wherever they end up. The normal is the line between
-    the centres of mass at the snapshot where these are closest. They stick where one fragment of
-    snapshot `last` holds more than half of the mass of each.
+    bodies: two lists of grain numbers; by default the two fragments of snapshot `first`. A body
+    consists of the same grains before and after the collision. The normal is the line between the
+    centres of mass at the snapshot where these are closest. They stick where one fragment of
+    snapshot `last` has more than half of the mass of each.
     Raises DustError where there are not two bodies, or they do not approach each other.
     """
     masses = grain_masses(run)
@@ -58,15 +58,17 @@ def restitution(run, first=0, last=-1, bodies=None):
 
 
 def together(parts, bodies):
-    """True where one of the Fragments holds more than half of the mass of both bodies (grains)."""
-    own = parts.mass[parts.label] / parts.grains[parts.label]
-    held = [np.bincount(parts.label[b], own[b], minlength=len(parts)) for b in bodies]
-    return bool(np.logical_and(*(mass > 0.5 * mass.sum() for mass in held)).any())
+    """True where one of the Fragments has more than half of the mass of both bodies (grains)."""
+    mean = parts.mass[parts.label] / parts.grains[parts.label]
+    shares = [np.bincount(parts.label[b], mean[b], minlength=len(parts)) for b in bodies]
+    return bool(np.logical_and(*(mass > 0.5 * mass.sum() for mass in shares)).any())
 
 
 def relative_motion(run, snapshot, bodies, masses):
-    """Distance [m] and velocity [m/s] of the centre of mass of one body (grain numbers) from that
-    of the other in a snapshot of a Run, (2, 3). masses: of the grains [kg], (N,)."""
+    """Relative position [m] and velocity [m/s] of the centres of mass of two bodies, (2, 3).
+
+    bodies: grain numbers. masses: of the grains [kg], (N,).
+    """
     frame, (one, other) = read_frame(run, snapshot, False), bodies
     velocity = _velocity(frame, one, masses) - _velocity(frame, other, masses)
     return np.stack([_between(frame, one, other, masses), velocity])
@@ -82,7 +84,9 @@ def wall_restitution(run, wall="bottom", first=0, last=-1, grains=None):
     start, end = read_frame(run, first, False), read_frame(run, last, False)
     side = WALLS.index(wall) if wall in WALLS else None
     if side is None or np.isnan(start.cell.ravel()[side]):
-        raise DustError(f'{run.path} has no wall "{wall}"; allowed: {", ".join(WALLS)}, if there.')
+        raise DustError(
+            f'{run.path} has no wall "{wall}"; allowed: {", ".join(WALLS)}, if present.'
+        )
     masses = grain_masses(run)
     body = np.arange(len(masses)) if grains is None else np.asarray(grains, dtype=np.int64)
     axis, sign = side // 2, 1.0 if side % 2 == 0 else -1.0
@@ -107,7 +111,7 @@ def _result(run, before, after, sticks, normal):
 
 
 def _between(frame, one, other, masses):
-    """From the centre of mass of `other` to that of `one` [m], (3,), the shortest way."""
+    """Vector from the centre of mass of `other` to that of `one` [m], (3,), nearest image."""
     return frame.nearest(_centre(frame, one, masses) - _centre(frame, other, masses))
 
 
@@ -121,10 +125,10 @@ def _velocity(frame, body, masses):
     return np.average(frame.velocity[body], axis=0, weights=masses[body])
 
 
-def _wall_velocity(run, now, side):
-    """Speed of the wall along its axis [m/s], from the snapshots next to this one."""
-    low = read_frame(run, max(now.number - 1, 0), False)
-    high = read_frame(run, min(now.number + 1, frame_count(run) - 1), False)
+def _wall_velocity(run, frame, side):
+    """Speed of the wall along its axis [m/s], from the snapshots before and after this one."""
+    low = read_frame(run, max(frame.number - 1, 0), False)
+    high = read_frame(run, min(frame.number + 1, frame_count(run) - 1), False)
     if high.time == low.time:
         return 0.0
     return (high.cell.ravel()[side] - low.cell.ravel()[side]) / (high.time - low.time)

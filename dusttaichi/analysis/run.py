@@ -1,4 +1,4 @@
-"""One run as its result file has it, and its stages."""
+"""One run from its result file, and its stages."""
 
 import copy
 import importlib
@@ -34,7 +34,7 @@ class Run(AbstractContextManager):
         self.attrs = foreign.attributes(series.attrs, path)
         self.whole = self
         self._file, self._tree = file, None
-        self._before = None  # the record that a stage starts from
+        self._before = None  # the last record before a stage
         self.stage_name = ""
 
     @property
@@ -47,7 +47,7 @@ class Run(AbstractContextManager):
 
     @property
     def name(self):
-        """The run's title, or the name of its folder; of a draft with that behind it."""
+        """Title of the run, or the name of its folder; marked for a draft."""
         return named(self.attrs.get("title") or self.path.resolve().parent.name, self.scene)
 
     @property
@@ -67,12 +67,12 @@ class Run(AbstractContextManager):
 
     @property
     def method(self):
-        """The Method that computed it; one with a name alone where that is not installed."""
+        """The Method that computed it; a mere name where that is not installed."""
         return method.of_result(self.scene)
 
     @property
     def boundary(self):
-        """Kind of the scene's boundary: "box", "plates", "periodic", "open", "" if not known."""
+        """Kind of the boundary: "box", "plates", "periodic", "open", or "" if unknown."""
         return self.scene.get("boundary", {}).get("kind", "")
 
     @property
@@ -83,7 +83,7 @@ class Run(AbstractContextManager):
 
     @property
     def grains(self):
-        """Number of grains, or None where the file does not tell."""
+        """Number of grains, or None if unknown."""
         return int(self.attrs["grains"]) if "grains" in self.attrs else None
 
     # Stages.
@@ -96,8 +96,8 @@ class Run(AbstractContextManager):
     def stage(self, which):
         """The stage with this name or number (from 0) as a Run: its series, profiles, snapshots.
 
-        Its `start` is the last record of the stage before. Raises DustError for a stage that
-        there is not, or that has not begun.
+        Its `start` is the last record of the stage before. Raises DustError for a stage that does
+        not exist or has not begun.
         """
         names = self.whole.stages
         if which not in names and which not in range(len(names)):
@@ -118,28 +118,28 @@ class Run(AbstractContextManager):
         return view
 
     def beyond(self, filling_factor):
-        """The same with the records of a larger filling factor only."""
+        """This run with the records of a larger filling factor only."""
         view = copy.copy(self)
         view.series = self.series.isel(time=self.series.filling_factor.values > filling_factor)
         return view
 
     @property
     def parts(self):
-        """The stages that have begun, or the run itself where it has none."""
+        """The stages that have begun, or the run itself without stages."""
         if self.whole is not self or not self.stages:
             return [self]
         begun = set(self.series.stage.values.tolist())
         return [self.stage(number) for number in range(len(self.stages)) if number in begun]
 
     def part_that(self, does, stage=None):
-        """The stage asked for; without, the first that `does` ("compresses" ...), or the run."""
+        """The requested stage; by default the first that `does` ("compresses" ...), or the run."""
         if stage is not None:
             return self.stage(stage)
         return next((part for part in self.parts if getattr(part, does)), self)
 
     @property
     def start(self):
-        """The record that all begins with: the last of the stage before, or the first."""
+        """The initial record: the last of the stage before, or the first."""
         return self.series.isel(time=0) if self._before is None else self._before
 
     def _holds(self, steps):
@@ -148,34 +148,35 @@ class Run(AbstractContextManager):
             return np.zeros(len(steps), dtype=bool)
         return (steps >= int(self.start.step)) & (steps <= int(self.series.step[-1]))
 
-    # What happens in it.
+    # Its kind.
 
     @property
     def pushes(self):
-        """Pushes of the scene as dicts: `kind` (as "force"), `grains`, `face` of one on a face,
-        `size` [m] of a displacement."""
+        """Pushes of the scene as dicts: `kind` (as "force"), `grains`, `face`, `size` [m]."""
         return self.sample.get("push", [])
 
     @property
     def compresses(self):
-        """True where a filling factor grows (in one of the stages) under a top wall's pressure."""
+        """True where the filling factor grows (in a stage) under the pressure of a top wall."""
         return self._does(lambda part: part.growth > LEAST_CHANGE and part.has_top_pressure)
 
     @property
     def shrinks(self):
-        """True where a periodic cell shrinks along all three axes alike (in one of the stages)."""
+        """True where a periodic cell shrinks equally along all axes (in a stage)."""
         return self._does(lambda part: part.growth > LEAST_CHANGE and part._evenly)
 
     @property
     def stretches(self):
-        """True where the filling factor falls (in a stage) until there is tension: by LEAST_CHANGE,
-        or where the stage ends past the largest tension."""
+        """True where the filling factor falls (in a stage) until there is tension.
+
+        By LEAST_CHANGE, unless the stage ends past the largest tension.
+        """
         return self._does(lambda part: part._pulls)
 
     @property
     def unloads(self):
-        """True where a pressed sample is let go (in a stage): the room grows, under pressure."""
-        return self._does(lambda part: part._before is not None and part._lets_go)
+        """True where a pressed sample is unloaded (in a stage): it expands under pressure."""
+        return self._does(lambda part: part._before is not None and part._expands_under_pressure)
 
     @property
     def sheared(self):
@@ -184,32 +185,27 @@ class Run(AbstractContextManager):
 
     @property
     def has_forces(self):
-        """True where the last snapshot holds contacts with their forces."""
-        if self.tree is None or "contacts" not in self.tree.children:
+        """True where the last snapshot has contacts with their forces."""
+        if self.tree is None or "normal_force" not in self.tree.get("contacts", {}):
             return False
-        own, frames = self.tree["contacts"], self.snapshots
-        known = "normal_force" in own and frames is not None
-        return known and int(frames.contact_count[-1]) > 0
+        frames = self.snapshots
+        return frames is not None and int(frames.contact_count[-1]) > 0
 
     @property
     def collides(self):
-        """True where two bodies fly at each other (sample.kind pair or collision), seen in at least
-        two snapshots with their contacts."""
-        block = self.scene.get("sample", {})
-        if block.get("kind") not in ("pair", "collision") or self.boundary != "open":
+        """True where two bodies collide (sample.kind pair or collision), with the contacts of at
+        least two snapshots."""
+        kind = self.scene.get("sample", {}).get("kind")
+        if kind not in ("pair", "collision") or self.boundary != "open":
             return False
-        if (
-            not self.sample.get("speed")
-            or self.tree is None
-            or "contacts" not in self.tree.children
-        ):
+        if not self.sample.get("speed") or "contacts" not in getattr(self.tree, "children", ()):
             return False
         frames = self.snapshots
         return frames is not None and frames.sizes["snapshot"] > 1
 
     @property
     def has_sphere(self):
-        """True where there is a rigid sphere among the grains, and more than one record of it."""
+        """True where a rigid sphere is among the grains, with more than one record."""
         return "sphere_position" in self.series and len(self.series.time) > 1
 
     @property
@@ -222,8 +218,8 @@ class Run(AbstractContextManager):
         first = self.sample.get("target_grains", 1)
         return np.arange(first), np.arange(first, self.grains)
 
-    def _does(self, what):
-        return any(what(part) for part in self.parts)
+    def _does(self, condition):
+        return any(map(condition, self.parts))
 
     @property
     def has_tension(self):
@@ -238,7 +234,7 @@ class Run(AbstractContextManager):
         return start_of_tension(recorded_tension(self)) is not None
 
     @property
-    def _lets_go(self):
+    def _expands_under_pressure(self):
         opens = self.growth < 0.0 and self.has_tension
         return opens and not self._pulls and np.nanmean(recorded_tension(self)) <= 0.0
 
@@ -293,23 +289,23 @@ class Run(AbstractContextManager):
     def contacts(self, snapshot=-1, group="contacts"):
         """Rows of /contacts (group: or of wall_contacts, sphere_contacts) of one snapshot.
 
-        Raises DustError where the run kept none, IndexError for a snapshot that is not there.
+        Raises DustError for a result without them, IndexError for a missing snapshot.
         """
         if self.tree is None or group not in self.tree.children:
-            raise DustError(f"{self.path} holds no {group} (output: contacts: false, or no walls).")
+            raise DustError(f"{self.path} has no {group} (output: contacts: false, or no walls).")
         number = self._snapshot_numbers()[snapshot]
         dim = group.removesuffix("s")
         counts = self.tree[f"snapshots/{dim}_count"].values
         end = int(np.sum(counts[: number + 1]))
         rows = slice(end - int(counts[number]), end)
-        # not with the labels of the root: `wall` there would take the place of the group's own
-        kept = self.tree[group].to_dataset(inherit=False).isel({dim: rows})
-        return kept.assign_coords(xyz=self.series.xyz).load()
+        # not with the labels of the root: `wall` there would replace that of the group
+        found = self.tree[group].to_dataset(inherit=False).isel({dim: rows})
+        return found.assign_coords(xyz=self.series.xyz).load()
 
     # In a notebook.
 
     def view(self):
-        """The particles in 3-D, for the end of a cell. Raises DustError without snapshots."""
+        """The particles in 3-D, for the last line of a cell. Raises DustError without snapshots."""
         return importlib.import_module(SHOWN_BY).particle_view(self)
 
     def _repr_html_(self):
@@ -328,7 +324,7 @@ class Run(AbstractContextManager):
 
 
 def open_run(path):
-    """The run at `path`, a result file or the directory that holds result.nc. Returns a Run.
+    """The Run at `path`, a result file or the directory with result.nc.
 
     Raises DustError where there is none, or it cannot be read.
     """

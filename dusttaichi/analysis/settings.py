@@ -9,7 +9,7 @@ DRIVES = ("wall_speed", "face_speed", "strain_rate", "compression_rate", "pressu
 DRIVES += ("shear_speed", "shear_rate")
 
 
-def at(scene, path):
+def value_at(scene, path):
     """Value of a scene (plain dicts) at a path such as "numerics.spacing", or ""."""
     for key in path.split("."):
         scene = scene.get(key, "") if isinstance(scene, dict) else ""
@@ -23,17 +23,17 @@ def _modifier(effect):
 def _of_grains(run):
     scene = run.scene
     return {
-        "damping": at(scene, "interaction.damping.model"),
-        "m_r": _modifier(at(scene, "interaction.rolling")),
-        "m_s": _modifier(at(scene, "interaction.sliding")),
-        "wall_speed": str(at(scene, "boundary.wall_speed") or ""),
+        "damping": value_at(scene, "interaction.damping.model"),
+        "m_r": _modifier(value_at(scene, "interaction.rolling")),
+        "m_s": _modifier(value_at(scene, "interaction.sliding")),
+        "wall_speed": str(value_at(scene, "boundary.wall_speed") or ""),
         "time_step_ns": float(run.attrs.get("time_step", np.nan)) * 1e9,
         "drive": _drive(scene),
     }
 
 
 def _drive(scene):
-    """Drive of a scene: what moves and how fast; of each stage where there are stages."""
+    """Text of the drive of a scene, of each stage if it has stages."""
     stages = scene.get("stages") or [{"drive": scene.get("boundary", {})}]
     texts = []
     for stage in stages:
@@ -44,22 +44,21 @@ def _drive(scene):
     return "; ".join(texts)
 
 
-def _setting(name, title, unit=""):
-    return Observable(name=name, title=title, unit=unit, column=None)
-
-
 OF_GRAINS = Family(
     name="grains",
     title="the scene of grains",
     place=0,
     measure=_of_grains,
     compared=True,
-    numbers=(
-        _setting("damping", "model of the damping"),
-        _setting("m_r", "modifier of the rolling"),
-        _setting("m_s", "modifier of the sliding"),
-        _setting("wall_speed", "speed of the wall"),
-        _setting("time_step_ns", "time step", "ns"),
-        _setting("drive", "what moves, of each stage"),
+    numbers=tuple(
+        Observable(name=name, title=title, unit=unit, column=None)
+        for name, title, unit in (
+            ("damping", "model of the damping", ""),
+            ("m_r", "modifier of the rolling", ""),
+            ("m_s", "modifier of the sliding", ""),
+            ("wall_speed", "speed of the wall", ""),
+            ("time_step_ns", "time step", "ns"),
+            ("drive", "drive of each stage", ""),
+        )
     ),
 )

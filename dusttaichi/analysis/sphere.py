@@ -1,5 +1,5 @@
-"""A rigid sphere that goes into dust, of grains or of a continuum: depth, velocity, force, and the
-filling factor below it, measured alike for both."""
+"""Penetration of a rigid sphere into dust of grains or of a continuum: its motion, the force on it
+and the filling factor below it."""
 
 from dataclasses import dataclass
 
@@ -12,12 +12,12 @@ from dusttaichi.method import attribute
 
 @dataclass(frozen=True)
 class Penetration:
-    """The way of a sphere into dust, SI, from the moment at which its lowest point is at `surface`,
-    the height of the dust's upper end at the start.
+    """Motion of a sphere into dust, SI, from the moment at which its lowest point is at `surface`.
 
-    time (n,); depth (n,) of its lowest point below the surface; velocity (n,) upwards; force (n,)
-    upwards: as the run has it, or mass times acceleration. radius, mass. speed: downwards at time
-    0. stop: the Stop (analysis.continuum), or None where the run ends before.
+    surface: height of the upper end of the dust at the start. time (n,); depth (n,) of its lowest
+    point below the surface; velocity (n,) upwards; force (n,) upwards: from the result, or mass
+    times acceleration. radius, mass. speed: downwards at time 0. stop: the Stop
+    (analysis.continuum), or None where the run ends before.
     """
 
     time: np.ndarray
@@ -36,7 +36,7 @@ def penetration(run):
 
     Raises DustError where there is none.
     """
-    time, place, velocity, force, (radius, mass) = _way(run)
+    time, place, velocity, force, (radius, mass) = _motion(run)
     surface = _surface(run)
     depth = surface - place[:, 2] + radius
     inside = np.flatnonzero(depth >= 0.0)
@@ -45,8 +45,8 @@ def penetration(run):
     first = int(inside[0])
     speed = -float(velocity[max(first - 1, 0), 2])
     touch = time[first] - depth[first] / speed if speed > 0.0 else time[first]
-    own = slice(first, None)
-    time, depth, up, force = time[own] - touch, depth[own], velocity[own, 2], force[own, 2]
+    time, depth = time[first:] - touch, depth[first:]
+    up, force = velocity[first:, 2], force[first:, 2]
     if time[0] > 0.0:  # the moment at the surface, between two records
         time, depth = np.append(0.0, time), np.append(0.0, depth)
         up, force = np.append(-speed, up), np.append(0.0, force)
@@ -63,26 +63,26 @@ def penetration(run):
     )
 
 
-def _way(run):
-    """time (n,), position, velocity, force (n, 3) of the sphere, its (radius, mass), SI."""
+def _motion(run):
+    """time (n,), position, velocity, force (n, 3) of the sphere, and (radius, mass), SI."""
     series = run.whole.series
     time = series.time.values
     if "sphere_position" in series:
-        own = float(run.attrs["sphere_radius"]), float(run.attrs["sphere_mass"])
+        size = float(run.attrs["sphere_radius"]), float(run.attrs["sphere_mass"])
         names = ("sphere_position", "sphere_velocity", "sphere_force")
-        return time, *(series[name].values for name in names), own
+        return time, *(series[name].values for name in names), size
     bead = run.sample.get("projectile", {})
     if "body_position" not in series or bead.get("shape") != "sphere":
         raise DustError(f"{run.path} has no rigid sphere.")
-    way = series.sel(rigid=bead["name"])
-    velocity = way.body_velocity.values
+    body = series.sel(rigid=bead["name"])
+    velocity = body.body_velocity.values
     force = bead["mass"] * np.gradient(velocity, time, axis=0)
-    own = 0.5 * bead["diameter"], bead["mass"]
-    return time, way.body_position.values, velocity, force, own
+    size = 0.5 * bead["diameter"], bead["mass"]
+    return time, body.body_position.values, velocity, force, size
 
 
 def _surface(run):
-    """Height of the dust's upper end at the start [m], as the sample says or grains show it."""
+    """Height of the upper end of the dust at the start [m], from the sample or the grains."""
     known = run.sample.get("surface")
     return float(_frame(run, 0).top if known is None else known)
 
@@ -93,9 +93,11 @@ def _frame(run, snapshot):
 
 @dataclass(frozen=True)
 class Column:
-    """Filling factor of an upright cylinder below a sphere in horizontal slices: depth of their
-    middles below the surface of the start (bins,) [m], filling_factor (bins,); sphere: depth of the
-    sphere's lowest point [m]."""
+    """Filling factor of an upright cylinder below a sphere in horizontal slices.
+
+    depth [m]: (bins,), of their middles below the surface of the start. filling_factor: (bins,).
+    sphere [m]: depth of the lowest point of the sphere.
+    """
 
     depth: np.ndarray
     filling_factor: np.ndarray
@@ -103,13 +105,13 @@ class Column:
 
 
 def column(run, snapshot=-1, *, width=0.7, slices=0.25):
-    """The Column of a snapshot: `width` times the sphere's radius wide, in slices that are `slices`
-    times it high.
+    """The Column of a snapshot.
 
-    Grains count with the volume that is inside; of a continuum it is the mean of the particles
-    whose centre is inside.
+    width: radius of the cylinder, slices: height of a slice, over the radius of the sphere. Grains
+    count with their volume inside; of a continuum it is the mean of the particles with their centre
+    inside.
     """
-    way = penetration(run)
+    motion = penetration(run)
     frames = run.snapshots.isel(snapshot=snapshot)
     if "sphere_position" in frames:
         place = frames.sphere_position.values
@@ -117,8 +119,8 @@ def column(run, snapshot=-1, *, width=0.7, slices=0.25):
         series, name = run.whole.series, run.sample["projectile"]["name"]
         record = int(np.argmin(np.abs(series.time.values - float(frames.snapshot_time))))
         place = series.body_position.sel(rigid=name).values[record]
-    lowest, reach = place[2] - way.radius, width * way.radius
-    count = int((lowest - _frame(run, 0).floor) / (slices * way.radius) + 1e-6)
-    edges = lowest - slices * way.radius * np.arange(count + 1)
+    lowest, reach = place[2] - motion.radius, width * motion.radius
+    count = int((lowest - _frame(run, 0).floor) / (slices * motion.radius) + 1e-6)
+    edges = lowest - slices * motion.radius * np.arange(count + 1)
     phi = _frame(run, snapshot).filling_below(place[:2], reach, edges)
-    return Column(way.surface - 0.5 * (edges[:-1] + edges[1:]), phi, way.surface - lowest)
+    return Column(motion.surface - 0.5 * (edges[:-1] + edges[1:]), phi, motion.surface - lowest)

@@ -1,4 +1,4 @@
-"""Datasets of many runs as they lie on disk: of a trade, an ensemble, a sweep."""
+"""Files with the datasets of many runs: of a trade, an ensemble, a sweep."""
 
 from pathlib import Path
 
@@ -10,10 +10,7 @@ TRADES, ENSEMBLES = ("trade.nc",), ("sweep.nc", "ensemble.nc")
 
 
 def stored(path, names):
-    """The file of one of `names` that a path is, or that its directory holds beside no result.
-
-    None where there is none.
-    """
+    """The file of one of `names` at a path, or in its directory if that has no result; or None."""
     path = Path(path)
     if path.name in names:
         return path
@@ -22,8 +19,10 @@ def stored(path, names):
 
 
 def read_stored(file, what, needed):
-    """The dataset of a file, in memory. what: "a trade", for messages. needed: variables that it
-    must have. Raises DustError where it cannot be read or is something else."""
+    """The dataset of a file, in memory. Raises DustError where it cannot be read.
+
+    what: such as "a trade", for messages. needed: variables that it must have.
+    """
     try:
         with xr.open_dataset(file, engine="netcdf4") as data:
             data = data.load()
@@ -35,14 +34,16 @@ def read_stored(file, what, needed):
 
 
 def is_trade(path):
-    """True where a path is a trade.nc, or a directory that holds one and no result."""
+    """True where a path is a trade.nc, or a directory with one and no result."""
     return stored(path, TRADES) is not None
 
 
 def open_trade(path):
     """(dataset, file) of a trade.nc or its directory, read into memory. Raises DustError."""
-    file = _file(path, TRADES)
-    return read_stored(file, "a trade", ("cost_ratio", "error", "knob")), file
+    file = stored(path, TRADES) or Path(path)
+    data = read_stored(file, "a trade", ("cost_ratio", "error"))
+    old = "knob"  # former name
+    return data.rename({old: "parameter"}) if old in data else data, file
 
 
 def is_ensemble(path):
@@ -51,14 +52,7 @@ def is_ensemble(path):
 
 
 def open_ensemble(path):
-    """(dataset, file) of an ensemble.nc, a sweep.nc or its directory, read into memory.
-
-    Raises DustError.
-    """
-    file = _file(path, ENSEMBLES)
+    """(dataset, file) of an ensemble.nc, a sweep.nc or its directory. Raises DustError."""
+    file = stored(path, ENSEMBLES) or Path(path)
     needed = ("summary_numbers", "coordinate", "replica")
     return read_stored(file, "an ensemble or a sweep", needed), file
-
-
-def _file(path, names):
-    return stored(path, names) or Path(path)

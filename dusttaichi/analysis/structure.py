@@ -18,12 +18,11 @@ class Structure:
     """Structure of a snapshot of N grains with C contacts between them.
 
     fabric: (3, 3), mean of n n over the contacts, n the unit vector between the centres: a third
-    of the unit matrix where they point everywhere alike. normal: (C, 3), these vectors.
-    coordination: (K,), share of the grains that touch 0, 1, ... K - 1 others. normal_force [N]:
-    (C,), positive where it pushes; empty where the file has none. distance: (BINS,), middles of the
-    bins in mean diameters; correlation: (BINS,), g(r), grains at that distance from a grain over
-    what the mean density makes expected (not a number in a room that is not periodic or bounded
-    along all axes, or has been sheared).
+    of the unit matrix if isotropic. normal: (C, 3), these vectors. coordination: (K,), share of the
+    grains that touch 0, 1, ... K - 1 others. normal_force [N]: (C,), positive for repulsion; empty
+    if the file has none. distance: (BINS,), middles of the bins in mean diameters; correlation:
+    (BINS,), g(r), grains at that distance from a grain over the number expected from the mean
+    density (not a number unless walls or periodic faces bound all axes, or in a sheared cell).
     """
 
     fabric: np.ndarray
@@ -35,7 +34,7 @@ class Structure:
 
     @property
     def anisotropy(self):
-        """Largest less smallest eigenvalue of the fabric tensor: 0 where it is isotropic."""
+        """Largest less smallest eigenvalue of the fabric tensor: 0 if isotropic."""
         values = np.linalg.eigvalsh(self.fabric)
         return float(values[-1] - values[0])
 
@@ -45,7 +44,7 @@ def structure(run, snapshot=-1):
     frame = read_frame(run, snapshot)
     i, j = frame.pairs.T
     if not len(i):
-        raise DustError(f"Snapshot {snapshot} of {run.path} holds no contacts.")
+        raise DustError(f"Snapshot {snapshot} of {run.path} has no contacts.")
     branch = frame.nearest(frame.position[i] - frame.position[j])
     normal = branch / np.linalg.norm(branch, axis=1)[:, None]
     forces = frame.contacts.normal_force.values if "normal_force" in frame.contacts else []
@@ -63,9 +62,8 @@ def structure(run, snapshot=-1):
 def pair_correlation(frame):
     """(distance in mean diameters, g(r)) of a Frame, (BINS,) each.
 
-    Along walls and in cells of less than twice the farthest distance grains near the faces have
-    fewer neighbours: only grains that far from every wall, or at half an edge at most across faces,
-    are taken for centres.
+    Grains near walls have fewer neighbours: only grains farther from every wall than the largest
+    distance are centres. Periodic edges must be twice that distance.
     """
     diameter = 2.0 * float(frame.radius.mean())
     edges = np.linspace(0.0, FARTHEST, BINS + 1)

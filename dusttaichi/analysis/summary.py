@@ -1,13 +1,13 @@
-"""The numbers of a run, and the table that shows them: what the rows of the registry say."""
+"""The numbers of a run, and the table that shows them, by the rows of the registry."""
 
 import math
 from itertools import groupby
 
 from dusttaichi import method
-from dusttaichi.analysis.numbers import GENERAL, families, known
+from dusttaichi.analysis.numbers import GENERAL, families, in_order, known
 
 PROBLEMS = "problems"
-"""Key of what could not be measured for an error."""
+"""Key of the numbers that an error prevented."""
 ONE_SAMPLE = "one sample: fit error only; replicas show the scatter between samples"
 
 
@@ -15,8 +15,8 @@ def summary(run):
     """The numbers of a Run as a dict (SI units; None where the run does not have them).
 
     name, status, method: of the run. Then every row of the registry (`analysis.numbers`) by its
-    name; see the table of numbers in the documentation. problems: (title, why) of what could not
-    be measured for an error.
+    name; see the table of numbers in the documentation. problems: (title, error) of those that
+    could not be measured.
     """
     numbers = {"name": run.name, "status": run.status, "method": run.method.name}
     problems = []
@@ -31,15 +31,10 @@ def summary(run):
 def table(numbers):
     """Rows (what, run, literature) of text for a summary, in the order to print them.
 
-    What the run does not have is left out.
+    Numbers that the run does not have are left out.
     """
-    shown = [
-        (number.place or family.place, number)
-        for family in families(_method(numbers))
-        for number in family.numbers
-    ]
-    shown.sort(key=lambda pair: pair[0])
-    rows = [("status", numbers["status"], "")]
+    name, rows = numbers["method"], [("status", numbers["status"], "")]
+    shown = in_order(method.METHODS.get(name) and method.named(name))
     for general, pairs in groupby(shown, key=lambda pair: pair[0] >= GENERAL):
         if general and has_fit_error(numbers):
             rows.append(("± of the numbers above", ONE_SAMPLE, ""))
@@ -51,7 +46,3 @@ def has_fit_error(numbers):
     """True where a number of a `summary`, or of a row of `compare`, has an uncertainty."""
     errors = (numbers.get(number.error) for number in known().values())
     return any(error is not None and math.isfinite(error) for error in errors)
-
-
-def _method(numbers):
-    return method.METHODS.get(numbers["method"]) and method.named(numbers["method"])

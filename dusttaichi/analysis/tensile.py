@@ -21,12 +21,10 @@ FEWEST = 4
 """Windows at least, also where the filling factor changes by little."""
 
 QUIET = 0.02
-"""Uncertainty of the largest average, as a share of it, that the default windows aim at."""
+"""Largest relative uncertainty of the largest average for the default windows."""
 
-
-RELEASE = 0.05
-"""Share of the change of the filling factor up to which windows include the pressure that a stage
-begins under."""
+UNLOADING = 0.05
+"""Share of the change of the filling factor up to which windows include the initial unloading."""
 
 
 @dataclass(frozen=True)
@@ -35,13 +33,12 @@ class Tensile:
 
     filling_factor, stress, sigma [Pa], count, each (windows,): means over the window, the
     uncertainty of the mean stress, and its number of records. raw_filling_factor, raw_stress
-    [Pa], each (times,): as recorded, the filling factor in the middle of the time averaged over.
-    window: share by which the filling factor falls within a window.
-    strength, strength_sigma [Pa], strength_phi, strength_strain: the largest mean stress, its
-    uncertainty, and the filling factor and the strain (L/L0 - 1 of the cell) there.
-    passed: the stress has fallen since; without that, `strength` is only a lower limit.
-    phi_init: filling factor at the start. law [Pa]: T19 eq 33 for phi_init, nan where the file
-    does not tell the material.
+    [Pa], each (times,): as recorded, the filling factor in the middle of the averaging time.
+    window: share by which the filling factor falls within a window. strength, strength_sigma [Pa],
+    strength_phi, strength_strain: the largest mean stress, its uncertainty, and the filling factor
+    and the strain (L/L0 - 1 of the cell) there. passed: the stress has fallen since; otherwise
+    `strength` is a lower limit. phi_init: filling factor at the start. law [Pa]: T19 eq 33 for
+    phi_init, nan for an unknown material.
     """
 
     axis: str
@@ -68,15 +65,16 @@ def tensile(run, stage=None, axis=None, windows=None):
     (default: that along which the cell grows most; z between walls). The stress is the virial
     stress (T19 eq 23), or, where the file has none, the pull on the top wall.
 
-    windows: how many, each with the same relative change of the filling factor. The default is as
-    many as the noise allows: narrow enough for the maximum, wide enough that its uncertainty is
-    below 2 %, never wider than a change of 10 % (T19 section 3.1), and FEWEST at least.
+    windows: their number, each with the same relative change of the filling factor. The default is
+    the largest number that the noise allows: an uncertainty of the maximum below 2 %, a change of
+    at most 10 % (T19 section 3.1), at least FEWEST windows. They begin where the stress becomes
+    tensile, if the unloading of a pressed sample takes more than UNLOADING of the change of the
+    filling factor.
     The uncertainty of a mean is the scatter of the records around a straight line in the window,
-    over sqrt(records), times sqrt((1 + r)/(1 - r)) for a correlation r of neighbouring records.
-    Windows begin where the stress has become tensile, if the release of a pressed sample takes more
-    than RELEASE of the change of the filling factor.
-    It is not that of another sample (T19: standard deviation of ten), and the largest of several
-    noisy means is too large by about one of it. Raises DustError where nothing is stretched.
+    over sqrt(records), times sqrt((1 + r)/(1 - r)) for a correlation r of neighbouring records. It
+    excludes the scatter between samples (T19: standard deviation of ten), and the largest of
+    several noisy means is too large by about one of it. Raises DustError where nothing is
+    stretched.
     """
     part = run.part_that("stretches", stage)
     if not part.stretches:
@@ -86,7 +84,7 @@ def tensile(run, stage=None, axis=None, windows=None):
         )
     axis = _stretched_axis(part) if axis is None else axis
     duration, raw_phi, raw_stress, edge = _records(part, axis)
-    used = _without_release(raw_phi, raw_stress)
+    used = _tensile_start(raw_phi, raw_stress)
     duration, phi, stress, edge = (a[used:] for a in (duration, raw_phi, raw_stress, edge))
     place = np.log(phi)  # even steps of it are even relative changes
     noise = _noise(place, stress)
@@ -118,18 +116,16 @@ def tensile(run, stage=None, axis=None, windows=None):
     )
 
 
-def _without_release(phi, stress):
-    """Number of the first record that windows include: 0, or where a pressed sample has been
-    released, if that takes more than RELEASE of the change of the filling factor."""
+def _tensile_start(phi, stress):
+    """Number of the first record in windows: 0, or where a long initial unloading ends."""
     start, place = start_of_tension(stress) or 0, np.log(phi)
-    return start if place[0] - place[start] > RELEASE * np.ptp(place) else 0
+    return start if place[0] - place[start] > UNLOADING * np.ptp(place) else 0
 
 
 def _law(part, phi_init):
-    m = part.material
-    return (
-        np.nan if m is None else float(laws.tensile_strength(phi_init, m.surface_energy, m.radius))
-    )
+    if (m := part.material) is None:
+        return np.nan
+    return float(laws.tensile_strength(phi_init, m.surface_energy, m.radius))
 
 
 def _stretched_axis(part):
@@ -140,7 +136,7 @@ def _stretched_axis(part):
 
 
 def _edge(records, axis):
-    """Length of the cell along `axis` [m], or None where the file does not tell."""
+    """Length of the cell along `axis` [m], or None if unknown."""
     if "box_length" in records:
         return records.box_length.sel(xyz=axis).values
     return records["height"].values if "height" in records and axis == "z" else None
@@ -149,17 +145,15 @@ def _edge(records, axis):
 def _records(part, axis):
     """(duration [s], filling factor, stress [Pa], edge [m]) of the records, each (times,).
 
-    The stress of a record is the mean since the one before, so filling factor and edge are taken
-    half way between the two.
+    The stress of a record is the mean since the one before; filling factor and edge are those in
+    the middle of this interval.
     """
     series, start = part.series, part.start
     if "stress" in series:
         stress = series.stress.sel(xyz=axis, axis=axis).values
+    elif axis != "z":
+        raise DustError(f"{part.path} has no stress along {axis}: only that on the top wall, z.")
     else:
-        if axis != "z":
-            raise DustError(
-                f"{part.path} has no stress along {axis}: only that on the top wall, z."
-            )
         stress = -series.pressure.sel(wall="top").values
     edge = _edge(series, axis)
 
@@ -178,26 +172,22 @@ def _records(part, axis):
 
 def _window_of(place, windows):
     """Number of the window of each record, from 0 in the order of falling filling factor."""
-    width = np.ptp(place) / windows
-    return (
-        np.minimum(((place.max() - place) / width).astype(int), windows - 1)
-        if width
-        else (np.zeros(len(place), dtype=int))
-    )
+    width = np.ptp(place) / windows or np.inf
+    return np.minimum(((place.max() - place) / width).astype(int), windows - 1)
 
 
 def _noise(place, stress):
     """Uncertainty of a single record [Pa], (times,): scatter around a line, with correlation.
 
-    Lines are fitted in windows as wide as allowed, or so wide that eight records lie in them.
+    Lines are fitted in windows as wide as allowed, or wide enough for eight records.
     """
     windows = max(min(_fewest(place), len(place) // 8), 1)
     window = _window_of(place, windows)
     residual, scale = np.zeros(len(place)), np.zeros(len(place))
     for number in np.unique(window):
         here = window == number
-        if here.sum() < 3:  # a line leaves no scatter
-            residual[here], scale[here] = 0.0, np.nan
+        if here.sum() < 3:  # no scatter about a line
+            scale[here] = np.nan
             continue
         line = np.polyfit(place[here] - place[here].mean(), stress[here], 1)
         residual[here] = stress[here] - np.polyval(line, place[here] - place[here].mean())
@@ -210,8 +200,7 @@ def _noise(place, stress):
 
 
 def _fewest(place):
-    """Number of windows in which the filling factor changes by no more than WIDEST, and in which a
-    rise, a maximum and a fall can be told apart."""
+    """Least number of windows: changes by WIDEST at most, and FEWEST for rise, maximum and fall."""
     return max(int(np.ceil(np.ptp(place) / -np.log(1.0 - WIDEST) - 1e-9)), FEWEST)
 
 
@@ -232,12 +221,11 @@ def _averaged(window, duration, noise, quantities):
 
     The means are weighted with the duration of the records; windows without any are left out.
     """
-    count = np.bincount(window)
-    held = count > 0
-    length = np.bincount(window, duration)[held]
-    means = [np.bincount(window, duration * values)[held] / length for values in quantities]
-    sigma = np.sqrt(np.bincount(window, noise**2)[held]) / count[held]
-    return np.array([*means, sigma, count[held]])
+    window = np.unique(window, return_inverse=True)[1]
+    count, length = np.bincount(window), np.bincount(window, duration)
+    means = [np.bincount(window, duration * values) / length for values in quantities]
+    sigma = np.sqrt(np.bincount(window, noise**2)) / count
+    return np.array([*means, sigma, count])
 
 
 @dataclass(frozen=True)
@@ -257,9 +245,9 @@ class StrengthFit:
 
 
 def fit_strength(results):
-    """The StrengthFit of several Tensile: least squares in the logarithms, every run alike.
+    """The StrengthFit of several Tensile: least squares in the logarithms, with equal weights.
 
-    None where the runs do not differ in phi_init by 5 % at least, or one has no strength.
+    None where phi_init differs by less than 5 %, or a run has no strength.
     """
     phi = np.array([t.phi_init for t in results])
     strength = np.array([t.strength for t in results])

@@ -1,14 +1,16 @@
-"""Where a sample that is pulled comes under tension."""
+"""Start of the tension of a sample that is pulled."""
 
 import numpy as np
 
 RECORDS = 10
-"""Successive records whose mean stress tells tension from fluctuations, as in stop.past_maximum."""
+"""Successive records whose mean distinguishes tension from fluctuations, see stop.past_maximum."""
 
 
 def recorded_tension(part):
-    """Tension [Pa] of the records of a stage, (times,), along the axis that grows most; without the
-    edges along the axis of the largest mean, without a stress that on the top wall."""
+    """Tension [Pa] of the records of a stage, (times,), along the axis that grows most.
+
+    Along the axis of the largest mean if the edges are unknown; on the top wall without a stress.
+    """
     series = part.series
     if "stress" not in series or (part.has_top_pressure and "box_length" not in series):
         return -series.pressure.sel(wall="top").values
@@ -20,8 +22,10 @@ def recorded_tension(part):
 
 
 def start_of_tension(stress):
-    """Number of the record from which a stress [Pa] (times,), positive in tension, is tensile: from
-    there the mean over the next RECORDS is, and that of all that follow. None without one."""
+    """Number of the record from which a stress [Pa] (times,) is tensile (positive), or None.
+
+    The mean over the next RECORDS and that over all later ones must be tensile.
+    """
     stress = np.nan_to_num(stress)
     if not len(stress):
         return None
@@ -41,8 +45,7 @@ def is_tensile_test(part):
 
 
 def missing_strength(run):
-    """Why a Run that its scene says to pull to the largest tension has no tensile strength; None
-    where it has one, and of other runs."""
+    """Reason why a tensile test has no tensile strength; None if it has one, and of other runs."""
     tests = [part for part in run.parts if is_tensile_test(part) and len(part.series.time)]
     if not tests or run.stretches:
         return None

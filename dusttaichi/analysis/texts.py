@@ -1,4 +1,4 @@
-"""Numbers as people read them: with their scatter, in a unit that fits."""
+"""Texts of numbers: with their scatter, in a suitable unit."""
 
 import math
 
@@ -21,15 +21,17 @@ def fitting_unit(size, unit):
 
 
 def quantity_text(value, unit, std=None, size=None):
-    """ "21.9 ± 0.8 kPa": a number [unit] with its scatter, if that shows in four digits, in a unit
-    that fits it; in that of numbers up to `size`, which then is not told."""
+    """ "21.9 ± 0.8 kPa": a number [unit] with its scatter, if visible in four digits.
+
+    In a suitable unit; with `size` in that of numbers up to it, without its name.
+    """
     named = size is None
     scatters = std is not None and math.isfinite(std) and std > 1e-4 * abs(value)
     size = max(abs(value), std if scatters else 0.0) if named else size
     power, name = fitting_unit(size, unit)
     factor = 10.0**power
     mean, std = value / factor, std / factor if scatters else 0.0
-    # two digits of the scatter, and the mean as far
+    # two digits of the scatter, and as many decimals of the mean
     decimals = 1 - math.floor(math.log10(std)) if scatters else math.inf
     if decimals <= DECIMALS:
         mean, std = (f"{round(v, decimals) + 0.0:.{max(decimals, 0)}f}" for v in (mean, std))

@@ -1,4 +1,4 @@
-"""The file trade.nc: what was measured of each point, and the front of cost against error."""
+"""The file trade.nc: measurements of each point, and the Pareto front of cost and error."""
 
 import numpy as np
 import xarray as xr
@@ -6,20 +6,16 @@ import xarray as xr
 from dusttaichi.analysis.observables import about
 
 COLUMNS = {
-    "knob": "what is turned: a knob, or default, preset, combined",
+    "parameter": "the varied parameter, or default, preset, combined",
     "label": "the point",
-    "kind": "numerical, physical or sample: what the knob changes",
-    "status": "how the run ended, or why it did not",
+    "kind": "numerical, physical or sample: what the parameter changes",
+    "status": "how the run ended, or why it was refused",
 }
 NUMBERS = {  # name -> (units, long name)
-    "value": ("1", "number that the knob is at, not a number for a word"),
+    "value": ("1", "value of the parameter, not a number for a word"),
     "cost": ("s", "core-seconds of the time steps, without start, compilation and writing"),
     "cost_ratio": ("1", "cost over that of the default, measured side by side"),
-    "error": (
-        "1",
-        "relative error of the observable of the attribute `observable` against the "
-        "converged reference",
-    ),
+    "error": ("1", "relative error of the attribute `observable` against the converged reference"),
     "ledger_worst": ("1", "worst relative residual of the energy ledger"),
     "steps": ("1", "time steps"),
     "time_step": ("s", "time step"),
@@ -32,7 +28,7 @@ def trade_dataset(*, columns, numbers, flags, values, errors, observables, seeds
     columns: name of COLUMNS -> texts, (point,). numbers: name of NUMBERS -> (point,). flags: name
     -> bool, (point,): free, accepted. values, errors: observable -> (point,). observables: name ->
     (observable,) of reference, scatter, convergence. seeds: observable -> (seed,).
-    attrs: observable, tolerance and whatever else.
+    attrs: observable, tolerance and further global attributes.
     """
     names = list(values)
     data = xr.Dataset(attrs=attrs, coords={"observable": names})
@@ -59,7 +55,7 @@ def trade_dataset(*, columns, numbers, flags, values, errors, observables, seeds
     texts = {
         "reference": "value of the reference, SI",
         "scatter": "standard deviation between seeds, as an error",
-        "convergence": "difference of the reference from it at what `check` says, as an error",
+        "convergence": "difference of the reference from that at `check`, as an error",
     }
     for name, column in observables.items():
         data[name] = ("observable", np.array(column, dtype=float), {"long_name": texts[name]})
@@ -67,16 +63,12 @@ def trade_dataset(*, columns, numbers, flags, values, errors, observables, seeds
 
 
 def front(cost, error):
-    """Numbers of the points that no other beats in both cost and error, by growing cost.
+    """Numbers of the points of the Pareto front of cost and error, by growing cost.
 
-    cost, error: (points,); what is not a number is beaten.
+    cost, error: (points,); points with a value that is not a number are left out.
     """
     cost, error = np.asarray(cost, dtype=float), np.asarray(error, dtype=float)
     known = np.flatnonzero(np.isfinite(cost) & np.isfinite(error))
-    order, best = known[np.lexsort((error[known], cost[known]))], np.inf
-    found = []
-    for n in order:
-        if error[n] < best:
-            found.append(int(n))
-            best = error[n]
-    return found
+    order = known[np.lexsort((error[known], cost[known]))]
+    best = np.minimum.accumulate(np.append(np.inf, error[order]))[:-1]
+    return order[error[order] < best].tolist()

@@ -1,4 +1,4 @@
-"""Triaxial tests: one axis of a cell is pressed, and a stress held along the others."""
+"""Triaxial tests: one axis of a cell is strained at a controlled stress along the others."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from dusttaichi.names import AXES
 
 @dataclass(frozen=True)
 class Triaxial:
-    """One stage that holds a stress along two axes and strains the third, in n records.
+    """One stage that controls the stress along two axes and strains the third, in n records.
 
     stage: its name; axis: letter of the third. strain (n,): of that axis since the start of the
     stage, ln of the lengths, positive in compression. deviator [Pa] (n,): stress along it less the
@@ -38,7 +38,7 @@ class Triaxial:
 
 
 def triaxials(run):
-    """The Triaxial of every such stage of a Run, in their order. Raises DustError without one."""
+    """The Triaxial of every such stage of a Run, in order. Raises DustError for none."""
     free = _free_axes(run)
     parts = run.parts if "stress" in run.series else []
     tests = [part for part in parts if part.stage_name in free and len(part.series.time) > 2]
@@ -57,7 +57,7 @@ def is_triaxial(run):
 
 
 def _free_axes(run):
-    """Number of the free axis of each stage that holds a stress along both others, by its name."""
+    """Number of the free axis of each stage that controls the stress along both others, by name."""
     stresses = {name: drive.get("stress") for name, drive in drives_of(run).items()}
     return {
         name: list(stress).index("free")

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dusttaichi.analysis.cycles import pressure_of, releases
+from dusttaichi.analysis.cycles import pressure_of, unloadings
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
 
@@ -20,7 +20,7 @@ LOOKS = {
 def cycles(run):
     """Filling factor against pressure over all stages of a Run, and below it the modulus of every
     stage that lets go against its filling factor. Raises DustError where nothing is let go."""
-    known = [release for release in releases(run) if np.isfinite(release.modulus)]
+    known = [unloading for unloading in unloadings(run) if np.isfinite(unloading.modulus)]
     if known:
         figure, (path, moduli) = style.new_figure(5.6, rows=2, ratios=(1.6, 1.0), shared=False)
         _moduli(moduli, known)
@@ -69,11 +69,11 @@ def _kind(part):
 
 def _moduli(axes, known):
     """The modulus of every Release that has one against its filling factor."""
-    scale, unit = style.scaled(max(release.modulus for release in known), style.PRESSURES)
+    scale, unit = style.scaled(max(unloading.modulus for unloading in known), style.PRESSURES)
     axes.errorbar(
-        [release.filling_factor for release in known],
-        [release.modulus * scale for release in known],
-        [release.modulus_sigma * scale for release in known],
+        [unloading.filling_factor for unloading in known],
+        [unloading.modulus * scale for unloading in known],
+        [unloading.modulus_sigma * scale for unloading in known],
         fmt="o-",
         color=style.ORANGE,
         markersize=4,

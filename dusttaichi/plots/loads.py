@@ -3,13 +3,13 @@
 import numpy as np
 
 from dusttaichi.analysis.cycles import pressure_of
-from dusttaichi.analysis.loads import held_loads
+from dusttaichi.analysis.loads import controlled_loads
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
 
 
-@figure("Filling factor under each load", 80, applies=lambda run: bool(held_loads(run)))
+@figure("Filling factor under each load", 80, applies=lambda run: bool(controlled_loads(run)))
 def loads(run, others=(), labels=None, repeats=()):
     """Filling factor against pressure where a Run holds pressures, step by step.
 
@@ -18,10 +18,10 @@ def loads(run, others=(), labels=None, repeats=()):
     runs of the same steps on other samples: points are the means of all, their bars the standard
     deviations between samples. Raises DustError where no pressure is held.
     """
-    found = held_loads(run)
+    found = controlled_loads(run)
     if not found:
-        raise DustError(f"{run.path}: no stage holds a pressure; it needs drive: pressure.")
-    samples = [found, *(held_loads(other) for other in repeats)]
+        raise DustError(f"{run.path}: no stage controls a pressure; it needs drive: pressure.")
+    samples = [found, *(controlled_loads(other) for other in repeats)]
     pressure = np.array([[held.pressure for held in one] for one in samples]) / 1e3
     density = np.array([[held.filling_factor for held in one] for one in samples])
     figure, (axes,) = style.new_figure()

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dusttaichi.analysis.continuum.particles import DUST, ELASTIC, HELD, RIGID, WALL
+from dusttaichi.analysis.continuum.particles import DUST, ELASTIC, FIXED, RIGID, WALL
 from dusttaichi.names import AXES
 from dusttaichi.plots import style
 from dusttaichi.report.colouring import class_quantity, number_quantity
@@ -16,7 +16,7 @@ SCALE = {"m": 1.0, "mm": 1e-3, "µm": 1e-6}
 ROLES = {
     DUST: "dust",
     RIGID: "rigid body",
-    HELD: "held dust",
+    FIXED: "fixed dust",
     WALL: "wall",
     ELASTIC: "elastic body",
 }
@@ -166,7 +166,7 @@ def dissipated_by_channel(loss, rows):
 
 def _of_continuum(run, frames, rows):
     density, role = frames.density.values, np.broadcast_to(frames.role.values, frames.density.shape)
-    dust, stressed = np.isin(role, (DUST, HELD)), np.isin(role, (DUST, HELD, ELASTIC))
+    dust, stressed = np.isin(role, (DUST, FIXED)), np.isin(role, (DUST, FIXED, ELASTIC))
     found = []
     solid = run.attrs.get("solid_density")
     if "solid_density" in frames:

@@ -8,7 +8,7 @@ import yaml
 
 from dusttaichi import analysis
 from dusttaichi.analysis import dynamic as fast
-from dusttaichi.analysis.numbers.fast_wall import FAST
+from dusttaichi.analysis.numbers.compression import FAST
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import S12_STATIC, dynamic_law
 from dusttaichi.scene.material import NAMED

@@ -147,7 +147,7 @@ def test_growth_efficiency_and_spectrum(tmp_path):
         assert analysis.growth_efficiency(run, last=1) == pytest.approx(3 / 6)
         assert analysis.growth_efficiency(run, last=2) == pytest.approx(-3 / 6)
         assert analysis.growth_efficiency(run) == pytest.approx(1.0)
-        with pytest.raises(DustError, match="holds 1 fragments"):
+        with pytest.raises(DustError, match="has 1 fragments"):
             analysis.growth_efficiency(run, first=3)
         spectrum = analysis.mass_spectrum(analysis.fragments(run, 2), bins=4)
         one = 4 / 3 * np.pi * R**3 * snapshots.DENSITY

@@ -1,5 +1,6 @@
 """Means over seeds of the settings of `dust trade --grid`, and what is suggested of them."""
 
+import pandas as pd
 import pytest
 
 from dusttaichi.analysis.grid import CURVE, outcomes, read
@@ -7,9 +8,8 @@ from dusttaichi.errors import DustError
 
 
 def row(settings, seed, steps, **values):
-    common = {"scene": "omni", "grains": "400", "status": "finished: pressure 100 kPa"}
-    numbers = {name: f"{value}" for name, value in values.items()}
-    return common | {"settings": settings, "seed": f"{seed}", "steps": f"{steps}"} | numbers
+    common = {"scene": "omni", "grains": 400, "status": "finished: pressure 100 kPa"}
+    return common | {"settings": settings, "seed": seed, "steps": steps} | values
 
 
 def phi(*values):
@@ -27,7 +27,7 @@ TABLE = [
 
 def test_errors_are_those_of_means():
     """By hand: means of `as it is` 0.2 and 0.4, of `softer` 0.3 and 0.4."""
-    found = {(o.settings, o.observable): o for o in outcomes(TABLE)}
+    found = {(o.settings, o.observable): o for o in outcomes(pd.DataFrame(TABLE))}
     curve = found["softer", CURVE]
     assert curve.cost == pytest.approx(0.2) and curve.seeds == 2
     assert curve.error == pytest.approx((0.1**2 / 2) ** 0.5 / 0.3)
@@ -41,12 +41,13 @@ def test_errors_are_those_of_means():
 
 def test_seeds_that_did_not_end_are_left_out():
     """Steps and values are compared with those of the same seeds."""
-    faster = {o.observable: o for o in outcomes(TABLE) if o.settings == "faster"}["ratio"]
+    found = outcomes(pd.DataFrame(TABLE))
+    faster = {o.observable: o for o in found if o.settings == "faster"}["ratio"]
     assert faster.cost == pytest.approx(0.2) and faster.seeds == 1
     assert faster.error == pytest.approx(0.5)  # 1.5 against 1.0 of seed 0
     assert faster.scatter == pytest.approx(2**-0.5 / 1.0)
     refused = [r | {"status": "too soft"} for r in TABLE if r["settings"] == "softer"]
-    found = outcomes([*TABLE[:2], *refused])
+    found = outcomes(pd.DataFrame([*TABLE[:2], *refused]))
     assert found[-1].refused == "too soft" and found[-1].seeds == 0
 
 

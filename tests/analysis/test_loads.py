@@ -1,4 +1,4 @@
-"""Strengths in shear and loads that are held, from series with known stresses."""
+"""Strengths in shear and controlled loads, from series with known stresses."""
 
 import numpy as np
 import pytest
@@ -7,8 +7,8 @@ import xarray as xr
 from dusttaichi.analysis import (
     Friction,
     Run,
+    controlled_loads,
     friction,
-    held_loads,
     is_triaxial,
     shearings,
     triaxials,
@@ -122,18 +122,18 @@ def test_a_wall_that_comes_down_has_not_sheared():
     assert found.strength == pytest.approx(1e3) and found.load == pytest.approx(5e3)
 
 
-def test_held_loads():
+def test_controlled_loads():
     phi = 0.2 * np.exp(np.linspace(0.0, 1e-3, N))
     stress = -np.eye(3) * np.linspace(0.0, 1.0, N).clip(max=0.5)[:, None, None] * 1e4
     one = run(SCENE, stress=stress, filling_factor=phi)
-    (held,) = held_loads(one)
-    assert held.pressure == pytest.approx(5e3) and held.wanted == 5e3 and not held.missed
-    assert held.overshoot == pytest.approx(0.0, abs=1e-12)
-    assert held.creep == pytest.approx(1e-3 / 1e-5)
+    (load,) = controlled_loads(one)
+    assert load.pressure == pytest.approx(5e3) and load.wanted == 5e3 and not load.missed
+    assert load.overshoot == pytest.approx(0.0, abs=1e-12)
+    assert load.creep == pytest.approx(1e-3 / 1e-5)
     assert len(loads(one, [one], repeats=[one]).axes) == 1
     low = run(SCENE, stress=0.2 * stress, filling_factor=phi)
-    assert held_loads(low)[0].missed and loads(low).axes[0].get_xlim()[0] < 0.2
-    with pytest.raises(DustError, match="no stage holds a pressure"):
+    assert controlled_loads(low)[0].missed and loads(low).axes[0].get_xlim()[0] < 0.2
+    with pytest.raises(DustError, match="no stage controls a pressure"):
         loads(run("boundary: {kind: box}", stress=stress, filling_factor=phi))
 
 

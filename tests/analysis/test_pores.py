@@ -57,7 +57,7 @@ def test_walls_and_unequal_grains():
 
 def test_an_open_body_has_no_room():
     one = frame(np.zeros((1, 3)), np.ones(1), np.full(3, np.nan), periodic=False)
-    with pytest.raises(DustError, match="Pores need a room"):
+    with pytest.raises(DustError, match="Pores need walls"):
         pores_of(one)
 
 

@@ -10,7 +10,7 @@ import yaml
 from scenes import box, make_scene, sample_of
 
 from dusttaichi import analysis, units
-from dusttaichi.analysis.error_bar import of_levels, of_stretches
+from dusttaichi.analysis.error_bar import of_levels, of_segments
 from dusttaichi.errors import Interrupted
 from dusttaichi.grains.build import build
 from dusttaichi.grains.changes import halve_time_step
@@ -209,20 +209,20 @@ def test_estimate_of_a_method_of_second_order():
     assert whole.error == pytest.approx(0.1) and whole.resolved
     assert whole.scatter == pytest.approx(0.0, abs=1e-14)
     values = np.array([[5.0], [7.0], [1.0]]) * (1.0 + 0.02 * dt2[:2])
-    parts = of_stretches(values)
+    parts = of_segments(values)
     assert parts.relative_error == pytest.approx(0.02 / 1.02)
     assert parts.resolved and parts.scatter == pytest.approx(0.0, abs=1e-12)
 
 
 def test_estimate_of_mere_scatter():
     rng = np.random.default_rng(1)
-    found = [of_stretches(5.0 + rng.normal(size=(8, 2))) for _ in range(400)]
+    found = [of_segments(5.0 + rng.normal(size=(8, 2))) for _ in range(400)]
     # differences of two numbers of scatter 1, times 4/3, over sqrt(8)
     expected = 4 / 3 * np.sqrt(2 / 8)
     assert np.mean([e.scatter for e in found]) == pytest.approx(expected, rel=0.05)
     # 5 % of 400 stand out by chance: 20 +- 4.4
     assert 7 <= sum(e.resolved for e in found) <= 33
-    assert not of_stretches([[5.0, 4.0]]).resolved and np.isnan(of_stretches([[5.0, 4.0]]).scatter)
+    assert not of_segments([[5.0, 4.0]]).resolved and np.isnan(of_segments([[5.0, 4.0]]).scatter)
     assert not of_levels([[5.0, 4.0, 5.0]]).resolved
 
 

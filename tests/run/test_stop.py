@@ -44,8 +44,8 @@ def test_the_modulus_of_letting_go_is_that_of_the_contacts(pressed):
     """A column of four grains between walls: three contacts and two with walls in series, each with
     the overlap that JKR gives for the force. 5 %: the wall moves at 0.3 mm/s, and the slope
     is that of a line over half of the pressure."""
-    (release,) = analysis.releases(pressed)
-    assert pressed.unloads and not pressed.stretches and release.stage == "release"
+    (unloading,) = analysis.unloadings(pressed)
+    assert pressed.unloads and not pressed.stretches and unloading.stage == "release"
     pair, wall = ref.numbers(), ref.numbers(wall=True)
     area, grains = (8 * 0.6e-6 - 3 * pair.delta0 - 2 * wall.delta0) ** 2, 16
 
@@ -58,13 +58,13 @@ def test_the_modulus_of_letting_go_is_that_of_the_contacts(pressed):
 
         return 3 * overlap(pair) + 2 * overlap(wall)
 
-    high, low = release.path[0], release.path[release.path > 0.5 * release.path[0]][-1]
+    high, low = unloading.path[0], unloading.path[unloading.path > 0.5 * unloading.path[0]][-1]
     height = float(pressed.series.height[-1])
     expected = (high - low) / ((shortened(high) - shortened(low)) / height)
-    assert release.modulus == pytest.approx(expected, rel=0.05)
+    assert unloading.modulus == pytest.approx(expected, rel=0.05)
     back = (shortened(10e3) - shortened(2e3)) / height
     # to the last of the points, of 2.5e-6 each, that the waves of the block let end the stage
-    assert release.recovered == pytest.approx(back, abs=7.5e-6)
+    assert unloading.recovered == pytest.approx(back, abs=7.5e-6)
 
 
 def test_a_stage_ends_by_a_pressure_from_either_side(cycle):

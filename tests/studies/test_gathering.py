@@ -252,7 +252,7 @@ def test_what_is_the_same_at_every_point_is_told_once():
     assert keys == [("seed", ("1", "4"))]
     assert shown == [("final filling factor", ["0.2", "0.3"])]
     assert remark.startswith("the same everywhere: wall_speed 0.01")
-    assert remark.endswith("the scatter between samples is not known (replicas: 3)")
+    assert remark.endswith("the scatter between samples is unknown (replicas: 3)")
     # of two seeds none is the larger: they are names, also where they are drawn
     seeds = against(data, "final_filling_factor")
     assert seeds.ticks == ["1", "4"] and seeds.varies

@@ -15,7 +15,7 @@ from dusttaichi.analysis.continuum.pieces import (
 from dusttaichi.analysis.ledger import ledger
 from dusttaichi.analysis.numbers import Family, Observable
 from dusttaichi.analysis.numbers.registry import quiet
-from dusttaichi.analysis.settings import at
+from dusttaichi.analysis.settings import value_at
 
 NUMERICAL = ("viscosity", "grid", "artificial")
 """Channels of the ledger that are of the method, not of the material."""
@@ -182,7 +182,9 @@ SETTINGS = Family(
     title="the scene of a continuum",
     place=89,
     compared=True,
-    measure=lambda run: {name: str(at(run.scene, key)) for name, (key, _) in _SETTINGS.items()},
+    measure=lambda run: {
+        name: str(value_at(run.scene, key)) for name, (key, _) in _SETTINGS.items()
+    },
     numbers=tuple(
         Observable(name=name, title=key, unit="", column=heading and (heading, "{}", 1))
         for name, (key, heading) in _SETTINGS.items()

@@ -7,7 +7,7 @@ import numpy as np
 from dusttaichi.analysis.frame import frame_count
 from dusttaichi.errors import DustError
 
-DUST, RIGID, HELD, WALL, ELASTIC = range(5)  # roles in the file
+DUST, RIGID, FIXED, WALL, ELASTIC = range(5)  # roles in the file
 TRIANGULAR, HEXAGONAL = 3**0.5 / 2, 2**-0.5  # volume of a particle in (nearest distance)^d
 
 
@@ -38,12 +38,12 @@ class ParticleFrame:
 
     @property
     def is_dust(self):
-        """Which particles are dust, held or not, (N,) bool."""
-        return np.isin(self.role, (DUST, HELD))
+        """Which particles are dust, fixed or not, (N,) bool."""
+        return np.isin(self.role, (DUST, FIXED))
 
     @property
     def flies(self):
-        """Which particles move freely: dust that is not held, and elastic ones, (N,) bool."""
+        """Which particles move freely: dust that is not fixed, and elastic ones, (N,) bool."""
         return np.isin(self.role, (DUST, ELASTIC))
 
     @property
@@ -92,7 +92,7 @@ def _solid(run):
 
 def has_dust(run):
     """True where a Run of the continuum with snapshots has dust, and not elastic bodies alone."""
-    return bool(np.isin(run.snapshots.role, (DUST, HELD)).any())
+    return bool(np.isin(run.snapshots.role, (DUST, FIXED)).any())
 
 
 def read_particles(run, snapshot=-1):

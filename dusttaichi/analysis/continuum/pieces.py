@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from dusttaichi.analysis.continuum.particles import HELD, WALL, read_particles
+from dusttaichi.analysis.continuum.particles import FIXED, WALL, read_particles
 from dusttaichi.names import AXES, WALLS
 
 STILL = 1e-6
@@ -18,7 +18,7 @@ class Pieces:
     """Pieces of one snapshot, the heaviest first; SI.
 
     number (N,): of the piece of each particle, -1 of what is not dust that moves. mass (pieces,);
-    centre, velocity (pieces, 3). sticks (pieces,) bool: it touches a wall, dust that is held or a
+    centre, velocity (pieces, 3). sticks (pieces,) bool: it touches a wall, fixed dust or a
     mirror. walled: there is any of these.
     """
 
@@ -85,8 +85,8 @@ def pieces_of(frame, planes=()):
         sums = [np.bincount(label, weight * vectors[:, n], minlength=count) for n in range(3)]
         return np.stack(sums, axis=1) / mass[:, None]
 
-    held = frame.position[np.isin(frame.role, (HELD, WALL))]
-    touching = _touching(held, x, size, planes)
+    fixed = frame.position[np.isin(frame.role, (FIXED, WALL))]
+    touching = _touching(fixed, x, size, planes)
     number = np.full(len(frame.position), -1)
     number[moves] = label
     return Pieces(
@@ -95,18 +95,18 @@ def pieces_of(frame, planes=()):
         centre=mean(x),
         velocity=mean(frame.velocity[moves]),
         sticks=np.bincount(label[touching], minlength=count) > 0,
-        walled=bool(planes) or len(held) > 0,
+        walled=bool(planes) or len(fixed) > 0,
     )
 
 
-def _touching(held, x, size, planes):
-    """Which moving particles are near what does not give way, (M,) bool. held: (H, 3) [m]."""
+def _touching(fixed, x, size, planes):
+    """Which moving particles are near what does not give way, (M,) bool. fixed: (F, 3) [m]."""
     touching = np.zeros(len(x), bool)
     for axis, plane in planes:
         # a mirror image is twice as far as the plane
         touching |= 2.0 * np.abs(x[:, axis] - plane) < APART * size
-    if len(held):
-        distance, _ = scipy.spatial.cKDTree(held).query(x)
+    if len(fixed):
+        distance, _ = scipy.spatial.cKDTree(fixed).query(x)
         touching |= distance < APART * size
     return touching
 
@@ -151,8 +151,8 @@ def bounce(run):
     axis = int(np.argmax(np.abs(start)))
     momentum = run.whole.series.momentum.isel(xyz=axis).values
     back = -momentum / (parts.mass.sum() * start[axis])
-    held = parts.sticks[0] and _pushed_at_the_end(run)
-    coefficient = 0.0 if held else -parts.velocity[0, axis] / start[axis]
+    fixed = parts.sticks[0] and _pushed_at_the_end(run)
+    coefficient = 0.0 if fixed else -parts.velocity[0, axis] / start[axis]
     return Bounce(float(coefficient), float(back.max(initial=0.0)), parts, AXES[axis])
 
 

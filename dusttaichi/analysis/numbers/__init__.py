@@ -1,9 +1,9 @@
-"""The registry of numbers: each module beside this one holds a family of rows.
+"""The registry of numbers: each module of this package holds families of rows.
 
-A row (`Observable`) says what a number is, how it is measured and how it is shown. The table of a
-run, comparisons, sweeps, the report, JSON and the tables of the documentation follow from it. A
-further family is a module with `FAMILIES`, an extension that calls `register`, or `observables` of
-a Method.
+A row (`Observable`) declares a number, its measurement and its presentation. The table of a run,
+comparisons, sweeps, the report, JSON and the tables of the documentation follow from it. A further
+family is a module with `FAMILIES`, an extension that calls `register`, or `observables` of a
+Method.
 """
 
 import pkgutil
@@ -14,15 +14,15 @@ from dusttaichi import method
 from dusttaichi.analysis.numbers.registry import AUTO, GENERAL, Family, Observable, is_known, reason
 from dusttaichi.results.shown import NUMBERS
 
-__all__ = ["AUTO", "GENERAL", "Family", "Observable", "families", "is_known", "known", "reason",
-           "register"]  # fmt: skip
+__all__ = ["AUTO", "GENERAL", "Family", "Observable", "families", "in_order", "is_known", "known",
+           "reason", "register"]  # fmt: skip
 
 
 def register(family: Family) -> None:
-    """Add a Family to those that this process measures of every run that it applies to.
+    """Add a Family to those that this process measures.
 
-    A file that does so takes effect where it is among the `extensions` of a scene. Raises
-    ValueError where a row has the name of another one.
+    A file that calls it takes effect where it is among the `extensions` of a scene. Raises
+    ValueError for a row with the name of another one.
     """
     taken = known().keys() & {number.name for number in family.numbers}
     if taken and NUMBERS.get(family.name) != family:
@@ -31,10 +31,16 @@ def register(family: Family) -> None:
 
 
 def families(of: method.Method | None = None) -> list[Family]:
-    """The families of runs of a method, without it of all methods, in the order of tables."""
+    """The families of runs of a method (default: of all methods) in the order of tables."""
     methods = [of] if of is not None else [method.named(name) for name in method.METHODS]
     own = [family for one in methods for family in method.rows(one.observables)]
     return sorted([*_built_in(), *NUMBERS.values(), *own], key=lambda family: family.place)
+
+
+def in_order(of: method.Method | None = None) -> list[tuple[float, Observable]]:
+    """(place, row) of all rows of `families` in the order of tables."""
+    rows = [(row.place or family.place, row) for family in families(of) for row in family.numbers]
+    return sorted(rows, key=lambda pair: pair[0])
 
 
 def known() -> dict[str, Observable]:

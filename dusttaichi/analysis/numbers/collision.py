@@ -1,5 +1,7 @@
 """A collision of two bodies between the first and the last snapshot."""
 
+from contextlib import suppress
+
 from dusttaichi.analysis.fragments import compaction, fragments, growth_efficiency
 from dusttaichi.analysis.numbers.registry import FILE, Family, Observable, quiet
 from dusttaichi.analysis.outcome import NOT_MET, PASSED, outcome, settled
@@ -9,29 +11,27 @@ from dusttaichi.errors import DustError
 
 def _measure(run):
     bodies, parts = run.bodies(), fragments(run)
-    found = {
+    numbers = {
         "speed": run.sample["speed"],
         "outcome": outcome(run, parts, bodies),
         "settled": settled(run),
         "fragments": len(parts),
         "largest_share": float(parts.mass[0] / parts.mass.sum()),
     }
-    if found["outcome"] in (NOT_MET, PASSED):
-        return found
-    found["growth_efficiency"] = growth_efficiency(run, bodies=bodies)
-    if min(len(body) for body in bodies) > 2:  # R_g of one or two grains tells of no volume
-        found["compaction"] = compaction(run).ratio
-    if found["outcome"] not in ("sticking", "growth", "bouncing"):
-        return found  # bodies that break up pass through each other: there is no normal
-    try:
-        return found | {"restitution": restitution(run, bodies=bodies).coefficient}
-    except DustError:  # they pass each other
-        return found
+    if numbers["outcome"] in (NOT_MET, PASSED):
+        return numbers
+    numbers["growth_efficiency"] = growth_efficiency(run, bodies=bodies)
+    if min(len(body) for body in bodies) > 2:  # R_g of one or two grains gives no volume
+        numbers["compaction"] = compaction(run).ratio
+    if numbers["outcome"] in ("sticking", "growth", "bouncing"):  # fragments have no normal
+        with suppress(DustError):  # bodies that pass each other
+            numbers["restitution"] = restitution(run, bodies=bodies).coefficient
+    return numbers
 
 
 def _outcome(value, n):
     if value == NOT_MET:
-        return "the bodies have not met yet: let the run go on"
+        return "the bodies have not met yet: let the run continue"
     if value == PASSED:
         return "the bodies passed each other without touching"
     share = f"{n['largest_share']:.1%} of the mass in the largest"
@@ -39,13 +39,13 @@ def _outcome(value, n):
 
 
 def _settled(value, n):
-    text = "the last two snapshots differ in their fragments: let it run on"
+    text = "the last two snapshots differ in their fragments: let the run continue"
     return [] if value else [("note", text, "")]
 
 
 COLLISION = Family(
     name="collision",
-    title="two bodies that collide",
+    title="collision of two bodies",
     place=60,
     applies=lambda run: run.collides,
     measure=_measure,

@@ -1,4 +1,4 @@
-"""Compression under a wall: the fit of S12 eq 31, the distance from the law, the onset."""
+"""Compression under a wall or from all sides, and unloading."""
 
 import numpy as np
 
@@ -9,8 +9,13 @@ from dusttaichi.analysis.compression import (
     onset,
     rms_from_law,
 )
+from dusttaichi.analysis.cycles import unloadings
+from dusttaichi.analysis.drive import is_dynamic
+from dusttaichi.analysis.dynamic import PLATEAU, dynamic
 from dusttaichi.analysis.error_bar import error_bar, filling_factor_error
+from dusttaichi.analysis.isotropic import isotropic
 from dusttaichi.analysis.numbers.registry import (
+    AUTO,
     ENSEMBLES,
     FILE,
     Family,
@@ -22,11 +27,11 @@ from dusttaichi.analysis.texts import quantity_text
 from dusttaichi.errors import DustError
 
 PEAKS = 10
-"""Successive records of which PD08 (section 3.1.2) took the largest force."""
+"""Successive records whose largest force PD08 (section 3.1.2) took."""
 AT = (0.2, 0.3, 0.4, 0.45)
-"""Filling factors at which comparisons tell pressure and contacts."""
+"""Filling factors at which comparisons list pressure and contacts."""
 HALF_WIDTH = 0.006
-"""Of the filling factor, averaged over."""
+"""Half of the interval of filling factor for averages."""
 QUANTITIES = (
     ("pressure_kpa", "pressure", "kPa", lambda s, grains: s.pressure.sel(wall="top").values / 1e3),
     ("contacts_per_grain", "contacts per grain", "1",
@@ -34,15 +39,16 @@ QUANTITIES = (
     ("kinetic_fj_per_grain", "kinetic energy per grain", "fJ",
      lambda s, grains: s.kinetic_translation.values / grains * 1e15),
 )  # fmt: skip
-AFTER = 12.0  # place of what follows the fits of a fast wall
+AFTER = 12.0  # place of the rows behind the fits of a fast wall
 PD08 = "500 Pa (PD08)"
+FITS = {"plateau": ("plateau", "bins"), "decades": ("whole", "decades")}  # of a fast wall
 
 
 def _measure(run):
     law, curve, plates = compression_law(run), compression_curve(run), run.boundary == "plates"
     # above 10 kPa small samples spread further than the laboratory's (S12 section 5.3)
     deviation = rms_from_law(curve, law, p_high=1e4 if plates else 1e5)
-    found = {
+    numbers = {
         "law_p_m": law.p_m,
         "law_delta": law.delta,
         "law_name": law.name,
@@ -58,33 +64,33 @@ def _measure(run):
     try:
         fit = fit_compression(curve, phi2=law.phi2)
     except DustError as error:
-        return found | {"fit_problem": str(error)}
+        return numbers | {"fit_problem": str(error)}
     if fit.p_m_sigma > fit.p_m or fit.delta_sigma > fit.delta:
-        return found | {"fit_problem": "the curve is too short or too rough to fix p_m and Delta"}
-    return found | {
-        name: getattr(fit, name) for name in ("p_m", "p_m_sigma", "delta", "delta_sigma")
-    }
+        problem = "the curve is too short or too rough to determine p_m and Delta"
+        return numbers | {"fit_problem": problem}
+    names = ("p_m", "p_m_sigma", "delta", "delta_sigma")
+    return numbers | {name: getattr(fit, name) for name in names}
 
 
 def _momentary(run):
-    """Between plates, with pressures of a few steps: what PD08's peaks are taken of."""
+    """True between plates for averages over a few steps, the condition of PD08's peaks."""
     window = run.scene.get("output", {}).get("window", "interval")
     return run.boundary == "plates" and window != "interval" and int(window) <= PEAKS
 
 
 def _at(run):
     """QUANTITIES at the filling factors AT."""
-    series, found = run.part_that("compresses").series, {}
+    series, numbers = run.part_that("compresses").series, {}
     for value in AT:
         here = np.abs(series.filling_factor.values - value) < HALF_WIDTH
         for name, *_, of in QUANTITIES:
             values = of(series, run.grains)
-            found[f"{name}_at_{value:g}"] = values[here].mean() if here.any() else np.nan
-    return found
+            numbers[f"{name}_at_{value:g}"] = values[here].mean() if here.any() else np.nan
+    return numbers
 
 
 def _deviation_rows(value, n):
-    within = "no pressure reached at which they can be compared"
+    within = "no common range of pressures"
     if n["rms_covered"]:
         within = f"{value:.3f} ({n['rms_p_low'] / 1e3:.3g}-{n['rms_p_high'] / 1e3:.3g} kPa)"
     law = n["law_name"].split(" (")[0] or "the law"
@@ -99,7 +105,7 @@ def _onset_rows(what, beside):
 
 
 def _column(name, value):
-    """Only the contacts at two filling factors have room in a terminal."""
+    """Only the contacts at two filling factors fit into a terminal."""
     shown = name == "contacts_per_grain" and value in (0.3, 0.45)
     return (f"contacts/grain at {value:g}", "{:.2f}", 1) if shown else None
 
@@ -157,4 +163,145 @@ CURVE = Family(
         for value in AT for name, title, unit, _ in QUANTITIES
     ),
 )  # fmt: skip
-FAMILIES = (FIT, CURVE)
+
+
+# -- a fast wall ---------------------------------------------------------------------------------
+
+
+def _measure_fast(run):
+    d = dynamic(run, FITS.values())
+    numbers = {
+        "plateau": d.plateau,
+        "plateau_sigma": d.plateau_sigma,
+        "plateau_momentum": d.momentum,
+        "front_speed": d.front,
+        "front_speed_sigma": d.front_sigma,
+        "layer": d.layer,
+    }
+    for key, which in FITS.items():
+        if (fit := d.fits[which]) is not None:
+            numbers |= {f"p_m_{key}": fit.p_m, f"delta_{key}": fit.delta}
+    return {name: value for name, value in numbers.items() if np.isfinite(value)}
+
+
+def _kpa(value, n=None):
+    return f"{value / 1e3:.3g} kPa"
+
+
+def _momentum(n):
+    value = n["plateau_momentum"]
+    return "" if value is None else f"{_kpa(value)} (momentum)"
+
+
+def _front(value, n):
+    speed = quantity_text(value, "m/s", n["front_speed_sigma"])
+    return f"{speed}, phi {n['layer']:.2g} behind it"
+
+
+LOW, HIGH = PLATEAU
+FAST = Family(
+    name="fast wall",
+    title="a fast wall",
+    place=11,
+    applies=lambda run: is_dynamic(run) and run.material is not None,
+    measure=_measure_fast,
+    numbers=(
+        Observable(name="p_m_plateau", title=f"… of the bins up to phi {HIGH:g}", unit="Pa",
+                   text=_kpa, about=f"p_m fitted to the bins up to phi {HIGH:g}", sweeps=ENSEMBLES),
+        quiet("delta_plateau", "Delta of these bins", sweeps=ENSEMBLES),
+        Observable(name="p_m_decades", title="… with equal weights per decade of pressure",
+                   unit="Pa", text=_kpa, about="p_m fitted with equal weights per decade of "
+                   "pressure", sweeps=ENSEMBLES),
+        quiet("delta_decades", "Delta of this fit", sweeps=ENSEMBLES),
+        Observable(name="plateau", title=f"plateau of the pressure, phi {LOW:g}-{HIGH:g}",
+                   unit="Pa", error="plateau_sigma", literature=_momentum, figure="dynamic_speeds"),
+        uncertainty("plateau_sigma", "Pa", sweeps=FILE),
+        quiet("plateau_momentum", "plateau by the balance of momentum", "Pa", sweeps=ENSEMBLES),
+        Observable(name="front_speed", title="compaction front", unit="m/s", text=_front,
+                   error="front_speed_sigma", figure="dynamic_speeds"),
+        uncertainty("front_speed_sigma", "m/s", sweeps=FILE),
+        quiet("layer", "filling factor behind the front"),
+    ),
+)  # fmt: skip
+
+
+# -- from all sides, and unloading ---------------------------------------------------------------
+
+
+def _measure_isotropic(run):
+    found, own = isotropic(run), {}
+    for name, ratio in (("", found.ratio_between()), ("dense_", found.dense_ratio_between())):
+        if np.isfinite(ratio.value):
+            own |= {
+                f"{name}ratio": ratio.value,
+                f"{name}ratio_scatter": ratio.scatter,
+                f"{name}ratio_low": ratio.low,
+                f"{name}ratio_high": ratio.high,
+            }
+    return own
+
+
+def _ratio_text(name):
+    def text(value, n):
+        covered = f"phi {n[f'{name}_low']:.3g}-{n[f'{name}_high']:.3g}"
+        return f"{value:.3g}, scatter {n[f'{name}_scatter']:.2f} dex ({covered})"
+
+    return text
+
+
+ISOTROPIC = Family(
+    name="isotropic",
+    title="compression from all sides",
+    place=40,
+    applies=lambda run: run.shrinks,
+    measure=_measure_isotropic,
+    numbers=(
+        Observable(name="ratio", title="pressure over (E_roll/r^3) phi^3",
+                   text=_ratio_text("ratio"), literature="1 (T19 eq 9)",
+                   column=("P/(E_roll/r^3 phi^3)", "{:.2f}", 1),
+                   short="pressure over T19 eq 9", wanted=3, figure="isotropic",
+                   about="pressure over (E_roll/r^3) phi^3 (T19 eq 9)"),
+        quiet("ratio_scatter", "its scatter, in decades", short="T19 eq 9: scatter"),
+        quiet("ratio_low", "smallest filling factor of the comparison", short="T19 eq 9: from phi"),
+        quiet("ratio_high", "largest filling factor of the comparison", short="T19 eq 9: to phi"),
+        Observable(name="dense_ratio", title="… over (E_roll/r^3)(1/phi - 1/0.74)^-3",
+                   text=_ratio_text("dense_ratio"), literature="1 (Tatsuuma et al. 2023)",
+                   column=("P/Tatsuuma 2023", "{:.2f}", 1), short="pressure over Tatsuuma 2023",
+                   figure="isotropic", about="pressure over the law of Tatsuuma et al. 2023"),
+        quiet("dense_ratio_scatter", "its scatter, in decades", short="Tatsuuma 2023: scatter"),
+        quiet("dense_ratio_low", "smallest filling factor of the comparison",
+              short="Tatsuuma 2023: from phi"),
+        quiet("dense_ratio_high", "largest filling factor of the comparison",
+              short="Tatsuuma 2023: to phi"),
+    ),
+)  # fmt: skip
+
+
+def _last_unloading(run):
+    """The last Unloading with enough records for a modulus, or {}."""
+    known = [unloading for unloading in unloadings(run) if np.isfinite(unloading.modulus)]
+    return known[-1] if known else {}
+
+
+def _modulus(value, n):
+    text, pressure = quantity_text(value, "Pa", n["release_sigma"]), n["release_pressure"]
+    return f"{text} (from {quantity_text(pressure, 'Pa')}, filling factor {n['release_phi']:.3g})"
+
+
+UNLOADING = Family(
+    name="unloading",
+    title="unloading",
+    place=20,
+    applies=lambda run: run.unloads,
+    measure=_last_unloading,
+    numbers=(
+        Observable(name="release_modulus", title="unloading modulus", unit="Pa", value="modulus",
+                   error="release_sigma", text=_modulus, figure="cycles"),
+        uncertainty("release_sigma", "Pa", value="modulus_sigma"),
+        quiet("release_pressure", "pressure at the start of the unloading", "Pa",
+              value="pressure", column=AUTO),
+        quiet("release_phi", "filling factor at the start of the unloading",
+              value="filling_factor"),
+    ),
+)  # fmt: skip
+FAMILIES = (FIT, FAST, CURVE, UNLOADING, ISOTROPIC)

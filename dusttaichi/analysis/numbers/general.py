@@ -6,14 +6,14 @@ import numpy as np
 
 from dusttaichi.analysis.error_bar import error_bar, error_bar_rows
 from dusttaichi.analysis.ledger import ledger
-from dusttaichi.analysis.loads import held_loads
+from dusttaichi.analysis.loads import controlled_loads
 from dusttaichi.analysis.numbers.registry import ENSEMBLES, FILE, GENERAL, Family, Observable, quiet
 from dusttaichi.analysis.texts import quantity_text, rate_text
 from dusttaichi.scene import quantities
 
 
 class _End:
-    """The last record of a Run, and what is made of its series."""
+    """The last record of a Run, and numbers from its series."""
 
     def __init__(self, run):
         self.run, self.grains = run, run.grains
@@ -28,7 +28,7 @@ class _End:
 
     @property
     def pressure(self):
-        """Pressure on the top wall [Pa]; None where there is none."""
+        """Pressure on the top wall [Pa], or None."""
         value = float(self.last["pressure"].sel(wall="top")) if "pressure" in self.last else np.nan
         return value if np.isfinite(value) else None
 
@@ -45,16 +45,16 @@ class _End:
     @property
     def missed_loads(self):
         """(stage, pressure, wanted) [Pa] of each load not reached at the end of its stage."""
-        missed = [held for held in held_loads(self.run) if held.missed]
-        return [(held.stage, held.pressure, held.wanted) for held in missed]
+        loads = controlled_loads(self.run)
+        return [(load.stage, load.pressure, load.wanted) for load in loads if load.missed]
 
 
 def _missed(value, n):
     rows = []
     for stage, pressure, wanted in value:
-        there, asked = (quantity_text(p, "Pa") for p in (pressure, wanted))
+        texts = [quantity_text(p, "Pa") for p in (pressure, wanted)]
         what = f"load at the end{f' of {stage}' if stage else ''}"
-        rows.append((what, f"{there}, {asked} asked for", ""))
+        rows.append((what, "{} instead of {}".format(*texts), ""))
     return rows
 
 

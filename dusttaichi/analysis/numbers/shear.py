@@ -1,4 +1,4 @@
-"""Shear and triaxial tests: the strength of the last one, and the line of friction through all."""
+"""Shear and triaxial tests: strength of the last one, and line of friction through all."""
 
 from dusttaichi.analysis.loads import friction, shearings
 from dusttaichi.analysis.numbers.registry import AUTO, Family, Observable, quiet, uncertainty
@@ -7,24 +7,23 @@ from dusttaichi.analysis.triaxial import is_triaxial, triaxials
 from dusttaichi.errors import DustError
 
 
-def _last(prefix, tests):
-    names = ("strength", "strength_sigma", "load", "density")
-    return {f"{prefix}_{name}": getattr(tests[-1], name) for name in names}
+def _measured(prefix, find, kind):
+    """Measurement of one kind of test.
 
-
-def _measured(prefix, find, own):
-    """Measurement of one kind of test. find: from a Run to all of them; own: what their line of
-    friction calls its numbers."""
+    find: function from a Run to all of them; kind: prefix of the attributes of Friction.
+    """
 
     def measure(run):
         try:
             tests = find(run)
         except DustError:  # none has three records so far
             return {}
-        found, line = _last(prefix, tests), friction(tests)
+        names = ("strength", "strength_sigma", "load", "density")
+        numbers = {f"{prefix}_{name}": getattr(tests[-1], name) for name in names}
+        line = friction(tests)
         for name in ("angle", "angle_sigma", "cohesion") if line else ():
-            found[f"{prefix}_{name}"] = getattr(line, own + name)
-        return found
+            numbers[f"{prefix}_{name}"] = getattr(line, kind + name)
+        return numbers
 
     return measure
 

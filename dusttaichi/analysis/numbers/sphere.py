@@ -1,21 +1,22 @@
-"""A rigid sphere that goes into grains: its depth, and the largest force on it."""
+"""A rigid sphere that penetrates grains, and the wave of a push."""
 
-from dusttaichi.analysis.numbers.registry import Family, Observable, quiet
+from dusttaichi.analysis.arrival import arrival, sound_speed
+from dusttaichi.analysis.numbers.registry import Family, Observable, quiet, uncertainty
 from dusttaichi.analysis.sphere import penetration
 from dusttaichi.errors import DustError
 
 
 def _measure(run):
-    """Depth and time of its stop, or how deep it has come; the largest force upwards, a mean
-    between two records."""
+    """Depth and time of the stop, or the largest depth; the largest upward force, averaged between
+    two records."""
     try:
-        way = penetration(run)
+        motion = penetration(run)
     except DustError:  # it flies, or there is no dust below it
         return {}
-    found = {"sphere_force": float(way.force.max())}
-    if "speed" in run.scene.get("sphere", {}) or way.stop is None:
-        return found | {"sphere_largest_depth": float(way.depth.max())}
-    return found | {"sphere_depth": way.stop.depth, "sphere_stopping_time": way.stop.time}
+    force, stop = {"sphere_force": float(motion.force.max())}, motion.stop
+    if "speed" in run.scene.get("sphere", {}) or stop is None:
+        return force | {"sphere_largest_depth": float(motion.depth.max())}
+    return force | {"sphere_depth": stop.depth, "sphere_stopping_time": stop.time}
 
 
 def _stop(value, n):
@@ -24,20 +25,42 @@ def _stop(value, n):
 
 SPHERE = Family(
     name="sphere",
-    title="a sphere that goes into grains",
+    title="penetration of a sphere",
     place=70,
     applies=lambda run: run.has_sphere,
     measure=_measure,
     numbers=(
         Observable(name="sphere_depth", title="depth of the sphere", unit="m", text=_stop,
-                   column=("sphere depth um", "{:.4g}", 1e-6), figure="sphere"),
+                   column=("sphere depth µm", "{:.4g}", 1e-6), figure="sphere"),
         quiet("sphere_stopping_time", "stopping time of the sphere", "s", figure="sphere"),
         Observable(name="sphere_largest_depth", title="largest depth of the sphere", unit="m",
                    text=lambda v, n: f"{v * 1e6:.4g} µm",
-                   column=("sphere so far um", "{:.4g}", 1e-6), figure="sphere"),
+                   column=("largest sphere depth µm", "{:.4g}", 1e-6), figure="sphere"),
         Observable(name="sphere_force", title="largest force on the sphere", unit="N",
                    text=lambda v, n: f"{v * 1e6:.4g} µN",
-                   column=("force on it uN", "{:.4g}", 1e-6), figure="sphere"),
+                   column=("largest force on the sphere µN", "{:.4g}", 1e-6), figure="sphere"),
     ),
 )  # fmt: skip
-FAMILIES = (SPHERE,)
+
+
+def _sound_speed(run):
+    try:
+        return sound_speed(arrival(run))
+    except DustError:  # too few snapshots, or the wave has not arrived
+        return {}
+
+
+SOUND = Family(
+    name="sound",
+    title="a push",
+    place=80,
+    applies=lambda run: bool(run.pushes),
+    measure=_sound_speed,
+    numbers=(
+        Observable(name="sound_speed", title="speed of sound", unit="m/s", value="speed",
+                   error="sound_speed_sigma", column=("sound m/s", "{:.4g}", 1), wanted=4,
+                   figure="sound_speed"),
+        uncertainty("sound_speed_sigma", "m/s", value="sigma", column=("± m/s", "{:.1g}", 1)),
+    ),
+)  # fmt: skip
+FAMILIES = (SPHERE, SOUND)

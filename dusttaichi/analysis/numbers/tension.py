@@ -1,4 +1,4 @@
-"""Stretching: the tensile strength, and why there is none."""
+"""Stretching: the tensile strength, or the reason why it is missing."""
 
 import numpy as np
 
@@ -7,16 +7,13 @@ from dusttaichi.analysis.tensile import tensile
 from dusttaichi.analysis.tension import missing_strength
 from dusttaichi.analysis.texts import quantity_text
 
-NAMES = ("strength", "strength_sigma", "strength_phi", "strength_strain", "phi_init")
-
 
 def _measure(run):
     if not run.stretches:
         return {"strength_problem": missing_strength(run)}
-    result = tensile(run)
-    found = {name: getattr(result, name) for name in NAMES}
-    law = result.law if np.isfinite(result.law) else None
-    return found | {"strength_passed": result.passed, "strength_law": law}
+    result = vars(tensile(run))
+    law = result["law"] if np.isfinite(result["law"]) else None
+    return result | {"strength_passed": result["passed"], "strength_law": law}
 
 
 def _strength(value, n):
