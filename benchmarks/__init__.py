@@ -1,6 +1,5 @@
 """Benchmarks for the developers of dusttaichi, from a clone: `python -m benchmarks --help`.
 
-Every configuration runs in a worker process of its own, on samples that are made once and kept
-(sample.py). Nothing here is part of the package that users install; how fast a machine is, they
-learn from `dust bench`.
+Every configuration runs in a worker process of its own, on stored samples (sample.py). The
+benchmarks are not a part of the installed package; users measure a machine by `dust bench`.
 """

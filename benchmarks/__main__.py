@@ -14,7 +14,7 @@ app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    help="What the developers of dusttaichi measure. How fast this machine is: dust bench.",
+    help="Benchmarks for the developers of dusttaichi. Speed of this machine: dust bench.",
 )
 Quick = Annotated[bool, typer.Option("--quick", help="less, in a few minutes")]
 Csv = Annotated[Path | None, typer.Option("--output", "-o", help="CSV file of the numbers")]
@@ -28,7 +28,7 @@ def speed(
     output: Csv = None,
     force: Overwrite = False,
 ):
-    """Measure ns a contact and a grain-step by size, filling factor, threads; beside LAMMPS."""
+    """Measure ns per contact and per grain-step by size, filling factor, threads; with LAMMPS."""
     from benchmarks import speed
 
     _show(speed.main, output, force, quick=quick, lammps=lammps)
@@ -45,7 +45,7 @@ def parts(
     output: Csv = None,
     force: Overwrite = False,
 ):
-    """Measure what each part of a scene costs: with it and without it, in turn."""
+    """Measure the cost of each part of a scene: with and without it, in turn."""
     from benchmarks import parts
 
     scene = None if file is None else load_scene(file, settings=settings)
@@ -54,7 +54,7 @@ def parts(
 
 @app.command()
 def continuum(*, quick: Quick = False, output: Csv = None, force: Overwrite = False):
-    """Measure a particle-step of the continuum, in two and three dimensions."""
+    """Measure the time per particle-step of the continuum, in two and three dimensions."""
     from benchmarks import continuum
 
     _show(continuum.main, output, force, quick=quick)
@@ -62,7 +62,7 @@ def continuum(*, quick: Quick = False, output: Csv = None, force: Overwrite = Fa
 
 @app.command()
 def counts():
-    """Count the instructions a pair and a grain, where the system lets a program count them."""
+    """Count the instructions per pair and per grain, where the system allows it."""
     from benchmarks import counts
 
     say(machine())
@@ -72,7 +72,7 @@ def counts():
 
 @app.command()
 def runs(*, quick: Quick = False):
-    """Time whole runs on one thread, on all cores and as `threads: auto` chooses, in turn."""
+    """Time whole runs with one thread, with all cores and with `threads: auto`, in turn."""
     from benchmarks import runs
 
     say(f"\n{runs.main(quick=quick, log=remark)}")

@@ -1,9 +1,8 @@
-"""Speed of the continuum: what `python -m benchmarks continuum` prints.
+"""Speed of the continuum (`python -m benchmarks continuum`).
 
-A bead falls into a bed, in two dimensions and in three. Each size stays ready in processes with one
-thread and with two, which are timed in turn, round after round; a ratio is that of two neighbours
-in a round. With one thread the time of the processor is taken, which does not count what other
-programs do with it; what two threads gain is told by the real clock.
+A bead falls into a bed, in two dimensions and in three. Processes with one thread and with two are
+timed in turn, round after round; a ratio is that of two consecutive measurements. Times with one
+thread are processor times, without other programs; the speed-up of two threads is of wall times.
 """
 
 import statistics
@@ -24,7 +23,7 @@ SIZES = {2: (5_000, 20_000, 65_000), 3: (20_000,)}  # particles of the bed, abou
 QUICK = {2: (5_000, 20_000), 3: (5_000,)}
 THREADS = (1, 2)
 ROUNDS, QUICK_ROUNDS = 7, 5
-PARTICLE_STEPS = 1_000_000  # of a timed stretch, some second
+PARTICLE_STEPS = 1_000_000  # of a measurement, about a second
 LEAST_STEPS = 24
 ROOM = {2: 8.0 * 5.0, 3: 4.0 * 4.0 * 2.5}  # mm^2, mm^3
 SIZE = {2: ["8 mm", "5 mm"], 3: ["4 mm", "4 mm", "2.5 mm"]}
@@ -34,10 +33,10 @@ SIZE = {2: ["8 mm", "5 mm"], 3: ["4 mm", "4 mm", "2.5 mm"]}
 class Row:
     """Speed of one size: medians over the rounds.
 
-    neighbours: within reach of the kernel, of a particle. microseconds: a particle and step of the
-    method, one thread, time of the processor. nanoseconds: the same over the neighbours. search:
-    time of a search, a particle [us]. speed_up: real time of one thread over that of two. spread:
-    largest minus smallest round over the median [%].
+    neighbours: of a particle, within reach of the kernel. microseconds: processor time per particle
+    and step of the method, one thread. nanoseconds: the same over the neighbours. search: time of a
+    search per particle [us]. speed_up: wall time of one thread over that of two. spread: largest
+    minus smallest round over the median [%].
     """
 
     dimension: int
@@ -54,16 +53,16 @@ COLUMNS = (
     Column(("dimen-", "sions"), "dimension"),
     Column(("particles",), "particles"),
     Column(("neigh-", "bours"), "neighbours", "", digits(1)),
-    Column(("us a", "particle-step"), "microseconds", "us", digits(2)),
-    Column(("ns a", "neighbour"), "nanoseconds", "ns", digits(1)),
-    Column(("a search,", "us a particle"), "search", "us", digits(2)),
+    Column(("us per", "particle-step"), "microseconds", "us", digits(2)),
+    Column(("ns per", "neighbour"), "nanoseconds", "ns", digits(1)),
+    Column(("search, us", "per particle"), "search", "us", digits(2)),
     Column(("speed-up of", "two threads"), "speed_up", "1", digits(2)),
     Column(("spread", "%"), "spread", "%", digits(0)),
 )
 
 
 def scene_of(dimension: int, particles: int, threads: int) -> Scene:
-    """A bead of 1.1 mm at 0.65 m/s above a bed of about so many particles."""
+    """A bead of 1.1 mm at 0.65 m/s above a bed of about `particles` particles."""
     spacing = 1e-3 * (ROOM[dimension] / particles) ** (1.0 / dimension)
     length = quantities.format(spacing, "length")
     layer = quantities.format(4.0 * spacing, "length")
@@ -97,10 +96,10 @@ def main(
     quick: bool = False,
     log: Callable[[str], None] = lambda line: None,
 ) -> RowTable:
-    """Measure every size; some three minutes, `quick` one. Returns a RowTable of a Row each.
+    """Measure every size; about three minutes, `quick` one. Returns a RowTable of a Row each.
 
-    sizes: dimension -> numbers of particles. steps: of a timed stretch. rounds: 7, quick 5. out:
-    CSV file to write. log: called with a line on what goes on.
+    sizes: dimension -> numbers of particles. steps: of a measurement. rounds: 7, quick 5. out: CSV
+    file to write. log: called with lines on the progress.
     """
     rounds = rounds or (QUICK_ROUNDS if quick else ROUNDS)
     check_file(out)
@@ -110,9 +109,9 @@ def main(
             log(f"{dimension} dimensions, {particles} particles")
             rows.append(_measure(dimension, particles, steps, rounds))
     notes = (
-        f"A bead falls into a bed; medians of {rounds} rounds. One thread: time of the processor "
-        "in both passes and the motion; a neighbour: within reach of the kernel. Speed-up: ratios "
-        "of real times of one round, which other programs disturb.",
+        f"A bead falls into a bed; medians of {rounds} rounds. One thread: processor time of both "
+        "passes and the motion; neighbours: within reach of the kernel. Speed-up: ratios of wall "
+        "times of one round, which other programs affect.",
     )
     table = RowTable(machine(), notes, "Speed of the continuum", COLUMNS, tuple(rows))
     if out is not None:
@@ -145,12 +144,12 @@ def _measure(dimension, particles, steps, rounds) -> Row:
 
 # -- in the worker ---------------------------------------------------------------------------------
 
-_held = {}
+_state = {}
 
 
 def _neighbours(sim):
-    """Neighbours that a particle has within reach of the kernel, on average over those that have
-    any (what is rigid or held has none); images beyond faces count."""
+    """Mean number of neighbours within reach of the kernel, with periodic images, of all particles
+    with neighbours (rigid and fixed ones have none)."""
     first = sim.lists["first"].to_numpy(sim.n + 1)
     entry = sim.lists["entry"].to_numpy()[: first[-1]]
     x = sim.tables["x"].to_numpy()
@@ -161,7 +160,7 @@ def _neighbours(sim):
 
 
 def _build(scene):
-    """Build a scene (YAML) and make a few steps. Answers particles, neighbours, search [s]."""
+    """Build a scene (YAML), compute a few steps. Answers particles, neighbours, search [s]."""
     from dusttaichi import method
     from dusttaichi.scene import from_yaml
 
@@ -171,14 +170,14 @@ def _build(scene):
     began = time.process_time()
     motion.sim.search.now()
     search = time.process_time() - began
-    _held["motion"] = motion
+    _state["motion"] = motion
     found = {"particles": motion.size, "neighbours": _neighbours(motion.sim)}
     return found | {"search": search}
 
 
 def _timed(steps):
-    """Real time and processor time [s] of a step of the method, over whole steps of the run."""
-    motion = _held["motion"]
+    """Wall time and processor time [s] of a step of the method, over whole steps of the run."""
+    motion = _state["motion"]
     began, real, used = motion.sim.substeps, time.perf_counter(), time.process_time()
     while motion.sim.substeps - began < steps:
         motion.advance(1)

@@ -1,7 +1,7 @@
-"""Instructions of a step: what `python -m benchmarks counts` prints.
+"""Number of instructions of a step (`python -m benchmarks counts`).
 
-They do not depend on how busy a machine is, as times do. Linux counts them (perf_event) where it
-may; else a step is gone through instruction by instruction (single_step); else there is no count.
+Unlike times, they do not depend on the load of the machine. Linux counts them (perf_event) where
+that is allowed; else the process computes a step in single steps (single_step).
 """
 
 import ctypes
@@ -26,7 +26,7 @@ _INSTRUCTIONS, _DISABLED_KERNEL_INHERIT = 1, 1 << 5 | 1 << 6 | 1 << 1
 
 @dataclass(frozen=True)
 class Counts:
-    """Instructions of one step of a scene of so many grains and listed pairs; counted `by`."""
+    """Instructions of one step, with the numbers of grains and listed pairs; by: a counter."""
 
     precision: str
     grains: int
@@ -37,29 +37,29 @@ class Counts:
     def text(self) -> str:
         a_pair, a_grain = self.step / self.pairs, self.step / self.grains
         return (
-            f"{self.precision}: {a_pair:.0f} instructions a listed pair and step, {a_grain:.0f} a "
-            f"grain ({self.grains} grains, {self.pairs} pairs, by {self.by})"
+            f"{self.precision}: {a_pair:.0f} instructions per listed pair and step, {a_grain:.0f} "
+            f"per grain ({self.grains} grains, {self.pairs} pairs, by {self.by})"
         )
 
 
 def main(log) -> list[Counts]:
-    """The Counts of every precision. Raises DustError where nothing can count."""
+    """The Counts of every precision. Raises DustError where counting is impossible."""
     recipe = bench_sample.Recipe(GRAINS, FILLING_FACTOR)
     if bench_sample.load(recipe.path) is None:
-        log(f"{GRAINS} grains at a filling factor of {FILLING_FACTOR} are made")
+        log(f"making {GRAINS} grains at a filling factor of {FILLING_FACTOR}")
         _child("make", PRECISIONS[0], 0)
     return [_counted(precision, log) for precision in PRECISIONS]
 
 
 def _counted(precision, log):
-    log(f"{precision}: a step is counted")
+    log(f"{precision}: counting a step")
     found = _child("count", precision, STEPS)
     by, steps = "perf_event", STEPS
     if found["instructions"] is None:
         if not single_step.possible():
             raise DustError(
-                "instructions cannot be counted here: the system has no counter for programs "
-                "(perf_event), and its processes cannot be stepped through. Try it under Linux"
+                "instructions cannot be counted here: the system has neither a counter for "
+                "programs (perf_event) nor single steps of processes. Use Linux"
             )
         by, steps = "single steps", 1
         log(f"{precision}: in single steps, half a minute")
@@ -81,7 +81,7 @@ def _child(what, precision, steps):
 
 
 def _stepped(precision):
-    """Instructions of one step: a call that makes two steps, less one that makes one."""
+    """Instructions of one step: a call with two steps minus a call with one."""
     with subprocess.Popen(
         _command("step", precision, STEPS), stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as child:
@@ -101,8 +101,7 @@ def _stepped(precision):
 
 
 def _counter():
-    """File descriptor of a counter of this process and its threads to come; -1 where there is
-    none."""
+    """File descriptor of a counter of this process and its later threads; -1 without one."""
     number = _SYSCALLS.get(platform.machine())
     if number is None or sys.platform != "linux":
         return -1
@@ -122,7 +121,7 @@ def _run(what, precision, steps):
     sample = bench_sample.make(recipe)
     if what == "make":
         return
-    counter = _counter()  # before the threads that it is to count
+    counter = _counter()  # before the threads that it counts
     sim = build(bench_sample.bench_scene(GRAINS, threads=1, precision=precision), sample)
     sim.advance(STEPS)
     if what == "step":
@@ -136,7 +135,7 @@ def _run(what, precision, steps):
 
 
 def _show_steps(sim):
-    """A call that makes one step, and one that makes two, to somebody who looks."""
+    """Mark a call with one step, and one with two, for the Stepper."""
     print("ready", flush=True)
     sys.stdin.readline()
     for steps in (1, 2):

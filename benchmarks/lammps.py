@@ -1,14 +1,14 @@
-"""The same sample in LAMMPS, timed: the yardstick for our own step.
+"""Time of the same sample in LAMMPS, for comparison.
 
-LAMMPS runs as a program of its own, in a scratch directory: whatever it prints, and a crash,
-stays there. Its `units micro` are our internal ones (um, us, pg; nN, kPa).
+LAMMPS runs as a program in a temporary directory, with `units micro`, our internal units (um, us,
+pg; nN, kPa).
 
-What is alike: JKR with the same E*, gamma, F_c, a0 and 2 r - delta0 at rest; normal damping; the
-springs of rolling and sliding; the limit of rolling under no load. What is not (LAMMPS 22 Jul
-2025): a contact breaks where the pull is largest, F = F_c at an overlap of -0.397 delta0, not at
--0.825 delta0; the limits of rolling, sliding and twisting follow the load F + 2 F_c; sliding has
-a coefficient of friction; twisting takes its spring and its limit from sliding, the spring as
-4 G* a^2 (a power of a short of a torque), in these units 33 times ours for silicate.
+Equal: JKR with the same E*, gamma, F_c, a0 and equilibrium distance 2 r - delta0; normal damping;
+springs of rolling and sliding; limit of rolling without load. Different (LAMMPS 22 Jul 2025): a
+contact breaks at the largest pull, F = F_c at an overlap of -0.397 delta0, not at -0.825 delta0;
+the limits of rolling, sliding and twisting depend on the load F + 2 F_c; sliding has a coefficient
+of friction; twisting has spring and limit from sliding, the spring as 4 G* a^2 (without a factor a
+of a torque), in these units 33 times ours for silicate.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ _PURPOSE = "this comparison needs it"
 class LammpsTiming:
     """Timing of LAMMPS for a sample; without LAMMPS `available` is false and the times are nan.
 
-    ns_per_contact, ns_per_grain_step: of a step, all in, per contact of two grains (overlap >= 0
-    at the end; contacts with walls are not counted) and per grain. seconds_per_step: wall clock,
-    median of the repeats. contacts: how many there were. version: as LAMMPS prints it.
+    ns_per_contact, ns_per_grain_step: of a whole step, per contact of two grains (overlap >= 0 at
+    the end, without contacts with walls) and per grain. seconds_per_step: wall time, median of the
+    repeats. contacts: their number. version: of LAMMPS.
     """
 
     ns_per_contact: float
@@ -68,7 +68,7 @@ class LammpsRun:
 
 
 def lammps_installed() -> bool:
-    """Whether LAMMPS is there and starts."""
+    """True where LAMMPS is installed and starts."""
     try:
         lammps_version()
     except DustError:
@@ -89,9 +89,8 @@ def time_lammps(
 ) -> LammpsTiming:
     """Time `steps` steps of a sample; all arguments but `required` are those of run_lammps.
 
-    A sample in which nothing moves flatters LAMMPS: it skips the turning of springs that are not
-    loaded. Give the velocities of the state that our own step is timed on.
-    required: if false, a LAMMPS that is not there gives `available = False` instead of an error.
+    For a sample at rest LAMMPS is faster, since it skips unloaded springs; use the velocities of
+    our own measurement. required: if False, `available = False` without LAMMPS, and no error.
     """
     if not required and not lammps_installed():
         return LammpsTiming(math.nan, math.nan, 0, math.nan, "", available=False)
@@ -126,13 +125,13 @@ def run_lammps(
     poisson_ratio, critical_rolling in SI. modifiers: factors on the springs, {"rolling": 8,
     "sliding": 2.5}; one that is missing is 1. box_m: None, or inner edges (Lx, Ly, Lz) [m] of six
     sticking walls at rest, around the sample's middle in x and y, its floor under the lowest
-    grain. time_step_s [s]. threads: LAMMPS's own parallel runs are MPI processes, so many are
-    started. velocities_m_s: (N, 3), None at rest. kappa: damping of the normal motion [kg/s].
-    Raises DustError if LAMMPS is missing, does not start, or stops with an error.
+    grain. time_step_s [s]. threads: number of MPI processes. velocities_m_s: (N, 3), None at rest.
+    kappa: damping of the normal motion [kg/s]. Raises DustError if LAMMPS is missing, does not
+    start, or stops with an error.
     """
     positions = np.asarray(positions_m, dtype=np.float64) / LENGTH
     if positions.ndim != 2 or positions.shape[1] != 3 or len(positions) == 0:
-        raise ValueError(f"positions_m must have shape (N, 3), it has {np.shape(positions_m)}")
+        raise ValueError(f"positions_m must have shape (N, 3), not {np.shape(positions_m)}")
     velocities = _velocities(velocities_m_s, positions)
     if min(steps, repeats, threads) < 1:
         raise ValueError("steps, repeats and threads must be at least 1")
@@ -188,7 +187,7 @@ def _script(contacts, walls, time_step_s, steps, repeats) -> list[str]:
         "atom_style sphere",
         "boundary m m m",
         "newton off",
-        "comm_modify vel yes",  # the contact needs the velocities of another process's grains
+        "comm_modify vel yes",  # contacts need velocities of grains of other processes
         "read_data grains.data",
         "pair_style granular",
         f"pair_coeff * * {pair}",
@@ -218,7 +217,7 @@ def _corners(positions, r, box_m) -> np.ndarray:
         return np.array([low, high])
     edges = np.asarray(box_m, dtype=np.float64) / LENGTH
     if edges.shape != (3,) or not (edges > 2 * r).all():
-        raise ValueError(f"box_m must be three edges that hold a grain, not {box_m}")
+        raise ValueError(f"box_m must be three edges longer than a grain, not {box_m}")
     start = np.append((low + high)[:2] / 2 - edges[:2] / 2, low[2])
     return np.array([start, start + edges])
 
@@ -248,7 +247,7 @@ def _write_data(path: Path, positions, velocities, material, corners) -> None:
 
 
 def lammps_version() -> str:
-    """Version of the LAMMPS that is there. Raises DustError if none is or it does not start."""
+    """Version of the installed LAMMPS. Raises DustError without one, or if it does not start."""
     program = lammps_program(_PURPOSE)
     try:
         answer = subprocess.run(
@@ -267,7 +266,7 @@ def lammps_version() -> str:
 
 
 def _why(program: str, stderr: str) -> str:
-    lines = stderr.strip().splitlines() or ["it says nothing"]
+    lines = stderr.strip().splitlines() or ["no message"]
     if "libmpi" in stderr:
         return (
             "LAMMPS is installed, but the MPI library that it needs (libmpi.so.12, of MPICH) is "
@@ -283,8 +282,7 @@ def _launch(folder: Path, threads: int) -> None:
         mpiexec = file_of_mpich("mpiexec") or shutil.which("mpiexec")
         if mpiexec is None:
             raise DustError(
-                "LAMMPS on several threads needs mpiexec; to get it: pip install mpich, or ask "
-                "for one thread."
+                "LAMMPS on several threads needs mpiexec: pip install mpich, or use one thread."
             )
         command = [str(mpiexec), "-n", str(threads), *command]
     environment = lammps_environment()

@@ -1,8 +1,8 @@
-"""Cost of each part of a scene, printed by `python -m benchmarks parts [FILE]`, of the scene of
-the benchmark or of any scene of grains. Pairs of scenes, one with the part and one without it.
+"""Cost of each part of a scene of grains (`python -m benchmarks parts [FILE]`).
 
-Each pair is the same grains for the same steps, in two processes that are timed in turn, round
-after round; the result is the median of the ratios within a round, and their scatter.
+Pairs of scenes, one with the part and one without it, run the same steps with the same grains in
+two processes, which are timed in turn, round after round. The result is the median of the ratios of
+a round, with their scatter.
 """
 
 import math
@@ -26,17 +26,16 @@ from dusttaichi.studies.bench import Timed, machine
 
 GRAINS, QUICK_GRAINS = 11_000, 1_000
 FILLING_FACTOR = 0.35
-FEW, COPIES = 60, 100  # grains of a small scene, and how many of them make a batch
+FEW, COPIES = 60, 100  # grains of a small scene, and its copies in a batch
 ROUNDS, QUICK_ROUNDS = 31, 15
-# of a timed stretch, a twelfth of a second: what else the machine does changes more slowly
+# of a measurement, a twelfth of a second: other load of the machine changes more slowly
 GRAIN_STEPS = 1_000_000
 LEAST_STEPS = 100
 
 
 @dataclass(frozen=True)
 class Variant:
-    """A scene: what is set in that of the benchmark, and how it is built: see
-    task.Benchmark.build_part."""
+    """A scene: changes of that of the benchmark; built: arguments of task.Benchmark.build_part."""
 
     settings: dict = field(default_factory=dict)
     built: dict = field(default_factory=dict)
@@ -44,7 +43,7 @@ class Variant:
     base: object = None  # a Scene in place of that of the benchmark, with a sample of its own
 
     def scene(self, grains):
-        """The Scene of a sample of so many grains."""
+        """The Scene with a sample of `grains` grains."""
         scene = self.base
         if scene is None:
             grains = FEW if self.small else grains
@@ -56,7 +55,7 @@ class Variant:
 
 @dataclass(frozen=True)
 class Part:
-    """A row of the table: `name` is in `has` and not in `lacks`; what the other has instead."""
+    """A row of the table: the part `name` is in `has`, `instead` in `lacks`."""
 
     name: str
     instead: str
@@ -90,7 +89,7 @@ PARTS = (
     ),
     Part("asperities", "off", Variant({"interaction.asperities": {"volume": "0.0336 nm"}}), FULL),
     Part("energy ledger", "losses not summed", FULL, Variant(built={"ledger": False})),
-    Part("unlike grains", "all alike", Variant(built={"polydisperse": True}), FULL),
+    Part("polydisperse grains", "equal grains", Variant(built={"polydisperse": True}), FULL),
     Part("periodic faces", "open boundary", PERIODIC, OPEN),
     Part("stress", "not summed", STRESS, PERIODIC),
     Part("orientations", "not followed", Variant({"output.variables": ["orientation"]}), FULL),
@@ -116,7 +115,7 @@ PARTS = (
 
 
 EFFECTS = tuple(kind for kind in registry.EFFECTS if kind not in ("normal", "damping"))
-# a stretch is timed, which no stage or end belongs to
+# the measured steps contain no stage and no end
 PLAIN = {
     "stages": [],
     "stop": {"steps": 1},
@@ -125,24 +124,19 @@ PLAIN = {
 
 
 def parts_of(scene) -> list[Part]:
-    """The parts that a scene has and could do without, each with the scene without it.
-
-    Raises DustError for a scene whose parts are not known.
-    """
+    """Optional parts of a scene, each with the scene without it. Raises DustError."""
     if not isinstance(scene, GrainsScene):
         raise DustError(
-            f"parts are timed of scenes of grains; this one is of the method {scene.method}. "
-            "The step of the continuum is timed by python -m benchmarks continuum."
+            f"only parts of scenes of grains can be timed, not of the method {scene.method}; see "
+            "python -m benchmarks continuum for the step of the continuum."
         )
     stress = scene.output.stress
-    # as it begins, however long it is timed: a wall that goes on would crush the sample
+    # without moving walls, which would compress the sample during a long measurement
     still = [key for key in SPEEDS if getattr(scene.boundary, key, None)]
     data = yaml.safe_load(scene.to_yaml())
     data |= {**PLAIN, "output": PLAIN["output"] | {"stress": stress}}
     data["boundary"] = {k: v for k, v in data["boundary"].items() if k not in still}
-    data["numerics"]["threads"] = (
-        1  # workers that wait for each other are slow where cores are taken
-    )
+    data["numerics"]["threads"] = 1  # several are slow where other programs use the cores
     base = type(scene).from_dict(data)
     full = Variant(base=base)
 

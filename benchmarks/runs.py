@@ -1,5 +1,7 @@
-"""Runs as a user has them, on one thread, on all cores, and as `threads: auto` chooses: what
-`python -m benchmarks runs` prints. Output, guards and searches are in it."""
+"""Time of whole runs, with output, guards and searches (`python -m benchmarks runs`).
+
+With one thread, with all cores, and with `threads: auto`.
+"""
 
 import time
 from statistics import median
@@ -10,7 +12,7 @@ from dusttaichi.studies.bench import Timed, machine
 
 SCENE = "omni_static"
 SIZES, ROUNDS = (1000, 3000, 11_000), 3
-QUICK_STEPS = 200_000_000  # grain-steps of a run with --quick, a quarter of a minute or so
+QUICK_STEPS = 200_000_000  # grain-steps of a run with --quick, about a quarter of a minute
 
 
 def main(*, quick=False, sizes=SIZES, rounds=ROUNDS, log=print) -> str:
@@ -51,13 +53,13 @@ def _each(runs):
 
 
 def answer(parent, *, do, grains, threads, steps):
-    """In a process of its own: `do` is "run"."""
+    """Answer of the worker. do: "run"."""
     from dusttaichi.run.interface import simulate
     from dusttaichi.scene import load
 
     scene = load(SCENE).with_value("sample.grains", grains).with_value("numerics.threads", threads)
     with simulate(scene, log=lambda text: None) as run:
-        run.advance(10)  # kernels are loaded
+        run.advance(10)  # loads the kernels
         search = run._run.sim.sim.search
         search.around, first = Stopwatch(), search.count
         began, used = time.perf_counter(), time.process_time()

@@ -1,19 +1,19 @@
-"""The grains that a benchmark moves: the same for us and for LAMMPS, settled but not at rest.
+"""Samples of the benchmarks, the same for us and for LAMMPS.
 
-Up to a filling factor of 0.15 they are an RBD cake. A denser sample is a cake that a wall at
-10 m/s has pressed; damping of a fifth of critical keeps the grains together and cools them. Then
-it settles under the same damping between walls at rest, twice, each time with new springs,
-since springs are not kept: both codes start from positions and velocities with unloaded ones.
+Up to a filling factor of 0.15 they are an RBD cake. A denser sample is a cake after compression by
+a wall at 10 m/s, with a fifth of the critical damping. It then relaxes with the same damping
+between walls at rest, twice, each time with new springs: both codes start from positions and
+velocities with unloaded springs.
 
-Above 30 000 grains a dense sample is copies of a pressed one of 11 000, side by side in x and y,
-cut along x to the number of grains, and settled again. Contacts across a seam are what touches
-there. Such a sample is a flat one, as high as the pressed one and with the same share of grains
-at the floor and the top wall; it takes seconds where pressing 1e5 grains takes minutes.
+Above 30 000 grains a dense sample consists of copies of a compressed one of 11 000, side by side in
+x and y, cut along x to the number of grains, and relaxed again. Its height, and so the share of
+grains at the bottom and top wall, are those of the smaller one. This takes seconds, the compression
+of 1e5 grains minutes.
 
-At last every grain gets a random velocity of 1 cm/s rms: LAMMPS skips springs that do not move.
+Every grain has a random velocity of 1 cm/s rms: LAMMPS skips springs without motion.
 
-Samples are kept in $XDG_CACHE_HOME/dusttaichi or ~/.cache/dusttaichi, named by a hash of all
-that they depend on.
+Samples are stored in $XDG_CACHE_HOME/dusttaichi or ~/.cache/dusttaichi, named by a hash of
+everything that they depend on.
 """
 
 import hashlib
@@ -124,7 +124,7 @@ def make(recipe: Recipe) -> samples.Sample:
         sample = samples.Sample(
             positions, _thermal(recipe, positions.shape), np.zeros_like(positions)
         )
-        _keep(recipe.path, positions=sample.positions, velocities=sample.velocities)
+        _store(recipe.path, positions=sample.positions, velocities=sample.velocities)
     return sample
 
 
@@ -152,7 +152,7 @@ def _positions(recipe: Recipe) -> np.ndarray:
 
 
 def _pressed(cake, filling_factor: float) -> np.ndarray:
-    """Positions [m] once the top wall has come down to this filling factor, if it is above it."""
+    """Positions [m] after compression to a filling factor."""
     sim = _build(len(cake), cake, PRESS_SPEED)
     width, depth, height = sim.lengths()
     volume = len(cake) * 4 / 3 * math.pi * sim.radius**3
@@ -190,8 +190,8 @@ def _thermal(recipe: Recipe, shape) -> np.ndarray:
     return velocities - velocities.mean(axis=0)
 
 
-def _keep(path: Path, **arrays) -> None:
-    """Write whole or not at all: another benchmark may be reading."""
+def _store(path: Path, **arrays) -> None:
+    """Write a file atomically, since another benchmark may read it."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False) as out:
         np.savez(out, **arrays)

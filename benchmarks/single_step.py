@@ -1,7 +1,7 @@
-"""Instructions of a process, one by one, as a debugger steps through them (Linux: ptrace).
+"""Single steps of a process, as by a debugger (Linux: ptrace).
 
-A process that is stepped through runs some 1e5 instructions a second, so that this is for millions
-of them. The process that is looked at marks where to begin and to end with `mark`.
+About 1e5 instructions per second, for counts of millions. The observed process marks begin and end
+with `mark`.
 """
 
 import contextlib
@@ -18,20 +18,20 @@ MARK = getattr(signal, "SIGUSR1", None)
 
 
 def mark():
-    """In the process that is looked at: an end of a stretch. Nothing where nobody looks."""
-    signal.signal(MARK, signal.SIG_IGN)  # who looks sees it nevertheless
+    """Mark the begin or the end of a count, in the observed process."""
+    signal.signal(MARK, signal.SIG_IGN)  # a tracer sees it nevertheless
     signal.raise_signal(MARK)
 
 
 def possible() -> bool:
-    """Whether this system has what it takes."""
+    """True on a system with single steps."""
     return sys.platform == "linux" and MARK is not None
 
 
 class Stepper:
     """Steps through the threads of a child of this process. A context manager.
 
-    Raises DustError where the system does not let it.
+    Raises DustError where the system refuses it.
     """
 
     def __init__(self, process: int):
@@ -45,7 +45,7 @@ class Stepper:
                 raise DustError(f"a process cannot be stepped through here: {reason}")
 
     def __enter__(self):
-        # a step and the return from it follow each other soonest on one core
+        # fastest on one core
         self._cores = os.sched_getaffinity(0)
         core = {min(self._cores)}
         for thread in (0, *self._threads):
@@ -57,13 +57,13 @@ class Stepper:
         for thread in self._threads:
             with contextlib.suppress(OSError, DustError):
                 os.sched_setaffinity(thread, self._cores)
-                # nobody can wait for the end of a process whose threads are held
+                # a process with stopped threads never ends
                 self._stop(thread)
                 self._ptrace(_DETACH, thread, None, None)
 
     def instructions(self) -> int:
-        """How many its threads make from its next mark to the one after that; the one that marks is
-        let go and not counted: it tells Taichi's threads what to do, in Python."""
+        """Number of instructions of its threads between two marks, without the thread that marks,
+        which runs Python and starts the threads of Taichi."""
         first = self._run_to_mark()
         for thread in self._threads:
             if thread != first:
@@ -100,4 +100,4 @@ class Stepper:
     @staticmethod
     def _check(status):
         if not os.WIFSTOPPED(status):
-            raise DustError("the process that was stepped through has ended")
+            raise DustError("the observed process has ended")

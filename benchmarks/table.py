@@ -77,16 +77,16 @@ SPEED = (
     Column(("filling", "factor"), "filling_factor", "", digits(3)),
     _KEY[1],
     Column(("threads",), "threads"),
-    Column(("contacts", "a grain"), "contacts", "1/grain", digits(2)),
-    Column(("ns a", "contact"), "ns_per_contact", "ns", digits(1)),
-    Column(("ns a", "grain-step"), "ns_per_grain_step", "ns", digits(1)),
+    Column(("contacts", "per grain"), "contacts", "1/grain", digits(2)),
+    Column(("ns per", "contact"), "ns_per_contact", "ns", digits(1)),
+    Column(("ns per", "grain-step"), "ns_per_grain_step", "ns", digits(1)),
     Column(("search", "%"), "search", "%", digits(1)),
     Column(("ledger", "%"), "ledger", "%", digits(1)),
     Column(("spread", "%"), "spread", "%", digits(0)),
     Column(("speed-up", "x 1 thread"), "speed_up", "x 1 thread", digits(2)),
 )
 LAMMPS = (
-    Column(("LAMMPS", "ns a contact"), "lammps_ns_per_contact", "ns", digits(0)),
+    Column(("LAMMPS, ns", "per contact"), "lammps_ns_per_contact", "ns", digits(0)),
     Column(("LAMMPS", "x ours"), "lammps_ratio", "x ours", digits(1)),
 )
 START = (
@@ -94,14 +94,14 @@ START = (
     Column(("first step", "cold, s"), "cold", "s", digits(1)),
     Column(("first step", "warm, s"), "warm", "s", digits(1)),
     Column(("peak memory", "MB"), "peak", "MB", digits(0)),
-    Column(("peak", "B a grain"), "peak_per_grain", "B", digits(0)),
-    Column(("fields", "B a grain"), "fields_per_grain", "B", digits(0)),
+    Column(("peak, B", "per grain"), "peak_per_grain", "B", digits(0)),
+    Column(("fields, B", "per grain"), "fields_per_grain", "B", digits(0)),
 )
 
 
 @dataclass(frozen=True)
 class Table(ABC):
-    """Rows measured on a machine, in one line; notes: how it was measured, and what is missing."""
+    """Measured rows. machine: one line on it; notes: on the measurements and missing ones."""
 
     machine: str
     notes: tuple[str, ...] = ()
@@ -112,7 +112,7 @@ class Table(ABC):
         """(title, Columns, rows) of each table; `csv` has the first of them."""
 
     def text(self) -> str:
-        """For the screen, in columns."""
+        """Text for the screen, in columns."""
         blocks = [self.machine]
         for title, columns, rows in self.blocks:
             heads = [(*column.title, "")[:2] for column in columns]
@@ -128,17 +128,16 @@ class Table(ABC):
         return "\n\n".join([*blocks, *self.notes])
 
     def csv(self) -> str:
-        """One line a row; machine and notes are lines that begin with #."""
+        """Text with a line per row; machine and notes are lines that begin with #."""
         _, columns, rows = self.blocks[0]
         return self._csv(columns, [[_short(getattr(r, c.name)) for c in columns] for r in rows])
 
     def _csv(self, columns, rows) -> str:
         out = io.StringIO()
         out.writelines(f"# {line}\n" for line in (self.machine, *self.notes))
-        write = csv.writer(out, lineterminator="\n").writerow
-        write(f"{c.name} [{c.unit}]" if c.unit else c.name for c in columns)
-        for row in rows:
-            write(row)
+        table = csv.writer(out, lineterminator="\n")
+        table.writerow(f"{c.name} [{c.unit}]" if c.unit else c.name for c in columns)
+        table.writerows(rows)
         return out.getvalue()
 
     def to_csv(self, path) -> None:
@@ -149,7 +148,7 @@ class Table(ABC):
 
 @dataclass(frozen=True)
 class RowTable(Table):
-    """One table of rows, each with the attributes that the columns name."""
+    """One table of rows, whose attributes are the names of the columns."""
 
     title: str = ""
     columns: tuple[Column, ...] = ()
@@ -162,7 +161,7 @@ class RowTable(Table):
 
 @dataclass(frozen=True)
 class SpeedTable(Table):
-    """speed: a Row a configuration; start: a Start for a number of grains and a precision."""
+    """speed: a Row per configuration; start: a Start per number of grains and precision."""
 
     speed: tuple[Row, ...] = ()
     start: tuple[Start, ...] = ()
@@ -175,7 +174,7 @@ class SpeedTable(Table):
         return [part for part in parts if part[2]]
 
     def csv(self) -> str:
-        """One line a configuration, start and memory of its grains behind; empty where nothing is.
+        """Text with a line per configuration, with start and memory of its grains, empty for nan.
 
         Machine and notes are lines that begin with #.
         """

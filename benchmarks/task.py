@@ -1,6 +1,6 @@
-"""Task of a worker process for the benchmark: it builds one configuration and times it.
+"""Task of a worker process for the benchmark: builds one configuration and times it.
 
-Taichi starts once a process, with a fixed number of threads, and its memory is the process's.
+Taichi starts once per process, with a fixed number of threads, and shares its memory.
 """
 
 import math
@@ -19,7 +19,7 @@ LEDGER_EVERY = 1000  # steps between measurements of a run
 
 
 class Stopwatch:
-    """Seconds of real time spent within it, that of a GPU included. A context manager."""
+    """Wall time spent within it [s], including that of a GPU. A context manager."""
 
     def __init__(self):
         self.seconds, self._began = 0.0, 0.0
@@ -35,20 +35,20 @@ class Stopwatch:
 
 
 def _wall_speed(sim):
-    """Speed of the fastest wall [um/us], 0 where there is none."""
+    """Speed of the fastest wall [um/us], 0 without walls."""
     return 0.0 if sim.box is None else float(np.max(np.abs(sim.box.speed)))
 
 
 class Benchmark:
-    """Answers requests, a method each; holds one simulation."""
+    """Answers requests, by a method each, for one simulation."""
 
     def prepare(self, grains, filling_factor):
-        """Make and keep a sample."""
+        """Make and store a sample."""
         make(Recipe(grains, filling_factor))
         return {}
 
     def build(self, grains, path, threads, precision):
-        """Build the scene and make its first step. Answers the filling factor and the box [m]."""
+        """Build the scene and compute its first step. Answers filling factor and box [m]."""
         from dusttaichi.grains.build import build
 
         sample = load(Path(path))
@@ -61,10 +61,10 @@ class Benchmark:
         }
 
     def build_part(self, scene, polydisperse=False, ledger=True, copies=0, path=None):
-        """Build a scene (YAML) and make its first step; the sample is that of `path`, or its own.
+        """Build a scene (YAML) and compute its first step; sample: that of `path`, or its own.
 
-        polydisperse: compiled as grains that each have a radius of their own, all the same; ledger:
-        whether it is kept; copies: so many of the scene as a batch. See parts.Variant.
+        polydisperse: with individual radii of the grains, although equal; ledger: whether to
+        compute it; copies: number of copies of the scene as a batch. See parts.Variant.
         """
         from dusttaichi.grains.batch import build_batch
         from dusttaichi.grains.build import build
@@ -81,16 +81,16 @@ class Benchmark:
         return {}
 
     def start(self, sim):
-        """Hold this simulation, with its first step made."""
+        """Compute the first step of a simulation for the next requests."""
         self.sim = sim
         sim.advance(1)
         self.searching = sim.search.around = Stopwatch()
 
     def time(self, steps):
-        """Seconds a step: of steps alone, of search and ledger at the rates of a run.
+        """Seconds per step: of the steps alone, of search and ledger at their rates in a run.
 
-        One search is made due, so that its cost is known however short the stretch; it is charged
-        as often as the fastest grain or wall goes half the skin.
+        One search is forced, so that its cost is known for any number of steps; its rate is that at
+        which the fastest grain or wall moves half the skin.
         """
         sim = self.sim
         sim.search.ask()
@@ -111,7 +111,7 @@ class Benchmark:
         }
 
     def memory(self):
-        """Largest resident memory of this process, and what the fields of the scene take [B]."""
+        """Largest resident memory of this process, and memory of the fields of the scene [B]."""
         tables = [*self.sim.fields.values(), *self.sim.scratch.values(), *self.sim.sums.values()]
         return {
             "peak": peak_memory(),
@@ -122,7 +122,7 @@ class Benchmark:
 def peak_memory():
     """Largest resident memory of this process [B]."""
     try:
-        # ru_maxrss would begin with the size of the process that started this one
+        # ru_maxrss includes the size of the parent process at the start
         status = Path("/proc/self/status").read_text()
         return 1024 * int(status.split("VmHWM:")[1].split()[0])
     except (OSError, IndexError):
@@ -134,5 +134,5 @@ _benchmark = Benchmark()
 
 
 def answer(parent, *, do, **arguments):
-    """The dict that a method of the benchmark answers. do: its name."""
+    """Answer of the worker. do: name of a method of Benchmark."""
     return getattr(_benchmark, do)(**arguments)

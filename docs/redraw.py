@@ -55,7 +55,7 @@ def trade(scene):
         for row in rows("trade.csv")
         if row["scene"] == scene and row["observable"] == observable
     ]
-    columns = {name: np.array([row[name] for row in table]) for name in ("knob", "kind")}
+    columns = {name: np.array([row[name] for row in table]) for name in ("parameter", "kind")}
     data = xr.Dataset(
         {
             **{name: ("point", column) for name, column in columns.items()},

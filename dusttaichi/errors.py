@@ -1,29 +1,29 @@
-"""Errors that speak to the user. The command line prints them without a traceback."""
+"""Errors for the user. The command line prints them without a traceback."""
 
 
 class DustError(Exception):
-    """Something the user can mend: bad input, a missing file, a full disk. Exit code 2."""
+    """Error that the user can correct: bad input, a missing file, a full disk. Exit code 2."""
 
     exit_code = 2
 
 
 class GuardStop(DustError):
-    """A guard stopped a run because its numbers can no longer be trusted. Exit code 3.
+    """A guard stopped a run because its numbers are no longer valid. Exit code 3.
 
-    What was computed up to there is kept.
+    Results up to there are saved.
     """
 
     exit_code = 3
 
 
 class Interrupted(DustError):
-    """Ctrl-C or SIGTERM ended what was going on. Exit code 130.
+    """Ctrl-C or SIGTERM ended the command. Exit code 130.
 
-    kept: something was computed, and is on disk to go on from.
+    resumable: results are on disk, from which the command can continue.
     """
 
     exit_code = 130
 
-    def __init__(self, text="interrupted", kept=True):
+    def __init__(self, text="interrupted", resumable=True):
         super().__init__(text)
-        self.kept = kept
+        self.resumable = resumable

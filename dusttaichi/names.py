@@ -11,6 +11,11 @@ NEVER = 2**62  # a step that no run reaches
 
 
 def exported(namespace):
-    """Public names that the `__init__` of a package imports, for its `__all__`."""
-    own = ("exported", *(name for name in namespace if name.startswith("_")))
-    return [k for k, v in namespace.items() if k not in own and not isinstance(v, ModuleType)]
+    """Public names of the namespace of a package, without those of other packages: `__all__`."""
+    package = namespace["__name__"]
+    return [
+        name
+        for name, value in namespace.items()
+        if name[0] != "_" and not isinstance(value, ModuleType)
+        if getattr(value, "__module__", package).startswith(package)
+    ]

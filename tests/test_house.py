@@ -284,7 +284,7 @@ THEIR_OWN = {
         "studies/asperity_fit.py": "fits its one number",
         "commands/fit.py": "the command of that study",
         "plots/style.py": "the colour of its channel",
-        "studies/trade/knobs.py": "a switch of the trade study",
+        "studies/trade/parameters.py": "a switch of the trade study",
         "plots/trade.py": "the colour of that switch",
     },
     "jkr": {

@@ -67,7 +67,7 @@ def watch(
             stop.set()
 
         threading.Thread(target=wait, daemon=True).start()
-    serve(run, port, browse=browse, told=_say_address, stop=stop)
+    serve(run, port, browse=browse, announce=_say_address, stop=stop)
 
 
 def _say_address(url):

@@ -117,7 +117,7 @@ def _run_one(scene, directory, onward, *, quiet, phases, **how):
             timer.keep()
             phases.tell("steps and output")
         except Interrupted as stop:
-            if not stop.kept:
+            if not stop.resumable:
                 raise
             raise Interrupted(f"{stop}. Go on with: {onward}") from None
     return clock.keep

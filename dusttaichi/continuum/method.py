@@ -54,7 +54,7 @@ METHOD = Method(
     observables=("dusttaichi.analysis.continuum.numbers:FAMILIES",),
     figures=("dusttaichi.plots.continuum:FIGURES",),
     read_snapshot="dusttaichi.analysis.continuum:read_particles",
-    knobs="dusttaichi.studies.trade.continuum:KNOBS",
+    trade_parameters="dusttaichi.studies.trade.continuum:PARAMETERS",
     picture="dusttaichi.plots.continuum.dust:PICTURE",
     exports={"vtk": "dusttaichi.export.vtk:write_particles"},
 )

@@ -1,4 +1,4 @@
-"""Which snapshots go where: one writer a format, each in a file of its own."""
+"""Export of snapshots: the formats, their writers and the output directory."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ _NEEDS = {"vtk": "meshio", "extxyz": "ase"}
 
 
 def export(run, to, output=None, snapshot="all"):
-    """Write snapshots of a Run for another program. Returns the paths, what to open first.
+    """Write snapshots of a Run for another program. Returns the paths, the main file first.
 
     to: one of FORMATS: ParaView takes "vtk" and "vtp", CAD "stl", ASE and OVITO "xyz" and "extxyz",
     LAMMPS and OVITO "lammps" (dumps), LAMMPS its data and restart files. output: the directory,

@@ -1,11 +1,10 @@
 """Extended XYZ for ASE and OVITO: all snapshots in one file, in ASE's units.
 
 Positions, radii and cell in Angstrom, masses in u, momenta in ASE's units, so that
-`atoms.get_velocities()` is right; beside them `velocity_m_per_s` and `spin_rad_per_s` as they
-are called. `Origin` is the lower corner of the cell, as OVITO reads it; ASE's cells begin at 0.
-The format has no place for contacts; each grain has its `coordination`, its number of
-`wall_contacts`, and the `force_N` of all of them; `material` is the number of its material, and
-OVITO shows it at once in its `radius` and `color`.
+`atoms.get_velocities()` is right, in addition `velocity_m_per_s` and `spin_rad_per_s`. `Origin` is
+the lower corner of the cell for OVITO; cells of ASE begin at 0. The format has no contacts; each
+grain has its `coordination`, its number of `wall_contacts`, and the `force_N` of all of them;
+`material` is the number of its material; OVITO applies `radius` and `color` by default.
 """
 
 import numpy as np
@@ -29,7 +28,7 @@ def write(run, frames, folder):
     images = []
     for frame in frames:
         image = atoms(frame, masses)
-        image.set_array("color", np.round(colours_of(run, frame), 3))  # which OVITO takes as such
+        image.set_array("color", np.round(colours_of(run, frame), 3))  # for OVITO
         images.append(image)
     ase_write(check(folder / FILE, UNITS), images, format="extxyz")
     return [folder / FILE]
@@ -38,6 +37,7 @@ def write(run, frames, folder):
 def atoms(frame, masses):
     """A Frame as ase.Atoms; the masses of its grains [kg], (N,)."""
     bounded = np.isfinite(frame.edges)
+    shift = np.array([0.5 * frame.tilt, 0.0, 0.0])  # a cell is sheared about its centre
     image = Atoms(
         numbers=np.zeros(len(masses), dtype=int),  # "X": no chemical element
         positions=frame.position / ANGSTROM,
@@ -45,7 +45,7 @@ def atoms(frame, masses):
         cell=_cell(frame, bounded) / ANGSTROM,
         pbc=frame.periodic,
         info={
-            "Origin": (np.where(bounded, frame.cell[:, 0], 0.0) - _lean(frame)) / ANGSTROM,
+            "Origin": (np.where(bounded, frame.cell[:, 0], 0.0) - shift) / ANGSTROM,
             "time_s": frame.time,
             "step": frame.step,
             "units": UNITS,
@@ -69,12 +69,7 @@ def atoms(frame, masses):
 
 
 def _cell(frame, bounded):
-    """Vectors of the cell [m], (3, 3); that along z leans where it has been sheared."""
-    out = np.diag(np.where(bounded, frame.edges, 0.0))
-    out[2, 0] = frame.tilt
-    return out
-
-
-def _lean(frame):
-    """How far the lower corner stands from that of the cell upright: it leans about its centre."""
-    return np.array([0.5 * frame.tilt, 0.0, 0.0])
+    """Vectors of the cell [m], (3, 3), with the tilt of a sheared cell."""
+    vectors = np.diag(np.where(bounded, frame.edges, 0.0))
+    vectors[2, 0] = frame.tilt
+    return vectors

@@ -1,11 +1,10 @@
-"""LAMMPS dump files, for OVITO and what else reads them, in LAMMPS's `units micro`.
+"""LAMMPS dump files (also for OVITO), in `units micro` of LAMMPS.
 
-Lengths in um, times in us, masses in pg, so velocities in m/s and spins in rad/us.
-grains.dump is a `dump custom`, contacts.dump a `dump local` whose batom1 and batom2 are the ids
-of the grains: OVITO takes it with the modifier "Load trajectory"; wall_contacts.dump has the grain
-and the wall, by its number, of every wall contact. Forces are in nN: the sum over all contacts of a
-grain, and those of each contact, on its first grain. The type is the number of the material, from 1
-on.
+Lengths in µm, times in µs, masses in pg, hence velocities in m/s and spins in rad/µs. grains.dump
+is a `dump custom`, contacts.dump a `dump local` whose batom1 and batom2 are the ids of the grains:
+OVITO reads it with the modifier "Load trajectory"; wall_contacts.dump has the grain and the number
+of the wall of every wall contact. Forces are in nN: the sum over all contacts of a grain, and those
+of each contact, on its first grain. The type is the number of the material, from 1.
 """
 
 from contextlib import ExitStack
@@ -65,8 +64,7 @@ def _forces(contacts, parts):
 
 
 def _header(frame, bounds, kind):
-    """The lines above the columns as LAMMPS writes them with `dump_modify units yes time yes`; {}
-    stands where the number of rows goes."""
+    """Header of LAMMPS with `dump_modify units yes time yes`; {} for the number of rows."""
     return (
         f"{UNITS}\nITEM: TIME\n{frame.time / TIME:.16g}\nITEM: TIMESTEP\n{frame.step}\n"
         f"ITEM: NUMBER OF {kind}\n{{}}\n{bounds}ITEM: {kind} "
@@ -82,8 +80,8 @@ def _item(file, header, columns, rows):
 
 
 def _bounds(frame):
-    """BOX BOUNDS: of a cell that leans about its centre those of all its corners."""
-    ends, kinds = box_ends(frame), boundary_words(frame)
+    """BOX BOUNDS: of a cell that is sheared about its centre those of all its corners."""
+    ends, kinds = box_ends(frame), boundary_styles(frame)
     ends[0] += 0.5 * abs(frame.tilt) * np.array([-1.0, 1.0])
     lines = [f"{low:.16g} {high:.16g}\n" for low, high in ends / LENGTH]
     if frame.tilt:
@@ -94,15 +92,17 @@ def _bounds(frame):
 
 
 def box_ends(frame):
-    """Lower and upper end of the box along each axis [m], (3, 2): walls and faces of the cell, the
-    outermost surface of a grain where there is nothing."""
+    """Lower and upper end of the box along each axis [m], (3, 2).
+
+    Walls and faces of the cell, or the outermost surface of a grain.
+    """
     low = (frame.position - frame.radius[:, None]).min(axis=0)
     high = (frame.position + frame.radius[:, None]).max(axis=0)
     return np.where(np.isnan(frame.cell), np.stack([low, high], axis=1), frame.cell)
 
 
-def boundary_words(frame):
-    """LAMMPS' boundary style along each axis: p periodic, f a wall, s nothing."""
+def boundary_styles(frame):
+    """Boundary style of LAMMPS along each axis: p periodic, f a wall, s open."""
     walls = np.where(np.isnan(frame.cell), "s", "f")
     return [
         "pp" if periodic else "".join(ends)
@@ -111,36 +111,21 @@ def boundary_words(frame):
 
 
 def _grains(frame, masses):
-    count = len(masses)
-    return np.column_stack(
-        [
-            np.arange(1, count + 1),
-            frame.material + 1,
-            frame.position / LENGTH,
-            frame.velocity / SPEED,
-            frame.radius / LENGTH,
-            masses,
-            frame.spin / SPIN,
-        ]
-    )
+    ids, kind = np.arange(1, len(masses) + 1), frame.material + 1
+    state = frame.position / LENGTH, frame.velocity / SPEED, frame.radius / LENGTH
+    return np.column_stack([ids, kind, *state, masses, frame.spin / SPIN])
 
 
 def _contacts(frame):
-    return _touching(frame.contacts, frame.pairs + 1)
+    return _rows(frame.contacts, frame.pairs + 1)
 
 
 def _wall_contacts(frame):
     contacts = frame.wall_contacts
-    return _touching(contacts, np.column_stack([contacts.grain.values + 1, contacts.wall.values]))
+    return _rows(contacts, np.column_stack([contacts.grain.values + 1, contacts.wall.values]))
 
 
-def _touching(contacts, who):
-    return np.column_stack(
-        [
-            np.arange(1, len(who) + 1),
-            who,
-            contacts.overlap.values / LENGTH,
-            contacts.twist.values,
-            contacts.approach.values / SPEED,
-        ]
-    )
+def _rows(contacts, ends):
+    numbers, overlap = np.arange(1, len(ends) + 1), contacts.overlap.values / LENGTH
+    twist, approach = contacts.twist.values, contacts.approach.values / SPEED
+    return np.column_stack([numbers, ends, overlap, twist, approach])

@@ -1,18 +1,24 @@
-"""LAMMPS data files (`atom_style sphere`, `units micro`), one a snapshot, for its `read_data`.
+"""LAMMPS data files (`atom_style sphere`, `units micro`) for `read_data`, and restart files.
 
-Lengths in um, times in us, masses in pg: diameter in um, density in pg/um^3, velocities in m/s,
-spins in rad/us. The type is the number of the material, from 1 on. Contacts are not in it: LAMMPS
-finds those of its own law.
+Lengths in µm, times in µs, masses in pg: diameter in µm, density in pg/µm^3, velocities in m/s,
+spins in rad/µs. The type is the number of the material, from 1. They have no contacts: LAMMPS finds
+those of its own law. Restart files are written by LAMMPS itself from a data file, for
+`read_restart` of the same version.
 """
+
+import shutil
+import tempfile
+from pathlib import Path
 
 import numpy as np
 
 from dusttaichi.analysis.frame import grain_masses
-from dusttaichi.export.lammps import box_ends
+from dusttaichi.export.lammps import boundary_styles, box_ends
+from dusttaichi.processes import lammps_program, run_lammps
 from dusttaichi.results.outputs import check
 from dusttaichi.units import LENGTH, MASS, SPEED, SPIN, TIME
 
-MADE = "units micro, written by dusttaichi"
+MARK = "units micro, written by dusttaichi"
 
 
 def write(run, frames, folder):
@@ -32,8 +38,8 @@ def write_one(frame, masses, path):
     atoms = np.column_stack([ids, kind, 2.0 * radius, density, frame.position / LENGTH])
     moves = np.column_stack([ids, frame.velocity / SPEED, frame.spin / SPIN])
     ends = box_ends(frame)
-    with check(path, MADE).open("w", encoding="ascii") as file:
-        file.write(f"LAMMPS data file, {MADE}, time {frame.time / TIME:.12g} us\n\n")
+    with check(path, MARK).open("w", encoding="ascii") as file:
+        file.write(f"LAMMPS data file, {MARK}, time {frame.time / TIME:.12g} us\n\n")
         file.write(f"{count} atoms\n{int(kind.max())} atom types\n\n")
         for axis, (low, high) in zip("xyz", ends / LENGTH, strict=True):
             file.write(f"{low:.16g} {high:.16g} {axis}lo {axis}hi\n")
@@ -44,3 +50,29 @@ def write_one(frame, masses, path):
         file.write("\nVelocities\n\n")
         np.savetxt(file, moves, fmt="%d" + 6 * " %.16g")
     return path
+
+
+RESTART = "LammpS RestartT"  # the start of the file
+
+SCRIPT = """units micro
+atom_style sphere
+boundary {boundary}
+read_data grains.data
+write_restart grains.restart
+"""
+
+
+def write_restart(run, frames, folder):
+    """Write the frames to `folder`. Returns the paths. Raises DustError without LAMMPS."""
+    lammps_program()
+    masses, paths = grain_masses(run) / MASS, []
+    for frame in frames:
+        paths.append(check(folder / f"grains_{frame.number:04d}.restart", RESTART))
+        with tempfile.TemporaryDirectory() as scratch:
+            folder_of_run = Path(scratch)
+            write_one(frame, masses, folder_of_run / "grains.data")
+            styles = " ".join(boundary_styles(frame))
+            (folder_of_run / "in").write_text(SCRIPT.format(boundary=styles), encoding="ascii")
+            run_lammps(folder_of_run, "-in", "in")
+            shutil.move(folder_of_run / "grains.restart", paths[-1])
+    return paths

@@ -1,4 +1,4 @@
-"""STL for CAD and 3-D printers: the surfaces of the grains, a binary file a snapshot, in um."""
+"""STL for CAD and 3-D printers: the surfaces of the grains, a binary file a snapshot, in µm."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from dusttaichi.export.spheres import surfaces
 from dusttaichi.results.outputs import check
 from dusttaichi.units import LENGTH
 
-MADE = "spheres in um, written by dusttaichi"
+MARK = "spheres in um, written by dusttaichi"
 FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("more", "<u2")])
 
 
@@ -22,8 +22,8 @@ def _write_one(frame, path):
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     facets["normal"] = normal / np.linalg.norm(normal, axis=1, keepdims=True)
     facets["corners"] = corners
-    with check(path, MADE).open("wb") as file:
-        file.write(MADE.encode("ascii").ljust(80))
+    with check(path, MARK).open("wb") as file:
+        file.write(MARK.encode("ascii").ljust(80))
         file.write(np.uint32(len(facets)).tobytes())
         file.write(facets.tobytes())
     return path

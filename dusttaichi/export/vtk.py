@@ -23,7 +23,7 @@ MORE_POINTS = {
     "orientation": "rotation since the start, a unit quaternion w x y z",
 }
 FORCE_UNITS = {
-    "normal_force": "N, positive where it pushes",
+    "normal_force": "N, positive for repulsion",
     "sliding_force": "N, on the first grain",
     "rolling_moment": "N m, on the first grain",
     "twisting_moment": "N m, on the first grain",
@@ -33,16 +33,16 @@ CELL_UNITS = {
     "twist": "rad",
     "approach": "m/s",
     "rolling": "m, length of the rolling displacement R (n1 + n2)",
-    "across": "1 where the contact passes through a periodic face, so that its line is too long",
+    "across": "1 if the contact crosses a periodic face, so that its line is too long",
 }
 PARTICLE_UNITS = {
     "density": "kg/m^3",
-    "filling_factor": "1, not a number of what is not dust",
+    "filling_factor": "1, not a number for other particles than dust",
     "pressure": "Pa",
     "deviator": "Pa, a tensor xx xy xz yx yy yz zx zy zz",
     "mass": "kg, kg/m in two dimensions",
     "size": "m, distance of particles in a close packing of such volumes",
-    "role": "0 dust, 1 rigid, 2 held, 3 wall, 4 elastic",
+    "role": "0 dust, 1 rigid, 2 fixed dust, 3 wall, 4 elastic",
     "body": "number of the body",
 }
 COLLECTION = "grains.pvd"
@@ -57,8 +57,8 @@ _UNITS = {
     **PARTICLE_UNITS,
     "wall": f"number of the wall: {', '.join(NAMES_OF_WALLS)}",
 }
-MADE = "<!-- Units, by dusttaichi"
-_COMMENT = f"{MADE}\n" + "".join(f"{name}: {unit}\n" for name, unit in _UNITS.items()) + "-->"
+MARK = "<!-- Units, by dusttaichi"
+_COMMENT = f"{MARK}\n" + "".join(f"{name}: {unit}\n" for name, unit in _UNITS.items()) + "-->"
 
 
 def write(run, frames, folder):
@@ -81,10 +81,10 @@ def _collection(path, meshes):
     collection, paths = ET.SubElement(listed, "Collection"), [path]
     for frame, drawn in meshes:
         paths.append(path.with_name(f"{path.stem}_{frame.number:04d}.vtu"))
-        drawn.write(check(paths[-1], MADE))
+        drawn.write(check(paths[-1], MARK))
         _state_units(paths[-1])
         ET.SubElement(collection, "DataSet", timestep=repr(frame.time), file=paths[-1].name)
-    check(path, MADE)
+    check(path, MARK)
     ET.indent(listed)
     ET.ElementTree(listed).write(path, encoding="utf-8", xml_declaration=True)
     _state_units(path)
@@ -134,8 +134,8 @@ def wall_mesh(frame):
     contacts, forces = frame.wall_contacts, frame.forces
     points = {name: contacts[name].values.astype(float) for name in ("grain", "wall", "overlap")}
     points |= {} if forces is None else forces[2]
-    at = frame.wall_points
-    return meshio.Mesh(at, [("vertex", np.arange(len(at))[:, None])], point_data=points)
+    places = frame.wall_points
+    return meshio.Mesh(places, [("vertex", np.arange(len(places))[:, None])], point_data=points)
 
 
 def _contact_data(frame):

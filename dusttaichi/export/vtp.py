@@ -12,7 +12,7 @@ from dusttaichi.export.colours import colours_of
 from dusttaichi.export.spheres import surfaces
 from dusttaichi.results.outputs import check
 
-MADE = "<!-- spheres in m, written by dusttaichi -->"
+MARK = "<!-- spheres in m, written by dusttaichi -->"
 TYPES = {"f4": "Float32", "i4": "Int32", "u1": "UInt8"}
 
 
@@ -40,7 +40,7 @@ def _write_one(run, frame, path):
     ends = 3 * np.arange(1, len(corners) + 1)
     text = [
         '<?xml version="1.0"?>',
-        MADE,
+        MARK,
         '<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">',
         f'<PolyData><Piece NumberOfPoints="{count * each}" NumberOfPolys="{len(corners)}">',
         f"<Points>{_array('points', points.reshape(-1, 3))}</Points>",
@@ -48,7 +48,7 @@ def _write_one(run, frame, path):
         f'<PointData Scalars="colour">{"".join(data)}</PointData>',
         "</Piece></PolyData></VTKFile>",
     ]
-    check(path, MADE).write_text("\n".join(text), encoding="ascii")
+    check(path, MARK).write_text("\n".join(text), encoding="ascii")
     return path
 
 

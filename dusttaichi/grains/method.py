@@ -96,7 +96,8 @@ METHOD = Method(
     parts=_parts,
     observables=("dusttaichi.analysis.settings:OF_GRAINS",),
     read_snapshot="dusttaichi.analysis.frame:read_frame",
-    knobs="dusttaichi.studies.trade.knobs:GRAINS",
+    trade_parameters="dusttaichi.studies.trade.parameters:GRAINS",
     picture="dusttaichi.plots.grains:PICTURE",
-    exports={to: f"dusttaichi.export.{to.replace('-', '_')}:write" for to in EXPORTS},
+    exports={to: f"dusttaichi.export.{to.replace('-', '_')}:write" for to in EXPORTS}
+    | {"lammps-restart": "dusttaichi.export.lammps_data:write_restart"},
 )

@@ -25,7 +25,7 @@ _S12, _PHYS = "S12 section 3.2", "docs, Physics"
 # "gravity", "sphere" (a rigid one), "pair" (two bodies that fly at each other), "shear" (in some
 # stage), "tilt" (of the cell), "open" (nothing around), "polydisperse" (grains of different radius
 # or material), "profiles", "snapshots", "contacts" (kept with the snapshots), "forces" (of these),
-# "asked" (on request).
+# "requested" (optional outputs).
 _TABLE = {
     "series": [
         "time",
@@ -124,10 +124,10 @@ _TABLE = {
         ("stiffness_scaling", "snapshot", "1", "factor on the stiffness of contacts", _PHYS,
          "stiffness snapshots"),
         ("orientation", "snapshot grain quaternion", "1", "rotation of the grain since the start, "
-         "a unit quaternion", _PHYS, "snapshots asked"),
+         "a unit quaternion", _PHYS, "snapshots requested"),
         ("grain_loss", "snapshot grain channel", "J", "energy lost in the contacts of the grain "
          "since the start: half of what a contact of two grains loses, all of what one with a wall "
-         "or the sphere does", _PHYS, "snapshots asked"),
+         "or the sphere does", _PHYS, "snapshots requested"),
         ("box", "snapshot wall", "m", "coordinate of the wall, or of the face of a periodic cell, "
          "along its normal; not a number where there is neither", "", "room snapshots"),
         ("sphere_position", "snapshot xyz", "m", "centre of the sphere", "", "sphere snapshots"),
@@ -169,13 +169,13 @@ _TABLE = {
         ("force", "contact xyz", "N", "force on the first grain, minus that on the second", _PHYS,
          "snapshots contacts forces"),
         ("sliding_force", "contact xyz", "N", "part of force across the line of centres", _PHYS,
-         "snapshots contacts asked"),
+         "snapshots contacts requested"),
         ("rolling_moment", "contact xyz", "N m", "torque of rolling on the first grain", _PHYS,
-         "snapshots contacts asked"),
+         "snapshots contacts requested"),
         ("twisting_moment", "contact", "N m", "torque on the first grain about the line of centres",
-         _PHYS, "snapshots contacts asked"),
+         _PHYS, "snapshots contacts requested"),
         ("loss", "contact channel", "J", "energy lost in the contact since it formed", _PHYS,
-         "snapshots contacts asked"),
+         "snapshots contacts requested"),
         ("torque_i", "contact xyz", "N m", "torque on the first grain", _PHYS,
          "snapshots contacts forces"),
         ("torque_j", "contact xyz", "N m", "torque on the second grain", _PHYS,
@@ -201,13 +201,13 @@ _TABLE = {
         ("force", "wall_contact xyz", "N", "force on the grain", _PHYS,
          "walls snapshots contacts forces"),
         ("sliding_force", "wall_contact xyz", "N", "part of force along the wall", _PHYS,
-         "walls snapshots contacts asked"),
+         "walls snapshots contacts requested"),
         ("rolling_moment", "wall_contact xyz", "N m", "torque of rolling on the grain", _PHYS,
-         "walls snapshots contacts asked"),
+         "walls snapshots contacts requested"),
         ("twisting_moment", "wall_contact", "N m", "torque on the grain about the normal", _PHYS,
-         "walls snapshots contacts asked"),
+         "walls snapshots contacts requested"),
         ("loss", "wall_contact channel", "J", "energy lost in the contact since it formed", _PHYS,
-         "walls snapshots contacts asked"),
+         "walls snapshots contacts requested"),
         ("torque", "wall_contact xyz", "N m", "torque on the grain", _PHYS,
          "walls snapshots contacts forces"),
     ],
@@ -222,13 +222,13 @@ _TABLE = {
         ("force", "sphere_contact xyz", "N", "force on the grain", _PHYS,
          "sphere snapshots contacts forces"),
         ("sliding_force", "sphere_contact xyz", "N", "part of force across the line of centres",
-         _PHYS, "sphere snapshots contacts asked"),
+         _PHYS, "sphere snapshots contacts requested"),
         ("rolling_moment", "sphere_contact xyz", "N m", "torque of rolling on the grain", _PHYS,
-         "sphere snapshots contacts asked"),
+         "sphere snapshots contacts requested"),
         ("twisting_moment", "sphere_contact", "N m", "torque on the grain about the line of "
-         "centres", _PHYS, "sphere snapshots contacts asked"),
+         "centres", _PHYS, "sphere snapshots contacts requested"),
         ("loss", "sphere_contact channel", "J", "energy lost in the contact since it formed", _PHYS,
-         "sphere snapshots contacts asked"),
+         "sphere snapshots contacts requested"),
         ("torque", "sphere_contact xyz", "N m", "torque on the grain", _PHYS,
          "sphere snapshots contacts forces"),
     ],

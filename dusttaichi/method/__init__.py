@@ -91,8 +91,8 @@ class Method:
     How its results are read and shown, beside what is so of any; each may be "module:attribute",
     imported when it is needed. observables: its families of numbers (analysis.numbers.Family).
     figures: its own (plots.figure). read_snapshot(run, number): one snapshot of a Run. picture:
-    draws snapshots (plots.picture.Picture). exports: writers of them by format. knobs: what `dust
-    trade` may turn (studies.trade.knob.Knobs).
+    draws snapshots (plots.picture.Picture). exports: writers of them by format. trade_parameters:
+    studies.trade.point.Parameters that `dust trade` varies.
     """
 
     name: str
@@ -111,7 +111,7 @@ class Method:
     read_snapshot: Any = None
     picture: Any = None
     exports: Mapping[str, Any] = field(default_factory=dict)
-    knobs: Any = None
+    trade_parameters: Any = None
 
 
 # name -> "module:attribute" of a Method, imported when a scene asks for it

@@ -1,21 +1,21 @@
 """Figures of results, for screen and paper. They compute nothing: see dusttaichi.analysis.
 
-Each function returns a matplotlib Figure of its own, without pyplot and without a display. One that
-has a row in the registry (`dusttaichi.plots.registry`) is a file of the name of its figure, and is
-here by its name.
+Each function returns a new matplotlib Figure, without pyplot and without a display. Those with a
+row in the registry (`dusttaichi.plots.registry`) are imported by the names of their figures.
 """
 
 from pathlib import Path
 
 from dusttaichi.analysis.ensemble_tables import axes_of
 from dusttaichi.errors import DustError
+from dusttaichi.names import exported
 from dusttaichi.plots import style as style
 from dusttaichi.plots.animation import animation
 from dusttaichi.plots.collisions import fragment_spectrum, growth, outcome_map, threshold_speeds
 from dusttaichi.plots.ensemble import ensemble, points
 from dusttaichi.plots.extremes import extremes
+from dusttaichi.plots.fragments import mass_spectrum
 from dusttaichi.plots.grains import grains
-from dusttaichi.plots.mass_spectrum import mass_spectrum
 from dusttaichi.plots.numbers import numbers
 from dusttaichi.plots.registry import (
     Figure,
@@ -34,69 +34,35 @@ from dusttaichi.plots.trade import trade
 _OF_RUNS = in_package(f"{__name__}.continuum") | in_package(__name__)
 globals().update(_OF_RUNS)  # after their modules, whose names they have
 
-__all__ = [
-    *_OF_RUNS,
-    "Figure",
-    "animation",
-    "bands",
-    "drawn",
-    "drawn_together",
-    "ensemble",
-    "extremes",
-    "figure",
-    "figures",
-    "figures_of",
-    "figures_of_ensemble",
-    "figures_together",
-    "fragment_spectrum",
-    "grains",
-    "growth",
-    "mass_spectrum",
-    "numbers",
-    "outcome_map",
-    "points",
-    "register",
-    "restitution",
-    "save",
-    "save_all",
-    "save_ensemble",
-    "save_together",
-    "sound_speed",
-    "threshold_speeds",
-    "trade",
-]
-
 
 def save_all(run, directory, suffix=".png", failed=None):
     """Write every figure of `figures_of`. Returns the paths.
 
-    suffix: what matplotlib knows, .png, .pdf, .svg. Raises DustError where the directory cannot
-    be written.
+    suffix: a format of matplotlib, .png, .pdf, .svg. Raises DustError where the directory cannot be
+    written.
     """
     return _save(figures_of(run, failed), directory, suffix)
 
 
 @styled
 def figures_of(run, failed=None):
-    """Every figure of the registry that a Run has something for, by name.
+    """Every figure of the registry that applies to a Run, by name.
 
-    failed: a list that takes (title, why) of those that could not be drawn; without it, these raise
+    failed: a list to which (title, error) of failed figures are added; without it they raise
     DustError.
     """
     return _collected(drawn(run), failed)
 
 
 def _collected(found, failed):
-    """Figures by name of what `drawn` and `drawn_together` find."""
-    drawings, problems = {}, [] if failed is None else failed
-    for row, one, why in found:
-        if why:
-            problems.append((row.title, why))
-        else:
-            drawings[row.name] = one
+    """Figures by name, of the results of `drawn` and `drawn_together`."""
+    rows = list(found)
+    problems = [(row.title, why) for row, _, why in rows if why]
     if failed is None and problems:
         raise DustError("; ".join(f"{title}: {why}" for title, why in problems))
-    return drawings
+    if failed is not None:
+        failed += problems
+    return {row.name: drawing for row, drawing, why in rows if not why}
 
 
 def save_ensemble(data, directory, suffix=".png"):
@@ -107,12 +73,12 @@ def save_ensemble(data, directory, suffix=".png"):
 def figures_of_ensemble(data):
     """The figures of a dataset of `analysis.gather`, an ensemble or a sweep, by name.
 
-    sweep or ensemble: its curves in one; points: each of them by itself; numbers: the numbers of
+    sweep or ensemble: all curves in one panel; points: one panel for each; numbers: the numbers of
     the runs against the swept keys, or the replicas.
     """
-    figures = {"sweep" if axes_of(data) else "ensemble": ensemble(data)}
-    drawn = {"points": points(data), "numbers": numbers(data)}
-    return figures | {name: figure for name, figure in drawn.items() if figure is not None}
+    drawings = {"sweep" if axes_of(data) else "ensemble": ensemble(data)}
+    more = {"points": points(data), "numbers": numbers(data)}
+    return drawings | {name: drawing for name, drawing in more.items() if drawing is not None}
 
 
 def save_together(runs, directory, suffix=".png", failed=None):
@@ -120,21 +86,23 @@ def save_together(runs, directory, suffix=".png", failed=None):
 
     Raises DustError where there are none, or the directory cannot be written.
     """
-    figures = figures_together(runs, failed)
-    if not figures:
+    drawings = figures_together(runs, failed)
+    if not drawings:
         raise DustError(
-            "There is no figure to show these runs together: no two of them are compressed, "
-            "stretched, pushed or move."
+            "There is no figure of these runs together: no two of them are compressed, stretched, "
+            "pushed or move."
         )
-    return _save(figures, directory, suffix)
+    return _save(drawings, directory, suffix)
 
 
 @styled
 def figures_together(runs, failed=None):
-    """The figures of the registry that show several Runs in one, by name; failed: as `figures_of`
-    takes it."""
+    """The figures of the registry for several Runs, by name; failed: see `figures_of`."""
     return _collected(drawn_together(runs), failed)
 
 
-def _save(figures, directory, suffix):
-    return [save(figure, Path(directory) / f"{name}{suffix}") for name, figure in figures.items()]
+def _save(drawings, directory, suffix):
+    return [save(one, Path(directory) / f"{name}{suffix}") for name, one in drawings.items()]
+
+
+__all__ = exported(globals())

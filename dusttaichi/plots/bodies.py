@@ -1,4 +1,4 @@
-"""Two bodies that fly at each other: their velocities, and where the angular momentum is."""
+"""Two colliding bodies: their velocities and angular momenta."""
 
 import numpy as np
 
@@ -16,32 +16,32 @@ def _has_bodies(run):
 
 @figure("Velocities and angular momenta", 20, applies=_has_bodies)
 def bodies(run):
-    """Velocities of both bodies of a Run along x and y, and the angular momentum along z of their
-    ways about each other, of each about its centre, and of all, over time.
+    """Velocities and angular momenta of the two bodies of a Run over time.
+
+    Velocities along x and y; angular momenta along z: orbital, of each about its centre, total.
 
     Raises DustError where there are not two bodies.
     """
-    found = bodies_of(run)
+    two = bodies_of(run)
     figure, (speeds, turning) = style.new_figure(height=5.2, rows=2)
-    per_time, seconds = style.scaled(found.time[-1], style.TIMES)
-    time = found.time * per_time
-    for number, name in enumerate(found.names):
+    per_time, seconds = style.scaled(two.time[-1], style.TIMES)
+    time = two.time * per_time
+    for number, name in enumerate(two.names):
         line = style.run_style(number)
-        speeds.plot(time, found.velocity[:, number, 0], label=f"{name}, along x", **line)
+        speeds.plot(time, two.velocity[:, number, 0], label=f"{name}, along x", **line)
         faint = line | {"linestyle": (0, (1, 1.5)), "linewidth": 1.0}
-        speeds.plot(time, found.velocity[:, number, 1], label=f"{name}, along y", **faint)
+        speeds.plot(time, two.velocity[:, number, 1], label=f"{name}, along y", **faint)
     speeds.set_ylabel("velocity (m/s)")
     style.legend(speeds, ncols=2)
-    parts = {"about each other": found.orbital[:, 2]}
-    parts |= {f"of the {name}": found.own[:, k, 2] for k, name in enumerate(found.names)}
-    parts["of all"] = found.orbital[:, 2] + found.own[:, :, 2].sum(axis=1)
+    parts = {"about each other": two.orbital[:, 2]}
+    parts |= {f"of the {name}": two.spin[:, k, 2] for k, name in enumerate(two.names)}
+    parts["of all"] = two.orbital[:, 2] + two.spin[:, :, 2].sum(axis=1)
     per_unit, unit = style.scaled(max(np.abs(a).max() for a in parts.values()), MOMENTA)
     for number, (name, values) in enumerate(parts.items()):
         line = style.run_style(number)
         if name == "of all":
-            line = {"color": style.BLACK, "linewidth": 1.0, "linestyle": (0, (4, 2))}
+            line = {"color": style.BLACK, "linewidth": 1.0, "linestyle": style.DASHED}
         turning.plot(time, values * per_unit, label=name, **line)
-    turning.set_ylabel(f"angular momentum\nalong z ({unit} kg m²/s)")
-    turning.set_xlabel(f"time ({seconds})")
+    turning.set(ylabel=f"angular momentum\nalong z ({unit} kg m²/s)", xlabel=f"time ({seconds})")
     style.legend(turning, ncols=2)
     return figure

@@ -1,4 +1,4 @@
-"""Figures of a run in which two bodies collide: pictures before, meanwhile and after; fragments."""
+"""Pictures of a collision of two bodies: before, meanwhile and after."""
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -15,17 +15,16 @@ from dusttaichi.plots.registry import figure
 from dusttaichi.plots.spheres import Camera, axes_of, picture
 
 WIDTH, TALLEST, DPI = 6.4, 9.0, 200
-NOTE = 0.24  # room above a picture for its time [inches]
+NOTE = 0.24  # height of the time above a picture [inches]
 
 
 @figure("Before, meanwhile, after", 30, applies=lambda run: run.collides)
 def collision(run, snapshots=None, view=(0.0, 0.0, 1.0)):
-    """Pictures of a run that `collides`, on one scale, coloured by body: beside each other, or
-    below one another where they are wide.
+    """Pictures of a run that `collides`, on one scale, coloured by body.
 
-    snapshots: their numbers; by default the first, the one in which half of the time has gone, and
-    the last. view: direction (x, y, z) from which one looks; the bodies fly along x, beside each
-    other along y.
+    In a row, or in a column if they are wide. snapshots: their numbers; by default the first, the
+    middle and the last one. view: direction (x, y, z) towards the viewer; the bodies fly along x,
+    with their offset along y.
     """
     if snapshots is None:
         count = frame_count(run)
@@ -63,19 +62,18 @@ def collision(run, snapshots=None, view=(0.0, 0.0, 1.0)):
 
 
 def _abreast(size):
-    """Whether pictures of these sizes, (pictures, 2), stand beside each other: not where they are
-    so wide that they would be small."""
+    """Whether pictures of these sizes, (pictures, 2), are in a row: not if they are wide."""
     return bool(len(size) * size[:, 0].max() <= 4.0 * size[:, 1].max())
 
 
 def _scale(size, abreast):
-    """Inches a metre, with which all pictures fit."""
+    """Largest scale [inches/m] of all pictures."""
     across, up = size[:, 0].max(), size[:, 1]
     if abreast:
-        room = WIDTH - (len(size) + 1) * MARGIN, TALLEST - FOOT - NOTE
-        return min(room[0] / (len(size) * across), room[1] / up.max())
-    room = WIDTH - 2 * MARGIN, TALLEST - FOOT - len(size) * NOTE
-    return min(room[0] / across, room[1] / up.sum())
+        wide, tall = WIDTH - (len(size) + 1) * MARGIN, TALLEST - FOOT - NOTE
+        return min(wide / (len(size) * across), tall / up.max())
+    wide, tall = WIDTH - 2 * MARGIN, TALLEST - FOOT - len(size) * NOTE
+    return min(wide / across, tall / up.sum())
 
 
 def _places(inches, abreast):
@@ -100,7 +98,7 @@ def _name_bodies(figure):
 
 
 def _ends(frame, axes):
-    """Ends of the grains along right and up, (2, 2) [m], with a little room around them."""
+    """Ends of the grains along right and up, (2, 2) [m], with a small margin."""
     seen, reach = frame.position @ axes[:2].T, 1.2 * frame.radius[:, None]
     return np.array([(seen - reach).min(axis=0), (seen + reach).max(axis=0)])
 

@@ -90,8 +90,7 @@ def growth(data):
         axes.errorbar(data.speed, mean, error, fmt="o-", ms=4, color=colour, capsize=2, label=named)
     axes.set_xscale("log")
     style.few_ticks(axes.xaxis)
-    axes.set_xlabel(NAMES["speed"])
-    axes.set_ylabel("growth efficiency")
+    axes.set(xlabel=NAMES["speed"], ylabel="growth efficiency")
     if values.shape[:2] != (1, 1):
         style.legend(axes)
     return figure
@@ -118,10 +117,12 @@ def fragment_spectrum(data, most=6):
         text += rf", $\tau$ = {tau:.2f} ± {error:.2f}" if np.isfinite(tau) else ""
         axes.plot(sizes, above, marker="o", ms=3, label=text, **style.run_style(drawn))
         drawn += 1
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel("grains of the fragment")
-    axes.set_ylabel("fragments of at least so many grains,\nin a collision")
+    axes.set(
+        xscale="log",
+        yscale="log",
+        xlabel="grains of the fragment",
+        ylabel="fragments of at least so many grains,\nin a collision",
+    )
     if drawn:
         style.legend(axes)
     else:

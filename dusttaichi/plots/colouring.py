@@ -10,7 +10,8 @@ from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap
 from dusttaichi.analysis.fragments import Fragments
 from dusttaichi.plots import style
 
-NAMED_FRAGMENTS = 7  # each in a colour of its own; the rest and single grains in one
+# colours of the largest fragments; the others and single grains have another one
+PALETTE = [style.SKY, style.ORANGE, style.GREEN, style.PURPLE, style.RED, style.BLUE, style.YELLOW]
 BODY_NAMES, BODY_COLOURS = ("target", "projectile"), (style.SKY, style.ORANGE)  # of a collision
 
 
@@ -30,7 +31,7 @@ class Colouring:
 
 
 def colour_map() -> Colormap:
-    """Viridis without its darkest part and paler, since shade takes lightness away again."""
+    """Viridis without its darkest part and paler, since shading darkens it."""
     colours = colormaps["viridis"](np.linspace(0.08, 1.0, 256))
     colours[:, :3] += 0.1 * (1.0 - colours[:, :3])
     return ListedColormap(colours)
@@ -46,7 +47,7 @@ def by_number(values, most):
 
 
 def by_body(bodies):
-    """The Colouring by body: Fragments, or of a collision the numbers of its two."""
+    """The Colouring by body: Fragments, or the numbers of the two bodies of a collision."""
     if isinstance(bodies, Fragments):
         return by_fragment(bodies, "grains of the body at the start")
     bar = ScalarMappable(BoundaryNorm([-0.5, 0.5, 1.5], 2), ListedColormap(BODY_COLOURS))
@@ -55,16 +56,8 @@ def by_body(bodies):
 
 def by_fragment(parts, label):
     """The Colouring by the fragments of `parts`, the largest ones each in a colour."""
-    named = min(np.count_nonzero(parts.grains > 1), NAMED_FRAGMENTS)
-    palette = [
-        style.SKY,
-        style.ORANGE,
-        style.GREEN,
-        style.PURPLE,
-        style.RED,
-        style.BLUE,
-        style.YELLOW,
-    ][:named]
+    named = min(np.count_nonzero(parts.grains > 1), len(PALETTE))
+    palette = PALETTE[:named]
     names = [f"{count:,}" for count in parts.grains[:named]]
     if len(parts) > named:
         palette.append("#CFCFCF")

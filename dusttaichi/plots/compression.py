@@ -29,30 +29,24 @@ def laboratory(axes, pressure, drawn=(S12_STATIC,)):
         axes.plot(
             pressure / 1e3,
             G09_OMNIDIRECTIONAL.filling_factor(pressure),
-            color=style.BLACK,
-            linewidth=1.2,
-            linestyle=(0, (4, 2)),
             label="laboratory, fit of G09",
+            **style.look(style.BLACK, 1.2, style.DASHED),
         )
     if UNIDIRECTIONAL in drawn:
         _scatter(axes, pressure, UNIDIRECTIONAL, None if S12_STATIC in drawn else scatter)
         axes.plot(
             pressure / 1e3,
             UNIDIRECTIONAL.filling_factor(pressure),
-            color=style.BLACK,
-            linewidth=1.2,
-            linestyle=(0, (5, 1, 1, 1)),
             label="laboratory, unidirectional (G09)",
+            **style.look(style.BLACK, 1.2, (0, (5, 1, 1, 1))),
         )
     fast = {law.name: law for law in drawn if law not in (S12_STATIC, UNIDIRECTIONAL)}
     for number, law in enumerate(fast.values()):
         axes.plot(
             pressure / 1e3,
             law.filling_factor(pressure),
-            color=style.BLACK,
-            linewidth=1.0,
-            linestyle=style.RUN_DASHES[number % len(style.RUN_DASHES)],
             label=law.name,
+            **style.look(style.BLACK, 1.0, style.RUN_DASHES[number % len(style.RUN_DASHES)]),
         )
 
 
@@ -89,10 +83,8 @@ def compression(runs, labels=None, laws=(), raw=None):
         axes.plot(
             pressure / 1e3,
             law.filling_factor(pressure),
-            color=style.GREY,
-            linewidth=1.0,
-            linestyle=(0, (1, 1)),
             label=law.name,
+            **style.look(style.GREY, 1.0, style.FINE),
         )
     top, bottom = max(law.phi2 for law in drawn) + EXPERIMENT_SCATTER, 0.1
     for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
@@ -106,18 +98,18 @@ def compression(runs, labels=None, laws=(), raw=None):
             axes.plot(
                 inner.pressure / 1e3,
                 inner.filling_factor,
-                color=line_style["color"],
-                linewidth=1.2,
-                linestyle=(0, (1, 1)),
                 label="inner cylinder",
+                **style.look(line_style["color"], 1.2, style.FINE),
             )
             top = max(top, np.max(inner.filling_factor, initial=0) + 0.02)
         top = max(top, np.max(curve.raw_filling_factor, initial=0) + 0.02)
         bottom = min(bottom, np.min(curve.raw_filling_factor, initial=1) - 0.02)
-    axes.set_xscale("log")
-    axes.set_xlim(0.05, 2e3)
-    axes.set_ylim(max(bottom, 0), min(top, 0.8))
-    axes.set_xlabel("pressure on the top wall (kPa)")
-    axes.set_ylabel(r"filling factor $\phi$")
+    axes.set(
+        xscale="log",
+        xlim=(0.05, 2e3),
+        ylim=(max(bottom, 0), min(top, 0.8)),
+        xlabel="pressure on the top wall (kPa)",
+        ylabel=r"filling factor $\phi$",
+    )
     style.legend(axes)
     return figure

@@ -91,11 +91,11 @@ def pressing_speeds(curves):
     axes[1].plot(phi, calibrated, ":", color=style.BLACK, label="G09's Σ: 1.3 kPa")
     for number, ((rate, grains), group) in enumerate(sorted(groups.items())):
         colour = style.RUN_COLOURS[number % len(style.RUN_COLOURS)]
-        said = "at rest" if rate == 0 else _rate(rate)
+        text = "at rest" if rate == 0 else _rate(rate)
         for panel, which in zip(axes, ("axial", "p"), strict=True):
             known = [p_m for curve in group if np.isfinite(p_m := curve.p_m(which))]
-            number_said = f"{np.exp(np.log(known).mean()) / 1e3:.1f} kPa" if known else "none"
-            label = f"{said}, {grains} grains: {number_said}" if which == "axial" else number_said
+            number_text = f"{np.exp(np.log(known).mean()) / 1e3:.1f} kPa" if known else "none"
+            label = f"{text}, {grains} grains: {number_text}" if which == "axial" else number_text
             for n, curve in enumerate(group):
                 panel.plot(
                     curve.phi,
@@ -107,9 +107,7 @@ def pressing_speeds(curves):
                     label="_" if n else label,
                 )
     for panel, text in zip(axes, ("axial stress", "mean pressure"), strict=True):
-        panel.set_yscale("log")
-        panel.set_ylabel(f"{text} (kPa)")
-        panel.set_ylim(0.02, 60)
+        panel.set(yscale="log", ylabel=f"{text} (kPa)", ylim=(0.02, 60))
     style.legend(axes[0], title=r"nearest $p_{\rm m}$ of G09's law")
     style.legend(axes[1], title="the same, colours as above", ncols=2)
     axes[-1].set_xlabel(r"filling factor $\phi$")

@@ -23,8 +23,6 @@ def coordination(runs, labels=None):
             label=label,
             **style.run_style(number),
         )
-    axes.set_xlabel(r"filling factor $\phi$")
-    axes.set_ylabel("coordination number")
-    axes.set_ylim(0, None)
+    axes.set(xlabel=r"filling factor $\phi$", ylabel="coordination number", ylim=(0, None))
     style.legend(axes)
     return figure

@@ -1,4 +1,4 @@
-"""Loading and letting go: the path of pressure and filling factor, and the moduli of letting go."""
+"""Loading and unloading: pressure against filling factor, and the unloading moduli."""
 
 import numpy as np
 
@@ -6,8 +6,8 @@ from dusttaichi.analysis.cycles import pressure_of, unloadings
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
 
-LEAST = 1e-4  # of the largest pressure, down to which the axis reaches at most
-LINEAR = 1e-2  # of the largest pressure: the axis is linear below the next decade, with tension
+LEAST = 1e-4  # lower end of the axis, over the largest pressure
+LINEAR = 1e-2  # with tension the axis is linear below the decade of this share of the pressure
 # colour, line width and order of each kind of stage
 LOOKS = {
     "loading": (style.BLUE, 0.9, 2),
@@ -18,8 +18,11 @@ LOOKS = {
 
 @figure("Loading and unloading", 70, applies=lambda run: run.unloads)
 def cycles(run):
-    """Filling factor against pressure over all stages of a Run, and below it the modulus of every
-    stage that lets go against its filling factor. Raises DustError where nothing is let go."""
+    """Filling factor against pressure of all stages of a Run, and the unloading moduli.
+
+    Below, the modulus of every stage that unloads against its filling factor. Raises DustError
+    where none does.
+    """
     known = [unloading for unloading in unloadings(run) if np.isfinite(unloading.modulus)]
     if known:
         figure, (path, moduli) = style.new_figure(5.6, rows=2, ratios=(1.6, 1.0), shared=False)
@@ -56,8 +59,10 @@ def _path(axes, run):
         axes.set_xscale("log")
     if largest > 0.0 and not pulled:
         axes.set_xlim(max(axes.get_xlim()[0], LEAST * largest), 1.5 * largest)
-    axes.set_xlabel("pressure (kPa)" + (", negative in tension" if pulled else ""))
-    axes.set_ylabel(r"filling factor $\phi$")
+    axes.set(
+        xlabel="pressure (kPa)" + (", negative in tension" if pulled else ""),
+        ylabel=r"filling factor $\phi$",
+    )
 
 
 def _kind(part):
@@ -79,7 +84,5 @@ def _moduli(axes, known):
         markersize=4,
         linewidth=1.0,
     )
-    axes.set_xlabel(r"filling factor $\phi$")
-    axes.set_ylabel(f"unloading modulus ({unit})")
-    axes.set_yscale("log")
+    axes.set(xlabel=r"filling factor $\phi$", ylabel=f"unloading modulus ({unit})", yscale="log")
     style.few_ticks(axes.yaxis)

@@ -37,18 +37,16 @@ def dynamic_speeds(runs):
                 axes[1].plot(d.speed, fit.delta, marker, color=colours[which], **look)
     share = np.nanmedian([d.momentum / d.speed**2 for _, d in found])
     axes[0].plot(speeds, share * speeds**2 / 1e3, color=style.BLUE, linewidth=1.0)
-    dashed = {"color": style.BLACK, "linewidth": 1.0, "linestyle": (0, (4, 2))}
+    dashed = {"color": style.BLACK, "linewidth": 1.0, "linestyle": style.DASHED}
     axes[0].plot(speeds, p_m_fast(speeds) / 1e3, **dashed)
     axes[1].plot(speeds, delta_dynamic(speeds), **dashed)
     _legend(axes, colours, dashed)
     for one in axes:
-        one.set_xscale("log")
-        one.set_yscale("log")
+        one.set(xscale="log", yscale="log")
         style.few_ticks(one.xaxis)
         style.few_ticks(one.yaxis)
     axes[0].set_ylabel("pressure (kPa)")
-    axes[1].set_ylabel(r"$\Delta$ (dex)")
-    axes[1].set_xlabel("speed of the wall (m/s)")
+    axes[1].set(ylabel=r"$\Delta$ (dex)", xlabel="speed of the wall (m/s)")
     return figure
 
 

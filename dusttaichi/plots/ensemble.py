@@ -1,4 +1,4 @@
-"""Means of ensembles with their scatter, a band for each point of a sweep: in one, or apart."""
+"""Means of ensembles with their scatter, a band for each point of a sweep."""
 
 from dataclasses import dataclass
 
@@ -18,10 +18,10 @@ FAINT = "#C4C8CE"
 def ensemble(data):
     """The figure of a dataset of `analysis.gather`: mean, and a band of one standard deviation.
 
-    The compression curve where the filling factor grows under a top wall. Else the stress (its
-    normal component of largest mean), the pressure on the top wall or the coordination number,
-    whichever there is first, else what the method has recorded first, against the filling factor
-    or the time. Of more than 12 points of a sweep, 12 evenly spaced ones are drawn.
+    The compression curve where the filling factor grows under a top wall. Else the first available
+    of stress (normal component of largest mean), pressure on the top wall, height of a body,
+    coordination number and the first variable of the method, against the filling factor or the
+    time. Of more than 12 points of a sweep, 12 evenly spaced ones are drawn.
     """
     curves = _curves(data)
     figure, (axes,) = style.new_figure()
@@ -36,10 +36,10 @@ def ensemble(data):
 
 @style.styled
 def points(data):
-    """The curves of `ensemble`, each in a panel of its own with the others faint behind it.
+    """The curves of `ensemble`, each in a panel with the others faint in the background.
 
-    Of a sweep its points, of an ensemble its replicas, 12 evenly spaced ones of more. None where
-    there is one only.
+    Of a sweep its points, of an ensemble its replicas, at most 12 evenly spaced ones. None for a
+    single curve.
     """
     curves = _curves(data, apart=not axes_of(data))
     chosen = _spread(curves.bands)
@@ -64,10 +64,10 @@ def points(data):
 
 @dataclass(frozen=True)
 class _Curves:
-    """Bands to draw: what they are, and the factors from SI to the units of the axes.
+    """Bands with the labels of their axes, and the factors from SI to their units.
 
-    law: the laboratory's, of curves of compression, which lie on their side: the filling factor,
-    along which they were averaged, is upright. Else None.
+    law: that of the laboratory for compression curves, whose common coordinate, the filling factor,
+    is the vertical axis; else None.
     """
 
     bands: list
@@ -79,7 +79,7 @@ class _Curves:
 
 
 def _curves(data, apart=False):
-    """The _Curves of a dataset. apart: a band for each replica in place of one for all."""
+    """The _Curves of a dataset. apart: a band for each replica instead of one for all."""
     x = data.attrs["coordinate"]
     phi = r"filling factor $\phi$"
     if x == "filling_factor" and "pressure" in data:
@@ -100,7 +100,7 @@ PRESSURES = ((1e9, "GPa"), *style.PRESSURES)
 
 
 def _subject(data, apart):
-    """(bands, what they show, units of the axis): the first of what there is and is not 0."""
+    """(bands, label, units of the axis) of the first variable that is not 0."""
     for name, text, units, options in (
         ("stress", "stress along {axis}, positive in tension", PRESSURES, _components(data)),
         ("pressure", "pressure on the top wall", PRESSURES, [{"wall": "top"}]),
@@ -109,8 +109,7 @@ def _subject(data, apart):
         ("coordination_number", "coordination number", ((1.0, ""),), [{}]),
         ("kinetic", "kinetic energy", style.ENERGIES, [{}]),
     ):
-        there = options if name in data else []
-        sizes = [_largest(data[name].sel(chosen)) for chosen in there]
+        sizes = [_largest(data[name].sel(one)) for one in (options if name in data else [])]
         if max(sizes, default=0.0) > 0.0:
             chosen = options[int(np.argmax(sizes))]
             return _bands(data, apart, name, **chosen), text.format(**chosen), units
@@ -130,13 +129,14 @@ def _components(data):
 
 
 def _bodies(data):
-    """Those rigid bodies that move."""
+    """Selections of the rigid bodies that move."""
     if "rigid" not in data.dims or "body_position" not in data:
         return []
     x = data.attrs["coordinate"]
     height = data.body_position.sel(xyz="z")
-    way = (height.max(x) - height.min(x)).max([d for d in height.dims if d not in ("rigid", x)])
-    return [{"rigid": str(r), "xyz": "z"} for r in data.rigid.values if float(way.sel(rigid=r)) > 0]
+    path = (height.max(x) - height.min(x)).max([d for d in height.dims if d not in ("rigid", x)])
+    moving = data.rigid.values[path.values > 0]
+    return [{"rigid": str(name), "xyz": "z"} for name in moving]
 
 
 def _bands(data, apart, name, **selected):
@@ -147,18 +147,16 @@ def _bands(data, apart, name, **selected):
 
 
 def _frame(axes, curves, labels=True):
-    """Scales, limits and names of the axes, and the laboratory behind."""
+    """Scales, limits and labels of the axes, and the law of the laboratory."""
     if curves.law is not None:
         laboratory(axes, np.logspace(1, 7, 301), (curves.law,))
         for artist in () if labels else (*axes.lines, *axes.collections):
             artist.set_label("_")
-        axes.set_xscale("log")
-        axes.set_xlim(0.05, 2e3)
+        axes.set(xscale="log", xlim=(0.05, 2e3))
         ends = [value for band in curves.bands for value in (band.x[0], band.x[-1])]
         axes.set_ylim(max(min(ends, default=0.1) - 0.02, 0), max([0.6, *ends]) + 0.02)
     if labels:
-        axes.set_xlabel(curves.x_text)
-        axes.set_ylabel(curves.y_text)
+        axes.set(xlabel=curves.x_text, ylabel=curves.y_text)
 
 
 def _line(curves, band):
@@ -178,7 +176,7 @@ def _draw(axes, curves, band, look, label):
         x, low, high = band.x * curves.per_x, low * curves.per_y, high * curves.per_y
         axes.fill_between(x, low, high, **faint)
         return
-    # a band that reaches no pressure at all has no end on this axis
+    # a logarithmic axis has no place for a pressure of 0
     ends = [np.where(low > 0, end * curves.per_x, np.nan) for end in (low, high)]
     axes.fill_betweenx(band.x, *ends, **faint)
 

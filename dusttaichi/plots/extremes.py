@@ -1,4 +1,4 @@
-"""The map of `dust extremes`: how every cell ended, and the limit estimated against measured."""
+"""The map of `dust extremes`: result of every cell, and estimated against measured limit."""
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -10,7 +10,7 @@ from dusttaichi.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, styled
 COLOURS = {"stable": GREEN, "refused": GREY, "stopped": ORANGE, "WRONG": BLACK}
 SHADES = (-16.0, -2.0)  # powers of ten of the residual, from pale to full
 BAND = 0.2
-ABREAST = 56  # letters of the columns' names that stand beside each other
+ABREAST = 56  # letters of the column names that fit horizontally
 
 
 @styled

@@ -8,7 +8,7 @@ from dusttaichi.plots.registry import figure
 
 
 def _frames(run):
-    """It is stretched, with two snapshots of that at least, in a cell that is not sheared."""
+    """True where it is stretched, with at least two snapshots, in a cell without a tilt."""
     frames = run.part_that("stretches").snapshots if run.stretches else None
     return frames is not None and frames.sizes["snapshot"] > 1 and "tilt" not in frames
 
@@ -26,33 +26,29 @@ def fractal(run, snapshots=None, stage=None):
     phi = result.filling_factor
     per_time, time_unit = style.scaled(result.time.max(), style.TIMES)
     for number, colour in enumerate(colours):
-        said = rf"$\phi$ = {phi[number]:.3g}"
+        text = rf"$\phi$ = {phi[number]:.3g}"
         if np.isnan(phi[number]):
-            said = f"{result.time[number] * per_time:.3g} {time_unit}"
+            text = f"{result.time[number] * per_time:.3g} {time_unit}"
         if np.isfinite(result.dimension[number]):
-            said += rf", $D$ = {result.dimension[number]:.2f}"
+            text += rf", $D$ = {result.dimension[number]:.2f}"
         shown = np.where(result.number[number] > 0, result.number[number], np.nan)
-        axes.plot(x, shown, color=colour, linewidth=1.3, label=said)
+        axes.plot(x, shown, color=colour, linewidth=1.3, label=text)
         below.plot(x, result.slope[number], color=colour, linewidth=1.1)
     first = result.number[0]
-    for slope, dashes, at in ((2, (0, (4, 2)), np.argmax(first >= 1)), (3, (0, (1, 1)), -1)):
+    for slope, dashes, at in ((2, style.DASHED, np.argmax(first >= 1)), (3, style.FINE, -1)):
         line = first[at] * (x / x[at]) ** slope
         axes.plot(
             x,
             line,
-            color=style.BLACK,
-            linewidth=0.9,
-            linestyle=dashes,
             label=rf"$\propto r_{{\rm in}}^{slope}$",
+            **style.look(style.BLACK, 0.9, dashes),
         )
-        below.axhline(slope, color=style.BLACK, linewidth=0.9, linestyle=dashes)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+        below.axhline(slope, **style.look(style.BLACK, 0.9, dashes))
+    axes.set(xscale="log", yscale="log")
     style.few_ticks(below.xaxis)
-    axes.set_ylim(0.5, 2 * result.number.max())
-    axes.set_ylabel(r"grains nearer than $r_{\rm in}$")
+    axes.set(ylim=(0.5, 2 * result.number.max()), ylabel=r"grains nearer than $r_{\rm in}$")
     style.legend(axes, ncols=2)
-    below.set_ylim(0.0, 4.0)
-    below.set_ylabel("local slope $D$")
-    below.set_xlabel(r"$r_{\rm in}$ over the radius of a grain")
+    below.set(
+        ylim=(0.0, 4.0), ylabel="local slope $D$", xlabel=r"$r_{\rm in}$ over the radius of a grain"
+    )
     return figure

@@ -1,9 +1,37 @@
-"""Mass spectrum of the fragments of a collision, before and after."""
+"""Fragments: their mass spectrum, and the fractal dimension of one of them."""
+
+import numpy as np
 
 from dusttaichi.analysis import fragments as fragments_of
 from dusttaichi.analysis import mass_spectrum as spectrum_of
-from dusttaichi.plots.mass_spectrum import mass_spectrum
+from dusttaichi.analysis.fragments import fragment_dimension as dimension_of
+from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
+from dusttaichi.plots.structure import has_structure
+
+
+@style.styled
+def mass_spectrum(spectra, labels=None):
+    """Fragments of at least a mass against that mass, for one MassSpectrum or several.
+
+    Masses are shares of the mass of all fragments, drawn as steps. labels: one for each.
+    """
+    spectra = list(spectra) if isinstance(spectra, (list, tuple)) else [spectra]
+    labels = [None] * len(spectra) if labels is None else list(labels)
+    figure, (axes,) = style.new_figure(height=3.4)
+    for number, (spectrum, label) in enumerate(zip(spectra, labels, strict=True)):
+        # the count holds from below its mass to it
+        mass = np.concatenate([spectrum.mass[:1] * 0.8, spectrum.mass]) / spectrum.mass.sum()
+        count = np.concatenate([spectrum.count[:1], spectrum.count])
+        axes.step(mass, count, where="pre", label=label, **style.run_style(number))
+        axes.plot(mass[-1], count[-1], "o", ms=4, color=style.run_style(number)["color"])
+    axes.set(xscale="log", yscale="log", ylim=(0.8, None))
+    style.few_ticks(axes.xaxis)
+    style.few_ticks(axes.yaxis)
+    axes.set(xlabel="mass of the fragment / total mass", ylabel="fragments of at least this mass")
+    if any(labels):
+        style.legend(axes)
+    return figure
 
 
 @figure("Mass spectrum of the fragments", 31, applies=lambda run: run.collides)
@@ -11,3 +39,29 @@ def fragments(run):
     """Mass spectrum of the fragments of a run that `collides`, in its first and last snapshot."""
     spectra = [spectrum_of(fragments_of(run, snapshot)) for snapshot in (0, -1)]
     return mass_spectrum(spectra, ["before", "after"])
+
+
+def _in_the_open(run):
+    return has_structure(run) and "box" not in run.tree["snapshots"]
+
+
+@figure("Fractal dimension of the largest fragment", 132, applies=_in_the_open, optional=True)
+def fragment_dimension(run, snapshot=-1, fragment=0):
+    """N(<R) of a fragment of a snapshot of a Run, with the line whose slope is its dimension.
+
+    fragment: its number in the order of falling mass. Raises DustError for one that is too small.
+    """
+    found = dimension_of(run, snapshot, fragment)
+    figure, (axes,) = style.new_figure(height=3.4)
+    x = found.radius / found.grain_radius
+    axes.plot(x, found.number, "o", color=style.BLUE, label=f"{found.grains} grains")
+    line = np.exp(np.mean(np.log(found.number)) - found.dimension * np.mean(np.log(x)))
+    axes.plot(x, line * x**found.dimension, color=style.ORANGE, label=f"D = {found.dimension:.2f}")
+    axes.set(xscale="log", yscale="log")
+    style.few_ticks(axes.xaxis)
+    style.few_ticks(axes.yaxis)
+    axes.set(
+        xlabel="R over the mean radius of a grain", ylabel="grains within R of a grain of the core"
+    )
+    style.legend(axes)
+    return figure

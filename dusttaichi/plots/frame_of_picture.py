@@ -7,10 +7,9 @@ from dusttaichi.plots.spheres import Lines
 
 
 def cell_segments(frame):
-    """Edges of the faces that are there: ends (L, 2, 3) [m], and which are dashed (L,).
+    """Edges of the present faces: ends (L, 2, 3) [m], and which are dashed (L,).
 
-    A face that has no neighbour ends where the grains end. An edge is dashed where no wall meets
-    it, only periodic faces.
+    A face without a neighbour ends where the grains end. Edges of periodic faces alone are dashed.
     """
     low = (frame.position - frame.radius[:, None]).min(axis=0)
     high = (frame.position + frame.radius[:, None]).max(axis=0)
@@ -26,7 +25,7 @@ def cell_segments(frame):
             segment = np.empty((2, 3))
             segment[:, axis] = ends[axis]
             segment[:, b], segment[:, c] = ends[b, side[0]], ends[c, side[1]]
-            if frame.tilt:  # it leans about its centre
+            if frame.tilt:  # sheared about its centre
                 height = (segment[:, 2] - ends[2, 0]) / (ends[2, 1] - ends[2, 0])
                 segment[:, 0] += frame.tilt * (height - 0.5)
             segments.append(segment)
@@ -35,7 +34,7 @@ def cell_segments(frame):
 
 
 def cell_lines(frame, dpi):
-    """The cell as Lines of half a point, None where there is none."""
+    """The edges of the cell as Lines of half a point, or None."""
     segments, dashed = cell_segments(frame)
     return Lines(segments, dashed, width=0.0065 * dpi) if len(segments) else None
 
@@ -43,14 +42,15 @@ def cell_lines(frame, dpi):
 def nice_length(largest):
     """The largest of 1, 2, 5 x 10^n that is no more than `largest`."""
     power = 10.0 ** np.floor(np.log10(largest))
-    # a hair more than asked for, so that 5 out of 5.0 stays 5
+    # with a tolerance for rounding
     return float(max(m for m in (1, 2, 5) if m * power <= largest * (1 + 1e-9)) * power)
 
 
 def scale_bar(figure, widest, scale, margin, foot):
     """A bar of a round length below the picture, at its left.
 
-    widest [m]: of what is seen; scale [inches/m]: of the picture; margin, foot [inches]: room.
+    widest [m]: width of the picture; scale [inches/m]; margin, foot: on the left and below
+    [inches].
     """
     width, height = figure.get_size_inches()
     length = nice_length(0.25 * widest)

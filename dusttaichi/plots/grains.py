@@ -32,10 +32,10 @@ VIEWS = {
     "bottom": (0.0, 0.0, -1.0),
 }
 RIGID = (0.55, 0.58, 0.62)  # colour of a rigid sphere among the grains
-USUAL = "coordination"  # colour of who asks for none
+USUAL = "coordination"  # default colour
 COLOURS = (USUAL, "speed", "height", "fragment", "body", "uniform")
 WIDTH, TALLEST = 6.4, 8.0  # of the figure [inches]
-LOWEST = 1.7  # of the picture where there is a colour bar, which needs room for its label [inches]
+LOWEST = 1.7  # least height of a picture with a colour bar and its label [inches]
 MARGIN, FOOT, HEAD = 0.12, 0.42, 0.2  # around the picture, for the scale bar, for a note
 BAR, NAMES = 0.95, 0.5  # for the colour bar, and for names beside it
 SPEEDS = ((1.0, "m/s"), (1e-2, "cm/s"), (1e-3, "mm/s"), (1e-6, "µm/s"))
@@ -43,7 +43,7 @@ SPEEDS = ((1.0, "m/s"), (1e-2, "cm/s"), (1e-3, "mm/s"), (1e-6, "µm/s"))
 
 @dataclass(frozen=True)
 class Appearance:
-    """How frames are drawn, the same for all of a film. limits: of the colours, see `grains`."""
+    """Appearance of frames, the same for a whole film. limits: of the colours, see `grains`."""
 
     color: object
     view: tuple
@@ -57,24 +57,16 @@ class Appearance:
 
 @style.styled
 def grains(
-    run,
-    snapshot=-1,
-    color=USUAL,
-    view="oblique",
-    *,
-    limits=None,
-    label=None,
-    cell=True,
-    dpi=300,
+    run, snapshot=-1, color=USUAL, view="oblique", *, limits=None, label=None, cell=True, dpi=300
 ):
     """The grains of a snapshot as shaded spheres, in parallel projection.
 
-    color: "coordination", "speed", "height", "fragment" (connected by contacts; the largest ones
-    each in a colour), "body" (the fragment of the first snapshot that a grain was in), "uniform",
-    or numbers, (N,), with a `label` for the colour bar.
-    view: direction from which one looks, a name of VIEWS or three numbers (x, y, z), z upwards.
-    limits: ends of the colour bar, in SI, of speed, height or numbers. cell: draw walls (solid)
-    and periodic faces (dashed). Raises DustError for names that are not there.
+    color: "coordination", "speed", "height", "fragment" (connected by contacts; a colour for each
+    of the largest ones), "body" (fragment of a grain in the first snapshot), "uniform", or numbers,
+    (N,), with a `label` for the colour bar. view: direction towards the viewer, a name of VIEWS or
+    three numbers (x, y, z), z upwards. limits: ends of the colour bar, in SI, of speed, height or
+    numbers. cell: draw walls (solid) and periodic faces (dashed). Raises DustError for unknown
+    names.
     """
     frame = read_frame(run, snapshot)
     masses = grain_masses(run) if _needs_masses(color) else None
@@ -92,8 +84,10 @@ def grains(
 
 
 def bodies_of(run, color):
-    """The bodies that one colours by: of a collision the number of that of each grain, (N,), else
-    the Fragments of the first snapshot. None where the colour is another one."""
+    """Bodies for that colour: of a collision the numbers of the bodies of the grains, (N,).
+
+    Else the Fragments of the first snapshot; None for another colour.
+    """
     if not (isinstance(color, str) and color == "body"):
         return None
     if not run.collides:
@@ -104,22 +98,13 @@ def bodies_of(run, color):
 
 
 def appearance_of(frames, color, view, *, limits=None, label=None, cell=True, dpi=300, bodies=None):
-    """The Appearance that holds all of `frames`: colours and frame of the picture fit every one.
-
-    bodies: of `bodies_of`.
-    """
+    """The Appearance for all of `frames`: common colours and bounds. bodies: of `bodies_of`."""
     view = direction(view)
     if isinstance(color, str) and color not in COLOURS:
         raise DustError(f'There is no colour by "{color}"; allowed: {", ".join(COLOURS)}.')
-    found, low, high = [], [], []
-    for frame in frames:
-        if limits is None:
-            found.append(_limits(frame, color))
-        ends = _extent(frame, axes_of(view), cell)
-        low.append(ends[0])
-        high.append(ends[1])
-    if limits is None and found[0] is not None:
-        limits = (min(f[0] for f in found), max(f[1] for f in found))
+    low, high = zip(*(_extent(frame, axes_of(view), cell) for frame in frames), strict=True)
+    if limits is None and None not in (ends := [_limits(frame, color) for frame in frames]):
+        limits = (min(first for first, _ in ends), max(last for _, last in ends))
     bounds = np.array([np.min(low, axis=0), np.max(high, axis=0)])
     return Appearance(color, view, limits, label or "", cell, bounds, dpi, bodies)
 
@@ -142,9 +127,9 @@ def direction(view):
 
 @style.styled
 def draw(frame, appearance, masses=None, note=None):
-    """One Frame as a Figure, as a Appearance has it. note: text at the top left.
+    """One Frame as a Figure with an Appearance. note: text at the top left.
 
-    masses [kg], (N,), are needed for the colours of fragments only.
+    masses: of the grains [kg], (N,), for the colours of fragments.
     """
     colouring = colouring_of(frame, appearance, masses)
     bar = 0.0 if colouring.bar is None else BAR + NAMES * (colouring.names is not None)
@@ -175,13 +160,13 @@ def draw(frame, appearance, masses=None, note=None):
 
 
 def _camera(appearance, bar, head):
-    """Camera of a Appearance, and width and height of the figure [inches].
+    """Camera of an Appearance, and width and height of the figure [inches].
 
-    bar, head: room for the colour bar and above the picture.
+    bar, head: width of the colour bar, margin above the picture [inches].
     """
     extent = appearance.bounds[1] - appearance.bounds[0]
-    room = np.array([WIDTH - 2 * MARGIN - bar, TALLEST - MARGIN - FOOT])
-    scale = (room / extent).min()  # inches a metre
+    available = np.array([WIDTH - 2 * MARGIN - bar, TALLEST - MARGIN - FOOT])
+    scale = (available / extent).min()  # inches a metre
     seen = np.maximum(extent, (0.0, LOWEST / scale if bar else 0.0))
     columns, rows = np.ceil(seen * scale * appearance.dpi).astype(int)
     # the rounded number of pixels sees a little more, so that pixels stay square
@@ -193,7 +178,7 @@ def _camera(appearance, bar, head):
 
 
 def _extent(frame, axes, cell):
-    """Ends of what is drawn along right and up, (2, 2) [m], with a little room around it."""
+    """Ends of the drawn objects along right and up, (2, 2) [m], with a small margin."""
     places, radius = frame.position, frame.radius[:, None]
     if frame.sphere is not None:
         places, radius = np.vstack([places, frame.sphere[:3]]), np.vstack([radius, frame.sphere[3]])
@@ -203,8 +188,8 @@ def _extent(frame, axes, cell):
         corners = cell_segments(frame)[0].reshape(-1, 3) @ axes[:2].T
         if len(corners):
             low, high = np.minimum(low, corners.min(axis=0)), np.maximum(high, corners.max(axis=0))
-    room = 0.012 * (high - low).max()
-    return np.array([low - room, high + room])
+    margin = 0.012 * (high - low).max()
+    return np.array([low - margin, high + margin])
 
 
 def _needs_masses(color):

@@ -5,7 +5,7 @@ import numpy as np
 from dusttaichi.analysis.grid import AS_IT_IS, text_of
 from dusttaichi.plots import style
 
-KINDS = (  # knobs in the settings -> colour, marker, label
+KINDS = (  # parameters in the settings -> colour, marker, label
     (("stiffness_scaling",), style.RED, "s", "stiffness"),
     (("mass_scaling",), style.ORANGE, "s", "mass"),
     (("speed",), style.BLUE, "s", "speed"),
@@ -20,8 +20,11 @@ COLUMNS = 2
 
 @style.styled
 def grid(outcomes, observables=()):
-    """The figure of Outcomes (analysis.grid): a panel for each scene, of the first of `observables`
-    that it has, else of its first. Dashed: a fifth of the cost; open: of one seed alone."""
+    """The figure of Outcomes (analysis.grid): a panel for each scene.
+
+    Of the first of `observables` that the scene has, else of its first. Dashed: a fifth of the
+    cost; open: of a single seed.
+    """
     panels = {}
     for o in outcomes:
         if not o.refused and o.settings != AS_IT_IS:
@@ -42,10 +45,9 @@ def _panel(axes, outcomes):
     scatter = outcomes[0].scatter
     errors = np.array([max(o.error, 1e-4) for o in outcomes])
     axes.axhspan(1e-5, scatter, color=style.GREY, alpha=0.18, linewidth=0, label="scatter of seeds")
-    axes.axvline(0.2, color=style.BLACK, linewidth=0.8, linestyle=(0, (5, 2)))
+    axes.axvline(0.2, **style.look(style.BLACK, 0.8, (0, (5, 2))))
     for o, error in zip(outcomes, errors, strict=True):
         colour, marker, label = _look(o.settings)
-        # of one seed alone, which its scatter is in
         open_ = {"markerfacecolor": "white"} if o.seeds < 2 else {}
         axes.plot(o.cost, error, marker, color=colour, markersize=4, label=label, **open_)
     axes.set(xscale="log", yscale="log")
@@ -58,5 +60,5 @@ def _panel(axes, outcomes):
 
 
 def _look(settings):
-    knobs = tuple(sorted(part.split()[0] for part in settings.split(", ")))
-    return next((look for own, *look in KINDS if own == knobs), OTHER)
+    varied = tuple(sorted(part.split()[0] for part in settings.split(", ")))
+    return next((look for parameters, *look in KINDS if parameters == varied), OTHER)

@@ -36,17 +36,12 @@ def isotropic(runs, labels=None, stage=None):
             (laws.isotropic_pressure, "-", r"$(E_{\rm roll}/r^3)\,\phi^3$, T19 eq 9"),
             (
                 laws.compressive_strength,
-                (0, (4, 2)),
+                style.DASHED,
                 r"$(E_{\rm roll}/r^3)(1/\phi-1/0.74)^{-3}$, Tatsuuma+ 2023",
             ),
         ):
             axes.plot(
-                phi,
-                law(phi, *numbers),
-                color=style.BLACK,
-                linewidth=1.1,
-                linestyle=look,
-                label=text + name,
+                phi, law(phi, *numbers), label=text + name, **style.look(style.BLACK, 1.1, look)
             )
     for number, (t, label) in enumerate(zip(results, labels, strict=True)):
         look = style.run_style(number)
@@ -54,12 +49,10 @@ def isotropic(runs, labels=None, stage=None):
             up = t.raw_pressure > 0
             style.records(axes, t.raw_filling_factor[up], t.raw_pressure[up], number)
         axes.plot(t.filling_factor, t.pressure, label=label, **look)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     style.few_ticks(axes.xaxis)
     _limit(axes, shown)
-    axes.set_xlabel(r"filling factor $\phi$")
-    axes.set_ylabel("mean pressure (Pa)")
+    axes.set(xlabel=r"filling factor $\phi$", ylabel="mean pressure (Pa)")
     style.legend(axes)
     return figure
 

@@ -30,9 +30,7 @@ def kinetic(runs, labels=None):
         if energy is not None:
             time = run.series.time.values * per_time
             axes.plot(time, energy / energy.max(), label=label, **style.run_style(number))
-    axes.set_ylim(0.0, 1.05)
-    axes.set_xlabel(f"time ({unit})")
-    axes.set_ylabel("kinetic energy over its largest")
+    axes.set(ylim=(0.0, 1.05), xlabel=f"time ({unit})", ylabel="kinetic energy over its largest")
     style.legend(axes)
     return figure
 

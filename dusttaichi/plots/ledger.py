@@ -1,27 +1,29 @@
-"""The energy ledger: where the work of walls and faces went, and what is left unexplained."""
+"""The energy ledger: losses, work and residual; losses against filling factor (T19 Fig 9)."""
 
 import numpy as np
 
 from dusttaichi.analysis import ledger as ledger_of
+from dusttaichi.analysis import loss_shares as shares_of
+from dusttaichi.analysis import losses_against_filling_factor, tensile
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
 
-SHOWN = 1e-5  # of the largest residual: what is smaller, as that of the first records, says nothing
+SHOWN = 1e-5  # smallest residual shown, over the largest
 
 
 @figure("Energy", 10, applies=lambda run: len(run.series.time) > 1 and "loss" in run.series)
 def ledger(run):
-    """Losses by channel on top of each other, the work, and the residual of a Run over time.
+    """Losses by channel (stacked), work and residual of a Run over time.
 
-    The sum of the losses must follow the dashed line, the work less what is stored. The lower
+    The sum of the losses must follow the dashed line, the work less the stored energy. The lower
     panel shows the residual over the energy that has gone through the system.
     """
     energies = ledger_of(run)
     figure, (axes, below) = style.new_figure(height=4.8, rows=2, ratios=[3, 1])
     per_time, time_unit = style.scaled(np.max(energies.time, initial=0.0), style.TIMES)
     lost = {name: values for name, values in energies.losses.items() if np.any(values)}
-    kept = energies.work - energies.stored
-    sizes = (energies.work, kept, sum(energies.losses.values()))
+    dissipated = energies.work - energies.stored
+    sizes = (energies.work, dissipated, sum(energies.losses.values()))
     largest = max(np.max(np.abs(values), initial=0.0) for values in sizes)
     per_energy, energy_unit = style.scaled(largest, style.ENERGIES)
     time = energies.time * per_time
@@ -37,14 +39,11 @@ def ledger(run):
     axes.plot(time, energies.work * per_energy, color=style.BLACK, label=done)
     axes.plot(
         time,
-        kept * per_energy,
-        color=style.BLACK,
-        linewidth=1.2,
-        linestyle=(0, (4, 2)),
+        dissipated * per_energy,
         label="work less what is stored",
+        **style.look(style.BLACK, 1.2, style.DASHED),
     )
-    axes.set_ylabel(f"energy since the start ({energy_unit})")
-    axes.set_xlim(time[0], time[-1])
+    axes.set(ylabel=f"energy since the start ({energy_unit})", xlim=(time[0], time[-1]))
     axes.margins(y=0.05)
     shown = np.where(energies.relative == 0, np.nan, np.abs(energies.relative))
     below.semilogy(time, shown, color=style.RED, linewidth=1.0)
@@ -58,4 +57,54 @@ def ledger(run):
     work = labels.index(done)
     order = [work, work + 1, *reversed(range(work))]  # as they lie above each other
     style.legend(axes, [handles[i] for i in order], [labels[i] for i in order], ncols=2)
+    return figure
+
+
+@figure("Losses by channel", 112, applies=lambda run: run.stretches)
+def losses(run, stage=None):
+    """Energy lost since the start of the stage by channel against filling factor of a Run.
+
+    Where it is stretched a line marks the largest stress. stage: name or number (default: the
+    first that stretches). Raises DustError where there is no filling factor.
+    """
+    result = losses_against_filling_factor(run, stage)
+    figure, (axes,) = style.new_figure()
+    scale, unit = style.scaled(max(result.total.max(), 0.0), style.ENERGIES)
+    axes.plot(result.filling_factor, result.total * scale, color=style.BLACK, label="all losses")
+    for name, energy in result.by_channel.items():
+        axes.plot(
+            result.filling_factor,
+            energy * scale,
+            linewidth=1.3,
+            label=f"by {name}",
+            color=style.CHANNEL_COLOURS.get(name, style.GREY),
+        )
+    if run.part_that("stretches", stage).stretches:
+        axes.axvline(
+            tensile(run, stage).strength_phi,
+            label="largest stress",
+            **style.look(style.GREY, 1.0, style.DASHED),
+        )
+    axes.set(ylim=(0.0, None), xlabel=r"filling factor $\phi$", ylabel=f"energy lost ({unit})")
+    style.legend(axes)
+    return figure
+
+
+@figure("Share of each channel in the losses", 55, applies=lambda run: run.shrinks, optional=True)
+def loss_shares(run, stage=None):
+    """Share of each channel in the losses of a Run per tenth of a decade of the filling factor.
+
+    Tatsuuma et al. 2023: rolling below 0.1, sliding and twisting above. stage: see
+    `analysis.loss_shares`. Raises DustError where the filling factor grows too little.
+    """
+    result = shares_of(run, stage)
+    figure, (axes,) = style.new_figure()
+    for name, share in result.by_channel.items():
+        if np.any(share):
+            colour = style.CHANNEL_COLOURS.get(name, style.GREY)
+            axes.plot(result.filling_factor, share, color=colour, label=name)
+    axes.set(xscale="log", ylim=(0.0, None))
+    style.few_ticks(axes.xaxis)
+    axes.set(xlabel=r"filling factor $\phi$", ylabel="share of the energy lost")
+    style.legend(axes)
     return figure

@@ -1,4 +1,4 @@
-"""Steps of load beside a constant speed."""
+"""Load steps and runs at constant speed."""
 
 import numpy as np
 
@@ -11,22 +11,22 @@ from dusttaichi.plots.registry import figure
 
 @figure("Filling factor under each load", 80, applies=lambda run: bool(controlled_loads(run)))
 def loads(run, others=(), labels=None, repeats=()):
-    """Filling factor against pressure where a Run holds pressures, step by step.
+    """Filling factor against pressure of a Run with load steps.
 
-    Its path is thin, its points are where each load had settled. others: runs of the same sample at
-    a constant speed, drawn as lines; labels: one for each of these (default: their names). repeats:
-    runs of the same steps on other samples: points are the means of all, their bars the standard
-    deviations between samples. Raises DustError where no pressure is held.
+    Thin: its path; points: the settled state of each load. others: runs of the same sample at
+    constant speed, drawn as lines; labels: of these (default: their names). repeats: runs of the
+    same steps on other samples: points are means, bars standard deviations between samples. Raises
+    DustError where no stage controls a pressure.
     """
     found = controlled_loads(run)
     if not found:
         raise DustError(f"{run.path}: no stage controls a pressure; it needs drive: pressure.")
     samples = [found, *(controlled_loads(other) for other in repeats)]
-    pressure = np.array([[held.pressure for held in one] for one in samples]) / 1e3
-    density = np.array([[held.filling_factor for held in one] for one in samples])
+    pressure = np.array([[load.pressure for load in one] for one in samples]) / 1e3
+    density = np.array([[load.filling_factor for load in one] for one in samples])
     figure, (axes,) = style.new_figure()
     path = _path(run)
-    axes.plot(*path, color=style.GREY, linewidth=0.7, label="under load, on the way")
+    axes.plot(*path, color=style.GREY, linewidth=0.7, label="under load, not settled")
     names = labels or [other.name.replace("$", r"\$") for other in others]
     for number, (other, label) in enumerate(zip(others, names, strict=True)):
         axes.plot(*_path(other), label=label, **style.run_style(number))
@@ -41,12 +41,14 @@ def loads(run, others=(), labels=None, repeats=()):
         label="under load, settled",
     )
     axes.set_xscale("log")
-    lowest = min(held.wanted for held in found) / 1e3
-    # where a load is far from reached, what was
+    lowest = min(load.wanted for load in found) / 1e3
+    # of a load that is not reached the reached pressure
     reached = np.quantile(path[0], 0.9) if len(path[0]) else lowest
-    axes.set_xlim(0.1 * min(lowest, reached), 2.0 * max(held.wanted for held in found) / 1e3)
-    axes.set_xlabel("pressure (kPa)")
-    axes.set_ylabel(r"filling factor $\phi$")
+    axes.set(
+        xlim=(0.1 * min(lowest, reached), 2.0 * max(load.wanted for load in found) / 1e3),
+        xlabel="pressure (kPa)",
+        ylabel=r"filling factor $\phi$",
+    )
     style.legend(axes)
     return figure
 

@@ -7,7 +7,7 @@ from dusttaichi.analysis.ensemble_tables import Against, against, table_numbers,
 from dusttaichi.analysis.numbers import known
 from dusttaichi.plots import style
 
-WIDE = 10.0  # from this ratio of the largest to the smallest value on an axis is logarithmic
+WIDE = 10.0  # ratio of the largest to the smallest value from which an axis is logarithmic
 MOST_LINES = 12
 
 
@@ -66,8 +66,8 @@ def _axes(panel, one):
         panel.set_xscale("log")
         style.few_ticks(panel.xaxis)
     elif np.ptp(one.x) > 0.0:  # the same in all panels, also where few runs have the number
-        room = 0.06 * np.ptp(one.x)
-        panel.set_xlim(one.x.min() - room, one.x.max() + room)
+        margin = 0.06 * np.ptp(one.x)
+        panel.set_xlim(one.x.min() - margin, one.x.max() + margin)
     if _wide(one.runs):
         panel.set_yscale("log")
         if np.nanmax(one.runs) < 100 * np.nanmin(one.runs):

@@ -1,4 +1,4 @@
-"""How the snapshots of a run are drawn: what its Method says."""
+"""Pictures of the snapshots of a run, by its Method."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ class Picture:
 
     name: of its files. draw(run, snapshot, color, view, dpi=...): the Figure of one snapshot.
     film(run, color, view, cell=..., dpi=...): the Figures of all, with the same colours and frame.
-    color None: what is usual.
+    color None: the default.
     """
 
     name: str

@@ -8,10 +8,9 @@ from dusttaichi.plots.registry import figure
 
 @figure("Filling factor over the height", 150, applies=lambda run: run.profiles is not None)
 def profile(run, most=8):
-    """Height against filling factor for at most `most` profiles of a Run; the legend tells how
-    many there are.
+    """Height against filling factor for at most `most` profiles of a Run.
 
-    Raises DustError where it has none.
+    Raises DustError for a result without profiles.
     """
     profiles = without_cut_bins(profile_of(run, most))
     written = run.profiles.sizes["profile"]
@@ -26,14 +25,14 @@ def profile(run, most=8):
             color=colours[number],
             label=rf"$\phi$ = {float(one.box_filling_factor):.2f}",
         )
-        axes.axhline(
-            float(one.height) * 1e6, color=colours[number], linewidth=0.6, linestyle=(0, (1, 2))
-        )
-    axes.set_xlim(0, None)
-    axes.set_ylim(0, 1.04 * float(profiles.height.max()) * 1e6)
-    axes.set_xlabel(r"filling factor, averaged horizontally")
-    axes.set_ylabel("height above the bottom wall (µm)")
-    axes.plot([], [], color=style.GREY, linewidth=0.6, linestyle=(0, (1, 2)), label="top wall")
+        axes.axhline(float(one.height) * 1e6, **style.look(colours[number], 0.6, style.DOTTED))
+    axes.set(
+        xlim=(0, None),
+        ylim=(0, 1.04 * float(profiles.height.max()) * 1e6),
+        xlabel=r"filling factor, averaged horizontally",
+        ylabel="height above the bottom wall (µm)",
+    )
+    axes.plot([], [], label="top wall", **style.look(style.GREY, 0.6, style.DOTTED))
     left = f", {count} of {written} profiles" if count < written else ""
     style.legend(axes, title=f"whole box{left}")
     return figure

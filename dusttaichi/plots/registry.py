@@ -1,4 +1,4 @@
-"""The registry of figures: what a row says, which figures there are, how all of a run are drawn."""
+"""The registry of figures: its rows, and drawing all figures of a run."""
 
 import pkgutil
 from collections.abc import Callable
@@ -8,17 +8,17 @@ from importlib import import_module
 from typing import Any
 
 from dusttaichi import method
+from dusttaichi.analysis.draft import draft_of
 from dusttaichi.analysis.numbers import reason
 from dusttaichi.errors import DustError
-from dusttaichi.plots.draft import marked
-from dusttaichi.plots.style import styled
+from dusttaichi.plots.style import GREY, styled
 from dusttaichi.results.shown import FIGURES
 
 LAST = 1000.0
 
 
 def in_common(does):
-    """Those of several Runs that are drawn in one figure: all that it applies to, where two do."""
+    """Rule for a figure of several Runs: all to which it applies, if two or more."""
 
     def chosen(runs, others=()):
         able = [run for run in runs if does(run)]
@@ -31,11 +31,10 @@ def in_common(does):
 class Figure:
     """A figure of results: one row of the registry.
 
-    name: of its file. title: in the report. draw: from a Run to a matplotlib Figure, where
-    `together` is given from a list of Runs as well. applies: whether a Run alone has something for
-    it. together: from several Runs, and the names of the figures of them so far, to those that are
-    in one figure. optional: a DustError of `draw` says that there is nothing to show. place: in the
-    order in which figures are shown.
+    name: of its file. title: in the report. draw: function from a Run, with `together` also from a
+    list of Runs, to a matplotlib Figure. applies: whether it shows a single Run. together: function
+    from several Runs, and the names of their figures so far, to those in one figure. optional: a
+    DustError of `draw` means that there is nothing to show. place: in the order of figures.
     """
 
     name: str
@@ -47,8 +46,7 @@ class Figure:
     place: float = 500.0
 
     def of(self, runs):
-        """The matplotlib Figure of a Run or several, None where they turn out to have nothing to
-        show."""
+        """The matplotlib Figure of a Run or several, or None if there is nothing to show."""
         try:
             return self.draw(runs)
         except DustError:
@@ -58,10 +56,10 @@ class Figure:
 
 
 def figure(title, place=500, *, applies=None, name="", together=False, optional=False):
-    """Decorates a function that draws: a row of the registry named as the function, or `name`.
+    """Decorator that registers a drawing function by its name, or `name`.
 
-    applies: by default to every Run, or where `together` is given to none alone. together: True for
-    all Runs that it applies to; see Figure for the others.
+    applies: by default to every Run, with `together` to no single one. together: True for all Runs
+    to which it applies; see Figure.
     """
     if applies is None:
         applies = (lambda run: False) if together else (lambda run: True)
@@ -83,9 +81,9 @@ def figure(title, place=500, *, applies=None, name="", together=False, optional=
 
 
 def register(row: Figure) -> None:
-    """Add a Figure, or a function with one, to what this process draws of runs it applies to.
+    """Add a Figure, or a function with one, to those that this process draws.
 
-    A file that does so takes effect where it is among the `extensions` of a scene. Raises
+    A file that calls it takes effect where it is among the `extensions` of a scene. Raises
     ValueError for the name of another figure.
     """
     row = getattr(row, "row", row)
@@ -95,58 +93,63 @@ def register(row: Figure) -> None:
 
 
 def figures(of: method.Method | None = None) -> list[Figure]:
-    """The figures of runs of a method, without it of all methods, in their order."""
+    """The figures of runs of a method (default: of all methods) in order."""
     methods = [of] if of is not None else [method.named(name) for name in method.METHODS]
     own = [getattr(row, "row", row) for one in methods for row in method.rows(one.figures)]
     return sorted([*_built_in(), *FIGURES.values(), *own], key=lambda row: row.place)
 
 
-def drawn(run):
-    """(Figure, what it draws or None, why it cannot or "") of every figure of a Run.
+def marked(figure, run):
+    """A matplotlib Figure, or None, with a mark if the Run is a draft."""
+    text = draft_of(run.scene)
+    if figure is not None and text:
+        place = {"ha": "right", "va": "bottom", "fontsize": 7, "color": GREY}
+        figure.text(0.995, 0.005, text, **place)
+    return figure
 
-    Whatever is wrong with one, the others are drawn.
+
+def drawn(run):
+    """(Figure, drawing or None, error or "") of every figure of a Run.
+
+    An error of one does not affect the others.
     """
     for row in figures(run.method):
-        found, why = None, ""
-        try:
-            if row.applies(run):
-                found = marked(row.of(run), run)
-        except Exception as error:
-            why = reason(error)
-        if found is not None or why:
-            yield row, found, why
+        drawing, why = _attempt(
+            lambda row=row: marked(row.of(run), run) if row.applies(run) else None
+        )
+        if drawing is not None or why:
+            yield row, drawing, why
+
+
+def _attempt(draw):
+    """(drawing or None, error or "") of a function that draws."""
+    try:
+        return draw(), ""
+    except Exception as error:
+        return None, reason(error)
 
 
 def drawn_together(runs):
-    """The same of the figures that show several Runs in one."""
-    others = []
-    for row in _of_all(runs):
-        found, why = None, ""
-        try:
-            chosen = [] if row.together is None else row.together(runs, others)
-            if chosen:
-                found = row.of(chosen)
-        except Exception as error:
-            why = reason(error)
-        if found is not None or why:
-            others.append(row.name)
-            yield row, found, why
+    """The results of `drawn` for the figures of several Runs."""
+    rows, names = {row.name: row for run in runs for row in figures(run.method)}, []
 
+    def draw(row):
+        chosen = [] if row.together is None else row.together(runs, names)
+        return row.of(chosen) if chosen else None
 
-def _of_all(runs):
-    rows = {row.name: row for run in runs for row in figures(run.method)}
-    return sorted(rows.values(), key=lambda row: row.place)
+    for row in sorted(rows.values(), key=lambda row: row.place):
+        drawing, why = _attempt(lambda row=row: draw(row))
+        if drawing is not None or why:
+            names.append(row.name)
+            yield row, drawing, why
 
 
 def in_package(name):
-    """Functions of the modules of a package of figures that draw one, by their names."""
+    """Drawing functions of the modules of a package of figures, by their names."""
     modules = pkgutil.iter_modules(import_module(name).__path__)
-    found = {}
-    for one in modules:
-        if not one.ispkg:
-            own = vars(import_module(f"{name}.{one.name}"))
-            found |= {key: thing for key, thing in own.items() if hasattr(thing, "row")}
-    return found
+    names = [f"{name}.{one.name}" for one in modules if not one.ispkg]
+    members = [pair for module in names for pair in vars(import_module(module)).items()]
+    return {key: thing for key, thing in members if hasattr(thing, "row")}
 
 
 @cache

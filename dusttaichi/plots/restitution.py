@@ -1,4 +1,4 @@
-"""Coefficient of restitution against the speed of approach."""
+"""Coefficient of restitution against the impact speed."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from dusttaichi.plots import style
 
 @style.styled
 def restitution(speeds, coefficients, sticking_speed=None, label="run"):
-    """Coefficient of restitution against the speed of approach [m/s].
+    """Coefficient of restitution against the impact speed [m/s].
 
     coefficients: as many as speeds, or rows of them with a label each.
 
@@ -36,8 +36,6 @@ def restitution(speeds, coefficients, sticking_speed=None, label="run"):
         axes.plot(speeds, row, "o", ms=4, color=colour, label=text, clip_on=False, zorder=3)
     axes.set_xscale("log")
     style.few_ticks(axes.xaxis)
-    axes.set_ylim(0.0, 1.02)
-    axes.set_xlabel("speed of approach (m/s)")
-    axes.set_ylabel("coefficient of restitution")
+    axes.set(ylim=(0.0, 1.02), xlabel="impact speed (m/s)", ylabel="coefficient of restitution")
     style.legend(axes)
     return figure

@@ -9,12 +9,12 @@ from dusttaichi.plots.registry import figure
 
 @figure("Shear stress and strength", 90, applies=lambda run: run.sheared, optional=True)
 def shear(run, others=()):
-    """Shear stress of a Run against the shear strain of each stage that shears; where stages shear
-    there and back the loop, against the total shear strain.
+    """Shear stress of a Run against the shear strain of each stage that shears.
 
-    Below, of several stages under a normal stress that the scene prescribes, the strength against
-    it, with the line of friction, and against the filling factor. others: runs of the same scene on
-    other samples: open points, and part of the line. Raises DustError where nothing is sheared.
+    For cyclic shear against the total shear strain. Below, of several stages with a prescribed
+    normal stress, the strength against it, with the line of friction, and against the filling
+    factor. others: runs of the same scene on other samples: open points, and part of the line.
+    Raises DustError where nothing is sheared.
     """
     found = shearings(run)
     loaded = [one for one in found if one.has_friction]
@@ -37,12 +37,12 @@ def shear(run, others=()):
 def _shear_curves(axes, found, scale):
     """Draws the shear stress of Shearings; the colour of each stage, by its name."""
     cyclic = len({one.direction for one in found}) > 1
-    loads_said = all(one.controlled for one in found)
+    controlled = all(one.controlled for one in found)
     colors = {}
     for number, one in enumerate(found):
         own = style.run_style(number)
         colors[one.stage] = own["color"]
-        label = f"{one.load / 1e3:.3g} kPa" if loads_said else one.stage or "sheared"
+        label = f"{one.load / 1e3:.3g} kPa" if controlled else one.stage or "sheared"
         if cyclic:
             axes.plot(one.total_strain, one.direction * one.shear * scale, label=label, **own)
         else:
@@ -50,7 +50,7 @@ def _shear_curves(axes, found, scale):
     if cyclic:
         axes.axhline(0.0, color=style.GREY, linewidth=0.6)
     axes.set_xlabel("total shear strain" if cyclic else "shear strain of the stage")
-    title = "normal stress" if loads_said else "normal stress not prescribed"
+    title = "normal stress" if controlled else "normal stress not prescribed"
     style.legend(axes, title=title, ncols=2)
     return colors
 
@@ -81,5 +81,4 @@ def _strengths(panels, found, own, *, colors, scale, unit):
     line.set_xlabel(f"normal stress ({unit})")
     density.set_xlabel(r"filling factor $\phi$")
     for axes in (line, density):
-        axes.set_ylabel(f"strength ({unit})")
-        axes.set_ylim(bottom=0.0)
+        axes.set(ylabel=f"strength ({unit})", ylim=(0.0, None))

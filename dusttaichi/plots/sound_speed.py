@@ -3,7 +3,7 @@
 from dusttaichi.analysis import arrival
 from dusttaichi.analysis import sound_speed as fit_speed
 from dusttaichi.plots import style
-from dusttaichi.plots.registry import figure
+from dusttaichi.plots.registry import figure, in_common
 
 
 @style.styled
@@ -40,9 +40,7 @@ def sound_speed(arrivals, fit=None, references=()):
         axes.axhline(
             speed,
             label=name,
-            color=style.BLACK,
-            linewidth=1.0,
-            linestyle=style.RUN_DASHES[number % len(style.RUN_DASHES)],
+            **style.look(style.BLACK, 1.0, style.RUN_DASHES[number % len(style.RUN_DASHES)]),
         )
     label_axes(axes, unit)
     return figure
@@ -50,10 +48,12 @@ def sound_speed(arrivals, fit=None, references=()):
 
 def label_axes(axes, unit):
     """Labels and legend of the speed of sound against distance; unit: of the distance."""
-    axes.set_xlim(0.0, None)
-    axes.set_ylim(0.0, None)
-    axes.set_xlabel(f"distance from the push ({unit})")
-    axes.set_ylabel("speed of sound (m/s)")
+    axes.set(
+        xlim=(0.0, None),
+        ylim=(0.0, None),
+        xlabel=f"distance from the push ({unit})",
+        ylabel="speed of sound (m/s)",
+    )
     style.legend(axes)
 
 
@@ -68,3 +68,23 @@ def of_push(run):
     """The speed of sound of a Run with a push that snapshots show to arrive."""
     arrivals = arrival(run)
     return sound_speed(arrivals, fit_speed(arrivals))
+
+
+@figure("Arrival of the waves", 141, together=in_common(lambda run: run.pushes), optional=True)
+def sound_speeds(runs, labels=None):
+    """Speed of sound against distance for several Runs with a push, each with its fit.
+
+    Raises DustError where a run has no snapshots that tell, or labels do not match the runs.
+    """
+    runs, labels = style.named(runs, labels)
+    figure, (axes,) = style.new_figure(height=3.4)
+    arrivals = [arrival(run) for run in runs]
+    factor, unit = style.scaled(max(a.distance.max() for a in arrivals), style.LENGTHS)
+    for number, (found, label) in enumerate(zip(arrivals, labels, strict=True)):
+        fit, look = fit_speed(found), style.run_style(number)
+        points = {"markersize": 2.5, "markeredgewidth": 0, "alpha": 0.6, "color": look["color"]}
+        axes.plot(found.distance * factor, found.speed, "o", **points)
+        said = rf"{label}: {fit.speed:.4g} $\pm$ {fit.sigma:.1g} m/s"
+        axes.plot([0, found.distance.max() * factor], [fit.speed] * 2, label=said, **look)
+    label_axes(axes, unit)
+    return figure

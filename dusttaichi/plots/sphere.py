@@ -1,8 +1,9 @@
-"""A sphere that goes into dust: depth, velocity and force over time."""
+"""Penetration of a sphere into dust: its motion, and the filling factor below it."""
 
 import numpy as np
 
-from dusttaichi.analysis.sphere import penetration
+from dusttaichi.analysis.sphere import column, penetration
+from dusttaichi.errors import DustError
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
 
@@ -10,7 +11,7 @@ FORCES = ((1e-3, "mN"), (1e-6, "µN"), (1e-9, "nN"))
 
 
 def with_spheres(runs, others=()):
-    """Of several Runs those in which a sphere goes into dust, one of them among grains."""
+    """Those of several Runs in which a sphere penetrates dust, at least one of grains."""
     able = [run for run in runs if run.has_sphere or run.intrudes]
     return able if len(able) > 1 and any(run.has_sphere for run in able) else []
 
@@ -23,8 +24,9 @@ def with_spheres(runs, others=()):
     optional=True,
 )
 def sphere(runs, labels=None):
-    """Depth of the lowest point, velocity downwards and force of the dust over time, of one Run or
-    several of grains or of the continuum.
+    """Depth of the lowest point, downward velocity and force of the dust over time.
+
+    Of one Run or several of grains or of the continuum.
 
     Raises DustError where a run has no sphere.
     """
@@ -46,7 +48,49 @@ def sphere(runs, labels=None):
     panels[0].invert_yaxis()
     panels[0].set_ylabel(f"depth ({metres})")
     panels[1].set_ylabel("velocity\ndownwards (m/s)")
-    panels[2].set_ylabel(f"force upwards ({newtons})")
-    panels[2].set_xlabel(f"time since the sphere is at the surface ({seconds})")
+    panels[2].set(
+        ylabel=f"force upwards ({newtons})",
+        xlabel=f"time since the sphere is at the surface ({seconds})",
+    )
     style.legend(panels[0])
+    return figure
+
+
+@figure(
+    "Filling factor below the sphere",
+    161,
+    applies=lambda run: run.has_sphere and run.snapshots is not None,
+    together=with_spheres,
+    optional=True,
+)
+def sphere_column(runs, labels=None, snapshot=-1):
+    """Filling factor below the sphere in a snapshot, dotted before the impact.
+
+    Of one Run or several. Raises DustError where a run has no sphere, or no snapshots.
+    """
+    runs, labels = style.named(runs, labels)
+    if any(run.snapshots is None for run in runs):
+        raise DustError("There are no snapshots: set output: snapshots in the scene.")
+    figure, (axes,) = style.new_figure(height=4.4)
+    per_length, metres = style.scaled(max(penetration(run).radius for run in runs), style.LENGTHS)
+    before, lowest = {"linewidth": 0.8, "linestyle": style.DOTTED}, {"linewidth": 0.6}
+    for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
+        line, now, first = style.run_style(number), column(run, snapshot), column(run, 0)
+        axes.plot(now.filling_factor, now.depth * per_length, label=label, marker=".", **line)
+        below = first.depth > 0.0
+        axes.plot(
+            first.filling_factor[below],
+            first.depth[below] * per_length,
+            color=line["color"],
+            **before,
+        )
+        axes.axhline(now.sphere * per_length, color=line["color"], **lowest)
+    axes.plot([], [], color=style.GREY, label="before the impact", **before)
+    axes.plot([], [], color=style.GREY, label="lowest point of the sphere", **lowest)
+    axes.invert_yaxis()
+    axes.set(
+        xlabel=r"filling factor $\phi$ below the sphere",
+        ylabel=f"depth below the surface ({metres})",
+    )
+    style.legend(axes)
     return figure

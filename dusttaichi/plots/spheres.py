@@ -10,17 +10,17 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-SAMPLES = 3  # a pixel and direction: edges in ten steps
+SAMPLES = 3  # per pixel and direction: edges in ten steps
 BAND = 64  # rows of pixels at a time
 LIGHT = np.array([-0.4, 0.55, 0.73])  # right, up, to the viewer: from the upper left
 AMBIENT, DIFFUSE, GLOSS, SHARPNESS = 0.52, 0.68, 0.18, 24.0
-UPPER = 0.15  # by how much the light from all around is stronger from above
-RIM = 0.45  # darkening where a sphere turns away, which sets it off from its neighbours
+UPPER = 0.15  # excess of the ambient light from above
+RIM = 0.45  # darkening at the rim of a sphere, as a contrast to its neighbours
 OCCLUSION = 0.9  # strength, and
 OCCLUSION_REACH = 6.0  # reach, in radii of the largest sphere, of the shade of neighbours
-SHADOW = 0.5  # of the direct light that a sphere in the way takes; the rest is scattered light
+SHADOW = 0.5  # share of the direct light that a sphere blocks; the rest is scattered light
 SOFTNESS = 0.06  # of the edge of a shadow, in radii
-HALO = (2.4, 0.6)  # of lines in front of spheres: its width in widths of the line, how pale
+HALO = (2.4, 0.6)  # of lines in front of spheres: width over that of the line, paleness
 PAPER = np.array([1.0, 1.0, 1.0])
 
 
@@ -79,10 +79,10 @@ class Lines:
 
 
 def picture(camera, position, radius, colour, *, lines=None, samples=SAMPLES):
-    """Spheres and lines as a camera sees them: (height, width, 3) floats from 0 to 1.
+    """Spheres and lines in the view of a camera: (height, width, 3) floats from 0 to 1.
 
-    position (N, 3), radius (N,) [m]; colour (N, 3). What is nearer hides what is farther, lines
-    and spheres alike.
+    position (N, 3), radius (N,) [m]; colour (N, 3). Nearer objects hide farther ones, spheres and
+    lines.
     """
     centre = camera.project(position, samples)
     size = radius * camera.scale * samples
@@ -90,11 +90,8 @@ def picture(camera, position, radius, colour, *, lines=None, samples=SAMPLES):
     hidden[:, 1:] = hidden[:, 1:] @ camera.axes.T  # shades are computed in the camera's axes
     shadows = Shadows(centre / samples, size / samples, samples)
     spheres = (centre, size, np.asarray(colour, np.float32), hidden.astype(np.float32), shadows)
-    core, halo = (
-        (None, None)
-        if lines is None
-        else (_line_points(camera, lines, samples, wider) for wider in (1.0, HALO[0]))
-    )
+    if lines is not None:
+        core, halo = (_line_points(camera, lines, samples, wider) for wider in (1.0, HALO[0]))
     image = np.empty((camera.height, camera.width, 3), dtype=np.float32)
     for first in range(0, camera.height, BAND):
         last = min(first + BAND, camera.height)
@@ -108,7 +105,7 @@ def picture(camera, position, radius, colour, *, lines=None, samples=SAMPLES):
 
 
 def occlusion(position, radius):
-    """How much of the sky the neighbours of each sphere hide: (N, 4), a mean and a vector.
+    """Ambient occlusion of each sphere by its neighbours: (N, 4), a mean and a vector.
 
     A point of the surface with normal n sees exp(-OCCLUSION (mean + vector . n)) of the light from
     all around. A sphere of radius r at distance d and direction e hides (r/d)^2 max(0, n . e) of
@@ -122,7 +119,7 @@ def occlusion(position, radius):
     towards = between / distance[:, None]
     out = np.zeros((len(radius), 4))
     for own, other, sign in ((i, j, 1.0), (j, i, -1.0)):
-        # fades out at the end of the reach, so that no grain shows where that is
+        # decreases to 0 at the end of the reach
         hidden = (radius[other] / distance) ** 2 * (1.0 - distance / reach)
         out[:, 0] += np.bincount(own, 0.25 * hidden, minlength=len(radius))
         for axis in range(3):
@@ -152,7 +149,7 @@ class Shadows:
             _draw_sphere(self.depth, owner, k, seen[k], size[k])
 
     def dark(self, column, row, depth, bias):
-        """How far samples of the picture lie in shadow, (S,), from 0 to 1."""
+        """Shadow of samples of the picture, (S,), from 0 to 1."""
         scale = np.float32(1.0 / self.samples)
         x, y, z = column * scale, -row * scale, depth * scale
         axes = self.axes.astype(np.float32)

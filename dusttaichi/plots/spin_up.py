@@ -1,4 +1,4 @@
-"""How much of an aggregate stays in one piece while it is spun up."""
+"""Rotation rate and largest fragment of an aggregate during a spin-up."""
 
 from dusttaichi.analysis.spin_up import WHOLE, is_spun
 from dusttaichi.analysis.spin_up import spin_up as spin_up_of
@@ -8,10 +8,9 @@ from dusttaichi.plots.registry import figure
 
 @figure("Spin-up", 116, applies=is_spun, together=True)
 def spin_up(runs, labels=None):
-    """Rotation rate and share of the mass in the largest fragment of one Run or several, against
-    the rate that a rigid body would have with the same angular momentum.
+    """Rotation rate and largest fragment of one Run or several.
 
-    Curves end with the first snapshot of the broken aggregate. The dotted line is the rigid body,
+    Against the rate of a rigid body with the same angular momentum. Curves end with the first snapshot of the broken aggregate. The dotted line is the rigid body,
     the dashed one the share below which an aggregate counts as broken. labels: one for each run
     (default: their names).
     """
@@ -25,8 +24,8 @@ def spin_up(runs, labels=None):
         below.plot(given / 1e6, share, **look)
     largest = max(float(one.given[: one.shown].max()) for one in found) / 1e6
     rigid = [0.0, largest]
-    axes.plot(rigid, rigid, color=style.GREY, linewidth=1.0, linestyle=(0, (1, 2)))
-    below.axhline(WHOLE, color=style.GREY, linewidth=1.0, linestyle=(0, (4, 2)))
+    axes.plot(rigid, rigid, **style.look(style.GREY, 1.0, style.DOTTED))
+    below.axhline(WHOLE, **style.look(style.GREY, 1.0, style.DASHED))
     below.set_ylim(0.0, 1.05)
     below.set_xlabel(r"$L/I_0$ ($10^6$ rad/s)")
     axes.set_ylabel(r"rotation rate ($10^6$ rad/s)")

@@ -40,10 +40,8 @@ def strengths(results, labels, materials):
         axes.plot(
             line,
             law * scale,
-            color=style.BLACK,
-            linewidth=1.2,
-            linestyle=style.RUN_DASHES[(number + 1) % len(style.RUN_DASHES)],
             label=rf"T19 eq 33, $0.12\,(F_{{\rm c}}/r^2)\,\phi^{{1.8}}${name}",
+            **style.look(style.BLACK, 1.2, style.RUN_DASHES[(number + 1) % len(style.RUN_DASHES)]),
         )
     fit = fit_strength(results) if len(distinct) <= 1 else None
     if fit is not None:
@@ -56,10 +54,12 @@ def strengths(results, labels, materials):
             label=rf"fit, $\propto\phi^{{{fit.exponent:.2f}{sigma}}}$",
         )
     _points(axes, results, labels, scale)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel(r"initial filling factor $\phi_{\rm init}$")
-    axes.set_ylabel(f"tensile strength ({unit})")
+    axes.set(
+        xscale="log",
+        yscale="log",
+        xlabel=r"initial filling factor $\phi_{\rm init}$",
+        ylabel=f"tensile strength ({unit})",
+    )
     for axis in (axes.xaxis, axes.yaxis):
         style.few_ticks(axis)
     style.legend(axes)
@@ -67,8 +67,8 @@ def strengths(results, labels, materials):
 
 
 def _points(axes, results, labels, scale):
-    """A point for each Tensile with its standard error, and what hollow ones and bars mean."""
-    many = len(results) > style.MOST_NAMED  # which their colours would not tell apart
+    """A point for each Tensile with its standard error, and the key of hollow points and bars."""
+    many = len(results) > len(style.RUN_COLOURS)  # more than there are colours
     for number, (t, label) in enumerate(zip(results, labels, strict=True)):
         colour = style.BLUE if many else style.run_style(number)["color"]
         axes.errorbar(

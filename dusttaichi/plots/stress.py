@@ -11,10 +11,10 @@ from dusttaichi.plots.registry import figure
 def stress(run):
     """Diagonal and shear components of the stress of a Run over time, positive in tension.
 
-    Dotted lines part the stages. Raises DustError where the file has no stress.
+    Dotted lines separate the stages. Raises DustError for a result without stress.
     """
     if "stress" not in run.series:
-        raise DustError(f"{run.path} holds no stress: it needs a periodic boundary.")
+        raise DustError(f"{run.path} has no stress: it needs a periodic boundary.")
     tensor = run.series.stress.transpose("time", "xyz", "axis").values
     figure, (axes, below) = style.new_figure(height=4.6, rows=2, ratios=[2, 1])
     time = run.series.time.values
@@ -42,11 +42,12 @@ def stress(run):
     style.name_stages(axes, run, per_time)
     for part in run.parts[1:]:
         start = float(part.start.time) * per_time
-        below.axvline(start, color=style.GREY, linewidth=0.9, linestyle=(0, (1, 2)))
-    axes.set_xlim(time[0] * per_time, time[-1] * per_time)
-    axes.set_ylabel(f"stress, positive in tension ({unit})")
-    below.set_ylabel(f"shear ({unit})")
-    below.set_xlabel(f"time ({time_unit})")
+        below.axvline(start, **style.look(style.GREY, 0.9, style.DOTTED))
+    axes.set(
+        xlim=(time[0] * per_time, time[-1] * per_time),
+        ylabel=f"stress, positive in tension ({unit})",
+    )
+    below.set(ylabel=f"shear ({unit})", xlabel=f"time ({time_unit})")
     for panel in (axes, below):
         style.legend(panel, ncols=3)
     return figure

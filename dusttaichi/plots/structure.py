@@ -1,4 +1,4 @@
-"""Directions and forces of the contacts of a snapshot, neighbours, and distances of grains."""
+"""Contact network of a snapshot: neighbours, directions, forces, pair correlation."""
 
 import numpy as np
 from matplotlib.ticker import MaxNLocator
@@ -7,18 +7,20 @@ from dusttaichi.analysis.structure import structure as structure_of
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
 
-FEW = 10  # grains: fewer have no structure to show
+FEW = 10  # least number of grains
 
 
 def has_structure(run):
-    """The last snapshot holds the forces of the contacts of more than a FEW grains."""
+    """True where the last snapshot has the contact forces of FEW grains or more."""
     return run.has_forces and run.grains >= FEW
 
 
 @figure("Contacts: neighbours, directions, forces", 130, applies=has_structure)
 def structure(run, snapshot=-1):
-    """Neighbours of a grain, directions and normal forces of contacts and the pair correlation of
-    a snapshot of a Run, as far as it has them. Raises DustError where it has no contacts."""
+    """Neighbours, directions and normal forces of contacts and pair correlation of a snapshot.
+
+    As far as the Run has them. Raises DustError without contacts.
+    """
     found = structure_of(run, snapshot)
     drawn = [_neighbours, _directions]
     drawn += [_forces] if len(found.normal_force) else []
@@ -32,13 +34,11 @@ def structure(run, snapshot=-1):
 def _neighbours(found, axes):
     axes.bar(np.arange(len(found.coordination)), found.coordination, color=style.BLUE, width=0.8)
     axes.xaxis.set_major_locator(MaxNLocator(10, integer=True))
-    axes.set_xlabel("grains that a grain touches")
-    axes.set_ylabel("share of the grains")
+    axes.set(xlabel="grains that a grain touches", ylabel="share of the grains")
 
 
 def _directions(found, axes):
-    """Share of the contacts by the cosine of their angle to each axis: level where they point
-    everywhere alike."""
+    """Share of the contacts by the cosine of their angle to each axis: constant if isotropic."""
     bins = np.linspace(0.0, 1.0, 11)
     highest = 1.0
     for column, name in enumerate("xyz"):
@@ -47,9 +47,11 @@ def _directions(found, axes):
         highest = max(highest, 10.0 * share.max())
         axes.stairs(10.0 * share, bins, baseline=None, label=label, **style.run_style(column))
     axes.axhline(1.0, color=style.GREY, linewidth=0.8)
-    axes.set_ylim(0, 1.05 * highest)
-    axes.set_xlabel("cosine of the angle of a contact to an axis")
-    axes.set_ylabel("contacts over isotropic")
+    axes.set(
+        ylim=(0, 1.05 * highest),
+        xlabel="cosine of the angle of a contact to an axis",
+        ylabel="contacts over isotropic",
+    )
     style.legend(axes)
 
 
@@ -58,12 +60,10 @@ def _forces(found, axes):
     low, high = np.percentile(found.normal_force, [0.5, 99.5]) * scale
     axes.hist(found.normal_force * scale, np.linspace(low, high, 61), color=style.ORANGE)
     axes.axvline(0.0, color=style.GREY, linewidth=0.8)
-    axes.set_xlabel(f"normal force ({unit}), positive where it pushes")
-    axes.set_ylabel("contacts")
+    axes.set(xlabel=f"normal force ({unit}), positive for repulsion", ylabel="contacts")
 
 
 def _correlation(found, axes):
     axes.plot(found.distance, found.correlation, color=style.GREEN)
     axes.axhline(1.0, color=style.GREY, linewidth=0.8)
-    axes.set_xlabel("distance (mean diameters)")
-    axes.set_ylabel("g(r)")
+    axes.set(xlabel="distance (mean diameters)", ylabel="g(r)")

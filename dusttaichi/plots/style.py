@@ -19,11 +19,12 @@ from dusttaichi.errors import DustError
 from dusttaichi.files import explain
 from dusttaichi.results.outputs import MARK, check
 
-# Okabe and Ito: told apart with any colour vision
+# Okabe and Ito: distinguishable with any colour vision
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 SKY, PURPLE, YELLOW, BLACK, GREY = "#56B4E9", "#CC79A7", "#F0E442", "#000000", "#8C8C8C"
 RUN_COLOURS = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY)
 RUN_DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1)), (0, (5, 1, 1, 1)), (0, (3, 1)), (0, (8, 2)))
+DASHED, DOTTED, FINE = (0, (4, 2)), (0, (1, 2)), (0, (1, 1))
 CHANNEL_COLOURS = {
     "forming": BLUE,
     "breaking": SKY,
@@ -40,7 +41,7 @@ CHANNEL_COLOURS = {
     "grid": GREY,
 }
 _RC = {
-    "text.usetex": False,  # whatever a matplotlibrc says: LaTeX need not be there
+    "text.usetex": False,  # whatever a matplotlibrc says: LaTeX may be missing
     "font.size": 9,
     "axes.labelsize": 10,
     "legend.fontsize": 8,
@@ -60,8 +61,8 @@ _RC = {
     "svg.fonttype": "none",
     "pdf.fonttype": 42,
 }
-WIDTH = 5.2  # inches: fits a page's text, and is legible there
-# by name: width [inches], and what differs from _RC
+WIDTH = 5.2  # inches: the text width of a page
+# by name: width [inches], and changes of _RC
 STYLES = {
     "page": (WIDTH, {}),
     "column": (  # of a journal with two of them, 88 mm
@@ -80,7 +81,7 @@ _limits = WeakKeyDictionary()  # of the y axes that were lengthened for a legend
 
 @contextmanager
 def using(name):
-    """Draw in another of STYLES inside of this. Raises DustError for a name that it has not."""
+    """Context in which figures have another of STYLES. Raises DustError for an unknown name."""
     if name not in STYLES:
         raise DustError(f"There is no style {name}; allowed: {', '.join(STYLES)}.")
     token = _style.set(name)
@@ -91,7 +92,7 @@ def using(name):
 
 
 def styled(function):
-    """Draw under this module's settings, without touching the user's own."""
+    """Decorator: draw with the settings of this module, not those of the user."""
 
     @wraps(function)
     def drawn(*args, **kwargs):
@@ -101,15 +102,20 @@ def styled(function):
     return drawn
 
 
+def _empty(height):
+    width = STYLES[_style.get()][0]
+    figure = Figure(figsize=(width, height * width / WIDTH), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
 def new_figure(height=3.7, rows=1, ratios=None, shared=True):
     """A Figure with `rows` axes above each other that share the x axis: (figure, [axes]).
 
     shared: False where each has an x axis of its own. height [inches]: on a page; figures of other
     styles have its proportions.
     """
-    width = STYLES[_style.get()][0]
-    figure = Figure(figsize=(width, height * width / WIDTH), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = _empty(height)
     axes = figure.subplots(rows, 1, sharex=shared, squeeze=False, height_ratios=ratios)
     for panel in axes[:, 0]:  # so few that long numbers do not run together
         panel.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
@@ -117,15 +123,14 @@ def new_figure(height=3.7, rows=1, ratios=None, shared=True):
 
 
 def new_grid(panels, columns, height, shared=False):
-    """A Figure with `panels` axes in rows of `columns`: (figure, [axes]); height [inches]: of a row
-    on a page. shared: whether they share both axes, of which then only the outer ones are labelled.
+    """A Figure with `panels` axes in rows of `columns`: (figure, [axes]).
+
+    height [inches]: of a row on a page. shared: whether the panels share both axes, of which only
+    the outer ones are labelled.
     """
     columns = max(1, min(columns, panels))
     rows = -(-panels // columns)
-    width = STYLES[_style.get()][0]
-    scale = width / WIDTH
-    figure = Figure(figsize=(width, rows * height * scale), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = _empty(rows * height)
     grid = figure.subplots(rows, columns, sharex=shared, sharey=shared, squeeze=False).ravel()
     for spare in grid[panels:]:
         spare.remove()
@@ -136,8 +141,10 @@ def new_grid(panels, columns, height, shared=False):
 
 
 def legend(axes, handles=None, labels=None, *, title=None, ncols=1):
-    """The legend of an Axes: inside where it hides nothing that is drawn; else below the figure, or
-    where that has several Axes above what is drawn, for which the y axis becomes longer."""
+    """The legend of an Axes: inside where it hides nothing; else below the figure.
+
+    In a figure of several Axes above the curves, for which the y axis becomes longer.
+    """
     if handles is None:
         handles, labels = axes.get_legend_handles_labels()
     if not handles:
@@ -150,7 +157,7 @@ def legend(axes, handles=None, labels=None, *, title=None, ncols=1):
         return
     inside.remove()
     if len(figure.axes) > 1:
-        _make_room(axes, box.height / axes.get_window_extent().height)
+        _lengthen(axes, box.height / axes.get_window_extent().height)
         axes.legend(handles, labels, loc="upper left", title=title, ncols=ncols)
         return
     longest = max([len(text) for text in labels])
@@ -176,7 +183,7 @@ def _hides(box, axes):
     return any(outline.intersects_bbox(box, filled=True) for outline in outlines)
 
 
-def _make_room(axes, share):
+def _lengthen(axes, share):
     """Lengthen the y axis so that this share of an Axes, at its top, is empty."""
     share = min(share + 0.04, 0.6)
     _limits[axes] = axes.get_ylim()
@@ -186,13 +193,13 @@ def _make_room(axes, share):
 
 
 def own_limits(axes, which):
-    """Limits of the "x" or "y" axis of an Axes, without the room that a legend took."""
+    """Limits of the "x" or "y" axis of an Axes, before it was lengthened for a legend."""
     lengthened = which == "y" and axes in _limits
     return _limits[axes] if lengthened else getattr(axes, f"get_{which}lim")()
 
 
 def _along(line, axes):
-    """Points of the screen along a line of an Axes, where it is to be seen."""
+    """Points of the screen along the visible part of a line of an Axes."""
     points = line.get_transform().transform(np.asarray(line.get_xydata(), dtype=float))
     points = points[np.isfinite(points).all(axis=1)]
     if len(points) > 1 and line.get_linestyle() not in ("None", "", " "):
@@ -208,8 +215,10 @@ def within(box, points):
 
 
 def name_stages(axes, run, per_time):
-    """Mark where the stages of a Run begin, and name them at the top, the longest first, as far as
-    there is room; per_time: as the axis has."""
+    """Mark the starts of the stages of a Run, and label them where the labels fit.
+
+    per_time: factor from s to the unit of the time axis.
+    """
     if len(run.stages) < 2:
         return
     starts = [float(part.start.time) * per_time for part in run.parts]
@@ -220,15 +229,10 @@ def name_stages(axes, run, per_time):
     renderer, taken = axes.figure.canvas.get_renderer(), []
     for n in np.argsort(-lasts, kind="stable"):
         name = axes.annotate(
-            run.stages[int(run.parts[n].series.stage[-1])],
-            (starts[n], 1.0),
-            (3, 3),
-            xycoords=("data", "axes fraction"),
-            textcoords="offset points",
-            fontsize="small",
-            color="#444444",
-            annotation_clip=False,
-        )
+            run.stages[int(run.parts[n].series.stage[-1])], (starts[n], 1.0), (3, 3),
+            xycoords=("data", "axes fraction"), textcoords="offset points",
+            fontsize="small", color="#444444", annotation_clip=False,
+        )  # fmt: skip
         box = name.get_window_extent(renderer)
         if box.x1 > axes.bbox.x1 + 2 * box.height or any(box.overlaps(one) for one in taken):
             name.remove()
@@ -237,31 +241,25 @@ def name_stages(axes, run, per_time):
 
 
 def superscripts(text):
-    """Powers such as m^2 and s^-1 in a text as print has them."""
+    """The text with powers such as m^2 and s^-1 as superscripts."""
     raised = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
     return re.sub(r"\^(-?\d+)", lambda power: power[1].translate(raised), text)
 
 
 def scaled(largest, units):
     """(factor, unit) for values up to `largest`: the first of `units` (scale, name) that fits."""
-    for scale, name in units:
-        if largest >= scale:
-            return 1.0 / scale, name
-    scale, name = units[-1]
+    scale, name = next((unit for unit in units if largest >= unit[0]), units[-1])
     return 1.0 / scale, name
-
-
-MOST_NAMED = 6  # as many as there are colours
 
 
 def named(runs, labels=None):
     """(runs, labels) as lists, for one Run or several; labels default to the names of the runs.
 
-    More runs than a legend can hold are counted in it, not named. Raises DustError where labels do
+    More runs than fit into a legend are counted in it, not named. Raises DustError where labels do
     not match the runs.
     """
     runs = list(runs) if isinstance(runs, (list, tuple)) else [runs]
-    if labels is None and len(runs) > MOST_NAMED:
+    if labels is None and len(runs) > len(RUN_COLOURS):
         labels = [f"{len(runs)} runs"] + ["_"] * (len(runs) - 1)  # matplotlib leaves out "_"
     labels = [run.name.replace("$", r"\$") for run in runs] if labels is None else list(labels)
     if len(labels) != len(runs):
@@ -276,7 +274,7 @@ def few_ticks(axis):
     one of less than a decade all of 1 to 9, on one of more than three the decades, as powers.
     """
 
-    def said(value, _):
+    def label(value, _):
         low, high = sorted(axis.get_view_interval())
         first = value / 10 ** np.floor(np.log10(value) + 1e-9)
         if high > 1e3 * low:
@@ -284,8 +282,8 @@ def few_ticks(axis):
         shown = np.array([1, 2, 5]) if high > 7.0 * low else np.arange(1, 10)
         return f"{value:g}" if np.min(np.abs(first - shown)) < 1e-6 else ""
 
-    axis.set_major_formatter(said)
-    axis.set_minor_formatter(said)
+    axis.set_major_formatter(label)
+    axis.set_minor_formatter(label)
 
 
 def bands(x, mean, std, axes, *, label, number=0):
@@ -295,30 +293,28 @@ def bands(x, mean, std, axes, *, label, number=0):
     For an ensemble: its mean and standard deviation over the replicas. Returns the line.
     """
     x, mean, std = (np.asarray(a, dtype=float) for a in (x, mean, std))
-    line_style = run_style(number)
-    axes.fill_between(x, mean - std, mean + std, color=line_style["color"], alpha=0.2, linewidth=0)
-    (line,) = axes.plot(x, mean, label=label, **line_style)
+    (line,) = axes.plot(x, mean, label=label, **run_style(number))
+    axes.fill_between(x, mean - std, mean + std, color=line.get_color(), alpha=0.2, linewidth=0)
     return line
 
 
-_MADE_BY = {".png": "Software", ".pdf": "Creator", ".svg": "Creator"}  # where a format has it
+_CREATOR = {".png": "Software", ".pdf": "Creator", ".svg": "Creator"}  # name in the metadata
 
 
 @styled
 def save(figure, path):
-    """Write a Figure, and the folder where there is none; returns the path. Raises DustError where
-    it cannot be written, or another file is there."""
+    """Write a Figure, creating its folder; returns the path.
+
+    Raises DustError where it cannot be written, or another file exists.
+    """
     suffix = Path(check(path)).suffix
+    known = {"metadata": {_CREATOR[suffix]: MARK}} if suffix in _CREATOR else {}
     try:
         Path(path).parent.mkdir(parents=True, exist_ok=True)
-        known = {"metadata": {_MADE_BY[suffix]: MARK}} if suffix in _MADE_BY else {}
         figure.savefig(path, **known)
-    except ValueError as error:  # such as an ending that stands for no format
-        raise DustError(f"The figure cannot be written to {path}: {error}.") from error
-    except OSError as error:
-        raise DustError(
-            f"The figure cannot be written to {path}: {explain(error, path)}."
-        ) from error
+    except (OSError, ValueError) as error:  # ValueError: such as an unknown format
+        reason = explain(error, path) if isinstance(error, OSError) else error
+        raise DustError(f"The figure cannot be written to {path}: {reason}.") from error
     return path
 
 
@@ -340,9 +336,12 @@ ENERGIES = ((1e-3, "mJ"), (1e-6, "µJ"), (1e-9, "nJ"), (1e-12, "pJ"), (1e-15, "f
             (1e-21, "zJ"), (1e-24, "yJ"))  # fmt: skip
 
 
+def look(color, linewidth=1.0, linestyle="-"):
+    """Colour, width and dashes of a line, as keywords of matplotlib."""
+    return {"color": color, "linewidth": linewidth, "linestyle": linestyle}
+
+
 def run_style(number):
     """Colour and dashes of the run with this number, so that print in grey works too."""
-    return {
-        "color": RUN_COLOURS[number % len(RUN_COLOURS)],
-        "linestyle": RUN_DASHES[number % len(RUN_DASHES)],
-    }
+    colour = RUN_COLOURS[number % len(RUN_COLOURS)]
+    return {"color": colour, "linestyle": RUN_DASHES[number % len(RUN_DASHES)]}

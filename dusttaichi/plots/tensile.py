@@ -32,21 +32,19 @@ def tensile(runs, labels=None, stage=None):
             markersize=6,
             color=line_style["color"],
             markeredgecolor="white",
-            label=_said(t, scale, unit) if len(runs) == 1 else None,
+            label=_text(t, scale, unit) if len(runs) == 1 else None,
             zorder=4,
         )
     if len(runs) == 1 and np.isfinite(results[0].law):
         (t,) = results
-        said = rf"strength by T19 eq 33 for $\phi_{{\rm init}}$ = {t.phi_init:.3g}"
-        axes.axhline(
-            t.law * scale, color=style.BLACK, linewidth=1.0, linestyle=(0, (4, 2)), label=said
-        )
+        text = rf"strength by T19 eq 33 for $\phi_{{\rm init}}$ = {t.phi_init:.3g}"
+        axes.axhline(t.law * scale, label=text, **style.look(style.BLACK, 1.0, style.DASHED))
     axes.axhline(0.0, color=style.GREY, linewidth=0.6)
     if max(t.strength for t in results) > 10 * min(t.strength for t in results) > 0:
         _logarithmic(axes, results, scale)
     else:
         _linear(axes, results, scale)
-    axes.set_xlabel(r"filling factor $\phi$ (stretching goes on to the left)")
+    axes.set_xlabel(r"filling factor $\phi$ (stretching proceeds to the left)")
     along = f" along {results[0].axis}" if len({t.axis for t in results}) == 1 else ""
     axes.set_ylabel(f"tensile stress{along} ({unit})")
     style.legend(axes)
@@ -66,20 +64,19 @@ def _linear(axes, results, scale):
     low = min(np.min(t.stress - np.nan_to_num(t.sigma)) for t in results) * scale
     high = max(max(t.strength, np.nan_to_num(t.law)) for t in results) * scale
     if high > 0:
-        axes.set_ylim(min(1.3 * low, -0.1 * high), 1.5 * high)  # room for the legend
+        axes.set_ylim(min(1.3 * low, -0.1 * high), 1.5 * high)  # space for the legend
     axes.set_xlim(0.0, 1.04 * max(t.phi_init for t in results))
 
 
 def _logarithmic(axes, results, scale):
     """For strengths that differ more than tenfold. Where there is pressure nothing is drawn."""
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     style.few_ticks(axes.xaxis)
     strengths = [t.strength * scale for t in results]
     axes.set_ylim(0.05 * min(strengths), 20 * max(strengths))
 
 
-def _said(t, scale, unit):
+def _text(t, scale, unit):
     most = "largest average" if t.passed else "so far at least"
     sigma = "" if np.isnan(t.strength_sigma) else f" ± {t.strength_sigma * scale:.2g}"
     return rf"{most}: {t.strength * scale:.3g}{sigma} {unit} at $\phi$ = {t.strength_phi:.3g}"

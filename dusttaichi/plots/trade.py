@@ -1,4 +1,4 @@
-"""Cost against error: every point of a trade, and the front that no point beats."""
+"""Cost against error: every point of a trade, and the Pareto front."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from dusttaichi.analysis.observables import about
 from dusttaichi.analysis.trade import front
 from dusttaichi.plots import style
 
-LOOKS = {  # knob -> colour, marker
+LOOKS = {  # parameter -> colour, marker
     "step_fraction": (style.BLUE, "o"),
     "precision": (style.ORANGE, "o"),
     "newton_steps": (style.GREEN, "o"),
@@ -49,9 +49,9 @@ def trade(data):
     shown = np.maximum(error, lowest)
     best = front(np.where(known, cost, np.nan), error)
     _thresholds(axes, data, lowest)
-    _points(axes, data.knob.values, known, cost, shown)
+    _points(axes, data.parameter.values, known, cost, shown)
     axes.plot(cost[best], shown[best], color=style.BLACK, linewidth=1.0, zorder=1.5, label="front")
-    _marked_points(axes, data.knob.values, known, cost, shown)
+    _marked_points(axes, data.parameter.values, known, cost, shown)
     name = data.attrs["observable"]
     axes.set(
         xscale="log",
@@ -61,7 +61,7 @@ def trade(data):
     )
     _limits(axes, cost[known], shown[known], data.attrs["tolerance"], lowest)
     style.few_ticks(axes.xaxis)
-    marked = np.isin(data.knob.values, list(MARKED)) & known
+    marked = np.isin(data.parameter.values, list(MARKED)) & known
     figure.legend(loc="outside lower center", ncols=4, fontsize=7)
     _label_points(figure, axes, data, _Points(cost, shown, best), [*np.flatnonzero(marked), *best])
     return figure
@@ -69,7 +69,7 @@ def trade(data):
 
 @dataclass(frozen=True)
 class _Points:
-    """Where the points are drawn, (points,) each, and the numbers of those of the front."""
+    """Coordinates of the points, (points,) each, and the numbers of those of the front."""
 
     cost: np.ndarray
     error: np.ndarray
@@ -91,26 +91,20 @@ def _thresholds(axes, data, lowest):
     if np.isfinite(own) and own > 0:
         axes.axhline(
             own,
-            color=style.GREY,
-            linewidth=1.0,
-            linestyle=(0, (1, 1)),
             label=f"reference at {data.attrs.get('check', 'half its step')}",
+            **style.look(style.GREY, 1.0, style.FINE),
         )
     axes.axhline(
-        data.attrs["tolerance"],
-        color=style.BLACK,
-        linewidth=0.8,
-        linestyle=(0, (5, 2)),
-        label="tolerance",
+        data.attrs["tolerance"], label="tolerance", **style.look(style.BLACK, 0.8, (0, (5, 2)))
     )
 
 
-def _points(axes, knobs, known, cost, shown):
-    for knob in dict.fromkeys(knobs[known].tolist()):
-        if knob in MARKED:
+def _points(axes, parameters, known, cost, shown):
+    for parameter in dict.fromkeys(parameters[known].tolist()):
+        if parameter in MARKED:
             continue
-        here = known & (knobs == knob)
-        colour, marker = LOOKS.get(knob, (style.GREY, "."))
+        here = known & (parameters == parameter)
+        colour, marker = LOOKS.get(parameter, (style.GREY, "."))
         axes.plot(
             cost[here],
             shown[here],
@@ -119,14 +113,14 @@ def _points(axes, knobs, known, cost, shown):
             markersize=4.5,
             markeredgecolor="white",
             markeredgewidth=0.4,
-            label=knob.replace("_", " "),
+            label=parameter.replace("_", " "),
         )
 
 
-def _marked_points(axes, knobs, known, cost, shown):
+def _marked_points(axes, parameters, known, cost, shown):
     """Presets and the default, above all others."""
-    for knob, (marker, colour, size) in MARKED.items():
-        here = known & (knobs == knob)
+    for parameter, (marker, colour, size) in MARKED.items():
+        here = known & (parameters == parameter)
         axes.plot(
             cost[here],
             shown[here],
@@ -136,7 +130,7 @@ def _marked_points(axes, knobs, known, cost, shown):
             zorder=4,
             markeredgecolor="white",
             markeredgewidth=0.6,
-            label=knob,
+            label=parameter,
         )
 
 
@@ -156,17 +150,19 @@ def _limits(axes, cost, shown, tolerance, lowest):
     axes.set_ylim(lowest / 1.5, 3.0 * max(finite.max(), tolerance))
 
 
-# points from a mark to its label; beyond the first with a line to it
+# distances [points] of a label from its mark; beyond the first with a line
 RINGS = (9, 16, 26, 40, 56, 74)
-WAYS = [np.array([np.cos(a), np.sin(a)]) for a in np.radians(range(-160, 200, 20))]
-SHRUNK = 3.0  # points between the end of that line and the mark
-APART = 2.0  # points between labels, and between a label and a mark that it must not hide
+DIRECTIONS = [np.array([np.cos(a), np.sin(a)]) for a in np.radians(range(-160, 200, 20))]
+SHRUNK = 3.0  # distance [points] of the end of that line from the mark
+APART = 2.0  # distance [points] between labels and from other marks
 
 
 def _label_points(figure, axes, data, points, numbers):
-    """Labels beside some points, where they hide least of points, lines and other labels; those
-    of the front that would hide another are left out. Points at one place have one label."""
-    figure.draw_without_rendering()  # the layout, in which places are known
+    """Labels of some points where they hide least; points at one place have a common label.
+
+    Labels of the front that would hide another label are left out.
+    """
+    figure.draw_without_rendering()  # determines the layout
     renderer, pixel = figure.canvas.get_renderer(), figure.dpi / 72.0
     cost, shown, best = points.cost, points.error, points.front
     spots = axes.transData.transform(np.column_stack([cost, shown]))
@@ -177,47 +173,47 @@ def _label_points(figure, axes, data, points, numbers):
         for a, b in zip(corners, corners[1:], strict=False)
         for t in np.linspace(0.02, 0.98, 40)
     ]
-    room, taken, said = axes.get_window_extent(renderer), [], {}
+    window, taken, groups = axes.get_window_extent(renderer), [], {}
     for n in dict.fromkeys(int(n) for n in numbers):
-        place = said.setdefault((float(cost[n]), float(shown[n])), [])
-        if not place or data.knob.values[n] in MARKED:  # the name of a preset says enough
+        place = groups.setdefault((float(cost[n]), float(shown[n])), [])
+        if not place or data.parameter.values[n] in MARKED:
             place.append(n)
-    for place, those in said.items():
-        text, choices = ", ".join(_short(str(data.label.values[n])) for n in those), []
-        for ring, way, box in _boxes(axes, text, place, pixel):
+    for place, members in groups.items():
+        text, choices = ", ".join(_short(str(data.label.values[n])) for n in members), []
+        for ring, direction, box in _boxes(axes, text, place, pixel):
             hidden = 10 * sum(box.overlaps(other) for other in taken)
             wide = box.padded((APART + 2.0) * pixel)
             hidden += 3 * np.count_nonzero(style.within(wide, spots))
             hidden += 4 * bool(np.any(style.within(box, line)))
-            hidden += 20 * (not (room.contains(*wide.min) and room.contains(*wide.max)))
-            choices.append((hidden + 0.4 * ring, len(choices), ring, way, box))
-        hidden, _, ring, way, box = min(choices, key=lambda choice: choice[:2])
-        if hidden < 10 or data.knob.values[those[0]] in MARKED:
-            _label(axes, text, place, RINGS[ring] * way, ring)
+            hidden += 20 * (not (window.contains(*wide.min) and window.contains(*wide.max)))
+            choices.append((hidden + 0.4 * ring, len(choices), ring, direction, box))
+        hidden, _, ring, direction, box = min(choices, key=lambda choice: choice[:2])
+        if hidden < 10 or data.parameter.values[members[0]] in MARKED:
+            _label(axes, text, place, RINGS[ring] * direction, ring)
             taken.append(box.padded(APART * pixel))
 
 
 def _boxes(axes, text, place, pixel):
-    """Where a label may stand: (ring, way, its Bbox with the line to it, in pixels)."""
-    label = _label(axes, text, place, RINGS[0] * WAYS[0], 0)
+    """Possible places of a label: (ring, direction, its Bbox with the line, in pixels)."""
+    label = _label(axes, text, place, RINGS[0] * DIRECTIONS[0], 0)
     size = label.get_window_extent(axes.figure.canvas.get_renderer()).size
     label.remove()
     mark = axes.transData.transform(place)
     for ring, radius in enumerate(RINGS):
-        for way in WAYS:
-            edge = {"center": 0.5, "left": 0.0, "right": 1.0}[_side(way)]
-            corner = mark + radius * pixel * way - size * (edge, 0.5)
+        for direction in DIRECTIONS:
+            edge = {"center": 0.5, "left": 0.0, "right": 1.0}[_side(direction)]
+            corner = mark + radius * pixel * direction - size * (edge, 0.5)
             box = Bbox([corner, corner + size])
             if ring:
-                end = mark + SHRUNK * pixel * way
+                end = mark + SHRUNK * pixel * direction
                 box = Bbox.union([box, Bbox([end, end])])
-            yield ring, way, box
+            yield ring, direction, box
 
 
-def _side(way):
-    """Which side of a label is at the end of its way, (2,), from the mark."""
-    leans = way[0] / np.hypot(*way)
-    return "center" if abs(leans) < 0.1 else ("left" if leans > 0 else "right")
+def _side(direction):
+    """Side of a label that faces its mark, by the direction (2,) from the mark."""
+    cosine = direction[0] / np.hypot(*direction)
+    return "center" if abs(cosine) < 0.1 else ("left" if cosine > 0 else "right")
 
 
 def _label(axes, text, place, offset, ring):
@@ -235,11 +231,11 @@ def _label(axes, text, place, offset, ring):
         arrowprops=arrow if ring else None,
         path_effects=[withStroke(linewidth=1.6, foreground="white")],
     )
-    label.set_in_layout(False)  # the axes keep their size, and the other labels their places
+    label.set_in_layout(False)  # does not change the size of the axes
     return label
 
 
 def _short(text):
-    """Of a combination of more than two what it ends with: it stands for those before too."""
+    """Short label: of a combination of more than two the last one."""
     parts = text.replace("_", " ").split(" + ")
     return "\n+ ".join(parts) if len(parts) < 3 else f"… + {parts[-1]}"

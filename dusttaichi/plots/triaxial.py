@@ -1,4 +1,4 @@
-"""Triaxial tests and the circles of Mohr of their strengths."""
+"""Triaxial tests and Mohr's circles of their strengths."""
 
 import numpy as np
 
@@ -10,8 +10,9 @@ from dusttaichi.plots.registry import figure
 
 @figure("Triaxial tests", 100, applies=is_triaxial, optional=True)
 def triaxial(run, others=()):
-    """Deviator and filling factor of a Run against the strain of each triaxial test in it; below,
-    the circles of Mohr of their strengths, with the line of friction that touches them.
+    """Deviator and filling factor of a Run against the strain of each triaxial test.
+
+    Below, Mohr's circles of their strengths, with the line of friction as their tangent.
 
     others: runs of the same scene on other samples: thin circles, and part of the line. Raises
     DustError where there is no test.
@@ -36,22 +37,21 @@ def triaxial(run, others=()):
     density.set_ylabel(r"filling factor $\phi$")
     for axes in (curves, density):
         axes.set_xlabel("axial strain of the stage")
-    circles.set_xlabel(f"normal stress ({unit})")
-    circles.set_ylabel(f"shear stress ({unit})")
+    circles.set(xlabel=f"normal stress ({unit})", ylabel=f"shear stress ({unit})")
     circles.set_aspect("equal", adjustable="datalim")
     circles.set_ylim(bottom=0.0)
     return figure
 
 
 def _circle(test, scale):
-    """The upper half of the circle of Mohr of a Triaxial: (normal, shear stress)."""
+    """The upper half of Mohr's circle of a Triaxial: (normal, shear stress)."""
     turn, radius = np.linspace(0.0, np.pi, 90), 0.5 * test.strength
     middle = test.load + radius
     return (middle + radius * np.cos(turn)) * scale, radius * np.sin(turn) * scale
 
 
 def _touching(axes, fit, scale):
-    """Draws the line that touches circles, of their Friction, where there is one."""
+    """Draws the tangent of the circles, of their Friction, if there is one."""
     if fit is None:
         return
     x = np.array([0.0, axes.get_xlim()[1]])

@@ -1,4 +1,4 @@
-"""Contacts of grains as the viewer draws them, and what they tell of each grain."""
+"""Contacts of grains for the viewer, and the quantities of grains that follow from them."""
 
 import numpy as np
 import xarray as xr
@@ -9,16 +9,21 @@ from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.jkr_curve import scaled_radius
 from dusttaichi.physics.contact.registry import DEFAULT
 from dusttaichi.plots import style
-from dusttaichi.report.colouring import OUTLIERS, class_quantity, number_quantity
-from dusttaichi.report.packing import packed, quantised
+from dusttaichi.report.packing import (
+    OUTLIERS,
+    class_quantity,
+    number_quantity,
+    packed,
+    quantised,
+)
 
-FRAGMENTS = 7  # that have a class of their own; smaller ones share the last
+FRAGMENTS = 7  # largest ones with separate classes; the others share the last
 SPHERE_END = 6  # after the walls: the end of a contact with the rigid sphere
 COORDINATION, BODY, DISSIPATED = "coordination number", "body", "energy dissipated in contacts"
 
 
 def contacts_of(run, frames):
-    """(the contacts of all snapshots, quantities that follow from them); (None, []) without."""
+    """(contacts of all snapshots, quantities that follow from them); (None, []) without."""
     if "contacts" not in run.tree.children or "contact_count" not in frames:
         return None, []
     count, rows = frames.position.shape[1], frames.sizes["snapshot"]
@@ -64,8 +69,10 @@ def contacts_of(run, frames):
 
 
 def dissipated(run, frame):
-    """Energy dissipated in the contacts that each grain of a Frame has, since they formed [J],
-    (grains,): of two grains half each, of a grain and a wall or the rigid sphere all of it."""
+    """Energy dissipated in the present contacts of each grain since they formed [J], (grains,).
+
+    Half of the energy for each of two grains, all of it at a wall or the rigid sphere.
+    """
     count, pairs = len(frame.radius), frame.contacts
     half = 0.5 * pairs.loss.sum("channel").values
     found = np.bincount(frame.pairs.T.ravel(), np.tile(half, 2), minlength=count)
@@ -77,7 +84,7 @@ def dissipated(run, frame):
 
 
 def _beside_grains(run, frame):
-    """The contacts of a Frame with walls and with the rigid sphere, as far as there are such."""
+    """The contacts of a Frame with walls and with the rigid sphere, if any."""
     groups = [] if frame.wall_contacts is None else [frame.wall_contacts]
     if "sphere_contacts" in run.tree.children:
         groups.append(run.contacts(frame.number, "sphere_contacts"))
@@ -85,9 +92,11 @@ def _beside_grains(run, frame):
 
 
 def _on_walls(run, frame, forces):
-    """Contacts of grains with walls and the rigid sphere, (n, 2): grain, and the number of grains
-    plus that of the wall, 6 for the sphere; normal forces [N], (n,). None that lacks a force where
-    `forces` are wanted."""
+    """Contacts of grains with walls and the rigid sphere, (n, 2), and normal forces [N], (n,).
+
+    The second end is the number of grains plus that of the wall, 6 for the sphere. With `forces`
+    only contacts that have a force.
+    """
     count, found = len(frame.radius), [(np.zeros((0, 2), int), np.zeros(0))]
     for own in _beside_grains(run, frame):
         if forces and "normal_force" not in own:
@@ -106,10 +115,10 @@ def _fragment_names(labels):
 
 
 def normal_force(run, frame, contacts: xr.Dataset):
-    """Normal force of each contact of a Frame [N], positive where grains push each other apart.
+    """Normal force of each contact of a Frame [N], positive for repulsion.
 
-    As the result has it; where it has none, from the overlap by S12 eqs 2 and 3, damping left out.
-    None where that takes several materials or another law.
+    From the result, else from the overlap by S12 eqs 2 and 3, without damping. None for several
+    materials or another law.
     """
     if "normal_force" in contacts:
         return contacts.normal_force.values.astype(float)

@@ -1,4 +1,4 @@
-"""The page of an ensemble or a sweep: its curves, its numbers, and its runs to turn around."""
+"""The report of an ensemble or a sweep: curves, numbers, and the runs in 3-D."""
 
 from pathlib import Path
 
@@ -15,15 +15,17 @@ from dusttaichi.report.particles import MOST, particles
 FIGURES = {
     "ensemble": "Mean and scatter of the replicas",
     "sweep": "Mean and scatter of each point",
-    "points": "Each by itself, the others behind it",
+    "points": "Each curve, with the others in the background",
     "numbers": "Numbers of the runs",
 }
-MOST_RUNS = 24  # whose particles a page shows, evenly of more
+MOST_RUNS = 24  # largest number of runs with particles, evenly chosen
 
 
 def ensemble_data(data, file):
-    """Content of the report of a dataset of `analysis.gather`, which is in `file`, as a dict for
-    JSON: curves, numbers against the swept keys, and the particles of the runs beside it."""
+    """Content of the report of a dataset of `analysis.gather` in `file`, as a dict for JSON.
+
+    Curves, numbers against the swept keys, and the particles of the runs in the same folder.
+    """
     title = f"{data.attrs['title']}, {'sweep' if tables.axes_of(data) else 'ensemble'}"
     table, remark = _table(data)
     lost = [f"no {what}{label and f', {label}'} ({runs}): {why}" for what, label, runs, why in
@@ -53,8 +55,7 @@ def _lead(data):
 
 
 def _table(data):
-    """(rows of text, remark below them): a head, and the numbers of each point, or of an ensemble a
-    number a row."""
+    """(rows of text, remark): a header, and the numbers, a row for each point or number."""
     axes = tables.axes_of(data)
     if not axes:
         names = tables.table_numbers(data)
@@ -67,10 +68,10 @@ def _table(data):
 
 
 def _members(data):
-    """Rows of text: a head, and how each run ended."""
+    """Rows of text: a header, and the status of each run."""
     status = data.status.values.ravel().tolist() if "status" in data else []
     rows = [[label, said] for label, said in zip(_labels(data), status, strict=False)]
-    return [["run", "how it ended"], *rows] if rows else []
+    return [["run", "status"], *rows] if rows else []
 
 
 def _labels(data):
@@ -82,7 +83,7 @@ def _labels(data):
 
 
 def _views(data, folder):
-    """Particles of the runs that lie below the folder and have snapshots, with their names."""
+    """Particles of the runs in the folder that have snapshots, with their names."""
     if "directory" not in data:  # of an older version
         return []
     places = [folder / str(place) for place in data.directory.values.ravel()]
@@ -95,7 +96,7 @@ def _views(data, folder):
             with open_run(place) as run:
                 view = particles(run, MOST // len(there)) if run.tree is not None else None
         except DustError:
-            continue  # it failed, or is no longer what it was
+            continue  # it failed or was replaced
         if view is not None:
             found.append({"name": label, "particles": view})
     return found

@@ -1,7 +1,7 @@
-"""Figures of dusttaichi.plots as interactive ones: what matplotlib has drawn, told to plotly.js.
+"""Interactive figures: matplotlib figures of dusttaichi.plots converted to plotly.js.
 
-So every figure of `dust plot` can be zoomed, read under the pointer, and its curves switched on and
-off, without being drawn twice. A figure of pictures stays a picture.
+Every figure of `dust plot` thus has zoom, values under the pointer and switchable curves without
+further code. A figure of pictures remains a picture.
 """
 
 import base64
@@ -15,8 +15,8 @@ from matplotlib.container import ErrorbarContainer
 from dusttaichi.report.layout import PER_POINT, in_data, layout_of, shown_name, stroke
 from dusttaichi.report.text import css, html
 
-PIXELS = 1160.0  # of a picture as wide as the page
-WIDEST = 8.0  # of a picture that has another beside it [inches]
+PIXELS = 1160.0  # width of a picture that fills the page
+WIDEST = 8.0  # largest width of a picture in a column [inches]
 SHAPES = {"steps": "vh", "steps-pre": "vh", "steps-mid": "hvh", "steps-post": "hv"}
 SYMBOLS = {"o": "circle", ".": "circle", "s": "square", "^": "triangle-up", "v": "triangle-down",
            "D": "diamond", "d": "diamond", "*": "star", "X": "x", "x": "x-thin", "+": "cross-thin",
@@ -24,7 +24,7 @@ SYMBOLS = {"o": "circle", ".": "circle", "s": "square", "^": "triangle-up", "v":
 
 
 def interactive(figure, name, title):
-    """A dict for the page: name, title, and `data` and `layout` of plotly.js, or an `image`.
+    """A dict for the report: name, title, and `data` and `layout` of plotly.js, or an `image`.
 
     figure: a matplotlib Figure.
     """
@@ -39,7 +39,7 @@ def interactive(figure, name, title):
         for trace in _traces(one)
     ]
     seen = set()
-    for trace in data:  # of what is in several panels the legend has one name
+    for trace in data:  # one legend entry for curves in several panels
         trace["showlegend"] &= trace["name"] not in seen
         seen.add(trace["name"])
     wide = len({round(a.get_position().x0, 2) for a in axes}) > 1
@@ -48,7 +48,7 @@ def interactive(figure, name, title):
 
 
 def picture(figure):
-    """The figure as the URL of a PNG in the page itself, as sharp as a page is wide."""
+    """The figure as a data URL of a PNG with the resolution of the page."""
     stream = io.BytesIO()
     dpi = min(max(PIXELS / figure.get_figwidth(), 130.0), 220.0)
     figure.savefig(stream, format="png", dpi=dpi)
@@ -75,8 +75,10 @@ def _traces(axes):
 
 
 def _labels(axes):
-    """A function that gives the label of an artist, also of bars and points with error bars, which
-    have theirs from what contains them: "of LABEL" of the parts that belong to something named."""
+    """Function from an artist to its label, also for members of containers (bars, error bars).
+
+    "_of LABEL" for the dependent parts of a container with that label.
+    """
     known = {}
     for container in axes.containers:
         if isinstance(container, ErrorbarContainer):
@@ -89,7 +91,7 @@ def _labels(axes):
 
 
 def _named(label):
-    """Name and place in the legend; what belongs to something named goes and comes with it."""
+    """Name and group in the legend; dependent parts are switched with their container."""
     label, name = str(label), shown_name(label)
     group = html(label.removeprefix("_of ")) if label.startswith("_of ") else name
     named = {"name": name, "showlegend": bool(name)}
@@ -98,7 +100,7 @@ def _named(label):
 
 
 def _numbers(values):
-    """Floats with five digits and None where there is no number."""
+    """Floats with five digits, or None."""
     values = np.ma.filled(np.ma.asarray(values, dtype=float), np.nan)
     return [float(f"{v:.5g}") if np.isfinite(v) else None for v in values]
 
@@ -111,7 +113,7 @@ def _line(line, label):
     trace = {
         "type": "scatter",
         "mode": "+".join(["lines"] * lines + ["markers"] * marks),
-        "x": _numbers(line.get_xdata()) or [None],  # it explains what others look like
+        "x": _numbers(line.get_xdata()) or [None],  # a mere legend entry
         "y": _numbers(line.get_ydata()) or [None],
         "line": stroke(line) | {"shape": SHAPES.get(line.get_drawstyle(), "linear")},
         "opacity": line.get_alpha() or 1.0,
@@ -139,7 +141,7 @@ def _area(path, area):
 def _patch(patch, label):
     """A bar, a step of a histogram, a polygon."""
     path = patch.get_path().transformed(patch.get_patch_transform())
-    path.should_simplify = False  # it would leave out what is finer than a pixel, taken as data
+    path.should_simplify = False  # else data units were taken for pixels
     rings = [r for r in path.to_polygons(closed_only=False) if len(r) > 1]
     if not rings or not patch.get_visible():
         return None
@@ -164,7 +166,7 @@ def _scatter(points):
 
 
 def _segments(lines, label):
-    """Error bars and the like: one trace, with gaps between the pieces."""
+    """Error bars and similar: one trace, with gaps between the segments."""
     rows = []
     for segment in lines.get_segments():
         rows += [*np.asarray(segment).tolist(), [np.nan, np.nan]]

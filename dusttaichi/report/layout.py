@@ -1,4 +1,4 @@
-"""Where the axes of a matplotlib figure stand, their scales and names, as layout of plotly.js."""
+"""Layout for plotly.js of a matplotlib figure: positions, scales and labels of its axes."""
 
 import numpy as np
 from matplotlib.colors import to_hex, to_rgba
@@ -9,14 +9,16 @@ from dusttaichi.plots.style import own_limits
 from dusttaichi.report.text import css, html
 
 PER_POINT = 96.0 / 72.0 * 0.9
-PER_INCH = 96.0  # pixels of the page an inch of a figure, of those in columns more
+PER_INCH = 96.0  # pixels per inch of a figure, more for figures in columns
 
 
 def layout_of(figure, axes):
-    """(layout, ends, height): of a Figure with these Axes; for each of them the end of the names of
-    its axes, "" or "2" ...; pixels of the height, the legend left out: how much it takes depends on
-    the width of the page (source/figures.js)."""
-    figure.canvas.draw()  # limits, places and ticks are known only now
+    """(layout, ends, height) of a Figure with these Axes.
+
+    ends: suffixes of the names of their axes, "" or "2" ...; height: pixels without the legend,
+    whose height depends on the width of the page (source/figures.js).
+    """
+    figure.canvas.draw()  # determines limits, positions and ticks
     layout = {
         "margin": {"l": 64, "r": 14, "t": 14, "b": 48},
         "font": {"size": 12},
@@ -73,7 +75,7 @@ def _axis(axes, which):
     # set_ticks with labels makes a function of them
     named = isinstance(own.get_major_formatter(), (FixedFormatter, FuncFormatter))
     named &= isinstance(own.get_major_locator(), FixedLocator)
-    if named or (log and limits[1] - limits[0] <= 2):  # which plotly.js would name by one digit
+    if named or (log and limits[1] - limits[0] <= 2):  # plotly.js would show a single digit
         ticks = [*own.get_major_ticks(), *([] if named else own.get_minor_ticks())]
         shown = [tick for tick in ticks if tick.label1.get_text()]
         about["tickvals"] = [float(tick.get_loc()) for tick in shown]
@@ -82,7 +84,7 @@ def _axis(axes, which):
 
 
 def stroke(line, colour=None):
-    """Colour, width and dashes of a line of matplotlib, for plotly.js; colour: in place of its."""
+    """Colour, width and dashes of a matplotlib line for plotly.js; colour: replaces its own."""
     pattern = getattr(line, "_unscaled_dash_pattern", (0, None))[1]
     return {
         "color": colour or to_hex(line.get_color()),
@@ -96,7 +98,7 @@ def _note(text, **where):
 
 
 def _names(axes, end):
-    """The title of an Axes, and what is written at its upper edge, as the names of stages."""
+    """The title of an Axes and texts at its upper edge, such as the names of stages."""
     here = {"xref": f"x{end} domain", "yref": f"y{end} domain", "yanchor": "bottom", "y": 1.0}
     found = []
     for side, x in (("left", 0.0), ("center", 0.5)):
@@ -112,7 +114,7 @@ def _names(axes, end):
 
 
 def _around(figure):
-    """The names that all axes of a figure share."""
+    """The common axis labels of a figure."""
     here, found = {"xref": "paper", "yref": "paper"}, []
     if figure.get_supxlabel():
         below = {"x": 0.5, "y": 0.0, "yshift": -30, "yanchor": "top"}
@@ -155,12 +157,12 @@ def shown_name(label):
 
 
 def in_data(artist, axes):
-    """(x, y): whether these coordinates of an artist are those of the data."""
+    """(x, y): whether an artist has data coordinates along these axes."""
     return artist.get_transform().contains_branch_seperately(axes.transData)
 
 
 def _shape(kind, ends, within, end):
-    """A shape that reaches across all of one direction, None where it reaches across neither."""
+    """A shape that spans one direction, or None."""
     if within[0] == within[1]:
         return None
     axes = {"xref": f"x{end}", "yref": f"y{end} domain"}

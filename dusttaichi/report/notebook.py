@@ -9,13 +9,13 @@ from dusttaichi.report.interactive import picture
 from dusttaichi.report.page import html
 from dusttaichi.report.particles import particles
 
-# the figure that tells most of a run; of those that there are the first
+# main figures in the order of their priority
 MAIN = ("compression", "tensile", "isotropic", "collision", "impact", "dust", "sound_speed")
 HEIGHT = 470  # pixels of the particles in 3-D
 
 
 class View:
-    """HTML that a notebook shows in a frame of its own. text: a whole page."""
+    """HTML in a frame of a notebook. text: a complete page."""
 
     def __init__(self, text, height=HEIGHT):
         self.text, self.height = text, height
@@ -31,12 +31,12 @@ def particle_view(run):
     """The particles of a Run in 3-D, a View. Raises DustError for a run without snapshots."""
     view = particles(run) if run.tree is not None else None
     if view is None:
-        raise DustError(f"{run.path} holds no snapshots: set output: snapshots in the scene.")
+        raise DustError(f"{run.path} has no snapshots: set output: snapshots in the scene.")
     return View(html({"title": run.name, "viewer": view}))
 
 
 def run_html(run):
-    """Name, numbers beside the literature's, and the main figure of a Run, as HTML."""
+    """Name, numbers with those of the literature, and main figure of a Run, as HTML."""
     cells = [[*row] for row in table(summary(run))]
     rows = "".join(
         "<tr>" + "".join(f"<td style='text-align:left'>{escape(c)}</td>" for c in row) + "</tr>"

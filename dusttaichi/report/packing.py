@@ -1,4 +1,4 @@
-"""Arrays as text of a page: differences, byte planes, deflate, base64; unpacked by data.js."""
+"""Arrays and quantities as text: differences, byte planes, deflate, base64 (data.js)."""
 
 import base64
 import zlib
@@ -6,13 +6,14 @@ import zlib
 import numpy as np
 
 LEVEL = 6
+OUTLIERS = 99.0  # percentile of a skewed quantity at which its colours end
 
 
 def packed(values, rows=1):
     """A dict for JSON of an array of unsigned integers or of 32-bit floats, as it is.
 
-    rows: into how many rows of one length it falls; of integers each but the first is kept as the
-    difference to the one before, which is small where things move little from row to row.
+    rows: number of rows of one length; of integers each but the first is stored as the difference
+    from the previous one, which is small where the values change little from row to row.
     """
     values = np.ascontiguousarray(values)
     kind = f"{values.dtype.kind}{values.dtype.itemsize}"
@@ -26,10 +27,10 @@ def packed(values, rows=1):
 
 
 def quantised(values, rows=1, bits=16):
-    """Numbers as whole ones of `bits` bits between their ends.
+    """Numbers as integers of `bits` bits between their ends.
 
-    The error is half of 1/65535 of the range for 16 bits. What is not a number is 0, and then
-    `gap` says below which value there is none.
+    The error is half of 1/65535 of the range for 16 bits. Values that are not a number are 0, and
+    then `gap` is the value below which there are none.
     """
     values = np.asarray(values, dtype=float)
     finite = np.isfinite(values)
@@ -38,20 +39,41 @@ def quantised(values, rows=1, bits=16):
     first = 0 if finite.all() else 1
     step = span / (most - first)
     whole = np.where(finite, np.round((np.where(finite, values, low) - low) / step) + first, 0)
-    kept = packed(np.clip(whole, 0, most).astype(f"u{bits // 8}"), rows)
+    result = packed(np.clip(whole, 0, most).astype(f"u{bits // 8}"), rows)
     bottom = float(low) - first * step
-    kept |= {"low": bottom, "high": bottom + most * step}
-    return kept if first == 0 else kept | {"gap": bottom + 0.5 * step}
+    result |= {"low": bottom, "high": bottom + most * step}
+    return result if first == 0 else result | {"gap": bottom + 0.5 * step}
 
 
-def unpacked(kept):
-    """The numbers of `packed` or `quantised` again, flat: what data.js does."""
-    size = int(kept["type"][1])
-    planes = np.frombuffer(zlib.decompress(base64.b64decode(kept["data"])), np.uint8)
-    values = np.ascontiguousarray(planes.reshape(size, -1).T).view(f"<{kept['type']}").ravel()
-    if kept["type"][0] == "u" and kept["rows"] > 1:
-        rows = values.reshape(kept["rows"], -1)
+def unpacked(result):
+    """The numbers of `packed` or `quantised`, flat; data.js does the same."""
+    size = int(result["type"][1])
+    planes = np.frombuffer(zlib.decompress(base64.b64decode(result["data"])), np.uint8)
+    values = np.ascontiguousarray(planes.reshape(size, -1).T).view(f"<{result['type']}").ravel()
+    if result["type"][0] == "u" and result["rows"] > 1:
+        rows = values.reshape(result["rows"], -1)
         values = np.cumsum(rows, axis=0, dtype=values.dtype).ravel()
-    if "low" not in kept:
+    if "low" not in result:
         return values
-    return kept["low"] + values * (kept["high"] - kept["low"]) / (2 ** (8 * size) - 1)
+    return result["low"] + values * (result["high"] - result["low"]) / (2 ** (8 * size) - 1)
+
+
+def number_quantity(label, unit, values, rows):
+    """A numerical quantity; its colours end at a percentile if it has outliers."""
+    values = np.atleast_2d(values)
+    finite = values[np.isfinite(values)]
+    if not len(finite):
+        return None
+    low, high = float(finite.min()), float(finite.max())
+    edge = float(np.percentile(finite, OUTLIERS))
+    high = edge if edge > low and high > 3.0 * abs(edge) else high
+    data = quantised(values, len(values) if len(values) == rows else 1)
+    return {"label": label, "unit": unit, "kind": "number", "range": [low, high], "data": data}
+
+
+def class_quantity(label, values, names, rows):
+    """A quantity of classes. values: class numbers of the particles, names: of the classes."""
+    values = np.atleast_2d(values)
+    data = packed(values.astype("u2"), len(values) if len(values) == rows else 1)
+    names = {int(k): str(name) for k, name in names.items()}
+    return {"label": label, "unit": "", "kind": "class", "names": names, "data": data}

@@ -1,7 +1,8 @@
-"""The page of one run or several: its data as JSON, and the HTML that holds data and code."""
+"""The report of one run or several: its data as JSON, and the HTML with data and code."""
 
 import json
 from functools import cache
+from html import escape
 from importlib import resources
 
 from dusttaichi import __version__, plots
@@ -22,8 +23,10 @@ NOT_SHOWN = (
 
 
 def report_data(runs, *, together=True):
-    """Content of the report of Runs, a dict for JSON: title, lead, runs, and of several the table
-    and the figures that show them side by side."""
+    """Content of the report of Runs, a dict for JSON: title, lead, runs.
+
+    Of several runs with a table and figures that compare them.
+    """
     one = runs[0]
     if len(runs) == 1:
         data = blank(one.name, _lead(one))
@@ -38,16 +41,9 @@ def report_data(runs, *, together=True):
 
 
 def blank(title, lead):
-    """A page that shows nothing yet."""
-    return {
-        "title": title,
-        "lead": lead,
-        "live": False,
-        "stamp": 0,
-        "table": [],
-        "figures": [],
-        "runs": [],
-    }
+    """A report without content."""
+    empty = {"table": [], "figures": [], "runs": []}
+    return {"title": title, "lead": lead, "live": False, "stamp": 0, **empty}
 
 
 def _lead(run):
@@ -73,25 +69,24 @@ def _run(run):
 
 
 def provenance(attrs):
-    """Rows of the attributes of a result that tell how it was made."""
+    """Rows of the provenance in the attributes of a result."""
     return [[name, f"{value}"] for name, value in attrs.items() if name not in NOT_SHOWN]
 
 
 def _shown(drawn):
-    """(figures as the page has them, rows of the table that name those that could not be drawn) of
-    what `plots.drawn` finds."""
-    found, failed = [], []
+    """(interactive figures, table rows of the failed ones), of the results of `plots.drawn`."""
+    shown, failed = [], []
     for row, figure, why in drawn:
         try:
-            found += [] if why else [interactive(figure, row.name, row.title)]
-        except Exception as error:  # whatever is wrong with one, the others are shown
+            shown += [] if why else [interactive(figure, row.name, row.title)]
+        except Exception as error:  # does not affect the others
             why = reason(error)
         failed += [(NOT_DRAWN, f"{row.title}: {why}", "")] if why else []
-    return found, failed
+    return shown, failed
 
 
 def _side_by_side(runs):
-    """Rows of the numbers that differ or are measured, a column for each run."""
+    """Rows of the numbers, a column for each run."""
     tables = [dict((what, value) for what, value, _ in table(summary(run))) for run in runs]
     names = list(dict.fromkeys(name for rows in tables for name in rows))
     rows = [[name, *(rows.get(name, "") for rows in tables)] for name in names]
@@ -103,17 +98,17 @@ def _side_by_side(runs):
 
 @cache
 def asset(name):
-    """The text of a file of the bundle."""
+    """The text of a bundled file."""
     return resources.files("dusttaichi.report").joinpath("assets", name).read_text("utf-8")
 
 
 def as_json(data):
-    """JSON that may stand in a page: no number that JSON lacks, no end of a script."""
+    """JSON that is valid in HTML: without infinities and ends of scripts."""
     return json.dumps(plain(data), ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
 
 
 def html(data):
-    """The page of `report_data` as one text: data, code and style in it, nothing from elsewhere."""
+    """The report of `report_data` as one self-contained HTML text."""
 
     def script(name):
         return asset(name).replace("</script", "<\\/script")
@@ -126,7 +121,7 @@ def html(data):
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
             f'<meta name="generator" content="dusttaichi {__version__}">',
             '<link rel="icon" href="data:,">',
-            f"<title>{_escaped(data['title'])}</title>",
+            f"<title>{escape(data['title'], quote=False)}</title>",
             f"<!--\n{licence}\n-->",
             f"<style>{asset('report.css')}</style></head>",
             "<body><main><p>This page needs JavaScript.</p></main>",
@@ -138,17 +133,13 @@ def html(data):
     )
 
 
-def _escaped(text):
-    return text.replace("&", "&amp;").replace("<", "&lt;")
-
-
 def check_output(path):
-    """The Path of a page, if it may be written. Raises DustError; see results.outputs."""
+    """The Path of a report, if it may be written. Raises DustError; see results.outputs."""
     return check(path, '<meta name="generator" content="dusttaichi')
 
 
 def write(data, path):
-    """Write the page to `path`; returns it. Raises DustError where it cannot be written."""
+    """Write the report to `path`; returns it. Raises DustError where it cannot be written."""
     path = check_output(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,16 +1,16 @@
-"""Snapshots of a run as the 3-D viewer of a page takes them: grains, or a continuum's particles."""
+"""Snapshots of a run for the 3-D viewer: grains, or particles of a continuum."""
 
 import numpy as np
 
 from dusttaichi.analysis.continuum.particles import DUST, ELASTIC, FIXED, RIGID, WALL
+from dusttaichi.analysis.cycles import cell_pressure
 from dusttaichi.names import AXES
 from dusttaichi.plots import style
-from dusttaichi.report.colouring import class_quantity, number_quantity
 from dusttaichi.report.contacts import BODY, COORDINATION, DISSIPATED, contacts_of
-from dusttaichi.report.packing import packed, quantised
+from dusttaichi.report.packing import class_quantity, number_quantity, packed, quantised
 
 ALL_DISSIPATED = "energy dissipated since the start"
-MOST = 600_000  # particles times snapshots in a page: some 25 MB with their contacts
+MOST = 600_000  # particles times snapshots in a report: some 25 MB with their contacts
 LENGTHS = ((1e-1, "m"), (1e-4, "mm"), (0.0, "µm"))  # of the largest extent
 SCALE = {"m": 1.0, "mm": 1e-3, "µm": 1e-6}
 ROLES = {
@@ -23,17 +23,16 @@ ROLES = {
 
 
 def particles(run, most=MOST):
-    """The viewer's data of a Run, None where it kept no snapshots; most: particles times snapshots.
+    """Data of a Run for the viewer, None without snapshots; most: particles times snapshots.
 
     count, frames; said: a line for each snapshot; position (frames, count, 3), radius; quantities:
-    what may colour; colour: the number of the one that does at first; pairs: contacts of all
-    snapshots one after another, of which those with walls end at `count` plus the number of the
-    wall; room, periodic: faces; tilt: how much further along x the upper faces of a cell are;
-    sphere: radius and centres of a rigid one among the grains.
+    for colours; colour: number of the initial one; pairs: contacts of all snapshots in order, those
+    with walls end at `count` plus the number of the wall; room, periodic: faces; tilt: offset of
+    the upper faces of a cell along x; sphere: radius and centres of a rigid sphere.
     """
     frames = run.snapshots
     if frames is None or not {"radius", "role"} & set(frames.variables):
-        return None  # no particles that the viewer knows
+        return None  # no particles known to the viewer
     frames = frames.isel(snapshot=chosen(frames, most)).load()
     x = frames.position.values
     radius = radii(run, frames)
@@ -44,21 +43,21 @@ def particles(run, most=MOST):
     grains = "radius" in frames
     pairs, more = contacts_of(run, frames) if grains else (None, [])
     about = [*more, *_quantities(run, frames, radius / scale, unit)]
-    kept_radius = np.broadcast_to(radius, (1, x.shape[1])) if radius.ndim == 1 else radius
+    radius_rows = np.broadcast_to(radius, (1, x.shape[1])) if radius.ndim == 1 else radius
     return {
         "count": x.shape[1],
         "frames": rows,
         "word": "grains" if grains else "particles",
         "length_unit": unit,
         "view": "front" if int(run.attrs.get("dimension", 3)) == 2 else "oblique",
-        "said": said(run, frames),
+        "said": frame_texts(run, frames),
         "position": quantised(x / scale, rows),
-        "radius": packed((kept_radius / scale).astype("f4")),
+        "radius": packed((radius_rows / scale).astype("f4")),
         "largest_radius": float(np.max(radius) / scale),
         "quantities": about,
         "colour": first_colour(run, [quantity["label"] for quantity in about]),
         "pairs": pairs,
-        "room": _room(frames, scale),
+        "room": _faces(frames, scale),
         "tilt": (frames.tilt.values / scale).tolist() if "tilt" in frames else None,
         "sphere": _sphere(run, frames, scale),
         "periodic": [axis in run.attrs.get("periodic_axes", "").split() for axis in AXES],
@@ -66,22 +65,26 @@ def particles(run, most=MOST):
 
 
 def first_colour(run, labels):
-    """Number of what colours particles at first: the energy dissipated where it was asked for, of
-    a collision the body, of all else the first, of grains with contacts the coordination number."""
+    """Number of the initial colouring: energy dissipated if requested, else body or coordination.
+
+    By body for a collision, by coordination number with contacts, else the first one.
+    """
     wanted = (ALL_DISSIPATED, DISSIPATED, BODY if run.collides else COORDINATION)
     return next((labels.index(label) for label in wanted if label in labels), 0)
 
 
 def chosen(frames, most=MOST):
-    """Numbers of the snapshots that a page has room for, evenly, from the last to the first."""
+    """Numbers of the snapshots in a report, evenly from the last to the first."""
     count, size = frames.sizes["snapshot"], frames.position.shape[1]
     most = max(most // max(size, 1), 1)
     return np.unique(np.linspace(count - 1, 0, min(count, most)).round().astype(int))
 
 
 def radii(run, frames):
-    """Radii that spheres are drawn with [m]: of grains (count,), or of particles (frames, count),
-    half of the edge of the cube (in two dimensions of the square) that each of them fills."""
+    """Radii of the drawn spheres [m]: of grains (count,), or of particles (frames, count).
+
+    Of particles half of the edge of the cube (in two dimensions of the square) of their volume.
+    """
     if "radius" in frames:
         return frames.radius.values
     dimension = int(run.attrs.get("dimension", 3))
@@ -89,9 +92,8 @@ def radii(run, frames):
     return np.atleast_2d(0.5 * volume ** (1.0 / dimension))
 
 
-def said(run, frames):
-    """A line for each snapshot: time, filling factor and pressure where the series has them, and
-    the shear of what is sheared."""
+def frame_texts(run, frames):
+    """A line for each snapshot: time, filling factor, pressure and shear strain, if recorded."""
     series, lines = run.series, []
     factor, unit = style.scaled(float(frames.snapshot_time.values[-1]) or 1.0, style.TIMES)
     steps, pressure = series.step.values, _pressure(series)
@@ -112,21 +114,21 @@ def said(run, frames):
 
 
 def _pressure(series):
-    """Pressure over the series [Pa], (times,): on the top wall, or the mean one of a cell without
-    walls; None where neither is known or all is 0."""
+    """Pressure over the series [Pa], (times,): of the cell, or on the top wall.
+
+    None where neither is recorded or all are 0.
+    """
     if "stress" in series:
-        found = (
-            -np.trace(series.stress.transpose("time", "xyz", "axis").values, axis1=1, axis2=2) / 3
-        )
+        pressure = cell_pressure(series)
     elif "pressure" in series:
-        found = series.pressure.sel(wall="top").values
+        pressure = series.pressure.sel(wall="top").values
     else:
         return None
-    return found if np.nanmax(np.abs(found), initial=0.0) > 0.0 else None
+    return pressure if np.nanmax(np.abs(pressure), initial=0.0) > 0.0 else None
 
 
 def _quantities(run, frames, radius, unit):
-    """Colourings of the particles of either method, without those by contacts."""
+    """Quantities of the particles of any method, without those by contacts."""
     rows, x = frames.sizes["snapshot"], frames.position.values
     found = []
     if "grain_loss" in frames:
@@ -185,7 +187,7 @@ def _of_continuum(run, frames, rows):
     return found
 
 
-def _room(frames, scale):
+def _faces(frames, scale):
     if "box" not in frames:
         return None
     faces = frames.box.values / scale

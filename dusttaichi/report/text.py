@@ -1,4 +1,4 @@
-"""Words and colours of matplotlib as HTML has them."""
+"""Labels and colours of matplotlib for HTML."""
 
 import re
 
@@ -14,7 +14,7 @@ GREEK = {
 
 
 def html(text):
-    """A label with its formulas ($...$, as matplotlib has them) as HTML."""
+    """A label with formulas ($...$, for matplotlib) as HTML."""
     text = text.replace("<", "&lt;")
     return re.sub(r"\$([^$]*)\$", lambda found: _formula(found[1]), text)
 

@@ -1,8 +1,9 @@
-"""The page of a run that goes on: served from this machine to this machine, and growing."""
+"""The live report of a running run, served to this machine alone."""
 
 import threading
 import time as real_time
 import webbrowser
+from html import escape
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from urllib.parse import parse_qs, urlparse
@@ -15,18 +16,18 @@ from dusttaichi.report.page import as_json, html, report_data
 
 HOST = "127.0.0.1"
 NAMES = (HOST, "localhost")
-SHARE = 0.1  # of one core that the page may take: it is made again after ten times what it took
-LAST = 6.0  # s for which a page may fetch the end, after which a server that is to end does
+SHARE = 0.1  # of one core for the report: it is updated after ten times its run time
+LAST = 6.0  # s during which a page may fetch the end before the server ends
 
 
 def result_of(path):
-    """The result file of a run, which need not be there yet: of its directory, or itself."""
+    """The result file of a run, which need not exist yet: of its directory, or itself."""
     path = Path(path)
     return path / "result.nc" if path.is_dir() or not path.suffix else path
 
 
 class Source:
-    """The data of the page of a run, made again when the result has grown and time allows it."""
+    """Data of the report of a run, updated when the result grows and SHARE allows it."""
 
     def __init__(self, path):
         self.path = result_of(path)
@@ -34,7 +35,7 @@ class Source:
         self._lock = threading.Lock()
 
     def data(self):
-        """Current `report_data`, with `live` and a `stamp` that rises when it is new.
+        """Current `report_data`, with `live` and a `stamp` that grows with every update.
 
         Raises DustError where there is no result yet.
         """
@@ -52,21 +53,21 @@ class Source:
             return self._data
 
     def _changed(self):
-        """Stamp that changes when the result grows: its file, and the parts that continue it."""
-        found = []
+        """Value that changes when the result grows: of its file, and its further parts."""
+        stamp = []
         for path in [self.path, *sorted(parts_folder(self.path).glob("*.nc"))]:
             try:
                 about = path.stat()
             except OSError:  # not there yet, or just joined with the others
                 continue
-            found.append((path.name, about.st_mtime_ns, about.st_size))
-        if not found:
+            stamp.append((path.name, about.st_mtime_ns, about.st_size))
+        if not stamp:
             raise DustError(f"There is no result at {self.path} yet.")
-        return found
+        return stamp
 
 
 class Handler(BaseHTTPRequestHandler):
-    """The page, and its data after a stamp: 204 where there is nothing new."""
+    """The report, and its data after a stamp: 204 without an update."""
 
     def do_GET(self):
         if not self._of_this_machine():
@@ -85,8 +86,7 @@ class Handler(BaseHTTPRequestHandler):
         return self._answer(200, "application/json", as_json(data))
 
     def _of_this_machine(self):
-        """False where another name than this machine's was asked for: a page from elsewhere whose
-        name leads here (DNS rebinding) would read the run."""
+        """False for a request with another host name, as by DNS rebinding of a foreign page."""
         host, _, port = self.headers.get("Host", "").rpartition(":")
         return host in NAMES and port == str(self.server.server_address[1])
 
@@ -100,14 +100,14 @@ class Handler(BaseHTTPRequestHandler):
         try:
             self.wfile.write(body)
         except (BrokenPipeError, ConnectionResetError):
-            pass  # the browser has gone
+            pass  # the browser was closed
 
     def log_message(self, *_):
         """The terminal belongs to the run."""
 
 
 def _waiting(error):
-    text = str(error).replace("&", "&amp;").replace("<", "&lt;")
+    text = escape(str(error), quote=False)
     return f'<!DOCTYPE html><meta http-equiv="refresh" content="2"><title>waiting</title><p>{text}'
 
 
@@ -128,13 +128,13 @@ class Server(ThreadingHTTPServer):
         return f"http://{HOST}:{self.server_address[1]}/"
 
 
-def serve(path, port=0, *, browse=True, told=print, stop=None):
-    """Serve the page of a run until Ctrl-C, or until a moment after `stop` (an Event) is set.
+def serve(path, port=0, *, browse=True, announce=print, stop=None):
+    """Serve the report of a run until Ctrl-C, or until a moment after `stop` (an Event) is set.
 
-    told: called with the address. browse: open it in the user's browser.
+    announce: called with the address. browse: open it in the user's browser.
     """
     with Server(path, port) as server:
-        told(server.url)
+        announce(server.url)
         if browse:
             threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
         thread = threading.Thread(target=server.serve_forever, daemon=True)

@@ -1,4 +1,4 @@
-"""The NetCDF file that the table of variables describes: made, read back, and cut."""
+"""The NetCDF file of a table of variables: its definition, its records, copies."""
 
 import math
 from contextlib import contextmanager
@@ -12,9 +12,9 @@ from dusttaichi.results.seal import DIGEST, SEALED, opened
 from dusttaichi.results.variables import Variable, record_dimension
 
 SOURCE = "Definition: "
-CHUNK = 8192  # entries of a chunk along an axis, at most
-ROOM = 20_000_000  # bytes that a file may need beside its records: tables, chunks partly filled
-COPIED = 4_000_000  # bytes that are copied at a time: memory that is found again by the next
+CHUNK = 8192  # largest number of entries of a chunk along an axis
+OVERHEAD = 20_000_000  # bytes of a file beside its records: tables, partly filled chunks
+COPIED = 4_000_000  # bytes that are copied at a time
 
 
 def folder_of(file, group):
@@ -22,16 +22,15 @@ def folder_of(file, group):
 
 
 def ragged_groups(layout):
-    """Ragged groups -> the Variable that says how many of their rows belong to each record."""
+    """Ragged groups -> the Variable with the number of rows of each record."""
     dimension = {record_dimension(v.group): v.group for v in layout.values()}
     return {dimension[v.counts]: v for v in layout.values() if v.counts}
 
 
 def _chunks(variable, sizes, ragged):
-    """Shape of a chunk: some 64 kB, so that appending touches few of them, little is empty, and
-    HDF5 gets the memory of the next from the one before.
+    """Shape of a chunk of some 64 kB, so that few are touched by an append and little is empty.
 
-    That of a row of many entries is of CHUNK of them.
+    At most CHUNK entries along an axis.
     """
     shape = [min(max(sizes[d], 1), CHUNK) for d in variable.dims[1:]]
     if ragged:
@@ -41,10 +40,10 @@ def _chunks(variable, sizes, ragged):
 
 
 def define(file, layout, dimensions, static, checked=True):
-    """Dimensions, variables with their attributes, and what does not grow, in an empty file.
+    """Define dimensions, variables with attributes, and static values in an empty file.
 
-    dimensions: name -> length, or the names of the entries. checked: each chunk has a sum of its
-    own, for files that become too large to be looked at whole (seal.py).
+    dimensions: name -> length, or the names of the entries. checked: with a checksum of each chunk,
+    for files that become too large to be verified as a whole (seal.py).
     """
     growing = {record_dimension(v.group) for v in layout.values()}
     sizes = {}
@@ -76,7 +75,7 @@ def _define_variable(folder, variable, sizes, ragged, checked):
     )
     new.units, new.long_name = variable.units, variable.long_name
     if variable.history:
-        new.contact_history = "kept"
+        new.contact_history = "kept"  # former name
     if variable.source:
         new.comment = f"{SOURCE}{variable.source}"
     if variable.group != "series" and not ragged and variable.grows:
@@ -91,11 +90,11 @@ def image(layout, dimensions, static, rows, attributes, *, checked, beside):
     """Yield the bytes of a file, made in memory, in blocks. The file is sealed afterwards.
 
     rows: group -> name -> array, the records. layout, dimensions, static, checked: as in `define`.
-    beside: as of WorkFile. OSError or RuntimeError where there is no room for it.
+    beside: as of WorkFile. Raises OSError or RuntimeError for lack of memory.
     """
     size = sum(values.nbytes for arrays in rows.values() for values in arrays.values())
     size += sum(np.asarray(values).nbytes for values in static.values())
-    with WorkFile(beside, 2 * size + ROOM) as work:
+    with WorkFile(beside, 2 * size + OVERHEAD) as work:
         with netCDF4.Dataset(work.path, "w", format="NETCDF4") as file:
             work.hide()
             define(file, layout, dimensions, static, checked)
@@ -113,13 +112,13 @@ def read_records(path, layout, counts):
 
     Raises DustError where it cannot be read.
     """
-    found = {}
+    records = {}
     with _readable(path) as file:
         file.set_auto_maskandscale(False)
         for variable in (v for v in layout.values() if v.grows and counts.get(v.group)):
             values = folder_of(file, variable.group)[variable.name][: counts[variable.group]]
-            found.setdefault(variable.group, {})[variable.name] = values
-    return found
+            records.setdefault(variable.group, {})[variable.name] = values
+    return records
 
 
 def describe(path):
@@ -157,8 +156,7 @@ def _readable(path):
 
 
 def write_attributes(file, attributes):
-    """Set the global attributes of an open file, which is sealed once it is closed; values of None
-    are left out."""
+    """Set the global attributes of an open file, without those that are None."""
     for name, value in {**attributes, DIGEST: SEALED}.items():
         if isinstance(value, str):  # setncattr would limit them to 64 kB
             file.setncattr_string(name, value)
@@ -167,7 +165,7 @@ def write_attributes(file, attributes):
 
 
 def record_counts(file):
-    """Group of an open file -> how many records it has; groups that grow by no records left out."""
+    """Group of an open file -> number of its records, of groups that grow."""
     groups = {"series": file, **file.groups}
     found = {g: folder.dimensions.get(record_dimension(g)) for g, folder in groups.items()}
     return {g: len(dimension) for g, dimension in found.items() if dimension is not None}
@@ -190,7 +188,7 @@ def _variables(group, folder):
 def copy_records(old, new, layout, records, starts=()):
     """The first `records` of each group from one open file to another.
 
-    starts: group -> where they begin in the new file, at 0 by default.
+    starts: group -> number of their first record in the new file, 0 by default.
     """
     for file in (old, new):
         file.set_auto_maskandscale(False)

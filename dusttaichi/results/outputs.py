@@ -1,7 +1,7 @@
 """Rules for output paths: no file of the user is overwritten without --force, no input at all.
 
-A file counts as made by this program where it holds the mark of its format, so that a figure or a
-table that is drawn again takes the place of the former one.
+A file counts as written by this program if it contains the mark of its format, so that a new figure
+or table replaces the former one.
 """
 
 from contextlib import contextmanager
@@ -12,7 +12,7 @@ from dusttaichi.errors import DustError
 
 MARK = "written by dusttaichi"  # in the metadata of figures and films
 NETCDF = "dusttaichi"  # in the attribute `source` of data sets
-SEEN = 1 << 20  # bytes at the beginning and at the end of a file that are searched for the mark
+SEARCHED = 1 << 20  # bytes at the start and at the end of a file that are searched for the mark
 
 _force = ContextVar("force", default=False)
 _inputs = ContextVar("inputs", default=())
@@ -20,9 +20,9 @@ _inputs = ContextVar("inputs", default=())
 
 @contextmanager
 def writing(*, force=False, inputs=()):
-    """Inside, files of others are overwritten where `force` is true, and these inputs never.
+    """Context in which `force` allows to overwrite foreign files, but never these inputs.
 
-    inputs: paths of what is read: files, or run directories, whose result counts.
+    inputs: paths of files, or of run directories for their results.
     """
     read = [Path(path) / "result.nc" if Path(path).is_dir() else Path(path) for path in inputs]
     tokens = _force.set(force), _inputs.set((*_inputs.get(), *read))
@@ -34,18 +34,18 @@ def writing(*, force=False, inputs=()):
 
 
 def check(path, mark=MARK):
-    """`path`, if it may be written. Raises DustError where it is an input, or somebody else's.
+    """`path`, if it may be written. Raises DustError for an input or a foreign file.
 
-    mark: text that such a file of our own holds.
+    mark: text in such files of this program.
     """
     path = Path(path)
     refuse_inputs(path, _inputs.get())
     if path.is_dir():
-        raise DustError(f"{path} is a directory, and a file is to be written there.")
-    if not _force.get() and path.exists() and not (_empty(path) or made(path, mark)):
+        raise DustError(f"{path} is a directory; a file name is needed.")
+    if not _force.get() and path.exists() and not (_empty(path) or is_ours(path, mark)):
         raise DustError(
-            f"{path} exists, and dusttaichi has not made it. --force overwrites it, --output names "
-            "another place."
+            f"{path} exists and was not written by dusttaichi. --force overwrites it, --output "
+            "names another place."
         )
     return path
 
@@ -64,11 +64,11 @@ def _empty(path):
     return path.is_file() and path.stat().st_size == 0
 
 
-def made(path, mark=MARK):
-    """True of a regular file that holds the mark, near its beginning or its end."""
+def is_ours(path, mark=MARK):
+    """True for a regular file with the mark near its start or its end."""
     if not path.is_file():
         return False
     with path.open("rb") as file:
-        head = file.read(SEEN)
-        file.seek(max(len(head), path.stat().st_size - SEEN))
-        return mark.encode() in head or mark.encode() in file.read(SEEN)
+        head = file.read(SEARCHED)
+        file.seek(max(len(head), path.stat().st_size - SEARCHED))
+        return mark.encode() in head or mark.encode() in file.read(SEARCHED)

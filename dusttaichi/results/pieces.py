@@ -1,11 +1,11 @@
-"""The files that a result is in while its run goes on: result.nc, and the parts that continue it.
+"""The files of the result of a running run: result.nc, and the parts that continue it.
 
-Once a file has some size it is left as it is, and what follows goes into a further one in the
-folder result.parts, so that writing costs the same however much there is already. Every file is
-whole by itself. The seal of a part (seal.py) names the result that it continues by the identity of
-that file, and says at which record of each group it begins and how many it has; what the files
-before it hold from there on no longer counts. So a result is put together from the seals, and a
-part is opened when its numbers are read. At its end a run joins them all into result.nc.
+A file that exceeds some size is complete, and further records go to a new one in the folder
+result.parts, so that the cost of writing is independent of the size of the result. Every file is
+valid by itself. The seal of a part (seal.py) contains the identity of the result that it continues,
+the number of its first record in each group and the number of its records; these replace such
+records of earlier files. The seals thus define the result, and a part is opened only when its
+numbers are read. At its end a run joins all files into result.nc.
 """
 
 import os
@@ -31,11 +31,11 @@ from dusttaichi.results.layout import (
 )
 
 IDENTITY = "id"  # global attribute of result.nc, by which its parts know it
-OWN = IDENTITY, seal.DIGEST  # attributes that a file made of it does not take over
+OWN = IDENTITY, seal.DIGEST  # attributes of one file, not of its continuation
 
 
 class Piece(NamedTuple):
-    """A file of a result: its records of each group, from `starts` up to `ends`, count."""
+    """A file of a result, with the records of each group from `starts` up to `ends`."""
 
     path: Path
     starts: dict
@@ -43,20 +43,20 @@ class Piece(NamedTuple):
 
 
 def identity_of(path):
-    """Identity of a result file; "" of a file that was written before there was one."""
+    """Identity of a result file; "" of a file of an older version."""
     with seal.opened(path) as file:
         return str(getattr(file, IDENTITY, ""))
 
 
 def new_identity():
-    """The identity of a file that is made now."""
+    """A new identity of a file."""
     return uuid.uuid4().hex
 
 
 def place(identity, records, starts=None):
-    """Seal of a file with its place: result.nc, or where there are `starts` a part.
+    """Content of the seal of result.nc, or with `starts` of a part.
 
-    identity: of result.nc. records: group -> how many it holds.
+    identity: of result.nc. records: group -> number of records.
     """
     if starts is None:
         return {IDENTITY: identity, "records": records}
@@ -64,9 +64,9 @@ def place(identity, records, starts=None):
 
 
 def pieces_of(path):
-    """The Pieces of the result at `path`, in order; the first is that file. They are not opened.
+    """The Pieces of the result at `path`, in order, beginning with that file.
 
-    OSError is let out; DustError where a part is damaged or missing.
+    Raises OSError; DustError where a part is damaged or missing.
     """
     path = Path(path)
     own = seal.seal_of(path)
@@ -79,14 +79,14 @@ def pieces_of(path):
         if about is None:
             raise seal.damaged(part)
         if about["continues"] != own[IDENTITY]:
-            break  # of a result that was here before
+            break  # of an earlier result
         starts = {group: about["starts"].get(group, 0) for group in about["records"]}
         ends = {group: starts[group] + n for group, n in about["records"].items()}
         if any(starts[group] > found[-1].ends.get(group, 0) for group in starts):
             raise DustError(
-                f"Records are missing between {found[-1].path} and {part}: a part is gone. Take it "
-                f"from a backup; where {part.name} and the parts after it are moved away, what is "
-                "before them can be read."
+                f"Records are missing between {found[-1].path} and {part}: a part is lost. Take it "
+                f"from a backup; without {part.name} and the parts after it the earlier records "
+                "can be read."
             )
         before = {group: starts.get(group, n) for group, n in found[-1].ends.items()}
         found[-1] = found[-1]._replace(ends=before)
@@ -99,22 +99,22 @@ def _parts(path):
 
 
 def remove_parts(path, after=0):
-    """Remove the parts of the result at `path` behind number `after`. OSError is let out."""
+    """Remove the parts of the result at `path` behind number `after`. Raises OSError."""
     for part in reversed(_parts(path)):
         if int(part.stem) > after:
             part.unlink(missing_ok=True)
 
 
 def remove_other_parts(path):
-    """Remove the parts of a result that was at `path` before; nobody reads those that stay."""
+    """Remove the parts of an earlier result at `path`; remaining ones are ignored."""
     shutil.rmtree(parts_folder(path), ignore_errors=True)
 
 
 def join(path, lock=None):
-    """One file out of the pieces of the result at `path`, in a process of its own: HDF5 does not
-    recover from a write that fails. Raises DustError; all pieces are then kept.
+    """Join the pieces of the result at `path` into one file. Raises DustError; nothing is lost.
 
-    lock: the RunLock of the directory, which that process holds, too, should this one be killed.
+    In a separate process, since HDF5 does not recover from a failed write. lock: the RunLock of the
+    directory, which that process holds, too, in case this one is killed.
     """
     command = python_command("dusttaichi.results.pieces", path)
     done = subprocess.run(
@@ -127,24 +127,24 @@ def join(path, lock=None):
     )
     if done.returncode != 0:
         remove(_temporary(path))
-        last = (done.stderr.strip().splitlines() or ["it has said nothing"])[-1]
+        last = (done.stderr.strip().splitlines() or ["no message"])[-1]
         if done.returncode < 0:
-            last = f"HDF5 was cut short by signal {-done.returncode}, as where a write fails"
+            last = f"HDF5 was ended by signal {-done.returncode}, as after a failed write"
         raise DustError(
             f"The parts of {path} could not be joined into one file: {last}. Nothing is lost: they "
-            f"are kept in {parts_folder(path)} and read from there. Mend that and join them with "
-            "--resume."
+            f"are in {parts_folder(path)} and are read from there. Remove the cause and join them "
+            "with --resume."
         )
 
 
 def _put_together(path):
-    """Write the joined file in the place of that at `path`. Raises OSError, DustError."""
+    """Replace the file at `path` by the joined one. Raises OSError, DustError."""
     pieces, parent = pieces_of(path), os.getppid()
     layout, sizes, static, attributes, _ = describe(pieces[-1].path)
     first, temporary = pieces[0], _temporary(path)
     known, *_, present = describe(path)
     fits = set(known) == set(layout) and all(present[g] <= n for g, n in pieces[-1].ends.items())
-    if fits:  # its records stay where they are; those that no longer count are written over
+    if fits:  # its records remain; those that are replaced are overwritten
         clone(path, temporary)
         seal.remove(temporary)
         pieces = pieces[1:]
@@ -156,7 +156,7 @@ def _put_together(path):
             define(new, layout, sizes, static)
         for piece in pieces:
             if os.getppid() != parent:
-                raise OSError("the run that joins them has been killed")
+                raise OSError("the run was killed")
             counts = {g: n - piece.starts[g] for g, n in piece.ends.items()}
             with seal.opened(piece.path) as old:
                 copy_records(old, new, layout, counts, piece.starts)
@@ -173,7 +173,7 @@ def _temporary(path):
 
 
 def main(arguments):
-    """Entry point of the process that joins; its argument is the path of the result."""
+    """Entry point of the joining process; its argument is the path of the result."""
     path = Path(*arguments)
     try:
         _put_together(path)

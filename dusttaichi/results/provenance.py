@@ -1,4 +1,4 @@
-"""Where a result comes from: scene, versions and machine, as global attributes."""
+"""Provenance of a result: scene, versions and machine, as global attributes."""
 
 import os
 import platform
@@ -27,10 +27,10 @@ def _git_commit():
 
 
 def provenance(scene_given, scene_resolved, **numbers):
-    """Global attributes of a run: both YAML texts, versions, machine, and `numbers` as they are.
+    """Global attributes of a run: both YAML texts, versions, machine, and `numbers`.
 
-    `numbers`: title, seed, backend, precision, threads, time_step [s] and whatever else belongs
-    to the run (values of None are left out).
+    numbers: title, seed, backend, precision, threads, time_step [s] and further attributes of the
+    run (those that are None are left out when written).
     """
     versions = {name: metadata.version(name) for name in ("taichi", "numpy", "netCDF4")}
     return {
@@ -55,7 +55,7 @@ def yaml_text(value):
 
 
 def plain(value):
-    """A value as YAML and JSON have it: without types of NumPy, and with paths as texts."""
+    """A value for YAML and JSON: without NumPy types, paths as texts."""
     if isinstance(value, dict):
         return {k: plain(v) for k, v in value.items()}
     if isinstance(value, (list, tuple)):

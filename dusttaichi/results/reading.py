@@ -1,4 +1,4 @@
-"""A result as one xr.DataTree, also while its run goes on and it is in several pieces."""
+"""A result as one xr.DataTree, also of a running run with several files."""
 
 import bisect
 import math
@@ -14,12 +14,12 @@ from dusttaichi.results.pieces import pieces_of
 from dusttaichi.results.seal import check_whole, opened
 from dusttaichi.results.variables import record_dimension
 
-ATTEMPTS = 3  # where a run joins its parts at this very moment
-SMALL = 64  # numbers of a record up to which a variable is read at once
+ATTEMPTS = 3  # while a run joins its parts
+SMALL = 64  # largest number of entries of a record for which a variable is read at once
 
 
 def open_tree(path):
-    """The result at `path`, whose large variables are read when they are used.
+    """The result at `path`, whose large variables are read when used.
 
     Raises OSError, RuntimeError, ValueError or KeyError where it cannot be read.
     """
@@ -33,7 +33,7 @@ def open_tree(path):
 
 
 def _open(path):
-    """As open_tree; FileNotFoundError where the parts have just been joined."""
+    """The same; FileNotFoundError where the parts have just been joined."""
     pieces = pieces_of(path)
     check_whole(pieces[-1].path)
     if len(pieces) == 1:
@@ -45,7 +45,7 @@ def _open(path):
 
 
 def _whole(path, last, pieces):
-    """A group of all pieces, from that of the last one, a Dataset."""
+    """The Dataset of a group of all pieces, from that of the last one."""
     group = path.strip("/") or "series"
     grown = record_dimension(group)
     names = [name for name, v in last.variables.items() if v.dims[:1] == (grown,)]
@@ -56,13 +56,13 @@ def _whole(path, last, pieces):
         if data is None:
             data = indexing.LazilyIndexedArray(_Joined(pieces, f"{group}/{name}", old))
         lazy[name] = xr.Variable(old.dims, data, old.attrs)
-    kept = {name: v for name, v in last.variables.items() if name not in lazy} | lazy
-    coords = {name: kept.pop(name) for name in last.coords}
-    return xr.Dataset(kept, coords, last.attrs)
+    variables = dict(last.variables) | lazy
+    coords = {name: variables.pop(name) for name in last.coords}
+    return xr.Dataset(variables, coords, last.attrs)
 
 
 def _small(group, names, last, pieces):
-    """Name -> array of the variables whose records are small, piece by piece."""
+    """Name -> array of the variables with small records, joined over the pieces."""
     small = [n for n in names if math.prod(last.variables[n].shape[1:]) <= SMALL]
     found = {name: [] for name in small}
     for piece in pieces:
@@ -77,7 +77,7 @@ def _small(group, names, last, pieces):
 
 
 class _Joined(BackendArray):
-    """A variable of all pieces, joined along its first axis; read where it is indexed."""
+    """A variable of all pieces, joined along its first axis; read when indexed."""
 
     def __init__(self, pieces, key, last):
         group, name = key.rsplit("/", 1)
@@ -99,7 +99,7 @@ class _Joined(BackendArray):
         return self._rows(rows, rest)
 
     def _rows(self, rows, rest):
-        """These rows, which are in order up or down, of the entries `rest`."""
+        """These rows, in rising or falling order, of the entries `rest`."""
         found, at = [], [bisect.bisect_right(self.starts, row) - 1 for row in rows]
         for number in dict.fromkeys(at):
             own = [
@@ -113,7 +113,7 @@ class _Joined(BackendArray):
         return np.empty((0, *np.empty(self.shape[1:])[tuple(rest)].shape), self.dtype)
 
     def _block(self, number, low, high, rest):
-        """Rows of a piece; of the joined file where the parts have been joined since."""
+        """Rows of a piece; of the joined file if the parts have been joined since."""
         path = self.pieces[number].path
         if not path.exists():
             path, first = self.joined, self.starts[number]

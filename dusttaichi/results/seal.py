@@ -1,13 +1,13 @@
-"""The seal at the end of a result file: the SHA-256 of its bytes, and which records they hold.
+"""The seal at the end of a result file: the SHA-256 of its bytes, and its records.
 
-HDF5 has a sum of each chunk of numbers, but none of its texts and of some of its tables. Where
-those are damaged it may give other numbers, or never come to an end. So a file is opened only
-where it has the bytes that were written. HDF5 does not look behind its own end, where the seal is:
+HDF5 has a checksum of each chunk of numbers, but none of its texts and of some of its tables. If
+those are damaged it may return wrong numbers or hang. A file is therefore opened only if it has the
+bytes that were written. HDF5 ignores the bytes behind its end, where the seal is:
 
     bytes of HDF5 | seal, a JSON text | SHA-256 of that text | its length, 8 bytes | MAGIC
 
-A program that changes the file by HDF5 cuts the seal off; an attribute says that there was one.
-Files from before there were seals have a digest of their texts.
+A program that changes the file by HDF5 removes the seal; an attribute shows that there was one.
+Files of older versions without seals have a digest of their texts.
 """
 
 import hashlib
@@ -25,15 +25,15 @@ DIGEST = "digest"  # global attribute: SHA-256 of the texts in a file without a 
 SEALED = "SHA-256 of the file, at its end"  # its value in a file that has one
 MAGIC = b"dustseal"
 END = 32 + 8 + len(MAGIC)  # bytes behind the JSON text
-LARGEST = 4e9  # bytes up to which a file is read whole before it is opened
+LARGEST = 4e9  # bytes up to which a file is verified before it is opened
 
-_checked = {}  # path -> identity of the file that was found whole
+_checked = {}  # path -> identity of the verified file
 
 
 def sealed(blocks, about):
-    """The blocks of bytes of a file, and behind them their seal.
+    """The blocks of bytes of a file, followed by their seal.
 
-    about: what it is to say besides, as JSON can hold.
+    about: further content of the seal, for JSON.
     """
     digest, size = hashlib.sha256(), 0
     for block in blocks:
@@ -44,7 +44,7 @@ def sealed(blocks, about):
 
 
 def seal_file(path, about):
-    """Put the seal behind the end of a file. OSError is let out."""
+    """Append the seal to a file. Raises OSError."""
     size = os.path.getsize(path)
     with open(path, "r+b", buffering=0) as file:
         digest = _digest(file, size)
@@ -53,7 +53,7 @@ def seal_file(path, about):
 
 
 def remove(path):
-    """Cut the seal off, so that HDF5 may go on behind its own end. OSError is let out."""
+    """Remove the seal, so that HDF5 may append to the file. Raises OSError."""
     if (about := seal_of(path)) is not None:
         os.truncate(path, about["size"])
 
@@ -64,9 +64,9 @@ def _seal(digest, size, about):
 
 
 def seal_of(path):
-    """Content of the seal of a file, None where there is none. The file may be damaged before it.
+    """Content of the seal of a file, or None. The rest of the file may be damaged.
 
-    OSError is let out; DustError where the seal itself is damaged.
+    Raises OSError; DustError where the seal itself is damaged.
     """
     with open(path, "rb") as file:
         size = file.seek(0, os.SEEK_END)
@@ -86,10 +86,10 @@ def seal_of(path):
 
 
 def check(path):
-    """The seal of a file, None where there is none, after a look at whether its bytes are those
-    that were sealed. A file is looked at once in a process, and again when it has changed.
+    """The seal of a file, or None, after verification of its bytes.
 
-    OSError is let out; DustError where it is damaged.
+    A file is verified once in a process, and again after a change. Raises OSError; DustError where
+    it is damaged.
     """
     with open(path, "rb", buffering=0) as file:
         now = os.fstat(file.fileno())
@@ -99,7 +99,7 @@ def check(path):
         if about is None or known or about["size"] > LARGEST:
             return about
         if _digest(file, about["size"]).hexdigest() != about["sha256"]:
-            # another file may have taken its place between the two looks
+            # another file may have replaced it in between
             if os.stat(path).st_ino != now.st_ino:
                 return check(path)
             raise damaged(path)
@@ -109,7 +109,7 @@ def check(path):
 
 @contextmanager
 def opened(path):
-    """A result file that is open for reading. OSError is let out; DustError where it is damaged."""
+    """A result file that is open for reading. Raises OSError; DustError where it is damaged."""
     about = check(path)
     with netCDF4.Dataset(path) as file:
         if about is None:
@@ -118,40 +118,40 @@ def opened(path):
 
 
 def check_whole(path):
-    """Raise DustError where a result file is damaged; OSError is let out."""
+    """Verify a result file. Raises OSError; DustError where it is damaged."""
     if check(path) is None:
         with opened(path):
             pass
 
 
 def damaged(path):
-    """The DustError that says so."""
-    path, what = Path(path), "Take it from a backup, or compute it anew (--force)"
+    """The DustError of a damaged file."""
+    path, advice = Path(path), "Take it from a backup, or compute it again (--force)"
     if path.parent.suffix == ".parts":
-        what += "; where it and the parts after it are moved away, what is before it can be read"
-    return DustError(f"{path} is damaged: it has not the bytes that were written. {what}.")
+        advice += "; without it and the parts after it the earlier records can be read"
+    return DustError(f"{path} is damaged: its bytes are not those that were written. {advice}.")
 
 
 def _check_texts(path, file):
     """Raise DustError where an open file has lost its seal, or its texts have changed."""
-    said = getattr(file, DIGEST, None)
-    if said is None:
+    digest = getattr(file, DIGEST, None)
+    if digest is None:
         return
-    if said == SEALED:
-        problem = "the sum of its bytes, which stood at its end, is gone"
-    elif said != _digest_of_texts(file):
+    if digest == SEALED:
+        problem = "the checksum at its end is missing"
+    elif digest != _digest_of_texts(file):
         problem = "its texts are not those that were written"
     else:
         return
     raise DustError(
         f"{path} is damaged, or another program has changed it: {problem}. If you have changed it "
         f"yourself, remove its attribute {DIGEST}, too; otherwise take it from a backup, or "
-        "compute it anew (--force)."
+        "compute it again (--force)."
     )
 
 
 def _digest_of_texts(file):
-    """Of all texts of an open file: its global attributes, and the names of entries."""
+    """Digest of the texts of an open file: global attributes and names of entries."""
     attributes = {name: file.getncattr(name) for name in file.ncattrs()}
     texts = sorted((k, v) for k, v in attributes.items() if isinstance(v, str) and k != DIGEST)
     texts += [(n, v[:].tolist()) for n, v in file.variables.items() if v.dtype is str]

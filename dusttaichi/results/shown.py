@@ -1,4 +1,4 @@
-"""Families of numbers and figures that extensions add, by their names.
+"""Families of numbers and figures of extensions, by their names.
 
 Filled by `dusttaichi.analysis.numbers.register` and `dusttaichi.plots.register`.
 """

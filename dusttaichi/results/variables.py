@@ -1,7 +1,7 @@
 """Variables of the result file, and those that all methods share.
 
-Each method declares its own beside them (for the grains: grains/variables.py); writer and layout
-derive from the declarations.
+Each method declares further ones (for the grains: grains/variables.py); writer and layout follow
+from the declarations.
 """
 
 from dataclasses import dataclass, replace
@@ -10,13 +10,13 @@ import numpy as np
 
 from dusttaichi.names import AXES, CHANNELS, SPRINGS, WALLS
 
-ASKED = "asked"  # feature of what is written on request alone
-# groups that `output.variables` chooses from
+REQUESTED = "requested"  # feature of optional outputs
+# groups with optional outputs (`output.variables`)
 CHOSEN = ("snapshots", "contacts", "wall_contacts", "sphere_contacts")
 NEEDED = {"snapshot_time", "step", "position", "box", "grain_i", "grain_j", "grain", "wall"}
 # dimensions with many entries
 EACH = {"grain", "particle", "contact", "wall_contact", "sphere_contact"}
-# dimensions whose entries have names, where a method says nothing else
+# names of the entries of dimensions, unless a method declares others
 LABELS = {
     "wall": WALLS,
     "spring": SPRINGS,
@@ -36,7 +36,7 @@ _RECORDS = {  # group -> the dimension that grows
 
 
 def record_dimension(group):
-    """The dimension of a group that grows; that of a group of the user's own is `record`."""
+    """The dimension along which a group grows; `record` for a group of the user."""
     return _RECORDS.get(group, "record")
 
 
@@ -44,9 +44,9 @@ def record_dimension(group):
 class Variable:
     """One variable of the result file.
 
-    needs: the features that a scene must have to have it. counts: the dimension whose rows it
-    counts, where it says how many rows of a ragged group belong to each record. history: a contact
-    keeps it, and a sample that is read from the result takes it along.
+    needs: features that a scene must have. counts: dimension of a ragged group whose rows of each
+    record it counts. history: part of the contact history, which a sample that is read from the
+    result includes.
     """
 
     group: str
@@ -67,7 +67,7 @@ class Variable:
 
     @property
     def grows(self):
-        """True where there is one entry a record, False for what is written once."""
+        """True for one entry per record, False for a static variable."""
         return record_dimension(self.group) in self.dims
 
 
@@ -76,6 +76,7 @@ def declare(group, rows, integers=(), counts=()):
 
     integers: name -> type of those that are not f8. counts: name -> dimension.
     """
+    integers, counts = dict(integers), dict(counts)
     return tuple(
         Variable(
             group,
@@ -84,37 +85,37 @@ def declare(group, rows, integers=(), counts=()):
             units,
             long_name,
             source,
-            dict(integers).get(name, "f8"),
+            integers.get(name, "f8"),
             frozenset(needs.split()),
-            dict(counts).get(name, ""),
-        )
+            counts.get(name, ""),
+        )  # fmt: skip
         for name, dims, units, long_name, source, needs in rows
     )
 
 
 def select(variables, features, chosen=(), precision="f64"):
-    """Those of the variables whose needs are among the features, in their order.
+    """Those of the variables whose needs are among the features, in order.
 
-    chosen: names as `output.variables` has them, of variables that are written on request alone
-    (feature ASKED), and, with a minus in front, of those that are left out. precision: "f32": what
-    there is of every grain, particle or contact is in single precision.
+    chosen: names of `output.variables`, of optional outputs (feature REQUESTED), and, with a minus,
+    of excluded ones. precision: "f32": variables of every grain, particle or contact are in single
+    precision.
     """
-    features = {*features, ASKED}
-    asked = [v for v in variables if v.needs <= features and _wanted(v, chosen)]
+    features = {*features, REQUESTED}
+    selected = [v for v in variables if v.needs <= features and _wanted(v, chosen)]
     if precision == "f64":
-        return tuple(asked)
-    return tuple(replace(v, dtype="f4") if v.dtype == "f8" and _of_each(v) else v for v in asked)
+        return tuple(selected)
+    return tuple(replace(v, dtype="f4") if v.dtype == "f8" and _of_each(v) else v for v in selected)
 
 
 def _wanted(variable, chosen):
     if any(name[1:] in (variable.key, variable.name) for name in chosen if name[:1] == "-"):
         return not optional(variable)
-    on_request = ASKED in variable.needs
-    return not on_request or bool({variable.key, variable.name} & set(chosen))
+    requested = {variable.key, variable.name} & set(chosen)
+    return REQUESTED not in variable.needs or bool(requested)
 
 
 def optional(variable):
-    """True where a result may be without the variable, or with it on request."""
+    """True for a variable that a result may lack, or has on request."""
     needed = variable.name in NEEDED or variable.counts or not variable.grows
     return variable.group in CHOSEN and not needed
 
@@ -126,15 +127,15 @@ def _of_each(variable):
 def reference_energy(work, kinetic_start, potential_start, losses):
     """Energy that has gone through the system [J]: |work| + K(0) + |U(0)| + losses (all totals).
 
-    What a ledger's residual is compared with; arrays over time or numbers.
+    Reference of the residual of a ledger; arrays over time or numbers.
     """
     return np.abs(work) + kinetic_start + np.abs(potential_start) + losses
 
 
-# What the run itself writes into the series where a method declares it, and what every snapshot
-# has. Features: "height" (a finite one), "stages", "filling" (a filling factor), "cell" (periodic
-# axes), "snapshots". The time of /snapshots is not called `time`: a DataTree hands the root's
-# coordinate of that name down.
+# Variables that the run writes into the series if a method declares them, and those of every
+# snapshot. Features: "height" (a finite one), "stages", "filling" (a filling factor), "cell"
+# (periodic axes), "snapshots". The time of /snapshots is not called `time`, since a DataTree
+# inherits the coordinate of the root with that name.
 # fmt: off
 _S12 = "S12 section 3.2"
 _SERIES = declare(
@@ -142,10 +143,10 @@ _SERIES = declare(
         ("time", "time", "s", "simulated time", "", ""),
         ("step", "time", "1", "time steps done", "", ""),
         ("height", "time", "m", "top wall above bottom wall", _S12, "height"),
-        ("stage", "time", "1", "number of the stage, from 0; their names stand in the global "
+        ("stage", "time", "1", "number of the stage, from 0; their names are in the global "
          "attribute stages", "", "stages"),
-        ("filling_factor", "time", "1", "volume of the grains over that of the room: of the box or "
-         "cell; between plates projected_area x height", "S12 eq 28, section 3.2", "filling"),
+        ("filling_factor", "time", "1", "volume of the grains over that of the box or cell, "
+         "between plates over projected_area x height", "S12 eq 28, section 3.2", "filling"),
         ("box_length", "time xyz", "m", "edges of the periodic cell, or distance of two walls; not "
          "a number along an open axis", "T19 eq 11", "cell"),
         ("energy_residual", "time", "J", "total energy less that at the start, less work, plus "
@@ -153,8 +154,8 @@ _SERIES = declare(
          "successive half steps", "docs, Physics", ""),
         ("energy_residual_relative", "time", "1", "energy_residual over the energy that has gone "
          "through the system, |work| + initial kinetic + |initial potential| + |losses|, but no "
-         "less than the largest change of the kinetic energy, nor than what the present contacts "
-         "bind at rest", "dusttaichi.run.ledger.turnover", ""),
+         "less than the largest change of the kinetic energy and the binding energy of the present "
+         "contacts", "dusttaichi.run.ledger.turnover", ""),
         ("wall_clock", "time", "s", "real time spent in the run, interruptions left out", "", ""),
     ], {"step": "i8", "stage": "i4"},
 )
@@ -187,7 +188,7 @@ def common(*features):
 def declared(table, integers, counts=()):
     """Variables of a method, a tuple, from its table {group: rows of `declare`}.
 
-    A row that is a name alone stands for a variable that methods share. counts: of the snapshots.
+    A row that is a mere name is a variable that methods share. counts: of the snapshots.
     """
     out = []
     for group, rows in table.items():

@@ -1,6 +1,7 @@
 """The writer of the result file, which a kill or a full disk cannot harm."""
 
 import time as clock
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from dusttaichi.results import pieces, seal
 from dusttaichi.results.layout import describe, image, ragged_groups, read_records
 from dusttaichi.results.variables import LABELS
 
-PIECE = 8_000_000  # bytes from which a file is left as it is, and a further part begins
+PIECE = 8_000_000  # bytes from which a file is complete, and a new part begins
 
 
 def _now():
@@ -19,15 +20,15 @@ def _now():
 
 
 class Writer:
-    """Appends records to one result; what is on disk is whole at any moment.
+    """Appends records to one result; the files on disk are valid at any moment.
 
-    `append` keeps records in memory. `flush` makes the file anew in memory (HDF5 does not recover
-    from a write that fails), and puts it in the place of the old one by an atomic rename: a kill
-    or a full disk leaves the file as it was at the last flush, and the records since then in
-    memory, for the next flush to try again. A file of PIECE bytes is left as it is, and the
-    records go on in a further one (pieces.py), so that the cost of a flush does not grow with the
-    result; `join` makes one file of them all. Holds the lock of the run directory until `close`.
-    Use `Writer.create` or `Writer.resume`. A context manager.
+    `append` stores records in memory. `flush` creates the file again in memory (HDF5 does not
+    recover from a failed write) and replaces the old one by an atomic rename: after a kill or on a
+    full disk the file of the last flush remains, and later records stay in memory for the next
+    attempt. A file of PIECE bytes is complete, and a further one continues it (pieces.py), so that
+    the cost of a flush is independent of the size of the result; `join` joins them into one file.
+    Holds the lock of the run directory until `close`. Use `Writer.create` or `Writer.resume`. A
+    context manager.
     """
 
     def __init__(self, path, lock, *, layout, sizes, static, attributes, records):
@@ -37,11 +38,11 @@ class Writer:
         self._sizes = {d: n if isinstance(n, int) else len(n) for d, n in sizes.items()}
         self._attributes, self._records = attributes, records
         self._buffer = {group: [] for group in records}
-        # the piece that is being written: its number (0 is the result itself), its first records
+        # the current piece: its number (0 is the result itself), its first records
         self._number, self._starts, self._identity = 0, dict.fromkeys(records, 0), ""
         self._size = 0  # of that piece [bytes]
         self._written = {}  # its records that are on disk, group -> name -> array
-        self._alone = False  # there are no parts after it, of a run that had come further
+        self._alone = False  # there are no later parts, of a run that had progressed further
         self._changed = False
         self._last_time = None
 
@@ -49,21 +50,15 @@ class Writer:
     def create(cls, path, variables, sizes, coords, attrs, *, force=False, lock=None):
         """A new result file with the given Variables, on disk at once.
 
-        sizes: name -> number of entries of a dimension, or their names; LABELS has some already.
-        coords: values of variables that do not grow, by key.
-        attrs: global attributes, see `provenance`. lock: a RunLock already held (it then stays
-        the caller's to release). Raises DustError if the file exists and `force` is not set, if
-        another run holds the directory, or if it cannot be written.
+        sizes: name -> number of entries of a dimension, or their names, in addition to LABELS.
+        coords: values of static variables, by key. attrs: global attributes, see `provenance`.
+        lock: an acquired RunLock, which the caller releases. Raises DustError if the file exists
+        and `force` is not set, if another run has the lock, or if it cannot be written.
         """
         path = Path(path)
-        own = lock is None
-        lock = RunLock(path.parent) if own else lock
-        try:
+        with _acquired(path, lock) as lock_of_run:
             if path.exists() and not force:
-                raise DustError(
-                    f"{path} exists already. Use --force to overwrite it, --resume to go on with "
-                    "it, or choose another output directory."
-                )
+                raise DustError(already_there(path))
             layout = {v.key: v for v in variables}
             attributes = {"status": "running", "history": f"{_now()} started", **attrs}
             static = {k: np.asarray(coords[k]) for k, v in layout.items() if not v.grows}
@@ -71,70 +66,59 @@ class Writer:
             sizes = {**LABELS, **sizes}
             known = {"layout": layout, "sizes": sizes, "static": static}
             known |= {"attributes": attributes, "records": records}
-            writer = cls(path, lock, **known)
-            writer._owns_lock, writer._identity = own, pieces.new_identity()
+            writer = cls(path, lock_of_run, **known)
+            writer._owns_lock, writer._identity = lock is None, pieces.new_identity()
             writer._changed = True
             writer.flush()
             pieces.remove_other_parts(path)
-        except BaseException:
-            if own:
-                lock.release()
-            raise
         return writer
 
     @classmethod
     def resume(cls, path, counts, *, lock=None):
-        """Go on with the file at `path` from `counts` (group -> records, as of `counts()`).
+        """Continue the file at `path` from `counts` (group -> records, see `counts()`).
 
-        What the result holds past the counts is dropped with the first flush. Raises DustError if
-        it is missing, damaged or shorter than the counts, or another run holds it.
+        Further records of the result are dropped with the first flush. Raises DustError if it is
+        missing, damaged or shorter than the counts, or another run has the lock.
         """
         path = Path(path)
         if not path.exists():
-            raise DustError(f"There is no result to go on with at {path}.")
-        own = lock is None
-        lock = RunLock(path.parent) if own else lock
-        try:
-            writer = cls._of_pieces(path, lock, counts)
-            writer._owns_lock = own
-        except BaseException:
-            if own:
-                lock.release()
-            raise
+            raise DustError(f"There is no result to continue at {path}.")
+        with _acquired(path, lock) as lock_of_run:
+            writer = cls._of_pieces(path, lock_of_run, counts)
+            writer._owns_lock = lock is None
         return writer
 
     @classmethod
     def _of_pieces(cls, path, lock, counts):
-        """A Writer that goes on with the pieces of a result from `counts`."""
-        found = _pieces(path)
-        for piece in found:  # what is damaged is told now, not at the end of the run
+        """A Writer that continues the pieces of a result from `counts`."""
+        files = _pieces(path)
+        for piece in files:  # damage is reported now, not at the end of the run
             seal.check_whole(piece.path)
-        held = found[-1].ends
-        short = [group for group, n in counts.items() if held.get(group, 0) < n]
+        short = [group for group, n in counts.items() if files[-1].ends.get(group, 0) < n]
         if short:
             raise DustError(
-                f"{path} holds fewer records of {', '.join(short)} than the checkpoint knows "
-                "of: they are not of the same run. Start anew with --force."
+                f"{path} has fewer records of {', '.join(short)} than the checkpoint: they are not "
+                "of the same run. Start again with --force."
             )
-        while len(found) > 1 and all(n >= counts.get(g, 0) for g, n in found[-1].starts.items()):
-            found.pop()  # nothing of it is known to the checkpoint
-        layout, sizes, static, attributes, _ = describe(found[-1].path)
+        while len(files) > 1 and all(n >= counts.get(g, 0) for g, n in files[-1].starts.items()):
+            files.pop()  # it is later than the checkpoint
+        layout, sizes, static, attributes, _ = describe(files[-1].path)
         attributes["history"] = f"{attributes.get('history', '')}\n{_now()} resumed"
         attributes = {k: v for k, v in attributes.items() if k not in pieces.OWN}
-        kept = {group: int(counts.get(group, 0)) for group in found[-1].ends}
+        records = {group: int(counts.get(group, 0)) for group in files[-1].ends}
         known = {"layout": layout, "sizes": sizes, "static": static, "attributes": attributes}
-        writer = cls(path, lock, **known, records=kept)
-        writer._go_on_from(len(found) - 1, found[-1].starts)
+        writer = cls(path, lock, **known, records=records)
+        writer._continue_from(len(files) - 1, files[-1].starts)
         writer.set_status("running")
         return writer
 
     def append(self, group, record):
-        """Keep one record of `group` ("series", "profiles", "snapshots") in memory.
+        """Store one record of `group` ("series", "profiles", "snapshots") in memory.
 
         record: name -> number or array in the shape of the variable without its first dimension;
-        a block of records has the first dimension too. For the ragged groups ("contacts",
+        a block of records includes the first dimension. For the ragged groups ("contacts",
         "wall_contacts") always the rows of one snapshot, (rows,) or (rows, 3).
-        Every variable of the group must be there. ValueError otherwise.
+        Raises ValueError unless it has every variable of the group.
         """
         expected = {v.name: v for v in self._layout.values() if v.group == group and v.grows}
         if set(record) != set(expected):
@@ -155,11 +139,11 @@ class Writer:
 
     @property
     def groups(self):
-        """Names of the groups that the file has."""
+        """Names of the groups of the file."""
         return tuple(self._records)
 
     def add(self, variables, sizes=()):
-        """Further groups, whose Variables all grow; in the file from the next flush on."""
+        """Add groups of growing Variables; in the file from the next flush."""
         self.flush()
         self._layout |= {v.key: v for v in variables}
         self._dimensions |= dict(sizes)
@@ -179,23 +163,23 @@ class Writer:
 
     @property
     def attributes(self):
-        """The global attributes, as the next flush publishes them."""
+        """The global attributes of the next flush."""
         return dict(self._attributes)
 
     def counts(self):
-        """Records of each group, those in memory included: what a checkpoint keeps."""
+        """Records of each group, with those in memory, for a checkpoint."""
         return {g: n + self._rows_waiting(g) for g, n in self._records.items()}
 
     @property
     def pending_bytes(self):
-        """Size of what waits in memory for the next flush."""
+        """Bytes in memory for the next flush."""
         return sum(a.nbytes for b in self._buffer.values() for r in b for a in r.values())
 
     def flush(self):
-        """Put everything on disk. Returns the seconds it took (0.0 if there was nothing to do).
+        """Write everything to disk. Returns the seconds it took (0.0 without changes).
 
-        Raises DustError where it cannot be written; nothing is lost then, and flush may be
-        called again.
+        Raises DustError where it cannot be written; nothing is lost then, and flush may be called
+        again.
         """
         if not self._changed:
             return 0.0
@@ -215,8 +199,7 @@ class Writer:
         except (OSError, RuntimeError) as error:
             reason = explain(error, self.path)
             raise DustError(self._failure(reason)) from error
-        # a break between the rename and here is harmless: the same records are written to the
-        # same places again
+        # harmless if interrupted after the rename: the same records are then written again
         self._records, self._buffer = counts, {group: [] for group in counts}
         self._number, self._starts, self._size = number, starts, file.stat().st_size
         self._written = rows if self._size < PIECE else {}
@@ -226,14 +209,14 @@ class Writer:
         return clock.perf_counter() - began
 
     def join(self):
-        """One file of all that is on disk. Raises DustError; nothing is lost then."""
+        """Join all files on disk into one. Raises DustError; nothing is lost then."""
         self.flush()
         if self._number:
             pieces.join(self.path, self._lock)
-            self._go_on_from(0, dict.fromkeys(self._records, 0))
+            self._continue_from(0, dict.fromkeys(self._records, 0))
 
     def close(self):
-        """Flush and give the lock back (the lock also where the flush fails)."""
+        """Flush and release the lock (also where the flush fails)."""
         try:
             self.flush()
         finally:
@@ -250,26 +233,26 @@ class Writer:
         return sum(len(next(iter(block.values()))) for block in self._buffer[group])
 
     def _joined(self):
-        """Group -> name -> one array of all that waits. Checks that ragged rows add up."""
+        """Group -> name -> array of the records in memory. Checks the number of ragged rows."""
         blocks = {
             group: {name: np.concatenate([b[name] for b in waiting]) for name in waiting[0]}
             for group, waiting in self._buffer.items()
             if waiting
         }
         for group, count in ragged_groups(self._layout).items():
-            said = blocks.get(count.group, {}).get(count.name, np.zeros(0)).sum()
-            if said != self._rows_waiting(group):
+            expected, rows = blocks.get(count.group, {}).get(count.name), self._rows_waiting(group)
+            expected = 0 if expected is None else expected.sum()
+            if expected != rows:
                 raise ValueError(
-                    f"{group} holds {self._rows_waiting(group)} rows since the "
-                    f"last flush, {count.name} says {said}"
+                    f"{group} has {rows} rows since the last flush, {count.name} {expected}"
                 )
         return blocks
 
     def _file(self, number):
         return parts_folder(self.path) / f"{number:06}.nc" if number else self.path
 
-    def _go_on_from(self, number, starts):
-        """The piece of that number, which is on disk, is the one that is being written."""
+    def _continue_from(self, number, starts):
+        """Make the piece of that number, which is on disk, the current one."""
         file = self._file(number)
         self._number, self._starts = number, dict(starts)
         self._identity, self._size = pieces.identity_of(self.path), file.stat().st_size
@@ -277,7 +260,7 @@ class Writer:
         self._written = read_records(file, self._layout, counting) if self._size < PIECE else {}
 
     def _write(self, rows, number, starts):
-        """Write a piece that holds these rows, group -> name -> array."""
+        """Write a piece with these rows, group -> name -> array."""
         own = {} if number else {pieces.IDENTITY: self._identity}
         attributes = self._attributes | {"date_modified": _now()} | own
         place = pieces.place(
@@ -292,24 +275,43 @@ class Writer:
     def _failure(self, reason):
         waiting = sum(self._rows_waiting(group) for group in self._records)
         if not self.path.exists():
-            return f"Could not write {self.path}: {reason}. No result is kept there."
+            return f"Could not write {self.path}: {reason}. There is no result."
         until = "" if self._last_time is None else f" (up to t = {self._last_time:.6g} s)"
         return (
-            f"Could not write {self.path}: {reason}. The result written before is kept and "
-            f"readable{until}; {waiting} records since then are not on disk. "
-            "Mend that and go on with --resume."
+            f"Could not write {self.path}: {reason}. The result of the last flush is "
+            f"readable{until}; {waiting} records since then are not on disk. Remove the cause and "
+            "continue with --resume."
         )
+
+
+def already_there(path):
+    """Message for an existing result."""
+    return (
+        f"{path} exists already. Use --force to overwrite it, --resume to continue it, or choose "
+        "another output directory."
+    )
+
+
+@contextmanager
+def _acquired(path, lock):
+    """The lock of the directory of a result; a new one is released after an error."""
+    acquired = RunLock(path.parent) if lock is None else lock
+    try:
+        yield acquired
+    except BaseException:
+        if lock is None:
+            acquired.release()
+        raise
 
 
 def _appended(rows, blocks):
     """Both one after the other, each group -> name -> array."""
     appended = {
         group: {name: np.concatenate([rows[group][name], new]) for name, new in block.items()}
-        if group in rows
-        else block
         for group, block in blocks.items()
+        if group in rows
     }
-    return rows | appended
+    return rows | blocks | appended
 
 
 def _pieces(path):

@@ -1,7 +1,7 @@
-"""One run of a scene, whatever its method: from the YAML to result.nc, and on from a checkpoint.
+"""One run of a scene of any method: from the YAML to result.nc, and from a checkpoint.
 
-The way through: opening.py (new, kept, resumed) makes a Run; loop.py advances it; activities.py
-are what it does on the way; persistence.py is what is on disk; error_bar.py runs segments again.
+opening.py creates a Run (new, from a stored stage, resumed); loop.py advances it; activities.py are
+its scheduled actions; persistence.py are its files; error_bar.py repeats segments.
 """
 
 from pathlib import Path
@@ -17,7 +17,7 @@ __all__ = ["Report", "execute", "run_directory"]
 
 
 def run_directory(scene, output=None):
-    """Where the results of a scene go."""
+    """Output directory of the results of a scene."""
     return Path(output) if output is not None else Path(scene.output.directory)
 
 
@@ -36,13 +36,13 @@ def execute(
 ):
     """Run a scene into `directory`; returns the directory.
 
-    fresh: compute every stage, even those that an earlier run has finished and kept. error_bar:
-    estimate the error of the time step at the end (error_bar.py). report: called with a Report now
-    and then; log: with sentences for the user. ready: called with the Simulation
-    (dusttaichi.method), everything compiled, before its first step.
-    advancing: a context manager that is entered around every segment of steps, to time them.
-    Raises DustError (bad input, an existing result, a full disk), GuardStop (with the result up to
-    there kept), Interrupted (after flushing and a checkpoint).
+    fresh: compute every stage, even those that an earlier run has finished and stored. error_bar:
+    estimate the error of the time step at the end (error_bar.py). report: called regularly with a
+    Report; log: with messages for the user. ready: called with the compiled Simulation
+    (dusttaichi.method) before its first step. advancing: a context manager that is entered around
+    every segment of steps, to time them.
+    Raises DustError (bad input, an existing result, a full disk), GuardStop (with the result until
+    then on disk), Interrupted (after a flush and a checkpoint).
     """
     directory = Path(directory)
     if error_bar and getattr(scene, "restiffens", False):
@@ -52,7 +52,7 @@ def execute(
         )
     with Interrupts() as interrupts, files.RunLock(directory) as lock:
         others = {"interrupts": interrupts, "report": report, "log": log, "advancing": advancing}
-        opening = Opening(scene, directory, lock, keep_states=error_bar, **others)
+        opening = Opening(scene, directory, lock, store_states=error_bar, **others)
         with before_the_first_step():
             run = opening.open(force=force, resume=resume, fresh=fresh)
             ready(run.sim)

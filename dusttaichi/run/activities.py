@@ -1,7 +1,7 @@
-"""Activities of a run at scheduled steps: records, averages, the check of its end, kept states.
+"""Activities of a run at scheduled steps: records, averages, stop conditions, stored states.
 
-An activity says at which step it is due next, a pure function of the step, and acts there. Those
-that are due at the same step act in the order in which the run lists them.
+The next scheduled step of an activity is a pure function of the step. Activities of the same step
+act in the order in which the run lists them.
 """
 
 from abc import ABC, abstractmethod
@@ -13,23 +13,26 @@ from dusttaichi.errors import DustError
 from dusttaichi.names import NEVER
 from dusttaichi.results.variables import declare
 from dusttaichi.run.ledger import turnover
-from dusttaichi.run.schedule import next_step
-from dusttaichi.run.spread import bytes_of, steps_apart
+from dusttaichi.run.schedule import bytes_of, next_step, steps_apart
 
 
 class Activity(ABC):
-    """Base class of what a run does at scheduled steps."""
+    """Base class of the actions of a run at scheduled steps."""
+
+    def __init__(self, run) -> None:
+        self.run = run
 
     @abstractmethod
     def next(self, step: int) -> int:
-        """The first step after `step` at which it is due, or NEVER."""
+        """The next scheduled step after `step`, or NEVER."""
 
     @abstractmethod
     def act(self) -> None:
-        """Do it, at the present step."""
+        """Act at the present step."""
 
-    def begin(self) -> None:  # noqa: B027, most have nothing to do there
+    def begin(self) -> None:
         """Act at step 0, before any motion."""
+        self.act()
 
     def begin_stage(self) -> None:  # noqa: B027
         """Act at the first step of a further stage."""
@@ -38,15 +41,13 @@ class Activity(ABC):
 class Series(Activity):
     """Records of the time series: at their interval, and at the end of every stage."""
 
-    def __init__(self, run):
-        self.run, self.record, self.measurement = run, {}, None
+    record, measurement = {}, None
 
     def next(self, step):
         run = self.run
         return min(next_step(run.plan.series, run.clock, step), run.end.step)
 
     def begin(self):
-        """The record of step 0, before any motion."""
         self._write(None)
 
     def act(self):
@@ -65,14 +66,14 @@ class Series(Activity):
 def series_record(sim, clock, state, m, window):
     """A record of the time series [SI]: name -> number or array.
 
-    m: the Measurement of now; window: the Window of its averages, None where there is none yet.
+    m: the current Measurement; window: the Window of its averages, or None.
     """
     known = _common_record(sim, clock, state, m) | sim.series(m, window)
     return {v.name: known[v.name] for v in sim.variables if v.group == "series"}
 
 
 def _common_record(sim, clock, state, m):
-    """Variables of any method in the series (results.variables.COMMON), SI, where they apply."""
+    """Variables of any method in the series (results.variables.COMMON), SI."""
     residual, through = turnover(m, state.start)
     lengths = sim.domain.lengths(sim.step)
     record = {
@@ -91,11 +92,14 @@ def _common_record(sim, clock, state, m):
 
 
 class Averages(Activity):
-    """Begins the average of the next record, where output.window makes it shorter than the
-    interval."""
+    """Starts of the averages of records, if output.window is shorter than their interval."""
 
     def __init__(self, run, series):
-        self.run, self.series, self.steps = run, series, run.scene.output.window
+        super().__init__(run)
+        self.series, self.steps = series, run.scene.output.window
+
+    def begin(self):
+        """Nothing: there is no average at step 0."""
 
     def next(self, step):
         if self.steps == "interval":
@@ -108,10 +112,14 @@ class Averages(Activity):
 
 
 class EndCheck(Activity):
-    """Ends the stage where the last record meets one of its stop conditions."""
+    """Checks of the stop conditions of a stage at every record."""
 
     def __init__(self, run, series):
-        self.run, self.series = run, series
+        super().__init__(run)
+        self.series = series
+
+    def begin(self):
+        """Nothing: no condition is checked at step 0."""
 
     def next(self, step):
         return self.series.next(step)
@@ -121,16 +129,10 @@ class EndCheck(Activity):
 
 
 class Profiles(Activity):
-    """Profiles at their interval, where the result has them."""
-
-    def __init__(self, run):
-        self.run = run
+    """Profiles at their interval, if the result has them."""
 
     def next(self, step):
         return next_step(self.run.plan.profiles, self.run.clock, step)
-
-    def begin(self):
-        self.act()
 
     def act(self):
         if "profiles" in self.run.writer.groups:
@@ -139,9 +141,6 @@ class Profiles(Activity):
 
 class Snapshots(Activity):
     """Frames at their interval; the run adds those at the ends of stages."""
-
-    def __init__(self, run):
-        self.run = run
 
     def next(self, step):
         run = self.run
@@ -155,12 +154,12 @@ class Snapshots(Activity):
         self.begin_stage()
 
     def begin_stage(self):
-        """How far apart they are, where the scene leaves that to the run."""
+        """Set the distance of automatic snapshots."""
         run, plans = self.run, self.run.scene.stage_plans
         run.state.apart = steps_apart(plans, run.clock, run.plan, run.state.frame_bytes)
 
     def act(self):
-        """A frame of now, unless there is one."""
+        """Write the current frame, unless it was written."""
         run = self.run
         if run.state.last_snapshot != run.sim.step and "snapshots" in run.writer.groups:
             run.state.frame_bytes = bytes_of(run.record("snapshots"))
@@ -168,33 +167,31 @@ class Snapshots(Activity):
 
 
 class OwnRecords(Activity):
-    """Numbers of the user's own at times of his own, in a group of the result of their own.
+    """Numbers recorded by the user, in a separate group of the result.
 
     interval: an Interval (scene.output). function(simulation): returns a number, an array, or a
-    dict of such by name, the same ones each time. units: name -> unit, for the result.
+    dict of these by name, always the same ones. units: name -> unit, for the result.
     """
 
     def __init__(self, run, interval, group, function, units=()):
-        self.run, self.interval, self.group = run, interval, group
+        super().__init__(run)
+        self.interval, self.group = interval, group
         self.function, self.units = function, dict(units)
 
     def next(self, step):
         return next_step(self.interval, self.run.clock, step)
 
-    def begin(self):
-        self.act()
-
     def act(self):
-        found = self.function()
-        if found is None:
+        result = self.function()
+        if result is None:
             return
-        values = found if isinstance(found, dict) else {self.group: found}
+        values = result if isinstance(result, dict) else {self.group: result}
         values = {name: np.asarray(value) for name, value in values.items()}
         if self.group not in self.run.writer.groups:
             self._declare(values)
         sim = self.run.sim
-        own = {"record_time": (sim.began + sim.time) * units.TIME, "step": sim.step}
-        self.run.writer.append(self.group, own | values)
+        when = {"record_time": (sim.began + sim.time) * units.TIME, "step": sim.step}
+        self.run.writer.append(self.group, when | values)
 
     def _declare(self, values):
         rows = [
@@ -217,17 +214,15 @@ class OwnRecords(Activity):
         self.run.writer.add(declare(self.group, rows, kinds), sizes)
 
 
-class KeptStates(Activity):
-    """States on the way that the error bar may begin a segment from (error_bar.States)."""
+class StoredStates(Activity):
+    """States from which the error bar may begin a segment (error_bar.States)."""
 
     def __init__(self, run, states):
-        self.run, self.states = run, states
+        super().__init__(run)
+        self.states = states
 
     def next(self, step):
         return self.states.next(step)
-
-    def begin(self):
-        self.act()
 
     def begin_stage(self):
         """The first state of a stage."""
@@ -236,4 +231,4 @@ class KeptStates(Activity):
     def act(self):
         run = self.run
         if run.sim.step < run.end.step:
-            self.states.keep(run.sim, run.state.stage, run.state.first)
+            self.states.store(run.sim, run.state.stage, run.state.first)

@@ -1,8 +1,8 @@
-"""Checkpoints: what a run goes on from.
+"""Checkpoints: states from which a run continues.
 
 A checkpoint is one file: a magic line, the length of a JSON header, the header (names, types and
-shapes of the arrays, and `meta`), the raw bytes of the arrays, and the SHA-256 of all that. (Of
-this, safetensors has neither the sum nor meta data other than texts.)
+shapes of the arrays, and `meta`), the raw bytes of the arrays, and the SHA-256 of all that.
+(safetensors has neither a checksum nor metadata other than texts.)
 """
 
 import hashlib
@@ -22,7 +22,7 @@ MAGIC = b"dusttaichi checkpoint 3\n"
 
 
 class Checkpoint(NamedTuple):
-    """Result of `load`: the arrays, the meta data, the file they are from, and a note or None."""
+    """Result of `load`: the arrays, the metadata, their file, and a note or None."""
 
     arrays: dict
     meta: dict
@@ -40,11 +40,11 @@ def _refuse(value):
 
 
 def save(path, arrays, meta):
-    """Write `arrays` (name -> array, any shape and plain dtype) and `meta` (what JSON can hold).
+    """Write `arrays` (name -> array, any shape and plain dtype) and `meta` (for JSON), bitwise.
 
-    Bits are kept exactly. The checkpoint at `path` before this one is kept as PATH.previous; a
-    kill or a full disk at any moment leaves one of them whole. Raises DustError, with the old
-    checkpoints untouched, where the new one cannot be written.
+    The former checkpoint at `path` becomes PATH.previous; after a kill or on a full disk one of
+    them is valid. Raises DustError, with the old checkpoints untouched, where the new one cannot be
+    written.
     """
     path, temporary = Path(path), _beside(path, ".tmp")
     solid = {name: np.ascontiguousarray(a).reshape(np.shape(a)) for name, a in arrays.items()}
@@ -67,12 +67,12 @@ def save(path, arrays, meta):
         reason = explain(error, path)
         remove(temporary)
         raise DustError(
-            f"The checkpoint {path} could not be written: {reason}. The one before it is kept."
+            f"The checkpoint {path} could not be written: {reason}. The former one remains."
         ) from error
 
 
 def _read(path):
-    """Arrays and meta of one file. ValueError where it is damaged, OSError where it is not."""
+    """Arrays and meta of one file. Raises ValueError if damaged, OSError if unreadable."""
     raw = Path(path).read_bytes()
     body, digest = memoryview(raw)[:-32], raw[-32:]
     if raw.startswith(OLDER) and not raw.startswith(MAGIC):
@@ -91,14 +91,14 @@ def _read(path):
 
 
 def load(path):
-    """The checkpoint at `path`, or the newest whole one beside it. Returns a Checkpoint.
+    """The Checkpoint at `path`, or the newest valid one beside it.
 
-    Its `note` is a sentence for the user where `path` itself could not be used, else None.
-    Raises DustError where there is none, or none that is whole.
+    Its `note` is a message for the user if `path` itself could not be used. Raises DustError
+    without a valid one.
     """
     path = Path(path)
     problem = None
-    # .tmp is whole and the newest where a kill fell between the two renames of `save`
+    # .tmp is valid and the newest after a kill between the two renames of `save`
     for candidate in (path, _beside(path, ".tmp"), _beside(path, ".previous")):
         try:
             arrays, meta = _read(candidate)
@@ -109,15 +109,15 @@ def load(path):
             continue
         note = None
         if candidate != path:
-            note = f"{problem or f'{path.name} is missing'}; going on from {candidate.name}."
+            note = f"{problem or f'{path.name} is missing'}; continuing from {candidate.name}."
         return Checkpoint(arrays, meta, candidate, note)
     if problem is None:
         raise DustError(f"There is no checkpoint at {path}: nothing to resume from.")
-    raise DustError(f"No whole checkpoint in {path.parent}: {problem}. Start the run anew.")
+    raise DustError(f"No valid checkpoint in {path.parent}: {problem}. Start the run again.")
 
 
 def exists(path):
-    """True where there is a checkpoint, whole or not; a first one that has been begun is none."""
+    """True where there is a checkpoint, valid or not; an incomplete first one does not count."""
     if any(_beside(path, suffix).exists() for suffix in ("", ".previous")):
         return True
     try:
@@ -128,7 +128,7 @@ def exists(path):
 
 
 def discard(path):
-    """Remove the checkpoint and those kept beside it (a run that starts anew). Raises DustError."""
+    """Remove the checkpoint and those beside it, for a new run. Raises DustError."""
     for suffix in ("", ".tmp", ".previous"):
         try:
             _beside(path, suffix).unlink(missing_ok=True)

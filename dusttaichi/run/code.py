@@ -1,4 +1,4 @@
-"""Which code computes a run: what it leaves behind fits no other."""
+"""Identity of the code of a run, which its checkpoints require."""
 
 import hashlib
 from functools import lru_cache
@@ -22,11 +22,13 @@ def package_hash():
 
 
 def code_hash(scene):
-    """Hash of all code that decides the numbers of a scene: the package, and what its method says
-    that comes from outside, such as a law of the user's own, and the scene's extensions."""
+    """Hash of all code that determines the numbers of a scene.
+
+    The package, external code of its method, such as laws of the user, and the extensions.
+    """
     digest = hashlib.sha256(package_hash().encode())
     own = [(extensions.imported(path), path) for path in method.of(scene).code(scene)]
-    # as they were imported, whatever has become of the files
+    # as imported, even if the files have changed since
     known = {*scene.imported, *(extension for extension, _ in own if extension is not None)}
     for content in sorted({extension.digest for extension in known}):
         digest.update(content.encode())
@@ -36,10 +38,7 @@ def code_hash(scene):
 
 
 class Origin(NamedTuple):
-    """Provenance of a run: the hash of its code, those of the files that it reads.
-
-    Taken once, where a run is opened, whatever becomes of the files afterwards.
-    """
+    """Hashes of the code of a run and of its input files, when it was opened."""
 
     code: str
     inputs: list[str]

@@ -1,12 +1,11 @@
-"""The time-step error of a run: segments of its trajectory are run again at half the step.
+"""The time-step error of a run: segments of its trajectory are repeated at half the step.
 
-States of the run are kept on the way, evenly over what has been run so far. At the end each of
-them is taken up twice, at the run's step and at half of it, for the same segment of time, and what
-was measured is written into the result as the global attribute `error_bar`, from which
-analysis.error_bar makes the estimate. Any method that can halve its step has one. Grains of a dense
-sample part ways whatever the step, so averages over segments are compared, and their scatter over
-the segments goes with them. A run that is over in no time is run again as a whole, at a quarter of
-the step too.
+States of the run are stored, evenly over the steps so far. At the end each of them is continued
+twice, at the step of the run and at half of it, for the same segment of time. The measurements are
+written into the result as the global attribute `error_bar`, from which analysis.error_bar computes
+the estimate. It needs a method that can halve its step. Trajectories in a dense sample diverge for
+any step, so averages over segments are compared, with their scatter over the segments. A short run
+is repeated as a whole, also at a quarter of the step.
 """
 
 import shutil
@@ -23,18 +22,18 @@ from dusttaichi.run import checkpoint
 from dusttaichi.run.ledger import ledger
 from dusttaichi.run.state import Report
 
-FOLDER = ".error_bar"  # of a run directory, while the run goes on
+FOLDER = ".error_bar"  # in the run directory during the run
 FIRST = 256  # steps between the first states
-MOST = 12  # states kept; at this number every other one goes
+MOST = 12  # stored states; beyond this number every other one is removed
 SHARE = 0.05  # of the steps of the run, in all segments together
-MOMENTS = 20  # of a segment at which energies and counts are taken
+MOMENTS = 20  # of a segment at which energies and counts are measured
 REPORT_SECONDS = 0.25
-WORK, FEWEST = 1e7, 20  # grain-steps that are done in no time; grains that cost no less a step
+WORK, FEWEST = 1e7, 20  # grain-steps of a short run; least number of grains in its estimate
 
 
 @dataclass(frozen=True)
-class Kept:
-    """A state kept: at `step`, in the stage with that number, which began at step `first`."""
+class StoredState:
+    """A stored state: at `step`, in the stage with that number, which began at step `first`."""
 
     stage: int
     first: int
@@ -46,41 +45,43 @@ class Kept:
 
 
 class States:
-    """States of a run on disk, beside its result. Which are kept is a function of the step."""
+    """States of a run on disk, beside its result; a function of the step determines which."""
 
     def __init__(self, directory):
         self.folder = Path(directory) / FOLDER
 
     def begin(self, step):
-        """Forget states after `step`, those of another way that the run took; -1: all of them."""
-        for state in self.kept():
+        """Remove states after `step`, of an earlier run; -1: all of them."""
+        for state in self.stored():
             if state.step > step:
                 (self.folder / state.name).unlink()
 
     def next(self, step):
-        """The step after `step` at which a state is due."""
+        """The next scheduled step of a state after `step`."""
         every = _spacing(step)
         return (step // every + 1) * every
 
-    def keep(self, sim, stage, first):
-        """Keep the state of now if it is due, or the first one of a stage. Raises DustError."""
+    def store(self, sim, stage, first):
+        """Store the present state if it is due, or the first one of a stage. Raises DustError."""
         every = _spacing(sim.step)
         if sim.step % every and sim.step != first:
             return
         self.folder.mkdir(exist_ok=True)
-        path = self.folder / Kept(stage, first, sim.step).name
+        path = self.folder / StoredState(stage, first, sim.step).name
         checkpoint.save(path, *sim.state())
-        for state in self.kept():
+        for state in self.stored():
             if state.step % every and state.step != state.first:
                 (self.folder / state.name).unlink()
 
-    def kept(self):
-        """Files of states, in order of the steps: a list of Kept."""
+    def stored(self):
+        """StoredStates of the files, in order of the steps."""
         parts = [path.stem.split("_") for path in self.folder.glob("*_*_*.bin")]
-        return sorted((Kept(*map(int, part)) for part in parts), key=lambda s: (s.step, s.stage))
+        return sorted(
+            (StoredState(*map(int, part)) for part in parts), key=lambda s: (s.step, s.stage)
+        )
 
     def load(self, state, sim):
-        """The simulation goes back to a state."""
+        """Restore a state of the simulation."""
         saved = checkpoint.load(self.folder / state.name)
         sim.restore(State(saved.arrays, saved.meta))
 
@@ -96,40 +97,42 @@ def _spacing(step):
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """Steps from a Kept state on that are run again; levels: how many step lengths, 2 or 3."""
+class Segment:
+    """Steps after a StoredState that are repeated; levels: number of step lengths, 2 or 3."""
 
-    state: Kept
+    state: StoredState
     steps: int
     levels: int
 
 
 def segments_of(states, end, grains, stages):
-    """Stretches for the states of a run (list of Kept) that ended at step `end`: a list.
+    """Segments for the states of a run (StoredStates) that ended at step `end`: a list.
 
-    stages: how many the run has. None crosses the end of a stage.
+    stages: number of stages of the run. No segment crosses the end of a stage.
     """
     if not states or end == 0:
         return []
     total = min(end, max(SHARE * end, WORK / max(grains, FEWEST)))
     if stages == 1 and total == end and states[0].step == 0:
-        return [Stretch(states[0], end, 3)]
+        return [Segment(states[0], end, 3)]
     ends = {state.stage - 1: state.first for state in states}
-    room = [
+    available = [
         min(ends.get(s.stage, end), following.step if following.stage == s.stage else end) - s.step
-        for s, following in zip(states, [*states[1:], Kept(-1, 0, end)], strict=True)
+        for s, following in zip(states, [*states[1:], StoredState(-1, 0, end)], strict=True)
     ]
     each = max(1, round(total / len(states)))
-    found = [Stretch(state, min(each, free), 2) for state, free in zip(states, room, strict=True)]
+    found = [
+        Segment(state, min(each, free), 2) for state, free in zip(states, available, strict=True)
+    ]
     return [segment for segment in found if 2 * segment.steps > each]
 
 
 class ErrorBar:
-    """The segments of a run that has ended, run again on its Simulation, which is left elsewhere.
+    """Repeats the segments of a finished run on its Simulation, whose state changes.
 
     sim: a Refinable simulation (dusttaichi.method). states: the States of the run. report: called
-    with (steps done, steps in all) now and then. pause: called often; may raise. log: called with
-    what is left out.
+    regularly with (steps done, all steps). pause: called often; may raise. log: called with
+    messages on omitted segments.
     """
 
     def __init__(self, sim, states, *, report, pause, log):
@@ -138,31 +141,31 @@ class ErrorBar:
         self.dt, self.done, self.total = sim.dt, 0, 0
 
     def measure(self, stages, seconds):
-        """Content of the attribute `error_bar`, as plain data; None where there is no state.
+        """Content of the attribute `error_bar`, as plain data; None without states.
 
-        stages: how many the run has had; seconds: how long it took.
+        stages: number of stages of the run; seconds: its run time.
         """
         end, began = self.sim.step, real_time.perf_counter()
-        plan = segments_of(self.states.kept(), end, self.sim.size, stages)
+        plan = segments_of(self.states.stored(), end, self.sim.size, stages)
         self.total = sum(s.steps * (2**s.levels - 1) for s in plan)
-        found = []
+        results = []
         for segment in plan:
             try:
-                found.append(self._compare(segment))
+                results.append(self._compare(segment))
             except GuardStop as stop:
                 self.log(f"error bar: without the segment from step {segment.state.step:,}: {stop}")
-        if not found:
+        if not results:
             return None
         took = real_time.perf_counter() - began
         return {
             "run_steps": end,
             "time_step": self.dt * units.TIME,
             "cost": took / seconds if seconds > 0.0 else None,
-            "stretches": found,
+            "stretches": results,
         }
 
     def _compare(self, segment):
-        """One segment at every level: the values by name are lists from the run's step down."""
+        """One segment at every level: lists of values by name, from the step of the run down."""
         levels = [self._run(segment, level) for level in range(segment.levels)]
         numbers, places = zip(*levels, strict=True)
         return {
@@ -202,17 +205,17 @@ class ErrorBar:
     def _energies(self, first, last):
         """Losses, work and residual of a segment."""
         lost, work = last.losses - first.losses, last.work - first.work
-        own = replace(last, losses=lost, lost=lost.sum(), work=work)
-        out = {
+        change = replace(last, losses=lost, lost=lost.sum(), work=work)
+        values = {
             f"loss_{name}": value * units.ENERGY
             for name, value in zip(self.sim.channels, lost, strict=True)
         }
-        out["losses"] = own.lost * units.ENERGY
-        out["energy_end"] = last.energy * units.ENERGY
-        out["residual"] = ledger(own, first)[1]
+        values["losses"] = change.lost * units.ENERGY
+        values["energy_end"] = last.energy * units.ENERGY
+        values["residual"] = ledger(change, first)[1]
         if any(v.name.endswith("work") for v in self.sim.variables):
-            out["work"] = work * units.ENERGY
-        return out
+            values["work"] = work * units.ENERGY
+        return values
 
     def _advance(self, steps):
         self.pause()
@@ -227,11 +230,11 @@ class ErrorBar:
 
 
 def estimate(run, states):
-    """The error bar of a Run that is finished and on disk; into its result, or a word why not."""
+    """Write the error bar of a finished Run into its result, or log the reason why not."""
     began, reported = real_time.perf_counter(), 0.0
 
     def pause():
-        if run.interrupts.asked:
+        if run.interrupts.requested:
             text = "interrupted; the run is finished, its error bar is not"
             raise Interrupted(text)
 
@@ -251,6 +254,6 @@ def estimate(run, states):
         states.discard()
     elif run.files.error_bar_steps() != end:
         run.log(
-            "no error bar: it needs states that are kept on the way by a run which is begun "
-            "with it; start anew with --force --error-bar"
+            "no error bar: it needs states that a run stores if it is started with --error-bar; "
+            "start again with --force --error-bar"
         )

@@ -1,6 +1,6 @@
-"""A run from Python: made, advanced, measured, recorded, ended; everything in SI.
+"""A run from Python: built, advanced, measured, recorded, ended; everything in SI.
 
-It is the run of `dust run`, with the same activities, the same result.nc and the same bits.
+It is the run of `dust run`: same activities, bitwise identical result.nc.
 """
 
 import re
@@ -20,19 +20,18 @@ from dusttaichi.scene.quantities import parse
 
 
 def simulate(scene, sample=None, directory=None, *, force=False, resume=False, log=print):
-    """Build a scene; returns a Simulation at its start, or where an earlier run has stopped.
+    """Build a scene; returns a Simulation at its start, or at the end of an earlier run.
 
-    sample: a Sample instead of that of the scene, positions in metres. directory: where the result
-    goes; without one it goes to a temporary folder that ends with the Simulation. force: overwrite
-    a result that is there; resume: go on with it, from the start where nothing is there. log:
-    called with sentences for the user.
+    sample: a Sample instead of that of the scene, positions in metres. directory: of the result;
+    by default a temporary folder that is removed with the Simulation. force: overwrite an existing
+    result; resume: continue it if it exists. log: called with messages for the user.
     Raises DustError (bad input, an existing result), Interrupted.
     """
     return Simulation(scene, sample, directory, force=force, resume=resume, log=log)
 
 
 class Simulation:
-    """A scene in motion, at whole steps. A context manager; `close` lets another go on with it.
+    """A simulation of a scene, at whole steps. A context manager; see `close`.
 
     scene: its Scene. directory: the folder of its result. step: whole steps done.
     """
@@ -42,7 +41,7 @@ class Simulation:
         self.scene = scene
         self.directory = Path(self._temporary.name if directory is None else directory)
         self._lock = files.RunLock(self.directory)
-        # what the result had before its last frame, once the end is there; whether it was passed
+        # state of the result before the last frame, at the end; whether the end was passed
         self._before_end, self._past_end = None, False
         try:
             with Interrupts() as interrupts, before_the_first_step():
@@ -55,13 +54,13 @@ class Simulation:
                     interrupts=interrupts,
                     log=log,
                 )
-                # every stage is computed: whoever asks for it wants to see it
+                # every stage is computed, as the user steps through it
                 self._run = opening.open(sample, force=force, resume=resume, fresh=True)
         except BaseException:
             self._lock.release()
             raise
 
-    # -- what there is ---------------------------------------------------------------------------
+    # -- state -----------------------------------------------------------------------------------
 
     @property
     def step(self):
@@ -82,8 +81,8 @@ class Simulation:
     def measure(self):
         """Present values of the time series of result.nc, in SI, by the same names.
 
-        Averages (pressure, wall_force, stress) are those since the last record of the series. It
-        changes nothing.
+        Averages (pressure, wall_force, stress) are over the time since the last record. The state
+        does not change.
         """
         run, sim = self._run, self._run.sim
         m = sim.measure()
@@ -92,7 +91,7 @@ class Simulation:
         return SimpleNamespace(**series_record(sim, run.clock, run.state, m, window))
 
     def snapshot(self):
-        """A frame of now: group of result.nc (snapshots, contacts, ...) -> name -> array [SI]."""
+        """The current frame: group of result.nc (snapshots, ...) -> name -> array [SI]."""
         return dict(self._run.sim.records("snapshots"))
 
     @property
@@ -102,7 +101,7 @@ class Simulation:
 
     @property
     def velocities(self):
-        """Velocities [m/s], (grains, 3), of the same moment."""
+        """Velocities [m/s], (grains, 3), at the same time."""
         return self.snapshot()["snapshots"]["velocity"]
 
     @property
@@ -112,34 +111,36 @@ class Simulation:
 
     @property
     def contacts(self):
-        """Contacts between grains: name -> array, one row a contact; as /contacts of result.nc has
-        them (grain_i, grain_j, overlap [m], ...). Needs `output.contacts: true`, as it is."""
-        found = self.snapshot()
-        if "contacts" not in found:
+        """Contacts between grains: name -> array, one row a contact, as in /contacts of result.nc.
+
+        Such as grain_i, grain_j, overlap [m]. Needs `output.contacts: true`, the default.
+        """
+        groups = self.snapshot()
+        if "contacts" not in groups:
             raise DustError("output.contacts = false: contacts are not recorded; allowed: true")
-        return found["contacts"]
+        return groups["contacts"]
 
     def forces(self):
-        """(force [N], torque [N m]) of the contacts on every grain now, (grains, 3) each.
+        """(force [N], torque [N m]) of the contacts on every grain, (grains, 3) each.
 
-        They are evaluated from the positions, velocities and histories of now: nothing moves and
-        nothing is written. Raises DustError for a method that has none.
+        Evaluated from the current positions, velocities and histories, without a step. Raises
+        DustError for a method without them.
         """
         if not hasattr(self._run.sim, "forces"):
             raise DustError("forces are known of grains; this scene is of another method")
         return self._run.sim.forces()
 
-    # -- going -----------------------------------------------------------------------------------
+    # -- motion ----------------------------------------------------------------------------------
 
     def every(self, interval, function, name=None, *, units=()):
-        """Call function(simulation) at every so many steps, and write what it returns.
+        """Call function(simulation) at an interval, and record its results.
 
-        interval: a number of steps, a time such as "1 us", or a dict as the YAML has them, such as
-        {"strain": 0.01}. What is returned, a number, an array, or a dict of such (each time of the
-        same names and shapes), goes into a group of result.nc, with its times and steps; None is
-        not written. name: of the group; without one that of the function. units: name -> unit.
-        It is called now, too, unless the run was resumed and has its records already.
-        Raises DustError for an interval or a name that cannot be used.
+        interval: a number of steps, a time such as "1 us", or a dict as in the YAML, such as
+        {"strain": 0.01}. A result is a number, an array, or a dict of these (always with the same
+        names and shapes), and goes into a group of result.nc, with its times and steps; None is
+        not written. name: of the group; by default that of the function. units: name -> unit.
+        The first call is immediate, unless the run was resumed and has its records.
+        Raises DustError for an invalid interval or name.
         """
         group = name or getattr(function, "__name__", "records")
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", group) or group == "series":
@@ -158,17 +159,16 @@ class Simulation:
         return function
 
     def advance(self, duration):
-        """Go on by a number of steps or by a time such as "1 us", rounded to whole steps, at least
-        one; past the end of the scene, too. Records are written on the way as the scene says.
+        """Advance by a number of steps or by a time such as "1 us", rounded to at least one step.
 
-        Raises GuardStop where the numbers can no longer be trusted, and Interrupted, with all up to
-        there on disk.
+        Also beyond the end of the scene. Records are written as specified by the scene. Raises
+        GuardStop for an invalid state, and Interrupted, with all records until then on disk.
         """
         run = self._run
         if isinstance(duration, str):
             duration = run.clock.steps_in(parse(duration, "time", "duration") / units.TIME)
         last = run.sim.step + int(duration)
-        self._go_on()
+        self._reopen()
         with self._interrupts(), run.guarded():
             run.advance_to(last)
             while run.sim.step < last:
@@ -178,9 +178,9 @@ class Simulation:
         return self
 
     def run(self):
-        """Go on to the end of the scene, as `dust run` does; returns the Simulation.
+        """Advance to the end of the scene, as `dust run` does; returns the Simulation.
 
-        Where it is past that end already, it ends here.
+        Beyond that end it ends here.
         """
         run = self._run
         if self._before_end is None:
@@ -191,8 +191,8 @@ class Simulation:
             self._before_end = run.before_end
         return self
 
-    def _go_on(self):
-        """After the end: without the last frame that was only there because of it."""
+    def _reopen(self):
+        """After the end: remove the last frame, which was written because of it."""
         if self._before_end is None:
             return
         counts, last = self._before_end
@@ -213,27 +213,29 @@ class Simulation:
         return interrupts
 
     def save(self):
-        """Put result and checkpoint on disk: another run may go on from here."""
+        """Write result and checkpoint to disk; another run may continue from here."""
         if self._before_end is None:
             self._run.files.save(self._run)
 
     def records(self, group):
-        """Content of a group of result.nc ("series", "snapshots", one of `every`) so far: name ->
-        array [SI]. Raises KeyError for a group that is not there."""
+        """Content of a group of result.nc ("series", "snapshots", one of `every`) so far.
+
+        Name -> array [SI]. Raises KeyError for a group that does not exist.
+        """
         self._run.files.flush()
-        from dusttaichi.results.reading import open_tree  # half a second, which only it is worth
+        from dusttaichi.results.reading import open_tree  # slow to import
 
         with open_tree(self.directory / files.RESULT) as tree:
-            found = (tree if group == "series" else tree[group]).to_dataset(inherit=False)
-            return {name: values.values for name, values in found.variables.items()}
+            data = (tree if group == "series" else tree[group]).to_dataset(inherit=False)
+            return {name: values.values for name, values in data.variables.items()}
 
     def flush(self):
-        """Put all records on disk, so that the result can be opened; returns its directory."""
+        """Write all records to disk, so that the result can be opened; returns its directory."""
         self._run.files.flush()
         return self.directory
 
     def close(self):
-        """Save, and let the folder go; a temporary one ends."""
+        """Save and release the directory; a temporary one is removed."""
         if self._lock is None:
             return
         try:

@@ -1,4 +1,4 @@
-"""Signals that end a process in order: Ctrl-C, a kill, a closed terminal."""
+"""Signals that end a process in an orderly way: Ctrl-C, a kill, a closed terminal."""
 
 import signal
 import threading
@@ -7,13 +7,13 @@ from contextlib import contextmanager
 
 from dusttaichi.errors import Interrupted
 
-PATIENCE = 15.0  # s that a run may take to its next pause before a further signal ends it at once
-NAMES = ("SIGINT", "SIGTERM", "SIGHUP")  # as far as the system has them and does not ignore them
+PATIENCE = 15.0  # s to the next pause of a run before a further signal ends it immediately
+NAMES = ("SIGINT", "SIGTERM", "SIGHUP")  # those of the system that are not ignored
 
 
 @contextmanager
 def handled_by(handler):
-    """The signals go to `handler` meanwhile; nothing changes in threads beside the main one."""
+    """Context in which `handler` handles the signals, in the main thread."""
     before = {}
     if threading.current_thread() is threading.main_thread():
         known = [getattr(signal, name) for name in NAMES if hasattr(signal, name)]
@@ -26,12 +26,30 @@ def handled_by(handler):
             signal.signal(number, old)
 
 
-class Interrupts:
-    """Takes the signals while it is entered.
+@contextmanager
+def noted_signals():
+    """Context that yields a list of the signals received, instead of ending the process.
 
-    A signal sets `asked`, which a run sees at its next pause, and until `collect` is called it
-    raises KeyboardInterrupt as well: Python loses that where an object is just being deleted. A run
-    that does not come to its next pause in PATIENCE seconds is ended by the next signal.
+    A second signal raises KeyboardInterrupt; the workers then write their checkpoints and end. In a
+    thread other than the main one, signals keep their effect.
+    """
+    seen = []
+
+    def note(number, _):
+        seen.append(number)
+        if len(seen) > 1:
+            raise KeyboardInterrupt
+
+    with handled_by(note):
+        yield seen
+
+
+class Interrupts:
+    """Context that handles the signals.
+
+    A signal sets `requested`, which a run checks at its pauses, and until `collect` is called it
+    also raises KeyboardInterrupt, which Python may lose while an object is deleted. A run without a
+    pause in PATIENCE seconds is ended by the next signal.
     """
 
     def __init__(self):
@@ -39,8 +57,8 @@ class Interrupts:
         self._handled = handled_by(self._take)
 
     @property
-    def asked(self):
-        """True once there was a signal. Who reads it ends the run in order."""
+    def requested(self):
+        """True after a signal; the run then ends in an orderly way."""
         self._seen = self._asked_at is not None
         return self._seen
 
@@ -52,7 +70,7 @@ class Interrupts:
         self._handled.__exit__(*error)
 
     def collect(self):
-        """From here on a signal raises no KeyboardInterrupt."""
+        """From now on a signal raises no KeyboardInterrupt."""
         self._collects = True
 
     def _take(self, *_):
@@ -66,9 +84,9 @@ class Interrupts:
 
 @contextmanager
 def before_the_first_step():
-    """An interruption of what is done inside says that nothing was computed. Raises Interrupted."""
+    """Context in which an interruption raises Interrupted: nothing was computed."""
     try:
         yield
     except KeyboardInterrupt:
         text = "interrupted before the first step: nothing was computed"
-        raise Interrupted(text, kept=False) from None
+        raise Interrupted(text, resumable=False) from None

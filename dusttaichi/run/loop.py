@@ -1,8 +1,7 @@
-"""The loop: a run advances to the step at which something is due, and does it there.
+"""The loop: a run advances to the next scheduled step of its activities, which then act.
 
-Everything that ends up in the result happens at whole steps that the scene fixes (schedule.py).
-What real time decides (guards between records, flushes, checkpoints, Ctrl-C, the report) changes no
-number of it.
+All records are written at steps that the scene determines (schedule.py). Actions that depend on
+real time (guards between records, flushes, checkpoints, Ctrl-C, the report) change no number.
 """
 
 import time as real_time
@@ -14,15 +13,15 @@ from dusttaichi.run.state import Report
 from dusttaichi.run.stop import End
 
 BURST_SECONDS = 0.25  # of real time between two checks of the clock, the guards and Ctrl-C
-BURST_STEPS = 20  # at least; fewer where they are slow, but the guards judge no fewer steps
+BURST_STEPS = 20  # least number of steps between checks of the guards
 
 
 class Run:
-    """One run in progress: a simulation, its state of progress, its files, its activities.
+    """A run in progress: its simulation, state, files and activities.
 
     sim: a Simulation (dusttaichi.method). state: RunState. files: RunFiles. interrupts: Interrupts.
-    report: called with a Report now and then; log: called with sentences for the user. advancing: a
-    context manager that is entered around every segment of steps. share_stages: keep the ends of
+    report: called regularly with a Report; log: called with messages for the user. advancing: a
+    context manager that is entered around every segment of steps. share_stages: store the ends of
     stages for other runs.
     """
 
@@ -54,16 +53,16 @@ class Run:
         self.snapshots = activities.Snapshots(self)
         found = [activities.Averages(self, series), series, activities.EndCheck(self, series)]
         found += [activities.Profiles(self), self.snapshots]
-        return found + ([activities.KeptStates(self, states)] if states is not None else [])
+        return found + ([activities.StoredStates(self, states)] if states is not None else [])
 
     def plan_stage(self):
-        """The present stage: its plan, and when it ends."""
+        """Set the plan and the end of the present stage."""
         self.plan = self.scene.stage_plans[self.state.stage]
         self.end = End(self.plan, self.clock, self.state, self.sim.step)
 
     @property
     def clock(self):
-        """The Clock of the present stage, as walls and faces move now."""
+        """The Clock of the present stage, with the current motion of walls and faces."""
         return self.sim.domain.clock(self.state.first)
 
     def begin(self):
@@ -75,7 +74,7 @@ class Run:
     # -- going -----------------------------------------------------------------------------------
 
     def go(self):
-        """Run to the end of the last stage; whatever ends it, what was computed is on disk."""
+        """Run to the end of the last stage; any end leaves the computed records on disk."""
         with self.guarded():
             self.advance_to(None)
             while self.next_stage():
@@ -93,7 +92,7 @@ class Run:
             raise
 
     def advance_to(self, step):
-        """The present stage up to that step, or to its end (None)."""
+        """Advance the present stage to that step, or to its end (None)."""
         sim = self.sim
         while sim.step < self.end.step and (step is None or sim.step < step):
             due = [(activity.next(sim.step), activity) for activity in self.activities]
@@ -102,15 +101,15 @@ class Run:
             for at, activity in due:
                 if at == sim.step:
                     activity.act()
-            self.files.keep_in_time(self)
+            self.files.write_if_due(self)
 
     def _advance_in_bursts(self, due):
-        """Advance to the step `due`, with a pause for guards and user now and then."""
+        """Advance to the step `due`, with pauses for guards and the user."""
         sim = self.sim
         while sim.step < due:
-            if self.interrupts.asked:
+            if self.interrupts.requested:
                 self._stop_early()
-            # no more than a second of slow steps: large scenes hear Ctrl-C as well
+            # at most a second of slow steps, for Ctrl-C in large scenes
             burst = max(int(self.rate * BURST_SECONDS), min(BURST_STEPS, int(self.rate)), 1)
             began, first = real_time.perf_counter(), sim.step
             check = ledger.next_check(first, self.state.first, sim.size)
@@ -120,10 +119,10 @@ class Run:
                 self.rate = (sim.step - first) / (real_time.perf_counter() - began)
             self._check(sim.step == check)
             if sim.step < due:
-                self.files.keep_in_time(self)
+                self.files.write_if_due(self)
 
     def _check(self, due):
-        """Guards and report, where a check is due or some real time has passed."""
+        """Guards and report, if a check is due or after some real time."""
         now = real_time.perf_counter()
         self.state.wall_clock = now - self.began
         if due or now - self.checked > BURST_SECONDS:
@@ -136,7 +135,7 @@ class Run:
             self.report(Report(self.sim.step, end.step, phi, end.pressure, self.rate))
 
     def guard(self, m):
-        """Raises GuardStop if the Measurement says that the run has gone wrong."""
+        """Raise GuardStop if the Measurement is invalid."""
         ledger.check(self.sim, m, self.state.start, self.scene.numerics.ledger_tolerance)
 
     def record(self, kind):
@@ -154,14 +153,13 @@ class Run:
     # -- stages ----------------------------------------------------------------------------------
 
     def next_stage(self):
-        """End the present stage, keep its end for other runs, and begin the next; False where it
-        was the last."""
+        """End the present stage, store its end for other runs, and begin the next, if any."""
         following = self.state.stage + 1
         if following >= len(self.scene.stage_plans):
             return False
         self.files.save(self)
         if self.share_stages:
-            self._keep_stage()
+            self._store_stage()
         if self.sim.step > self.opened_at:
             self.log(f"stage {self.plan.name} finished: {self.end.reason}")
         self.snapshots.act()
@@ -173,15 +171,17 @@ class Run:
             activity.begin_stage()
         return True
 
-    def _keep_stage(self):
+    def _store_stage(self):
         try:
-            stages.keep(self.scene, self.state.stage, self.files.directory, self.files.origin)
-        except OSError as error:  # only a convenience: a full disk does not end the run
-            self.log(f"stage {self.plan.name} is not kept for other runs: {error}")
+            stages.store(self.scene, self.state.stage, self.files.directory, self.files.origin)
+        except OSError as error:  # optional: a full disk does not end the run
+            self.log(f"stage {self.plan.name} is not stored for other runs: {error}")
 
     def finish(self):
-        """Checkpoint, last frame, status. The checkpoint comes before the last frame that is only
-        there because the run ends: a continuation with a later stop is free of it."""
+        """Write the checkpoint, then the last frame and the status.
+
+        In this order, so that a continuation with a later stop lacks the last frame.
+        """
         self.files.forget_error_bar(self.sim.step)
         self.files.save(self)
         self.before_end = self.writer.counts(), self.state.last_snapshot

@@ -1,10 +1,11 @@
-"""How a run begins: new, from a stage that an earlier run has kept, or where one has stopped."""
+"""Start of a run: new, from a stage stored by an earlier run, or resumed."""
 
-from dusttaichi import files, method, units
+from dusttaichi import method, units
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT, RESULT
 from dusttaichi.method import Start, State
 from dusttaichi.results import Writer, opened, provenance
+from dusttaichi.results.writer import already_there
 from dusttaichi.run import checkpoint, stages
 from dusttaichi.run.code import Origin
 from dusttaichi.run.error_bar import States
@@ -15,35 +16,34 @@ from dusttaichi.run.state import RunState
 
 
 class Opening:
-    """Opens the run of a scene in a directory whose RunLock is held.
+    """Opens the run of a scene in a directory with an acquired RunLock.
 
-    keep_states: keep what an error bar needs. others: further arguments of Run.
+    store_states: for an error bar. others: further arguments of Run.
     """
 
-    def __init__(self, scene, directory, lock, *, keep_states=False, **others):
+    def __init__(self, scene, directory, lock, *, store_states=False, **others):
         self.scene, self.directory, self.lock, self.others = scene, directory, lock, others
         self.method = method.of(scene)
         self.origin = Origin.of(scene)
-        self.states = States(directory) if keep_states else None
+        self.states = States(directory) if store_states else None
 
     def open(self, sample=None, *, force=False, resume=False, fresh=False):
-        """A Run: resumed where that is asked for and something is there, else from a stage that is
-        kept, unless `fresh`, else new.
+        """A Run: resumed if requested and possible, else from a stored stage or new (`fresh`).
 
-        sample: instead of the scene's. Raises DustError, as for a result that is there already.
+        sample: instead of that of the scene. Raises DustError, as for an existing result.
         """
         if not force and not resume:
             refuse_existing(self.directory)
-        # what is resumed has made its files
+        # a resumed run has its files
         run = self.resumed() if resume else None
         if run is None:
             check_outputs(self.scene, self.directory, force)
         if run is None and self.scene.stages and not fresh:
-            run = self.kept()
+            run = self.stored()
         return self.new(sample, force=force or resume) if run is None else run
 
     def new(self, sample=None, force=False):
-        """A Run at step 0, its first records written; sample: instead of the scene's."""
+        """A Run at step 0 with its first records; sample: instead of that of the scene."""
         scene = self.scene
         sample = self.method.make_sample(scene) if sample is None else sample
         sim = self.method.build(scene, sample)
@@ -66,11 +66,11 @@ class Opening:
         run.begin()
         return run
 
-    def kept(self):
+    def stored(self):
         """A Run at the end of the latest stage that an earlier run has finished, or None."""
-        for stage, folder in stages.kept(self.scene, self.directory, self.origin):
+        for stage, folder in stages.stored(self.scene, self.directory, self.origin):
             try:
-                stages.take(folder, self.directory)
+                stages.reuse(folder, self.directory)
                 saved = checkpoint.load(self.directory / CHECKPOINT)
                 self._check_code(saved)
                 run = self._saved(saved)
@@ -82,7 +82,7 @@ class Opening:
                 continue
             names = ", ".join(s.name for s in self.scene.stages[: stage + 1])
             self.others["log"](
-                f"finished before and taken over from {folder}: {names} (--fresh computes anew)"
+                f"finished before and reused from {folder}: {names} (--fresh computes it again)"
             )
             write_scene(self.scene, self.directory)
             run.writer.set_attributes(self._attributes(run.sim))
@@ -90,14 +90,14 @@ class Opening:
         return None
 
     def resumed(self):
-        """A Run where an earlier one has stopped; from the beginning where nothing is kept.
+        """A Run at the checkpoint of an earlier one, or None without a checkpoint.
 
-        Raises DustError where what is kept does not fit.
+        Raises DustError for a checkpoint of another scene or version.
         """
         path, log = self.directory / CHECKPOINT, self.others["log"]
         if not checkpoint.exists(path):
             _refuse_finished(self.directory / RESULT)
-            log(f"nothing to go on from in {self.directory}: starting from the beginning")
+            log(f"no checkpoint found in {self.directory}: starting from the beginning")
             return None
         saved = checkpoint.load(path)
         if saved.note:
@@ -109,7 +109,7 @@ class Opening:
         if stage_stop(saved.meta["scene"], stage) != stage_stop(self.scene.to_yaml(), stage):
             saved.meta["run"]["ended"] = ""
         run = self._saved(saved)
-        log(f"going on from step {run.sim.step:,} ({run.sim.time:.6g} µs)")
+        log(f"continuing from step {run.sim.step:,} ({run.sim.time:.6g} µs)")
         return run
 
     def _saved(self, saved):
@@ -118,9 +118,9 @@ class Opening:
         sim = self.method.reopen(self.scene, state)
         if sim.dt != state.numbers["dt"]:
             raise DustError(
-                f"{saved.source} was made with a time step of "
-                f"{state.numbers['dt'] * units.TIME * 1e9:.6g} ns, and this scene takes "
-                f"{sim.dt * units.TIME * 1e9:.6g} ns. Start anew with --force."
+                f"{saved.source} has a time step of "
+                f"{state.numbers['dt'] * units.TIME * 1e9:.6g} ns, and this scene one of "
+                f"{sim.dt * units.TIME * 1e9:.6g} ns. Start again with --force."
             )
         States(self.directory).begin(sim.step)
         writer = Writer.resume(self.directory / RESULT, saved.meta["counts"], lock=self.lock)
@@ -129,9 +129,9 @@ class Opening:
     def _check_code(self, saved):
         if saved.meta.get("code") != self.origin.code:
             raise DustError(
-                f"{saved.source} was made by another version of dusttaichi, or of a law of your "
-                "own, whose numbers may differ. Go on with that version, or start anew with "
-                "--force."
+                f"{saved.source} was written by another version of dusttaichi, or with another "
+                "version of your laws, whose numbers may differ. Continue with that version, or "
+                "start again with --force."
             )
 
     def _run(self, sim, state, writer):
@@ -150,23 +150,20 @@ class Opening:
 
 
 def _refuse_finished(path):
-    """A finished result without a checkpoint is not to be overwritten by a resumed run."""
+    """Raise DustError for a finished result without a checkpoint."""
     try:
         with opened(path) as file:
             status = str(getattr(file, "status", ""))
     except OSError:
-        return  # none, or not readable
+        return  # missing or not readable
     if status.startswith("finished"):
         raise DustError(
-            f"{path} is finished, and its checkpoint is gone: there is nothing to go on from. "
-            "Start anew with --force, or choose another output directory."
+            f"{path} is finished, and its checkpoint is missing. Start again with --force, or "
+            "choose another output directory."
         )
 
 
 def refuse_existing(directory):
-    """Raises DustError where there is a result already."""
-    if (directory / files.RESULT).exists():
-        raise DustError(
-            f"{directory / RESULT} exists already. Use --force to overwrite it, --resume to go "
-            "on with it, or choose another output directory."
-        )
+    """Raise DustError for an existing result."""
+    if (directory / RESULT).exists():
+        raise DustError(already_there(directory / RESULT))

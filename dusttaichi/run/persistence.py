@@ -1,4 +1,4 @@
-"""Files of a run: the result, its checkpoint, and when they are written."""
+"""Files of a run: the result and its checkpoint, and the times at which they are written."""
 
 import time as real_time
 from pathlib import Path
@@ -12,7 +12,7 @@ from dusttaichi.results import outputs
 from dusttaichi.run import checkpoint
 from dusttaichi.run.same_scene import input_files
 
-FLUSH_SHARE = 0.02  # of the real time that may go into writing
+FLUSH_SHARE = 0.02  # share of the real time for writing
 LEAST = 5.0  # s between two flushes
 SCENE = "scene.yaml"
 MADE = "# Written by dusttaichi: the scene of this run, with every default."
@@ -36,7 +36,7 @@ class RunFiles:
         self.flushed = real_time.perf_counter()
 
     def save(self, run):
-        """Result first, then the checkpoint, which so never knows more than the result."""
+        """Write the result, then the checkpoint, which is never ahead of the result."""
         self.flush()
         state = run.sim.state()
         meta = {
@@ -51,9 +51,11 @@ class RunFiles:
         checkpoint.save(self.directory / CHECKPOINT, state.arrays, meta)
         self.saved = real_time.perf_counter()
 
-    def keep_in_time(self, run):
-        """Flush or checkpoint if it is time. Never at a step whose records are still due: a run
-        that goes on from there would lack them."""
+    def write_if_due(self, run):
+        """Flush or write a checkpoint after some time; call it after the records of a step.
+
+        Else a continued run would lack these records.
+        """
         now = real_time.perf_counter()
         if now - self.saved > self.every:
             self.save(run)
@@ -63,12 +65,12 @@ class RunFiles:
     # -- error bar -------------------------------------------------------------------------------
 
     def error_bar_steps(self):
-        """Steps of the run that the error bar in the result is of, or None."""
+        """Number of steps of the run of the stored error bar, or None."""
         text = self.writer.attributes.get("error_bar", "")
         return yaml.safe_load(text)["run_steps"] if text else None
 
     def forget_error_bar(self, step):
-        """Drop an error bar that is of a shorter run."""
+        """Drop the error bar of a shorter run."""
         if self.error_bar_steps() not in (None, step):
             self.writer.set_attributes({"error_bar": ""})
 
@@ -79,14 +81,14 @@ class RunFiles:
 
 
 def check_outputs(scene, directory, force):
-    """Raises DustError where the files of a run would take the place of what it reads, or, without
-    `force`, of files that no run has made."""
+    """Raise DustError if the files of a run would replace its inputs or, without `force`, foreign
+    files."""
     directory = Path(directory)
     with outputs.writing(force=force, inputs=input_files(scene)):
         for name, mark in (files.RESULT, ""), (SCENE, MADE), (CHECKPOINT, "dusttaichi checkpoint"):
             outputs.check(directory / name, mark)
     own = directory / SCENE
-    if scene.path is not None and own.exists() and not outputs.made(own, MADE):
+    if scene.path is not None and own.exists() and not outputs.is_ours(own, MADE):
         outputs.refuse_inputs(own, [scene.path])
 
 

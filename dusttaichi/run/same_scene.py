@@ -1,4 +1,4 @@
-"""Whether a run may go on with a scene: the one of its checkpoint, but for what may change."""
+"""Check that a scene is that of a checkpoint, except for what may change."""
 
 import copy
 import hashlib
@@ -12,7 +12,7 @@ from dusttaichi.scene.extensions import KEY
 
 # what may differ between a run and its continuation
 FREE_TO_CHANGE = (
-    ("name",),  # a stage that was taken over may be that of a run of another name
+    ("name",),  # a reused stage may be of a run of another name
     ("stop",),
     ("output", "directory"),
     ("output", "checkpoint"),
@@ -24,7 +24,7 @@ FREE_TO_CHANGE = (
 
 
 def input_hashes(scene):
-    """Hashes of the files that a scene reads, in order; "" for one that is not there (any more)."""
+    """Hashes of the files that a scene reads, in order; "" for a missing one."""
     return [_hash(path) for path in input_files(scene)]
 
 
@@ -45,10 +45,10 @@ def without(data, keys):
 
 
 def without_paths(data):
-    """Plain data of a scene without the places of its files: what counts is what they hold."""
+    """Plain data of a scene without the paths of its files, whose contents are compared."""
     if isinstance(data, dict):
-        kept = {k: v for k, v in data.items() if k != KEY and not (k == "file" and v is not None)}
-        return {k: without_paths(v) for k, v in kept.items()}
+        others = {k: v for k, v in data.items() if k != KEY and (k != "file" or v is None)}
+        return {k: without_paths(v) for k, v in others.items()}
     return [without_paths(v) for v in data] if isinstance(data, list) else data
 
 
@@ -70,9 +70,9 @@ def _hash(path):
 
 
 def check_extensions(saved, scene):
-    """Refuse to go on with other extensions than those of the checkpoint. Raises DustError.
+    """Raise DustError for other extensions than those of the checkpoint.
 
-    saved: what it has of them, texts "name sha256:digest".
+    saved: texts "name sha256:digest".
     """
     now = scene.imported_texts
     old, new = (sorted(text.rsplit(" ", 1)[1] for text in texts) for texts in (saved, now))
@@ -80,8 +80,8 @@ def check_extensions(saved, scene):
         return
     changed = sorted({text.rsplit(" ", 1)[0] for text in set(saved) ^ set(now)})
     raise DustError(
-        "--resume: the extensions of the scene are not those that this run was started with; "
-        f"{', '.join(changed)} differs. Put that back, or start anew with --force."
+        "--resume: the extensions of the scene are not those of the start of this run; "
+        f"{', '.join(changed)} differs. Restore it, or start again with --force."
     )
 
 
@@ -92,10 +92,10 @@ def stage_stop(text, stage):
 
 
 def check_same(saved, scene, inputs, stage):
-    """Refuse to go on with another scene than the one the checkpoint is of. Raises DustError.
+    """Raise DustError for another scene than that of the checkpoint.
 
-    saved: the meta data of the checkpoint; inputs: hashes of the files of the scene; stage: number
-    of the one that the checkpoint stands in, whose end may change, as may later stages.
+    saved: the metadata of the checkpoint; inputs: hashes of the files of the scene; stage: number
+    of the stage of the checkpoint, whose end may change, as may later stages.
     """
     old, new = (
         without(without_paths(yaml.safe_load(text)), FREE_TO_CHANGE)
@@ -111,9 +111,9 @@ def check_same(saved, scene, inputs, stage):
         changed.append("the contents of its files")
     if changed:
         raise DustError(
-            "--resume: the scene is not the one that this run was started with; it differs in "
-            f"{', '.join(changed)}. Put that back, or start anew with --force. (stop, "
-            "numerics.threads, output.checkpoint and stages still to come may change.)"
+            "--resume: the scene is not that of the start of this run; it differs in "
+            f"{', '.join(changed)}. Restore it, or start again with --force. (stop, "
+            "numerics.threads, output.checkpoint and later stages may change.)"
         )
 
 

@@ -1,14 +1,17 @@
-"""When something happens in a run, in whole steps: a pure function of the step number, so that an
-interrupted run goes on with the very same steps."""
+"""Scheduled steps of a run: pure functions of the step, so that a resumed run has the same ones."""
 
 from math import floor
 
 from dusttaichi import units
 from dusttaichi.names import NEVER
 
+SNAPSHOTS = 30  # automatic snapshots of a run, enough for playback
+LARGEST = 40e6  # bytes of these before compression
+STRAIN = 1.0  # over which they are spread if the final strain of the stage is unknown
+
 
 def next_step(interval, clock, step):
-    """First step after `step` at which `interval` (scene.output) is due, or NEVER."""
+    """Next step of `interval` (scene.output) after `step`, or NEVER."""
     if interval is None:
         return NEVER
     if interval.steps is not None:
@@ -24,10 +27,31 @@ def next_step(interval, clock, step):
         while (due := clock.step_of_strain(k * interval.strain)) <= step:
             k += 1
         return due
-    way = -1 if clock.fills(-1) else 1
-    k = floor(way * clock.filling_factor_at(step) / interval.filling_factor) + 1
+    sign = -1 if clock.fills(-1) else 1
+    k = floor(sign * clock.filling_factor_at(step) / interval.filling_factor) + 1
     while (
-        k != 0 and (due := clock.step_of_filling_factor(way * k * interval.filling_factor)) <= step
+        k != 0 and (due := clock.step_of_filling_factor(sign * k * interval.filling_factor)) <= step
     ):
         k += 1
     return due if k != 0 else NEVER
+
+
+def bytes_of(records):
+    """Bytes of (group, record) pairs of a frame."""
+    return sum(getattr(value, "nbytes", 8) for _, record in records for value in record.values())
+
+
+def steps_apart(plans, clock, plan, size):
+    """Steps between two automatic snapshots of a stage, 0 for none.
+
+    plans: all StagePlans of the scene, of which those with automatic snapshots share their number.
+    clock: of the stage, at its start; plan: its StagePlan; size: bytes of its first frame.
+    """
+    sharing = sum(one.snapshots == "auto" for one in plans)
+    count = min(SNAPSHOTS, LARGEST // max(size, 1)) // max(sharing, 1)
+    end, _ = clock.last_step(plan.stop)
+    if end == NEVER and clock.moves:
+        end = clock.step_of_strain(STRAIN)
+    if count < 2 or end == NEVER:
+        return 0
+    return max(1, -(-(end - clock.first) // int(count)))

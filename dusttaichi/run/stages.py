@@ -1,10 +1,10 @@
-"""Finished stages, kept: a run that begins with the same stages goes on from where they ended.
+"""Stored stages: a run that begins with the same stages continues from their end.
 
-What a stage leads to is decided by the scene up to its end, by what stages still to come have the
-result hold from its start (the lean of a cell that is going to be sheared), by the files that the
-sample is read from, and by the code that computes it: a hash of all that names the folder in
-`.stages`, beside the run directories, which holds the result and the checkpoint of that moment.
-Replicas keep theirs beside the directory that holds them all, where other scenes find them.
+The end of a stage depends on the scene up to its end, on variables that later stages request from
+the start (such as the tilt of a cell that will be sheared), on the input files of the sample and on
+the code: a hash of all these is the name of the folder in `.stages`, beside the run directories,
+with the result and the checkpoint. Replicas store theirs beside their common directory, for other
+scenes.
 """
 
 import hashlib
@@ -22,7 +22,7 @@ from dusttaichi.scene.drive import SHEARS
 
 FOLDER = ".stages"
 REPLICA = "replica_"  # begin of the names of directories of replicas
-# keys of a scene that do not change what is computed or kept
+# keys of a scene that change neither results nor stored stages
 FREE = (
     ("name",),
     ("stages",),
@@ -38,7 +38,7 @@ SHAPING = (*SHEARS, "push", "stiffness_scaling")
 
 
 def folder_of(scene, stage, directory, origin):
-    """Where the state at the end of the stage with that number is kept, for runs in `directory`.
+    """Folder of the stored end of the stage with that number, for runs in `directory`.
 
     origin: the Origin of the run.
     """
@@ -58,8 +58,8 @@ def _shape(stages):
     return [key for key in SHAPING if any(drive.get(key) for drive in drives)], profiles
 
 
-def keep(scene, stage, directory, origin):
-    """Keep result and checkpoint of `directory`, at the end of that stage. OSError is let out."""
+def store(scene, stage, directory, origin):
+    """Store result and checkpoint of `directory`, at the end of that stage. Raises OSError."""
     folder = folder_of(scene, stage, directory, origin)
     if folder.exists():
         return
@@ -72,8 +72,8 @@ def keep(scene, stage, directory, origin):
         shutil.rmtree(temporary, ignore_errors=True)
 
 
-def kept(scene, directory, origin):
-    """(number of the stage, folder) of the states that this scene goes through, latest first.
+def stored(scene, directory, origin):
+    """(number of the stage, folder) of the stored stages of this scene, latest first.
 
     origin: the Origin of the run.
     """
@@ -83,21 +83,21 @@ def kept(scene, directory, origin):
             yield stage, folder
 
 
-def take(folder, directory):
-    """Copy a kept state into `directory`. Raises DustError."""
+def reuse(folder, directory):
+    """Copy a stored stage into `directory`. Raises DustError."""
     try:
         _copy_run(folder, Path(directory))
     except OSError as error:
-        raise DustError(f"The kept stage {folder} cannot be read: {error}.") from error
+        raise DustError(f"The stored stage {folder} cannot be read: {error}.") from error
 
 
 def _copy_run(source, target):
-    """Copy what a run goes on from into a folder. Raises OSError."""
+    """Copy the files for a continuation into a folder. Raises OSError."""
     for name in run_files(source):
         (target / name).parent.mkdir(exist_ok=True)
         clone(source / name, target / name)
 
 
 def discard(folder):
-    """Remove a kept state, such as one that is damaged."""
+    """Remove a stored stage, such as a damaged one."""
     shutil.rmtree(folder, ignore_errors=True)

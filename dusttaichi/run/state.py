@@ -1,5 +1,4 @@
-"""State of a run beside that of its simulation, part of every checkpoint; and
-what it reports of itself meanwhile."""
+"""State of a run beside that of its simulation, part of every checkpoint; progress reports."""
 
 from dataclasses import asdict, dataclass, field
 
@@ -10,8 +9,10 @@ from dusttaichi.method import Start, Window
 
 @dataclass
 class Tension:
-    """The last points of the series of a stage, for stop.past_maximum: their tensions [kPa], how
-    many points there have been, and the largest average so far."""
+    """Tensions [kPa] of the last records of a stage, for stop.past_maximum.
+
+    count: number of records so far; most: the largest average so far.
+    """
 
     last: list = field(default_factory=list)
     count: int = 0
@@ -20,14 +21,14 @@ class Tension:
 
 @dataclass
 class RunState:
-    """How far a run has come.
+    """Progress of a run.
 
-    start: energies of step 0. stage: its number; first: its first step; ended: why it has ended
-    before its last step was known, or "". last_snapshot: step of the last frame written, or -1;
-    frame_bytes: what it took; apart: steps between two, where the scene leaves that to the run.
-    opened: step at which the average of the next record begins; sums: of that step. pressures
-    [Pa]: of the last points of the stage, for stop.plateau; settling: (time [s], logarithm of the
-    filling factor, load over that held) of these, for stop.creep. wall_clock: real time spent [s].
+    start: energies of step 0. stage: its number; first: its first step; ended: reason why it has
+    ended before its last step was known, or "". last_snapshot: step of the last frame, or -1;
+    frame_bytes: its size; apart: steps between automatic snapshots. opened: step at which the
+    average of the next record begins; sums: of that step. pressures [Pa]: of the last records of
+    the stage, for stop.plateau; settling: (time [s], logarithm of the filling factor, load over the
+    controlled one) of these, for stop.creep. wall_clock: real time spent [s].
     """
 
     start: Start
@@ -75,10 +76,9 @@ class RunState:
 
 @dataclass
 class Report:
-    """How far a run is, for whoever shows it.
+    """Progress of a run for display.
 
-    filling_factor, pressure [Pa]: None where there is none. task: what goes on, where it is not the
-    run itself.
+    filling_factor, pressure [Pa]: or None. task: name of another task than the run itself.
     """
 
     step: int

@@ -1,4 +1,4 @@
-"""When a stage ends: at a step that is known beforehand, or where a record says so."""
+"""End of a stage: at a step that is known beforehand, or by a condition on a record."""
 
 import numpy as np
 
@@ -8,16 +8,16 @@ from dusttaichi.names import AXES, NEVER, WALLS
 from dusttaichi.run.ledger import turnover
 from dusttaichi.run.state import Tension
 
-TENSIONS = 10  # points of the series that stop.past_maximum, plateau and creep look at
-HELD = 0.02  # share by which a load may differ from what is held
+AVERAGED = 10  # records over which stop.past_maximum, plateau and creep average
+DEVIATION = 0.02  # largest relative deviation of a settled load from the controlled one
 TOP = WALLS.index("top")
 
 
 class End:
-    """The end of the present stage: its step at the latest, and why.
+    """The end of the present stage: its latest step, and the reason.
 
-    plan: StagePlan. state: RunState, which keeps what has ended a stage. pressure [Pa]: of the last
-    record, or None.
+    plan: StagePlan. state: RunState, with the reason of the end. pressure [Pa]: of the last record,
+    or None.
     """
 
     def __init__(self, plan, clock, state, step):
@@ -27,10 +27,7 @@ class End:
             self.step, self.reason = step, state.ended
 
     def check(self, record, sim, measurement):
-        """End the stage now if its record meets a condition that only records tell.
-
-        measurement: the Measurement that belongs to the record.
-        """
+        """End the stage if its record meets a stop condition; measurement: of the record."""
         domain, step = sim.domain, sim.step
         self.pressure = pressure(record, domain)
         reason = self._reached(record, domain, step) or self._settled(
@@ -41,7 +38,7 @@ class End:
             self.step, self.reason, self.state.ended = step, reason, reason
 
     def put_off(self):
-        """The stage goes on, whatever its conditions say."""
+        """Let the stage continue in spite of its conditions."""
         self.step, self.reason, self.state.ended = NEVER, "", ""
 
     def _reached(self, record, domain, step):
@@ -51,10 +48,10 @@ class End:
         for name, bounds in stop.stress.given.items() if stop.stress is not None else ():
             if level := bounds.crossed(component(record["stress"], name)):
                 reason = f"stress {name} {level}"
-        if stop.filling_factor is not None and (self.clock.held or not self.clock.bounded):
-            grows = domain.servo.presses if self.clock.held else domain.wall_speed > 0.0
-            way = 1.0 if grows else -1.0
-            if way * (record["filling_factor"] - stop.filling_factor) >= 0.0:
+        if stop.filling_factor is not None and (domain.servo or not self.clock.bounded):
+            grows = domain.servo.presses if domain.servo else domain.wall_speed > 0.0
+            sign = 1.0 if grows else -1.0
+            if sign * (record["filling_factor"] - stop.filling_factor) >= 0.0:
                 reason = f"filling factor {stop.filling_factor:.4g}"
         if stop.past_maximum is not None and past_maximum(
             self.state.tension, self._tension(record, step) / units.PRESSURE, stop.past_maximum
@@ -64,33 +61,33 @@ class End:
         return reason
 
     def _settled(self, m, binds):
-        """Why the stage ends because nothing happens any more, or ""; binds: method.Simulation."""
+        """Reason of the end of a stage at rest, or ""; binds: see method.Simulation."""
         stop, state = self.plan.stop, self.state
         if stop.rest is not None:
             scale = m.bound if binds else turnover(m, state.start)[1]
             if m.kinetic < stop.rest * scale:
-                of = "what the bonds hold" if binds else "the energy that has gone through"
+                of = "the binding energy" if binds else "the energy that has gone through"
                 return f"at rest: kinetic energy below {stop.rest:.3g} of {of}"
         if stop.plateau is not None and plateau(state.pressures, self.pressure, stop.plateau):
             return f"plateau: the pressure changes by less than {stop.plateau:.3g}"
         return ""
 
     def _crept(self, record, domain):
-        """Why the stage ends because what is under load has settled, or ""."""
+        """Reason of the end of a stage whose creep under load has stopped, or ""."""
         if self.plan.stop.creep is None:
             return ""
         point = [float(record["time"]), float(np.log(record["filling_factor"]))]
-        last = [*self.state.settling, [*point, self._load_held(record, domain)]][-TENSIONS:]
+        last = [*self.state.settling, [*point, self._relative_load(record, domain)]][-AVERAGED:]
         self.state.settling = last
-        if len(last) < TENSIONS:
+        if len(last) < AVERAGED:
             return ""
         (begin, first, _), (end, now, _) = last[0], last[-1]
-        held = abs(np.mean([load for _, _, load in last]) - 1.0) <= HELD
+        loaded = abs(np.mean([load for _, _, load in last]) - 1.0) <= DEVIATION
         settled = abs(now - first) <= self.plan.stop.creep * (end - begin)
-        return f"settled: creep below {self.plan.stop.creep:.3g} s^-1" if held and settled else ""
+        return f"settled: creep below {self.plan.stop.creep:.3g} s^-1" if loaded and settled else ""
 
-    def _load_held(self, record, domain):
-        """Load of a record over that which is held."""
+    def _relative_load(self, record, domain):
+        """Load of a record over the controlled one."""
         servo = domain.servo
         if servo.kind == WALL:
             own = [record["pressure"][TOP]]
@@ -123,21 +120,22 @@ def component(stress, name):
 
 
 def plateau(last, pressure, share):
-    """True once the mean pressure of the last points [Pa] differs by no more than `share` from that
-    of as many before them. last: the pressures so far, which the new one is added to."""
-    last[:] = [*last, pressure][-2 * TENSIONS :]
-    before, after = (np.mean(part) for part in (last[:TENSIONS], last[-TENSIONS:]))
-    return len(last) == 2 * TENSIONS and bool(abs(after - before) <= share * abs(before))
+    """True if the mean pressure [Pa] changes by at most `share` between two sets of records.
+
+    last: the pressures so far, to which the new one is added.
+    """
+    last[:] = [*last, pressure][-2 * AVERAGED :]
+    before, after = (np.mean(part) for part in (last[:AVERAGED], last[-AVERAGED:]))
+    return len(last) == 2 * AVERAGED and bool(abs(after - before) <= share * abs(before))
 
 
 def past_maximum(tensions: Tension, tension, share):
-    """True once the tension [kPa], averaged over the last points, has fallen by `share` below the
-    largest such average of the stage."""
-    tensions.last = [*tensions.last, tension][-TENSIONS:]
+    """True once the average tension [kPa] has fallen by `share` below its largest value."""
+    tensions.last = [*tensions.last, tension][-AVERAGED:]
     tensions.count += 1
-    if tensions.count < TENSIONS:
+    if tensions.count < AVERAGED:
         return False
     mean = float(np.mean(tensions.last))
     tensions.most = max(tensions.most, mean)
-    pulled = tensions.most > 0.0 and tensions.count >= 2 * TENSIONS
+    pulled = tensions.most > 0.0 and tensions.count >= 2 * AVERAGED
     return pulled and mean < (1.0 - share) * tensions.most

@@ -51,7 +51,7 @@ def default_intervals(boundary: Block, drive: Drive, steps: int = 1000) -> dict[
     """Intervals of what the YAML does not mention, for one drive.
 
     steps: of the time series where no strain tells how often. Snapshots stay auto: how far apart
-    they are is known once the run is built (run.spread).
+    they are is known once the run is built (run.schedule).
     """
     still = {"profiles": "off", "snapshots": "auto"}
     if boundary.kind == "box" and filling_direction(boundary, drive) > 0:

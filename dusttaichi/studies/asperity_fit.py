@@ -1,8 +1,8 @@
-"""The one number of the asperities, fitted to a sticking speed by simulations (PD08 section 2.2).
+"""Fit of the number of the asperities to a sticking speed by simulations (PD08 section 2.2).
 
-A grain is thrown at a flat wall of its own material, without damping, along the normal. Many are
-thrown at once, far from each other and each at its own speed, so that one simulation brackets the
-speed at which they begin to bounce.
+Grains collide with a flat wall of their own material, along its normal and without damping. One
+simulation contains many, far from each other and each with its own speed, and brackets the speed at
+which they begin to bounce.
 """
 
 from dataclasses import dataclass
@@ -19,11 +19,11 @@ from dusttaichi.scene import Scene, quantities
 
 POPPE = {0.6e-6: (1.2, 0.1), 0.25e-6: (1.9, 0.4)}
 """Sticking speed of silica on silica by radius [m], and its error [m/s] (Poppe et al. 2000)."""
-THROWN = 400  # grains at once
+THROWN = 400  # grains of a simulation
 SPREAD = 0.03  # of the expected speed, to either side
 STEP = 0.02e-9  # s: a five-hundredth of a period
 END = 60e-9  # s: some five periods
-CLOSE = 2e-4  # relative distance from the speed wanted at which the fit ends
+CLOSE = 2e-4  # relative deviation from the given speed at which the fit ends
 TRIES = 8
 
 
@@ -43,13 +43,8 @@ def _scene(material, radius, volume):
     )
 
 
-def barrier(contact):
-    """Energy [J] that a grain needs beside E_asp to leave: lost on forming, and up to pull-off."""
-    return contact.barrier
-
-
 def sticking_speed_balance(material, volume, radius=None):
-    """Speed [m/s] at which the kinetic energy is E_asp and the `barrier`: no simulation.
+    """Speed [m/s] at which the kinetic energy is E_asp plus the energy to leave: no simulation.
 
     material: name of one. volume: deformed per area [m]. radius [m]: other than the material's.
     """
@@ -59,13 +54,13 @@ def sticking_speed_balance(material, volume, radius=None):
     def surplus(speed):
         energy = 0.5 * mass * speed**2
         lost = contact.crush_energy * asperities.area(energy, contact.crush_force)
-        return energy - lost - barrier(contact)
+        return energy - lost - contact.barrier
 
     return scipy.optimize.brentq(surplus, 0.0, 1e3, xtol=1e-9)
 
 
 def sticking_speed(material, volume, radius=None):
-    """Speed [m/s] up to which a grain sticks to a wall, and half the bracket: by simulation.
+    """Largest speed [m/s] at which a grain sticks to a wall, and half the bracket, by simulation.
 
     Parameters as of `sticking_speed_balance`. Raises DustError if all grains stick or all bounce.
     """
@@ -75,7 +70,7 @@ def sticking_speed(material, volume, radius=None):
     delta0 = wall_constants(scene.material, scene.interaction).delta0
     x = np.zeros((THROWN + 1, 3))
     x[:, 0] = 10.0 * r * np.arange(THROWN + 1)
-    # the last one rests on the wall; the others touch it in the first step, by a hair
+    # the last one rests on the wall; the others just touch it in the first step
     x[:-1, 2] = delta0 + speeds * STEP * (1.0 - 1e-6)
     v = np.zeros_like(x)
     v[:-1, 2] = -speeds
@@ -94,7 +89,7 @@ def sticking_speed(material, volume, radius=None):
 
 @dataclass(frozen=True)
 class Fit:
-    """volume [m] deformed per area; sticking speed [m/s] found with it, and half the bracket."""
+    """Fitted volume [m] deformed per area, its sticking speed [m/s], and half the bracket."""
 
     volume: float
     speed: float
@@ -102,7 +97,7 @@ class Fit:
 
 
 def fit_asperities(material="silica_pd08", speed=POPPE[0.6e-6][0]):
-    """The Fit with which a grain of `material` (a name) sticks to a wall up to `speed` [m/s]."""
+    """The Fit for which a grain of `material` (a name) sticks to a wall up to `speed` [m/s]."""
     volume = _volume_balance(material, speed)
     for _ in range(TRIES):
         found, sigma = sticking_speed(material, volume)
@@ -114,7 +109,7 @@ def fit_asperities(material="silica_pd08", speed=POPPE[0.6e-6][0]):
 
 
 def report(material, speed):
-    """Lines that tell the fit to `speed` [m/s], and what it says of the grains of POPPE."""
+    """Lines on the fit to `speed` [m/s], and its predictions for the grains of POPPE."""
     fit = fit_asperities(material, speed)
     yield (
         f"asperity_volume of {material}: {quantities.format(fit.volume, 'length', digits=4)} "
@@ -132,18 +127,18 @@ def report(material, speed):
 def _bare(material):
     scene = _scene(material, None, 1e-15)
     contact = wall_constants(scene.material, scene.interaction)
-    return float(np.sqrt(2.0 * barrier(contact) / grain_mass(scene.material)))
+    return float(np.sqrt(2.0 * contact.barrier / grain_mass(scene.material)))
 
 
 def _volume_balance(material, speed):
-    """Volume [m] for which the energies balance at `speed`."""
+    """Volume [m] at which the energies balance at `speed`."""
     scene = _scene(material, None, 1.0)
     contact = wall_constants(scene.material, scene.interaction)
     energy = 0.5 * grain_mass(scene.material) * speed**2
-    if energy <= barrier(contact):
+    if energy <= contact.barrier:
         raise DustError(
-            f"speed = {speed:.4g} m/s: grains stick up to {_bare(material):.3g} m/s without any "
-            "asperities; a higher speed is needed"
+            f"speed = {speed:.4g} m/s: grains stick up to {_bare(material):.3g} m/s without "
+            "asperities; use a higher speed"
         )
     per_volume = contact.crush_energy * asperities.area(energy, contact.crush_force)
-    return (energy - barrier(contact)) / per_volume
+    return (energy - contact.barrier) / per_volume

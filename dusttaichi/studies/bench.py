@@ -1,8 +1,8 @@
-"""How fast this machine is: what `dust bench` prints, in a minute or two.
+"""Speed of this machine: `dust bench`, in a minute or two.
 
-Two of the bundled scenes, one of each method, stay ready in processes with one thread and with all
-cores. These are timed in turn, round after round, so that what else the machine does falls on all
-of them; the numbers are medians of the rounds.
+Two of the bundled scenes, one of each method, stay in processes with one thread and with all cores.
+These are timed in turn, round after round, so that other load of the machine affects all of them;
+the numbers are medians of the rounds.
 """
 
 import time
@@ -17,26 +17,25 @@ from dusttaichi.processes import usable_cores
 from dusttaichi.studies.workers import LOST, Worker
 
 SCENES = ("omni_static", "guettler2009/bead")
-ROUNDS, SECONDS = 5, 0.6  # how often each is timed, and for how long
+ROUNDS, SECONDS = 5, 0.6  # number and duration of the measurements of each
 WARM_UP = 0.3  # s of steps before the first round
-BUSY = 15.0  # spread of the rounds [%] from which a remark is made
+BUSY = 15.0  # smallest spread of the rounds [%] with a remark
 
 
 class Timed:
     """A worker process that holds one simulation and times it.
 
-    A context manager: the process ends with it, by itself, so that it writes its kernels to the
-    cache, or killed where something failed.
+    A context manager: at its end the process ends by itself and writes its kernels to the cache;
+    after an error it is killed.
 
-    task: what answers it, "module:function". kernels: the folder where compiled kernels are kept,
-    Taichi's own by default.
+    task: "module:function". kernels: folder of the compiled kernels, by default that of Taichi.
     """
 
     def __init__(self, task: str, kernels: Path | None = None):
         self._worker = Worker(task, kernels=kernels)
 
     def ask(self, do: str, **arguments) -> dict:
-        """Answer of the task to `do`. Raises DustError with what went wrong."""
+        """Answer of the task to `do`. Raises DustError."""
         answer = self._worker.ask(do=do, **arguments)
         if answer.code == LOST:
             raise DustError(answer.text.replace("the process", "A process of the benchmark"))
@@ -54,7 +53,7 @@ class Timed:
 
 
 def machine(*further: str) -> str:
-    """One line on the machine and the versions. further: what else belongs in it."""
+    """One line on the machine and the versions. further: more texts for it."""
     from dusttaichi.compute import processor
     from dusttaichi.results.provenance import provenance
 
@@ -72,7 +71,7 @@ def machine(*further: str) -> str:
 
 @dataclass(frozen=True)
 class Timing:
-    """Speed of a scene on so many threads: the medians of the rounds.
+    """Speed of a scene with a number of threads: medians of the rounds.
 
     size: particles. contacts: between grains, None for a method without. seconds: of a step.
     speed_up: over one thread. spread: largest minus smallest round over the median [%].
@@ -87,11 +86,11 @@ class Timing:
     spread: float
 
     def text(self) -> str:
-        """The line of the table."""
+        """Line of the table."""
         words = "1 thread " if self.threads == 1 else f"{self.threads} threads"
         what, number = ("contact", self.contacts) if self.contacts else ("particle", self.size)
         line = f"  {words:<11}{1.0 / self.seconds:>9,.0f} steps/s"
-        line += f"{1e9 * self.seconds / number:>9.1f} ns a {what} and step"
+        line += f"{1e9 * self.seconds / number:>9.1f} ns per {what} and step"
         return line if self.threads == 1 else f"{line}   {self.speed_up:.2f} times one thread"
 
 
@@ -102,9 +101,9 @@ def main(
     seconds: float = SECONDS,
     log: Callable[[str], None] = lambda line: None,
 ) -> list[Timing]:
-    """Time the scenes on one thread and on all cores; the Timings, one by one.
+    """Time the scenes with one thread and with all cores; returns the Timings.
 
-    scenes: names or files. seconds: of a timed stretch. Raises DustError where a process fails.
+    scenes: names or files. seconds: of one measurement. Raises DustError where a process fails.
     """
     threads = sorted({1, usable_cores()})
     return [timing for scene in scenes for timing in _timings(scene, threads, rounds, seconds, log)]
@@ -132,7 +131,7 @@ def _timings(name, threads, rounds, seconds, log):
 
 
 def text(timings: list[Timing]) -> str:
-    """The table for the screen, under the line on the machine."""
+    """The table for the screen, below the line on the machine."""
     from dusttaichi.compute import processor
 
     lines, shown = [machine()], None
@@ -147,7 +146,7 @@ def text(timings: list[Timing]) -> str:
     if worst > BUSY:
         remarks.append(
             f"The rounds differ by up to {worst:.0f} %: other programs use the machine, or its "
-            "clock changes. Repeat this when it is quiet."
+            "clock changes. Repeat this when it is idle."
         )
     return "\n".join([*lines, *(f"\n{remark}" for remark in remarks if remark)])
 
@@ -158,7 +157,7 @@ def _threads(number):
 
 # -- in the worker ---------------------------------------------------------------------------------
 
-_held = {}
+_state = {}
 
 
 def _build(scene, threads):
@@ -166,24 +165,24 @@ def _build(scene, threads):
     from dusttaichi.scene import load
 
     scene = load(scene).with_value("numerics.threads", threads)
-    sim = _held["sim"] = method.of(scene).build(scene, method.make_sample(scene))
+    sim = _state["sim"] = method.of(scene).build(scene, method.make_sample(scene))
     sim.advance(1)
     found = {"size": sim.size, "contacts": sim.measure().parts.get("contacts")}
-    _held["steps"] = 1
+    _state["steps"] = 1
     _time(WARM_UP)
     return found
 
 
 def _time(span):
     """Seconds of a step, over steps that take about `span` seconds."""
-    sim, took, made = _held["sim"], 0.0, 0
+    sim, took, made = _state["sim"], 0.0, 0
     while took < span:
         began, first = time.perf_counter(), sim.step
-        sim.advance(_held["steps"])
+        sim.advance(_state["steps"])
         each = time.perf_counter() - began
         took, made = took + each, made + sim.step - first
-        # a tenth of the stretch a call, so that what a call costs does not count
-        _held["steps"] = max(1, round(_held["steps"] * min(10.0, 0.1 * span / each)))
+        # each call a tenth of the time, so that the cost of a call is negligible
+        _state["steps"] = max(1, round(_state["steps"] * min(10.0, 0.1 * span / each)))
     return {"step": took / made}
 
 

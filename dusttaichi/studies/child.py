@@ -1,7 +1,7 @@
-"""The inside of a worker process; the argument of this module is MODULE:FUNCTION of its task.
+"""Main module of a worker process; its argument is MODULE:FUNCTION of the task.
 
-The protocol is described in workers.py. The function is imported with the first request, so that
-an interruption during the import is an answer like any other.
+The protocol is described in workers.py. The function is imported at the first request, so that the
+parent receives an answer also after an interruption of the import.
 """
 
 import importlib
@@ -18,36 +18,36 @@ from dusttaichi.compute.collector import collect_seldom
 from dusttaichi.errors import DustError
 
 REPORT_EVERY = 0.5  # s between two reports of progress
-GRACE = 100.0  # s that an interrupted task may take to write its checkpoint
-AGAIN = 10.0  # s after which it is interrupted again: an interruption inside Taichi may get lost
+GRACE = 100.0  # s for an interrupted task to write its checkpoint
+AGAIN = 10.0  # s until the next interruption: one inside Taichi may get lost
 
 
 class Parent:
-    """The process that asked, as a task sees it."""
+    """The parent process, for a task."""
 
     def __init__(self, write, receive):
         self._write, self._receive = write, receive
         self._reported = -REPORT_EVERY
 
     def report(self, **found):
-        """Tell what is known so far; values as JSON has them."""
+        """Report values of JSON."""
         self._write({"report": found})
 
     def progress(self, **found):
-        """Report, but no more often than every half a second."""
+        """Report, at most once in REPORT_EVERY."""
         now = time.monotonic()
         if now - self._reported >= REPORT_EVERY:
             self._reported = now
             self.report(**found)
 
     def wait_for_go(self):
-        """Report `ready` and wait until the parent lets this and other workers begin at once."""
+        """Report `ready` and wait for the start signal of the parent."""
         self.report(ready=True)
         self._receive()
 
 
 class Child:
-    """Takes requests from the standard input until it ends, and answers them."""
+    """Answers requests from the standard input until that ends."""
 
     def __init__(self, task, answers):
         self._name, self._answers = task, answers
@@ -61,7 +61,7 @@ class Child:
         while not self._ended:
             message = self._lines.get()
             if message is not None and "request" not in message:
-                continue  # the go of a task that has ended before it waited
+                continue  # start signal of a task that ended before it waited
             with self._lock:
                 if message is None or self._ended:
                     return
@@ -77,19 +77,19 @@ class Child:
             answer = {"code": error.exit_code, "text": str(error)}
         except KeyboardInterrupt:
             answer = {"code": 130, "text": "interrupted"}
-        with self._lock:  # from here on the end of the input does not interrupt any more
+        with self._lock:  # now the end of the input no longer interrupts
             self._busy = False
         return answer
 
     def _write(self, message):
-        # without a parent there is nobody to tell, but a checkpoint to write
+        # a task without a parent still writes its checkpoint
         with suppress(BrokenPipeError):
             print(json.dumps(message), file=self._answers, flush=True)
 
     def _read(self):
-        """Pass the lines of the input on; interrupt the task when the input ends."""
+        """Read the lines of the input; interrupt the task at its end."""
         rest = b""
-        # not sys.stdin, whose lock would be held when the interpreter ends
+        # not sys.stdin, which would be locked when the interpreter ends
         while chunk := os.read(0, 1 << 16):
             *lines, rest = (rest + chunk).split(b"\n")
             for line in lines:
@@ -109,11 +109,11 @@ class Child:
 def main():
     """Entry point of the process."""
     collect_seldom()
-    # what a library prints must not stand between the answers
+    # output of libraries must not come between the answers
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be inherited as ignored
-    with suppress(KeyboardInterrupt):  # that came when the answer was given already
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # the parent may ignore it
+    with suppress(KeyboardInterrupt):  # one after the answer
         Child(sys.argv[1], answers).serve()
 
 

@@ -1,7 +1,7 @@
-"""How fast this machine has computed before: what `dust check` estimates a run time from.
+"""Measured speeds of this machine, for the estimate of a run time by `dust check`.
 
-Every run of `dust run` and every `dust check --time` leaves a line in a small file of the user's
-cache: which kind of scene, how many particles and threads, seconds a particle and step.
+Every `dust run` and every `dust check --time` adds a row to a small file in the cache of the user:
+kind of scene, numbers of particles and threads, seconds per particle and step.
 """
 
 import json
@@ -18,18 +18,18 @@ from dusttaichi import files, method
 from dusttaichi.compute.backend import threads_of
 from dusttaichi.errors import DustError
 
-KEPT = 200  # measurements, the newest
-ALIKE = 9  # measurements that an estimate looks at, the most
-AS_LIKE = 1.0  # about as like: as a size 2.7 times as far, or one part more
-OFF = 1.3  # factor that a speed of the same scene may be off by
-LEAST_SECONDS = 0.5  # of steps that tell a speed
+STORED = 200  # most measurements in the file, the newest
+ALIKE = 9  # most measurements of an estimate
+AS_LIKE = 1.0  # largest additional distance: a factor 2.7 in size, or one part
+OFF = 1.3  # factor of uncertainty of a speed of the same scene
+LEAST_SECONDS = 0.5  # of steps for a speed
 TRIAL_SECONDS = 1.0
 FOLDER = "DUST_CACHE"  # environment variable that names another folder
 
 
 @dataclass(frozen=True)
 class Speed:
-    """One measurement. seconds: of one particle and one step. parts: as of a Method."""
+    """One measurement. seconds: per particle and step. parts: of the Method of the scene."""
 
     name: str
     method: str
@@ -42,13 +42,13 @@ class Speed:
 
 
 def path():
-    """The file of the measurements of this machine."""
+    """File of the measurements of this machine."""
     folder = os.environ.get(FOLDER) or platformdirs.user_cache_dir("dusttaichi")
     return Path(folder) / "speeds.json"
 
 
 def known():
-    """All measurements, the newest last; none where there is no readable file."""
+    """All measurements, the newest last; [] without a readable file."""
     try:
         rows = json.loads(path().read_text(encoding="utf-8"))
         return [
@@ -60,24 +60,23 @@ def known():
 
 
 def remember(speed):
-    """Keep a measurement."""
+    """Store a measurement."""
     write_rows(path(), [*known(), speed])
 
 
 def write_rows(file, rows):
-    """Write the newest of some measurements (dataclasses) into a file. It is a convenience: a disk
-    that refuses it is no error."""
+    """Write the newest of some measurements (dataclasses) into a file; a failure is no error."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         beside = file.with_suffix(f".{os.getpid()}")
-        beside.write_text(json.dumps([asdict(row) for row in rows[-KEPT:]]), encoding="utf-8")
+        beside.write_text(json.dumps([asdict(row) for row in rows[-STORED:]]), encoding="utf-8")
         files.replace_atomically(beside, file)
     except OSError:
         pass
 
 
 def speed_of(scene, size, seconds):
-    """The Speed of a scene with `size` particles that took so many seconds a particle and step."""
+    """The Speed of a scene with `size` particles from its seconds per particle and step."""
     n = scene.numerics
     kind = (getattr(n, "backend", "cpu"), getattr(n, "precision", "f64"))
     parts = (*method.of(scene).parts(scene), *["debug"] * getattr(n, "debug", False))
@@ -86,11 +85,11 @@ def speed_of(scene, size, seconds):
 
 
 def likely(scene, size):
-    """(Speed, (least, likely, most) seconds of a step), None where nothing is known.
+    """(Speed, (least, likely, most) seconds of a step), None without a measurement.
 
-    The Speed is the one known that is most like the scene: of its method, backend and precision,
-    then like in parts, threads and size, and of equal ones the newest. The seconds are the median
-    of those that are about as like, so that one run on a busy machine does not decide.
+    The Speed is that of the most similar scene: of the same method, backend and precision, then by
+    parts, threads and size, the newest of equal ones. The seconds are the median of those about as
+    similar, so that a single run on a busy machine has little weight.
     """
     wanted = speed_of(scene, size, 0.0)
     same = ("method", "backend", "precision")
@@ -107,22 +106,22 @@ def likely(scene, size):
 
 
 def as_measured(speed, size):
-    """The same of one Speed of a scene with `size` particles, that has just been measured."""
+    """The same as `likely`, from one new Speed of a scene with `size` particles."""
     seconds = speed.seconds * size
     return speed, (seconds / OFF, seconds, seconds * OFF)
 
 
 def _distance(one, other):
-    """How little two Speeds tell of each other: 0 for the same kind, size and threads."""
+    """Distance of two Speeds: 0 for the same kind, size and threads."""
     sizes = abs(log(one.size / other.size)) + abs(log(one.threads / other.threads))
     return len(set(one.parts) ^ set(other.parts)) + sizes
 
 
 def measure(scene, plan):
-    """Steps of the scene from its start, for about a second: its Speed, which is kept.
+    """The Speed of a scene from its first steps, for about a second; it is stored.
 
-    plan: of its Preview. Compiles what is not in the cache. Raises DustError where the scene ends
-    before that tells anything.
+    plan: of its Preview. Compiles kernels that are not in the cache. Raises DustError where the
+    scene ends after one step.
     """
     how = method.of(scene)
     sim = how.build(scene, how.make_sample(scene))
@@ -135,18 +134,20 @@ def measure(scene, plan):
         took, made = real_time.perf_counter() - began, sim.step - first
         steps = int(steps * min(10.0, max(2.0, 1.2 * TRIAL_SECONDS / took)))
     if not made:
-        raise DustError("--time: the scene ends after one step, which tells nothing of its speed.")
+        raise DustError(
+            "--time: the scene ends after one step, too early for a measurement of its speed."
+        )
     speed = speed_of(scene, sim.size, took / made / sim.size)
     remember(speed)
     return speed
 
 
 class Timer:
-    """Times the stretches of a run, and keeps its speed at the end. The first stretch does not
-    count: it makes the kernels.
+    """Measures the segments of a run, and stores its speed at the end. The first segment does not
+    count: it compiles the kernels.
 
-    `ready` and the Timer itself are what dusttaichi.run.execute takes as ready and advancing. ends:
-    when the first and the last stretch have ended (perf_counter), None before.
+    `ready` and the Timer itself are arguments `ready` and `advancing` of dusttaichi.run.execute.
+    ends: times of the end of the first and the last segment (perf_counter), None before.
     """
 
     def __init__(self, scene):
@@ -169,7 +170,7 @@ class Timer:
         self._warm = True
 
     def keep(self):
-        """Keep the speed of the run, where it was long enough to tell one."""
+        """Store the speed of a run of at least LEAST_SECONDS."""
         if self.seconds >= LEAST_SECONDS and self.steps:
             each = self.seconds / self.steps / self.sim.size
             remember(speed_of(self.scene, self.sim.size, each))

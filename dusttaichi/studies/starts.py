@@ -1,7 +1,7 @@
-"""How long runs have taken beside their steps: start, compiling, output, figures.
+"""Measured times of runs besides their steps: start, compilation, output, figures.
 
-Every run of `dust run` leaves a line in a small file of the user's cache, beside that of the speeds
-(speeds.py), and `dust check` estimates from it what a further run takes.
+Every `dust run` adds a row to a small file in the cache of the user, beside that of the speeds
+(speeds.py), from which `dust check` estimates the time of a further run.
 """
 
 import json
@@ -15,13 +15,13 @@ from dusttaichi.compute import processor
 from dusttaichi.compute.memory import capacity_for
 from dusttaichi.studies import speeds
 
-ALIKE = 5  # runs that an estimate looks at, the most
+ALIKE = 5  # most runs of an estimate
 
 
 @dataclass(frozen=True)
 class Start:
-    """One run. kernels: all that decides whether compiled kernels serve again, as far as it is
-    known before anything is built. cached: they were there. seconds: beside those of the steps."""
+    """One run. kernels: everything that the compiled kernels depend on, as far as it is known
+    before the scene is built. cached: they were in the cache. seconds: besides the steps."""
 
     method: str
     kernels: str
@@ -31,12 +31,12 @@ class Start:
 
 
 def path():
-    """The file of the runs of this machine."""
+    """File of the runs of this machine."""
     return speeds.path().with_name("starts.json")
 
 
 def known():
-    """All runs, the newest last; none where there is no readable file."""
+    """All runs, the newest last; [] without a readable file."""
     try:
         rows = json.loads(path().read_text(encoding="utf-8"))
         return [Start(**{f.name: row[f.name] for f in fields(Start)}) for row in rows]
@@ -45,14 +45,14 @@ def known():
 
 
 def kernels_of(scene, size):
-    """One text for the kernels of a scene with `size` particles, on this processor."""
+    """Text that identifies the kernels of a scene with `size` particles, on this processor."""
     kind = speeds.speed_of(scene, size, 0.0)
     own = (kind.backend, kind.precision, *kind.parts, capacity_for(size))
     return " ".join(map(str, (__version__, processor.kernel_key(), scene.method, *own)))
 
 
 def are_cached(scene, size):
-    """Whether kernels of such a scene have been compiled here before, and are still there."""
+    """Whether kernels of such a scene are in the cache of this machine."""
     if not any(processor.kernel_folder().glob("*.tcb")):
         return False
     kernels = kernels_of(scene, size)
@@ -60,8 +60,7 @@ def are_cached(scene, size):
 
 
 def likely(scene, size):
-    """(whether kernels are cached, seconds beside the steps); the seconds are None where no run
-    of the method has begun so here."""
+    """(whether kernels are cached, seconds besides the steps); seconds: None without such a run."""
     cached = are_cached(scene, size)
     fit = [s for s in reversed(known()) if s.method == scene.method and s.cached == cached]
     kernels = kernels_of(scene, size)
@@ -71,24 +70,25 @@ def likely(scene, size):
 
 
 class Clock:
-    """Times a run before the end of its first stretch of steps, and after that of its last.
+    """Measures a run until the end of its first segment of steps, and from that of its last.
 
-    timer: the speeds.Timer of its stretches. cached: whether kernels were there, once it is built.
+    timer: the speeds.Timer of its segments. cached: whether kernels were in the cache, once it is
+    built.
     """
 
     def __init__(self, scene, timer):
-        # what has been imported before is part of the wait, and little else than computing
+        # imports before are a part of it, and their processor time is about their duration
         self._began = real_time.perf_counter() - real_time.process_time()
         self.scene, self.timer, self._size, self.cached = scene, timer, None, None
 
     def ready(self, sim):
-        """The scene is built."""
+        """Note the size of a simulation, once it is built."""
         self.timer.ready(sim)
-        # this process writes its own kernels to the disk when it ends
+        # this process writes its own kernels to the cache at its end
         self._size, self.cached = sim.size, are_cached(self.scene, sim.size)
 
     def keep(self):
-        """Keep the time up to now, where any step was made."""
+        """Store the time up to now, if a step was computed."""
         if self.timer.ends is None:
             return
         first, last = self.timer.ends

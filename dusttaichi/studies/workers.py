@@ -1,22 +1,21 @@
-"""Worker processes: one protocol for all studies that compute in processes of their own.
+"""Worker processes: one protocol for all studies that compute in several processes.
 
-A worker is a Python process that imports Taichi, holds its memory and handles its signals by
-itself. `Worker` starts it and talks to it; `child.py` is what runs inside. Both sides write one
-JSON object a line: requests go to the standard input of the process, reports and answers come from
-its standard output, and its standard error is kept for the message when it dies.
+A worker is a Python process that imports Taichi and handles its own memory and signals. `Worker`
+starts it and communicates with it; `child.py` is its main module. Both sides write one JSON object
+per line: requests go to the standard input of the process, reports and answers come from its
+standard output, and the message after a crash is from its standard error.
 
     parent                              child
     {"request": {...}}             ->   the task begins
-                                   <-   {"report": {"share": 0.4}}      as often as it likes
+                                   <-   {"report": {"share": 0.4}}      any number of times
     {"go": true}                   ->   only for tasks that wait for it (`Parent.wait_for_go`)
                                    <-   {"code": 0, "text": "", "found": {...}}
-    end of the input               ->   a task that goes on is interrupted as by Ctrl-C, and so
-                                        writes its checkpoint; then the process ends
+    end of the input               ->   a running task is interrupted as by Ctrl-C and writes its
+                                        checkpoint; then the process ends
 
-The input also ends when the parent dies, however it dies. Threads (`concurrent.futures`) wait for
-the workers; a pool of processes, that of `concurrent.futures` or of pebble, does not fit, because
-its processes can neither report progress on the way, nor begin at the same moment, nor write a
-checkpoint before they are ended.
+The input also ends with the parent, even after a kill. Threads (`concurrent.futures`) wait for the
+workers; pools of processes, of `concurrent.futures` or of pebble, are not used, because their
+processes cannot report progress, begin at the same time, or write a checkpoint before their end.
 """
 
 import json
@@ -32,24 +31,24 @@ from dusttaichi.processes import python_command
 
 LOST = 1  # code of a process that died, or did not answer in time
 INTERRUPTED = 130  # code of a task that was stopped
-POLL = 0.2  # s between two looks of a thread at whether it is to stop
-PATIENCE = 120.0  # s that a stopped process may take to write its checkpoint, before it is killed
+POLL = 0.2  # s between two checks of a thread whether to stop
+PATIENCE = 120.0  # s for a stopped process to write its checkpoint, before it is killed
 
 
 def environment(kernels=None):
-    """The environment of a worker: that of this process.
+    """Environment of a worker: that of this process.
 
-    kernels: the folder where Taichi keeps compiled kernels, its own by default.
+    kernels: folder of the compiled kernels, by default that of Taichi.
     """
     return {**os.environ, **({} if kernels is None else {KERNEL_FOLDER: str(kernels)})}
 
 
 @dataclass(frozen=True)
 class Answer:
-    """How a request ended.
+    """Result of a request.
 
     code: 0, the exit code of a DustError (2: refused, 3: stopped by a guard), INTERRUPTED, or LOST.
-    text: the message of the error, or "". found: all that the task has reported and returned.
+    text: message of the error, or "". found: everything that the task has reported and returned.
     """
 
     code: int
@@ -58,13 +57,13 @@ class Answer:
 
 
 class Worker:
-    """A process that does one kind of task, one request after the other.
+    """A process for one kind of task, one request after the other.
 
-    task: "module:function"; the function is called as function(parent, **request) in the process,
-    where `parent` is a `child.Parent`, and returns a dict or None. folder: its current directory.
-    kernels: see `environment`. A context manager: at its end the process is stopped.
+    task: "module:function"; the process calls function(parent, **request), where `parent` is a
+    `child.Parent`, which returns a dict or None. folder: current directory. kernels: see
+    `environment`. A context manager: at its end the process is stopped.
 
-    reports: what the task has reported since the last request, keys updated as they come.
+    reports: everything that the task has reported since the last request, the latest of each key.
     """
 
     def __init__(self, task, *, folder=None, kernels=None):
@@ -81,7 +80,7 @@ class Worker:
             errors="replace",
             cwd=folder,
             env=environment(kernels),
-            # Ctrl-C in a terminal reaches only the parent, which decides what becomes of it
+            # Ctrl-C in a terminal reaches only the parent, which then stops the workers
             start_new_session=True,
         )
         self._listener = threading.Thread(target=self._listen, daemon=True)
@@ -90,12 +89,12 @@ class Worker:
     # -- talking ---------------------------------------------------------------------------------
 
     def send(self, **request):
-        """Let the process begin with a request. The one before must have been answered."""
+        """Send a request, after the answer to the previous one."""
         self.reports, self._answer, self._gone = {}, None, False
         self._write({"request": request})
 
     def go(self):
-        """Let a task go on that waits for it; a second call does nothing."""
+        """Start a task that waits for it; a second call does nothing."""
         if not self._gone:
             self._gone = True
             self._write({"go": True})
@@ -106,7 +105,7 @@ class Worker:
         return self.answer(seconds)
 
     def heard(self, key, seconds=POLL):
-        """True once the task has reported `key`, has ended, or the process is gone.
+        """True once the task has reported `key` or ended, or the process has ended.
 
         Waits no longer than `seconds`.
         """
@@ -116,15 +115,15 @@ class Worker:
             )
 
     def answered(self, seconds=POLL):
-        """True once the task has ended or the process is gone; waits no longer than `seconds`."""
+        """True once the task or the process has ended; waits no longer than `seconds`."""
         with self._news:
             return self._news.wait_for(lambda: self._answer is not None or self._ended, seconds)
 
     def answer(self, seconds=None):
-        """The Answer to the last request. A process that does not answer in `seconds` is killed."""
+        """The Answer to the last request. A process without one in `seconds` is killed."""
         if not self.answered(seconds):
             self.kill()
-            return Answer(LOST, f"no answer in {seconds:.0f} s: it hangs", dict(self.reports))
+            return Answer(LOST, f"no answer in {seconds:.0f} s", dict(self.reports))
         if self._answer is None:
             return Answer(LOST, self._last_words(), dict(self.reports))
         found = self.reports | (self._answer.get("found") or {})
@@ -136,7 +135,9 @@ class Worker:
         return not self._ended and self._process.poll() is None
 
     def _write(self, message):
-        with suppress(BrokenPipeError, ValueError):  # a process that is gone shows in its answer
+        with suppress(
+            BrokenPipeError, ValueError
+        ):  # of a process that has ended; its answer says so
             self._process.stdin.write(json.dumps(message) + "\n")
             self._process.stdin.flush()
 
@@ -154,28 +155,28 @@ class Worker:
             self._news.notify_all()
 
     def _last_words(self):
-        """Why the process is gone, in one line."""
+        """Reason of the end of the process, in one line."""
         status = self._wait(PATIENCE)
         self._errors.seek(0)
-        last = self._errors.read().strip().splitlines() or ["it said nothing"]
+        last = self._errors.read().strip().splitlines() or ["no message"]
         return f"the process ended (status {status}): {last[-1]}"
 
     # -- ending ----------------------------------------------------------------------------------
 
     def stop(self):
-        """Let the process end: at once if it waits for a request, else as after Ctrl-C."""
+        """End the process: at once if it waits for a request, else as by Ctrl-C."""
         with suppress(BrokenPipeError):
             self._process.stdin.close()
 
     def kill(self):
-        """End the process, whatever it is doing."""
+        """Kill the process."""
         self._process.kill()
         self._process.wait()
 
     def close(self, seconds=PATIENCE):
-        """Stop the process, wait for its end, and kill it if that takes longer than `seconds`.
+        """Stop the process, wait for its end, and kill it after `seconds`.
 
-        A process that ends by itself has written its compiled kernels to the cache of Taichi.
+        A process that ends by itself has written its compiled kernels to the cache.
         """
         self.stop()
         self._wait(seconds)
@@ -184,7 +185,7 @@ class Worker:
         self._errors.close()
 
     def _wait(self, seconds):
-        """Exit status of the process, which is killed if it does not end within `seconds`."""
+        """Exit status of the process, which is killed after `seconds`."""
         try:
             return self._process.wait(seconds)
         except subprocess.TimeoutExpired:
@@ -199,7 +200,7 @@ class Worker:
 
 
 def _message(line):
-    """The object of a line of JSON, or None for what a library has printed in between."""
+    """The object of a line of JSON, or None for other output."""
     try:
         message = json.loads(line)
     except ValueError:
@@ -208,7 +209,7 @@ def _message(line):
 
 
 def wait_all(workers, key, stopped):
-    """Wait until all workers have reported `key` or ended; False where `stopped()` was first."""
+    """Wait until all workers have reported `key` or ended; False once `stopped()`."""
     for worker in workers:
         while not worker.heard(key):
             if stopped():

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from scenes import edited
 
 from dusttaichi.analysis.draft import draft_of, mixture, named
-from dusttaichi.plots.draft import marked
+from dusttaichi.plots.registry import marked
 from dusttaichi.scene import from_yaml
 from dusttaichi.scene.numerics import PRESETS
 

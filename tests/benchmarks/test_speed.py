@@ -56,7 +56,7 @@ def test_every_configuration_is_measured(table):
     if lammps.lammps_installed():
         assert row.lammps_ns_per_contact > 0 and row.lammps_ratio > 0
     else:
-        assert any("LAMMPS is not there" in note for note in table.notes)
+        assert any("LAMMPS is missing" in note for note in table.notes)
 
 
 def test_start_and_memory(table):

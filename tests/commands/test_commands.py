@@ -93,7 +93,7 @@ def interrupted(monkeypatch, tmp_path):
 
 
 def test_an_interruption_before_the_first_step_says_so(interrupted):
-    text = interrupted(Interrupted("nothing was computed", kept=False))
+    text = interrupted(Interrupted("nothing was computed", resumable=False))
     assert text == "nothing was computed"
 
 
@@ -138,9 +138,9 @@ def test_keys_on_the_command_line(capsys):
     [
         ("sample.grain=20", r"sample\.grain"),
         ("sample.grains=-1", r"sample\.grains = -1"),
-        ("sample.grains=20,30", r"one value is needed here.*dust sweep"),
-        ("sample.grains", r"a key and its values are needed"),
-        ("replicas=2,3", r"replicas: one value is needed here, not several$"),
+        ("sample.grains=20,30", r"must be one value here.*dust sweep"),
+        ("sample.grains", r"must be a key and its values"),
+        ("replicas=2,3", r"replicas: must be one value here$"),
         ("output.directory=a", r"--output takes a directory"),
     ],
 )

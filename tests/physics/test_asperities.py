@@ -239,7 +239,7 @@ def test_simulated_grains_stick_up_to_that_speed():
 
 
 def test_speeds_below_that_without_asperities_cannot_be_fitted():
-    with pytest.raises(DustError, match="a higher speed is needed"):
+    with pytest.raises(DustError, match="use a higher speed"):
         asperity_fit.fit_asperities(speed=0.1)
 
 

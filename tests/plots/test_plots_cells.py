@@ -119,7 +119,7 @@ def test_fractal_and_losses_and_stress(runs):
     upper, lower = plots.stress(runs[0]).axes
     assert "in tension" in upper.get_ylabel() and "s)" in lower.get_xlabel()
     assert len(texts(upper)) == len(texts(lower)) == 3
-    with pytest.raises(DustError, match="holds no stress"):
+    with pytest.raises(DustError, match="has no stress"):
         plots.stress(runs[3])
 
 

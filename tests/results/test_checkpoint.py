@@ -41,7 +41,7 @@ def test_damaged_checkpoint_falls_back(tmp_path, damage):
     state = checkpoint.load(path)
     assert state.arrays["step"] == 1 and "checkpoint.previous" in state.note
     (tmp_path / "checkpoint.previous").write_bytes(b"")
-    with pytest.raises(DustError, match="No whole checkpoint|no checkpoint"):
+    with pytest.raises(DustError, match="No valid checkpoint|no checkpoint"):
         checkpoint.load(path)
     checkpoint.discard(path)
     with pytest.raises(DustError, match="no checkpoint"):

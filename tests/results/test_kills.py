@@ -103,5 +103,5 @@ def test_no_room_left(tmp_path, processes, piece):
     said.close()
     messages, kept, finally_there = heard.recv()
     child.join()
-    assert len(messages) == 2 and all("kept and readable (up to t = 29 s)" in m for m in messages)
+    assert len(messages) == 2 and all("is readable (up to t = 29 s)" in m for m in messages)
     assert kept == 30 and finally_there == LAST

@@ -37,8 +37,8 @@ def test_round_trip_through_xarray(tmp_path):
 
 def test_every_variable_has_units_and_a_name(tmp_path):
     features = frozenset().union(*(variable.needs for variable in VARIABLES.values()))
-    asked = [v.name for v in VARIABLES.values() if "asked" in v.needs]
-    synthetic.writer(tmp_path / "result.nc", features=features, asked=asked).close()
+    optional = [v.name for v in VARIABLES.values() if "requested" in v.needs]
+    synthetic.writer(tmp_path / "result.nc", features=features, asked=optional).close()
     with netCDF4.Dataset(tmp_path / "result.nc") as file:
         for key in VARIABLES:
             assert file[key].units and file[key].long_name
@@ -65,7 +65,7 @@ def test_wrong_records_are_refused(tmp_path):
             rows = synthetic.snapshot_records(0, GRAINS, 3)["contacts"]
             writer.append("contacts", rows | {"twist": np.zeros(4)})
         writer.append("contacts", rows)
-        with pytest.raises(ValueError, match="contact_count says 0"):
+        with pytest.raises(ValueError, match="contact_count 0"):
             writer.flush()
         writer.append("snapshots", synthetic.snapshot_records(0, GRAINS, 3, 0)["snapshots"])
 

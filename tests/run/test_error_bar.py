@@ -18,7 +18,7 @@ from dusttaichi.grains.record import measurement
 from dusttaichi.method import State
 from dusttaichi.run import error_bar, execute
 from dusttaichi.run import loop as running
-from dusttaichi.run.error_bar import Kept, States, segments_of
+from dusttaichi.run.error_bar import States, StoredState, segments_of
 from dusttaichi.scene import from_yaml
 
 TOUCH = 2 * 0.6e-6 - 1.66e-10  # distance of grains in equilibrium contact [m]
@@ -174,21 +174,26 @@ def test_states_are_spread_over_the_run_so_far(tmp_path, monkeypatch):
             return State({"x": np.zeros(1)}, {"step": self.step})
 
     states, sim = States(tmp_path), Sim()
-    states.keep(sim, 0, 0)
+    states.store(sim, 0, 0)
     while sim.step < 100_000:
         sim.step = states.next(sim.step)
-        states.keep(sim, 0, 0)
-    steps = [state.step for state in states.kept()]
+        states.store(sim, 0, 0)
+    steps = [state.step for state in states.stored()]
     assert steps[0] == 0 and 6 <= len(steps) <= error_bar.MOST
     assert len(set(np.diff(steps))) == 1 and steps[-1] + np.diff(steps)[0] > 100_000
     states.begin(50_000)
-    assert [s.step for s in states.kept()] == [s for s in steps if s <= 50_000]
+    assert [s.step for s in states.stored()] == [s for s in steps if s <= 50_000]
     states.begin(-1)
-    assert states.kept() == []
+    assert states.stored() == []
 
 
 def test_stretches():
-    states = [Kept(0, 0, 0), Kept(0, 0, 4000), Kept(1, 7000, 7000), Kept(1, 7000, 8000)]
+    states = [
+        StoredState(0, 0, 0),
+        StoredState(0, 0, 4000),
+        StoredState(1, 7000, 7000),
+        StoredState(1, 7000, 8000),
+    ]
     plan = segments_of(states, 10_000, 10_000_000, 2)
     assert [s.steps for s in plan] == [125] * 4 and {s.levels for s in plan} == {2}
     # what is cheap is run again whole, without passing the next state or the end of a stage
@@ -199,7 +204,7 @@ def test_stretches():
     assert whole.steps == 10_000 and whole.levels == 3
     assert segments_of([], 10_000, 2, 1) == []
     # a state right before the end has too little left
-    (only,) = segments_of([Kept(0, 0, 0), Kept(0, 0, 9990)], 10_000, 10**8, 1)
+    (only,) = segments_of([StoredState(0, 0, 0), StoredState(0, 0, 9990)], 10_000, 10**8, 1)
     assert only.state.step == 0
 
 

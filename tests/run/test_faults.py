@@ -107,7 +107,7 @@ def test_a_stage_of_other_code_is_not_taken_over(tmp_path, monkeypatch):
     scene = from_yaml(STAGED)
     execute(scene, tmp_path / "run")
     monkeypatch.setattr(code, "code_hash", lambda scene: "another")
-    assert not list(stages.kept(scene, tmp_path / "again", code.Origin.of(scene)))
+    assert not list(stages.stored(scene, tmp_path / "again", code.Origin.of(scene)))
 
 
 # -- nothing to go on from -----------------------------------------------------------------------
@@ -195,7 +195,7 @@ def test_an_interrupt_that_python_loses_during_the_build_ends_the_run(tmp_path):
 def test_a_damaged_stage_is_computed_again_with_a_warning(tmp_path, name):
     scene = from_yaml(STAGED)
     whole = execute(scene, tmp_path / "run")
-    ((_, folder),) = stages.kept(scene, tmp_path / "again", code.Origin.of(scene))
+    ((_, folder),) = stages.stored(scene, tmp_path / "again", code.Origin.of(scene))
     (folder / name).write_bytes((folder / name).read_bytes()[:200])
     log = []
     again = execute(scene, tmp_path / "again", log=log.append)

@@ -12,7 +12,7 @@ from dusttaichi.analysis import compare, open_run
 from dusttaichi.analysis.compare import to_csv
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
-from dusttaichi.results.outputs import made, writing
+from dusttaichi.results.outputs import is_ours, writing
 
 OWN = "# mine, run by dusttaichi\n"
 
@@ -106,7 +106,7 @@ def test_figures_are_drawn_again(tmp_path, suffix):
         plots.save(Figure(), path)
     with writing(force=True):
         plots.save(Figure(), path)
-    assert made(path)
+    assert is_ours(path)
 
 
 def test_pages_and_tables_are_written_again(tmp_path, run):
@@ -121,4 +121,4 @@ def test_films_and_tables_have_the_mark(tmp_path):
 
     images = [np.full((8, 8, 3), level, np.uint8) for level in (0, 200)]
     _gif(tmp_path / "film.gif", images, 5.0)
-    assert made(tmp_path / "film.gif")
+    assert is_ours(tmp_path / "film.gif")

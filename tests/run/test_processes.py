@@ -31,7 +31,7 @@ def hostile(tmp_path, monkeypatch):
 @pytest.mark.parametrize("inside", (False, True))
 def test_a_worker(hostile, inside):
     request = {"scene": "x: 1", "directory": "run", "mode": "new", "error_bar": False}
-    with Worker("dusttaichi.studies.ensemble.task:run", folder=hostile if inside else None) as one:
+    with Worker("dusttaichi.studies.ensemble.jobs:run", folder=hostile if inside else None) as one:
         answer = one.ask(**request)
     assert answer.code == 2 and "material: it is missing" in answer.text
 

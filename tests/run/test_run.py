@@ -265,5 +265,5 @@ def test_a_run_that_does_not_come_to_a_pause_is_ended_by_a_further_signal(monkey
         now = interrupts.PATIENCE + 1.0
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
-        assert taken.asked
+        assert taken.requested
         signal.raise_signal(signal.SIGINT)  # the run has seen it: it writes its checkpoint now

@@ -8,7 +8,7 @@ from dusttaichi import analysis, plots, samples
 from dusttaichi.errors import DustError
 from dusttaichi.grains.build import build
 from dusttaichi.run import execute
-from dusttaichi.run.stop import TENSIONS, component, plateau
+from dusttaichi.run.stop import AVERAGED, component, plateau
 from dusttaichi.scene import from_yaml
 from dusttaichi.scene.stop import Bounds, Stop
 
@@ -95,9 +95,9 @@ def test_bounds():
 
 def test_a_plateau_is_ten_points_like_the_ten_before():
     last = []
-    rising = [plateau(last, p, 0.02) for p in np.linspace(1.0, 2.0, 3 * TENSIONS)]
-    assert not any(rising) and len(last) == 2 * TENSIONS
-    level = [plateau(last, 2.0, 0.02) for _ in range(2 * TENSIONS)]
+    rising = [plateau(last, p, 0.02) for p in np.linspace(1.0, 2.0, 3 * AVERAGED)]
+    assert not any(rising) and len(last) == 2 * AVERAGED
+    level = [plateau(last, 2.0, 0.02) for _ in range(2 * AVERAGED)]
     assert level[-1] and not level[0]
 
 

@@ -49,11 +49,11 @@ def test_text(monkeypatch):
         "a machine; vectors of 256 bits",
         "",
         "a: 100 particles, 80 contacts",
-        "  1 thread     250,000 steps/s     50.0 ns a contact and step",
-        "  2 threads    500,000 steps/s     25.0 ns a contact and step   2.00 times one thread",
+        "  1 thread     250,000 steps/s     50.0 ns per contact and step",
+        "  2 threads    500,000 steps/s     25.0 ns per contact and step   2.00 times one thread",
         "",
         "b: 100 particles",
-        "  1 thread     250,000 steps/s     40.0 ns a particle and step",
+        "  1 thread     250,000 steps/s     40.0 ns per particle and step",
     ]
     assert "differ by up to 40 %" in bench.text([*rows, _timing(spread=40.0)])
     monkeypatch.setattr(processor, "warning", lambda: "narrow vectors")

@@ -121,7 +121,7 @@ def test_long_or_equal_names_of_points_become_numbers(tmp_path):
         ([], "a sweep needs --set"),
         (["sample.seed=1", "sample.seed=2"], "given twice; join"),
         (["boundary.wall_speed=1 cm/s,0.01 m/s"], "a value is given twice"),
-        (["output.directory=a,b"], "not on the command line"),
+        (["output.directory=a,b"], "use --output instead"),
     ],
 )
 def test_what_cannot_be_swept_is_said_before_anything_runs(settings, what, tmp_path):

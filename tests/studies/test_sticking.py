@@ -89,7 +89,7 @@ def test_map_is_written(tmp_path):
         assert np.array_equal(data.fragments, np.where(bound, 1, 2))
         assert data.speed.attrs["units"] == "m/s" and data.attrs["title"] == "test"
         slowest = data.speed.values[~bound].min()
-    assert dict(sticking.map_rows(found))["slowest that does not end bound"] == f"{slowest:.6g} m/s"
+    assert dict(sticking.map_rows(found))["slowest without sticking"] == f"{slowest:.6g} m/s"
     assert paths[1].stat().st_size > 1000
 
 

@@ -1,4 +1,4 @@
-"""The trade between speed and accuracy: errors of observables, ladders of knobs."""
+"""The trade between speed and accuracy: errors of observables, levels of parameters."""
 
 import math
 
@@ -12,7 +12,7 @@ from dusttaichi import analysis
 from dusttaichi.analysis.observables import CURVE, Measured, differences, scatter
 from dusttaichi.errors import DustError
 from dusttaichi.scene import from_yaml, load
-from dusttaichi.studies.trade import knobs, scenes
+from dusttaichi.studies.trade import parameters, scenes
 from dusttaichi.studies.trade.measure import share_of
 from dusttaichi.studies.trade.point import KINDS
 
@@ -66,30 +66,30 @@ def test_front_is_what_no_other_point_beats():
 
 
 @pytest.mark.parametrize("name", TRADED)
-def test_every_rung_of_the_scenes_to_be_traded_is_a_scene(name):
+def test_every_level_of_the_scenes_to_be_traded_is_a_scene(name):
     base = scenes.base(load(CONFIGS / f"trade/{name}.yaml"))
-    points, left_out = knobs.ladder(base)
-    own = {knob.name for knob in knobs.knobs_of(base).knobs}
-    assert set(left_out) | {point.knob for point in points} == own
+    points, left_out = parameters.ladder(base)
+    own = {parameter.name for parameter in parameters.parameters_of(base).parameters}
+    assert set(left_out) | {point.parameter for point in points} == own
     changed = [scenes.changed(base, point.changes) for point in points]
     assert base not in changed
     assert len({scene.to_yaml() for scene in changed}) == len(points)
     assert len({point.label for point in points}) == len(points)
     assert all(point.kind in KINDS for point in points)
-    for knob in {point.knob for point in points}:
-        quick = knobs.ladder(base, (knob,), quick=True)[0]
-        everything = [p for p in points if p.knob == knob]
+    for parameter in {point.parameter for point in points}:
+        quick = parameters.ladder(base, (parameter,), quick=True)[0]
+        everything = [p for p in points if p.parameter == parameter]
         assert len(quick) == min(3, len(everything))
         assert quick[0] == everything[0] and quick[-1] == everything[-1]
 
 
-def test_what_a_scene_has_no_knob_for_is_told():
-    sound = knobs.ladder(scenes.base(load(CONFIGS / "trade/sound.yaml")))[1]
+def test_parameters_without_effect_have_a_reason():
+    sound = parameters.ladder(scenes.base(load(CONFIGS / "trade/sound.yaml")))[1]
     moving = {"speed", "mass_scaling", "stiffness_scaling"}
     assert set(sound) == moving | {"side_walls", "damping", "asperities", "window"}
-    tensile = knobs.ladder(scenes.base(load(CONFIGS / "trade/tensile.yaml")))[1]
+    tensile = parameters.ladder(scenes.base(load(CONFIGS / "trade/tensile.yaml")))[1]
     assert set(tensile) == {"side_walls", "asperities"}
-    assert "kind: pair" in knobs.ladder(from_yaml(PAIR))[1]["grains"]
+    assert "kind: pair" in parameters.ladder(from_yaml(PAIR))[1]["grains"]
 
 
 def test_faster_stages_go_the_same_way():
@@ -114,7 +114,7 @@ def test_samples_are_made_larger_and_smaller():
     larger = scenes.changed(sized, scenes.resized(sized, 8.0)).sample.size
     assert larger == pytest.approx((20e-6, 40e-6, 60e-6), rel=1e-12)
     roomy = scene_of(boundary="{kind: box, wall_speed: 1 cm/s, size: [40 um, 40 um, 40 um]}")
-    assert "size of the room" in scenes.resized(roomy, 0.5)
+    assert "size of the domain" in scenes.resized(roomy, 0.5)
 
 
 def test_a_step_that_is_given_is_traded_as_a_fraction():
@@ -127,14 +127,14 @@ def test_a_step_that_is_given_is_traded_as_a_fraction():
     auto = {"numerics.time_step": "auto", "numerics.step_fraction": fraction}
     assert scenes.own_step(scenes.changed(given, auto)).dt == pytest.approx(1e-10, rel=1e-9)
     assert scenes.own_fraction(from_yaml(PAIR)) == 0.2
-    labels = [p.label for p in knobs.ladder(given, ("step_fraction",))[0]]
-    assert len(labels) == len(knobs.FRACTIONS)  # none of them is the scene's own
+    labels = [p.label for p in parameters.ladder(given, ("step_fraction",))[0]]
+    assert len(labels) == len(parameters.FRACTIONS)  # none of them is the scene's own
 
 
 def test_presets_are_free_of_what_they_set():
     text = "numerics: {time_step: 0.1 ns, newton_steps: 0, skin: 0.1, mass_scaling: 4}\n"
     base = scenes.base(from_yaml(edited("numerics", text.strip())))
-    found = [scenes.changed(base, p.changes) for p in knobs.knobs_of(base).presets(base)]
+    found = [scenes.changed(base, p.changes) for p in parameters.parameters_of(base).presets(base)]
     draft, fast, balanced, reference = found
     for scene in (draft, fast, balanced, reference):
         assert scene.numerics.time_step == "auto"
@@ -144,19 +144,19 @@ def test_presets_are_free_of_what_they_set():
     assert fast.numerics.skin == 0.1 and fast.numerics.mass_scaling == 4.0
     # the reference is converged in these too
     assert reference.numerics.skin == "auto" and reference.numerics.mass_scaling == 1.0
-    half = scenes.changed(base, knobs.knobs_of(base).check(base).changes)
+    half = scenes.changed(base, parameters.parameters_of(base).check(base).changes)
     assert half.numerics.step_fraction == 0.5 * reference.numerics.step_fraction
 
 
 def test_seeds_of_all_bodies_move():
     base = load(CONFIGS / "trade/collision.yaml")
-    points = knobs.seeds(base, 3)
+    points = parameters.seeds(base, 3)
     assert points[1].changes == {
         "sample.seed": 3,
         "sample.target.seed": 3,
         "sample.projectile.seed": 4,
     }
-    assert knobs.seeds(load(CONFIGS / "trade/sound.yaml"), 4) == []
+    assert parameters.seeds(load(CONFIGS / "trade/sound.yaml"), 4) == []
 
 
 def test_bad_options_are_refused():
@@ -164,35 +164,37 @@ def test_bad_options_are_refused():
     for text in ("0", "-5%", "five", "200%", "nan", ""):
         with pytest.raises(DustError, match="--tolerance"):
             share_of(text)
-    assert knobs.chosen("speed, skin") == ("skin", "speed")
+    assert parameters.chosen("speed, skin") == ("skin", "speed")
     for text in ("skn", ""):
-        with pytest.raises(DustError, match=r"no such knob; allowed: step_fraction"):
-            knobs.chosen(text)
+        with pytest.raises(DustError, match=r"unknown parameter; allowed: step_fraction"):
+            parameters.chosen(text)
 
 
-def test_knobs_of_a_continuum():
+def test_parameters_of_a_continuum():
     base = load(CONFIGS / "guettler2009/bead.yaml")
-    points, left_out = knobs.ladder(base, quick=True)
-    assert {p.knob for p in points} == {
+    points, left_out = parameters.ladder(base, quick=True)
+    assert {p.parameter for p in points} == {
         "spacing", "h_over_spacing", "cfl", "viscosity_grid", "viscosity_contact",
     }  # fmt: skip
     assert not left_out
-    assert knobs.ladder(base, ("cfl", "skin"))[1] == {"skin": "no knob of method: continuum"}
+    assert parameters.ladder(base, ("cfl", "skin"))[1] == {
+        "skin": "no parameter of method: continuum"
+    }
     with pytest.raises(
-        DustError, match="precision: no knob of method: continuum; allowed: spacing"
+        DustError, match="precision: no parameter of method: continuum; allowed: spacing"
     ):
-        knobs.ladder(base, ("precision",))
+        parameters.ladder(base, ("precision",))
     # a lattice has no seed that would change anything
-    assert not knobs.seeds(base, 2)
+    assert not parameters.seeds(base, 2)
     glass = base.with_value("sample.target.lattice", "glass")
-    assert knobs.seeds(glass, 2)[0].changes == {"sample.target.seed": 2}
-    reference = scenes.changed(base, knobs.knobs_of(base).presets(base)[-1].changes)
-    check = scenes.changed(base, knobs.knobs_of(base).check(base).changes)
+    assert parameters.seeds(glass, 2)[0].changes == {"sample.target.seed": 2}
+    reference = scenes.changed(base, parameters.parameters_of(base).presets(base)[-1].changes)
+    check = scenes.changed(base, parameters.parameters_of(base).check(base).changes)
     assert reference.numerics.spacing == pytest.approx(0.25 * base.numerics.spacing)
     assert reference.numerics.cfl == check.numerics.cfl == 0.25
     assert check.numerics.spacing == pytest.approx(2.0 * reference.numerics.spacing)
-    # in space the reference is half as fine, and no rung is as fine as it
+    # in space the reference is half as fine, and no level is as fine as it
     space = load(CONFIGS / "guettler2009/bounce.yaml")
-    reference = scenes.changed(space, knobs.knobs_of(space).presets(space)[-1].changes)
+    reference = scenes.changed(space, parameters.parameters_of(space).presets(space)[-1].changes)
     assert reference.numerics.spacing == pytest.approx(0.5 * space.numerics.spacing)
-    assert "spacing = 0.5" not in {p.label for p in knobs.ladder(space)[0]}
+    assert "spacing = 0.5" not in {p.label for p in parameters.ladder(space)[0]}

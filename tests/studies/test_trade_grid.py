@@ -33,12 +33,12 @@ def test_all_combinations_and_the_scene_as_it_is():
 @pytest.mark.parametrize(
     "text, why",
     [
-        ("colour 1 2", "a knob and its rungs are needed"),
-        ("stiffness_scaling", "a knob and its rungs are needed"),
+        ("colour 1 2", "needs a parameter and its levels"),
+        ("stiffness_scaling", "needs a parameter and its levels"),
         ("precision f16", "precision f16: allowed: 1, f64, mixed, f32"),
     ],
 )
-def test_what_is_no_rung_is_refused(text, why):
+def test_unknown_levels_are_refused(text, why):
     with pytest.raises(DustError, match=why):
         grid.settings_of(scenes.base(omni()), text)
 

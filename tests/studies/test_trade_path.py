@@ -74,7 +74,7 @@ def test_trade_takes_the_cheapest_within_the_tolerance():
     # below the scatter of 0.014, not merely within the tolerance
     free = {label for label, row in by.items() if judge.free(row.result)}
     assert free == {"reference", "step_fraction = 0.05", "step_fraction = 0.1"}
-    # 0.3 of the period errs by 0.087: accepted, and the cheapest of the numerical knobs
+    # 0.3 of the period errs by 0.087: accepted, and the cheapest of the numerical parameters
     assert found.numerical.point.label == "step_fraction = 0.3"
     # with the wall four times as fast it is 0.117: too much; twice as fast 0.097: too much as
     # well; and so is rolling left out. Alone, the fastest wall and no rolling err by less
@@ -101,7 +101,7 @@ def test_noise_without_companions_is_that_of_a_second_run():
     assert found.anything.point.label == "speed = 4"
     found, _ = modelled(paired=False, names=("rolling",))
     assert found.anything.point.label == "fast"
-    assert not any(row.point.knob == "combined" for row in found.rows)
+    assert not any(row.point.parameter == "combined" for row in found.rows)
 
 
 def test_the_cheapest_is_not_dearer_than_the_scene_as_it_is():
@@ -146,21 +146,21 @@ def test_refused_and_guarded_points_are_results():
 
 def test_scene_that_does_not_run_ends_it():
     base = scenes.base(scene_of())
-    with pytest.raises(DustError, match="the scene as it is does not run.*too fast"):
+    with pytest.raises(DustError, match="the unchanged scene does not run.*too fast"):
         trade(base, lambda points: {p.label: PointResult(3, "too fast") for p in points})
     with pytest.raises(DustError, match=r"--observable sound_speed.*allowed: strength"):
         modelled(observable="sound_speed")
 
 
-def test_next_rung_is_tried_where_a_combination_errs_too_much():
+def test_next_level_is_tried_where_the_error_of_a_combination_is_too_large():
     """0.02 at 0.5, and 0.01 at 0.6 of the cost; errors add up, 0.04 is allowed."""
     reference = Measured({"p_m": 1.0})
     judge = Judge(reference, "p_m", {"p_m": 0.001}, {"p_m": 0.0}, 0.04)
 
-    def row(knob, text, ratio, error):
+    def row(name, text, ratio, error):
         out = PointResult(0, "", ratio, ratio, measured=Measured({"p_m": 1.0 + error}), ledger=0.0)
         return Row(
-            Point(f"{knob} = {text}", knob, text, 0.0, NUMERICAL, {knob: (ratio, error)}), out
+            Point(f"{name} = {text}", name, text, 0.0, NUMERICAL, {name: (ratio, error)}), out
         )
 
     rows = [

@@ -15,7 +15,7 @@ from dusttaichi.analysis.observables import Measured
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.scene import from_yaml
-from dusttaichi.studies.trade import knobs, scenes
+from dusttaichi.studies.trade import parameters, scenes
 from dusttaichi.studies.trade.point import NUMERICAL, Point, PointResult
 from dusttaichi.studies.trade.runner import Runner
 from dusttaichi.studies.trade.trade import DEFAULT
@@ -48,7 +48,7 @@ class Counted(Runner):
 
 def test_finished_points_are_used_again(tmp_path):
     base = scenes.base(from_yaml(PAIR))
-    points, _ = knobs.ladder(base, ("step_fraction",))
+    points, _ = parameters.ladder(base, ("step_fraction",))
     first = Counted(base, tmp_path, jobs=1)
     first.stop_at = points[2].label
     first.run([DEFAULT])
@@ -75,7 +75,7 @@ def test_equal_scenes_are_run_once_and_refused_ones_not_at_all(tmp_path):
     base = scenes.base(from_yaml(PAIR))
     runner = Counted(base, tmp_path, jobs=2, pairs=False)
     runner.run([DEFAULT])
-    presets = {point.label: point for point in knobs.knobs_of(base).presets(base)}
+    presets = {point.label: point for point in parameters.parameters_of(base).presets(base)}
     wrong = Point("wrong", "x", "", math.nan, NUMERICAL, {"numerics.step_fraction": 7.0})
     results = runner.run([presets["balanced"], wrong])
     assert runner.ran == ["default"]
@@ -125,8 +125,8 @@ def test_command_writes_file_figure_table_and_advice(counted, tmp_path, capsys, 
     counted("--quiet")
     said = capsys.readouterr()
     # 0.5 + f^3: 0.25 errs by 3.1 %, 0.2 by 1.6 %
-    assert "cheapest within 2 %, numerical knobs only: the scene as it is" in said.out
-    assert "no scatter between seeds" in said.out
+    assert "cheapest within 2 %, numerical parameters only: the unchanged scene" in said.out
+    assert "scatter between seeds is unknown" in said.out
     with xr.open_dataset(tmp_path / "out/trade.nc") as data:
         assert data.attrs["observable"] == "restitution" and data.attrs["tolerance"] == 0.02
         labels = data.label.values.tolist()

@@ -4,7 +4,7 @@ import numpy as np
 
 from dusttaichi.analysis.continuum import axis_profile, laboratory
 from dusttaichi.plots import style
-from dusttaichi.plots.continuum.room import intrudes
+from dusttaichi.plots.continuum.dust import intrudes
 from dusttaichi.plots.registry import figure
 
 
@@ -16,16 +16,13 @@ def draw_profile(axes, runs, labels):
         axes.plot(
             found.filling_factor[seen], found.depth[seen] * 1e3, label=label, marker=".", **line
         )
-        axes.axhline(found.bead * 1e3, color=line["color"], linewidth=0.6, linestyle=(0, (1, 2)))
+        axes.axhline(found.bead * 1e3, **style.look(line["color"], 0.6, style.DOTTED))
     axes.axvline(
         laboratory.MOST_FREQUENT,
-        color=style.BLACK,
-        linewidth=1.0,
-        linestyle=(0, (4, 2)),
         label="most frequent below\nthe bead (G09 Fig 11)",
+        **style.look(style.BLACK, 1.0, style.DASHED),
     )
-    axes.set_xlabel(r"filling factor $\phi$ below the bead")
-    axes.set_ylabel("depth below the surface (mm)")
+    axes.set(xlabel=r"filling factor $\phi$ below the bead", ylabel="depth below the surface (mm)")
     axes.invert_yaxis()
     style.legend(axes)
 

@@ -2,7 +2,7 @@
 
 from dusttaichi.analysis.continuum import cumulated_volume, laboratory
 from dusttaichi.plots import style
-from dusttaichi.plots.continuum.room import intrudes
+from dusttaichi.plots.continuum.dust import intrudes
 from dusttaichi.plots.registry import figure
 
 
@@ -19,19 +19,19 @@ def compacted_volume(runs, labels=None, scatter=0.0):
     axes.axhspan(low, high, color="#D9D9D9", linewidth=0, label="compacted volume (G09 3.4.2)")
     axes.axvline(
         laboratory.LEAST_COMPARED,
-        color=style.GREY,
-        linewidth=0.8,
-        linestyle=(0, (1, 2)),
         label="compared from here on (G09 Fig 15)",
+        **style.look(style.GREY, 0.8, style.DOTTED),
     )
     ends = []
     for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
         found = cumulated_volume(run, scatter=scatter)
         axes.plot(found.filling_factor, found.volume, label=label, **style.run_style(number))
         ends.append(found.filling_factor[-1])
-    axes.set_xlim(0.14, max(0.3, *ends))
-    axes.set_ylim(0.0, 3.0)
-    axes.set_xlabel(r"filling factor $\phi$")
-    axes.set_ylabel("volume that is denser (volumes of the bead)")
+    axes.set(
+        xlim=(0.14, max(0.3, *ends)),
+        ylim=(0.0, 3.0),
+        xlabel=r"filling factor $\phi$",
+        ylabel="volume that is denser (volumes of the bead)",
+    )
     style.legend(axes)
     return figure

@@ -1,12 +1,10 @@
-"""Normalised way of a bead until it stops (G09 Fig 18)."""
+"""Normalised motion of a bead until it stops (G09 Fig 18)."""
 
 import numpy as np
 
-from dusttaichi.analysis.continuum import (
-    intrusion,
-)
+from dusttaichi.analysis.continuum import intrusion
 from dusttaichi.plots import style
-from dusttaichi.plots.continuum.room import intrudes
+from dusttaichi.plots.continuum.dust import intrudes
 from dusttaichi.plots.registry import figure
 
 SINE = "laboratory: sine (G09 eq 11)"
@@ -20,20 +18,21 @@ def draw_way(axes, runs, labels):
         stop = way.without_gravity or way.stop
         if stop is None:
             continue
-        said = f"T = {stop.time * 1e3:.2f} ms, D = {stop.depth * 1e3:.2f} mm"
-        said = f"{label}:\n{said}" if label else said
-        axes.plot(*stop.normalised, label=said, **style.run_style(number))
+        text = f"T = {stop.time * 1e3:.2f} ms, D = {stop.depth * 1e3:.2f} mm"
+        text = f"{label}:\n{text}" if label else text
+        axes.plot(*stop.normalised, label=text, **style.run_style(number))
     axes.set_xlabel("time over stopping time t / T")
     axes.set_ylabel("height over depth h / D")
-    axes.set_ylim(-1.05, 0.32)  # room for the legend
+    axes.set_ylim(-1.05, 0.32)  # space for the legend
     style.legend(axes)
 
 
-@figure("Way of the bead", 175, applies=intrudes, together=True)
+@figure("Motion of the bead", 175, applies=intrudes, together=True)
 def deceleration(runs, labels=None):
-    """Normalised way of a bead of one Run or several until it stops, as G09 Fig 18.
+    """Normalised motion of a bead of one Run or several until it stops, as G09 Fig 18.
 
-    g t^2 / 2 is taken away, as the paper does. Raises DustError where a run has no projectile.
+    The free-fall term g t^2 / 2 is subtracted, as in the paper. Raises DustError
+    where a run has no projectile.
     """
     runs, labels = style.named(runs, labels)
     figure, (axes,) = style.new_figure()

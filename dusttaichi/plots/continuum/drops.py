@@ -4,7 +4,7 @@ import numpy as np
 
 from dusttaichi.analysis.continuum import intrusion, laboratory
 from dusttaichi.plots import style
-from dusttaichi.plots.continuum.room import intrudes
+from dusttaichi.plots.continuum.dust import intrudes
 from dusttaichi.plots.registry import figure, in_common
 
 SMALL = 2e-3  # diameter [m] that parts the two sizes of the laboratory
@@ -12,7 +12,7 @@ SMALL = 2e-3  # diameter [m] that parts the two sizes of the laboratory
 
 @figure("Depth and stopping time of the beads", 177, together=in_common(intrudes))
 def drops(runs):
-    """Depth D and stopping time T over m v / A, g t^2 / 2 taken away, of several Runs with beads.
+    """Depth D and stopping time T over m v / A of several Runs with beads, without free fall.
 
     Runs of one diameter are joined. Black: the drops of G09 Table 2, small beads filled. Runs that
     ended before the bead stopped are left out. Raises DustError where a run has no rigid
@@ -38,9 +38,7 @@ def drops(runs):
         axes[0].plot(momentum, depth * 1e3, label=f"{diameter:g} mm", **line)
         axes[1].plot(momentum, time * 1e3, **line)
     for one, name in zip(axes, ("depth D (mm)", "stopping time T (ms)"), strict=True):
-        one.set_xscale("log")
-        one.set_yscale("log")
-        one.set_ylabel(name)
+        one.set(xscale="log", yscale="log", ylabel=name)
         style.few_ticks(one.yaxis)
         style.few_ticks(one.xaxis)
     axes[1].set_xlabel(r"momentum over cross-section $m v / A$ (kg m$^{-1}$ s$^{-1}$)")

@@ -54,6 +54,11 @@ def extent_of(frames):
     return low[0], high[0], low[2], high[2]
 
 
+def intrudes(run):
+    """True where a bead falls on dust, and snapshots show it."""
+    return run.snapshots is not None and run.intrudes
+
+
 def everyday(run):
     """The colour of a Run that asks for none: by the filling factor where there is dust."""
     return EVERYDAY if has_dust(run) else "pressure"
@@ -104,8 +109,7 @@ def paint(axes, run, frame, color, limits, *, extent):
     _rigid(axes, run, frame, elastic=color == EVERYDAY)
     axes.set_xlim(*extent[:2])
     axes.set_ylim(*extent[2:])
-    axes.set_xlabel("x (mm)")
-    axes.set_ylabel("z (mm)")
+    axes.set(xlabel="x (mm)", ylabel="z (mm)")
     return image
 
 

@@ -1,9 +1,6 @@
 """Share of the dust by filling factor."""
 
-from dusttaichi.analysis.continuum import (
-    has_dust,
-    histogram,
-)
+from dusttaichi.analysis.continuum import has_dust, histogram
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
 
@@ -19,9 +16,7 @@ def filling_factors(run):
     for number, (snapshot, label) in enumerate(((0, "start"), (-1, "end"))):
         edges, share = histogram(run, snapshot)
         axes.stairs(share, edges, label=label, **style.run_style(number))
-    axes.set_yscale("log")
-    axes.set_xlabel(r"filling factor $\phi$")
-    axes.set_ylabel("share of the volume")
+    axes.set(yscale="log", xlabel=r"filling factor $\phi$", ylabel="share of the volume")
     style.few_ticks(axes.yaxis)
     style.legend(axes)
     return figure

@@ -1,21 +1,18 @@
-"""A bead in dust: map, profile and way in one figure."""
+"""A bead in dust: map, profile and motion in one figure."""
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from dusttaichi.analysis.continuum import (
-    read_particles,
-)
+from dusttaichi.analysis.continuum import read_particles
 from dusttaichi.plots.continuum.bead_profile import draw_profile
 from dusttaichi.plots.continuum.deceleration import draw_way
-from dusttaichi.plots.continuum.dust import COLOURS, EVERYDAY, extent_of, limits_of, paint
-from dusttaichi.plots.continuum.room import intrudes
+from dusttaichi.plots.continuum.dust import COLOURS, EVERYDAY, extent_of, intrudes, limits_of, paint
 from dusttaichi.plots.registry import figure
 
 
-@figure("The bead: map, profile, way", 173, applies=intrudes)
+@figure("The bead: map, profile, motion", 173, applies=intrudes)
 def impact(run, color=EVERYDAY):
-    """A bead in dust in one figure: map, profile along the axis, normalised way.
+    """A bead in dust in one figure: map, profile along the axis, normalised motion.
 
     Raises DustError where the run has no rigid projectile.
     """

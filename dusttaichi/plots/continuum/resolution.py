@@ -1,16 +1,16 @@
-"""Depth and stopping time of a bead over the spacing of particles: what is left at spacing zero."""
+"""Depth and stopping time of a bead over the spacing of particles, extrapolated to zero."""
 
 import numpy as np
 
 from dusttaichi.analysis.continuum import at_zero_spacing, intrusion
 from dusttaichi.plots import style
-from dusttaichi.plots.continuum.room import intrudes
+from dusttaichi.plots.continuum.dust import intrudes
 from dusttaichi.plots.registry import figure, in_common
 
 
 @figure("Depth and stopping time at spacing zero", 178, together=in_common(intrudes))
 def resolution(runs):
-    """Depth D and stopping time T of one bead over the spacing, g t^2 / 2 taken away.
+    """Depth D and stopping time T of one bead over the spacing, without the free-fall term.
 
     A line for each viscosity at the contact (numerics.viscosity.contact), by least squares, down to
     spacing zero. Runs that ended before the bead stopped are left out. Raises DustError where a run
@@ -35,8 +35,7 @@ def resolution(runs):
                 x = np.array([0.0, spacing.max()])
                 one.plot(x * 1e6, end + slope * x, label=f"{label}: {end:.3f} {unit}", **look)
     for one, name in zip(axes, ("depth D (mm)", "stopping time T (ms)"), strict=True):
-        one.set_ylabel(name)
-        one.set_xlim(left=0.0)
+        one.set(ylabel=name, xlim=(0.0, None))
         if one.get_legend_handles_labels()[0]:
             style.legend(one, title="at spacing zero")
     axes[1].set_xlabel("spacing of particles (µm)")

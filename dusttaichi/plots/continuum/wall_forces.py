@@ -30,7 +30,6 @@ def wall_forces(run):
             label=walls[n],
             **style.run_style(number),
         )
-    axes.set_xlabel(f"time ({unit})")
-    axes.set_ylabel(f"pressure on the face ({pressure_unit})")
+    axes.set(xlabel=f"time ({unit})", ylabel=f"pressure on the face ({pressure_unit})")
     style.legend(axes)
     return figure

@@ -10,9 +10,9 @@ from typing import ClassVar
 from dusttaichi import files
 from dusttaichi.errors import DustError
 from dusttaichi.processes import usable_cores
+from dusttaichi.run.interrupts import noted_signals
 from dusttaichi.studies.ensemble.pool import open_pool
 from dusttaichi.studies.ensemble.runs import PlanProgress, content_of, drain, shares
-from dusttaichi.studies.interrupts import noted_signals
 from dusttaichi.studies.workers import INTERRUPTED
 
 TOGETHER = 8  # collisions of a job: what is lost with a machine, and what shares a start

@@ -1,4 +1,4 @@
-"""All numbers of the material at once: least squares between grains and material point."""
+"""Fit of all numbers of the material: least squares between grains and material point."""
 
 from collections import defaultdict
 from dataclasses import dataclass, replace
@@ -12,27 +12,27 @@ from dusttaichi.studies.continuum_fit.model import PARAMETERS, START, numbers_of
 from dusttaichi.studies.continuum_fit.observations import BIN, QUANTITIES, observations
 
 STEP = 1e-4
-LEAST_PULLED_SPAN = 0.03  # of filling factors, from which tensions tell their slope
+LEAST_PULLED_SPAN = 0.03  # of filling factors, for the slope of tensions
 LOGS = np.array([name in SCALES for name in PARAMETERS])
 LOWEST, HIGHEST = (
     np.array([np.log(row[k]) if name in SCALES else row[k] for name, row in PARAMETERS.items()])
     for k in (1, 2)
 )
 NEEDED = {
-    "p": "confined pressing (a stage in which the filling factor grows)",
-    "q": "confined pressing with the stress at the sides",
-    "M": "letting go a little between two pressings (a stage with a strain of 1e-4 to 1e-2 back)",
-    "tension": "pulling until the tension has passed its maximum (stop.past_maximum)",
+    "p": "confined compression (a stage in which the filling factor grows)",
+    "q": "confined compression with the stress at the sides",
+    "M": "a small unloading between two compressions (a stage with a strain of 1e-4 to 1e-2 back)",
+    "tension": "tension until its maximum has passed (stop.past_maximum)",
 }
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A fitted material. tests: the GrainTests; rows: (test, Observation) of those that were used.
+    """A fitted material. tests: the GrainTests; rows: (test, Observation) of the fit.
 
-    values (parameters,), in the order of PARAMETERS; by_seed: seed -> values of a fit of its own;
-    covariance (parameters, parameters) of these. model (rows,): what the material gives in place of
-    the observations. density, solid_density [kg/m^3], phi_2, rate [1/s]: what was held.
+    values (parameters,), in the order of PARAMETERS; by_seed: seed -> values of a fit to it alone;
+    covariance (parameters, parameters) of these. model (rows,): predictions for the observations.
+    density, solid_density [kg/m^3], phi_2, rate [1/s]: fixed numbers.
     """
 
     tests: tuple
@@ -62,7 +62,7 @@ def same_rate(one, other):
 
 
 def all_rows(tests):
-    """(test, Observation) of all tests; what runs that began with the same stages share, once."""
+    """(test, Observation) of all tests, without duplicates of runs with common first stages."""
     rows, known = [], set()
     for test in tests:
         for one in observations(test):
@@ -76,9 +76,9 @@ def all_rows(tests):
 def fit(tests, phi_2=0.58, rate=None):
     """The Fit of GrainTests.
 
-    phi_2: filling factor at which nothing can be pressed further, which the fit does not change.
-    rate [1/s]: the pressing that is fitted (default: that of most grains); tests at other rates are
-    left out. Raises DustError where something is missing that a number depends on.
+    phi_2: largest filling factor, a fixed number. rate [1/s]: of the fitted compression, by default
+    that of most grains; tests at other rates are left out. Raises DustError where an observation
+    that a number depends on is missing.
     """
     rows = all_rows(tests)
     _refuse_missing(tests, rows)
@@ -86,15 +86,15 @@ def fit(tests, phi_2=0.58, rate=None):
     rows = _with_errors([row for row in rows if same_rate(row[1].rate, rate)])
     solid = {test.solid_density for test, _ in rows}
     if len(solid) > 1:
-        raise DustError("The runs are of grains of several densities; one material is needed.")
+        raise DustError("The grains of the runs have several densities; use runs of one material.")
     whole = _by_seed(rows, rate)
-    held = {
+    fixed = {
         "solid_density": solid.pop(),
         "density": float(np.mean([test.phi * test.solid_density for test, _ in rows])),
         "phi_2": phi_2,
     }
-    best = _least_squares(rows, _inner(np.array(START)), held)
-    by_seed = {seed: _outer(_least_squares(own, best, held)) for seed, own in whole.items()}
+    best = _least_squares(rows, _inner(np.array(START)), fixed)
+    by_seed = {seed: _outer(_least_squares(own, best, fixed)) for seed, own in whole.items()}
     values = _outer(best)
     return Fit(
         tests=tuple(tests),
@@ -102,9 +102,9 @@ def fit(tests, phi_2=0.58, rate=None):
         values=values,
         by_seed=by_seed,
         covariance=np.cov(np.array(list(by_seed.values())), rowvar=False),
-        model=_predicted(rows, values[None], held)[:, 0],
+        model=_predicted(rows, values[None], fixed)[:, 0],
         rate=rate,
-        **held,
+        **fixed,
     )
 
 
@@ -114,14 +114,14 @@ def _refuse_missing(tests, rows):
     if missing:
         names = ", ".join(test.name for test in tests) or "none"
         raise DustError(
-            f"A material needs more than these runs show ({names}). Missing: "
-            f"{'; '.join(missing)}. configs/continuum_calibration/ has scenes with all of it."
+            f"A material needs more than these runs ({names}). Missing: "
+            f"{'; '.join(missing)}. configs/continuum_calibration/ has scenes of all."
         )
 
 
 def _by_seed(rows, rate):
-    """Rows of each seed that is pressed and lets go; one that was not pulled from two filling
-    factors takes the tensions of all. Raises DustError for less than two seeds."""
+    """Rows of each seed with compression and unloading; without tension from two filling factors,
+    with the tensions of all seeds. Raises DustError for less than two seeds."""
     seeds = sorted({test.seed for test, _ in rows})
     whole = {}
     for seed in seeds:
@@ -135,15 +135,15 @@ def _by_seed(rows, rate):
             whole[seed] = own
     if len(whole) < 2:
         raise DustError(
-            f"Two seeds or more are needed, each pressed and let go a little. At {rate:.3g} 1/s "
-            f"there are such runs for {len(whole)} of the seeds "
+            "A fit needs compression and a small unloading of at least two seeds. At "
+            f"{rate:.3g} 1/s there are such runs for {len(whole)} of the seeds "
             f"{', '.join(map(str, seeds)) or '(none)'}; another --rate may have more."
         )
     return whole
 
 
 def _main_rate(rows):
-    """Rate of the pressing of most grains in all that also lets go [1/s]."""
+    """Rate of the compression with unloading that has most grains in all [1/s]."""
     grains = defaultdict(int)
     for rate, size in {(one.rate, t.grains) for t, one in rows if one.quantity == "M"}:
         grains[rate] += size
@@ -151,7 +151,7 @@ def _main_rate(rows):
 
 
 def _with_errors(rows):
-    """Each observation with the scatter over the seeds as its error, no less than its own."""
+    """The rows with the scatter over the seeds added to the errors of the observations."""
     same = defaultdict(list)
     for test, one in rows:
         same[_key(test, one)].append(np.log(max(one.value, 1e-3 * one.scale)))
@@ -177,9 +177,9 @@ def _outer(inner):
     return np.where(LOGS, np.exp(np.where(LOGS, inner, 0.0)), inner)
 
 
-def _predicted(rows, values, held):
+def _predicted(rows, values, fixed):
     """Predictions of materials (materials, parameters) for the rows, (rows, materials)."""
-    m = numbers_of(values, **held)
+    m = numbers_of(values, **fixed)
     of_test = defaultdict(list)
     for number, (test, _) in enumerate(rows):
         of_test[id(test)].append(number)
@@ -193,7 +193,7 @@ def _predicted(rows, values, held):
 def _residuals(rows, predicted_values):
     """Differences over their errors: of logarithms, of `lambda` over M; (rows, materials).
 
-    Each quantity has the same say, however many points it has.
+    Each quantity has the same weight, whatever its number of points.
     """
     out = np.empty_like(predicted_values)
     counts = {name: count for name, count in quantities(rows).items() if count}
@@ -202,7 +202,7 @@ def _residuals(rows, predicted_values):
         if one.quantity == "lambda":
             out[n] = (new - one.value) / one.scale / one.error
         else:
-            # a logarithm as far down as a tenth, then a straight line: it has no pole
+            # a logarithm down to a tenth, then a straight line, which has no pole
             ratio = new / one.value
             low = np.log(0.1) + (ratio - 0.1) / 0.1
             out[n] = np.where(ratio > 0.1, np.log(np.maximum(ratio, 0.1)), low) / one.error
@@ -210,17 +210,17 @@ def _residuals(rows, predicted_values):
     return out
 
 
-def _least_squares(rows, start, held):
+def _least_squares(rows, start, fixed):
     lowest, highest = LOWEST + 2 * STEP, HIGHEST - 2 * STEP
     least_phi = min(one.phi for _, one in rows)
     highest[list(PARAMETERS).index("compressive.phi_1")] = least_phi - 0.006
 
     def differences(x):
-        return _residuals(rows, _predicted(rows, _outer(x)[None], held))[:, 0]
+        return _residuals(rows, _predicted(rows, _outer(x)[None], fixed))[:, 0]
 
     def slopes(x):
         moved = x + STEP * np.vstack([np.eye(len(x)), -np.eye(len(x))])
-        both = _residuals(rows, _predicted(rows, _outer(moved), held))
+        both = _residuals(rows, _predicted(rows, _outer(moved), fixed))
         return (both[:, : len(x)] - both[:, len(x) :]) / (2 * STEP)
 
     start = np.clip(start, lowest + 1e-6, highest - 1e-6)
@@ -231,5 +231,5 @@ def _least_squares(rows, start, held):
 
 
 def quantities(rows):
-    """How many rows there are of each quantity."""
+    """Number of rows of each quantity."""
     return {name: sum(one.quantity == name for _, one in rows) for name in QUANTITIES}

@@ -1,4 +1,4 @@
-"""The same tests with a material point, for many materials at once."""
+"""The tests of grains repeated with a material point, for many materials at once."""
 
 from types import SimpleNamespace
 
@@ -45,7 +45,7 @@ def numbers_of(values, solid_density, density, phi_2):
 def stresses(test, m):
     """Stress [Pa], positive in compression, of points of the materials m strained as the test.
 
-    For each segment of the GrainTest (records, materials, 3), each the mean over its interval.
+    A list of arrays (records, materials, 3) by segment of the GrainTest, means over the intervals.
     """
     density = np.broadcast_to(test.phi * test.solid_density, np.shape(m.p_m))
     point = MaterialPoint.at(m, density)

@@ -5,36 +5,35 @@ from dataclasses import dataclass
 import numpy as np
 
 BIN = 0.01
-"""Width in filling factor of what is averaged while a sample is pressed."""
+"""Width in filling factor of the averages during a compression."""
 
 LEAST_GROWTH = 1.06
-"""Filling factor over that of the start from which pressing counts: until then a cake that was cut
-hangs together only in parts."""
+"""Smallest filling factor over that of the start: below it a cut cake is not connected."""
 
 LEAST_RECORDS = 8
-"""Records of a release from which its slope is taken."""
+"""Fewest records of an unloading for its slope."""
 
 SETTLING = 0.2
-"""Share of a release at its start that is left out: the push of turning round runs through."""
+"""Share of an unloading at its start that is left out, because of waves from the reversal."""
 
 UNCERTAIN = 0.5
-"""Error of a slope over itself from which it tells nothing."""
+"""Largest relative error of a slope."""
 
 QUANTITIES = {
-    "p": "mean pressure while pressed",
-    "q": "axial stress less that at the sides while pressed",
-    "M": "slope of the axial stress while let go",
-    "lambda": "slope of the stress at the sides while let go",
-    "tension": "largest mean tension (minus the pressure) while pulled",
+    "p": "mean pressure during compression",
+    "q": "axial stress minus that at the sides during compression",
+    "M": "slope of the axial stress during unloading",
+    "lambda": "slope of the stress at the sides during unloading",
+    "tension": "largest mean tension (minus the pressure)",
 }
 
 
 @dataclass(frozen=True)
 class Observation:
-    """One number that a test shows [Pa], and how to see the same in another stress history.
+    """One number [Pa] from a test, with the records it is from.
 
-    quantity: of QUANTITIES. error: of value, over itself. rows: records of the segment that it is
-    made of. scale [Pa]: what a difference is measured by.
+    quantity: of QUANTITIES. error: relative, of value. rows: records of the segment. scale [Pa]:
+    unit of differences.
     """
 
     quantity: str
@@ -54,14 +53,14 @@ def observations(test):
         if segment.kind == "press":
             found += _pressed(number, segment, test.phi)
         elif segment.kind == "release":
-            found += _let_go(number, segment, _rate_before(test, number))
+            found += _unloaded(number, segment, _rate_before(test, number))
         elif segment.kind == "pull":
             found += _pulled(number, segment, _rate_before(test, number))
     return found
 
 
 def _rate_before(test, number):
-    """Rate of the last pressing before a segment [1/s]: what the sample came from."""
+    """Rate of the last compression before a segment [1/s], 0 without one."""
     return next((s.rate for s in test.segments[number::-1] if s.kind == "press"), 0.0)
 
 
@@ -92,7 +91,7 @@ def smooth(values):
 
 
 def middle(strain):
-    """Strain half way through each interval, (n, 3) of (n + 1, 3)."""
+    """Strain in the middle of each interval, (n, 3) of (n + 1, 3)."""
     return 0.5 * (strain[1:] + strain[:-1])
 
 
@@ -107,12 +106,10 @@ def _pressed(number, segment, start):
         for quantity in ("p", "q"):
             value = float(seen(quantity, None, segment.stress[part]))
             if value > 0:
-                yield Observation(
-                    quantity, number, phi, value, 0.05, part, segment.rate, value
-                )  # fmt: skip
+                yield Observation(quantity, number, phi, value, 0.05, part, segment.rate, value)
 
 
-def _let_go(number, segment, rate):
+def _unloaded(number, segment, rate):
     first = int(np.ceil(SETTLING * len(segment.stress)))
     part = slice(first, len(segment.stress))
     if len(segment.stress) - first < LEAST_RECORDS:
@@ -134,7 +131,6 @@ def _pulled(number, segment, rate):
     pull = smooth(-segment.pressure)
     top = int(np.argmax(pull))
     if pull[top] > 0 and top < len(pull) - 1:
-        phi = float(smooth(segment.phi)[top])
+        phi, value = float(smooth(segment.phi)[top]), float(pull[top])
         rows = slice(0, len(segment.stress))
-        value = float(pull[top])
         yield Observation("tension", number, phi, value, 0.05, rows, rate, value)

@@ -1,4 +1,4 @@
-"""From run directories to the files and tables of `dust fit continuum`."""
+"""Files and tables of `dust fit continuum`, from run directories."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,49 +20,46 @@ from dusttaichi.studies.continuum_fit.observations import QUANTITIES
 
 @dataclass(frozen=True)
 class Found:
-    """A Fit, and the curves of pressing at all rates."""
+    """A Fit, and the Curves of compression at all rates."""
 
     fit: Fit
     curves: list
 
 
 def result_files(paths):
-    """Result files of runs, or of all runs in folders such as that of replicas.
-
-    Raises DustError where there is none.
-    """
+    """Result files of runs, or of all runs in folders of replicas. Raises DustError."""
     files = []
     for path in map(Path, paths):
         own = path if path.suffix == ".nc" else path / RESULT
         below = [] if own.exists() else sorted(path.glob(f"*/{RESULT}"))
         if not own.exists() and not below:
-            raise DustError(f"{path} has no run: neither {RESULT} nor folders with one are there.")
+            raise DustError(f"{path} has no run: neither {RESULT} nor folders with one.")
         files += below or [own]
     if not files:
         raise DustError(
-            "dust fit continuum needs grain runs. Scenes of them are in "
-            "configs/continuum_calibration/: dust run each, then name their folders here."
+            "dust fit continuum needs grain runs, such as those of the scenes in "
+            "configs/continuum_calibration/: dust run each, then give their folders here."
         )
     return files
 
 
 def fit_runs(paths, phi_2=0.58, rate=None):
-    """The Found of run directories. Raises DustError where something is missing, or where what
-    comes out is no material."""
+    """The Found of run directories. Raises DustError where observations are missing, or where the
+    result is not a valid material."""
     tests = [grain_test(open_run(path)) for path in result_files(paths)]
     found = Found(fitting.fit(tests, phi_2, rate), speeds.curves(tests))
     try:
         writing.material(found.fit, "dust")
     except ValidationError as error:
-        said = error.errors()[0]
+        first = error.errors()[0]
         raise DustError(
-            f"The fit gives no possible material: {'.'.join(map(str, said['loc']))} {said['msg']}"
+            f"The fit gives no valid material: {'.'.join(map(str, first['loc']))} {first['msg']}"
         ) from None
     return found
 
 
 def write(found, path):
-    """Write material, figures and tables beside `path`; their paths."""
+    """Write material, figures and tables beside `path`; returns their paths."""
     path = Path(path)
     table, curves = path.with_suffix(".csv"), path.with_name(f"{path.stem}_speeds.csv")
     figure, second = path.with_suffix(".png"), path.with_name(f"{path.stem}_speeds.png")
@@ -80,12 +77,12 @@ def numbers_table(fit):
         (name, f"{value:.4g}", f"{fit.sigma(name):.2g}", PARAMETERS[name][0])
         for name, value in zip(PARAMETERS, fit.values, strict=True)
     ]
-    rows.append(("compressive.phi_2", f"{fit.phi_2:g}", "held", "1"))
+    rows.append(("compressive.phi_2", f"{fit.phi_2:g}", "fixed", "1"))
     return [*rows, ("density", f"{fit.density:.4g}", "", "kg/m^3")]
 
 
 def deviations_table(fit):
-    """Rows (what was seen, how many points, standard deviation of the material from them)."""
+    """Rows (quantity, number of points, standard deviation of the material from them)."""
     counts = fitting.quantities(fit.rows)
     return [
         (meaning, str(counts[name]), f"{writing.deviation(fit, name):.0%}")
@@ -96,7 +93,7 @@ def deviations_table(fit):
 def speeds_table(curves):
     """Rows (rate, grains, runs, p_m of the axial stress, p_m of the pressure), with the scatter."""
 
-    def said(value, spread):
+    def text(value, spread):
         some = f" ± {value * spread / 1e3:.1f}" if np.isfinite(spread) else ""
         return f"{value / 1e3:.1f}{some}"
 
@@ -105,8 +102,8 @@ def speeds_table(curves):
             "at rest" if one.rate == 0 else f"{one.rate:.3g}",
             str(one.grains),
             str(one.runs),
-            said(one.axial, one.axial_spread),
-            said(one.p, one.p_spread),
+            text(one.axial, one.axial_spread),
+            text(one.p, one.p_spread),
         )
         for one in speeds.speeds(curves)
     ]

@@ -1,4 +1,4 @@
-"""How the strength depends on the speed of pressing, beside G09's two numbers."""
+"""Dependence of the strength on the speed of compression."""
 
 from collections import defaultdict
 from dataclasses import dataclass
@@ -9,17 +9,13 @@ from dusttaichi.physics.laws import G09_OMNIDIRECTIONAL
 from dusttaichi.studies.continuum_fit.fitting import same_rate
 from dusttaichi.studies.continuum_fit.observations import observations
 
-COMPARED = (0.2, 0.4)
-"""Filling factors between which curves are compared with G09's."""
-
-
-LEAST_SPAN = 0.1
-"""Filling factors that a curve has to span between them."""
+COMPARED = (0.2, 0.4)  # filling factors of the comparison with G09
+LEAST_SPAN = 0.1  # of a curve within COMPARED
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Stress of one run at one rate of pressing; rate 0: at rest after pressing at another.
+    """Stress of one run at one rate of compression; rate 0: at rest after it.
 
     phi, mean pressure p and axial stress [Pa], each (points,).
     """
@@ -33,10 +29,10 @@ class Curve:
     axial: np.ndarray
 
     def p_m(self, which):
-        """p_m [Pa] with which G09's law, with its phi_1, phi_2 and Delta, is nearest.
+        """p_m [Pa] for which the curve of G09, with its phi_1, phi_2 and Delta, fits best.
 
         which: "p" or "axial". The geometric mean between the filling factors of COMPARED, nan where
-        the curve spans too little of them.
+        the curve has a smaller span than LEAST_SPAN.
         """
         inside = (self.phi > COMPARED[0]) & (self.phi < COMPARED[1] + 0.005)
         if not inside.any() or np.ptp(self.phi[inside]) < LEAST_SPAN:
@@ -46,9 +42,9 @@ class Curve:
 
 
 def curves(tests):
-    """Curves of all pressing and all rests after pressing of GrainTests, by run and rate.
+    """Curves of all compressions and the rests after them of GrainTests, by run and rate.
 
-    Runs that begin with the same stages as a longer one add nothing.
+    Without runs whose stages are the first ones of a longer run.
     """
     longest = {}
     for test in tests:
@@ -86,10 +82,10 @@ def _curves(tests):
 
 @dataclass(frozen=True)
 class Speed:
-    """p_m of G09's law at one rate [1/s], 0 at rest, for samples of so many grains.
+    """p_m of G09 at one rate [1/s], 0 at rest, for samples with a number of grains.
 
     axial, p [Pa]: geometric mean over the runs; axial_spread, p_spread: standard deviation of the
-    logarithm between them, nan for one run.
+    logarithm, nan for one run.
     """
 
     rate: float
@@ -102,7 +98,7 @@ class Speed:
 
 
 def speeds(found):
-    """A Speed for each rate and size among the Curves that reach the compared filling factors."""
+    """A Speed for each rate and number of grains of the Curves within COMPARED."""
     groups = []
     for curve in found:
         for group in groups:

@@ -1,10 +1,9 @@
-"""The files of a fit: the material as a block of YAML, and all observations as a table."""
+"""Files of a fit: the material as a block of YAML, and tables of observations and curves."""
 
-import csv
-import io
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import yaml
 
 from dusttaichi.errors import DustError
@@ -54,7 +53,7 @@ def block(fit, name):
         "dimension": DIMENSION,
         "numbers": {key: _source(fit, key) for key in PARAMETERS}
         | {
-            "compressive.phi_2": f"fixed; the grains were pressed to {_reach(fit):.3g}",
+            "compressive.phi_2": f"fixed; the grains were compressed to {_reach(fit):.3g}",
             "density": "mean of the samples at the start",
             "solid_density": "of the grains",
         },
@@ -74,7 +73,7 @@ def _reach(fit):
 
 
 def _source(fit, key):
-    """'24 points (p) of 3 seeds, pressed at 1e+04 1/s; standard deviation over the seeds 120 Pa'"""
+    """Source of a number: points, seeds, grains, rate, and standard deviation over the seeds."""
     counts = quantities(fit.rows)
     seen = " and ".join(f"{counts[name]} of {name}" for name in _SEEN_IN[key])
     tests = [test for test, one in fit.rows if one.quantity in _SEEN_IN[key]]
@@ -82,7 +81,7 @@ def _source(fit, key):
     unit = PARAMETERS[key][0].replace("1", "")
     return (
         f"points: {seen}; {len({test.seed for test in tests})} seeds of "
-        f"{', '.join(map(str, grains))} grains, pressed at {fit.rate:.3g} 1/s; standard "
+        f"{', '.join(map(str, grains))} grains, compressed at {fit.rate:.3g} 1/s; standard "
         f"deviation over the seeds {fit.sigma(key):.2g} {unit}".rstrip()
     )
 
@@ -110,37 +109,34 @@ def write_material(fit, path):
 
 def write_curves(found, path):
     """Write the Curves of `speeds.curves` as a table."""
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(
-        ["run", "seed", "grains", "rate [1/s]", "filling factor", "p [Pa]", "axial stress [Pa]"]
-    )
-    for curve in found:
-        for numbers in zip(curve.phi, curve.p, curve.axial, strict=True):
-            row = [curve.run, curve.seed, curve.grains, f"{curve.rate:.4g}"]
-            table.writerow(row + [f"{number:.5g}" for number in numbers])
-    _write(path, text.getvalue())
+    names = ["run", "seed", "grains", "rate [1/s]", "filling factor", "p [Pa]", "axial stress [Pa]"]
+    rows = [
+        (curve.run, curve.seed, curve.grains, f"{curve.rate:.4g}", *numbers)
+        for curve in found
+        for numbers in zip(curve.phi, curve.p, curve.axial, strict=True)
+    ]
+    _write(path, _csv(names, rows))
 
 
 def write_table(fit, path):
-    """Write every observation and what the material gives in its place."""
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(
-        ["run", "seed", "grains", "rate [1/s]", "quantity", "filling factor", "grains show [Pa]",
-         "material gives [Pa]", "relative error"]
-    )  # fmt: skip
-    for (test, one), model in zip(fit.rows, fit.model, strict=True):
-        numbers = (one.phi, one.value, model, one.error)
-        table.writerow(
-            [test.name, test.seed, test.grains, f"{one.rate:.4g}", one.quantity]
-            + [f"{number:.5g}" for number in numbers]
-        )
-    _write(path, text.getvalue())
+    """Write all observations with the predictions of the material."""
+    names = ["run", "seed", "grains", "rate [1/s]", "quantity", "filling factor", "grains [Pa]",
+             "material [Pa]", "relative error"]  # fmt: skip
+    rows = [
+        (test.name, test.seed, test.grains, f"{one.rate:.4g}", one.quantity, one.phi, one.value,
+         model, one.error)
+        for (test, one), model in zip(fit.rows, fit.model, strict=True)
+    ]  # fmt: skip
+    _write(path, _csv(names, rows))
+
+
+def _csv(names, rows):
+    table = pd.DataFrame(rows, columns=names)
+    return table.to_csv(index=False, float_format="%.5g", lineterminator="\n")
 
 
 def deviation(fit, quantity):
-    """Standard deviation of the material from the grains, of the logarithm (of M for lambda)."""
+    """Standard deviation of the material from the grains, of the logarithm; of lambda, over M."""
     rows = [
         (model - one.value) / one.scale if quantity == "lambda" else np.log(model / one.value)
         for (_, one), model in zip(fit.rows, fit.model, strict=True)

@@ -1,4 +1,4 @@
-"""One run as a task: in a worker process here, or in a temporary directory of a cluster."""
+"""One run as a job: in a worker process here, or in a temporary directory of a cluster."""
 
 import tempfile
 from dataclasses import dataclass, field
@@ -8,18 +8,17 @@ from typing import ClassVar
 from dusttaichi.files import run_files
 from dusttaichi.studies.workers import INTERRUPTED, Worker
 
-TASK = "dusttaichi.studies.ensemble.task:run"
-LOOK = 0.5  # s between two looks at whether to stop; a cluster is asked over its network
-KEPT = (".nc", ".bin", ".yaml", ".png")  # files of a run that come back from a temporary directory
+LOOK = 0.5  # s between two checks whether to stop, on a cluster over its network
+RETURNED = (".nc", ".bin", ".yaml", ".png")  # files of a run in a temporary directory
 
 
 @dataclass(frozen=True)
 class Job:
-    """One run, as it is handed to a thread of this process or to a worker of a Dask cluster.
+    """One run for a thread of this process or a worker of a Dask cluster.
 
-    number: of the member of the plan. scene: text of its YAML. mode: "new", "force" (start anew) or
-    "resume". directory: where the run goes, or None for a temporary one, whose files come back with
-    the result. files: name -> content of what lies there at first. error_bar: estimate the error of
+    number: of the member of the plan. scene: text of its YAML. mode: "new", "force" (start again)
+    or "resume". directory: of the run, or None for a temporary one, whose files come back with the
+    result. files: name -> content of the files in it at the start. error_bar: estimate the error of
     the time step at the end.
     """
 
@@ -30,10 +29,10 @@ class Job:
     files: dict[str, bytes] = field(default_factory=dict)
     error_bar: bool = False
 
-    task: ClassVar[str] = TASK
+    task: ClassVar[str] = f"{__name__}:run"
 
     def request(self, directory):
-        """What the task is called with."""
+        """Arguments of the task."""
         return {
             "scene": self.scene,
             "directory": str(directory),
@@ -44,8 +43,8 @@ class Job:
 
 @dataclass(frozen=True)
 class JobResult:
-    """How a run ended: the exit code, the message, the files of a temporary directory, and what the
-    task has reported and returned."""
+    """Result of a run: exit code, message, files of a temporary directory; found: everything that
+    the task has reported and returned."""
 
     number: int
     code: int
@@ -55,11 +54,10 @@ class JobResult:
 
 
 def perform(job, link, inputs):
-    """Do a Job, or another with its number, task, request, directory and files (studies.collide);
-    returns its JobResult.
+    """The JobResult of a Job, or of another with the same attributes (studies.collide).
 
-    link: has stopped(), true once all runs are to stop, and report(number, share).
-    inputs: relative path -> bytes of files that the scene reads, for a temporary directory.
+    link: has stopped(), true once all runs have to stop, and report(number, share). inputs:
+    relative path -> bytes of the input files of the scene, for a temporary directory.
     """
     if link.stopped():
         return JobResult(job.number, INTERRUPTED, "not started")
@@ -71,13 +69,13 @@ def perform(job, link, inputs):
         _lay_out(job.files, directory)
         here = _lay_out_inputs(inputs, Path(folder) / "inputs")
         answer = _work(job, directory, here, link)
-        files = {name: (directory / name).read_bytes() for name in _kept(directory)}
+        files = {name: (directory / name).read_bytes() for name in _returned(directory)}
     return JobResult(job.number, answer.code, answer.text, files, answer.found)
 
 
-def _kept(directory):
-    """Relative paths of what comes back: what a run goes on from, and what it shows."""
-    beside = [p.name for p in directory.iterdir() if p.suffix in KEPT and p.name[0] != "."]
+def _returned(directory):
+    """Relative paths of the files for a continuation, and of results and figures."""
+    beside = [p.name for p in directory.iterdir() if p.suffix in RETURNED and p.name[0] != "."]
     return {*beside, *run_files(directory)}
 
 
@@ -90,7 +88,7 @@ def _lay_out(files, folder):
 
 
 def _lay_out_inputs(inputs, folder):
-    """Write the files; returns the directory that their paths, also ../../a.csv, start at."""
+    """Write the files; returns the directory of their relative paths, such as ../../a.csv."""
     up = max((Path(name).parts.count("..") for name in inputs), default=0)
     here = folder.joinpath(*["d"] * up)
     _lay_out(inputs, here)
@@ -98,7 +96,7 @@ def _lay_out_inputs(inputs, folder):
 
 
 def _work(job, directory, folder, link):
-    """Do the run in a worker process that starts in `folder`; returns its Answer."""
+    """Run a job in a worker process with the current directory `folder`; returns its Answer."""
     with Worker(job.task, folder=folder) as worker:
         worker.send(**job.request(directory))
         reported = None
@@ -110,3 +108,19 @@ def _work(job, directory, folder, link):
             if link.stopped():
                 worker.stop()
         return worker.answer()
+
+
+def run(parent, *, scene, directory, mode, error_bar):
+    """Task of a worker process: run a scene (text of its YAML) into a directory.
+
+    mode, error_bar: see Job. Reports the share that is done. Raises the errors of `execute`.
+    """
+    from dusttaichi.run import execute
+    from dusttaichi.scene import from_yaml
+
+    def report(progress):
+        if progress.end and not progress.task:
+            parent.progress(share=progress.step / progress.end)
+
+    how = {"force": mode == "force", "resume": mode == "resume", "error_bar": error_bar}
+    execute(from_yaml(scene), directory, report=report, **how)

@@ -1,8 +1,7 @@
-"""Where the runs of an ensemble are done: by threads of this process, or by a Dask cluster.
+"""Pools for the runs of an ensemble: threads of this process, or a Dask cluster.
 
-Either way a thread only waits for the worker process of its run. Both pools have
-submit(job, inputs) -> Future and stop(), and close as context managers; `share` hands out inputs
-that many jobs read.
+Each thread only waits for the worker process of its run. Both pools have submit(job, inputs) ->
+Future and stop(), are context managers, and `share` inputs of many jobs.
 """
 
 import importlib.util
@@ -14,11 +13,11 @@ from concurrent.futures import ThreadPoolExecutor
 from dusttaichi.errors import DustError
 from dusttaichi.studies.ensemble.jobs import perform
 
-CONNECT = "10 s"  # how long a scheduler may take to answer
+CONNECT = "10 s"  # timeout of a scheduler
 
 
 def open_pool(scheduler, workers, report):
-    """The pool for `workers` runs at a time on this machine, or the cluster of a scheduler.
+    """The pool for `workers` simultaneous runs on this machine, or the cluster of a scheduler.
 
     scheduler: address such as tcp://host:8786, or None. report: called with (number of the job,
     share that is done), from any thread. Raises DustError where no scheduler answers.
@@ -39,7 +38,7 @@ class Threads:
         self.stop, self.stopped, self.report = self._stop.set, self._stop.is_set, report
 
     def share(self, inputs):
-        """The inputs, in the form that `submit` takes."""
+        """The inputs, as an argument of `submit`."""
         return inputs
 
     def submit(self, job, inputs):
@@ -61,32 +60,32 @@ class Link:
         self.name = name
 
     def stopped(self):
-        """True once the client wants all runs to end."""
+        """True once the client has stopped all runs."""
         from distributed import Event
 
         return Event(self.name).is_set()
 
     def report(self, number, share):
-        """Tell the client what share of a run is done."""
+        """Report the share of a run that is done to the client."""
         from distributed import get_worker
 
         get_worker().log_event(self.name, [number, share])
 
 
 class Dask:
-    """A cluster of dask.distributed, given by the address of its scheduler."""
+    """A cluster of dask.distributed. scheduler: its address."""
 
     def __init__(self, scheduler, report):
         from distributed import Client, Event
         from distributed.comm import resolve_address
 
         try:
-            # of what is no address, a client would tell only after a while
+            # a client would refuse an invalid address only after its timeout
             self._client = Client(resolve_address(scheduler), timeout=CONNECT, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
             raise DustError(
-                f"--scheduler {scheduler}: no scheduler answers there ({error}); an address such "
-                "as tcp://host:8786 is needed"
+                f"--scheduler {scheduler}: no scheduler answers ({error}); use an address such as "
+                "tcp://host:8786"
             ) from error
         self._executor = self._client.get_executor(pure=False)
         self._link = Link(f"dusttaichi-{uuid.uuid4().hex}")
@@ -94,10 +93,9 @@ class Dask:
         self._client.subscribe_topic(self._link.name, lambda event: report(*event[1]))
 
     def share(self, inputs):
-        """Files that are sent to the cluster once, however many jobs read them.
+        """Input files of many jobs, sent to the cluster once.
 
-        The result of a task, and not scattered data, which would need a worker that is there
-        already, and would be gone with it.
+        They are the result of a task; scattered data would need an existing worker and end with it.
         """
         if not inputs:
             return inputs
@@ -112,7 +110,7 @@ class Dask:
             return self._executor.submit(perform, job, self._link, inputs)
 
     def stop(self):
-        """Let all runs end early, each with its checkpoint."""
+        """Stop all runs, each with its checkpoint."""
         self._event.set()
 
     def __enter__(self):

@@ -1,4 +1,4 @@
-"""All runs of a plan: what is there already, what is left to do, how each of them ended."""
+"""Runs of a plan: those still to do, their results, and the dataset of all."""
 
 import os
 import shutil
@@ -8,28 +8,30 @@ from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import xarray as xr
 import yaml
 
-from dusttaichi import files
+from dusttaichi import analysis, files
+from dusttaichi.analysis.ensemble import gather
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT, RESULT, run_files
 from dusttaichi.processes import usable_cores
 from dusttaichi.results.reading import open_tree
 from dusttaichi.run import checkpoint
+from dusttaichi.run.interrupts import noted_signals
 from dusttaichi.run.same_scene import without
 from dusttaichi.studies.ensemble.jobs import Job, JobResult
 from dusttaichi.studies.ensemble.pool import open_pool
 from dusttaichi.studies.ensemble.scenes import input_files
-from dusttaichi.studies.interrupts import noted_signals
 from dusttaichi.studies.workers import INTERRUPTED, POLL
 
-# what does not make a finished run another one
+# keys whose change does not invalidate a finished run
 BESIDES = (("output", "directory"), ("output", "checkpoint"), ("numerics", "threads"))
 
 
 @dataclass
 class PlanProgress:
-    """How far all runs of a plan have come: their number, those at their end, shares of others."""
+    """Progress of a plan: number of runs, of finished ones, and shares of the running ones."""
 
     total: int
     done: int = 0
@@ -47,17 +49,15 @@ def run_all(
     report=lambda progress: None,
     log=lambda text: None,
 ):
-    """Do all runs of a Plan; returns a JobResult for each member.
+    """Run all members of a Plan; returns their JobResults, also of those that fail.
 
-    part: (k, n), every n-th run only, from the k-th on, counted from 1: the parts of a sweep may go
-    on at the same time, each in a job of its own; the results are then those of these runs. One
-    that fails does not end the others. scheduler: address of a Dask cluster, whose workers need not
-    see this disk. error_bar: each run estimates the error of its time step; those that are finished
-    are left as they are. Raises DustError (results there already, no scheduler), KeyboardInterrupt
-    (after every run has written its checkpoint).
+    part: (k, n), only every n-th run, from the k-th on, counted from 1, so that several jobs can
+    share a sweep. scheduler: address of a Dask cluster, whose workers need no access to this disk.
+    error_bar: each run that is not finished estimates the error of its time step. Raises DustError
+    (existing results, no scheduler), KeyboardInterrupt (after all checkpoints are written).
     """
     chosen, whole = range(part[0] - 1, len(plan.members), part[1]), part == (1, 1)
-    # of the parts each run has its own lock
+    # with parts, each run has its own lock
     with files.RunLock(plan.directory) if whole else nullcontext():
         if not force and not resume:
             own = [plan.members[n].directory / RESULT for n in chosen]
@@ -66,7 +66,7 @@ def run_all(
         left = {n: mode for n, mode in modes.items() if mode is not None}
         results = {n: JobResult(n, 0, "") for n in chosen}
         if len(left) < len(modes):
-            log(f"{len(modes) - len(left)} of {len(modes)} runs are finished already")
+            log(f"{len(modes) - len(left)} of {len(modes)} runs are already finished")
         if left:
             how = {"error_bar": error_bar, "scheduler": scheduler, "report": report, "log": log}
             done = _do(plan, left, len(modes), **how)
@@ -81,44 +81,44 @@ def _refuse_existing(paths):
     for path in paths:
         if path.exists():
             raise DustError(
-                f"{path} exists already. Use --force to overwrite it, --resume to go on with "
-                "what is missing, or choose another output directory."
+                f"{path} exists already. Use --force to overwrite it, --resume to continue with "
+                "the missing runs, or choose another output directory."
             )
 
 
 def _mode(member, force, resume):
-    """How a run is to be done: "new", "force", "resume", or None where it is finished."""
+    """Mode of a run: "new", "force", "resume", or None where it is finished."""
     if force or not resume:
         return "force" if force else "new"
     if _finished(member):
         return None
-    # without a checkpoint there is nothing to go on from, whatever else lies there
+    # without a checkpoint a run cannot continue, whatever other files there are
     return "resume" if (member.directory / CHECKPOINT).exists() else "force"
 
 
 def _finished(member):
-    """The result is there, at its end, and of this scene."""
+    """True for a finished result of the scene of the member."""
     try:
         with open_tree(member.directory / RESULT) as result:
             status, scene = result.attrs["status"], result.attrs["scene_resolved"]
             extensions = str(result.attrs.get("extensions", ""))
     except (DustError, OSError, RuntimeError, ValueError, KeyError):
-        return False  # none, or a damaged one, which is computed again
+        return False  # without a result, or with a damaged one
     if extensions != "\n".join(member.scene.imported_texts):
         return False
     return status.startswith("finished") and core_of(scene) == core_of(member.scene.to_yaml())
 
 
 def core_of(text):
-    """The scene of a YAML text as plain data, without the keys that do not change the result."""
+    """Scene of a YAML text as plain data, without the keys that do not change the result."""
     return without(yaml.safe_load(text), BESIDES)
 
 
-# -- doing it ------------------------------------------------------------------------------------
+# -- running ------------------------------------------------------------------------------------
 
 
 def shares(scene, runs, cores):
-    """(runs at a time, threads of each or "auto") for so many runs on so many cores.
+    """(simultaneous runs, threads of each or "auto") for a number of runs and of cores.
 
     A GPU takes one run at a time.
     """
@@ -131,14 +131,14 @@ def shares(scene, runs, cores):
 
 
 def _do(plan, left, total, *, error_bar, scheduler, report, log):
-    """JobResults of the runs that are left of so many, in any order."""
+    """JobResults of the runs in `left` (number -> mode), in any order."""
     members = plan.members
     progress = PlanProgress(total, total - len(left))
     lock, ended = threading.Lock(), set()
 
     def heard(number, share):
         with lock:
-            if number not in ended:  # a cluster may tell of a run after its end
+            if number not in ended:  # a report of a cluster may come after the end of the run
                 progress.running[members[number].label] = share
                 report(progress)
 
@@ -164,7 +164,7 @@ def _do(plan, left, total, *, error_bar, scheduler, report, log):
         def take(result):
             results.append(result)
             member = members[result.number]
-            _keep(result, member.directory)
+            _store(result, member.directory)
             with lock:
                 ended.add(result.number)
                 progress.done += result.code != INTERRUPTED
@@ -178,7 +178,7 @@ def _do(plan, left, total, *, error_bar, scheduler, report, log):
 
 
 def drain(pool, futures, take, interrupted):
-    """Call take(JobResult) as the jobs end; once interrupted(), the pool lets all others end early.
+    """Call take(JobResult) at the end of each job; once interrupted(), stop the pool.
 
     futures: Future -> number of the job, emptied. Returns whether it was interrupted.
     """
@@ -194,7 +194,7 @@ def drain(pool, futures, take, interrupted):
 
 
 def _submit(pool, jobs, members, remote):
-    """Future -> number of the run. Files that several jobs read are shared once."""
+    """Future -> number of the run. Input files of several jobs are shared once."""
     futures, shared = {}, {}
     for job in jobs:
         paths = tuple(input_files(members[job.number].scene)) if remote else ()
@@ -205,7 +205,7 @@ def _submit(pool, jobs, members, remote):
 
 
 def _job(number, member, mode, *, threads, remote, error_bar):
-    """The Job of a member. remote: its files travel with it."""
+    """The Job of a member. remote: with the files that it needs."""
     scene = member.scene.with_value("numerics.threads", threads).to_yaml()
     if not remote:
         return Job(number, scene, mode, os.path.abspath(member.directory), error_bar=error_bar)
@@ -217,7 +217,7 @@ def _job(number, member, mode, *, threads, remote, error_bar):
 
 
 def content_of(path):
-    """Bytes of a file that jobs read. Raises DustError."""
+    """Bytes of an input file of jobs. Raises DustError."""
     try:
         return Path(path).read_bytes()
     except OSError as error:
@@ -225,18 +225,18 @@ def content_of(path):
 
 
 def _result_of(future, number):
-    """Of a future that is done; a worker that was lost is a failure like others."""
+    """JobResult of a finished Future, also of one whose worker was lost."""
     if future.cancelled():
-        lost = "the cluster has given it up, its scheduler may be gone: go on with --resume"
+        lost = "the cluster has cancelled it, its scheduler may have ended: continue with --resume"
         return JobResult(number, 1, lost)
     error = future.exception()
     return future.result() if error is None else JobResult(number, 1, str(error) or repr(error))
 
 
-def _keep(result, directory):
-    """Write what came back from a temporary directory."""
+def _store(result, directory):
+    """Write the files that came back from a temporary directory."""
     try:
-        if RESULT in result.files:  # parts of the result that was there before fit no other
+        if RESULT in result.files:  # parts belong to the previous result
             shutil.rmtree(files.parts_folder(directory / RESULT), ignore_errors=True)
         for name, content in result.files.items():
             (directory / name).parent.mkdir(parents=True, exist_ok=True)
@@ -245,3 +245,47 @@ def _keep(result, directory):
         raise DustError(
             f"Cannot write {directory}: {files.explain(error, directory / RESULT)}."
         ) from error
+
+
+# -- the dataset ----------------------------------------------------------------------------------
+
+
+def gather_plan(plan, results):
+    """The dataset of `analysis.gather` for a Plan and the JobResults of its runs.
+
+    Numbers of failed runs are nan. Raises DustError where all failed.
+    """
+    runs = [
+        _read(member.directory) if result.code == 0 else None
+        for member, result in zip(plan.members, results, strict=True)
+    ]
+    labels = {
+        name: [member.seeds[name] for member in plan.members] for name in plan.members[0].seeds
+    }
+    labels["status"] = [
+        result.text if run is None else run.status
+        for run, result in zip(runs, results, strict=True)
+    ]
+    labels["directory"] = [member.label for member in plan.members]
+    axes = {axis.dimension: _variable(axis) for axis in plan.axes}
+    scene = plan.scene
+    # as lists: a plain text is limited to 64 kB
+    texts = {"scene_given": [scene.source], "scene_resolved": [scene.to_yaml()]}
+    data = gather(runs, axes, labels, {"title": scene.name} | texts)
+    for name in plan.members[0].seeds:
+        data[name].attrs["long_name"] = f"sample.{name.replace('_', '.')} of the run"
+    data["directory"].attrs["long_name"] = "directory of the run, relative to this file"
+    data["status"].attrs["long_name"] = "status of the run"
+    return data
+
+
+def _read(directory):
+    with analysis.open_run(directory) as run:
+        return run  # its series stays in memory
+
+
+def _variable(axis):
+    attrs = {"long_name": f"{axis.key} of the scene", "key": axis.key}
+    if axis.coordinate.dtype.kind in "fi":
+        attrs["units"] = axis.unit or "1"
+    return xr.Variable((axis.dimension,), axis.coordinate, attrs)

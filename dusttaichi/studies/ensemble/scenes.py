@@ -1,4 +1,4 @@
-"""Which scenes an ensemble or a sweep consists of, and where each of them goes."""
+"""Scenes and directories of an ensemble or a sweep."""
 
 import itertools
 import os
@@ -25,9 +25,9 @@ ONCE = ("name", "replicas")  # keys of which all runs of a sweep have the same v
 
 @dataclass(frozen=True)
 class Axis:
-    """A swept key with its values, each as text, as plain data of the YAML, and as coordinate.
+    """A key of a sweep with its values: as texts, as plain data of the YAML, and as coordinate.
 
-    coordinate: (values,) SI floats, whole numbers, or the texts where a value is neither.
+    coordinate: (values,) SI floats, whole numbers, or texts where a value is not a number.
     unit: of the coordinate, or None.
     """
 
@@ -39,17 +39,17 @@ class Axis:
 
     @property
     def dimension(self) -> str:
-        """The key as the name of a dimension, which works as a keyword: boundary_wall_speed."""
+        """Name of the dimension, a valid keyword such as boundary_wall_speed."""
         return re.sub(r"\W", "_", self.key)
 
 
 @dataclass(frozen=True)
 class Member:
-    """One run: its scene, with its own seed and directory, and the replica's number."""
+    """One run: its scene, with its own seeds and directory."""
 
     scene: Scene
     directory: Path
-    label: str  # the directory as seen from that of the plan
+    label: str  # the directory, relative to that of the plan
     seeds: dict[str, int]  # by their path below `sample`
 
 
@@ -57,7 +57,7 @@ class Member:
 class Plan:
     """All runs of an ensemble (no axes) or a sweep.
 
-    members: in the order of the axes and then of the replicas. file: what is gathered from them.
+    members: in the order of the axes and then of the replicas.
     """
 
     scene: Scene
@@ -68,17 +68,17 @@ class Plan:
 
     @property
     def file(self) -> Path:
-        """The dataset that the results are gathered in."""
+        """File of the dataset of all runs."""
         return self.directory / ("sweep.nc" if self.axes else "ensemble.nc")
 
 
 def ensemble_plan(scene: Scene, directory: Path) -> Plan:
-    """The replicas of a scene, directory/replica_0 and so on, with seeds that grow by one.
+    """The replicas of a scene, directory/replica_0 and so on, with seeds increasing by one.
 
     Raises DustError where the scene has no replicas, or its sample has no seed.
     """
     if scene.replicas is None:
-        raise DustError('replicas is missing in the scene; a number is needed, for example "6"')
+        raise DustError("replicas: missing in the scene; a number, such as 6")
     members = _replicas(scene, Path(directory), "", scene.name)
     return Plan(scene, Path(directory), (), scene.replicas, tuple(members))
 
@@ -86,8 +86,8 @@ def ensemble_plan(scene: Scene, directory: Path) -> Plan:
 def sweep_plan(scene: Scene, settings: list[str], directory: Path) -> Plan:
     """The full grid over `settings`, texts "key=value,value,...", times the scene's replicas.
 
-    Each point goes to directory/<key=value__key=value...>. Raises DustError, for all that cannot be
-    used at once, with the path and what is allowed.
+    Directory of a point: directory/<key=value__key=value...>. Raises DustError with all invalid
+    settings.
     """
     axes = _axes(scene, _settings(settings))
     points = list(itertools.product(*(range(len(axis.values)) for axis in axes)))
@@ -107,8 +107,8 @@ def _replicas(scene: Scene, directory: Path, label: str, name: str) -> list[Memb
         return [_member(scene, 0, directory, label, name)]
     if not list(_keys(_data_of(scene).get("sample", {}), "seed")):
         raise DustError(
-            f"replicas = {scene.replicas}: the sample has no seed, so that all runs would be the "
-            "same; use a sample with a seed, such as kind: rbd, or remove replicas"
+            f"replicas = {scene.replicas}: the sample has no seed, and all runs would be equal; "
+            "use a sample with a seed, such as kind: rbd, or remove replicas"
         )
     return [
         _member(
@@ -123,12 +123,12 @@ def _replicas(scene: Scene, directory: Path, label: str, name: str) -> list[Memb
 
 
 def _member(scene: Scene, number: int, directory: Path, label: str, name: str) -> Member:
-    """The scene of one run: every seed of the sample moved by `number`."""
+    """The Member with `number` added to every seed of the sample."""
     data = _data_of(scene)
     data.pop("replicas", None)
     data["name"] = name
     data["output"]["directory"] = str(directory)
-    if data["output"]["snapshots"] == "auto":  # thirty of each of many runs fill a disk
+    if data["output"]["snapshots"] == "auto":  # those of many runs may fill a disk
         data["output"]["snapshots"] = "off"
     seeds = {}
     for path, block in _keys(data.get("sample", {}), "seed"):
@@ -145,7 +145,7 @@ def _data_of(scene: Scene) -> dict[str, Any]:
 
 
 def _keys(block: dict, key: str, path: tuple = ()) -> Iterator[tuple[tuple[str, ...], dict]]:
-    """(path of the key, the block that holds it) for each `key` at any depth."""
+    """(path of the key, the block that contains it) for each `key` at any depth."""
     for name, value in block.items():
         if name == key and value is not None:
             yield (*path, name), block
@@ -154,8 +154,8 @@ def _keys(block: dict, key: str, path: tuple = ()) -> Iterator[tuple[tuple[str, 
 
 
 def relative_files(block: dict) -> list[str]:
-    """Write the files of a block, at any depth, as seen from the current directory, which is the
-    same text here and where a cluster lays them out; returns them."""
+    """Change the files of a block, at any depth, to paths relative to the current directory, which
+    are valid on a cluster, too; returns them."""
     found = [inner for _, inner in _keys(block, "file")]
     for inner in found:
         inner["file"] = os.path.relpath(inner["file"])
@@ -163,27 +163,29 @@ def relative_files(block: dict) -> list[str]:
 
 
 def seeds_moved(sample: dict, number: int) -> dict:
-    """The block of a sample with every seed in it, at any depth, moved by `number`; in place."""
+    """The block of a sample with `number` added to every seed, at any depth; in place."""
     for _, block in _keys(sample, "seed"):
         block["seed"] += number
     return sample
 
 
 def input_files(scene: Scene) -> list[str]:
-    """Paths of the files that the sample of a member is read from, and of its extensions."""
+    """Paths of the files of the sample of a scene, and of its extensions."""
     data = _data_of(scene)
     found = [block["file"] for _, block in _keys(data.get("sample", {}), "file")]
     return as_files([*found, *data["extensions"]])
 
 
 def as_files(paths: list[str]) -> list[str]:
-    """Paths, of run directories those of their results."""
+    """The paths, in place of run directories those of their results."""
     return [os.path.join(path, "result.nc") if os.path.isdir(path) else path for path in paths]
 
 
 def grid(scene: Scene, settings: list[str]) -> tuple[tuple[Axis, ...], list[Scene]]:
-    """Axes of `settings`, texts "key=value,value", and the scene at each point, the last axis
-    fastest. Raises DustError."""
+    """(axes, scenes of all points, the last axis fastest) of `settings`, texts "key=value,value".
+
+    Raises DustError.
+    """
     axes = _axes(scene, _settings(settings)) if settings else ()
     points = itertools.product(*(range(len(axis.texts)) for axis in axes))
     return axes, [_point(scene, axes, point) for point in points]
@@ -195,13 +197,12 @@ def with_settings(scene: Scene, settings: list[str]) -> Scene:
     for axis in axes:
         if len(axis.texts) > 1:
             why = "" if axis.key in ONCE else " (dust sweep takes them)"
-            raise DustError(f"--set {axis.key}: one value is needed here, not several{why}")
+            raise DustError(f"--set {axis.key}: must be one value here{why}")
     return scenes[0]
 
 
 def with_common_settings(scene: Scene, settings: list[str]) -> tuple[Scene, list[str]]:
-    """(scene, settings): the scene with those of ONCE applied, and those that are left to sweep.
-    Raises DustError."""
+    """(scene with the settings of ONCE, the other settings). Raises DustError."""
     common = [one for one in settings if one.partition("=")[0].strip() in ONCE]
     left = [one for one in settings if one not in common]
     return (with_settings(scene, common) if common else scene), left
@@ -218,21 +219,21 @@ def _settings(settings: list[str]) -> dict[str, list[str]]:
         key, texts = key.strip(), [part.strip() for part in _split(text)]
         if not equals or not key or not all(texts):
             raise DustError(
-                f"--set {setting}: a key and its values are needed, "
-                "for example --set boundary.wall_speed=1cm/s,5cm/s"
+                f"--set {setting}: must be a key and its values, such as "
+                "--set boundary.wall_speed=1cm/s,5cm/s"
             )
         if key == "output.directory":
-            raise DustError(f"--set {key}: not on the command line; --output takes a directory")
+            raise DustError(f"--set {key}: use --output instead")
         if key in found:
-            raise DustError(f"--set {key}: it is given twice; join its values with commas")
+            raise DustError(f"--set {key}: given twice; separate its values by commas")
         found[key] = texts
     if not found:
-        raise DustError("a sweep needs --set, for example --set boundary.wall_speed=1cm/s,5cm/s")
+        raise DustError("a sweep needs --set, such as --set boundary.wall_speed=1cm/s,5cm/s")
     return found
 
 
 def _split(text: str) -> list[str]:
-    """Parts between commas; those inside brackets, braces and quotes do not count."""
+    """Parts between commas outside brackets, braces and quotes."""
     parts, depth, quote = [""], 0, ""
     for letter in text:
         if quote:
@@ -277,7 +278,7 @@ def _point(scene: Scene, axes: tuple[Axis, ...], point: tuple[int, ...]) -> Scen
 
 
 def _labels(axes: tuple[Axis, ...], points: list[tuple[int, ...]]) -> list[str]:
-    """Names of the directories of the points, fit for any file system and shell, all different."""
+    """Different names for the directories of the points, valid in any file system and shell."""
     texts = [
         "__".join(f"{axis.key}={axis.texts[i]}" for axis, i in zip(axes, point, strict=True))
         for point in points
@@ -289,7 +290,7 @@ def _labels(axes: tuple[Axis, ...], points: list[tuple[int, ...]]) -> list[str]:
 
 
 def _coordinate(scenes: list[Scene], key: str, texts: list[str]) -> tuple[np.ndarray, str | None]:
-    """Values of a key in resolved scenes, with their unit; the texts where they are no numbers."""
+    """(values, unit) of a key in resolved scenes; (texts, None) where they are not numbers."""
     found = [_resolved(scene, key.split(".")) for scene in scenes]
     if all(isinstance(v, (int, float)) and not isinstance(v, bool) for v, _ in found):
         quantity = found[0][1]
@@ -299,7 +300,7 @@ def _coordinate(scenes: list[Scene], key: str, texts: list[str]) -> tuple[np.nda
 
 
 def _resolved(scene: Scene, keys: list[str]) -> tuple[Any, Quantity | None]:
-    """The value behind keys, and what marks it as a quantity; (None, None) for a shorthand."""
+    """(value, Quantity or None) at the path `keys`; (None, None) for a shorthand."""
     here, mark = scene, None
     for key in keys:
         if isinstance(here, Block) and key in type(here).model_fields:
@@ -314,7 +315,7 @@ def _resolved(scene: Scene, keys: list[str]) -> tuple[Any, Quantity | None]:
 
 
 def _marks(annotations: list) -> Iterator[Quantity]:
-    """Quantity marks anywhere in type annotations."""
+    """Quantity marks at any depth of type annotations."""
     for item in annotations:
         if isinstance(item, Quantity):
             yield item

@@ -1,6 +1,6 @@
-"""Arrangements of grains that no sample of a scene has: at rest but nudged, pressed, pulled."""
+"""Samples for the map that no scene has: perturbed, compressed, pulled, and others."""
 
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 
@@ -12,13 +12,13 @@ from dusttaichi.physics.stability import close_packed
 from dusttaichi.samples import Sample
 from dusttaichi.scene import Scene
 
-# of the pressing that makes a compacted cake
+# compression of a compacted cake
 PRESSED = {"grains": 300, "filling_factor": 0.4, "wall_speed": "2 m/s"}
-SETTLE = 20_000  # steps without walls, some 6 us: it rings and creeps no more
+SETTLE = 20_000  # steps without walls, about 6 us, until vibrations and creep have ended
 
 
 def make(scene, spec):
-    """The Sample that `spec` names, in the material of the scene.
+    """The Sample of a `spec`, in the material of the scene.
 
     spec: `kind`, its own numbers, and `speed` [m/s], `spin` [rad/s]: standard deviations of random
     velocities and spins of every grain.
@@ -39,7 +39,7 @@ def _radii(scene, sample):
 
 
 def given(scene, positions, velocities=None, spins=None):
-    """positions [radii], velocities [m/s], spins [rad/s]."""
+    """Grains at positions [radii] with velocities [m/s] and spins [rad/s]."""
     x = np.array(positions, float) * scene.material.radius
     v, w = (
         np.zeros_like(x) if a is None else np.array(a, float) + np.zeros_like(x)
@@ -55,7 +55,7 @@ def cluster(scene, grains):
 
 
 def meeting(scene, sticking, offset=0.3):
-    """Two grains about to touch, at `sticking` times their sticking speed, off the centre."""
+    """Two grains just before contact, at `sticking` times their sticking speed, off-centre."""
     c = pair_constants(scene.material, scene.interaction)
     v = sticking * breaking_speed(c)
     y = 2.0 * c.r * offset
@@ -67,16 +67,14 @@ def meeting(scene, sticking, offset=0.3):
 
 
 def cake(scene, grains, seed=1):
-    """Random ballistic deposition."""
+    """A cake of random ballistic deposition."""
     block = {"kind": "rbd", "grains": grains, "seed": seed}
-    own = scene.with_value("sample", block)
-    made = samples.make(own)
-    return Sample.at_rest(made.positions)
+    return Sample.at_rest(samples.make(scene.with_value("sample", block)).positions)
 
 
-@lru_cache(maxsize=4)
-def _pressed(material, interaction):
-    """Positions and contacts of a cake pressed in a box, taken out, and come to rest."""
+@cache
+def _pressed():
+    """Positions and contacts of a cake after compression in a box and relaxation without it."""
     box = {"kind": "box", "wall_speed": PRESSED["wall_speed"]}
     scene = Scene.from_dict(
         {
@@ -104,51 +102,35 @@ def _pressed(material, interaction):
 
 
 def _as_it_is(sim):
-    """Sample of a simulation: grains at rest where they are, contacts strained as they are."""
+    """Sample from a simulation: positions and strained contacts, at rest."""
     found = sim.contact_state()
-    contacts = {
-        key: found[name]
-        for key, name in (
-            ("i", "grain_i"),
-            ("j", "grain_j"),
-            ("pointer_i", "pointer_i"),
-            ("pointer_j", "pointer_j"),
-            ("twist", "twist"),
-        )
-    }
+    contacts = {name: found[name] for name in ("pointer_i", "pointer_j", "twist")}
+    contacts |= {"i": found["grain_i"], "j": found["grain_j"]}
+    contacts["approach"] = np.zeros(len(found["twist"]))
     x = sim.grain_state()[0] * units.LENGTH
-    still = np.zeros_like(x)
-    return Sample(x, still, still.copy(), {**contacts, "approach": np.zeros(len(found["twist"]))})
+    return Sample(x, np.zeros_like(x), np.zeros_like(x), contacts)
 
 
 def compacted(scene):
-    """A cake pressed in a box and taken out, its contacts strained as they came to rest; silicate
-    only."""
-    x, contacts = _pressed("silicate_s12", "modified")
-    still = np.zeros_like(x)
-    return Sample(x.copy(), still, still.copy(), contacts)
+    """A cake of silicate after compression, with its strained contacts."""
+    x, contacts = _pressed()
+    return Sample(x.copy(), np.zeros_like(x), np.zeros_like(x), contacts)
 
 
 def pulled(scene, grains):
-    """A chain whose contacts are all a hair before pull-off."""
+    """A chain with all contacts just before pull-off."""
     c = pair_constants(scene.material, scene.interaction)
     x = np.zeros((grains, 3))
     x[:, 0] = (2.0 * c.r + c.delta_c * (1.0 - 1e-9)) * np.arange(grains)
     i = np.arange(grains - 1)
     along = np.tile([1.0, 0.0, 0.0], (grains - 1, 1))
-    contacts = {
-        "i": i,
-        "j": i + 1,
-        "pointer_i": along,
-        "pointer_j": -along,
-        "twist": np.zeros(grains - 1),
-        "approach": np.zeros(grains - 1),
-    }
+    contacts = {"i": i, "j": i + 1, "pointer_i": along, "pointer_j": -along}
+    contacts |= {name: np.zeros(grains - 1) for name in ("twist", "approach")}
     return Sample(x, np.zeros_like(x), np.zeros_like(x), contacts)
 
 
 def chain(scene, grains, apart=1.0):
-    """Grains in a row along x; apart: distance in units of that in equilibrium."""
+    """A chain of grains along x; apart: distance over that in equilibrium."""
     c = pair_constants(scene.material, scene.interaction)
     x = np.zeros((grains, 3))
     x[:, 0] = apart * (2.0 * c.r - c.delta0) * np.arange(grains)
@@ -156,7 +138,7 @@ def chain(scene, grains, apart=1.0):
 
 
 def gas(scene, grains, filling_factor):
-    """Grains that do not touch, at random in a periodic cube of that filling factor."""
+    """Random grains without contacts in a periodic cube of a filling factor."""
     r = scene.material.radius
     edge = (grains * 4.0 / 3.0 * np.pi * r**3 / filling_factor) ** (1.0 / 3.0)
     rng, x = np.random.default_rng(7), []
@@ -172,15 +154,15 @@ def gas(scene, grains, filling_factor):
 
 
 def packed(scene, block):
-    """A sample of the scene's own kinds."""
+    """A sample of a kind that scenes have."""
     made = samples.make(scene.with_value("sample", block))
     still = np.zeros_like(made.positions)
     return Sample(made.positions, still, still.copy(), info=made.info)
 
 
 def polydisperse(scene, ratio, around=1, speed_in=0.0):
-    """A grain of `ratio` times the radius with `around` small ones in equilibrium contact, or (one
-    small one) flying at it at speed_in [m/s]."""
+    """A grain of `ratio` times the radius with `around` small ones in equilibrium contact, or at a
+    small distance with speed_in [m/s] towards it."""
     small = scene.material.radius
     c = mixed_constants(scene.material, small, scene.material, ratio * small, scene.interaction)
     ways = _sphere(around)
@@ -192,7 +174,7 @@ def polydisperse(scene, ratio, around=1, speed_in=0.0):
 
 
 def _sphere(n):
-    """n directions evenly over the sphere (Fibonacci), (n, 3)."""
+    """n directions uniformly over the sphere (Fibonacci), (n, 3)."""
     k = np.arange(n) + 0.5
     z, turn = 1.0 - 2.0 * k / n, np.pi * (1.0 + 5.0**0.5) * k
     return np.column_stack(
@@ -201,14 +183,8 @@ def _sphere(n):
 
 
 KINDS = {
-    "given": given,
-    "cluster": cluster,
-    "meeting": meeting,
-    "cake": cake,
-    "compacted": compacted,
-    "pulled": pulled,
-    "chain": chain,
-    "gas": gas,
-    "packed": packed,
-    "polydisperse": polydisperse,
-}
+    make.__name__: make
+    for make in (
+        given, cluster, meeting, cake, compacted, pulled, chain, gas, packed, polydisperse,
+    )
+}  # fmt: skip

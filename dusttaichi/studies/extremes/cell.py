@@ -1,6 +1,6 @@
-"""Cells of the map: a scene at an extreme, and how it ends."""
+"""Cells of the map: a scene at an extreme of its parameters, and its result."""
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from math import nan
 
 VERDICTS = ("stable", "refused", "stopped", "WRONG")
@@ -8,13 +8,13 @@ VERDICTS = ("stable", "refused", "stopped", "WRONG")
 
 @dataclass(frozen=True)
 class Cell:
-    """One point of the map, in plain numbers and texts (it goes to another process).
+    """One point of the map, as plain numbers and texts for another process.
 
-    group, name: where it stands. scene: the blocks of its YAML. sample: a name of
-    `arrangements` with its numbers, in place of the scene's. steps: how many are made. fraction:
-    step over the stiffest period of the contacts as they are, past any refusal. limit: measure the
-    largest stable step too. coordinates: `row` and `column` of the figure. kernels: name of the
-    cells that share their compiled kernels, by default those of its group and row.
+    scene: the blocks of its YAML. sample: a name of `arrangements` with its numbers, in place of
+    the scene's. fraction: time step over the stiffest period of the contacts of the sample, also
+    one that a scene would refuse. limit: measure the largest stable step, too. row, column: in the
+    figure of the group. time_limit [s]: a longer cell counts as WRONG. kernels: name shared by
+    cells with the same compiled kernels, by default that of the row.
     """
 
     group: str
@@ -24,22 +24,23 @@ class Cell:
     steps: int = 1000
     fraction: float | None = None
     limit: bool = False
-    time_limit: float = 120.0  # s, after which it counts as hanging
-    coordinates: dict = field(default_factory=dict)
+    time_limit: float = 120.0
+    row: str = ""
+    column: str | float = ""
     kernels: str = ""
 
     def to_dict(self):
-        """As plain data, for another process and for the file of finished cells."""
+        """Plain data, for another process and for the file of finished cells."""
         return asdict(self)
 
 
 @dataclass(frozen=True)
 class CellResult:
-    """How a cell ended, and why.
+    """Verdict on a cell, with its reason.
 
-    residual: largest of the ledger, a share of what went through (run.ledger.turnover),
-    seen at any check. steps: made. dt, estimated, measured [s]: the step and the largest stable
-    one, nan where not asked for. seconds: of machine time.
+    residual: largest of the ledger at any check, relative to run.ledger.turnover. steps: computed.
+    dt, estimated, measured [s]: time step and largest stable one, nan where not requested. seconds:
+    wall time.
     """
 
     verdict: str

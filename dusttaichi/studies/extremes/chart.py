@@ -1,4 +1,4 @@
-"""The map of `dust extremes`: all cells are tried, what is finished is kept, files are written."""
+"""The map of `dust extremes`: runs all cells, stores the finished ones, writes the files."""
 
 import json
 from dataclasses import asdict
@@ -12,7 +12,7 @@ from dusttaichi.studies.extremes import pool, results
 from dusttaichi.studies.extremes.cell import VERDICTS, CellResult
 from dusttaichi.studies.extremes.groups import GROUPS
 
-KEPT = "cells.jsonl"
+STORED = "cells.jsonl"
 
 
 def chart(
@@ -25,14 +25,13 @@ def chart(
     report=lambda group, counts, total: None,
     log=lambda text: None,
 ):
-    """Try the cells of the map; returns its dataset and the paths of the files.
+    """Run the cells of the map; returns its dataset and the paths of the files.
 
-    quick: fewer cells and steps. only: names of groups, all by default. output: directory,
-    runs/extremes by default. force: try again what is finished. count: of processes side by side,
-    as many as there are cores by default. report(group, verdict -> number of cells, number of all):
-    called after each cell.
-    Raises DustError for a group that there is not or a directory that cannot be written, and
-    KeyboardInterrupt; finished cells are kept, and the next call goes on with the rest.
+    quick: fewer cells and steps. only: names of groups, by default all. output: directory, by
+    default runs/extremes. force: run finished cells again. count: simultaneous processes, by
+    default all cores. report(group, verdict -> number of cells, number of all): called after each
+    cell. Raises DustError for an unknown group or a failure to write, and KeyboardInterrupt;
+    finished cells are stored, and the next call continues with the others.
     """
     from dusttaichi import plots
 
@@ -41,15 +40,15 @@ def chart(
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if force:
-            (folder / KEPT).unlink(missing_ok=True)
-        known = _known(folder / KEPT)
+            (folder / STORED).unlink(missing_ok=True)
+        known = _known(folder / STORED)
         rest = [cell for cell in cells if _mark(cell) not in known]
         if len(rest) < len(cells):
             log(
-                f"{len(cells) - len(rest)} of {len(cells)} cells are finished and kept in "
-                f"{folder / KEPT} (--force tries them again)"
+                f"{len(cells) - len(rest)} of {len(cells)} cells are finished, in "
+                f"{folder / STORED} (--force runs them again)"
             )
-        known |= _tried(rest, folder / KEPT, count or usable_cores(), report)
+        known |= _run(rest, folder / STORED, count or usable_cores(), report)
         data, paths = results.save([(cell, known[_mark(cell)]) for cell in cells], folder)
         paths.append(plots.save(plots.extremes(data), folder / "extremes.png"))
     except OSError as error:
@@ -60,22 +59,20 @@ def chart(
 def _cells(quick, only):
     for name in only or ():
         if name not in GROUPS:
-            raise DustError(
-                f'--only "{name}": there is no such group; allowed: {", ".join(GROUPS)}'
-            )
+            raise DustError(f'--only "{name}": unknown group; allowed: {", ".join(GROUPS)}')
     return [
         cell for name, make in GROUPS.items() if not only or name in only for cell in make(quick)
     ]
 
 
-def _tried(cells, kept, count, report):
-    """CellResult by mark of these cells, which are tried now and written to the file `kept`."""
-    shared = groupby(cells, lambda cell: (cell.group, cell.kernels or cell.coordinates["row"]))
+def _run(cells, path, count, report):
+    """CellResults of the cells by mark, from runs; each is appended to the file `path` at once."""
+    shared = groupby(cells, lambda cell: (cell.group, cell.kernels or cell.row))
     runs = [list(run) for _, run in shared]
-    # the longest first, so that no process is left alone with it
+    # the longest first, so that none of them runs alone at the end
     runs.sort(key=lambda run: -max(cell.steps for cell in run))
     found, counts = {}, dict.fromkeys(VERDICTS, 0)
-    with open(kept, "a", encoding="utf-8") as file:
+    with open(path, "a", encoding="utf-8") as file:
         for cell, result in pool.attempts(runs, count):
             found[_mark(cell)] = result
             file.write(json.dumps([_mark(cell), asdict(result)]) + "\n")
@@ -86,15 +83,15 @@ def _tried(cells, kept, count, report):
 
 
 def _mark(cell):
-    """Key of a cell, which differs between versions too."""
+    """Key of a cell, different for each version."""
     return json.dumps([__version__, cell.to_dict()], sort_keys=True)
 
 
-def _known(kept):
-    """CellResults by mark of an earlier call; a line cut short by a kill is left out."""
+def _known(path):
+    """CellResults by mark of earlier calls, without a line that a kill has cut short."""
     known = {}
-    if kept.exists():
-        for line in kept.read_text(encoding="utf-8").splitlines():
+    if path.exists():
+        for line in path.read_text(encoding="utf-8").splitlines():
             try:
                 mark, result = json.loads(line)
                 known[mark] = CellResult(**result)

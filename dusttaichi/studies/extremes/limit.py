@@ -1,4 +1,4 @@
-"""The largest stable step, measured: do two neighbouring trajectories part?"""
+"""Measurement of the largest stable step by the divergence of two neighbouring trajectories."""
 
 import numpy as np
 
@@ -7,17 +7,16 @@ from dusttaichi.errors import GuardStop
 
 STEPS, POINTS = 400, 8
 GROWTH = 100.0  # of the kinetic energy of the difference; below the limit it stays of order one
-NUDGE = 1e-7  # of the overlap at rest
+NUDGE = 1e-7  # perturbation over the equilibrium overlap
 TRIES = 8  # bisections: to half a per cent of the estimate
 
 
 def measured_limit(sim, estimate):
-    """Largest step [s] at which a nudge of all grains does not grow, by bisection; estimate [s].
+    """Largest step [s] at which a perturbation of all grains does not grow, by bisection.
 
-    Beyond the limit by the part e of it the energy of the fastest mode grows by exp(4 sqrt(2 e)) a
-    step without damping and by some exp(2 e) where damping rules, so 400 steps tell 1 % from 0.
-    The estimate only says where the search begins: from 0.3 to 1.7 of it; not a number where
-    the limit is not between.
+    At a step of 1 + e times the limit the energy of the fastest mode grows in each step by
+    exp(4 sqrt(2 e)) without damping and by about exp(2 e) with dominant damping, so that 400 steps
+    resolve 1 %. estimate [s]: the search is from 0.3 to 1.7 of it; nan without a limit in between.
     """
     arrays, numbers, dt = sim.arrays(), sim.numbers(), sim.dt
     low, high = 0.3 * estimate / units.TIME, 1.7 * estimate / units.TIME
@@ -40,16 +39,14 @@ def measured_limit(sim, estimate):
 
 
 def _growth(sim, arrays, numbers):
-    """Largest kinetic energy of the difference of two trajectories, over that of the nudge.
+    """Largest kinetic energy of the difference of two trajectories over that of the perturbation.
 
-    Within STEPS steps, not at their end: what has grown until contacts break may come to rest. It
-    is without bound where a guard of the search stops what has grown.
-
-    The steps begin at the start of the simulation, with the velocities of its own step there.
+    Within STEPS steps, not at their end: after contacts break, the grains may come to rest.
+    Infinite where a guard of the search ends the trajectory. Both begin at the given state.
     """
     rng = np.random.default_rng(5)
     n = sim.grains
-    # of the same energy in every grain, so that none drowns the others
+    # the same energy in every grain, so that none dominates
     speed = NUDGE * sim.pair.delta0 / sim.dt * np.sqrt(np.min(sim.mass))
     nudge = {
         "v": speed / np.sqrt(sim.mass) * rng.normal(size=(n, 3)),

@@ -1,4 +1,4 @@
-"""Cells tried in worker processes, so that a crash or a hang is a verdict like any other."""
+"""Trials of cells in worker processes, so that a crash or a hang is a verdict, too."""
 
 import threading
 from concurrent.futures import ThreadPoolExecutor
@@ -8,17 +8,17 @@ from dusttaichi.studies.extremes.cell import CellResult
 from dusttaichi.studies.workers import POLL, Worker
 
 TASK = "dusttaichi.studies.extremes.trial:attempt_cell"
-STARTING = 60.0  # s that a process may take more for its first cell: it imports and compiles
+STARTING = 60.0  # additional s for the first cell of a process: imports and compilation
 
 
 class Place:
-    """A place for a worker that tries cells; where one dies or hangs, the next takes its place."""
+    """A worker that tries cells, replaced after a crash or a hang."""
 
     def __init__(self):
         self.worker = None
 
     def ask(self, cell):
-        """The CellResult of a cell."""
+        """CellResult of a cell."""
         fresh = self.worker is None
         if fresh:
             self.worker = Worker(TASK)
@@ -31,13 +31,13 @@ class Place:
         return CellResult("WRONG", answer.text)
 
     def kill(self):
-        """End the worker, whatever it is doing."""
+        """Kill the worker."""
         worker = self.worker
         if worker is not None:
             worker.kill()
 
     def close(self):
-        """Let the worker end by itself, which writes its compiled kernels to the cache."""
+        """Stop the worker, which writes its compiled kernels to the cache."""
         worker, self.worker = self.worker, None
         if worker is not None:
             worker.close()
@@ -46,8 +46,7 @@ class Place:
 def attempts(runs, count):
     """Yield (cell, CellResult) as they end.
 
-    runs: lists of cells that one process takes in their order, as they share their kernels.
-    count: of processes side by side.
+    runs: lists of cells with the same kernels, each for one process. count: simultaneous processes.
     """
     count = max(1, min(count, len(runs)))
     places = [Place() for _ in range(count)]

@@ -1,8 +1,6 @@
-"""The map as a dataset, a CSV file and the rows of a table."""
+"""The map as a dataset, a CSV file and rows of a table."""
 
-import csv
 import json
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -12,15 +10,10 @@ from dusttaichi.results.outputs import check
 from dusttaichi.studies.extremes.cell import VERDICTS
 
 NUMBERS = (
-    (
-        "residual",
-        "1",
-        "largest residual of the energy ledger, a share of the energy that has gone "
-        "through or is bound",
-    ),
-    ("steps", "1", "steps made"),
+    ("residual", "1", "largest residual of the energy ledger over the turnover or bound energy"),
+    ("steps", "1", "computed steps"),
     ("dt", "s", "time step"),
-    ("estimated", "s", "largest stable step, from the contacts as they stand"),
+    ("estimated", "s", "largest stable step, from the contacts of the sample"),
     ("measured", "s", "largest stable step, by bisection"),
     ("ratio", "1", "estimated over measured"),
     ("seconds", "s", "machine time"),
@@ -31,18 +24,14 @@ def dataset(found):
     """xarray.Dataset over `cell` of (Cell, CellResult) pairs; verdicts and reasons are text."""
     cells, ends = zip(*found, strict=True)
     data = {
-        name: (
-            "cell",
-            [float(getattr(o, name)) for o in ends],
-            {"units": unit, "long_name": text},
-        )
+        name: ("cell", [float(getattr(o, name)) for o in ends], {"units": unit, "long_name": text})
         for name, unit, text in NUMBERS
     }
     texts = {
         "group": [c.group for c in cells],
         "name": [c.name for c in cells],
-        "row": [str(c.coordinates.get("row", "")) for c in cells],
-        "column": [str(c.coordinates.get("column", "")) for c in cells],
+        "row": [c.row for c in cells],
+        "column": [str(c.column) for c in cells],
         "verdict": [o.verdict for o in ends],
         "reason": [o.reason for o in ends],
         "scene": [json.dumps(c.scene) for c in cells],
@@ -52,31 +41,20 @@ def dataset(found):
 
 
 def save(found, directory):
-    """extremes.nc and extremes.csv; returns the dataset and the paths. Raises OSError."""
+    """Write extremes.nc and extremes.csv; returns the dataset and the paths. Raises OSError."""
     data = dataset(found)
     paths = [Path(directory) / f"extremes{suffix}" for suffix in (".nc", ".csv")]
     columns = ["group", "name", "verdict", "reason", *(name for name, _, _ in NUMBERS)]
     check(paths[1], ",".join(columns[:4]))
     data.to_netcdf(check(paths[0], "verdict"))
-    with open(paths[1], "w", newline="", encoding="utf-8") as file:
-        write = csv.writer(file).writerow
-        write(columns)
-        for cell, result in found:
-            values = {"group": cell.group, "name": cell.name, "ratio": result.ratio}
-            values |= asdict(result)
-            write(_cell(values[name]) for name in columns)
+    table = data.to_dataframe().astype({"steps": int})[columns]
+    table.to_csv(paths[1], index=False, float_format="%.6g")
     return data, paths
 
 
-def _cell(value):
-    if isinstance(value, float):
-        return "" if value != value else f"{value:.6g}"
-    return value
-
-
 def summary(data):
-    """Rows of text, one a group and one of all: cells by verdict, worst residual of the stable,
-    least and largest ratio of estimated and measured limit."""
+    """Rows of text for each group and for all: cells by verdict, largest residual of the stable
+    ones, range of the ratio of estimated to measured limit."""
     groups = list(dict.fromkeys(data.group.values.tolist()))
     parts = [(name, data.where(data.group == name, drop=True)) for name in groups]
     return [_row(name, part) for name, part in [*parts, ("all", data)]]

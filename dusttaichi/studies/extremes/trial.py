@@ -1,4 +1,4 @@
-"""A cell tried: built, stepped under the guards of a run, and every number of it checked."""
+"""Trial of a cell: build it, compute its steps under the guards of a run, check all numbers."""
 
 import time as real_time
 import traceback
@@ -27,13 +27,13 @@ RECORDS = 25  # records of a run, besides the checks of its guards
 
 
 def attempt_cell(parent, *, cell):
-    """In a worker process: try a Cell (as its dict); returns its CellResult as a dict."""
+    """Task of a worker process: the CellResult of a Cell, both as dicts."""
     warnings.simplefilter("ignore")
     return asdict(attempt(Cell(**cell)))
 
 
 def attempt(cell):
-    """The CellResult of a Cell. Nothing that a cell does is an error here."""
+    """The CellResult of a Cell. Raises nothing."""
     began = real_time.perf_counter()
     try:
         result = _attempt(cell)
@@ -54,14 +54,14 @@ def _attempt(cell):
         sim = method.of(scene).build(scene, method.make_sample(scene))
         result = watched(sim, scene, cell.steps, lambda: sim.snapshot().values())
         return replace(result, dt=sim.dt * units.TIME)
-    if cell.limit:  # the nudge that measures it is below what single precision knows
+    if cell.limit:  # its perturbation is below the resolution of single precision
         scene = scene.with_value("numerics.precision", "f64")
     sample = (
         generators.make(scene) if cell.sample is None else arrangements.make(scene, cell.sample)
     )
     step = None
     if cell.fraction is not None:
-        # built once to see its contacts, with a step that does not matter
+        # a first build, with any step, for its contacts
         sim = build(scene, sample, step=TimeStep(1e-15, inf, inf))
         period, stable = network.stable_step(sim, scene)
         step = TimeStep(cell.fraction * pi * stable, period, stable)
@@ -78,7 +78,7 @@ def _attempt(cell):
 def watched(sim, scene, steps, state):
     """CellResult of `steps` steps of a method.Simulation with the guards and records of a run.
 
-    state: function without arguments that gives arrays of now, all of which must be numbers.
+    state(): current arrays, whose numbers must be finite.
     """
     tolerance, start, worst = scene.numerics.ledger_tolerance, Start.of(sim.measure()), 0.0
     records = set(np.linspace(0, steps, RECORDS + 1).astype(int).tolist())

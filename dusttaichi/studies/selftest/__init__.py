@@ -1,1 +1,1 @@
-"""`dust selftest`: whether a backend computes the right thing on this machine, and how fast."""
+"""`dust selftest`: correctness and speed of a backend on this machine."""

@@ -1,4 +1,4 @@
-"""The checks of `dust selftest`: states, ledger, the same bits twice, and the time of a step."""
+"""Checks of `dust selftest`: states, ledger, equal bits of two runs, and the time of a step."""
 
 import time
 from dataclasses import dataclass
@@ -10,16 +10,15 @@ from dusttaichi.run.ledger import turnover
 from dusttaichi.scene import Scene
 from dusttaichi.studies.selftest import scenes
 
-OPEN = 0.01  # residual of the ledger that is allowed, as in a run (numerics.ledger_tolerance)
+OPEN = 0.01  # largest residual of the ledger, as in a run (numerics.ledger_tolerance)
 SIZES = (10_000, 100_000, 1_000_000)  # grains of the timed samples
-SHORTEST = 0.5  # s that a stretch of steps is timed for, three of them
+SHORTEST = 0.5  # s, shortest of the three measurements
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of a scene: largest difference from the stored state and what is allowed, residual
-    of the ledger as a share of the energy that has gone through it, searches on the way, and
-    whether a second run gave the same bits."""
+    """Result of a scene: largest difference from the stored state with its tolerance, residual of
+    the ledger over the turnover, number of searches, and whether a second run has equal bits."""
 
     name: str
     difference: float
@@ -30,7 +29,7 @@ class Outcome:
 
     @property
     def passed(self):
-        """Whether all of it is as it must be."""
+        """True for a result without faults."""
         close = self.difference <= self.tolerance and abs(self.residual) <= OPEN
         return bool(close and self.same_bits and self.searches > 1)
 
@@ -71,7 +70,7 @@ def check(name, backend):
 
 
 def crystal(grains, backend):
-    """Scene of a simple cubic lattice: three contacts for each grain, which all touch."""
+    """Scene of a simple cubic lattice: three contacts for each grain."""
     return Scene.from_dict(
         {
             "name": "crystal",
@@ -86,7 +85,7 @@ def crystal(grains, backend):
 
 
 def measure_speed(grains, backend, shortest=SHORTEST):
-    """The Speed of a crystal of that many grains: the fastest of three stretches of steps."""
+    """The Speed of a crystal with a number of grains: the fastest of three measurements."""
     scene = crystal(grains, backend)
     motion = method.of(scene).build(scene, method.make_sample(scene))
     motion.advance(2)
@@ -99,7 +98,7 @@ def measure_speed(grains, backend, shortest=SHORTEST):
 
 
 def _timed(motion, steps):
-    """Seconds of so many steps; a device has made them when it is asked for a number."""
+    """Seconds of `steps` steps; a device has finished them once a number is read."""
     began = time.perf_counter()
     motion.advance(steps)
     motion.sim.state["counts"]
@@ -107,6 +106,6 @@ def _timed(motion, steps):
 
 
 def slower_sizes(speeds, others):
-    """Sizes at which the first backend is slower than the other; Speeds of the same sizes."""
+    """Sizes at which the first backend is slower than the other, from Speeds of the same sizes."""
     pairs = zip(speeds, others, strict=True)
     return [ours.grains for ours, theirs in pairs if ours.step > theirs.step]

@@ -11,9 +11,9 @@ GIB = 2.0**30
 
 
 def describe(backend):
-    """(name, memory [bytes] or None) of what a backend runs on.
+    """(name, memory [bytes] or None) of the device of a backend.
 
-    Raises DustError where there is no such device.
+    Raises DustError without such a device.
     """
     return _cuda() if backend == "cuda" else (processor.model(), _memory())
 
@@ -26,7 +26,7 @@ def _memory():
 
 
 def _cuda():
-    """The first device that the driver knows."""
+    """(name, memory) of the first device of the driver."""
     driver = _driver()
     count, device = ctypes.c_int(), ctypes.c_int()
     name, size = ctypes.create_string_buffer(NAME), ctypes.c_size_t()

@@ -1,7 +1,7 @@
-"""The small scenes of `dust selftest`, and the states that their grains must come to.
+"""Small scenes of `dust selftest`, and the expected states of their grains.
 
-`python -m dusttaichi.studies.selftest.scenes` computes the states again and writes states.json,
-which a change of the physics makes necessary.
+`python -m dusttaichi.studies.selftest.scenes` computes the states again and writes states.json, as
+is necessary after a change of the physics.
 """
 
 import json
@@ -28,7 +28,7 @@ BASE = {
     "sample": {"kind": "rbd", "grains": STORED, "seed": 3},
     "boundary": {"kind": "box", "wall_speed": "3 m/s"},
     "stop": {"steps": STEPS},
-    # lists that are so short that searches come on the way
+    # with a small skin, for several searches
     "numerics": {"time_step": "0.2 ns", "threads": 1, "skin": 0.02, "precision": "f64"},
     "output": {"snapshots": "off"},
 }
@@ -37,7 +37,7 @@ SIZES = {"kind": "power", "exponent": -2.5, "smallest": "0.4 um", "largest": "0.
 CHANGES = {
     "box": {"numerics": {"precision": "f64"}},
     "sheared cell, mixed": {
-        # grains touch across the faces, so that they feel them from the first step on
+        # with contacts across the faces from the first step on
         "sample": {"kind": "random_packing", "filling_factor": 0.42, "seed": 5},
         "boundary": {
             "kind": "periodic",
@@ -58,16 +58,16 @@ CHANGES = {
         "output": {"stress": True},
     },
 }
-"""Keys of each scene beside BASE, or in place of its own."""
+"""Changes of BASE for each scene."""
 
-# Of the largest position, velocity or spin, each by itself. Compilers fuse a multiplication and an
-# addition here and not there, and devices divide in another way: rounding (1e-16), which some
-# thousand contacts and collisions make larger; the loads of mixed precision are rounded to 6e-8.
+# Relative to the largest position, velocity or spin. Compilers differ in the fusion of operations,
+# devices in the division: differences in rounding (1e-16), amplified by a few thousand contacts and
+# collisions; mixed precision rounds loads to 6e-8.
 TOLERANCE = {"f64": 1e-9, "mixed": 1e-5}
 
 
 def scene(name, backend):
-    """The Scene of that name."""
+    """The Scene with a name of CHANGES."""
     data = {key: dict(value) if isinstance(value, dict) else value for key, value in BASE.items()}
     for key, value in CHANGES[name].items():
         whole = key == "boundary" or key not in data
@@ -82,7 +82,7 @@ def tolerance(name):
 
 
 def moved(scene):
-    """(motion of a scene after its steps, its Measurement at the start)."""
+    """(motion of a scene after STEPS steps, its Measurement at the start)."""
     motion = method.of(scene).build(scene, method.make_sample(scene))
     start = motion.measure()
     motion.advance(STEPS)
@@ -96,13 +96,13 @@ def state(motion):
 
 
 def stored():
-    """Name -> state, as the processor computed it that states.json is from."""
+    """Name -> expected state, from states.json."""
     found = json.loads(STATES.read_text(encoding="utf-8"))
     return {name: np.array(values) for name, values in found.items()}
 
 
 def difference(found, expected):
-    """The largest difference of positions, velocities or spins, each over its largest number."""
+    """Largest difference of positions, velocities or spins, each over its largest value."""
     scale = np.abs(expected).max(axis=(1, 2), keepdims=True)
     return float(np.max(np.abs(found - expected) / scale))
 

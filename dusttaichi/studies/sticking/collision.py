@@ -1,4 +1,4 @@
-"""The collision of a scene, repeated at many speeds side by side in one batch."""
+"""The collision of a scene at many speeds in one batch."""
 
 from dataclasses import replace
 from math import inf, sqrt
@@ -17,18 +17,18 @@ from dusttaichi.samples.collision import FLIGHT
 from dusttaichi.samples.materials import Materials
 from dusttaichi.scene import quantities
 
-JUMPS = 0.77224  # energy lost on forming and breaking, of F_c delta0: 0.69886 + 0.07338
+JUMPS = 0.77224  # energy lost on forming and breaking, over F_c delta0: 0.69886 + 0.07338
 # A contact is found up to v dt too late, which raises the sticking speed by up to
-# 0.58 v dt/delta0: three quarters of the tolerance are left.
+# 0.58 v dt/delta0, a quarter of the tolerance.
 LATEST = 0.4
-GAP = 2e-3  # of the radius: where two grains start that the scene does not set apart
+GAP = 2e-3  # initial distance over the radius, where the scene sets none
 
 
 def closed_form(scene, sample=None):
     """Sticking speed of two single grains, or of one and a wall, head-on without damping [m/s].
 
-    sqrt(2 x 0.77224 F_c delta0/m) with the reduced mass: what the potential of S12 loses when a
-    contact forms and breaks. Of samples of more grains that of the first and the last.
+    sqrt(2 x 0.77224 F_c delta0/m) with the reduced mass: the loss of the potential of S12 when a
+    contact forms and breaks. For samples of more grains, of the first and the last.
     """
     contact = meeting(scene, samples.make(scene) if sample is None else sample)
     return sqrt(2.0 * JUMPS * contact.F_c * contact.delta0 / contact.mass)
@@ -49,10 +49,10 @@ def meeting(scene, sample):
 
 
 class Collision:
-    """A scene whose bodies fly at each other at any speed, everything else as it says.
+    """The collision of a scene at any speed.
 
-    The step of single grains is shortened to what the tolerance asks for. start: what is to be said
-    of where they start, or "".
+    The time step of single grains is shortened for the tolerance. start: remark on the initial
+    positions, or "".
     """
 
     def __init__(self, scene, tolerance):
@@ -71,19 +71,19 @@ class Collision:
 
     @property
     def is_closed(self):
-        """True where the closed form holds."""
+        """True where the closed form is valid."""
         head_on = not self.sample.info.get("impact_parameter")
         undamped = self.scene.interaction.damping.model == "none"
         return len(self.sample) <= 2 and undamped and head_on and not self.sample.spins.any()
 
     def at(self, speed):
-        """The sample with its bodies at that relative speed [m/s]."""
+        """The sample with a relative speed of its bodies [m/s]."""
         return replace(self.sample, velocities=self._rest + speed * self._way)
 
     def outcomes(self, speeds, others=None):
-        """The batch.Outcome at each of the speeds [m/s], `time` after the slowest has touched.
+        """The batch.Outcome at each of the speeds [m/s], `time` after the contact of the slowest.
 
-        others: collisions of which all speeds are wanted, in this scene and with its step; by
+        others: collisions that all run at these speeds, in this scene and with its time step; by
         default this one.
         """
         members = others or [self]
@@ -94,7 +94,7 @@ class Collision:
         return batch.outcomes()
 
     def flight(self, batch, number=0):
-        """Way of the relative flight until the first touch [m]; number: of its scene."""
+        """Distance of the relative flight until the first contact [m]; number: of its scene."""
         x, radius = self.sample.positions, self.scene.material.radius
         if self.sample.radii is not None:
             radius = float(self.sample.radii.min())  # on the safe side for larger ones
@@ -114,13 +114,13 @@ class Collision:
 
 
 def _apart(scene):
-    """The scene with a pair that starts apart where it does not say how, and what to say of it."""
+    """(scene, with an initial distance of a pair that has none; remark on it)."""
     pair = scene.sample
     if pair.kind != "pair":
         return scene, ""
     if pair.gap is pair.distance is None:
         gap = quantities.format(GAP * scene.material.radius, "length", digits=3)
-        text = f"{gap} apart (give sample.gap or distance for another start)"
+        text = f"{gap} apart (set sample.gap or distance for another start)"
         return scene.with_value("sample.gap", gap), text
     sample = samples.make(scene)
     radii = Materials(scene).radii_of(sample) * np.ones(2)
@@ -130,7 +130,7 @@ def _apart(scene):
 
 
 def _motion(scene):
-    """The sample, the velocities of its grains within the bodies, and those a unit of speed."""
+    """(sample, velocities of the grains within the bodies, and those per unit of speed)."""
     if scene.sample.kind in ("pair", "collision"):
         resting, moving = (
             samples.make(scene.with_value("sample.speed", speed)) for speed in ("0 m/s", "1 m/s")
@@ -138,21 +138,23 @@ def _motion(scene):
         return moving, resting.velocities, moving.velocities - resting.velocities
     if scene.sample.kind != "explicit" or not scene.boundary.walls:
         raise DustError(
-            f"sample.kind = {scene.sample.kind}: a sticking speed is that of two bodies; allowed: "
-            "pair, collision, or explicit grains that fly at a wall."
+            f"sample.kind = {scene.sample.kind}: a sticking speed needs two bodies; allowed: pair, "
+            "collision, or explicit grains that move towards a wall."
         )
     sample = samples.make(scene)
     mean = sample.velocities.mean(axis=0)
     speed = float(np.linalg.norm(mean))
     if speed == 0.0:
-        raise DustError("sample.velocities: the grains rest; let them fly at the wall.")
+        raise DustError(
+            "sample.velocities: the grains are at rest; give them a velocity towards the wall."
+        )
     way = np.zeros_like(sample.velocities) + mean / speed
     return sample, sample.velocities - mean, way
 
 
 def _stop_time(scene, dt):
-    """How long a collision is followed after the touch [s]."""
+    """Simulated time after the first contact [s]."""
     stop = scene.stop
     if stop is None or (stop.time is None and stop.steps is None):
-        raise DustError("stop: a time or a number of steps is needed, for example {time: 1 us}")
+        raise DustError("stop: must have a time or a number of steps, such as {time: 1 us}")
     return min(stop.time or inf, (stop.steps or inf) * dt)

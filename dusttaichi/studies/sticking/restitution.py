@@ -1,4 +1,4 @@
-"""The coefficient of restitution of a collision over its speed and other keys of the scene."""
+"""Coefficient of restitution of a collision over its speed and other keys of the scene."""
 
 import itertools
 from pathlib import Path
@@ -19,9 +19,9 @@ def restitution_map(scene, speeds, tolerance=1e-3, settings=()):
 
     settings: texts "key=value,value" of the YAML; each is a dimension before the speed.
     restitution, bound, fragments, largest_fragment, contacts, kinetic: (..., speed). The attribute
-    sticking_speed is the closed form of the first point, closed_form tells whether it holds there
-    (two single grains, or one and a wall, without damping, head-on). Points that differ in their
-    samples only run as one batch. Raises DustError as `sticking` does.
+    sticking_speed is the closed form of the first point, closed_form whether it is valid there (two
+    single grains, or one and a wall, without damping, head-on). Points that differ only in their
+    samples run as one batch. Raises DustError, see `sticking`.
     """
     axes, scenes = grid(scene, list(settings))
     collisions = [Collision(point, tolerance) for point in scenes]
@@ -32,7 +32,7 @@ def restitution_map(scene, speeds, tolerance=1e-3, settings=()):
     shape = (*(len(axis.texts) for axis in axes), len(speeds))
     columns = {
         "restitution": ([o.coefficient for o in found], "1", "coefficient of restitution"),
-        "bound": ([int(o.bound) for o in found], "1", "1 where the bodies end bound"),
+        "bound": ([int(o.bound) for o in found], "1", "1 where the bodies are bound at the end"),
         "fragments": ([o.fragments for o in found], "1", "sets of grains connected by contacts"),
         "largest_fragment": ([o.largest for o in found], "1", "grains of the largest fragment"),
         "contacts": ([o.contacts for o in found], "1", "contacts between grains"),
@@ -64,7 +64,7 @@ def _all_outcomes(collisions, speeds):
     """The batch.Outcome of every collision at every speed, the speeds fastest: a list."""
     together = {}
     for n, collision in enumerate(collisions):
-        # what a batch shares: everything of the scene but its sample
+        # a batch shares the whole scene but its sample
         rest = collision.scene.model_copy(update={"sample": None, "numerics": None, "name": ""})
         together.setdefault(repr(rest), []).append(n)
     found = [None] * len(collisions)
@@ -102,7 +102,7 @@ def save_map(scene, text, directory, tolerance=1e-3, settings=()):
 
 
 def _said(name, value, data):
-    """A key of the map and its value as a legend has them: the last word, angles in degrees."""
+    """Key and value of the map for a legend: the last word of the key, angles in degrees."""
     word, unit = name.split(".")[-1].replace("_", " "), data[name].attrs.get("units", "")
     if isinstance(value, str):
         return f"{word} = {value}"
@@ -112,13 +112,13 @@ def _said(name, value, data):
 
 
 def map_rows(data):
-    """Rows (what, value) of text of a restitution map."""
+    """Rows (name, value) of text of a restitution map."""
     closed = data.attrs["sticking_speed"]
     speeds = np.broadcast_to(data.speed.values, data.bound.shape)
     apart = np.sort(speeds[data.bound.values == 0])
     return [
         ("speeds", str(data.sizes["speed"])),
-        ("slowest that does not end bound", f"{apart[0]:.6g} m/s" if len(apart) else "none"),
+        ("slowest without sticking", f"{apart[0]:.6g} m/s" if len(apart) else "none"),
         ("two grains (or grain and wall), no damping", f"{closed:.6g} m/s"),
     ]
 
@@ -127,10 +127,10 @@ def _speeds(text):
     parts = [part.strip() for part in text.split(",")]
     if len(parts) != 3 or not parts[2].isdigit() or int(parts[2]) < 2:
         raise DustError(
-            f"--map {text}: two speeds and a number of at least 2 are needed, for example "
+            f"--map {text}: must be two speeds and a number of at least 2, such as "
             '--map "0.01 m/s,5 m/s,40"'
         )
     low, high = (speed_of("--map", part) for part in parts[:2])
     if not 0.0 < low < high:
-        raise DustError(f"--map {text}: speeds above 0 are needed, the second above the first")
+        raise DustError(f"--map {text}: the speeds must be above 0, and the second above the first")
     return np.geomspace(low, high, int(parts[2]))

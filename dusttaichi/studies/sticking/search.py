@@ -1,4 +1,4 @@
-"""The sticking speed of a collision, bracketed by batches of speeds."""
+"""Search for the sticking speed of a collision by batches of speeds."""
 
 from dataclasses import dataclass
 
@@ -9,17 +9,17 @@ from dusttaichi.scene import quantities
 from dusttaichi.studies.sticking.collision import Collision
 
 TOGETHER = 16  # speeds of a batch
-ROUNDS = 12  # batches before a search is given up
-WIDER = 10.0  # factor by which a bracket grows that does not hold the sticking speed
+ROUNDS = 12  # most batches of a search
+WIDER = 10.0  # growth of a bracket without the sticking speed
 
 
 @dataclass(frozen=True)
 class Sticking:
-    """The lowest speed at which a collision does not end bound.
+    """The lowest speed at which the bodies of a collision do not stick.
 
-    low, high [m/s]: of all speeds tried two next to each other; the first ends bound, the second
-    does not. closed [m/s]: `closed_form`. speeds [m/s], bound: all that were tried, rising.
-    time_step [s]. start: what is to be said of where the bodies start, or "".
+    low, high [m/s]: two neighbouring speeds, of which only the first leads to sticking. closed
+    [m/s]: `closed_form`. speeds [m/s], bound: all simulated ones, in ascending order. time_step
+    [s]. start: remark on the initial positions, or "".
     """
 
     low: float
@@ -32,23 +32,22 @@ class Sticking:
 
     @property
     def speed(self):
-        """The middle of the bracket [m/s]."""
+        """Middle of the bracket [m/s]."""
         return 0.5 * (self.low + self.high)
 
     @property
     def again(self):
-        """Speeds tried above the bracket that ended bound all the same [m/s]."""
+        """Simulated speeds above the bracket that lead to sticking, too [m/s]."""
         return self.speeds[(self.speeds > self.high) & self.bound]
 
 
 def sticking(scene, tolerance=1e-3, low=None, high=None, *, log=lambda text: None):
     """The Sticking of a scene: sample kind pair or collision, or explicit grains at a wall.
 
-    tolerance: largest width of the bracket over its lower end. low, high [m/s]: where to look
-    first, by default about the closed form. log: called with a line on each batch. The scene's
-    stop tells how long a collision is followed after the first touch.
-    Raises DustError for a scene without two bodies, without a time to stop at, whose bodies miss
-    each other, or where no sticking speed is found.
+    tolerance: largest width of the bracket over its lower end. low, high [m/s]: first bracket, by
+    default about the closed form. log: called with a line on each batch. The stop of the scene
+    is relative to the first contact. Raises DustError for a scene without two bodies, without a
+    time of the stop, whose bodies miss each other, or without a sticking speed.
     """
     collision = Collision(scene, tolerance)
     few = len(collision.sample) <= 2
@@ -60,7 +59,7 @@ def sticking(scene, tolerance=1e-3, low=None, high=None, *, log=lambda text: Non
             "the first."
         )
     tried = {}
-    inside = slice(None)  # of the speeds from low to high; the ends are left out once known
+    inside = slice(None)  # of the speeds from low to high, without the ends once they are known
     for _ in range(ROUNDS):
         count = TOGETHER if inside == slice(None) else TOGETHER + 2
         speeds = np.geomspace(low, high, count)[inside]
@@ -85,26 +84,26 @@ def sticking(scene, tolerance=1e-3, low=None, high=None, *, log=lambda text: Non
                 return Sticking(low, high, *own)
     raise DustError(
         f"No sticking speed was found: between {all_speeds[0]:.3g} and {all_speeds[-1]:.3g} m/s "
-        f"{'all' if bound.all() else 'not one' if not bound.any() else 'some'} of the collisions "
-        "end bound. Try another --low and --high, or a longer stop.time."
+        f"{'all' if bound.all() else 'none' if not bound.any() else 'some'} of the collisions "
+        "lead to sticking. Try another --low and --high, or a longer stop.time."
     )
 
 
 def rows(found):
-    """Rows (what, value) of text of a Sticking."""
+    """Rows (name, value) of text of a Sticking."""
     lines = [
         ("sticking speed", f"{found.speed:.6g} ± {0.5 * (found.high - found.low):.1g} m/s"),
         ("two grains (or grain and wall), no damping", f"{found.closed:.6g} m/s"),
         ("time step", f"{found.time_step * 1e12:.4g} ps"),
-        ("speeds tried", str(len(found.speeds))),
+        ("simulated speeds", str(len(found.speeds))),
     ]
     if found.start:
-        lines.append(("the grains start", found.start))
+        lines.append(("initial positions", found.start))
     if len(found.again):
-        lines.append(("ended bound above it as well", ", ".join(f"{v:.4g}" for v in found.again)))
+        lines.append(("sticking also at", ", ".join(f"{v:.4g}" for v in found.again)))
     return lines
 
 
 def speed_of(name, text):
-    """The speed [m/s] of an option, None where it is not given. Raises DustError."""
+    """The speed [m/s] of an option; None without it. Raises DustError."""
     return None if text is None else quantities.parse(text, "speed", name)

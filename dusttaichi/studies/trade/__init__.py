@@ -1,8 +1,8 @@
 """The trade between speed and accuracy of a scene, measured: `dust trade`.
 
-A point is a scene with something changed. Each is run in a worker process of its own (task,
-runner); errors are those against a converged reference (judge); what pays is combined (path).
-Nothing here imports Taichi but `task`, and `scenes` where a step must be known.
+A point is a changed scene. Each runs in a worker process of its own (task, runner); errors are
+relative to a converged reference (judge); changes that pay are combined (path). Only `task` imports
+Taichi, and `scenes` where it needs a time step.
 """
 
 from dusttaichi.studies.trade.trade import Trade, trade

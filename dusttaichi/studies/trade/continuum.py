@@ -1,12 +1,11 @@
-"""The knobs of a scene of the continuum: how fine, how smooth, how viscous, how long a step."""
+"""Parameters that a trade varies in scenes of the continuum: resolution, viscosity, time step."""
 
 import math
 
 from dusttaichi.scene import quantities
-from dusttaichi.studies.trade.knob import Knob, Knobs
-from dusttaichi.studies.trade.point import NUMERICAL, PHYSICAL, Point
+from dusttaichi.studies.trade.point import NUMERICAL, PHYSICAL, Parameter, Parameters, Point
 
-SPACINGS = (0.5, 0.71, 1.41, 2.0)  # over that of the scene, where the reference has less
+SPACINGS = (0.5, 0.71, 1.41, 2.0)  # over that of the scene; only those above the reference's
 SMOOTHING = (1.1, 1.2, 1.3, 1.5, 1.8)
 CONTACT = (0.0, 0.01, 0.1, 1.0)
 GRID = (0.0, 0.005, 0.02, 0.1)
@@ -33,25 +32,25 @@ def _numbers(path, values):
 
 def _contact(scene):
     found = _numbers("numerics.viscosity.contact", CONTACT)(scene)
-    return found if scene.boundary.kind != "open" else "nothing is rigid or held"
+    return found if scene.boundary.kind != "open" else "nothing is rigid or fixed"
 
 
-_KNOBS = (
-    Knob("spacing", NUMERICAL, "spacing of particles over that of the scene", _spacing),
-    Knob(
+_PARAMETERS = (
+    Parameter("spacing", NUMERICAL, "spacing of particles over that of the scene", _spacing),
+    Parameter(
         "h_over_spacing",
         NUMERICAL,
         "smoothing length over the spacing",
         _numbers("numerics.h_over_spacing", SMOOTHING),
     ),
-    Knob("cfl", NUMERICAL, "CFL number", _numbers("numerics.cfl", CFL)),
-    Knob(
+    Parameter("cfl", NUMERICAL, "CFL number", _numbers("numerics.cfl", CFL)),
+    Parameter(
         "viscosity_grid",
         NUMERICAL,
         "viscosity of grid noise",
         _numbers("numerics.viscosity.grid", GRID),
     ),
-    Knob("viscosity_contact", PHYSICAL, "viscosity at what is rigid", _contact),
+    Parameter("viscosity_contact", PHYSICAL, "viscosity at rigid surfaces", _contact),
 )
 
 
@@ -61,8 +60,8 @@ def _presets(scene):
 
 
 def _coarser(scene):
-    """The reference at twice its spacing: where the error falls as the spacing does or faster, the
-    reference itself is no farther than that from spacing zero."""
+    """The reference at twice its spacing. If the error is at least of first order in the spacing,
+    their difference is an upper bound of the error of the reference."""
     changes = _reference(scene) | spaced(scene, 2.0 * FINER[scene.dimension])
     text = "twice its spacing"
     return Point(
@@ -74,4 +73,4 @@ def _reference(scene):
     return spaced(scene, FINER[scene.dimension]) | {"numerics.cfl": FINEST}
 
 
-KNOBS = Knobs(_KNOBS, _presets, _coarser)
+PARAMETERS = Parameters(_PARAMETERS, _presets, _coarser)

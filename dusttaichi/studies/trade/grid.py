@@ -1,9 +1,9 @@
-"""Every combination of some knobs, at every seed: errors of means, beside the scatter of seeds.
+"""Every combination of some parameters, at every seed: errors of means, and the scatter of seeds.
 
-A single run of a small sample says little of a change that moves the mean by less than its seeds
-scatter. So each setting runs with all seeds, one after the other in this process, and its mean is
-compared with that of the scene as it is. Costs are numbers of steps: a step takes as long whatever
-the stiffness, the masses and the speeds, and steps can be counted on a machine that others use.
+Where a change shifts the mean by less than the scatter of the seeds, single runs do not show it.
+So each setting runs with all seeds, one after the other in this process, and its mean is compared
+with that of the unchanged scene. Costs are numbers of steps: the time of a step depends neither on
+stiffness nor on masses or speeds, and other load of the machine does not change the number.
 """
 
 import csv
@@ -18,9 +18,10 @@ import numpy as np
 from dusttaichi import __version__, files
 from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.run.code import package_hash
-from dusttaichi.studies.trade import knobs, scenes
+from dusttaichi.studies.trade import scenes
+from dusttaichi.studies.trade.point import parameters_of
 
-PRESSURES = (1e3, 3e3, 1e4, 3e4, 6e4)  # Pa, at which curves are compared
+PRESSURES = (1e3, 3e3, 1e4, 3e4, 6e4)  # Pa, for the comparison of curves
 FILE = "grid.csv"
 SCENE = ("scene", "grains", "settings", "seed", "status")
 RUN = ("steps", "time_step [s]", "ledger", "seconds", "version")
@@ -28,56 +29,55 @@ RUN = ("steps", "time_step [s]", "ledger", "seconds", "version")
 
 @dataclass(frozen=True)
 class Setting:
-    """One combination: text of each knob, and the changes of the scene."""
+    """One combination: text of the level of each parameter, and the changes of the scene."""
 
-    rungs: tuple[tuple[str, str], ...]
+    levels: tuple[tuple[str, str], ...]
     changes: dict
 
     @property
     def text(self):
-        """As "stiffness_scaling 0.1, mass_scaling 4", "as it is" for none."""
-        return ", ".join(f"{name} {rung}" for name, rung in self.rungs) or "as it is"
+        """As "stiffness_scaling 0.1, mass_scaling 4"; "as it is" for the unchanged scene."""
+        return ", ".join(f"{name} {level}" for name, level in self.levels) or "as it is"
 
 
 def settings_of(scene, text):
-    """The Settings of a base scene that a text such as "stiffness_scaling 1 0.1; mass_scaling 1 4"
-    asks for: the scene as it is first, then all combinations; several texts by "|".
+    """Settings of a base scene from a text such as "stiffness_scaling 1 0.1; mass_scaling 1 4".
 
-    Raises DustError for a knob or a rung that there is not.
+    The unchanged scene is the first, then all combinations; several texts are separated by "|".
+    Raises DustError for an unknown parameter or level.
     """
     found = {(): {}}
     for part in text.split("|"):
         axes = [_axis(scene, words.split()) for words in part.split(";") if words.strip()]
         for chosen in product(*axes):
-            rungs = tuple((name, rung) for name, rung, changes in chosen if changes)
+            levels = tuple((name, level) for name, level, changes in chosen if changes)
             changes = {path: value for _, _, own in chosen for path, value in own.items()}
-            found.setdefault(rungs, changes)
-    return [Setting(rungs, changes) for rungs, changes in found.items()]
+            found.setdefault(levels, changes)
+    return [Setting(levels, changes) for levels, changes in found.items()]
 
 
 def _axis(scene, words):
-    """[(knob, text, changes)] of "mass_scaling 1 4"; no changes for what the scene has already."""
+    """[(parameter, text, changes)] of "mass_scaling 1 4"; no changes at the value of the scene."""
     name, *wanted = words
-    knob = next((k for k in knobs.knobs_of(scene).knobs if k.name == name), None)
-    rungs = None if knob is None else knob.rungs(scene)
-    if rungs is None or isinstance(rungs, str) or not wanted:
-        names = ", ".join(k.name for k in knobs.knobs_of(scene).knobs)
-        why = f"a knob and its rungs are needed, of {names}"
-        why = rungs if isinstance(rungs, str) else why
+    known = {parameter.name: parameter for parameter in parameters_of(scene).parameters}
+    levels = known[name].levels(scene) if name in known else None
+    if levels is None or isinstance(levels, str) or not wanted:
+        why = f"needs a parameter and its levels; parameters: {', '.join(known)}"
+        why = levels if isinstance(levels, str) else why
         raise DustError(f"--grid {' '.join(words)}: {why}")
-    there = dict(rungs)
+    there = dict(levels)
     out = []
     for text in wanted:
-        changes = {} if text == "1" else there.get(text) or _between(rungs, text)
+        changes = {} if text == "1" else there.get(text) or _between(levels, text)
         if changes is None:
             raise DustError(f"--grid {name} {text}: allowed: 1, {', '.join(there)}")
         out.append((name, text, changes))
     return out
 
 
-def _between(rungs, text):
-    """Changes for a number that is no rung, where those of the first rung set its own number."""
-    first, changes = rungs[0]
+def _between(levels, text):
+    """Changes for a number that is not in `levels`, if those of the first level set its number."""
+    first, changes = levels[0]
     try:
         number, own = float(text), float(first)
     except ValueError:
@@ -87,9 +87,10 @@ def _between(rungs, text):
 
 
 def grid(scene, directory, text, seeds, *, force=False, log=lambda text: None):
-    """Run all settings at all seeds, those left out that `grid.csv` has; returns its path.
+    """Run all settings at all seeds that `grid.csv` does not contain yet; returns its path.
 
-    Rows are written as they come. Raises DustError, KeyboardInterrupt with all finished rows kept.
+    Each row is written at once. Raises DustError; KeyboardInterrupt, after which all finished rows
+    are in the file.
     """
     base, directory = scenes.base(scene), Path(directory)
     settings = settings_of(base, text)
@@ -98,7 +99,7 @@ def grid(scene, directory, text, seeds, *, force=False, log=lambda text: None):
         path = directory / FILE
         if force:
             path.unlink(missing_ok=True)
-        table = _kept(path)
+        table = _read(path)
         done = {(row["settings"], int(row["seed"])) for row in table}
         for k, (setting, n) in enumerate(wanted, 1):
             if (setting.text, n) in done:
@@ -112,11 +113,11 @@ def grid(scene, directory, text, seeds, *, force=False, log=lambda text: None):
 
 
 def _row(base, folder, setting, n):
-    """A row of the table: the run of a setting with its seeds moved by n."""
+    """A row of the table: the run of a setting with n added to its seeds."""
     from dusttaichi.run import execute
 
     row = {"scene": base.name, "settings": setting.text, "seed": n}
-    row |= {"version": f"{__version__} {package_hash()[:8]}"} | dict(setting.rungs)
+    row |= {"version": f"{__version__} {package_hash()[:8]}"} | dict(setting.levels)
     began = time.process_time()
     try:
         scene = scenes.changed(base, setting.changes | scenes.seeds_moved(base, n))
@@ -132,7 +133,7 @@ def _row(base, folder, setting, n):
 
 
 def _measured(folder):
-    """Stored numbers of a run by name, as text."""
+    """Numbers of a run by name, as text, for a row of the table."""
     from dusttaichi import analysis
     from dusttaichi.analysis import observables
     from dusttaichi.analysis.ledger import losses_by_channel
@@ -161,7 +162,7 @@ def _measured(folder):
         } | {name: f"{value:.6g}" for name, value in numbers.items()}
 
 
-def _kept(path):
+def _read(path):
     try:
         with open(path, newline="", encoding="utf-8") as file:
             return [{k: v for k, v in row.items() if v} for row in csv.DictReader(file)]

@@ -1,4 +1,4 @@
-"""Judgement of an error: beside the scatter of seeds, the reference's own, and the tolerance."""
+"""Assessment of an error: scatter of seeds, error of the reference, tolerance."""
 
 import math
 from dataclasses import dataclass
@@ -12,9 +12,9 @@ from dusttaichi.studies.trade.point import NUMERICAL
 class Judge:
     """Errors against the Measured of a converged reference.
 
-    name: of the observable that decides. scatter, convergence: observable -> standard deviation
-    between seeds, and difference of the reference from its check (knobs.check), as errors; nan
-    where they are not known. tolerance: largest error that is wanted.
+    name: of the decisive observable. scatter, convergence: observable -> standard deviation
+    between seeds, and difference of the reference from its check (Parameters.check), as errors; nan
+    where unknown. tolerance: largest accepted error.
     """
 
     reference: object
@@ -25,21 +25,19 @@ class Judge:
 
     @classmethod
     def of(cls, reference, check, default, seeds, *, tolerance, name=None):
-        """The Judge from Measured of the reference, of its check (or None), of the
-        default and of all seeds.
+        """The Judge from Measured of the reference, its check (or None), the default and all seeds.
 
-        name: of the observable, by default the first that reference and default have and that is
-        not 0: bodies that stick have a restitution, but it tells nothing. Raises DustError for
-        an observable that there is not.
+        name: of the observable, by default the first of reference and default that is not 0, such
+        as a restitution coefficient of bodies that stick. Raises DustError for an unknown one.
         """
         names = [n for n in reference.names if n in default.names]
         if name is not None and name not in names:
             known = f"allowed: {', '.join(names)}" if names else "it has none"
-            raise DustError(f"--observable {name}: the scene gives no such number; {known}")
+            raise DustError(f"--observable {name}: the scene has no such number; {known}")
         if not names:
             raise DustError(
-                "the reference and the scene as it is have no number in common that could be "
-                "compared; let the run go on for longer"
+                "the reference and the unchanged scene have no number in common for a "
+                "comparison; give the run a longer time"
             )
         nothing = dict.fromkeys(reference.names, math.nan)
         found = nothing
@@ -51,13 +49,13 @@ class Judge:
 
     @property
     def floor(self):
-        """Error below which nothing can be told: the scatter, without seeds the convergence."""
+        """Error that is not significant: the scatter, without seeds the convergence."""
         known = self.scatter[self.name]
         return known if math.isfinite(known) else self.convergence[self.name]
 
     @property
     def converged(self):
-        """True where the reference's own error is below a third of the tolerance."""
+        """True where the error of the reference is below a third of the tolerance."""
         return self.convergence[self.name] < self.tolerance / 3.0
 
     def errors(self, result):
@@ -65,7 +63,7 @@ class Judge:
         return differences(result.measured, self.reference)
 
     def error(self, result):
-        """The error of the observable that decides."""
+        """Error of the decisive observable."""
         return self.errors(result)[self.name][1]
 
     def free(self, result):
@@ -73,10 +71,10 @@ class Judge:
         return self.error(result) < self.floor
 
     def accepts(self, row):
-        """True for a Row within the tolerance, or, of a numerical knob, within the scatter.
+        """True for a Row within the tolerance or, of a numerical parameter, within the scatter.
 
-        Numerics that err less than the scatter give another sample of the same; but what changes
-        the physics or the sample moves the mean too, which scatter may only hide.
+        Errors of the numerics below the scatter give another sample of the same distribution; a
+        change of the physics or of the sample changes the mean, too, which scatter may only hide.
         """
         if not row.result.ok:
             return False

@@ -1,4 +1,4 @@
-"""A whole trade of a scene: what is wanted of it, the runs, the dataset and the figure."""
+"""Trade of a scene from its plan to the dataset and the figure."""
 
 import re
 import shutil
@@ -11,7 +11,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.plots import save
 from dusttaichi.plots import trade as draw_trade
 from dusttaichi.processes import usable_cores
-from dusttaichi.studies.trade import knobs, report, scenes
+from dusttaichi.studies.trade import parameters, report, scenes
 from dusttaichi.studies.trade.runner import POINTS, Runner
 from dusttaichi.studies.trade.trade import plan, trade
 
@@ -22,11 +22,12 @@ QUICK_SEEDS, SEEDS = 2, 4
 class Wanted:
     """Plan of a trade.
 
-    names: of the knobs. quick: three rungs a knob. seeds: how many in all. tolerance: the largest
-    error, a share. observable: name of the number whose error decides, or None for the first.
+    names: of the parameters. quick: three levels of each. seeds: how many in all. tolerance:
+    largest accepted error, a share. observable: name of the number whose error decides, or None for
+    the first.
     """
 
-    names: tuple[str, ...] = knobs.NAMES
+    names: tuple[str, ...] = parameters.NAMES
     quick: bool = False
     seeds: int = SEEDS
     tolerance: float = 0.05
@@ -34,26 +35,26 @@ class Wanted:
 
     @classmethod
     def of(cls, names, quick, *, seeds, tolerance, name):
-        """From the texts of the command line; None: the default. Raises DustError."""
+        """The plan from texts of the command line; None: the default. Raises DustError."""
         if seeds is None:
             seeds = QUICK_SEEDS if quick else SEEDS
-        return cls(knobs.chosen(names), quick, seeds, share_of(tolerance), name)
+        return cls(parameters.chosen(names), quick, seeds, share_of(tolerance), name)
 
 
 class Watcher:
-    """Progress of a trade: none is reported here."""
+    """Progress of a trade; this one reports nothing."""
 
     def log(self, text):
-        """A line of text."""
+        """Show a line of text."""
 
     def begin(self, total):
-        """So many points are to be run."""
+        """Set the number of points that will run."""
 
     def report(self, label, share):
-        """A point has been done to this share; None at its end. From any thread."""
+        """Set the share of a point that is done, None at its end. Called from any thread."""
 
     def done(self, point, result):
-        """A point is finished, with this PointResult."""
+        """Take the PointResult of a finished point."""
 
 
 def share_of(text):
@@ -64,16 +65,16 @@ def share_of(text):
     except (TypeError, ValueError):
         value = 0.0
     if not 0.0 < value <= 1.0:
-        raise DustError(f"--tolerance {text}: a share above 0 and up to 1 is needed, such as 5%")
+        raise DustError(f"--tolerance {text}: must be a share above 0 and up to 1, such as 5%")
     return value
 
 
 def measure(scene, directory, wanted, *, jobs=None, pairs=True, force=False, watcher=None):
     """The Trade of a scene, and the paths of its dataset and figure.
 
-    directory: of the results; finished points are kept there and not run again. jobs: processes at
-    a time, all cores by default. pairs: run the scene as it is beside each point. force: run all
-    points again. Raises DustError, and KeyboardInterrupt with all finished points kept.
+    directory: of the results; it stores finished points, which do not run again. jobs: simultaneous
+    processes, by default all cores. pairs: run the unchanged scene beside each point. force: run
+    all points again. Raises DustError, KeyboardInterrupt.
     """
     watcher, directory = watcher or Watcher(), Path(directory)
     base = scenes.base(scene)

@@ -1,12 +1,12 @@
-"""The best combined path: the single changes that pay, one upon another."""
+"""Combination of the single changes that lower the cost within the accepted error."""
 
 import math
 from dataclasses import dataclass
 
 from dusttaichi.studies.trade.point import KINDS, Point, PointResult
 
-ATTEMPTS = 2  # rungs of a knob that are tried in a combination
-LEAST_ERROR = 1e-6  # that a gain is set against
+ATTEMPTS = 2  # levels of a parameter that are tried in a combination
+LEAST_ERROR = 1e-6  # denominator of a gain over its error
 
 
 @dataclass(frozen=True)
@@ -24,28 +24,27 @@ def pays(row, judge, noise):
 
 
 def saves(row, judge, noise, most):
-    """True for a row that is cheaper than the default and errs by no more than `most`."""
+    """True for a row that is cheaper than the default beyond the noise, its error up to `most`."""
     ratio = row.result.ratio
     return ratio is not None and ratio < 1.0 - noise and judge.error(row.result) <= most
 
 
 def offers(rows, judge, noise, most=None):
-    """Rows that pay, knob by knob, cheapest first in each: lists, in the order of what the
-    cheapest rung saves for its error.
+    """Rows that pay: a list for each parameter, cheapest first.
 
-    most: where the default errs by too much, the error up to which a row is offered all the same,
-    to be tried upon another that is accepted.
+    The lists are sorted by the saving of their cheapest level over its error. most: where the error
+    of the default is too large, the largest error of a row for combination with an accepted one.
     """
-    knobs = {}
+    parameters = {}
     for row in rows:
         if pays(row, judge, noise) if most is None else saves(row, judge, noise, most):
-            knobs.setdefault(row.point.knob, []).append(row)
+            parameters.setdefault(row.point.parameter, []).append(row)
 
     def worth(found):
         best = found[0].result
         return (1.0 - best.ratio) / max(judge.error(best), LEAST_ERROR)
 
-    found = [sorted(some, key=lambda row: row.result.ratio) for some in knobs.values()]
+    found = [sorted(some, key=lambda row: row.result.ratio) for some in parameters.values()]
     return sorted(found, key=worth, reverse=True)
 
 
@@ -56,21 +55,20 @@ def combined(one, other):
     return Point(label, "combined", label, math.nan, kinds, one.changes | other.changes)
 
 
-def walk(start, knobs, run, judge):
-    """Rows of the way from a Row `start` over the offers of `knobs`: every combination that was
-    run, and the last that was kept.
+def walk(start, parameters, run, judge):
+    """(every combination that was run, last accepted Row) from `start` over the offers.
 
-    start: None for the default. run: Point -> PointResult.
-    A rung is kept where the combination is accepted and cheaper than without it; else the next
-    cheapest of its knob is tried.
+    start: a Row, None for the default. parameters: lists of `offers`. run: Point -> PointResult.
+    A combination with a level is accepted where it is cheaper than without the level, at an
+    accepted error; else the next cheapest level of the parameter is tried.
     """
     here, tried = start, []
-    for rungs in knobs:
-        for rung in rungs[:ATTEMPTS]:
+    for levels in parameters:
+        for level in levels[:ATTEMPTS]:
             if here is None:  # the single change has been run
-                here = rung
+                here = level
                 break
-            point = combined(here.point, rung.point)
+            point = combined(here.point, level.point)
             row = Row(point, run(point))
             tried.append(row)
             better = row.result.ratio is not None and row.result.ratio < here.result.ratio
@@ -83,14 +81,11 @@ def walk(start, knobs, run, judge):
 def cheapest(rows, judge, kinds, noise):
     """The cheapest accepted Row of these kinds, or None.
 
-    The default where it is accepted and none is cheaper by more than the noise of a cost.
+    It is the default where that is accepted and none is cheaper by more than the noise of a cost.
     """
-    able = [
-        row
-        for row in rows
-        if row.point.kind in kinds and row.result.ratio is not None and judge.accepts(row)
-    ]
-    default = [row for row in able if row.point.knob == "default"]
+    able = [r for r in rows if r.point.kind in kinds and r.result.ratio is not None]
+    able = [row for row in able if judge.accepts(row)]
+    default = [row for row in able if row.point.parameter == "default"]
     if default:
         able = [row for row in able if row.result.ratio < 1.0 - noise] or default
     return min(able, key=lambda row: row.result.ratio, default=None)

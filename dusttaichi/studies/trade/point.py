@@ -1,25 +1,27 @@
-"""A point of a trade: what is changed in the scene, and what its run gave."""
+"""Points of a trade: parameters that it varies, the changed scenes, and results of their runs."""
 
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 
 from dusttaichi.analysis.observables import Measured
+from dusttaichi.errors import DustError
+from dusttaichi.method import attribute, of
 
 NUMERICAL, PHYSICAL, SAMPLE = "numerical", "physical", "sample"
 KINDS = (NUMERICAL, PHYSICAL, SAMPLE)
-"""Kind of change by a parameter: how the same equations are solved or read; the equations or the
-way the sample is driven; the sample itself."""
+"""Kinds of change: numerical solution or averages; equations or driving; the sample."""
 
 
 @dataclass(frozen=True)
 class Point:
-    """One scene to run. changes: as `scenes.changed` takes them.
+    """One scene to run. changes: of the base scene, see `scenes.changed`.
 
-    paired: its cost is wanted, so a run of the default goes beside it. again: it is run though an
-    equal scene has been.
+    paired: a run of the default goes beside it, for the comparison of costs. again: run it although
+    an equal scene has run.
     """
 
     label: str
-    knob: str
+    parameter: str
     text: str
     value: float
     kind: str
@@ -30,11 +32,12 @@ class Point:
 
 @dataclass(frozen=True)
 class PointResult:
-    """How the run of a point ended.
+    """Result of the run of a point.
 
     code: 0, that of a DustError (2: refused, 3: stopped by a guard), or 1: the process was lost.
-    status: how the run ended, or why not. cost [s]: core-seconds of the time steps, or None. ratio:
-    of the cost to that of the default beside it, or None. costs: (steps, core-seconds) on the way.
+    status: end of the run, or the reason of the failure. cost [s]: core-seconds of the time steps,
+    or None. ratio: of the cost to that of the default beside it, or None. costs: (steps,
+    core-seconds) during the run.
     """
 
     code: int
@@ -49,17 +52,52 @@ class PointResult:
 
     @property
     def ok(self):
-        """True where the run came to its end."""
+        """True where the run ended regularly."""
         return self.code == 0
 
     def to_json(self):
-        """As plain data, for the file of a finished point."""
+        """Plain data for the file of a finished point."""
         plain = {k: v for k, v in asdict(self).items() if k != "measured"}
         return plain | {"measured": self.measured.to_json()}
 
     @classmethod
     def from_json(cls, data):
-        """From what `to_json` gave."""
+        """The result from data of `to_json`."""
         costs = tuple(tuple(column) for column in data["costs"])
         found = Measured.from_json(data["measured"])
         return cls(**(data | {"measured": found, "costs": costs}))
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """Parameter that can be varied. levels: from the base scene to rows (text, changes), or to the
+    reason why there are none."""
+
+    name: str
+    kind: str
+    text: str
+    levels: Callable
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Parameters of a Method for `dust trade`, as its `trade_parameters`.
+
+    presets(scene): further Points, with the converged reference. check(scene): the Point that gives
+    the error of the reference. step(scene): time step [s] of a scene, which makes a time of a
+    number of steps; None where no scene sets it. kind(scene): kind of scene for `--suggest`.
+    """
+
+    parameters: tuple[Parameter, ...]
+    presets: Callable
+    check: Callable
+    step: Callable | None = None
+    kind: Callable = lambda scene: None
+
+
+def parameters_of(scene):
+    """The Parameters of the method of a scene. Raises DustError where it has none."""
+    found = attribute(of(scene).trade_parameters)
+    if found is None:
+        raise DustError(f"method: {scene.method} has no parameters for dust trade")
+    return found

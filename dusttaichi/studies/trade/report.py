@@ -1,4 +1,4 @@
-"""Report of a trade: the dataset, and the rows and sentences that a command prints."""
+"""Report of a trade: its dataset, and the rows and sentences of the command."""
 
 import math
 
@@ -7,15 +7,15 @@ from dusttaichi.analysis.trade import NUMBERS, trade_dataset
 from dusttaichi.results import provenance
 from dusttaichi.studies.trade.trade import yaml_of
 
-NAMES = {"cost_ratio": "ratio", "ledger_worst": "ledger"}  # variable -> of a PointResult
+NAMES = {"cost_ratio": "ratio", "ledger_worst": "ledger"}  # variable -> name in a PointResult
 
 
 def dataset(trade, given_scene, source, numbers):
-    """The xr.Dataset of a Trade. source: the text of the YAML file; numbers: further attributes."""
+    """The xr.Dataset of a Trade. source: text of the YAML file; numbers: further attributes."""
     rows, judge = trade.rows, trade.judge
     results = [row.result for row in rows]
     columns = {
-        name: [getattr(row.point, name) for row in rows] for name in ("knob", "label", "kind")
+        name: [getattr(row.point, name) for row in rows] for name in ("parameter", "label", "kind")
     }
     columns["status"] = [o.status for o in results]
     found = [judge.errors(o) for o in results]
@@ -56,7 +56,7 @@ def dataset(trade, given_scene, source, numbers):
         left_out="; ".join(f"{k}: {v}" for k, v in trade.left_out.items()) or None,
         **numbers,
     )
-    kept = {k: [v] if k.startswith("scene_") else v for k, v in attrs.items() if v is not None}
+    attrs = {k: [v] if k.startswith("scene_") else v for k, v in attrs.items() if v is not None}
     values, errors = ({n: [f[n][side] for f in found] for n in names} for side in (0, 1))
     return trade_dataset(
         columns=columns,
@@ -66,7 +66,7 @@ def dataset(trade, given_scene, source, numbers):
         errors=errors,
         observables=about,
         seeds=seeds,
-        attrs=kept,
+        attrs=attrs,
     )
 
 
@@ -75,12 +75,12 @@ def _label(row):
 
 
 def paste(trade, row, given_scene):
-    """YAML to paste, "" for the default."""
+    """YAML text to paste; "" for the default."""
     return "" if row is None or not row.point.changes else yaml_of(trade, row, given_scene.given)
 
 
 def percent(value):
-    """A share as text: "2.5 %", "-" where there is none."""
+    """A share as text, such as "2.5 %"; "-" for nan."""
     if not math.isfinite(value):
         return "-"
     if value >= 0.095:
@@ -103,7 +103,7 @@ HEADINGS = tuple(
 
 
 def table(trade):
-    """Title, headings and rows of text of all points that ran."""
+    """Title, headings and rows of text for all points that ran."""
     judge = trade.judge
     title = f"{trade.scene.name}: cost against error of the {about(judge.name)[0]}"
     rows = []
@@ -127,56 +127,56 @@ def table(trade):
 
 
 def refused(trade):
-    """Lines that tell of the points that did not run, and why."""
+    """Lines on the points that did not run, with the reason."""
     return [f"{row.point.label}: {row.result.status}" for row in trade.rows if not row.result.ok]
 
 
 def sentences(trade):
-    """Lines that say what the numbers are worth, and what to take."""
+    """Lines on the accuracy of the numbers."""
     judge, name = trade.judge, trade.judge.name
     own, spread = judge.convergence[name], judge.scatter[name]
-    lines = [f"reference: it changes by {percent(own)} at {trade.check.point.text}"]
+    lines = [f"reference: changes by {percent(own)} at {trade.check.point.text}"]
     if not judge.converged:
         lines[0] += (
-            f", not below a third of the tolerance of {percent(judge.tolerance)}: errors of this "
-            "size cannot be told from its own"
+            f", more than a third of the tolerance of {percent(judge.tolerance)}: errors of this "
+            "size may be its own"
         )
     if math.isfinite(spread):
         lines.append(
-            f"scatter between {len(trade.seeds)} seeds: {percent(spread)}; an error below "
-            "it is marked as free"
+            f"scatter between {len(trade.seeds)} seeds: {percent(spread)}; a smaller error is "
+            "marked as free"
         )
         if spread > judge.tolerance:
             lines.append(
-                "the scatter exceeds the tolerance: an error of a single run is partly "
-                "luck, also a small one. Take more grains"
+                "the scatter exceeds the tolerance: the error of a single run is partly random, "
+                "even a small one. Use more grains"
             )
     else:
         lines.append(
-            "no scatter between seeds is known (the sample has none, or one is asked "
-            "for); free is what errs less than the reference changes"
+            "the scatter between seeds is unknown (the sample has no seed, or --seeds is 1); an "
+            "error below the change of the reference is marked as free"
         )
     lines.append(f"noise of a cost: {percent(trade.noise)}")
-    lines += [f"no ladder of {knob}: {why}" for knob, why in trade.left_out.items()]
+    lines += [f"not varied: {parameter} ({why})" for parameter, why in trade.left_out.items()]
     return lines
 
 
 def advice(trade, given_scene):
-    """(heading, YAML) of the cheapest settings."""
+    """(heading, YAML text) of the cheapest settings."""
     found = []
     for what, row in (
-        ("numerical knobs only", trade.numerical),
-        ("with knobs that change the physics or the sample", trade.anything),
+        ("numerical parameters only", trade.numerical),
+        ("with changes of the physics or of the sample", trade.anything),
     ):
         start = f"cheapest within {percent(trade.judge.tolerance)}, {what}:"
         if row is None:
-            found.append((f"{start} none, not even the scene as it is", ""))
+            found.append((f"{start} none, not even the unchanged scene", ""))
             continue
         known = math.isfinite(trade.judge.scatter[trade.judge.name])
-        least = "the scatter" if known else "what the reference itself changes by"
+        least = "the scatter" if known else "the change of the reference"
         free = f", within {least}" if trade.judge.free(row.result) else ""
         text = paste(trade, row, given_scene)
-        name = row.point.label if text else "the scene as it is"
+        name = row.point.label if text else "the unchanged scene"
         found.append(
             (
                 f"{start} {name} (cost {row.result.ratio:.2f} of the default, error "

@@ -1,4 +1,4 @@
-"""The runs of a trade: what is kept of them already, two by two, as many as there are cores."""
+"""Runs of a trade in parallel, beside runs of the base scene; finished points are stored."""
 
 import json
 import re
@@ -16,8 +16,8 @@ from dusttaichi.analysis.observables import Measured
 from dusttaichi.errors import DustError
 from dusttaichi.run import stages
 from dusttaichi.run.code import package_hash
+from dusttaichi.run.interrupts import noted_signals
 from dusttaichi.studies.ensemble.runs import core_of
-from dusttaichi.studies.interrupts import noted_signals
 from dusttaichi.studies.trade.point import PointResult
 from dusttaichi.studies.trade.scenes import changed
 from dusttaichi.studies.trade.task import LEAST
@@ -30,16 +30,15 @@ TASK = "dusttaichi.studies.trade.task:run"
 class Runner:
     """Runs points of a base scene, each in a process of its own with one thread.
 
-    Beside each point whose cost is wanted goes a run of the base scene, which begins at the same
-    moment: both meet the same noise of the machine. What it has cost by the end of the point, over
-    what the base cost by the same step in its own run, tells how much slower the machine was
-    meanwhile; the ratio of the point is its cost over that of the base, less this. With one job the
-    one goes after the other; with pairs=False there is none, and the ratio is that of the two own
-    costs.
+    A paired point and a run of the base scene begin at the same time, so that other load of the
+    machine slows down both. The cost of this run up to the end of the point, over the cost of the
+    base's own run up to the same step, is the slowdown; the ratio of the point is its cost over
+    that of the base, divided by the slowdown. With one job the two run one after the other; with
+    pairs=False there is no second run, and the ratio is that of the two costs.
 
-    directory: of the trade; each point is kept below it and not run again, unless the scene or the
-    code that computes it has changed. jobs: processes at a time. report(label, share): called from
-    any thread with the share of a running point that is done, None at its end.
+    directory: of the trade, where each finished point is stored, and not run again unless the scene
+    or the code has changed. jobs: simultaneous processes. report(label, share): called from any
+    thread with the share of a running point that is done, None at its end.
     """
 
     def __init__(self, scene, directory, jobs=1, pairs=True, report=lambda label, share: None):
@@ -51,7 +50,7 @@ class Runner:
     def run(self, points, done=lambda point, result: None):
         """label -> PointResult of all points; the first call must be that of the base scene alone.
 
-        done: called after each. Raises KeyboardInterrupt; what had ended until then is kept.
+        done: called after each. Raises KeyboardInterrupt; points finished before are stored.
         """
         results, left = {}, []
         for point in points:
@@ -111,26 +110,26 @@ class Runner:
         )
 
     def folder(self, point):
-        """Where the run of a point and what is kept of it lie."""
+        """Folder of the run and the result of a point."""
         return self.directory / POINTS / re.sub(r"[^\w.+,=-]+", "_", point.label)[:120]
 
     # -- one point -------------------------------------------------------------------------------
 
     def _one(self, point, scene):
-        """The PointResult of a point, kept or now; None where it was stopped."""
+        """The PointResult of a point, stored or from a run; None where it was stopped."""
         if self.stopped.is_set():
             return None
         folder, key = self.folder(point), self._key(point, scene)
-        kept = _kept(folder / FILE, key)
-        if kept is not None:
-            return self._compared(kept)
+        stored = _stored(folder / FILE, key)
+        if stored is not None:
+            return self._compared(stored)
         shutil.rmtree(folder, ignore_errors=True)
         try:
             folder.mkdir(parents=True)
             self.report(point.label, 0.0)
             result = self._measure(point, scene, folder)
             if result is not None and result.code != LOST:
-                _keep(folder / FILE, key, result)
+                _store(folder / FILE, key, result)
         except OSError as error:
             reason = files.explain(error, folder / FILE)
             raise DustError(f"Cannot write {folder}: {reason}.") from error
@@ -140,7 +139,7 @@ class Runner:
         return result and self._compared(result)
 
     def _compared(self, result):
-        """The result with a ratio; the first is that of the base, which all are compared with."""
+        """The result with a ratio of costs; the first result is that of the base."""
         if self.default is None:
             self.default = result
         if result.ratio is None and result.cost is not None and self.default.cost:
@@ -166,7 +165,7 @@ class Runner:
 
     @property
     def _long(self):
-        """True where the base may be stopped on its way: a moment's run must be whole."""
+        """True where the run of the base may be stopped early: a very short one runs to its end."""
         return self.default is not None and self.default.cost > LEAST
 
     def _side_by_side(self, point, run, base):
@@ -176,13 +175,13 @@ class Runner:
         result = self._finished(point, run)
         if result is None or not result.ok:
             return result
-        if self._long:  # the rest of it would be beside nothing
+        if self._long:  # the rest would not be compared
             base.stop()
         answer = self._answer(base)
         return answer and replace(result, ratio=self._ratio(result, answer))
 
     def _answer(self, worker, report=lambda share: None, most=np.inf):
-        """The Answer of a worker, which goes on now if it has not; None where all are stopped.
+        """The Answer of a worker, started if necessary; None where all are stopped.
 
         report: called with the share that is done. most [s]: core-seconds after which the worker is
         stopped.
@@ -216,8 +215,7 @@ class Runner:
         )
 
     def _ratio(self, result, answer):
-        """Cost of a point over that of the base at the noise that both met; None where that was
-        not heard.
+        """Cost of a point over that of the base, corrected for the slowdown; None where unknown.
 
         answer: of the run of the base beside it.
         """
@@ -232,7 +230,7 @@ class Runner:
 
 
 def _started(scene, directory, measure=True):
-    """A worker with the run of a scene sent to it."""
+    """A Worker that has received the run of a scene."""
     worker = Worker(TASK)
     worker.send(scene=scene.to_yaml(), directory=str(directory), measure=measure)
     return worker
@@ -242,8 +240,8 @@ def _one_line(text):
     return " ".join(str(text).split())
 
 
-def _kept(path, key):
-    """The PointResult in a file, if it is there and of this key."""
+def _stored(path, key):
+    """The PointResult in a file, None without a valid file of this key."""
     try:
         data = json.loads(path.read_text())
         return PointResult.from_json(data["result"]) if data["key"] == key else None
@@ -251,7 +249,7 @@ def _kept(path, key):
         return None
 
 
-def _keep(path, key, result):
+def _store(path, key, result):
     temporary = path.with_suffix(".tmp")
     temporary.write_text(json.dumps({"key": key, "result": result.to_json()}))
     files.replace_atomically(temporary, path)

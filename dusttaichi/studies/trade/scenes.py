@@ -1,30 +1,30 @@
-"""How a scene is changed along a ladder: changes are dicts, path in the YAML -> value as there."""
+"""Changes of a scene by a trade: dicts, path in the YAML -> value."""
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples.values import CylinderSize
 from dusttaichi.scene import quantities
 from dusttaichi.scene.drive import SHEARS, SPEEDS
 from dusttaichi.scene.numerics import PRESETS
-from dusttaichi.studies.trade.knob import knobs_of
+from dusttaichi.studies.trade.point import parameters_of
 
 DRIVES = (*SPEEDS, *SHEARS)
-# what a preset fills; what else the user gives in numerics stays
+# keys that a preset sets; other keys of the user in numerics stay
 PRESET_KEYS = ("accuracy", "time_step")
-# what does not touch the result: the reference keeps only these
+# keys without effect on the result: the only ones that stay in the reference
 NEUTRAL_KEYS = ("backend", "threads", "ledger_tolerance")
 
 
 def changed(scene, changes):
-    """The scene with changes made, in their order. Raises DustError."""
+    """The scene with changes, made in their order. Raises DustError."""
     for path, value in changes.items():
         scene = scene.with_value(path, value)
     return scene
 
 
 def base(scene):
-    """The scene that all points start from: one run, one thread, its end given as a time.
+    """The scene before the changes: one run, one thread, with a time in place of a number of steps.
 
-    A number of steps would be another task at another step.
+    A number of steps would be another time at another time step.
     """
     given = scene.given
     given.pop("replicas", None)
@@ -36,9 +36,9 @@ def base(scene):
     ]
     if not counted:
         return scene
-    step = knobs_of(scene).step
+    step = parameters_of(scene).step
     if step is None:
-        text = "a number of steps is another time at another spacing; give stop.time"
+        text = "a number of steps is another time at another spacing; set stop.time"
         raise DustError(f"{counted[0]}stop.steps: {text}")
     dt = step(scene)
     for path in counted:
@@ -65,7 +65,7 @@ def own_step(scene):
 
 
 def own_fraction(scene):
-    """The fraction of the stiffest period that the step of a scene is, as step_fraction has it."""
+    """Time step of a scene over its stiffest period, as `step_fraction`."""
     if scene.numerics.time_step == "auto":
         return scene.numerics.step_fraction
     tenth = own_step(changed(scene, {"numerics.time_step": "auto", "numerics.step_fraction": 0.1}))
@@ -80,12 +80,12 @@ def stage_paths(scene):
 def faster(scene, factor):
     """Changes that make every wall and face move `factor` times as fast; {} where none moves.
 
-    What lasts a time while it moves lasts so much shorter: the way stays the same.
+    The times of these stages become shorter by the factor: the displacement stays the same.
     """
     changes = {}
     for path, plan in zip(stage_paths(scene), scene.stage_plans, strict=True):
         where = f"{path}drive" if path else "boundary"
-        if not plan.drive.moves or plan.drive.held:  # a load says by itself how fast it moves
+        if not plan.drive.moves or plan.drive.held:  # a load determines the speed
             continue
         for law in DRIVES:
             value = getattr(plan.drive, law)
@@ -106,10 +106,10 @@ def _written(law, value, factor):
 
 
 def resized(scene, factor):
-    """Changes that make the sample hold `factor` times as many grains, or why there are none."""
+    """Changes for `factor` times as many grains, or the reason why there are none."""
     boxed = getattr(scene.boundary, "size", "fit")
     if isinstance(boxed, tuple) or isinstance(getattr(scene.boundary, "gap", "fit"), float):
-        return "boundary gives the size of the room, which would be filled differently"
+        return "boundary sets the size of the domain, whose filling factor would change"
     if scene.sample.kind == "collision":
         bodies = {
             "sample.target": scene.sample.target,
@@ -121,14 +121,14 @@ def resized(scene, factor):
     for path, body in bodies.items():
         found = _body(body, factor)
         if found is None:
-            return f"{path} (kind: {body.kind}) does not say how many grains it has"
+            return f"{path} (kind: {body.kind}) has no number of grains"
         key, value = found
         changes[f"{path}.{key}"] = value
     return changes
 
 
 def _body(body, factor):
-    """(key, value) of a body with `factor` times its grains; None where it cannot be told."""
+    """(key, value) of a body with `factor` times its grains; None where it has no such key."""
     if getattr(body, "grains", None) is not None:
         return "grains", max(1, round(body.grains * factor))
     size, each = getattr(body, "size", None), factor ** (1 / 3)
@@ -143,24 +143,26 @@ def _body(body, factor):
 
 
 def preset(scene, name):
-    """Changes that give a scene a preset, without the keys by hand that it would fill."""
+    """Changes to a preset, without keys of the user that it sets."""
     filled = (*PRESET_KEYS, *PRESETS[name])
-    return {"numerics": _kept(scene, lambda key: key not in filled) | {"accuracy": name}}
+    return {"numerics": _numerics(scene, lambda key: key not in filled) | {"accuracy": name}}
 
 
 def reference(scene):
-    """Changes that give the converged reference: all numerics of the preset `reference`."""
-    return {"numerics": _kept(scene, lambda key: key in NEUTRAL_KEYS) | {"accuracy": "reference"}}
+    """Changes to the converged reference: all numerics of the preset `reference`."""
+    return {
+        "numerics": _numerics(scene, lambda key: key in NEUTRAL_KEYS) | {"accuracy": "reference"}
+    }
 
 
-def _kept(scene, which):
+def _numerics(scene, which):
     given = scene.given.get("numerics") or {}
     return {key: value for key, value in given.items() if which(key)}
 
 
 def seeds_moved(scene, number):
-    """Changes that move every seed of the sample by `number`; {} where it has none that matters:
-    a lattice of the continuum is random as a glass alone."""
+    """Changes that add `number` to every seed of the sample; {} where none has an effect (of the
+    lattices of the continuum only a glass is random)."""
     found, todo = {}, [("sample", scene.sample.model_dump(mode="json"))]
     while todo:
         path, block = todo.pop()

@@ -1,6 +1,6 @@
-"""The cheapest settings for a kind of scene, from what `dust trade --grid` has measured.
+"""Cheapest settings for a kind of scene, from measurements by `dust trade --grid`.
 
-The table `measured.csv` comes along with the program; `docs/studies/trade.md` says how it was made.
+The table `measured.csv` is a part of the program; its origin is in `docs/studies/trade.md`.
 """
 
 import csv
@@ -9,13 +9,13 @@ from importlib import resources
 
 from dusttaichi.analysis.grid import AS_IT_IS
 from dusttaichi.errors import DustError
-from dusttaichi.studies.trade.knob import knobs_of
+from dusttaichi.studies.trade.point import parameters_of
 
 TABLE = "measured.csv"
 COLUMNS = ("kind", "scene", "grains", "settings", "observable", "cost", "error", "scatter", "seeds")
 TOLERANCE = 0.05
 MOST = 4  # lines
-SEEDS = 3  # that a setting is measured with at least
+SEEDS = 3  # fewest of a measurement
 KINDS = {
     "trade_omni": "compression in a box",
     "omni_static": "compression in a box",
@@ -32,8 +32,8 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Suggestion:
-    """Settings with their cost over that of the scene as it is (`accuracy: balanced`), and the
-    observable whose error is largest beside the scatter of its seeds."""
+    """Settings with their cost over that of the unchanged scene (`accuracy: balanced`), and the
+    observable with the largest error over the scatter of its seeds."""
 
     settings: str
     cost: float
@@ -42,7 +42,7 @@ class Suggestion:
     observable: str
 
     def text(self):
-        """One line of it."""
+        """Cost, error and observable in one line."""
         if self.error <= self.scatter:
             worth = f"within the scatter of seeds, {_percent(self.scatter)}"
         else:
@@ -55,12 +55,12 @@ def _percent(share):
 
 
 def kind_of(scene):
-    """Which of KINDS a scene is; None of none."""
-    return knobs_of(scene).kind(scene)
+    """Kind of a scene, of KINDS; None where it is of none."""
+    return parameters_of(scene).kind(scene)
 
 
 def kind_of_grains(scene):
-    """The same of a scene of grains."""
+    """Kind of a scene of grains, see `kind_of`."""
     if scene.push or scene.sphere is not None:
         return None
     if scene.sample.flies:
@@ -79,23 +79,23 @@ def kind_of_grains(scene):
 
 
 def measured(kind):
-    """Rows of the table of a kind of scene, of settings with enough seeds, dicts of text."""
+    """Rows of the table for a kind of scene, with at least SEEDS seeds, dicts of text."""
     text = resources.files("dusttaichi.studies.trade").joinpath(TABLE).read_text("utf-8")
     rows = [row for row in csv.DictReader(text.splitlines()) if row["kind"] == kind]
     return [row for row in rows if int(row["seeds"]) >= SEEDS]
 
 
 def suggestions(scene, tolerance=TOLERANCE):
-    """Suggestions for a scene, cheapest first: settings that err by no more than the tolerance or
-    the scatter of the seeds in everything measured, at every number of grains.
+    """Suggestions for a scene, cheapest first.
 
-    Raises DustError for a scene of a kind that was not measured.
+    Their errors of all observables at all numbers of grains are below the tolerance or the scatter
+    of the seeds. Raises DustError for a kind of scene without measurements.
     """
     kind = kind_of(scene)
     rows = [] if kind is None else measured(kind)
     if not rows:
         known = ", ".join(dict.fromkeys(KINDS.values()))
-        raise DustError(f"there are no measurements for this kind of scene; there are of {known}")
+        raise DustError(f"no measurements for this kind of scene; available: {known}")
     groups = {}
     for row in rows:
         groups.setdefault(row["settings"], []).append(row)
@@ -115,7 +115,7 @@ def suggestions(scene, tolerance=TOLERANCE):
 
 
 def _front(found):
-    """The cheapest, and each dearer one that errs by less."""
+    """The cheapest, and each more expensive one with a smaller error."""
     out, least = [], float("inf")
     for own in found:
         if own.error < least:

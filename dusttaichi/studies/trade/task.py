@@ -1,17 +1,17 @@
-"""Task of a worker process for a point of a trade: the run, and the core-seconds of its steps."""
+"""Task of a worker process for a point of a trade: a run, with the core-seconds of its steps."""
 
 import time
 
-LEAST = 1.0  # core-seconds: what takes less is done again until it has taken so much
-EVERY = 0.02  # core-seconds, and share of the cost so far, between two entries of the costs
+LEAST = 1.0  # core-seconds: shorter runs are repeated up to this total
+EVERY = 0.02  # core-seconds, or share of the cost so far, between two entries of the costs
 
 
 class Meter:
-    """Core-seconds of the steps of a simulation: of all threads of this process, while it advances.
+    """Core-seconds of the steps of a simulation, of all threads of this process.
 
-    Start, compilation, measuring and writing do not count. On a GPU it is real time. A context
-    manager that the run enters around every stretch of steps.
-    cost: so far. steps, costs: lists that grow on the way, what had been made for what cost.
+    Start, compilation, measurements and writing do not count. On a GPU it is wall time. A context
+    manager around every segment of steps. cost: so far. steps, costs: steps with their cumulative
+    cost, lists that grow during the run.
     """
 
     def __init__(self, backend):
@@ -20,7 +20,7 @@ class Meter:
         self.sim = None
 
     def begin(self, sim):
-        """From here on the steps of this simulation count."""
+        """Begin to count, at the current step of a simulation."""
         self.sim, self.first, self.start = sim, sim.step, sim.state()
 
     def __enter__(self):
@@ -38,7 +38,7 @@ class Meter:
         return self.sim.step - self.first
 
     def repeat(self):
-        """Take the mean over several goes, for a run that was too short to tell."""
+        """Replace the cost of a run shorter than LEAST by the mean of several repetitions."""
         steps, cost, times = self.made, 0.0, 0
         try:
             while cost < LEAST:
@@ -46,23 +46,23 @@ class Meter:
                 began = self.clock()
                 self.sim.advance(steps)
                 cost, times = cost + self.clock() - began, times + 1
-        except KeyboardInterrupt:  # what was done tells enough
+        except KeyboardInterrupt:  # the repetitions so far are enough
             pass
         if times:
             self.cost, self.steps, self.costs = cost / times, [0], [0.0]
 
     def found(self):
-        """Costs to report, however the run ended."""
+        """Costs to report at the end of the run, also of a failed one."""
         costs = [*self.steps, self.made], [*self.costs, self.cost]
         return {"cost": self.cost, "costs": costs}
 
 
 def run(parent, *, scene, directory, measure):
-    """Run a scene (text of its YAML) into a directory; returns what was measured.
+    """Run a scene (text of its YAML) into a directory; returns a dict of the measurements.
 
-    Everything compiled, it waits until the parent lets it go: so two runs begin at the same moment.
-    `share` and `cost` are reported on the way, and `cost` and `costs` at the end, however it ends.
-    measure: open the result and take its numbers, too. Raises what `execute` raises.
+    After the compilation it waits for the parent, so that two runs begin at the same time. Reports
+    `share` and `cost` during the run, `cost` and `costs` at its end, also of a failed one. measure:
+    with numbers of the result. Raises the errors of `execute`.
     """
     from dusttaichi import units
     from dusttaichi.run import execute
@@ -80,7 +80,7 @@ def run(parent, *, scene, directory, measure):
             parent.progress(share=progress.step / progress.end, cost=meter.cost)
 
     try:
-        # stages that other points have kept would cost nothing
+        # stored stages of other points would cost nothing
         hooks = {"report": report, "ready": ready, "advancing": meter}
         execute(scene, directory, force=True, fresh=True, **hooks)
         found = {"steps": meter.sim.step, "time_step": meter.sim.dt * units.TIME}

@@ -1,4 +1,4 @@
-"""The whole trade of a scene: default, reference, seeds, ladders, presets, combined path."""
+"""The trade of a scene: default, reference, seeds, levels of parameters, presets, combinations."""
 
 import math
 from dataclasses import dataclass
@@ -7,24 +7,24 @@ import yaml
 
 from dusttaichi.analysis.observables import Measured
 from dusttaichi.errors import DustError
-from dusttaichi.studies.trade import knobs, scenes
+from dusttaichi.studies.trade import parameters, scenes
 from dusttaichi.studies.trade.judge import Judge
 from dusttaichi.studies.trade.path import Row, cheapest, offers, walk
 from dusttaichi.studies.trade.point import KINDS, NUMERICAL, Point
 
-LEAST_NOISE = 0.02  # of a cost, that is always reckoned with
+LEAST_NOISE = 0.02  # of a cost
 AGAIN = Point("default again", "default", "", math.nan, NUMERICAL, paired=False, again=True)
 DEFAULT = Point("default", "default", "", math.nan, NUMERICAL)
 
 
 @dataclass(frozen=True)
 class Trade:
-    """Everything measured.
+    """Result of a trade.
 
-    rows: default first, then presets (that of the reference last), ladders, combinations. seeds:
-    Measured of the default with each seed, its own first. numerical, anything: the cheapest
-    accepted Row of numerical knobs, and of all; None where none is. left_out: knob -> why. noise:
-    of a cost. check: the reference at half its step, or what else tells its own error.
+    rows: default first, then presets (that of the reference last), single changes, combinations.
+    seeds: Measured of the default with each seed, its own first. numerical, anything: cheapest
+    accepted Row of numerical parameters, and of all, or None. left_out: parameter -> reason. noise:
+    of a cost. check: Row that gives the error of the reference, such as that at half its step.
     """
 
     scene: object
@@ -38,18 +38,18 @@ class Trade:
     noise: float
 
 
-def plan(scene, names=knobs.NAMES, quick=False, seeds=4):
+def plan(scene, names=parameters.NAMES, quick=False, seeds=4):
     """(points beside the default, check of the reference and seeds, left out) of a base scene."""
-    singles, left_out = knobs.ladder(scene, names, quick)
-    behind = [knobs.knobs_of(scene).check(scene), *knobs.seeds(scene, seeds)]
-    return [*knobs.knobs_of(scene).presets(scene), *singles], behind, left_out
+    singles, left_out = parameters.ladder(scene, names, quick)
+    behind = [parameters.parameters_of(scene).check(scene), *parameters.seeds(scene, seeds)]
+    return [*parameters.parameters_of(scene).presets(scene), *singles], behind, left_out
 
 
 def trade(
     scene,
     run,
     *,
-    names=knobs.NAMES,
+    names=parameters.NAMES,
     quick=False,
     seeds=4,
     tolerance=0.05,
@@ -60,12 +60,12 @@ def trade(
     """The Trade of a base scene (`scenes.base`).
 
     run: list of Points -> label -> PointResult. seeds: how many in all. paired: points run beside
-    the default, which so tells the noise of a cost; else it runs again for that. Raises DustError
-    where the scene or its reference does not run, or has no such observable.
+    the default, which gives the noise of a cost; else the default runs twice. Raises DustError
+    where the scene or its reference fails, or has no such observable.
     """
     front, behind, left_out = plan(scene, names, quick, seeds)
     default = run([DEFAULT])[DEFAULT.label]
-    _needed(default, "the scene as it is")
+    _needed(default, "the unchanged scene")
     _known(observable, default.measured)
     results = run([*behind, *front])
     reference, check = results["reference"], results[behind[0].label]
@@ -82,8 +82,8 @@ def trade(
     )
     if not math.isfinite(judge.error(default)):
         raise DustError(
-            f"the default and its reference have no {judge.name} that can be compared; choose "
-            f"another --observable ({', '.join(reference.measured.names)})"
+            f"{judge.name} of the default and of its reference cannot be compared; choose another "
+            f"--observable ({', '.join(reference.measured.names)})"
         )
     rows = [Row(DEFAULT, default), *(Row(p, results[p.label]) for p in front)]
     noise = _noise(default if paired else run([AGAIN])[AGAIN.label])
@@ -103,53 +103,50 @@ def trade(
 
 def _combined(rows, judge, noise, run, log):
     """Rows of all combinations that were run; the default is the first of `rows`."""
-    singles, start = [row for row in rows if row.point.knob in knobs.NAMES], None
+    singles, start = [row for row in rows if row.point.parameter in parameters.NAMES], None
     most = None if judge.accepts(rows[0]) else judge.error(rows[0].result) + judge.tolerance
     tried = []
     for kinds in ((NUMERICAL,), KINDS[1:]):
         some = [r for r in singles if r.point.kind in kinds]
         if most is not None and start is None:
-            # the way begins at a dearer row, and what is cheaper than the default is tried upon it
+            # begin at a more expensive row; combine it with those cheaper than the default
             start = cheapest(some, judge, kinds, noise)
             if start is None:
                 continue
-        found = offers([r for r in some if r.point.knob != _knob(start)], judge, noise, most)
+        others = [r for r in some if start is None or r.point.parameter != start.point.parameter]
+        found = offers(others, judge, noise, most)
         if found:
-            log(f"combining {', '.join(o[0].point.knob for o in found)}")
+            log(f"combining {', '.join(o[0].point.parameter for o in found)}")
         more, start = walk(start, found, lambda p: run([p])[p.label], judge)
         tried += more
     return tried
 
 
-def _knob(row):
-    return None if row is None else row.point.knob
-
-
 def _noise(repeated):
-    """The noise of a cost from a run of the default that was compared with itself."""
+    """Noise of a cost, from a run of the default beside a second one."""
     return max(abs((repeated.ratio or 1.0) - 1.0), LEAST_NOISE)
 
 
 def _needed(result, what):
     if not result.ok:
-        raise DustError(f"{what} does not run, so there is nothing to compare: {result.status}")
+        raise DustError(f"{what} does not run, and nothing can be compared: {result.status}")
     if result.ratio is None:
-        raise DustError(f"{what} makes no steps ({result.status}): there is no cost to compare")
+        raise DustError(f"{what} computes no steps ({result.status}): no cost to compare")
 
 
 def _known(name, measured):
-    """Refuse an observable that there is not before all the rest is run."""
+    """Refuse an unknown observable before the other runs. Raises DustError."""
     if name is not None and name not in measured.names:
         raise DustError(
-            f"--observable {name}: the scene gives no such number; allowed: "
+            f"--observable {name}: the scene has no such number; allowed: "
             f"{', '.join(measured.names)}"
         )
 
 
 def yaml_of(trade, row, given):
-    """YAML text to paste for a Row: the blocks of the scene that it changes, whole.
+    """YAML text to paste for a Row: all blocks of the scene with a change, in full.
 
-    given: plain data of the scene as the user wrote it, whose threads stay.
+    given: plain data of the scene of the user, whose threads stay.
     """
     found = scenes.changed(trade.scene, row.point.changes).given
     if "threads" not in (given.get("numerics") or {}):

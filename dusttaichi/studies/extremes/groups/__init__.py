@@ -1,4 +1,4 @@
-"""The groups of the map; each is a function from `quick` to its list of cells."""
+"""Groups of the map: functions of `quick` that return their cells."""
 
 from dusttaichi.studies.extremes.groups.continuum import continuum
 from dusttaichi.studies.extremes.groups.materials import materials, single_materials

@@ -1,4 +1,4 @@
-"""The continuum: materials at the limit of its condition, speeds over six decades, odd bodies."""
+"""Continuum: materials at their limits, speeds over six decades, unusual bodies."""
 
 from dusttaichi.studies.extremes.cell import Cell
 
@@ -6,10 +6,10 @@ GROUP = "continuum"
 SPEEDS = (1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1000.0)  # m/s
 MODULI = (300.0, 30.0, 10.0, 4.5, 2.0, 1.0, 0.3)  # kPa, of dust_g09
 FILLINGS = (0.05, 0.1, 0.13, 0.15, 0.3, 0.5, 0.57, 0.579, 0.6)
-BEATS = 60  # steps of the run, eight of the method each where nothing is faster than sound
-# Of a block that is pulled at 1 km/s: its wall is a hundred heights away by then, and goes so far
-# in each of the method's steps that a search comes with every one.
-BEATS_PULLED_AWAY = 12
+STEPS = 60  # of the run, each of eight steps of the method at subsonic speeds
+# Of a block pulled at 1 km/s: its wall is a hundred heights away by then, and moves so far in each
+# step of the method that every one needs a search.
+STEPS_PULLED_AWAY = 12
 BASE = {
     "name": "extremes",
     "method": "continuum",
@@ -21,16 +21,16 @@ LYING = {"kind": "faces", "bottom": {"layer": "0.6 mm"}, "periodic": ["x"]}
 PRESSED = {"kind": "faces", "bottom": "rigid", "top": "rigid", "periodic": ["x"]}
 BED = {"kind": "block", "size": ["4 mm", "3 mm"]}
 BEAD = {"kind": "rigid", "diameter": "1.1 mm", "density": "2540 kg/m^3"}
-BALL = {"kind": "sphere", "diameter": "2 mm"}
+SPHERE = {"kind": "sphere", "diameter": "2 mm"}
 
 
 def continuum(quick):
-    """Beads, balls and pressed blocks at every speed; moduli; filling factors; odd bodies."""
+    """Beads, spheres and compressed blocks at all speeds; moduli; filling factors; other bodies."""
     rows = _speeds(quick) + _moduli(quick) + _fillings(quick) + _odd()
     return [
         Cell(GROUP, f"{row}, {column}", BASE | blocks, None,
-             BEATS_PULLED_AWAY if (row, column) == ("block pulled", "1000 m/s") else BEATS,
-             coordinates={"row": row, "column": column})
+             STEPS_PULLED_AWAY if (row, column) == ("block pulled", "1000 m/s") else STEPS,
+             row=row, column=column)
         for row, column, blocks in rows
     ]  # fmt: skip
 
@@ -44,9 +44,9 @@ def _speeds(quick):
         down = ["0 m/s", f"-{text}"]
         found += [
             ("bead", text, {"sample": bead, "boundary": LYING, "gravity": "9.81 m/s^2"}),
-            ("ball on a wall", text, {"sample": BALL | {"velocity": down},
-                                      "boundary": {"kind": "faces", "bottom": "rigid"}}),
-            ("block pressed", text, {"sample": BED, "boundary": PRESSED | {"wall_speed": text}}),
+            ("sphere on a wall", text, {"sample": SPHERE | {"velocity": down},
+                                        "boundary": {"kind": "faces", "bottom": "rigid"}}),
+            ("block compressed", text, {"sample": BED, "boundary": PRESSED | {"wall_speed": text}}),
             ("block pulled", text, {"sample": BED, "boundary": pulled}),
         ]  # fmt: skip
     return sorted(found, key=lambda one: one[0])
@@ -72,14 +72,14 @@ def _fillings(quick):
 
 
 def _odd():
-    """Single particles, bodies that touch, overlap or coincide, a wild spin, a collapsing bed."""
+    """Single particles, bodies that touch, overlap or coincide, a fast spin, a collapsing bed."""
     one = {"kind": "sphere", "diameter": "0.25 mm"}
     wall = {"kind": "faces", "bottom": "rigid"}
     fast = {"velocity": ["1 m/s", "-1 m/s"]}
     near = {"position": ["2.1 mm", "0 mm"], "velocity": ["-1 m/s", "0 m/s"]}
 
     def both(second):
-        return {"kind": "several", "bodies": [BALL, BALL | second]}
+        return {"kind": "several", "bodies": [SPHERE, SPHERE | second]}
 
     weak = {"base": "dust_g09", "compressive": {"p_m": "0.1 Pa"}, "tensile": {"a": -2.0}}
     things = {
@@ -88,10 +88,10 @@ def _odd():
         "two bodies meet": {"sample": both(near)},
         "two bodies overlap": {"sample": both({"position": ["1 mm", "0 mm"]})},
         "two bodies coincide": {"sample": both({})},
-        "spin of 1e4 rad/s": {"sample": BALL | {"spin": "1e4 rad/s"}},
+        "spin of 1e4 rad/s": {"sample": SPHERE | {"spin": "1e4 rad/s"}},
         "bed too weak for its weight": {"sample": BED, "boundary": LYING, "material": weak,
                                         "gravity": "9.81 m/s^2"},
-        "bead that stands": {"sample": {"kind": "impact", "target": BED, "projectile": BEAD},
+        "bead at rest": {"sample": {"kind": "impact", "target": BED, "projectile": BEAD},
                              "boundary": LYING, "gravity": "9.81 m/s^2"},
     }  # fmt: skip
-    return [("odd bodies", name, blocks) for name, blocks in things.items()]
+    return [("other bodies", name, blocks) for name, blocks in things.items()]

@@ -1,4 +1,4 @@
-"""Materials at the ends of what their numbers may be."""
+"""Materials with numbers at the ends of their ranges."""
 
 from itertools import product
 
@@ -18,7 +18,7 @@ MIDDLE = ("20 mJ/m^2", "54 GPa", "0.6 um", "2.65 g/cm^3", "2 nm", 0.17)
 
 
 def materials(quick):
-    """All corners of the six numbers: a pair that meets, and a few grains on a wall."""
+    """All corners of the six numbers: colliding grains, and a few grains on a wall."""
     cells = []
     for values in list(product(*CORNERS.values()))[:: 13 if quick else 1]:
         place = [", ".join(f"{k} {v}" for k, v in some) for some in _halves(values)]
@@ -27,7 +27,7 @@ def materials(quick):
 
 
 def single_materials(quick):
-    """Each of the six numbers at its ends, the others those of silicate."""
+    """Each of the six numbers at its ends, the others of silicate."""
     cells = []
     for n, (key, ends) in enumerate(CORNERS.items()):
         for end in ends[1 if quick else 0 :]:
@@ -40,16 +40,9 @@ def single_materials(quick):
             interaction={"damping": damping},
         )
         cells.append(
-            Cell(
-                "one number",
-                f"nu 0, {damping}",
-                own,
-                {"kind": "meeting", "sticking": 0.7},
-                2_000,
-                kernels=damping,
-                coordinates={"row": "pair", "column": f"nu 0, {damping}"},
-            )
-        )
+            Cell("one number", f"nu 0, {damping}", own, {"kind": "meeting", "sticking": 0.7},
+                 2_000, kernels=damping, row="pair", column=f"nu 0, {damping}")
+        )  # fmt: skip
     return sorted(cells, key=lambda cell: cell.kernels)
 
 
@@ -66,17 +59,8 @@ def _of_material(values, group, name, row, column):
         ("wall", BOTTOM, {"kind": "cluster", "grains": 4}),
     ):
         own = scene(material=material, boundary=boundary, interaction={"damping": "none"})
-        place = {"row": f"{what}: {row}".rstrip(": "), "column": column}
         cells.append(
-            Cell(
-                group,
-                f"{what}, {name}",
-                own,
-                sample,
-                2_000,
-                limit=what == "wall",
-                coordinates=place,
-                kernels=what,
-            )
-        )
+            Cell(group, f"{what}, {name}", own, sample, 2_000, limit=what == "wall",
+                 row=f"{what}: {row}".rstrip(": "), column=column, kernels=what)
+        )  # fmt: skip
     return cells

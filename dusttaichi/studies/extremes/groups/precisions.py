@@ -1,11 +1,11 @@
-"""Every precision on what the other groups are made of."""
+"""Scenes of the other groups in every precision."""
 
 from dusttaichi.studies.extremes.cell import Cell
 from dusttaichi.studies.extremes.groups.scenes import scene
 
 
 def precisions(quick):
-    """Every precision on what the other groups are made of."""
+    """Scenes of the other groups in every precision."""
     things = {
         "pair, meeting": (scene(), {"kind": "meeting", "sticking": 0.7}, 5_000),
         "pair, 10 m/s": (
@@ -43,14 +43,6 @@ def precisions(quick):
     for what, (blocks, sample, steps) in list(things.items())[:: 3 if quick else 1]:
         for precision in ("f64", "mixed", "f32"):
             own = {**blocks, "numerics": {**blocks["numerics"], "precision": precision}}
-            cells.append(
-                Cell(
-                    "precisions",
-                    f"{what}, {precision}",
-                    own,
-                    sample,
-                    steps,
-                    coordinates={"row": what, "column": precision},
-                )
-            )
+            name = f"{what}, {precision}"
+            cells.append(Cell("precisions", name, own, sample, steps, row=what, column=precision))
     return cells

@@ -1,4 +1,4 @@
-"""Base of the scenes of the map."""
+"""Common blocks of the scenes of the map."""
 
 BASE = {
     "name": "extremes",
@@ -14,7 +14,7 @@ PERIODIC = {"kind": "periodic"}
 
 
 def scene(**blocks):
-    """The blocks of BASE with some in their place; `numerics` is added to."""
+    """The blocks of BASE with others in their place; keys of `numerics` are added."""
     own = {**BASE, **blocks}
     own["numerics"] = {**BASE["numerics"], **blocks.get("numerics", {})}
     return own

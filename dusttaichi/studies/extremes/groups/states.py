@@ -1,4 +1,4 @@
-"""Single grains, contacts that just touch or just hold, coinciding grains, wild spins."""
+"""Single grains, contacts about to form or break, coinciding grains, fast spins."""
 
 from dusttaichi.studies.extremes.cell import Cell
 from dusttaichi.studies.extremes.groups.scenes import BOTTOM, scene
@@ -10,7 +10,7 @@ ORIGIN = ["0 m"] * 3
 
 
 def special(quick):
-    """Single grains, contacts that just touch or just hold, coinciding grains, wild spins."""
+    """Single grains, contacts about to form or break, coinciding grains, fast spins."""
     things = _single() | _touching() | _overlapping() | _pulled() | _spinning()
     cluster = {"kind": "cluster", "grains": 13}
     effects = dict.fromkeys(("rolling", "sliding", "twisting"), "off")
@@ -20,26 +20,18 @@ def special(quick):
         {"kind": "meeting", "sticking": 0.5},
     )
     return [
-        Cell(
-            "special states",
-            name,
-            blocks,
-            sample,
-            3_000,
-            kernels="special",
-            coordinates={"row": name, "column": ""},
-        )
+        Cell("special states", name, blocks, sample, 3_000, kernels="special", row=name)
         for name, (blocks, sample) in things.items()
     ]
 
 
 def _given(positions, **motion):
-    """The sample of grains at these positions [radii]."""
+    """Sample of grains at positions [radii]."""
     return {"kind": "given", "positions": positions, **motion}
 
 
 def _single():
-    """Grains that touch nothing, and two that are bound: name -> (scene, sample)."""
+    """Grains without contacts, and two bound ones: name -> (scene, sample)."""
     timed, one = scene(numerics={"time_step": "0.1 ns"}), [[0, 0, 0]]
     return {
         "one grain, auto": (scene(), _given(one)),
@@ -52,7 +44,7 @@ def _single():
 
 
 def _touching():
-    """Two grains at the distance where they touch without a force."""
+    """Two grains at the distance of first contact."""
     found = {"touching exactly, at rest": (scene(), _given(TOUCHING))}
     for way, velocity in (
         ("approaching", [1e-3, 0, 0]),
@@ -65,7 +57,7 @@ def _touching():
 
 
 def _overlapping():
-    """Two grains closer than a contact may be: the scene refuses most of them."""
+    """Two grains with too large an overlap: the scene refuses most of them."""
     found = {}
     for name, second in (
         ("coinciding", "0 m"),
@@ -79,7 +71,7 @@ def _overlapping():
 
 
 def _pulled():
-    """Chains that the least pull would break."""
+    """Chains at pull-off."""
     chain = {"kind": "pulled", "grains": 10}
     return {
         "at pull-off, two": (scene(), {"kind": "pulled", "grains": 2}),
@@ -89,7 +81,7 @@ def _pulled():
 
 
 def _spinning():
-    """Grains in contact that turn so fast that every spring slips."""
+    """Grains in contact with spins at which every spring slips."""
     found = {}
     for name, spins in (
         ("pair rolling", [[0, 0, FAST], [0, 0, -FAST]]),

@@ -1,4 +1,4 @@
-"""Time steps up to and beyond the limit, and runs of many steps."""
+"""Time steps below and above the limit, and runs of many steps."""
 
 from dusttaichi.studies.extremes.cell import Cell
 from dusttaichi.studies.extremes.groups.scenes import BASE, BOTTOM, scene
@@ -8,7 +8,7 @@ FEW_FRACTIONS = (0.01, 0.2, 0.3, 0.33, 0.5, 1.2)
 
 
 def time_step(quick):
-    """Steps from a hundredth of the stiffest period of what is there to beyond it."""
+    """Time steps from a hundredth of the stiffest period to more than it."""
     things = {
         "pair": ({"kind": "chain", "grains": 2}, {"kind": "open"}, 20_000),
         "wall": ({"kind": "given", "positions": [[0, 0, 0]]}, BOTTOM, 20_000),
@@ -21,22 +21,16 @@ def time_step(quick):
             own = scene(boundary=boundary, interaction={**BASE["interaction"], "damping": damping})
             for n, fraction in enumerate(FEW_FRACTIONS if quick else FRACTIONS):
                 cells.append(
-                    Cell(
-                        "time step",
-                        f"{name}, damping {damping}, {fraction:g}",
-                        own,
-                        {**sample, "speed": 0.005, "spin": 5e3},
-                        steps if not quick else steps // 4,
-                        fraction=fraction,
-                        limit=n == 0,
-                        coordinates={"row": f"{name}, {damping}", "column": fraction},
-                    )
-                )
+                    Cell("time step", f"{name}, damping {damping}, {fraction:g}", own,
+                         {**sample, "speed": 0.005, "spin": 5e3}, steps // 4 if quick else steps,
+                         fraction=fraction, limit=n == 0,
+                         row=f"{name}, {damping}", column=fraction)
+                )  # fmt: skip
     return cells
 
 
 def long_runs(quick):
-    """Many steps: what drifts?"""
+    """Many steps, for drifts."""
     steps = 200_000 if quick else 10_000_000
     cells = []
     for precision in ("f64",) if quick else ("f64", "mixed"):
@@ -46,14 +40,7 @@ def long_runs(quick):
             ("chain", {"kind": "chain", "grains": 10, "speed": 0.002, "spin": 1e3}),
         ):
             cells.append(
-                Cell(
-                    "long runs",
-                    f"{what}, {precision}, {steps:.0e} steps",
-                    own,
-                    sample,
-                    steps,
-                    time_limit=300.0,
-                    coordinates={"row": what, "column": precision},
-                )
-            )
+                Cell("long runs", f"{what}, {precision}, {steps:.0e} steps", own, sample, steps,
+                     time_limit=300.0, row=what, column=precision)
+            )  # fmt: skip
     return cells

@@ -1,4 +1,4 @@
-"""The knobs of a scene and the rungs of each ladder."""
+"""Parameters that a trade varies in a scene of grains, and their levels."""
 
 import math
 
@@ -6,8 +6,15 @@ from dusttaichi import method
 from dusttaichi.errors import DustError
 from dusttaichi.scene.numerics import DRAFT, PRESETS
 from dusttaichi.studies.trade import scenes
-from dusttaichi.studies.trade.knob import Knob, Knobs, knobs_of
-from dusttaichi.studies.trade.point import NUMERICAL, PHYSICAL, SAMPLE, Point
+from dusttaichi.studies.trade.point import (
+    NUMERICAL,
+    PHYSICAL,
+    SAMPLE,
+    Parameter,
+    Parameters,
+    Point,
+    parameters_of,
+)
 from dusttaichi.studies.trade.suggest import kind_of_grains
 
 FRACTIONS = (0.05, 0.1, 0.15, 0.2, 0.25, 0.28, 0.3)
@@ -20,17 +27,17 @@ WINDOWS = ("interval", 10, 100, 1000)
 MASSES = (1.0, 4.0, 16.0, 64.0)
 SOFTNESS = (1.0, 0.3, 0.1, 0.03, 0.01, 0.003)
 SIDES = (0.0, 0.001, 0.01, 0.1, 1.0)
-QUICK = 3  # rungs a knob
+QUICK = 3  # levels of a parameter
 
 
 def _values(path, values):
-    def rungs(scene):
+    def levels(scene):
         return [
             (f"{value:g}" if isinstance(value, float) else str(value), {path: value})
             for value in values
         ]
 
-    return rungs
+    return levels
 
 
 def _step_fraction(scene):
@@ -64,19 +71,19 @@ def _window(scene):
 
 def _mass_scaling(scene):
     if not any(plan.drive.moves for plan in scene.stage_plans):
-        return "only for runs that walls or faces drive slowly, and none moves"
+        return "only for runs with slow walls or faces, and none moves"
     if scene.push or scene.sample.flies:
-        return "only for runs that walls or faces drive slowly; inertia matters here"
+        return "only for runs with slow walls or faces; inertia matters here"
     return _values("numerics.mass_scaling", MASSES)(scene)
 
 
 def _stiffness_scaling(scene):
     if scene.push:
-        return "a push is answered at the speed of sound, which it changes"
-    rungs = _values("numerics.stiffness_scaling", SOFTNESS[1:])(scene)
-    # a ladder is there to tell what it does, also where a scene is about that
-    rungs = [(text, {"numerics.scaling_anyway": True} | changes) for text, changes in rungs]
-    return [rung for rung in rungs if _allowed(scene, rung[1])] or "contacts are too soft already"
+        return "it changes the speed of sound, at which the response to a push travels"
+    levels = _values("numerics.stiffness_scaling", SOFTNESS[1:])(scene)
+    # a trade measures its effect, also where the scene itself would refuse it
+    levels = [(text, {"numerics.scaling_anyway": True} | changes) for text, changes in levels]
+    return [row for row in levels if _allowed(scene, row[1])] or "contacts are too soft already"
 
 
 def _allowed(scene, changes):
@@ -95,12 +102,12 @@ def _side_walls(scene):
 
 
 def _part(name):
-    def rungs(scene):
+    def levels(scene):
         if getattr(scene.interaction, name) is None:
             return "it is off"
         return [("off", {f"interaction.{name}": "off"})]
 
-    return rungs
+    return levels
 
 
 def _damping(scene):
@@ -109,33 +116,35 @@ def _damping(scene):
     return [("off", {"interaction.damping": "none"})]
 
 
-KNOBS = (
-    Knob("step_fraction", NUMERICAL, "time step over the stiffest period", _step_fraction),
-    Knob("precision", NUMERICAL, "precision", _values("numerics.precision", PRECISIONS)),
-    Knob(
+PARAMETERS = (
+    Parameter("step_fraction", NUMERICAL, "time step over the stiffest period", _step_fraction),
+    Parameter("precision", NUMERICAL, "precision", _values("numerics.precision", PRECISIONS)),
+    Parameter(
         "newton_steps",
         NUMERICAL,
         "Newton steps of the contact radius",
         _values("numerics.newton_steps", NEWTON_STEPS),
     ),
-    Knob("skin", NUMERICAL, "skin of the search over the radius", _values("numerics.skin", SKINS)),
-    Knob("window", NUMERICAL, "steps that pressures are averaged over", _window),
-    Knob("speed", PHYSICAL, "speed of walls and faces over that of the scene", _speed),
-    Knob("mass_scaling", PHYSICAL, "factor on the mass of all grains", _mass_scaling),
-    Knob("stiffness_scaling", PHYSICAL, "factor on the elastic moduli", _stiffness_scaling),
-    Knob("side_walls", PHYSICAL, "factor on the side walls", _side_walls),
+    Parameter(
+        "skin", NUMERICAL, "skin of the search over the radius", _values("numerics.skin", SKINS)
+    ),
+    Parameter("window", NUMERICAL, "steps that pressures are averaged over", _window),
+    Parameter("speed", PHYSICAL, "speed of walls and faces over that of the scene", _speed),
+    Parameter("mass_scaling", PHYSICAL, "factor on the mass of all grains", _mass_scaling),
+    Parameter("stiffness_scaling", PHYSICAL, "factor on the elastic moduli", _stiffness_scaling),
+    Parameter("side_walls", PHYSICAL, "factor on the side walls", _side_walls),
     *(
-        Knob(name, PHYSICAL, f"{name} on or off", _part(name))
+        Parameter(name, PHYSICAL, f"{name} on or off", _part(name))
         for name in ("rolling", "sliding", "twisting")
     ),
-    Knob("damping", PHYSICAL, "damping on or off", _damping),
-    Knob("asperities", PHYSICAL, "asperities on or off", _part("asperities")),
-    Knob("grains", SAMPLE, "number of grains over that of the scene", _grains),
+    Parameter("damping", PHYSICAL, "damping on or off", _damping),
+    Parameter("asperities", PHYSICAL, "asperities on or off", _part("asperities")),
+    Parameter("grains", SAMPLE, "number of grains over that of the scene", _grains),
 )
 
 
 def _presets(scene):
-    """The points of the presets; that of `reference` is converged in all numerics."""
+    """Points of the presets; that of `reference` is converged in all numerics."""
     return [
         Point(
             name,
@@ -150,7 +159,7 @@ def _presets(scene):
 
 
 def _half_step(scene):
-    """The reference at half its step: tells its own error."""
+    """The reference at half its step, for its error."""
     reference = scenes.changed(scene, scenes.reference(scene))
     changes = scenes.reference(scene)
     changes["numerics.step_fraction"] = 0.5 * reference.numerics.step_fraction
@@ -165,62 +174,67 @@ def _half_step(scene):
     )
 
 
-GRAINS = Knobs(
-    KNOBS, _presets, _half_step, step=lambda scene: scenes.own_step(scene).dt, kind=kind_of_grains
+GRAINS = Parameters(
+    PARAMETERS,
+    _presets,
+    _half_step,
+    step=lambda scene: scenes.own_step(scene).dt,
+    kind=kind_of_grains,
 )
 NAMES = tuple(
-    knob.name
+    parameter.name
     for name in method.METHODS
-    for knob in getattr(method.attribute(method.named(name).knobs), "knobs", ())
+    for parameter in getattr(
+        method.attribute(method.named(name).trade_parameters), "parameters", ()
+    )
 )
 
 
 def chosen(text):
-    """Names of the knobs in a text such as "skin,speed", None: all. Raises DustError."""
+    """Names of parameters in a text such as "skin,speed"; None: all. Raises DustError."""
     if text is None:
         return NAMES
     names = [name.strip() for name in text.split(",") if name.strip()]
     unknown = [name for name in names if name not in NAMES]
     if unknown or not names:
         what = ", ".join(unknown) or text
-        raise DustError(f"--knobs {what}: there is no such knob; allowed: {', '.join(NAMES)}")
+        raise DustError(f"--knobs {what}: unknown parameter; allowed: {', '.join(NAMES)}")
     return tuple(name for name in NAMES if name in names)
 
 
 def ladder(scene, names=NAMES, quick=False):
-    """(points, left out: knob -> reason) of a base scene: every rung but that it stands on.
+    """(points, left out: parameter -> reason) of a base scene: every level but its own.
 
-    quick: at most three rungs a knob, the ends among them. Raises DustError where the method of
-    the scene has none of the knobs.
+    quick: at most three levels of a parameter, the first and the last among them. Raises DustError
+    where the method of the scene has none of the parameters.
     """
-    own = [knob.name for knob in knobs_of(scene).knobs]
+    own = [parameter.name for parameter in parameters_of(scene).parameters]
     foreign = [] if names == NAMES else [name for name in names if name not in own]
     if foreign and len(foreign) == len(names):
         raise DustError(
-            f"--knobs {', '.join(names)}: no knob of method: {scene.method}; allowed: "
+            f"--knobs {', '.join(names)}: no parameter of method: {scene.method}; allowed: "
             f"{', '.join(own)}"
         )
-    points, left_out = [], dict.fromkeys(foreign, f"no knob of method: {scene.method}")
-    for knob in knobs_of(scene).knobs:
-        if knob.name not in names:
+    points, left_out = [], dict.fromkeys(foreign, f"no parameter of method: {scene.method}")
+    for parameter in parameters_of(scene).parameters:
+        if (name := parameter.name) not in names:
             continue
-        rungs = knob.rungs(scene)
-        if isinstance(rungs, str):
-            left_out[knob.name] = rungs
+        levels = parameter.levels(scene)
+        if isinstance(levels, str):
+            left_out[name] = levels
             continue
-        rungs = [rung for rung in rungs if not _is(scene, rung[1])]
-        if quick and len(rungs) > QUICK:
-            rungs = [rungs[round(n * (len(rungs) - 1) / (QUICK - 1))] for n in range(QUICK)]
+        levels = [level for level in levels if not _is(scene, level[1])]
+        if quick and len(levels) > QUICK:
+            levels = [levels[round(n * (len(levels) - 1) / (QUICK - 1))] for n in range(QUICK)]
         points += [
-            Point(f"{knob.name} = {text}", knob.name, text, _number(text), knob.kind, changes)
-            for text, changes in rungs
+            Point(f"{name} = {text}", name, text, _number(text), parameter.kind, changes)
+            for text, changes in levels
         ]
     return points, left_out
 
 
 def seeds(scene, count):
-    """Points with further seeds, so many that there are `count` with the scene's own; [] where the
-    sample has none."""
+    """Points with further seeds, `count` with that of the scene; [] for a sample without seeds."""
     return [
         Point(f"seed + {n}", "seed", f"+{n}", float(n), SAMPLE, changes, paired=False)
         for n in range(1, count)
@@ -229,10 +243,10 @@ def seeds(scene, count):
 
 
 def _is(scene, changes):
-    """True where the changes leave the scene as it is."""
+    """True where the changes leave the scene unchanged."""
     try:
         return scenes.changed(scene, changes) == scene
-    except DustError:  # it is kept, as a point that is refused
+    except DustError:  # it stays, as a point that is refused
         return False
 
 
