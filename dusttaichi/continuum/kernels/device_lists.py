@@ -4,7 +4,7 @@ motion: motion.Motion; near: lists.Lists; numbers: field of the StepNumbers.
 """
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import CHUNK, Scan
+from dusttaichi.compute.scan import CHUNK, Largest, Scan
 from dusttaichi.continuum.kernels.lists import FARTHEST, FURTHER_CELLS, MOST_CELLS, WIDER
 from dusttaichi.continuum.kernels.store import declare
 
@@ -21,44 +21,28 @@ class Grid:
     def __init__(self, motion, numbers):
         self.lists, self.n, self.x = motion.lists, motion.n, motion.f.x
         self.numbers, self.has_ghosts = numbers, bool(motion.layout.ghosts)
-        # rows of `bounds`: of chunks of particles, of groups of chunks, of all
         self.chunks = -(-motion.f.mass.shape[0] // CHUNK)
-        self.groups = -(-self.chunks // CHUNK)
-        self.row = self.chunks + self.groups
+        self.bounds = self.lists.bounds
+        self.largest = Largest(self.bounds, self.chunks)
 
     @ti.func
     def contain(self, chunk):
-        """Bounds of a chunk of particles; write down where one has no place."""
-        low, high = ti.Vector([NOWHERE] * self.n, ti.f64), ti.Vector([-NOWHERE] * self.n, ti.f64)
+        """Row of a chunk of particles: the largest places, and with the opposite sign the smallest.
+        Note particles whose place is not a number."""
+        high, low = ti.Vector([-NOWHERE] * self.n, ti.f64), ti.Vector([-NOWHERE] * self.n, ti.f64)
         for i in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, self.numbers[None].count)):
             for a in ti.static(range(self.n)):
                 if ti.abs(self.x[i][a]) < FARTHEST:
-                    low[a], high[a] = ti.min(low[a], self.x[i][a]), ti.max(high[a], self.x[i][a])
+                    high[a], low[a] = ti.max(high[a], self.x[i][a]), ti.max(low[a], -self.x[i][a])
                 else:
                     self.lists.found[LOST] = 1
-        self.put(chunk, low, high)
-
-    @ti.func
-    def join(self, first, end, to):
-        """Put the bounds of all in some rows of `bounds` into another row."""
-        low, high = ti.Vector([NOWHERE] * self.n, ti.f64), ti.Vector([-NOWHERE] * self.n, ti.f64)
-        for row in range(first, end):
-            for a in ti.static(range(self.n)):
-                low[a] = ti.min(low[a], self.lists.bounds[row, a])
-                high[a] = ti.max(high[a], self.lists.bounds[row, self.n + a])
-        self.put(to, low, high)
-
-    @ti.func
-    def put(self, row, low, high):
         for a in ti.static(range(self.n)):
-            self.lists.bounds[row, a] = low[a]
-            self.lists.bounds[row, self.n + a] = high[a]
+            self.bounds[chunk + 1, a], self.bounds[chunk + 1, self.n + a] = high[a], low[a]
 
     @ti.func
     def along(self, a, margin, width):
         """Cells along an axis."""
-        low = self.lists.bounds[self.row, a] - margin
-        high = self.lists.bounds[self.row, self.n + a] + margin
+        low, high = -self.bounds[0, self.n + a] - margin, self.bounds[0, a] + margin
         return ti.floor((high - low) / width) + 1.0
 
     @ti.func
@@ -80,7 +64,7 @@ class Grid:
             width *= WIDER
         self.lists.inv_width[0] = 1.0 / width
         for a in ti.static(range(self.n)):
-            self.lists.grid_origin[a] = self.lists.bounds[self.row, a] - margin
+            self.lists.grid_origin[a] = -self.bounds[0, self.n + a] - margin
             self.lists.grid_cells[a] = ti.cast(self.along(a, margin, width), ti.i32)
 
 

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.launching import Launch
-from dusttaichi.compute.scan import CHUNK, Scan, scan_capacity
+from dusttaichi.compute.scan import Scan, scan_capacity
 from dusttaichi.continuum.kernels.device_lists import (
     LOST,
     REACH,
@@ -38,7 +38,8 @@ def place_search(fields, lists, layout):
         # what a cell has that has no place in its list yet; 0 between two sorts
         "placeless": (ti.i32, (cells,)),
         "cell_chunk": (ti.i32, (scan_capacity(cells),)),
-        # least and largest places of chunks of particles, of groups of chunks, of all
+        # largest places, and smallest ones with the opposite sign: of all, of chunks of particles,
+        # of groups of chunks
         "bounds": (ti.f64, (scan_capacity(room) + 1, 2 * n)),
         "inv_width": (ti.f64, (1,)),
         "spare_f64": (ti.f64, (columns["f64"], room)),
@@ -92,11 +93,8 @@ def make_grid(motion, numbers):
             lists.found[LOST] = 0
         for chunk in range(grid.chunks):
             grid.contain(chunk)
-        for group in range(grid.groups):
-            end = ti.min((group + 1) * CHUNK, grid.chunks)
-            grid.join(group * CHUNK, end, grid.chunks + group)
+        grid.largest.find(grid.chunks)
         for _ in range(1):
-            grid.join(grid.chunks, grid.row, grid.row)
             grid.divide()
 
     return wrap, lay_grid
