@@ -1,1 +1,1 @@
-"""Environment of the particles: walls, periodic cell, external pushes, and their motion."""
+"""Environment of the particles: walls, periodic cell, gravity, external pushes, and motion."""

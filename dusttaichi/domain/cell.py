@@ -1,4 +1,4 @@
-"""The periodic cell: edges that grow or shrink, and what they must leave room for."""
+"""The periodic cell: its edges, their motion, and their smallest lengths."""
 
 from dataclasses import dataclass, replace
 
@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import pairs_within
+from dusttaichi.geometry import nearest_image, pairs_within
 from dusttaichi.names import AXES
 from dusttaichi.physics.contact.constants import CLOSEST
 
@@ -18,8 +18,8 @@ class Cell:
     """A periodic cell: edge L(t) = start exp(growth t) + rate t along the periodic axes, centred.
 
     start [um], rate [um/us], growth [1/us], centre [um]: (3,). Along the other axes start is 0.
-    The image above it stands tilt + tilt_rate t further along x; tilted: so it may in this run.
-    strain + shear_rate t: how far it has been sheared since the start of the run.
+    The image above it is shifted along x by tilt + tilt_rate t; tilted: the cell may be sheared in
+    this run. strain + shear_rate t: shear strain since the start of the run.
     """
 
     start: np.ndarray
@@ -35,7 +35,7 @@ class Cell:
 
     @property
     def rows(self):
-        """Contents of the `cell` field (kernels.cell)."""
+        """Rows of the field `cell` (kernels.cell)."""
         tilt = [self.tilt, self.tilt_rate, 0.0]
         return np.array([self.start, self.rate, self.growth, self.centre, tilt])
 
@@ -44,11 +44,11 @@ class Cell:
         return self.start * np.exp(self.growth * time) + self.rate * time
 
     def speeds(self, time):
-        """Their speeds of growth [um/us], (3,)."""
+        """Growth rates of the edges at a time [um/us], (3,)."""
         return self.growth * self.start * np.exp(self.growth * time) + self.rate
 
     def offset(self, time):
-        """How much further along x the image above stands at a time [um]."""
+        """Shift of the image above along x at a time [um]."""
         return self.tilt + self.tilt_rate * time
 
     def sheared(self, time):
@@ -60,9 +60,9 @@ class Cell:
         return self.centre - 0.5 * self.edges(time)
 
     def outside(self, x, time):
-        """How many edges each of the positions x [um] (N, 3) is out of the cell: (N, 3) floats.
+        """Numbers of edges by which positions x [um] (N, 3) are outside the cell: (N, 3) floats.
 
-        Of a tilted cell the faces across x lean as its edge along z does.
+        The faces across x of a sheared cell are parallel to its edge along z.
         """
         edges, out = self.edges(time), np.zeros(np.shape(x))
         low, x = self.low(time), np.array(x, float)
@@ -70,8 +70,8 @@ class Cell:
             out[:, n] = np.floor((x[:, n] - low[n]) / edges[n])
             x[:, n] -= out[:, n] * edges[n]
             if n == 2 and self.tilted:
-                lean = self.offset(time) / edges[2]
-                x[:, 0] -= out[:, 2] * self.offset(time) + lean * (x[:, 2] - self.centre[2])
+                slope = self.offset(time) / edges[2]
+                x[:, 0] -= out[:, 2] * self.offset(time) + slope * (x[:, 2] - self.centre[2])
         return out
 
     def across(self, counts, time):
@@ -81,7 +81,7 @@ class Cell:
         return out
 
     def speeds_across(self, counts, time):
-        """Relative velocity of the images that are these numbers of edges away [um/us], (N, 3)."""
+        """Relative velocities of images at these numbers of edges [um/us], (N, 3)."""
         out = counts * self.speeds(time)
         out[:, 0] += counts[:, 2] * self.tilt_rate
         return out
@@ -92,22 +92,17 @@ class Cell:
 
     def nearest(self, d, time):
         """Distance vectors [um], (N, 3), to the nearest image."""
-        edges, d = self.edges(time), np.array(d, float)
-        for n in sorted(self.axes, reverse=True):
-            count = np.round(d[:, n] / edges[n])
-            d[:, n] -= edges[n] * count
-            if n == 2 and self.tilted:
-                d[:, 0] -= self.offset(time) * count
-        return d
+        period = np.where(np.isin(np.arange(3), self.axes), self.edges(time), np.inf)
+        return nearest_image(d, period, self.offset(time))
 
     def driven(self, time, *, rate=0.0, growth=0.0, shear=0.0):
-        """The same cell, moving in another way from `time` on: rate [um/us] and growth [1/us], one
-        or (3,), shear [1/us]."""
+        """The cell with another motion from `time` on: rate [um/us] and growth [1/us], one or (3,),
+        shear [1/us]."""
         periodic = np.isin(np.arange(3), self.axes)
         growth, rate = np.where(periodic, growth, 0.0), np.where(periodic, rate, 0.0)
         now, offset = self.edges(time), self.offset(time)
         start = (now - rate * time) * np.exp(-growth * time)
-        # the even flow that the faces follow: what leans along x grows with the edge there
+        # the faces follow a homogeneous flow: the tilt along x grows with the edge there
         tilt_rate = shear * now[2] + growth[0] * offset if self.tilted else 0.0
         return replace(
             self,
@@ -121,7 +116,7 @@ class Cell:
         )
 
     def upright(self, time):
-        """The same lattice of images, of which the one above stands nearest to above."""
+        """An equal lattice of images, with the smallest shift of the one above."""
         turns = np.round(self.offset(time) / self.edges(time)[0]) if self.tilted else 0.0
         if not turns:
             return self
@@ -135,13 +130,16 @@ class Cell:
         return {name: np.asarray(getattr(self, name)).tolist() for name in MOVING}
 
     def with_numbers(self, numbers):
-        """The same cell where `to_numbers` says."""
+        """The cell in the state of `to_numbers`."""
         own = {n: np.array(v) if isinstance(v, list) else v for n, v in numbers.items()}
         return replace(self, **own)
 
 
 def check_images(positions, cell, radius):
-    """Grains must not lie in the images of others."""
+    """Raise DustError where grains overlap too much with images of others.
+
+    positions (N, 3), radius: of all grains, or (N,) [um].
+    """
     far = 1e6 * np.max(radius) + np.ptp(positions, axis=0).max()
     edges = np.where(cell.start > 0.0, cell.start, far)
     inside = np.mod(positions - cell.low(0.0), edges)
@@ -160,6 +158,7 @@ def check_images(positions, cell, radius):
 
 
 def check_edges(edges, axes, radius):
+    """Raise DustError where an edge [um] is so short that a grain would touch another twice."""
     n = int(np.argmin(edges))
     if edges[n] < 4.0 * radius:
         raise DustError(

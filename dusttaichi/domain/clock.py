@@ -1,7 +1,7 @@
-"""How the room for the particles changes during a stage, as a function of the step."""
+"""Lengths of the box during a stage, as functions of the step."""
 
 from dataclasses import dataclass
-from math import exp, floor, inf, nan
+from math import exp, floor, inf, isnan, nan
 
 from dusttaichi import units
 from dusttaichi.names import NEVER
@@ -13,13 +13,13 @@ LARGEST = 600.0  # exponent beyond which a length is as good as infinite; its po
 
 @dataclass(frozen=True)
 class Clock:
-    """Time step [us] and how the room for the grains changes during a stage.
+    """Time step [us] and lengths of the box during a stage.
 
-    Length along axis k at a step: start[k] exp(growth[k] t) + rate[k] t with t = dt step; not a
-    number where the room is open. volume of the grains [um^3]; least: lengths [um] below which the
-    room is not driven; first: step at which the stage began. held: numbers of the axes along which
-    a load is held: how they go on is not known, and what is said here holds now. shear: rate
-    [1/us], which strain counts too.
+    Length along axis k at a step: start[k] exp(growth[k] t) + rate[k] t with t = dt step; NaN where
+    the box is open. volume of the grains [um^3]; least: lengths [um] below which the box is not
+    driven; first: step at which the stage began. controlled: numbers of the axes along which a load
+    is controlled, whose lengths are known for the current step only. shear: rate [1/us], which is
+    part of the strain.
     """
 
     dt: float
@@ -29,11 +29,11 @@ class Clock:
     growth: tuple = (0.0, 0.0, 0.0)
     least: tuple = (0.0, 0.0, 0.0)
     first: int = 0
-    held: tuple = ()
+    controlled: tuple = ()
     shear: float = 0.0
 
     def lengths(self, step):
-        """Lengths of the room [um], a list of three."""
+        """Lengths of the box [um], a list of three."""
         t = self.dt * step
         return [
             a * exp(min(g * t, LARGEST)) + c * t
@@ -44,7 +44,7 @@ class Clock:
         return self.lengths(step)[2]
 
     def area_at(self, step):
-        """Horizontal area of the room."""
+        """Horizontal area of the box."""
         x, y, _ = self.lengths(step)
         return x * y
 
@@ -55,27 +55,24 @@ class Clock:
 
     @property
     def bounded(self):
-        """True where the room is finite along all axes."""
-        return not any(a != a for a in self.start)
+        """True where the box is finite along all axes."""
+        return not any(map(isnan, self.start))
 
     def filling_factor_at(self, step):
-        """Filling factor of the room after `step` steps (S12 eq 28)."""
+        """Filling factor of the box after `step` steps (S12 eq 28)."""
         x, y, z = self.lengths(step)
         return self.volume / (x * y * z) if x > 0.0 and y > 0.0 and z > 0.0 else inf
 
     def strain_at(self, step):
-        """Largest change of a length over its value at the start of the stage, or shear since
+        """Largest relative change of a length since the start of the stage, or shear since
         then; without lengths that follow a load."""
         now, before = self.lengths(step), self.lengths(self.first)
-        changes = [
-            abs(now[n] / before[n] - 1.0)
-            for n in range(3)
-            if before[n] == before[n] and n not in self.held
-        ]
+        known = [n for n in range(3) if not isnan(before[n]) and n not in self.controlled]
+        changes = [abs(now[n] / before[n] - 1.0) for n in known]
         return max([abs(self.shear) * self.dt * (step - self.first), *changes])
 
     def step_of_filling_factor(self, phi):
-        """First step of the stage at which the filling factor has come to phi, from either side."""
+        """First step of the stage at which the filling factor has reached phi, from either side."""
         if self.filling_factor_at(self.first) >= phi and not self.fills(-1):
             return self.first
         if self.fills(-1):
@@ -84,8 +81,8 @@ class Clock:
 
     def fills(self, sign):
         """True where the filling factor grows (sign 1) or falls (-1) from the first step on."""
-        ways = [self._speed(axis) for axis in range(3)]
-        return any(sign * way < 0.0 for way in ways) and not any(sign * way > 0.0 for way in ways)
+        speeds = [sign * self._speed(axis) for axis in range(3)]
+        return any(v < 0.0 for v in speeds) and not any(v > 0.0 for v in speeds)
 
     def step_of_strain(self, strain):
         """First step of the stage at which the strain is at least `strain`."""
@@ -98,16 +95,16 @@ class Clock:
         return self._first(lambda step: self.lengths(step)[axis] <= length)
 
     def narrows(self, axis):
-        """True where a length becomes shorter."""
+        """True where a length shrinks."""
         return self._speed(axis) < 0.0
 
     def _speed(self, axis):
-        """Speed at which a length grows at the start of the stage: it keeps its sign."""
+        """Speed at which a length grows at the start of the stage; its sign does not change."""
         a, c, g = self.start[axis], self.rate[axis], self.growth[axis]
         return c + g * a * exp(min(g * self.dt * self.first, LARGEST))
 
     def _first(self, reached):
-        """First step of the stage at which a condition holds that, once met, goes on to hold."""
+        """First step of the stage at which a condition is met that, once met, stays so."""
         if reached(self.first):
             return self.first
         low, ahead = self.first, 1
@@ -122,12 +119,12 @@ class Clock:
         return high
 
     def steps_in(self, time):
-        """Whole steps in a time [us], at least one."""
+        """Number of whole steps in a time [us], at least one."""
         return max(1, floor(time / self.dt + 0.5))
 
     def last_step(self, stop):
-        """Step at which the stage ends at the latest by a Stop, and why; NEVER if only what is
-        measured can end it.
+        """Latest step at which a Stop ends the stage, and the reason; NEVER if only a measured
+        quantity can end it.
 
         Times and steps count from the start of the stage.
         """
@@ -139,12 +136,12 @@ class Clock:
             ends.append((first + steps, f"time {quantities.format(stop.time, 'time', 6)}"))
         if stop.strain is not None:
             ends.append((self.step_of_strain(stop.strain), f"strain {stop.strain:.4g}"))
-        if stop.filling_factor is not None and self.bounded and not self.held:
+        if stop.filling_factor is not None and self.bounded and not self.controlled:
             step = self.step_of_filling_factor(stop.filling_factor)
             ends.append((step, f"filling factor {stop.filling_factor:.4g}"))
-        for axis, way in enumerate(("wide", "deep", "high")):
-            known = self.start[axis] == self.start[axis] and axis not in self.held
+        for axis, word in enumerate(("wide", "deep", "high")):
+            known = not isnan(self.start[axis]) and axis not in self.controlled
             if known and self.moves:
                 step = self.step_of_length(self.least[axis], axis)
-                ends.append((step, f"the room is two grains {way}"))
+                ends.append((step, f"the box is two grains {word}"))
         return min(ends)

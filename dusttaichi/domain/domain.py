@@ -1,8 +1,7 @@
-"""Environment of the particles and its motion: the one place that knows them.
+"""Environment of the particles: walls and periodic cell, and their motion.
 
-Walls and cell are laid out from the scene and the sample (layout.py), move as the drive of the
-stage says, and tell where they are at a step. Times count from the start of the run: a change of
-drive keeps every place.
+Walls and cell are placed around the sample (layout.py) and moved by the drive of the stage. Times
+count from the start of the run: a change of drive does not change positions.
 """
 
 from dataclasses import dataclass, replace
@@ -19,8 +18,10 @@ from dusttaichi.names import AXES
 
 
 def lengths(box, cell, time):
-    """Edges between the walls of a Box or None and of a Cell or None at a time [us]: (3,) [um], not
-    a number where it is open."""
+    """Lengths [um], (3,), between the walls of a Box and of the edges of a Cell at a time [us].
+
+    Either may be None; NaN along open axes.
+    """
     out = np.full(3, np.nan)
     if box is not None:
         planes, present = box.planes(time), box.present
@@ -38,8 +39,7 @@ class Domain:
     """Walls and periodic cell of a run, or neither.
 
     dt: time step [us]. volume: of all particles [um^3]. radius: of the largest of them [um].
-    t_c: time that a compression_rate counts in [us] (scene.Drive). servo: what holds a pressure or
-    stress, or None.
+    t_c: unit of time of a compression_rate [us] (scene.Drive). servo: load control, or None.
     """
 
     dt: float
@@ -51,24 +51,25 @@ class Domain:
     servo: Servo | None = None
 
     def driven(self, drive, step, integral=None):
-        """The same domain, moving as `drive` (scene.Drive) says from that step on.
+        """The domain with the motion of `drive` (scene.Drive) from that step on.
 
-        integral: see servo.make_servo; needed where a load is held.
+        integral: see servo.make_servo; needed where a load is controlled.
         """
         servo = make_servo(drive, self, step, integral)
         time, box, cell = self.dt * step, self.box, self.cell
         if box is not None:
-            held = servo is not None and servo.kind == WALL
-            speed = servo.speed[0] if held else (drive.wall_speed or 0.0) / units.SPEED
+            speed = (drive.wall_speed or 0.0) / units.SPEED
+            if servo is not None and servo.kind == WALL:
+                speed = servo.speed[0]
             box = box.driven(speed, (drive.shear_speed or 0.0) / units.SPEED, time)
         if cell is not None:
             cell = cell.driven(time, **_face_motion(drive, self.t_c, servo))
         return replace(self, servo=servo, box=box, cell=cell)
 
     def steered(self, integral):
-        """The same domain after the servo has changed its speeds, which is due at this step.
+        """The domain after the change of speeds by the servo that is due at this step.
 
-        integral: see Servo.before. Raises GuardStop where the room is as narrow as it may be.
+        integral: see Servo.before. Raises GuardStop where the box has its smallest length.
         """
         servo, step = self.servo, self.servo.due
         load = (integral - servo.before) / (servo.every * self.dt) / self._measured_over(step)
@@ -78,17 +79,17 @@ class Domain:
             box = self.box.driven(servo.speed[0], self.box.along[TOP, 0], time)
             new = replace(new, box=box)
         else:
-            growth, held = self.cell.growth.copy(), np.isin(np.arange(3), servo.axes)
-            growth[held] = -servo.speed
+            growth, controlled = self.cell.growth.copy(), np.isin(np.arange(3), servo.axes)
+            growth[controlled] = -servo.speed
             moved = self.cell.driven(time, growth=growth, shear=self.cell.shear_rate)
-            # edges that go on as before do so to the last bit: intervals may count their strain
-            start = np.where(held, moved.start, self.cell.start)
+            # other edges stay bitwise identical: intervals may depend on their strain
+            start = np.where(controlled, moved.start, self.cell.start)
             new = replace(new, cell=replace(moved, start=start))
         new._check_narrow(step)
         return new
 
     def _measured_over(self, step):
-        """Area [um^2] or volume [um^3] that the load is a mean over."""
+        """Area [um^2] or volume [um^3] over which the load is averaged."""
         if self.servo.kind == WALL:
             return self.wall_areas(step)[TOP]
         return np.prod(self.lengths(step))
@@ -98,12 +99,12 @@ class Domain:
         for axis in range(3):
             if clock.narrows(axis) and lengths[axis] <= clock.least[axis]:
                 raise GuardStop(
-                    f"At {self.dt * step:.6g} µs the room is {lengths[axis]:.4g} µm along "
-                    f"{AXES[axis]}, two grains, and the load that is to be held is not reached. "
+                    f"At {self.dt * step:.6g} µs the box is {lengths[axis]:.4g} µm along "
+                    f"{AXES[axis]}, two grains, and the prescribed load is not reached. "
                     "Try a larger sample or a lower pressure or stress."
                 )
 
-    # -- where it is -----------------------------------------------------------------------------
+    # -- positions -------------------------------------------------------------------------------
 
     @property
     def there(self):
@@ -112,11 +113,11 @@ class Domain:
 
     @property
     def has_top(self):
-        """True where there is a top wall, whose pressure is that of the run."""
+        """True where there is a top wall, on which the pressure is measured."""
         return self.box is not None and bool(self.box.present[TOP])
 
     def room(self, step):
-        """Coordinates of walls and faces [um], (6,); not a number where there is neither."""
+        """Coordinates of walls and faces [um], (6,); NaN where there is neither."""
         time = self.dt * step
         planes = np.full(6, np.nan)
         if self.box is not None:
@@ -128,45 +129,43 @@ class Domain:
         return planes
 
     def lengths(self, step):
-        """Edges of the room for the particles [um], (3,); not a number where it is open."""
+        """Lengths of the box [um], (3,); NaN where it is open."""
         return lengths(self.box, self.cell, self.dt * step)
 
     @property
     def bounded(self):
-        """True where the room is finite along all axes."""
+        """True where the box is finite along all axes."""
         return not np.isnan(self.lengths(0)).any()
 
     def wall_areas(self, step):
-        """Area of each wall [um^2], (6,): of the room, or of the sample where it is open."""
+        """Area of each wall [um^2], (6,): of the box, or of the sample where it is open."""
         planes, lengths = self.box.planes(self.dt * step), self.lengths(step)
         a, b, c = np.where(np.isnan(lengths), planes[1::2] - planes[0::2], lengths)
         return np.array([b * c, b * c, a * c, a * c, a * b, a * b])
 
     def nearest(self, d, step):
         """Distance vectors [um], (n, 3), to the nearest periodic image."""
-        if self.cell is None:
-            return d
-        return self.cell.nearest(d, self.dt * step)
+        return d if self.cell is None else self.cell.nearest(d, self.dt * step)
 
-    # -- how it moves ----------------------------------------------------------------------------
+    # -- motion ----------------------------------------------------------------------------------
 
     @property
     def wall_speed(self):
-        """Speed of the top wall downwards [um/us], as the drive's; 0 without one."""
+        """Speed of the top wall downwards [um/us], 0 without one."""
         return float(self.box.speed[TOP]) if self.has_top else 0.0
 
     @property
     def fastest_wall(self):
-        """Speed of the fastest wall along its normal, now or as its servo may have it [um/us]."""
+        """Largest normal speed of a wall, now or allowed by its servo [um/us]."""
         if self.box is None:
             return 0.0
-        held = self.servo is not None and self.servo.kind == WALL
         fastest = float(np.max(np.abs(self.box.speed)))
-        return max(fastest, float(self.servo.largest[0])) if held else fastest
+        if self.servo is not None and self.servo.kind == WALL:
+            return max(fastest, float(self.servo.largest[0]))
+        return fastest
 
     def closing_speed(self, step):
-        """Speed at which faces may bring particles together, now or as a servo may have it
-        [um/us]."""
+        """Speed at which faces may bring particles together, now or allowed by a servo [um/us]."""
         if self.cell is None:
             return 0.0
         time = self.dt * step
@@ -177,35 +176,36 @@ class Domain:
         return float(speeds.sum()) + abs(self.cell.tilt_rate)
 
     def shear_strain(self, step):
-        """Shear strain since the start: of the cell, or the way of the top wall along x over the
-        height of now; 0 without either."""
+        """Shear strain since the start: of the cell, or the displacement of the top wall along x
+        over the current height; 0 without either."""
         time = self.dt * step
         if self.cell is not None and self.cell.tilted:
             return self.cell.sheared(time)
         height = self.lengths(step)[2]
-        return float(self.box.way(time)[TOP, 0] / height) if self.has_top else 0.0
+        if not self.has_top:
+            return 0.0
+        return float(self.box.tangential_displacements(time)[TOP, 0] / height)
 
     def tilt(self, step):
-        """How much further along x the image above the cell stands [um]."""
+        """Shift of the image above the cell along x [um]."""
         return 0.0 if self.cell is None else self.cell.offset(self.dt * step)
 
-    def check_way(self):
-        """Raises DustError where the drive ends at once: walls or faces are as near to each other
-        as they may come."""
+    def check_start(self):
+        """Raise DustError where walls or faces have their smallest distance at the start."""
         clock = self.clock()
-        for axis, way in enumerate(("wide", "deep", "high")):
+        for axis, word in enumerate(("wide", "deep", "high")):
             if clock.narrows(axis) and clock.step_of_length(clock.least[axis], axis) == 0:
                 raise DustError(
-                    f"boundary: the room is {clock.start[axis]:.4g} µm {way}, no more than two "
-                    f"grains ({clock.least[axis]:.4g} µm), so nothing can be pressed; take a "
-                    "larger sample or room, or let it rest"
+                    f"boundary: the box is {clock.start[axis]:.4g} µm {word}, no more than two "
+                    f"grains ({clock.least[axis]:.4g} µm), so it cannot be compressed; use a "
+                    "larger sample or box, or leave it at rest"
                 )
 
     def clock(self, first=0):
         """The Clock of the stage that begins at step `first`, at which the drive has been set.
 
-        Walls are not brought closer than two particles, faces not to where a particle would meet
-        another across both.
+        The smallest distance of walls is two particles, that of faces slightly more, so that no
+        particle meets another across both.
         """
         start, rate, growth = [np.nan] * 3, [0.0] * 3, [0.0] * 3
         least = [4.0 * self.radius] * 3
@@ -229,25 +229,25 @@ class Domain:
             tuple(growth),
             tuple(least),
             first,
-            held=self._held(),
+            controlled=self._controlled_axes(),
             shear=self._shear_rate(start[2] + rate[2] * self.dt * first),
         )
 
-    def _held(self):
-        """Numbers of the axes along which a servo moves what bounds the room."""
+    def _controlled_axes(self):
+        """Numbers of the axes along which a servo moves walls or faces."""
         if self.servo is None:
             return ()
         return (2,) if self.servo.kind == WALL else self.servo.axes
 
     def _shear_rate(self, height):
-        """Rate of shear [1/us]; of walls that over the height [um] at the start of the stage."""
+        """Rate of shear [1/us], between walls relative to the height [um] at the start."""
         if self.cell is not None and self.cell.tilted:
             return self.cell.shear_rate
         return float(self.box.along[TOP, 0] / height) if self.has_top and height == height else 0.0
 
 
 def _face_motion(drive, t_c, servo):
-    """How the edges of a cell move, as Cell.driven takes it."""
+    """Motion of the edges of a cell, arguments of Cell.driven."""
     growth, rate = np.zeros(3), np.zeros(3)
     if drive.compression_rate is not None:
         growth[:] = -2.0 * drive.compression_rate / t_c

@@ -1,4 +1,4 @@
-"""Gravity in internal units: accelerations, and the work that it has done."""
+"""Gravity in internal units: accelerations and potential."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from dusttaichi import units
 
-NEAREST2 = 1e-12  # square of the distance below which a centre pulls no more [um^2]
+NEAREST2 = 1e-12  # square of the distance below which a centre does not attract [um^2]
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,15 +17,15 @@ class Gravity:
     numbers: np.ndarray
 
     def acceleration(self, x):
-        """At the places x [um] (n, 3), in um/us^2, (n, 3)."""
+        """Accelerations [um/us^2], (n, 3), at the positions x [um], (n, 3)."""
         if self.kind == "constant":
             return np.broadcast_to(self.numbers[:3], x.shape)
-        way = self.numbers[:3] - x
-        square = np.maximum(np.sum(way**2, axis=1, keepdims=True), NEAREST2)
-        return self.numbers[3] * square ** (0.5 * (self.numbers[4] - 1.0)) * way
+        towards = self.numbers[:3] - x
+        square = np.maximum(np.sum(towards**2, axis=1, keepdims=True), NEAREST2)
+        return self.numbers[3] * square ** (0.5 * (self.numbers[4] - 1.0)) * towards
 
     def potential(self, x):
-        """Potential energy for a unit of mass at the places x [um] (n, 3), in um^2/us^2, (n,)."""
+        """Potential energy per mass [um^2/us^2], (n,), at the positions x [um], (n, 3)."""
         if self.kind == "constant":
             return -(x @ self.numbers[:3])
         strength, power = self.numbers[3], self.numbers[4] + 1.0

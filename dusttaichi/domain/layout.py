@@ -1,4 +1,4 @@
-"""Walls and cell laid out around a sample, as the scene's boundary says."""
+"""Walls and cell around a sample, by the boundary of the scene."""
 
 import numpy as np
 
@@ -9,18 +9,17 @@ from dusttaichi.errors import DustError
 from dusttaichi.names import AXES, WALLS
 
 
-def make_surroundings(
+def make_walls_and_cell(
     boundary, positions, radius, *, contact, overlap, period=None, room=None, tilt=0.0
 ):
     """(Box or None, Cell or None) around a sample at rest.
 
     positions (N, 3), radius, contact (distance of two grains in equilibrium contact), overlap (in
-    equilibrium with a wall): um; each but the first one number, or (N,) of grains that are not all
-    equal. With `size: fit` the outermost grains are in equilibrium contact with their wall, or with
-    each other across the faces; a sample that repeats says by what `period`, one that is taken out
-    of a room by `room` (6,) where walls and faces stand [um], NaN where there is none, and by
-    `tilt` [um] how far its cell leans.
-    Raises DustError when the sample does not fit.
+    equilibrium with a wall): um; each but the first one number, or (N,) for unequal grains. With
+    `size: fit` the outermost grains are in equilibrium contact with their wall, or with each other
+    across the faces. period (3,): edges of a periodic sample. room (6,): positions of the walls and
+    faces of the run that a sample is taken from, NaN where there is none; tilt: shift of the image
+    above its cell [um]. Raises DustError when the sample does not fit.
     """
     low, high = positions.min(axis=0), positions.max(axis=0)
     axes = tuple(AXES.index(axis) for axis in boundary.periodic_axes)
@@ -34,7 +33,7 @@ def make_surroundings(
         elif not np.ndim(radius):
             needed = high - low + contact
         else:
-            # grains at the faces overlap no more than the deepest contact in equilibrium
+            # grains at the faces overlap at most as much as the deepest contact in equilibrium
             surface = radius[:, None]
             needed = (positions + surface).max(axis=0) - (positions - surface).min(axis=0)
             needed -= np.min(2.0 * radius - contact)
@@ -43,7 +42,7 @@ def make_surroundings(
             size = np.where(np.isin(np.arange(3), axes), size[list(axes)].max(), size)
     if wanted is not None:
         wanted = np.where(np.isnan(wanted), size, wanted)
-        _check_room(boundary, wanted, size, axes)
+        _check_size(boundary, wanted, size, axes)
         size = wanted
     if room is not None:
         room_low, room_high = _kept(room, room_low, room_high, axes)
@@ -58,40 +57,40 @@ def make_surroundings(
     cell = Cell(np.where(periodic, size, 0.0), np.zeros(3), np.zeros(3), centre, axes, tilt=tilt)
     if tilt and len(axes) < 3:
         raise DustError(
-            "sample.keep: the cell of the other run has been sheared and leans; a cell that "
-            "repeats along x, y and z is needed (boundary: {kind: periodic}), or keep no box"
+            "sample.keep: the cell of the other run has been sheared; a cell that is periodic "
+            "along x, y and z is needed (boundary: {kind: periodic}), or keep no box"
         )
-    if not tilt:  # one that leans is kept as it was
+    if not tilt:  # a sheared cell is reused unchanged
         check_images(positions, cell, radius)
     return box, cell
 
 
 def _put_planes(boundary, low, high, size):
-    """Put the ends and sizes (3,) of a room [um] where the scene says that walls stand."""
+    """Set ends and sizes (3,) of a box [um] along the axes with prescribed positions of walls."""
     planes = getattr(boundary, "at", None)
     for n, axis in enumerate(AXES):
         ends = None if planes is None else getattr(planes, axis)
         if ends is None:
             continue
         first, last = (end / units.LENGTH for end in ends)
-        # as in _check_room, far below any length of a contact
+        # as in _check_size, far below any length of a contact
         margin = 1e-9 * (high[n] - low[n])
         if low[n] < first - margin or high[n] > last + margin:
             raise DustError(
                 f"boundary.at.{axis}: the sample does not fit: it reaches from {low[n]:.4g} µm to "
-                f"{high[n]:.4g} µm along {axis}, the walls stand at {first:.4g} µm and {last:.4g} "
+                f"{high[n]:.4g} µm along {axis}, the walls are at {first:.4g} µm and {last:.4g} "
                 "µm; move them apart"
             )
         low[n], high[n], size[n] = first, last, last - first
 
 
 def _kept(room, low, high, axes):
-    """Lower and upper ends (3,) of a room that walls and faces keep; others at `low` and `high`."""
+    """Lower and upper ends (3,) of the walls and faces in `room`; others at `low` and `high`."""
     open_ = [AXES[n] for n in axes if np.isnan(room[2 * n : 2 * n + 2]).any()]
     if open_:
         raise DustError(
             f"sample.keep: the other run has no faces along {', '.join(open_)}, along which the "
-            "cell of this scene repeats; leave that axis out of boundary.axes, or keep no box"
+            "cell of this scene is periodic; leave that axis out of boundary.axes, or keep no box"
         )
     ends = np.array(room).reshape(3, 2).T
     low, high = (np.where(np.isnan(k), f, k) for k, f in zip(ends, (low, high), strict=True))
@@ -99,7 +98,7 @@ def _kept(room, low, high, axes):
 
 
 def _wanted(boundary):
-    """Lengths that the scene gives [um], NaN where it gives none; None if it gives none at all."""
+    """Prescribed lengths [um], NaN where there is none; None if there are none at all."""
     if boundary.kind == "plates":
         gap = boundary.gap
         return None if gap == "fit" else np.array([np.nan, np.nan, gap / units.LENGTH])
@@ -109,8 +108,8 @@ def _wanted(boundary):
     return np.array(size) / units.LENGTH
 
 
-def _check_room(boundary, size, need, axes):
-    """Walls must stand outside the sample. (Across periodic faces its images may interlock.)"""
+def _check_size(boundary, size, need, axes):
+    """Refuse walls inside the sample. (Across periodic faces its images may interlock.)"""
     # the need is a sum of rounded numbers; a billionth is far below any length of a contact
     walled = [
         n

@@ -1,12 +1,12 @@
-"""How many steps the stages of a scene take at most, before anything is computed."""
+"""Largest number of steps of the stages of a scene, before anything is computed."""
 
 from dusttaichi.names import NEVER
 
 
 def planned(scene, domain):
-    """(name, steps at most, reason) of every stage, from the edges that each leaves behind.
+    """(name, largest number of steps, reason) of every stage.
 
-    Steps are NEVER where only what is measured ends the stage; there the list ends.
+    Steps are NEVER where only a measured quantity ends the stage; there the list ends.
     """
     first, out = 0, []
     for plan in scene.stage_plans:

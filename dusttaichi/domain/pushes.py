@@ -1,8 +1,8 @@
-"""Pushes from outside on some grains, in internal units and order: forces, carried grains.
+"""External pushes on some grains, in internal units and order: forces, carried grains.
 
-A force acts from the start of the run, or of its stage, until its last step, on half of which it
-acts; its work is force times way. A carried grain keeps its velocity and does not turn, whatever
-pulls at it; what carries it does the work that the contacts take from it.
+A force acts from the start of the run, or of its stage, up to the middle of its last step; its work
+is force times displacement. A carried grain moves at a prescribed velocity and does not rotate,
+whatever forces act on it; its carrier does the work that the contacts absorb.
 """
 
 import copy
@@ -16,9 +16,9 @@ from dusttaichi.names import NEVER
 
 @dataclass(frozen=True)
 class Force:
-    """The same force [nN] (3,) on each of some grains until the step `end`.
+    """Equal force [nN] (3,) on each of some grains until the step `end`.
 
-    start: of that of a stage, positions of its grains at its beginning [um], (n, 3).
+    start: positions of its grains at the beginning of its stage [um], (n, 3), or None.
     """
 
     grains: np.ndarray
@@ -30,8 +30,8 @@ class Force:
 class Push:
     """All pushes of a scene of `grains` grains; none where the scene has none.
 
-    forces: list of Force. speeds: dict grain -> velocity (3,) [um/us] that it is carried at. kinds:
-    of pushes that stages bring.
+    forces: list of Force. speeds: dict grain -> velocity (3,) [um/us] of a carried one. kinds: of
+    the pushes of stages.
     """
 
     def __init__(self, grains, forces=(), speeds=None, kinds=()):
@@ -40,23 +40,23 @@ class Push:
         self._carry(self.own_speeds)
 
     def _carry(self, speeds):
-        self.held = np.array(sorted(speeds), dtype=int)
-        self.velocity = np.array([speeds[g] for g in self.held]).reshape(-1, 3)
+        self.carried_grains = np.array(sorted(speeds), dtype=int)
+        self.velocity = np.array([speeds[g] for g in self.carried_grains]).reshape(-1, 3)
 
     @property
     def forced(self):
-        """Whether forces act in this run."""
+        """True where forces act in this run."""
         return bool(self.forces) or "force" in self.kinds
 
     @property
     def carried(self):
-        """Whether grains are carried in this run."""
-        return len(self.held) > 0 or "speed" in self.kinds
+        """True where grains are carried in this run."""
+        return len(self.carried_grains) > 0 or "speed" in self.kinds
 
     @property
     def of_stage(self):
-        """Whether some of it ends with the stage."""
-        own = set(self.held.tolist()) != set(self.own_speeds)
+        """True where some of it ends with the stage."""
+        own = set(self.carried_grains.tolist()) != set(self.own_speeds)
         return own or any(force.start is not None for force in self.forces)
 
     @property
@@ -66,32 +66,27 @@ class Push:
     # -- stages ----------------------------------------------------------------------------------
 
     def next_stage(self, forces, speeds):
-        """The Push of the next stage: what does not end with the present one, and these."""
+        """The Push of the next stage: all that does not end with the present one, and these."""
         out = copy.copy(self)
         out.forces = (*(f for f in self.forces if f.start is None), *forces)
         out._carry(self.own_speeds | speeds)
         return out
 
-    def work_of_stage(self, x, held, force, step, dt):
-        """Work since the start of the stage [fJ] of what ends with it, and of all that is carried;
-        arguments: as of `work`."""
-        ends = [f for f in self.forces if f.start is not None]
+    def work_of_stage(self, x, impulse, force, step, dt):
+        """Work since the start of the stage [fJ] of the forces that end with it and of the carriers
+        of grains; arguments as of `work`."""
         out = copy.copy(self)
-        out.forces = tuple(ends)
-        return out.work(x, held, force, step, dt)
+        out.forces = tuple(f for f in self.forces if f.start is not None)
+        return out.work(x, impulse, force, step, dt)
 
     def numbers(self):
         """State for a checkpoint, as JSON."""
+        starts = [None if f.start is None else f.start.tolist() for f in self.forces]
         forces = [
-            [
-                f.grains.tolist(),
-                f.each.tolist(),
-                f.end,
-                None if f.start is None else f.start.tolist(),
-            ]
-            for f in self.forces
+            [f.grains.tolist(), f.each.tolist(), f.end, start]
+            for f, start in zip(self.forces, starts, strict=True)
         ]
-        speeds = list(zip(self.held.tolist(), self.velocity.tolist(), strict=True))
+        speeds = list(zip(self.carried_grains.tolist(), self.velocity.tolist(), strict=True))
         return {"forces": forces, "speeds": speeds, "first": self.first.tolist()}
 
     def restored(self, numbers):
@@ -116,24 +111,24 @@ class Push:
         return out
 
     def place(self, fields, step=0):
-        """Fill the fields of a push, as they are at the start of the run or of a stage."""
+        """Fill the fields of a push at the start of the run or of a stage."""
         if self.forced:
             fields["push_force"].from_numpy(self.force(step))
         if self.carried:
             free = np.ones(self.grains)
-            free[self.held] = 0.0
+            free[self.carried_grains] = 0.0
             fields["free"].from_numpy(free)
-            fields["held"].fill(0.0)
+            fields["carried_impulse"].fill(0.0)
 
     def begin(self, x, force):
-        """Remember positions and contact forces of step 0, which the work counts from."""
-        self.start, self.first = x[: self.grains].copy(), force[self.held]
+        """Store positions and contact forces of step 0, the reference of the work."""
+        self.start, self.first = x[: self.grains].copy(), force[self.carried_grains]
 
     def on(self, loads, step):
         """Contact loads (force, torque), (2, N, 3), with the pushes; 0 on carried grains."""
         if self.forced:
             loads[0] += self.force(step)
-        loads[:, self.held] = 0.0
+        loads[:, self.carried_grains] = 0.0
         return loads
 
     def next_end(self, step, end):
@@ -142,20 +137,20 @@ class Push:
 
     def _work(self, force, x):
         start = self.start[force.grains] if force.start is None else force.start
-        way = x[force.grains] - start
-        return float(np.sum(way @ force.each))
+        return float(np.sum((x[force.grains] - start) @ force.each))
 
-    def work(self, x, held, force, step, dt):
-        """Work since the start [fJ] of the forces that act still, and of what carries grains.
+    def work(self, x, impulse, force, step, dt):
+        """Work since the start [fJ] of the forces that still act, and of the carriers of grains.
 
-        x: positions. held: time integral of the contact forces over whole steps up to now. force:
-        those of now (N, 3).
+        x: positions. impulse: time integral of the contact forces over whole steps. force: current
+        contact forces (N, 3).
         """
         work = sum(self._work(f, x) for f in self.forces if step < f.end)
         if self.carried:
             # the force of a step acts half before and half after it
-            taken = held[self.held] + 0.5 * dt * (force[self.held] - self.first)
-            work -= float(np.sum(taken * self.velocity))
+            own = self.carried_grains
+            absorbed = impulse[own] + 0.5 * dt * (force[own] - self.first)
+            work -= float(np.sum(absorbed * self.velocity))
         return work
 
     def ending(self, x, step):
@@ -177,8 +172,10 @@ def rank_of(order):
 
 
 def forces_and_speeds(entries, groups, dt, first=0):
-    """([Force], {grain: velocity}) of blocks `push` with the internal numbers of their grains; dt
-    [us], first: the step at which they begin."""
+    """([Force], {grain: velocity}) of blocks `push`.
+
+    groups: internal numbers of the grains of each. dt [us]. first: step at which they begin.
+    """
     forces, speeds = [], {}
     for entry, grains in zip(entries, groups, strict=True):
         if entry.force is not None:
@@ -192,14 +189,14 @@ def forces_and_speeds(entries, groups, dt, first=0):
 
 
 def at_stage(forces, x):
-    """The same Forces, which end with their stage; x: positions [um] at its start."""
+    """Forces that end with their stage; x: positions [um] at its start."""
     return [replace(force, start=x[force.grains]) for force in forces]
 
 
 def make_push(entries, info, order, dt, kinds=()):
     """Push for the `push` block of a scene and a sample's info (samples.pushed), order, dt [us].
 
-    kinds: of the pushes that stages bring.
+    kinds: of the pushes of stages.
     """
     rank, found = rank_of(order), info.get("push", ()) if entries else ()
     groups = [rank[np.array(group["grains"])] for group in found]

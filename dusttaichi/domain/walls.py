@@ -15,8 +15,8 @@ MOVING = ("offset", "speed", "slid", "along")
 class Box:
     """Up to six walls; plane of wall n: x.normal = offset + speed t.
 
-    A wall may move along itself too: it has gone by slid + along t, (6, 3), and its velocity is
-    speed normal + along.
+    A wall may also move along itself: its tangential displacement is slid + along t, (6, 3), and
+    its velocity is speed normal + along.
     """
 
     normal: np.ndarray
@@ -32,8 +32,8 @@ class Box:
         """Velocities of the walls [um/us], (6, 3)."""
         return self.speed[:, None] * self.normal + self.along
 
-    def way(self, time):
-        """How far each wall has gone along itself at a time [us]: (6, 3) [um]."""
+    def tangential_displacements(self, time):
+        """Displacement of each wall along itself at a time [us]: (6, 3) [um]."""
         return self.slid + self.along * time
 
     def offsets(self, time):
@@ -45,22 +45,22 @@ class Box:
         return self.offsets(time) * self.normal.sum(axis=1)
 
     def driven(self, speed, along, time):
-        """The same walls, the top one of which moves down at `speed` and along x at `along`
-        [um/us] from `time` on."""
-        speeds, ways = np.zeros(6), np.zeros((6, 3))
+        """These walls with new velocities of the top one from `time` on: `speed` downwards and
+        `along` along x [um/us]."""
+        speeds, tangential = np.zeros(6), np.zeros((6, 3))
         if self.present[TOP]:
             # the normal of the top wall points down, as wall_speed does
-            speeds[TOP], ways[TOP, 0] = speed, along
+            speeds[TOP], tangential[TOP, 0] = speed, along
         offset = self.offset + (self.speed - speeds) * time
-        slid = self.slid + (self.along - ways) * time
-        return replace(self, offset=offset, speed=speeds, slid=slid, along=ways)
+        slid = self.slid + (self.along - tangential) * time
+        return replace(self, offset=offset, speed=speeds, slid=slid, along=tangential)
 
     def to_numbers(self):
         """State that changes in a run, for JSON."""
         return {name: getattr(self, name).tolist() for name in MOVING}
 
     def with_numbers(self, numbers):
-        """The same walls where `to_numbers` says."""
+        """These walls in the state of `to_numbers`."""
         return replace(self, **{name: np.array(numbers[name]) for name in MOVING})
 
 
@@ -75,12 +75,11 @@ def wall_strengths(boundary):
 
 def glued(wall, boundary):
     """Constants of a wall contact [SI] with the normal force of glued plates."""
-    glue = boundary.glue if boundary.kind == "plates" else 1.0
-    return replace(wall, glue=glue)
+    return replace(wall, glue=boundary.glue if boundary.kind == "plates" else 1.0)
 
 
 def make_box(boundary, low, high, size):
-    """Walls around the room: centred between the side walls, standing on the bottom."""
+    """Walls around a sample of ends low and high, centred between the side walls, on the bottom."""
     slack = size - (high - low)
     low = low - np.array([0.5, 0.5, 0.0]) * slack
     high = low + size

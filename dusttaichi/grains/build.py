@@ -12,7 +12,7 @@ from dusttaichi.compute.last_compiled import LastCompiled
 from dusttaichi.compute.memory import COARSE, arrays_of, capacity_for
 from dusttaichi.domain.domain import lengths
 from dusttaichi.domain.gravity import make_gravity
-from dusttaichi.domain.layout import make_surroundings
+from dusttaichi.domain.layout import make_walls_and_cell
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.errors import DustError
 from dusttaichi.grains.compiled import Compiled, Kernels
@@ -157,9 +157,9 @@ def chosen_layout(scene, model, loops, push, polydisperse):
         precision=scene.numerics.precision,
         sphere=scene.sphere is not None,
         gravity="" if scene.gravity is None else scene.gravity.kind,
-        orientation=scene.output.asks_for("orientation"),
-        contact_loss=scene.output.asks_for("loss"),
-        grain_loss=scene.output.asks_for("grain_loss"),
+        orientation=scene.output.requests("orientation"),
+        contact_loss=scene.output.requests("loss"),
+        grain_loss=scene.output.requests("grain_loss"),
     )
 
 
@@ -251,7 +251,7 @@ def surroundings(scene, sample, own, scenes, contacts):
     if own is not None:
         radius, overlap = own.radius[alone], wall_overlaps(scene, own)[alone]
     period, room = sample.info.get("period"), sample.info.get("room")
-    box, cell = make_surroundings(
+    box, cell = make_walls_and_cell(
         scene.boundary,
         sample.positions[alone] / units.LENGTH,
         radius,

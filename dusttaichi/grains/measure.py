@@ -38,7 +38,7 @@ class Readout:
             return 0.0
         x = self.state["x"]
         own = np.reshape(self.mass, -1) * self.gravity.potential(x[: self.grains])
-        own[self.push.held] = 0.0
+        own[self.push.carried_grains] = 0.0
         if self.sphere is not None and self.sphere.speed is None:
             at = x[self.sphere.row][None]
             own = np.append(own, self.sphere.mass * self.gravity.potential(at))
@@ -178,8 +178,8 @@ class Readout:
         """Work of the pushes since the start."""
         if not self.push.works:
             return 0.0
-        held = self.state["held"] if "held" in self.state else None
-        own = self.push.work(self.state["x"], held, self.contact_loads()[0], self.step, self.dt)
+        impulse = self.state["carried_impulse"] if "carried_impulse" in self.state else None
+        own = self.push.work(self.state["x"], impulse, self.contact_loads()[0], self.step, self.dt)
         return self.ledger_sums.push_work + own
 
     def face_power(self):
@@ -316,7 +316,7 @@ class Readout:
         x, normal = self.state["x"][grain], self.box.normal[wall]
         radius = np.broadcast_to(self.radii, self.grains)[self.order[grain]]
         # foot points are kept where they stand on the wall, wherever it has gone along itself
-        way = self.box.way(self.time)[wall]
+        way = self.box.tangential_displacements(self.time)[wall]
         pointer, foot = wall_pointers(self.layout, state, (x - way, radius[:, None], normal))
         offset = self.box.offsets(self.time)[wall]
         # what follows from the history has the overlap in it: the foot is a point of the plane

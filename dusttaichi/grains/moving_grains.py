@@ -198,7 +198,7 @@ class MovingGrains(SimpleSimulation):
 def make(scene, sample):
     """MovingGrains of a scene and a Sample, at step 0."""
     out = MovingGrains(scene, sample, build(scene, sample))
-    out.domain.check_way()
+    out.domain.check_start()
     return out
 
 

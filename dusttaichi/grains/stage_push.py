@@ -21,14 +21,14 @@ def push_anew(sim, entries):
     v, w = v + half / sim.mass * force, w + half / sim.inertia * torque
     before = _kinetic(sim, v, w)
     contact, x = sim.contact_loads()[0], state["x"]
-    held = state["held"] if "held" in state else None
-    work = sim.push.work_of_stage(x, held, contact, sim.step, sim.dt)
+    impulse = state["carried_impulse"] if "carried_impulse" in state else None
+    work = sim.push.work_of_stage(x, impulse, contact, sim.step, sim.dt)
 
     mass = np.broadcast_to(sim.mass, (sim.grains, 1))
     groups = _groups(sim, entries)
     forces, speeds = forces_and_speeds(entries, groups, sim.dt, sim.step)
     sim.push = sim.push.next_stage(at_stage(forces, x), speeds)
-    sim.push.first = contact[sim.push.held]
+    sim.push.first = contact[sim.push.carried_grains]
     sim.push.place(sim.fields, sim.step)
     for entry, grains in zip(entries, groups, strict=True):
         if entry.velocity is not None:
@@ -37,7 +37,7 @@ def push_anew(sim, entries):
             spin, own = np.array(entry.spin) / units.SPIN, mass[grains]
             v[grains] += rigid_rotation(spin, x[grains], own)
             w[grains] += spin
-    v[sim.push.held], w[sim.push.held] = sim.push.velocity, 0.0
+    v[sim.push.carried_grains], w[sim.push.carried_grains] = sim.push.velocity, 0.0
 
     force, torque = sim.loads()
     state["v"] = v - half / sim.mass * force

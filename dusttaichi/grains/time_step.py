@@ -222,7 +222,7 @@ def _wall_speed(drive):
 def _face_speed(scene, drive, sample, radii):
     """Largest speed of an image against the cell [m/s]."""
     axes = ["xyz".index(axis) for axis in scene.boundary.periodic_axes]
-    if not axes or not (drive.moving_faces or drive.shears or drive.held):
+    if not axes or not (drive.moving_faces or drive.shears or drive.controls_load):
         return 0.0
     if drive.face_speed is not None:
         return float(np.linalg.norm(2.0 * np.array(drive.face_speed)[axes]))
@@ -237,7 +237,7 @@ def _face_speed(scene, drive, sample, radii):
     elif drive.compression_rate is not None:
         t_c = constants.characteristic_time(scene.material.unscaled)
         rate[:] = 2.0 * drive.compression_rate / t_c
-    elif drive.held and len(axes) == 3:
+    elif drive.controls_load and len(axes) == 3:
         rate[:] = STRAIN_RATE
     faces = float(np.linalg.norm((rate * edges)[axes]))
     return faces + abs(drive.shear_rate or 0.0) * float(edges[2])

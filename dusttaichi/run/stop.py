@@ -48,8 +48,8 @@ class End:
         for name, bounds in stop.stress.given.items() if stop.stress is not None else ():
             if level := bounds.crossed(component(record["stress"], name)):
                 reason = f"stress {name} {level}"
-        if stop.filling_factor is not None and (domain.servo or not self.clock.bounded):
-            grows = domain.servo.presses if domain.servo else domain.wall_speed > 0.0
+        if stop.filling_factor is not None and (self.clock.controlled or not self.clock.bounded):
+            grows = domain.servo.presses if self.clock.controlled else domain.wall_speed > 0.0
             sign = 1.0 if grows else -1.0
             if sign * (record["filling_factor"] - stop.filling_factor) >= 0.0:
                 reason = f"filling factor {stop.filling_factor:.4g}"

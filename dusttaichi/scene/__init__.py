@@ -1,43 +1,26 @@
-"""Schema of the YAML files: one block a file, frozen, in SI once read.
+"""Schema of the YAML files: one block per file, frozen, in SI once read.
 
-Names are imported when they are asked for: who only needs units does not wait for all blocks.
+Names are imported on first use, so that a user of units does not wait for all blocks.
 """
 
 import importlib
 
 _HOMES = {
-    "boundary": (
-        "BoxBoundary",
-        "Drive",
-        "OpenBoundary",
-        "PeriodicBoundary",
-        "PlatesBoundary",
-        "bounded_axes",
-        "filling_direction",
-        "own_drive",
-        "strains",
-    ),
-    "continuum_material": ("ContinuumMaterial",),
-    "grains": ("GrainsScene",),
-    "interaction": (
-        "Asperities",
-        "Effect",
-        "Interaction",
-        "NoDamping",
-        "Scaled",
-        "Viscoelastic",
-        "Viscous",
-    ),
-    "loading": ("from_yaml", "json_schema", "load", "load_extensions", "schema_text"),
-    "material": ("NAMED", "Material"),
-    "numerics": ("Numerics",),
-    "output": ("Interval", "Output"),
-    "push": ("Push",),
-    "scene": ("Scene",),
-    "stage": ("Stage", "StagePlan"),
-    "stop": ("Stop",),
+    "boundary": "BoxBoundary Drive OpenBoundary PeriodicBoundary PlatesBoundary bounded_axes "
+    "filling_direction own_drive strains",
+    "continuum_material": "ContinuumMaterial",
+    "grains": "GrainsScene",
+    "interaction": "Asperities Effect Interaction NoDamping Scaled Viscoelastic Viscous",
+    "loading": "from_yaml json_schema load load_extensions schema_text",
+    "material": "NAMED Material",
+    "numerics": "Numerics",
+    "output": "Interval Output",
+    "push": "Push",
+    "scene": "Scene",
+    "stage": "Stage StagePlan",
+    "stop": "Stop",
 }
-_HOME = {name: module for module, names in _HOMES.items() for name in names}
+_HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
 
 __all__ = sorted(_HOME)
 

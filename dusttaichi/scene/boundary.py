@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from dusttaichi.names import AXES, WALLS
 from dusttaichi.scene.drive import (
@@ -19,15 +19,15 @@ from dusttaichi.scene.drive import (
     Stresses,
     together,
 )
-from dusttaichi.scene.fields import Block, Number, needed, problems
+from dusttaichi.scene.fields import Block, Faults, Number, needed
 from dusttaichi.scene.push import WallName
 from dusttaichi.scene.quantities import Quantity, Vector
 
 AxisName = Literal[AXES]
 
 
-class Surroundings(Block):
-    """Keys of every kind of boundary beside its `walls`, the names of those that are there."""
+class BoundaryBlock(Block):
+    """Block of a kind of boundary; its `walls` are the names of those that it has."""
 
     @property
     def periodic_axes(self) -> tuple[str, ...]:
@@ -36,7 +36,7 @@ class Surroundings(Block):
 
     @property
     def drives(self) -> tuple[str, ...]:
-        """Keys of a Drive that this boundary has something to move for."""
+        """Keys of a Drive that move something of this boundary."""
         there = {
             "top": "top" in self.walls,
             "faces": bool(self.periodic_axes),
@@ -46,8 +46,8 @@ class Surroundings(Block):
         return tuple(key for key in own if any(there[what] for what in MOVES[key].what))
 
 
-class OpenBoundary(Surroundings):
-    """Nothing around the grains."""
+class OpenBoundary(BoundaryBlock):
+    """No walls."""
 
     kind: Literal["open"]
 
@@ -60,25 +60,19 @@ Ends = Annotated[tuple[float, float], Quantity("length", count=2, example="0 um"
 
 
 class Planes(Block):
-    """Where the two walls across an axis stand, in the coordinates of the sample."""
+    """Positions of the two walls across an axis, in the coordinates of the sample."""
 
     x: Ends | None = Field(None, description="x_min and x_max, for example [0 um, 40 um]")
     y: Ends | None = Field(None, description="y_min and y_max")
     z: Ends | None = Field(None, description="bottom and top")
 
-    @model_validator(mode="after")
-    def _check(self) -> "Planes":
-        found = [
-            (axis, "the first must lie below the second, for example [0 um, 40 um]")
-            for axis in AXES
-            if (ends := getattr(self, axis)) is not None and not ends[0] < ends[1]
-        ]
-        if found:
-            raise problems(found)
-        return self
+    def faults(self) -> Faults:
+        for axis in AXES:
+            if (ends := getattr(self, axis)) is not None and not ends[0] < ends[1]:
+                yield axis, "the first must lie below the second, for example [0 um, 40 um]"
 
 
-class BoxBoundary(Surroundings):
+class BoxBoundary(BoundaryBlock):
     """A box of flat walls that stick like grains (S12 section 2.2); the top wall may move."""
 
     kind: Literal["box"]
@@ -92,7 +86,7 @@ class BoxBoundary(Surroundings):
     )
     at: Planes | None = Field(
         None,
-        description="where walls stand, in place of a size along these axes: {z: [0 um, 40 um]}",
+        description="positions of walls, in place of a size along these axes: {z: [0 um, 40 um]}",
     )
     omit: tuple[WallName, ...] = Field((), description="walls that are left out")
     wall_speed: Annotated[float, Quantity("speed", ge=0)] = TOP_SPEED
@@ -110,28 +104,19 @@ class BoxBoundary(Surroundings):
             raise needed("at least one wall must remain; without walls write kind: open")
         return tuple(wall for wall in WALLS if wall in value)
 
-    @model_validator(mode="after")
-    def _check(self) -> "BoxBoundary":
-        found = together(self)
+    def faults(self) -> Faults:
+        yield from together(self)
         sizes = ("fit",) * 3 if self.size == "fit" else self.size
         for axis, size in zip(AXES, sizes, strict=True):
             if self.at is not None and getattr(self.at, axis) is not None and size != "fit":
-                found.append((f"at.{axis}", f"size gives a length along {axis}; write fit there"))
-        if found:
-            raise problems(found)
-        return self
-
-    @property
-    def closed(self) -> bool:
-        """All six walls are there."""
-        return not self.omit
+                yield f"at.{axis}", f"size gives a length along {axis}; write fit there"
 
     @property
     def walls(self) -> tuple[str, ...]:
         return tuple(wall for wall in WALLS if wall not in self.omit)
 
 
-class PlatesBoundary(Surroundings):
+class PlatesBoundary(BoundaryBlock):
     """Two plates, bottom and top (PD08 section 3.1, S12 section 5.3); grains may leave sideways."""
 
     kind: Literal["plates"]
@@ -154,7 +139,7 @@ class PlatesBoundary(Surroundings):
         return ("bottom", "top")
 
 
-class PeriodicBoundary(Surroundings):
+class PeriodicBoundary(BoundaryBlock):
     """A cell that repeats along some axes; the others are open, or have walls."""
 
     kind: Literal["periodic"]
@@ -190,17 +175,11 @@ class PeriodicBoundary(Surroundings):
     def _order(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         return tuple(wall for wall in WALLS if wall in value)
 
-    @model_validator(mode="after")
-    def _check(self) -> "PeriodicBoundary":
-        found = [
-            ("walls", f"{wall} stands on the axis {AXES[WALLS.index(wall) // 2]}, which repeats")
-            for wall in self.walls
-            if AXES[WALLS.index(wall) // 2] in self.axes
-        ]
-        found += together(self)
-        if found:
-            raise problems(found)
-        return self
+    def faults(self) -> Faults:
+        for wall in self.walls:
+            if (axis := AXES[WALLS.index(wall) // 2]) in self.axes:
+                yield "walls", f"{wall} is on the axis {axis}, which is periodic"
+        yield from together(self)
 
     @property
     def periodic_axes(self) -> tuple[str, ...]:
@@ -208,13 +187,13 @@ class PeriodicBoundary(Surroundings):
 
 
 def own_drive(boundary: Block) -> Drive:
-    """The drive that a boundary gives itself, in a scene without stages."""
+    """The drive in the block of a boundary, for a scene without stages."""
     given = {name: getattr(boundary, name, None) for name in Drive.model_fields}
     return Drive.model_construct(**given | {"push": ()})
 
 
 def bounded_axes(boundary: Block) -> tuple[str, ...]:
-    """Axes along which the room for the grains is finite: periodic, or with both walls."""
+    """Axes along which the box is finite: periodic, or with both walls."""
     return tuple(
         axis
         for n, axis in enumerate(AXES)
@@ -223,39 +202,35 @@ def bounded_axes(boundary: Block) -> tuple[str, ...]:
 
 
 def strains(boundary: Block, drive: Drive) -> bool:
-    """True where some length, the height between bottom and top or an edge, changes in a way that
-    is known beforehand, or a shear does."""
+    """True where the height, an edge or a shear changes at a prescribed rate."""
     if drive.shears:
         return True
     height = {"bottom", "top"} <= set(boundary.walls) and bool(drive.wall_speed)
-    if drive.held:
+    if drive.controls_load:
         rates = drive.strain_rate or (0.0,) * 3
-        return bool(drive.held_axes) and any(
-            rate for n, rate in enumerate(rates) if n not in drive.held_axes
+        return bool(drive.controlled_axes) and any(
+            rate for n, rate in enumerate(rates) if n not in drive.controlled_axes
         )
     return height or drive.moving_faces
 
 
 def filling_direction(boundary: Block, drive: Drive) -> int:
-    """1 where the filling factor of a bounded room only grows, -1 where it only falls, else 0."""
-    if bounded_axes(boundary) != AXES or drive.held:
+    """1 where the filling factor of a bounded box only grows, -1 where it only falls, else 0."""
+    if bounded_axes(boundary) != AXES or drive.controls_load:
         return 0
-    ways = [drive.wall_speed or 0.0] if "top" in boundary.walls else []
+    rates = [drive.wall_speed or 0.0] if "top" in boundary.walls else []
     if drive.compression_rate is not None:
-        ways.append(1.0)
+        rates.append(1.0)
     for law in (drive.strain_rate, drive.face_speed):
         if law is not None:
-            ways += [
-                -rate
-                for axis, rate in zip(AXES, law, strict=True)
-                if axis in boundary.periodic_axes
-            ]
-    if any(w > 0 for w in ways) and not any(w < 0 for w in ways):
-        return 1
-    return -1 if any(w < 0 for w in ways) and not any(w > 0 for w in ways) else 0
+            pairs = zip(AXES, law, strict=True)
+            rates += [-rate for axis, rate in pairs if axis in boundary.periodic_axes]
+    signs = {rate > 0.0 for rate in rates if rate}
+    if len(signs) != 1:
+        return 0
+    return 1 if signs == {True} else -1
 
 
-# One entry a kind: a new kind of boundary is a new class here.
 Boundary = Annotated[
     OpenBoundary | BoxBoundary | PlatesBoundary | PeriodicBoundary, Field(discriminator="kind")
 ]

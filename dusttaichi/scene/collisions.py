@@ -1,14 +1,14 @@
-"""What `dust collide` varies: the collision of the scene at many speeds, places and seeds."""
+"""Parameters of `dust collide`: many speeds, impact parameters, bodies and seeds."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag
+from pydantic import Field
 
 from dusttaichi.samples.registry import AnyBody, reads_samples
-from dusttaichi.scene.fields import Block, Count, Number
+from dusttaichi.scene.fields import Block, Count, Faults, Number, plain_or_block
 from dusttaichi.scene.quantities import Quantity
 
 MOST = 100_000  # collisions of a study
@@ -31,7 +31,7 @@ class SpeedRange(Block):
 
 
 class Rings(Block):
-    """Impact parameters that stand for equal areas: the disc of the largest is cut into rings."""
+    """Impact parameters of rings of equal area, into which the disc of the largest is cut."""
 
     rings: Count = Field(
         description="number of rings of equal area, with one impact parameter each"
@@ -46,23 +46,13 @@ class Rings(Block):
         return tuple((self.largest * np.sqrt(shares)).tolist())
 
 
-def _form(value: Any) -> str:
-    return "block" if isinstance(value, (dict, Block)) else "list"
-
-
-Speeds = Annotated[
-    Annotated[tuple[ImpactSpeed, ...], Tag("list")] | Annotated[SpeedRange, Tag("block")],
-    Discriminator(_form),
-]
-Impacts = Annotated[
-    Annotated[tuple[Impact, ...], Tag("list")] | Annotated[Rings, Tag("block")],
-    Discriminator(_form),
-]
+Speeds = plain_or_block(tuple[ImpactSpeed, ...], SpeedRange)
+Impacts = plain_or_block(tuple[Impact, ...], Rings)
 
 
 @reads_samples
 class Collisions(Block):
-    """What `dust collide` varies; `dust run` makes the one collision of `sample`."""
+    """Parameters of `dust collide`; `dust run` makes the one collision of `sample`."""
 
     speed: Speeds = Field(
         description="relative speeds: a list, or {lowest, highest, count} in the logarithm"
@@ -72,8 +62,8 @@ class Collisions(Block):
     )
     mass_ratio: tuple[Ratio, ...] = Field(
         (1.0,),
-        description="mass of the target over that of the projectile, which has fewer `grains` "
-        "than sample.projectile says",
+        description="mass of the target over that of the projectile, whose number of `grains` is "
+        "reduced accordingly",
     )
     bodies: dict[str, AnyBody] = Field(
         {},
@@ -81,17 +71,13 @@ class Collisions(Block):
         "without any, those of `sample`",
     )
     seeds: Count = Field(
-        3, description="pairs of bodies at each point; the seeds of the sample are counted on"
+        3, description="pairs of bodies at each point; their seeds follow those of the sample"
     )
-
-    def __hash__(self) -> int:
-        own = {name: getattr(self, name) for name in type(self).model_fields}
-        return hash(tuple({**own, "bodies": tuple(self.bodies.items())}.values()))
 
     refine: Annotated[int, Number(whole=True, ge=0, le=30)] = Field(
         0,
-        description="speeds that are added one after another: each halves, in the logarithm, the "
-        "widest interval of a body and mass ratio in which the growth efficiency falls below 0",
+        description="number of additional speeds: each halves, in the logarithm, the widest "
+        "interval of a body and mass ratio in which the growth efficiency falls below 0",
     )
 
     @property
@@ -107,7 +93,7 @@ class Collisions(Block):
 
     @property
     def by_area(self) -> bool:
-        """Whether the impact parameters stand for equal areas."""
+        """Whether the impact parameters are those of rings of equal area."""
         return isinstance(self.impact_parameter, Rings)
 
     @property
@@ -117,45 +103,45 @@ class Collisions(Block):
         return points * max(1, len(self.bodies)) * self.seeds
 
 
-def check(scene) -> list[tuple[str, str]]:
-    """Problems of the block, as (dotted path, text)."""
+def check(scene) -> Faults:
+    """Faults of the block with the other blocks."""
     own = scene.collisions
     if own is None:
-        return []
+        return
     if scene.sample.kind != "collision":
         kind = scene.sample.kind
-        return [("collisions", f"sample.kind is {kind}; it needs two bodies: kind: collision")]
-    found = []
+        yield "collisions", f"sample.kind is {kind}; it needs two bodies: kind: collision"
+        return
+    found = [*_grid(scene, own)]
+    yield from found or _ratios(own, {"sample.projectile": scene.sample.projectile})
+
+
+def _grid(scene, own: Collisions) -> Faults:
     if scene.stop is None or scene.stop.time is None:
-        text = "it needs stop: {time: ...}, how long a collision is followed after the first touch"
-        found.append(("collisions", text))
+        text = "it needs stop: {time: ...}, the time after first contact at which collisions end"
+        yield "collisions", text
     if isinstance(own.speed, SpeedRange) and not own.speed.lowest < own.speed.highest:
-        found.append(("collisions.speed", "highest must be above lowest"))
+        yield "collisions.speed", "highest must be above lowest"
     lists = {"speed": own.speeds, "impact_parameter": own.impacts, "mass_ratio": own.mass_ratio}
     for key, values in lists.items():
         if not values:
-            found.append((f"collisions.{key}", "at least one value is needed"))
+            yield f"collisions.{key}", "at least one value is needed"
         elif len(set(values)) < len(values):
-            found.append((f"collisions.{key}", "a value is given twice"))
+            yield f"collisions.{key}", "a value is given twice"
     if own.count > MOST:
-        text = f"these are {own.count:,} collisions; at most {MOST:,} are allowed"
-        found.append(("collisions", text))
-    return found or _ratios(own, {"sample.projectile": scene.sample.projectile})
+        yield "collisions", f"these are {own.count:,} collisions; at most {MOST:,} are allowed"
 
 
-def _ratios(own: Collisions, bodies: dict) -> list[tuple[str, str]]:
+def _ratios(own: Collisions, bodies: dict) -> Faults:
     """Bodies that cannot be made smaller."""
     bodies = {f"collisions.bodies.{n}": body for n, body in own.bodies.items()} or bodies
     largest = max(own.mass_ratio)
     if largest == 1.0:
-        return []
-    found = []
+        return
     for path, body in bodies.items():
         grains = getattr(body, "grains", None)
         if grains is None:
             text = "a mass ratio above 1 needs a number of grains; a body with `grains` is needed"
-            found.append((path, text))
+            yield path, text
         elif grains < 2 * largest:
-            text = f"{grains} grains over {largest:g}: the projectile has fewer than 2 grains"
-            found.append((path, text))
-    return found
+            yield path, f"{grains} grains over {largest:g}: the projectile has fewer than 2 grains"

@@ -1,58 +1,51 @@
-"""Boundaries of the continuum: none, or a box with something at each face."""
+"""Boundaries of the continuum: open space, or a box with a condition at each face."""
 
 from __future__ import annotations
 
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Discriminator, Field, Tag, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from dusttaichi.names import AXES, WALLS
-from dusttaichi.scene.boundary import AxisName, OpenBoundary, Surroundings
+from dusttaichi.scene.boundary import AxisName, BoundaryBlock, OpenBoundary
 from dusttaichi.scene.drive import TOP_SPEED, Speed
-from dusttaichi.scene.fields import Block, problems
+from dusttaichi.scene.fields import Block, Faults, plain_or_block, problems
 from dusttaichi.scene.quantities import Quantity
 
 
 class LayerFace(Block):
-    """Dust that is held where it is (G09 section 4.1): a rough plane, which dust never leaves."""
+    """Layer of fixed dust (G09 section 4.1): a rough plane, which dust never leaves."""
 
     layer: Annotated[float, Quantity("length", gt=0, example="0.15 mm")] = Field(
-        description="thickness of the dust that is held"
+        description="thickness of the fixed dust"
     )
 
 
-def _form(value: Any) -> str:
-    return "layer" if isinstance(value, (dict, LayerFace)) else "word"
+Face = plain_or_block(Literal["open", "mirror", "rigid"], LayerFace)
 
 
-Face = Annotated[
-    Annotated[Literal["open", "mirror", "rigid"], Tag("word")] | Annotated[LayerFace, Tag("layer")],
-    Discriminator(_form),
-]
-
-
-class FacesBoundary(Surroundings):
-    """A box around the sample, as large as it is; each face is open, or has something."""
+class FacesBoundary(BoundaryBlock):
+    """A box around the sample, as large as it is, with a condition at each face."""
 
     kind: Literal["faces"]
     x_min: Face = Field(
         "open",
-        description="what is at this face: open, mirror (a smooth plane), rigid (a rough rigid "
-        "plane), or {layer: thickness} of dust that is held",
+        description="boundary condition of this face: open, mirror (a smooth plane), rigid (a "
+        "rough rigid plane), or {layer: thickness} of fixed dust",
     )
     x_max: Face = Field("open", description="as x_min")
     y_min: Face = Field("open", description="as x_min; in three dimensions")
     y_max: Face = Field("open", description="as x_min; in three dimensions")
     bottom: Face = Field("open", description="as x_min")
     top: Face = Field("open", description="as x_min")
-    periodic: tuple[AxisName, ...] = Field((), description="axes along which the sample repeats")
+    periodic: tuple[AxisName, ...] = Field((), description="periodic axes of the sample")
     gap: Annotated[float, Quantity("length", ge=0, example="0.1 mm")] = Field(
         "0 m", description="between the sample and each of mirror and rigid"
     )
     wall_speed: Speed = TOP_SPEED
 
     WITHOUT_LOADS: ClassVar[str] = (
-        "it is for grains; the faces of a continuum move at a wall_speed, or rest"
+        "it is for grains; the faces of a continuum move at a wall_speed, or are at rest"
     )
 
     @model_validator(mode="before")
@@ -67,22 +60,16 @@ class FacesBoundary(Surroundings):
     def _order(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         return tuple(axis for axis in AXES if axis in value)
 
-    @model_validator(mode="after")
-    def _check(self) -> FacesBoundary:
-        found = [
-            (wall, f"it stands on the axis {AXES[number // 2]}, which repeats")
-            for number, wall in enumerate(WALLS)
-            if self.face(wall) != "open" and AXES[number // 2] in self.periodic
-        ]
+    def faults(self) -> Faults:
+        for number, wall in enumerate(WALLS):
+            if self.face(wall) != "open" and AXES[number // 2] in self.periodic:
+                yield wall, f"it is on the axis {AXES[number // 2]}, which is periodic"
         if self.wall_speed and self.top == "open":
-            found.append(("wall_speed", "there is nothing at the top that could move"))
+            yield "wall_speed", "there is nothing at the top that could move"
         if not self.walls and not self.periodic:
-            found.append(("", "all faces are open; at least one is needed, or kind: open"))
+            yield "", "all faces are open; at least one is needed, or kind: open"
         if self.gap and not (set(self.mirrors) | set(self.rigid)):
-            found.append(("gap", "it is for mirror and rigid faces only"))
-        if found:
-            raise problems(found)
-        return self
+            yield "gap", "it is for mirror and rigid faces only"
 
     def face(self, wall: str) -> str | LayerFace:
         """Boundary condition of a face: "open", "mirror", "rigid" or a LayerFace."""
@@ -105,7 +92,7 @@ class FacesBoundary(Surroundings):
 
     @property
     def layers(self) -> dict[str, float]:
-        """Face -> thickness [m] of the dust that is held there."""
+        """Face -> thickness [m] of the fixed dust there."""
         faces = {wall: self.face(wall) for wall in WALLS}
         return {wall: f.layer for wall, f in faces.items() if isinstance(f, LayerFace)}
 
@@ -113,18 +100,15 @@ class FacesBoundary(Surroundings):
     def periodic_axes(self) -> tuple[str, ...]:
         return self.periodic
 
-    def conflicts(self, dimension: int) -> list[tuple[str, str]]:
-        """Conflicts with the number of dimensions, as (dotted path below this, text)."""
+    def conflicts(self, dimension: int) -> Faults:
+        """Conflicts with the number of dimensions."""
         if dimension == 3:
-            return []
-        found = [
-            (wall, "the plane is x-z with dimension: 2, there is no such face")
-            for wall in ("y_min", "y_max")
-            if self.face(wall) != "open"
-        ]
+            return
+        for wall in ("y_min", "y_max"):
+            if self.face(wall) != "open":
+                yield wall, "the plane is x-z with dimension: 2, there is no such face"
         if "y" in self.periodic:
-            found.append(("periodic", "the plane is x-z with dimension: 2; y cannot repeat"))
-        return found
+            yield "periodic", "the plane is x-z with dimension: 2; y cannot be periodic"
 
 
 ContinuumBoundary = Annotated[OpenBoundary | FacesBoundary, Field(discriminator="kind")]

@@ -1,4 +1,4 @@
-"""Dusts of the continuum by name or from a file, as plain data, and draws from what a fit knows."""
+"""Dusts of the continuum by name or from a file, as plain data, and draws from fitted numbers."""
 
 from functools import cache
 from pathlib import Path
@@ -42,7 +42,7 @@ SCALES = frozenset({"bulk_modulus", "shear_ratio", "compressive.p_m", "shear.fac
 def known(name: Any, folder: str | Path = "", key: str = "") -> dict[str, Any]:
     """Plain data of a named dust, or of a file whose path is relative to the folder.
 
-    Raises pydantic's ValidationError, at the key, for what is neither.
+    Raises pydantic's ValidationError, at the key, for anything else.
     """
     if isinstance(name, str) and name in _NUMBERS:
         return {**_NUMBERS[name]}
@@ -64,22 +64,24 @@ def _read(path, key):
         refuse_unreadable(path, yaml_text.MOST_CHARACTERS)
         data = yaml_text.read(path.read_text(encoding="utf-8")).data
     except UnicodeDecodeError as error:
-        raise problems([(key, f"{path} is no text: {error.reason}")]) from None
+        raise problems([(key, f"{path} is not a text file: {error.reason}")]) from None
     except (OSError, ValueError) as error:
         why = "there is no such file" if isinstance(error, FileNotFoundError) else str(error)
         raise problems([(key, f"{why} ({path})")]) from None
     except yaml.YAMLError as error:
-        raise problems([(key, f"{path} is no YAML: {' '.join(str(error).split())}")]) from None
+        raise problems(
+            [(key, f"{path} is not valid YAML: {' '.join(str(error).split())}")]
+        ) from None
     if not isinstance(data, dict) or "base" in data:
-        raise problems([(key, f"{path} does not hold the block of a material")])
+        raise problems([(key, f"{path} does not contain the block of a material")])
     return data
 
 
 def drawn(data, draw, possible):
-    """The plain data with its fitted numbers drawn from their covariance over the seeds.
+    """Plain data with the fitted numbers drawn from their covariance over the seeds.
 
-    Normally distributed numbers, logarithms of SCALES; the first that possible(data) accepts of
-    those that the draw (an integer of at least 1) gives, the same for the same draw. Raises
+    Numbers, or logarithms of SCALES, are normally distributed. draw: an integer of at least 1, the
+    seed of a sequence, of which the first that possible(data) accepts is returned. Raises
     pydantic's ValidationError where there is no covariance, or nothing is accepted.
     """
     if isinstance(draw, bool) or not isinstance(draw, int) or draw < 1:
@@ -107,8 +109,8 @@ def drawn(data, draw, possible):
 
 
 def _axes(covariance):
-    """Standard deviations, and a root of the correlation: few seeds leave it singular, and its
-    digits in a file a little below."""
+    """Standard deviations, and a root of the correlation, which is singular for few seeds, or
+    slightly indefinite by the digits in a file."""
     width = np.sqrt(covariance.diagonal())
     safe = np.where(width > 0.0, width, 1.0)
     values, vectors = np.linalg.eigh(covariance / np.outer(safe, safe))
@@ -116,7 +118,7 @@ def _axes(covariance):
 
 
 def _replaced(data, numbers):
-    """Plain data without its source, with numbers by the names of the fit."""
+    """Plain data without its source, with fitted numbers by name."""
     out = {
         key: {**value} if isinstance(value, dict) else value
         for key, value in data.items()

@@ -9,7 +9,7 @@ from dusttaichi.physics.continuum import conditions
 from dusttaichi.physics.continuum.numbers import SHEAR, MaterialNumbers
 from dusttaichi.samples.values import Seed
 from dusttaichi.scene import continuum_dusts, moduli
-from dusttaichi.scene.fields import Block, Number, needed, problems
+from dusttaichi.scene.fields import Block, Faults, NamedBlock, Number, needed, problems
 from dusttaichi.scene.moduli import with_moduli
 from dusttaichi.scene.quantities import Quantity
 
@@ -31,11 +31,9 @@ class CompressiveLaw(Block):
         description="width of the law in decades of pressure"
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> "CompressiveLaw":
+    def faults(self) -> Faults:
         if self.phi_2 - self.phi_1 < 0.02:
-            raise problems([("phi_2", f"it must lie 0.02 or more above phi_1 = {self.phi_1:g}")])
-        return self
+            yield "phi_2", f"it must lie 0.02 or more above phi_1 = {self.phi_1:g}"
 
 
 class TensileLaw(Block):
@@ -49,9 +47,12 @@ class TensileLaw(Block):
     )
 
 
-class ShearLaw(Block):
+class ShearLaw(NamedBlock):
     """Y = factor Sigma^exponent |T|^(1 - exponent) (G09 sections 4.1 and 5.1.2)."""
 
+    WORDS: ClassVar[dict[str, dict[str, Any]]] = {
+        name: {"factor": factor, "exponent": exponent} for name, (factor, exponent) in SHEAR.items()
+    }
     needed: ClassVar[str] = (
         f"{', '.join(SHEAR)} or a block is needed, for example {{factor: 1, exponent: 0.5}}"
     )
@@ -61,20 +62,6 @@ class ShearLaw(Block):
         0.5, description="exponent a of the compressive strength"
     )
 
-    @model_validator(mode="before")
-    @classmethod
-    def _expand(cls, data: Any) -> Any:
-        if isinstance(data, (dict, ShearLaw)):
-            return data
-        if not isinstance(data, str) or data not in SHEAR:
-            raise needed(cls.needed)
-        return dict(zip(("factor", "exponent"), SHEAR[data], strict=True))
-
-    @classmethod
-    def __get_pydantic_json_schema__(cls, schema, handler):
-        block = handler.resolve_ref_schema(handler(schema))
-        return {"description": cls.__doc__, "anyOf": [{"enum": list(SHEAR)}, block]}
-
 
 class Damage(Block):
     """Flaws that grow into cracks under tension (Grady & Kipp 1980, Benz & Asphaug 1995)."""
@@ -83,7 +70,7 @@ class Damage(Block):
         description="lg of k in m^-3: k strain^m flaws in a volume activate below a strain "
         "(Weibull); in two dimensions dust is a spacing deep"
     )
-    m: Annotated[float, Number(ge=1, le=40)] = Field(description="exponent m of that")
+    m: Annotated[float, Number(ge=1, le=40)] = Field(description="Weibull exponent m")
     crack_speed: Annotated[float, Number(gt=0, le=1)] = Field(
         0.4, description="speed of a crack over the longitudinal speed of sound"
     )
@@ -91,11 +78,11 @@ class Damage(Block):
 
 
 class Provenance(Block):
-    """Where fitted numbers come from: `dust fit continuum` writes it."""
+    """Provenance of fitted numbers: `dust fit continuum` writes it."""
 
-    runs: tuple[str, ...] = Field((), description="the runs that were used")
+    runs: tuple[str, ...] = Field((), description="the runs of the fit")
     dimension: Literal[2, 3] | None = Field(
-        None, description="dimension of the samples and of the strains to which it was fitted"
+        None, description="dimension of the samples and of the strains of the fit"
     )
     numbers: dict[str, str] = Field({}, description="number -> its source, points and spread")
     names: tuple[str, ...] = Field((), description="fitted numbers, in the order of values")
@@ -104,13 +91,10 @@ class Provenance(Block):
         (), description="covariance of the values over the seeds"
     )
 
-    def __hash__(self):
-        return hash((self.runs, self.values))  # a dict has none
-
 
 class ContinuumMaterial(Block):
-    """Written as a name, a file that `dust fit continuum` wrote, either with some numbers changed
-    (`base`) or drawn from their covariance (`draw`), or as numbers."""
+    """Material of dust, written as a name or a file of `dust fit continuum`, as either with some
+    numbers changed (`base`) or drawn from their covariance (`draw`), or as numbers."""
 
     extra_keys: ClassVar[tuple[str, ...]] = ("base", "draw", *moduli.KEYS)
     needed: ClassVar[str] = continuum_dusts.NEEDED
@@ -126,11 +110,11 @@ class ContinuumMaterial(Block):
         description="density of the solid, at which the filling factor is 1"
     )
     density: Annotated[float, Quantity("density", gt=0, le=3e4, example="0.3 g/cm^3")] = Field(
-        description="density at zero pressure for which bulk_modulus holds, and with which a "
-        "sample starts unless it says otherwise"
+        description="density at zero pressure for which bulk_modulus is valid; default density of "
+        "samples at the start"
     )
     shear_ratio: Annotated[float, Number(gt=0, le=1.5)] = Field(
-        description="shear modulus over bulk modulus; poisson_ratio may stand in its place"
+        description="shear modulus over bulk modulus; poisson_ratio may be given in its place"
     )
     compressive: CompressiveLaw = Field(description="compressive strength Sigma")
     tensile: TensileLaw = Field(description="tensile strength T")
@@ -144,7 +128,7 @@ class ContinuumMaterial(Block):
     temperature: Annotated[float, Quantity("temperature", ge=0, example="280 K")] = Field(
         "0 K", description="temperature at the start; the strengths do not depend on it"
     )
-    source: Provenance | None = Field(None, description="where the numbers come from")
+    source: Provenance | None = Field(None, description="provenance of the numbers")
 
     @model_validator(mode="before")
     @classmethod
@@ -177,29 +161,25 @@ class ContinuumMaterial(Block):
 
     @staticmethod
     def _known(name: Any, info: ValidationInfo, key: str = "") -> dict[str, Any]:
-        """Plain data of a named dust or of a file; one without a name has that of its file."""
+        """Plain data of a named dust or of a file; its default name is that of the file."""
         whole = continuum_dusts.known(name, (info.context or {}).get("folder") or "", key)
         return {"name": Path(name).stem, **whole}
 
     @classmethod
     def _possible(cls, data: dict) -> bool:
-        """Whether plain data is a material that makes sense."""
+        """True for plain data of a valid material."""
         try:
             cls.model_validate(data)
         except ValidationError:
             return False
         return True
 
-    @model_validator(mode="after")
-    def _check(self) -> "ContinuumMaterial":
-        found = conditions.impossible(MaterialNumbers.of(self))
-        if found:
-            raise problems(found)
-        return self
+    def faults(self) -> Faults:
+        return conditions.impossible(MaterialNumbers.of(self))
 
     @property
     def filling_factor(self) -> float:
-        """Filling factor of the start."""
+        """Initial filling factor."""
         return self.density / self.solid_density
 
     @property
@@ -214,17 +194,12 @@ class ContinuumMaterial(Block):
         draw = {
             "type": "integer",
             "minimum": 1,
-            "description": "take the fitted numbers of the base as this draw from their "
-            "covariance over the seeds has them",
+            "description": "draw the fitted numbers of the base from their covariance over the "
+            "seeds; the number of the draw",
         }
-        numbers = {
-            "base": base,
-            "draw": draw,
-            **block["properties"],
-            **moduli.SCHEMA,
-        }
+        numbers = {"base": base, "draw": draw, **block["properties"], **moduli.SCHEMA}
         some = {
-            key: {"type": "object", "description": f"what of the {key} strength is changed"}
+            key: {"type": "object", "description": f"changed numbers of the {key} strength"}
             for key in ("compressive", "tensile")
         }
         partial = {**block, "properties": {**numbers, **some}, "required": ["base"]}

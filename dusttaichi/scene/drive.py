@@ -1,11 +1,11 @@
-"""How walls and faces move: at speeds that are given, or as a pressure or stress asks for."""
+"""Motion of walls and faces: at prescribed speeds, or under a controlled pressure or stress."""
 
 from dataclasses import dataclass
 from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from dusttaichi.scene.fields import Block, Number, problems
+from dusttaichi.scene.fields import Block, Faults, Number
 from dusttaichi.scene.push import Push
 from dusttaichi.scene.quantities import Quantity, Vector
 
@@ -19,24 +19,24 @@ Stresses = Annotated[
     tuple, Quantity("pressure", count=3, spread=True, word="free", mixed=True, example="-5 kPa")
 ]
 GAIN = 0.15
-"""Of the servo, where none is given: share of a missing load that its next change makes up for."""
+"""Default gain of the servo: share of the load error that its next change of speed corrects."""
 WALL_SPEED, STRAIN_RATE = 0.05, 1000.0
-"""Largest speed [m/s] and rate [1/s] of the servo, where none is given."""
+"""Default limits of the speed [m/s] and of the rate [1/s] of the servo."""
 
 
 @dataclass(frozen=True)
 class Moves:
-    """Marks a key of a Drive: what it moves, or belongs to, and how.
+    """Marks a key of a Drive.
 
-    how: "speed", "load" (which moves it as needed), "shear" (along itself), "gain" (of a load).
-    what: "top" wall, "faces" of periodic axes, whole "cell" that is periodic along all axes.
+    how: "speed", "load" (controlled), "shear" (motion along itself) or "gain" (of a load).
+    what: what it moves: "top" wall, "faces" of periodic axes, "cell" periodic along all axes.
     """
 
     how: str
     what: tuple[str, ...]
 
 
-# of every boundary with a top
+# for every boundary with a top
 TOP_SPEED = Field(
     "0 m/s",
     description="speed of the top wall, plate or face downwards, where there is one; negative, "
@@ -45,7 +45,7 @@ TOP_SPEED = Field(
 
 
 class Drive(Block):
-    """How walls and faces move; what is not given rests. Each boundary knows some of these."""
+    """Motion of walls and faces, which are otherwise at rest; each boundary allows some of it."""
 
     wall_speed: Annotated[Speed | None, Moves("speed", ("top",))] = Field(
         None,
@@ -59,8 +59,8 @@ class Drive(Block):
     strain_rate: Annotated[Rates | None, Moves("speed", ("faces",))] = Field(
         None,
         description="every periodic edge grows as exp(rate t): one rate, or one for each axis; "
-        "along an axis whose stress is held the largest one; 1e3 s^-1 or twice the shear_rate, "
-        "whichever is more, if not given",
+        "along an axis with a controlled stress the largest one; 1e3 s^-1 or twice the "
+        "shear_rate, whichever is more, if not given",
     )
     face_speed: Annotated[Speeds | None, Moves("speed", ("faces",))] = Field(
         None,
@@ -69,19 +69,19 @@ class Drive(Block):
     )
     pressure: Annotated[Pressed | None, Moves("load", ("top", "cell"))] = Field(
         None,
-        description="pressure that is held: on the top wall, which moves as it takes, or of a cell "
-        "that is periodic along all axes, whose edges shrink or grow alike",
+        description="controlled pressure: on the top wall, which moves as needed, or of a cell "
+        "that is periodic along all axes, whose edges shrink or grow by the same factor",
     )
     stress: Annotated[Stresses | None, Moves("load", ("cell",))] = Field(
         None,
-        description="normal stress that is held along each periodic axis, negative in compression, "
-        "as in the result; `free` along an axis that moves as strain_rate says: "
+        description="controlled normal stress along each periodic axis, negative in compression, "
+        "as in the result; `free` along an axis that moves at the strain_rate: "
         "[-5 kPa, -5 kPa, free]",
     )
     gain: Annotated[Gain | None, Moves("gain", ("top", "cell"))] = Field(
         None,
-        description="of what holds a pressure or stress: share of a missing load that its next "
-        "change of speed makes up for, by the stiffness that it measures; 0.15 if not given",
+        description="gain of the load control: share of the error of the load that its next "
+        "change of speed corrects, by the stiffness that it measures; 0.15 if not given",
     )
     shear_speed: Annotated[Speed | None, Moves("shear", ("top",))] = Field(
         None, description="speed of the top wall along x"
@@ -93,7 +93,7 @@ class Drive(Block):
     )
 
     sphere_speed: Annotated[Vector, Quantity("speed", count=3)] | None = Field(
-        None, description="velocity of a sphere that is driven, default its own `speed`"
+        None, description="velocity of a driven sphere, default its own `speed`"
     )
     stiffness_scaling: Annotated[float, Number(ge=1e-4, le=1)] | None = Field(
         None,
@@ -107,12 +107,8 @@ class Drive(Block):
         "scene; a duration counts from its start",
     )
 
-    @model_validator(mode="after")
-    def _one_law(self) -> "Drive":
-        found = together(self)
-        if found:
-            raise problems(found)
-        return self
+    def faults(self) -> Faults:
+        return together(self)
 
     @property
     def moving_faces(self) -> bool:
@@ -123,8 +119,8 @@ class Drive(Block):
         )
 
     @property
-    def held(self) -> bool:
-        """True where a pressure or stress is held: how anything moves is not known beforehand."""
+    def controls_load(self) -> bool:
+        """True where a pressure or stress is controlled: the motion is not known beforehand."""
         return self.pressure is not None or self.stress is not None
 
     @property
@@ -135,17 +131,17 @@ class Drive(Block):
     @property
     def moves(self) -> bool:
         """True where anything moves, or may."""
-        return bool(self.wall_speed) or self.moving_faces or self.held or self.shears
+        return bool(self.wall_speed) or self.moving_faces or self.controls_load or self.shears
 
     @property
-    def held_axes(self) -> tuple[int, ...]:
-        """Numbers of the axes along which a stress is held."""
+    def controlled_axes(self) -> tuple[int, ...]:
+        """Numbers of the axes along which a stress is controlled."""
         if self.stress is None:
             return ()
         return tuple(n for n, level in enumerate(self.stress) if level != "free")
 
 
-# key -> Moves, of those that move walls and faces
+# key -> Moves, for the keys that move walls and faces
 MOVES = {
     key: mark
     for key, item in Drive.model_fields.items()
@@ -159,39 +155,35 @@ SPEEDS, LOADS, SHEARS = (
 FACE_LAWS = tuple(key for key in SPEEDS if "faces" in MOVES[key].what)
 
 
-def together(block: Block) -> list[tuple[str, str]]:
-    """Conflicts between the keys of a drive, as (key, text); block: a Drive, or a boundary."""
-    given = [n for n in Drive.model_fields if getattr(block, n, None) is not None]
-    laws, found = [n for n in FACE_LAWS if n in given], []
+def together(block: Block) -> Faults:
+    """Conflicts between the keys of a drive; block: a Drive, or a boundary."""
+    given = [name for name in Drive.model_fields if getattr(block, name, None) is not None]
+    laws = [name for name in FACE_LAWS if name in given]
     if len(laws) > 1:
-        found.append((laws[1], f"it is not allowed together with {laws[0]}"))
+        yield laws[1], f"it is not allowed together with {laws[0]}"
     if "stress" in given:
-        found += _stress(block, given)
+        yield from _stress(block, given)
     pressed = "pressure" in given
     if pressed and (block.wall_speed or 0.0) < 0.0:
-        found.append(("wall_speed", "with pressure it is the largest speed; a positive one"))
+        yield "wall_speed", "with pressure it is the largest speed; a positive one"
     if "gain" in given and not pressed and "stress" not in given:
-        found.append(("gain", "it belongs to pressure or stress, and neither is held"))
+        yield "gain", "it belongs to pressure or stress, and neither is given"
     for other in ("compression_rate", "face_speed"):
         if "shear_rate" in given and other in given:
             text = f"it is not allowed together with {other}; use strain_rate or stress"
-            found.append(("shear_rate", text))
-    return found
+            yield "shear_rate", text
 
 
-def _stress(block, given):
+def _stress(block, given) -> Faults:
     levels = block.stress
-    held = [n for n in range(3) if levels[n] != "free"]
-    found = [
-        (other, "it is not allowed together with stress")
-        for other in ("pressure", "compression_rate", "face_speed")
-        if other in given
-    ]
-    if not any(levels[n] for n in held):
+    controlled = [n for n in range(3) if levels[n] != "free"]
+    for other in ("pressure", "compression_rate", "face_speed"):
+        if other in given:
+            yield other, "it is not allowed together with stress"
+    if not any(levels[n] for n in controlled):
         text = "at least one axis with a stress other than 0 is needed: it sets the scale"
-        found.append(("stress", text))
+        yield "stress", text
     rates = getattr(block, "strain_rate", None)
-    if rates is not None and any(rates[n] == 0.0 for n in held):
-        text = "along an axis whose stress is held it is the largest rate; another one than 0"
-        found.append(("strain_rate", text))
-    return found
+    if rates is not None and any(rates[n] == 0.0 for n in controlled):
+        text = "along an axis with a controlled stress it is the largest rate, which must not be 0"
+        yield "strain_rate", text

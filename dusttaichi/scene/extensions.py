@@ -1,8 +1,8 @@
 """Python files that a scene names under `extensions`, imported before the rest of it is read.
 
-What such a file registers, a law of the contact, a kind of sample or a method, is then known to
-this process, and to every other one that reads the scene. A file is imported once a process; what
-counts is its content, so that a copy of it is the same file.
+Laws, kinds of samples and methods that such a file registers are then known to this process, and to
+every other one that reads the scene. A file is imported once per process and identified by its
+content, so that a copy is the same file.
 """
 
 import hashlib
@@ -30,7 +30,7 @@ _EXAMPLE = "for example rolling_with_speed.py"
 
 @dataclass(frozen=True)
 class Extension:
-    """A file that has been imported: its whole path, and the SHA-256 of what was imported."""
+    """An imported file: its absolute path, and the SHA-256 of the imported text."""
 
     path: Path
     digest: str
@@ -40,11 +40,11 @@ class Extension:
 
 
 _imported: dict[Path, Extension] = {}
-_owners: dict[tuple[str, Any], tuple[Extension, Any]] = {}  # of what is registered, and what it is
+_owners: dict[tuple[str, Any], tuple[Extension, Any]] = {}  # (table, name) -> (file, value)
 
 
 class _Refused(Exception):
-    """Why a file cannot be used, as the end of a line about it."""
+    """Reason why a file cannot be used, as the end of a line about it."""
 
 
 _allows: ContextVar[Callable[[Path, Path], str | None] | None] = ContextVar("allows", default=None)
@@ -52,8 +52,10 @@ _allows: ContextVar[Callable[[Path, Path], str | None] | None] = ContextVar("all
 
 @contextmanager
 def allowed_by(decide: Callable[[Path, Path], str | None]) -> Iterator[None]:
-    """Inside, decide(file, folder of the scene) says before a file is read why it is not to be
-    imported, or None. Without it every file that a scene names is imported."""
+    """Context in which decide(file, folder of the scene) may refuse a file before it is read.
+
+    decide returns the reason, or None. Without it every file that a scene names is imported.
+    """
     token = _allows.set(decide)
     try:
         yield
@@ -62,7 +64,7 @@ def allowed_by(decide: Callable[[Path, Path], str | None]) -> Iterator[None]:
 
 
 def outside(path: Path, folder: Path) -> bool:
-    """True of a file (a resolved path) that is not in the folder of its scene, or below it."""
+    """True for a file (a resolved path) that is not in the folder of its scene, or below it."""
     return not path.is_relative_to(folder.resolve())
 
 
@@ -74,10 +76,10 @@ def load(
     title: str,
     unchanged: bool = False,
 ) -> tuple[Extension, ...]:
-    """Import the files that the plain data of a scene names, each once a process.
+    """Import the files that the plain data of a scene names, each once per process.
 
-    folder: what they are relative to (default: the current directory). unchanged: refuse a file
-    that has changed since it was imported. Raises DustError with one line for each problem.
+    folder: folder of relative paths (default: the current directory). unchanged: refuse a file
+    that has changed since it was imported. Raises DustError with one line for each fault.
     """
     entries = data.get(KEY, [])
     found, wrong = [], []
@@ -96,7 +98,7 @@ def load(
 
 
 def imported(path: str | Path) -> Extension | None:
-    """The extension that a file has been imported as in this process; None where it has not."""
+    """The Extension of a file that this process has imported, otherwise None."""
     return _imported.get(Path(path).resolve())
 
 
@@ -109,7 +111,7 @@ def _extension(entry: Any, folder: Path, unchanged: bool) -> Extension:
         raise _Refused(f"it cannot be found: {error}") from None
     known = _imported.get(path)
     if known is not None and not unchanged:
-        return known  # whatever has become of the file
+        return known  # whether the file has changed or not
     decide = _allows.get()
     if known is None and decide is not None and (why := decide(path, folder)) is not None:
         raise _Refused(why)
@@ -124,8 +126,8 @@ def _extension(entry: Any, folder: Path, unchanged: bool) -> Extension:
     extension = Extension(path, hashlib.sha256(source).hexdigest())
     if known is not None and known.digest != extension.digest:
         raise _Refused(
-            f"{path} has changed since this process imported it; start Python anew to use it as "
-            "it is now, or put it back"
+            f"{path} has changed since this process imported it; restart Python to use the new "
+            "version, or restore the old one"
         )
     if extension.digest not in {other.digest for other in _imported.values()}:
         _import(extension, source)
@@ -133,7 +135,7 @@ def _extension(entry: Any, folder: Path, unchanged: bool) -> Extension:
 
 
 def _import(extension: Extension, source: bytes) -> None:
-    """Run a file as a module; what it has registered is taken back where it cannot be used."""
+    """Run a file as a module; its registrations are undone where it cannot be used."""
     before = [dict(table) for table in _tables().values()]
     _imported[extension.path] = extension
     try:
@@ -157,7 +159,7 @@ def _run(extension: Extension, source: bytes) -> None:
         raise _Refused(f"it is not valid Python: {error.msg} ({where})") from None
     except ValueError as error:
         raise _Refused(f"it is not valid Python: {error} ({path})") from None
-    # Taichi compiles from the text, when a kernel is first needed: from that which was imported
+    # Taichi compiles from the text when a kernel is first needed; it must be the imported text
     text = source.decode("utf-8", "replace")
     linecache.cache[path] = (len(source), None, text.splitlines(keepends=True), path)
     sys.modules[module.__name__] = module
@@ -165,13 +167,13 @@ def _run(extension: Extension, source: bytes) -> None:
         exec(code, module.__dict__)
     except KeyboardInterrupt:
         raise
-    except BaseException as error:  # whatever the file has made up
+    except BaseException as error:  # any class of error that the file may define
         del sys.modules[module.__name__]
         raise _Refused(_said(error, path)) from None
 
 
 def _said(error: BaseException, path: str) -> str:
-    """Exception and its line in the file, in one line."""
+    """Exception and its line in the file, as one line."""
     frames = traceback.extract_tb(error.__traceback__)
     line = next((frame.lineno for frame in reversed(frames) if frame.filename == path), None)
     where = path if line is None else f"{path}, line {line}"
@@ -183,7 +185,7 @@ def _said(error: BaseException, path: str) -> str:
 
 
 def _tables() -> dict[str, dict]:
-    """The dicts of all that may be registered, by a word for it."""
+    """The tables of registered things, by name."""
     from dusttaichi.results import shown
     from dusttaichi.samples import registry as samples
 
@@ -198,12 +200,12 @@ def _tables() -> dict[str, dict]:
 
 
 def _own(extension: Extension, before: list[dict]) -> None:
-    """Note what this file has registered. Refuses what another file has registered before."""
+    """Record the registrations of this file. Refuses names that another file has registered."""
     new = {}
     for (word, table), old in zip(_tables().items(), before, strict=True):
         for name, value in table.items():
             owner, known = _owners.get((word, name), (None, None))
-            # what was there, was known by where to import it from, or came with a file in this one
+            # registered before, known as "module:attribute", or registered by an imported file
             if value is old.get(name) or isinstance(old.get(name), str) or value is known:
                 continue
             if owner is not None:

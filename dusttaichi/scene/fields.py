@@ -1,21 +1,25 @@
 """Parts of all blocks of a scene: the frozen base class, plain numbers, on/off switches."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Discriminator, Tag, model_validator
 from pydantic_core import PydanticCustomError, core_schema
+
+Faults = Iterable[tuple[str, str]]
+"""Faults of an input, as (dotted path of the key, text)."""
 
 
 class Block(BaseModel):
-    """A frozen block of the YAML file; unknown keys are refused."""
+    """A frozen block of the YAML file; unknown keys are refused, and all of its `faults`."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True)
 
     # Keys that the YAML may hold and that are resolved into fields.
     extra_keys: ClassVar[tuple[str, ...]] = ()
-    # Order of the keys where a block has inherited some; inherited ones come first otherwise.
-    order: ClassVar[tuple[str, ...]] = ()
+    # Order of the keys, separated by spaces; without one, inherited keys come first.
+    order: ClassVar[str] = ""
     # Inherited keys that come last in every block.
     last: ClassVar[tuple[str, ...]] = ()
 
@@ -23,10 +27,53 @@ class Block(BaseModel):
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
         super().__pydantic_init_subclass__(**kwargs)
         first = (name for name in cls.model_fields if name not in cls.last)
-        order = cls.order or (*first, *cls.last)
-        if order != tuple(cls.model_fields):
+        order = cls.order.split() or [*first, *cls.last]
+        if order != list(cls.model_fields):
             cls.__pydantic_fields__ = {name: cls.model_fields[name] for name in order}
             cls.model_rebuild(force=True)
+
+    def faults(self) -> Faults:
+        """Conflicts between the keys of this block; the paths are relative to it."""
+        return ()
+
+    @model_validator(mode="after")
+    def _refuse_faults(self):
+        if found := list(self.faults()):
+            raise problems(found)
+        return self
+
+    def __hash__(self) -> int:
+        values = (getattr(self, name) for name in type(self).model_fields)
+        return hash(tuple(frozenset(v.items()) if isinstance(v, dict) else v for v in values))
+
+
+class NamedBlock(Block):
+    """A block that may be written as one of its WORDS, each of which sets some of its numbers."""
+
+    WORDS: ClassVar[dict[str, dict[str, Any]]]
+    needed: ClassVar[str]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _expand(cls, data: Any) -> Any:
+        if isinstance(data, (dict, cls)):
+            return data
+        if not isinstance(data, str) or data not in cls.WORDS:
+            raise needed(cls.needed)
+        return cls.WORDS[data]
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema, handler):
+        block = handler.resolve_ref_schema(handler(schema))
+        return {"description": cls.__doc__, "anyOf": [{"enum": list(cls.WORDS)}, block]}
+
+
+def plain_or_block(plain: Any, block: type[Block]) -> Any:
+    """Type of a key that is written as a plain value, or as a block."""
+    return Annotated[
+        Annotated[plain, Tag("plain")] | Annotated[block, Tag("block")],
+        Discriminator(lambda value: "block" if isinstance(value, (dict, Block)) else "plain"),
+    ]
 
 
 class Mark:
@@ -47,12 +94,12 @@ def needed(text: str) -> PydanticCustomError:
 
 
 def problems(found: list[tuple[str, str]]) -> PydanticCustomError:
-    """An error about several keys at once: (dotted path below this block, text) for each."""
+    """An error about several keys at once, from the `Faults` of a block."""
     text = "; ".join(f"{path}: {what}" for path, what in found)
     return PydanticCustomError("problems", "{text}", {"text": text, "found": found})
 
 
-# sizes between which plain numbers lie that are not 0: all that can be computed with
+# Least and largest size of plain numbers other than 0: all that can be computed with.
 LEAST, MOST, MOST_WHOLE = 1e-25, 1e12, 10**15
 BOUNDS = {"gt": "above", "ge": "of at least", "lt": "below", "le": "at most"}
 
@@ -85,7 +132,7 @@ class Number:
         return f"{word}{what}{' and'.join(limits)} is needed{self.note}"
 
     def _read(self, value: Any) -> Any:
-        # YAML 1.1 readers hand 1e-3 over as text, NumPy has numbers of its own, and 1e6 is whole.
+        # YAML 1.1 readers return 1e-3 as text, NumPy has its own types of numbers, 1e6 is whole.
         if hasattr(value, "item"):
             value = value.item()
         if isinstance(value, str) and value != self.word:
@@ -111,7 +158,7 @@ class Number:
         return core_schema.no_info_after_validator_function(self._sized, known)
 
     def _sized(self, value: Any) -> Any:
-        """Refuse what is outside of all that can be computed with."""
+        """The value, if it is of a size that can be computed with."""
         if isinstance(value, str) or not value:
             return value
         if self.whole and abs(value) > MOST_WHOLE:
@@ -133,8 +180,8 @@ def _float(text: str) -> Any:
 class Switch:
     """Marks an optional block that may be written `off` (None) and, if `on` is set, `on`.
 
-    `auto`: the word auto is allowed too, and kept. YAML 1.1 readers make false and true of off and
-    on; 1.2 readers leave the words. Both count.
+    `auto`: the word auto is allowed too, and remains. YAML 1.1 readers turn off and on into false
+    and true, 1.2 readers leave the words. Both count.
     """
 
     needed: str

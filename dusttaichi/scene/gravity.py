@@ -6,21 +6,20 @@ from pydantic import Field, model_validator
 
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES
-from dusttaichi.scene.fields import Block, Number, Switch, needed, problems
+from dusttaichi.scene.fields import Block, Faults, Number, Switch, needed
 from dusttaichi.scene.quantities import Quantity, Vector, parse
 
 G = 6.6743e-11  # m^3 kg^-1 s^-2, CODATA 2018
-Found = list[tuple[str, str]]
 
 
 class Central(Block):
-    """Attraction towards a point: of a mass, or g (d/distance)^exponent at the distance d."""
+    """Attraction towards a point: by a mass, or g (d/distance)^exponent at the distance d."""
 
     centre: Annotated[Vector, Quantity("length", count=3)] = Field(
         ("0 m", "0 m", "0 m"), description="the point that attracts"
     )
     mass: Annotated[float, Quantity("mass", gt=0, example="1e6 kg")] | None = Field(
-        None, description="mass at that point, which attracts as Newton's law says"
+        None, description="mass at that point, which attracts by Newton's law"
     )
     acceleration: Annotated[float, Quantity("acceleration", gt=0)] | None = Field(
         None, description="acceleration at `distance`, in place of a mass"
@@ -29,19 +28,17 @@ class Central(Block):
         None, description="with acceleration: distance from the centre at which it has that value"
     )
     exponent: Annotated[float, Number(ge=-3, le=3)] = Field(
-        -2.0, description="with acceleration: of the distance; 1 is a spring, -2 Newton's law"
+        -2.0, description="with acceleration: power of the distance; 1: spring, -2: Newton's law"
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> "Central":
+    def faults(self) -> Faults:
         if (self.mass is None) == (self.acceleration is None):
-            raise problems([("", "exactly one of mass and acceleration is needed")])
-        if (self.acceleration is None) != (self.distance is None):
+            yield "", "exactly one of mass and acceleration is needed"
+        elif (self.acceleration is None) != (self.distance is None):
             path = "distance" if self.distance is None else "acceleration"
-            raise problems([(path, "acceleration and distance are given together")])
-        if self.mass is not None and self.exponent != -2.0:
-            raise problems([("exponent", "it belongs to acceleration; a mass has -2")])
-        return self
+            yield path, "acceleration and distance are given together"
+        elif self.mass is not None and self.exponent != -2.0:
+            yield "exponent", "it belongs to acceleration; a mass has -2"
 
     @property
     def strength(self) -> float:
@@ -82,11 +79,9 @@ class Gravity(Block):
             raise needed(cls.needed)
         return {"acceleration": ("0 m/s^2", "0 m/s^2", f"-{str(data).strip().lstrip('+-')}")}
 
-    @model_validator(mode="after")
-    def _check(self) -> "Gravity":
+    def faults(self) -> Faults:
         if (self.acceleration is None) == (self.central is None):
-            raise problems([("", "exactly one of acceleration and central is needed")])
-        return self
+            yield "", "exactly one of acceleration and central is needed"
 
     @property
     def kind(self) -> str:
@@ -108,32 +103,30 @@ class Gravity(Block):
         return {"anyOf": [size, vector, block]}
 
 
-def check(scene) -> Found:
-    """Problems of the gravity of a scene with its boundary, as (dotted path, text)."""
+def check(scene) -> Faults:
+    """Faults of the gravity of a scene with its boundary."""
     axes = scene.boundary.periodic_axes
     if scene.gravity is None or not axes:
-        return []
+        return
     if scene.gravity.central is not None:
-        return [("gravity.central", "a cell repeats, and a point does not; use kind: open or box")]
-    if scene.gravity.acceleration is None:
-        return []
-    return [
-        (
-            f"gravity.acceleration.{n}",
-            f"the cell repeats along {axis}: what falls across a face would fall for ever; "
-            "give 0 there, or leave the axis out of boundary.axes",
-        )
-        for n, (axis, g) in enumerate(zip(AXES, scene.gravity.acceleration, strict=True))
-        if g and axis in axes
-    ]
+        text = "a cell is repeated, and a point is not; use kind: open or box"
+        yield "gravity.central", text
+        return
+    for n, (axis, g) in enumerate(zip(AXES, scene.gravity.acceleration or (0.0,) * 3, strict=True)):
+        if g and axis in axes:
+            text = (
+                f"the cell is periodic along {axis}: what falls across a face would fall for ever; "
+                "give 0 there, or leave the axis out of boundary.axes"
+            )
+            yield f"gravity.acceleration.{n}", text
 
 
 class SelfGravity(Block):
-    """Every particle attracts every other one as a ball, in plane strain as a cylinder."""
+    """Mutual attraction of all particles as spheres, in plane strain as cylinders."""
 
     softening: Annotated[float | Literal["auto"], Quantity("length", gt=0, word="auto")] = Field(
         "auto",
-        description="radius of that ball, inside of which the attraction falls to 0; auto: the "
+        description="radius of that sphere, inside of which the attraction falls to 0; auto: the "
         "smoothing length",
     )
     constant: Annotated[float, Number(gt=0)] = Field(
@@ -148,13 +141,11 @@ class ContinuumGravity(Gravity):
     """`acceleration`, `self_gravity` or both; `gravity: 9.81 m/s^2` is along -z."""
 
     self_gravity: Annotated[SelfGravity | None, _SELF] = Field(
-        None, description="attraction of dust and elastic bodies by themselves and each other"
+        None, description="mutual attraction of all particles of dust and elastic bodies"
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> "ContinuumGravity":
+    def faults(self) -> Faults:
         if self.acceleration is None and self.central is None and self.self_gravity is None:
-            raise problems([("", "an acceleration or self_gravity is needed")])
+            yield "", "an acceleration or self_gravity is needed"
         if self.acceleration is not None and self.central is not None:
-            raise problems([("", "exactly one of acceleration and central is needed")])
-        return self
+            yield "", "exactly one of acceleration and central is needed"

@@ -1,4 +1,4 @@
-"""How grains act on each other: which effects are on, their modifiers, the damping."""
+"""Interaction of grains: effects of the contact with their modifiers, and the damping."""
 
 from typing import Annotated, Any, Literal
 
@@ -19,7 +19,7 @@ class Effect(Block):
 
 
 class NormalLaw(Block):
-    """The law of force and overlap along the normal, by its name."""
+    """The law of the normal force, by its name."""
 
     law: str = Field("jkr", description="name of the law; others than jkr are registered")
 
@@ -28,7 +28,7 @@ class Asperities(Block):
     """Energy lost on flattening asperities when two surfaces first touch (PD08 section 2.2)."""
 
     yield_strength: Annotated[float, Quantity("pressure", gt=0, example="11 GPa")] = Field(
-        "11 GPa", description="yield strength of the asperities, some 0.2 of Young's modulus"
+        "11 GPa", description="yield strength of the asperities, about 0.2 of Young's modulus"
     )
     volume: Annotated[float, Quantity("length", gt=0, example="0.01 nm")] | None = Field(
         None, description="volume deformed per area of contact; default that of the material"
@@ -79,15 +79,13 @@ _MODELS = ("none", "viscous", "scaled", "viscoelastic")
 _SWITCH = Switch(
     "on, off or a block with a modifier is needed, for example {modifier: 2.5}", on=True
 )
-
-
 _ASPERITIES = Switch(
     "on, off or a block is needed, for example {yield_strength: 11 GPa, volume: 0.01 nm}", on=True
 )
 
 
 class _DampingWord:
-    """Lets the damping be written as one word, its numbers at their defaults."""
+    """Allows the damping to be written as one word, with the default numbers."""
 
     needed = (
         f"{', '.join(_MODELS)} or a block is needed, for example "
@@ -100,13 +98,13 @@ class _DampingWord:
 
 
 def _block(effect: str, key: str, value: Any) -> Block | None:
-    """The block of a registered law; None where a built-in one is meant, or none named."""
+    """Block of a registered law; None for a built-in one, or where none is named."""
     name = value.get(key) if isinstance(value, dict) else getattr(value, key, None)
     if not isinstance(name, str) or name == "none":
         return None
     if name not in registry.names(effect):
         if effect == "damping":
-            return None  # pydantic names those that there are
+            return None  # pydantic lists the allowed ones
         there = ", ".join(registry.names(effect))
         raise problems([(key, f"{there} is needed, or the name of a law that is registered")])
     block = registry.block_of(effect, name)
@@ -114,7 +112,7 @@ def _block(effect: str, key: str, value: Any) -> Block | None:
 
 
 class _Registered:
-    """Lets the JSON Schema of an effect have the blocks of the laws that are registered for it."""
+    """Adds the blocks of the registered laws of an effect to its JSON Schema."""
 
     def __init__(self, effect: str, key: str):
         self.effect, self.key = effect, key
@@ -126,14 +124,14 @@ class _Registered:
         return {"anyOf": [*own.get("anyOf", [own]), *blocks]} if blocks else own
 
     def block_of(self, value: Any) -> type[Block] | None:
-        """The block of the registered law that a value of the YAML names; None for others."""
+        """Block of the registered law that a value of the YAML names; None for others."""
         name = value.get(self.key) if isinstance(value, dict) else None
         known = isinstance(name, str) and name in registry.names(self.effect)
         return registry.block_of(self.effect, name) if known else None
 
     def _block(self, name: str) -> dict:
         schema = registry.block_of(self.effect, name).model_json_schema()
-        if "$defs" in schema:  # a resource of its own, within which its references count
+        if "$defs" in schema:  # a resource of its own, to which its references are relative
             schema["$id"] = f"urn:dusttaichi:{self.effect}:{name}"
         named = {"const": name, "type": "string", "description": "name of the law"}
         schema["properties"] = {**schema["properties"], self.key: named}
@@ -142,7 +140,7 @@ class _Registered:
 
 
 class _Effects:
-    """Lets the JSON Schema of `effects` have those that are registered."""
+    """Adds the registered effects to the JSON Schema of `effects`."""
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema, handler):
@@ -152,7 +150,7 @@ class _Effects:
 
 
 class Interaction(Block):
-    """The contact model. Its normal law, JKR where nothing else is said, is always on."""
+    """The contact model. Its normal law, by default JKR, is always on."""
 
     shear_modulus: Literal["mindlin", "printed"] = Field(
         "mindlin",
@@ -160,7 +158,7 @@ class Interaction(Block):
     )
     mixing: Literal["geometric", "arithmetic", "work_of_adhesion"] = Field(
         "geometric",
-        description="surface energy of a contact between unlike materials: root of the product, "
+        description="surface energy of a contact between different materials: root of the product, "
         "mean, or gamma1 + gamma2 - 2/(1/gamma1 + 1/gamma2)",
     )
     normal: Annotated[SerializeAsAny[NormalLaw], _Registered("normal", "law")] = Field(
@@ -191,13 +189,9 @@ class Interaction(Block):
         {}, description="further effects of the contacts, by the names they are registered under"
     )
 
-    def __hash__(self) -> int:
-        values = dict(self)
-        return hash((tuple(values.pop("effects").items()), *values.values()))
-
     def asperity_volume(self, material: Any) -> float:
-        """Volume of asperities that a touch deforms per area [m]: that of the scene, else that of a
-        Material; 0 where they are off."""
+        """Volume of asperities deformed at first contact, per area [m]: that of the scene, else of
+        a Material; 0 where they are off."""
         if self.asperities is None:
             return 0.0
         own = self.asperities.volume

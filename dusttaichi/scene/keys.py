@@ -1,4 +1,4 @@
-"""All keys of the YAML with default, what is allowed, and meaning: the table of keys in the docs.
+"""Keys of the YAML with default, allowed values and meaning: the table of keys in the docs.
 
 for key in rows():
     print(key.path, key.kinds, key.default, key.allowed, key.meaning)
@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 from dusttaichi import method
 from dusttaichi.scene.problems import choices
 
-TAGS = ("kind", "model")  # keys that say which of several blocks it is
+TAGS = ("kind", "model")  # keys that select one of several blocks
 _WORDS = {bool: "true or false", str: "a text", Path: "a path", float: "a number"}
 
 
@@ -25,10 +25,9 @@ class Key:
     """A key of the YAML.
 
     path: keys joined by dots, `boundary.wall_speed`; in a list that of every entry, `push.face`.
-    kinds: kinds of the block that have the key so, (`box`, `plates`); empty where all have it.
-    default: as it is written in the YAML; empty where there is none.
-    needed: True where the YAML must give it. allowed: what may stand there, with its bounds.
-    example: a value as it is written; empty where there is none. meaning: what the key says.
+    kinds: kinds of the block that have this key, (`box`, `plates`); empty where all have it.
+    default: as in the YAML; empty where there is none. needed: True where the YAML must give it.
+    allowed: values and bounds. example: a value as in the YAML, or empty. meaning: description.
     """
 
     path: str
@@ -43,16 +42,16 @@ class Key:
 def rows(of: str = method.DEFAULT) -> list[Key]:
     """The keys of a scene of a method, in the order of the blocks.
 
-    A key that differs between the kinds of a block is there several times, each with its kinds. A
-    block that may stand at several places (`stop` and `stages.stop`) has its keys at the place
-    that is least deep.
+    A key that differs between the kinds of a block has several rows, each with its kinds. The keys
+    of a block that is allowed at several places (`stop` and `stages.stop`) are listed at the least
+    deep of them.
     """
     scene = method.named(of).scene
     return _below(scene, "", _homes(scene))
 
 
 def _homes(scene: type[BaseModel]) -> dict[type[BaseModel], str]:
-    """Path of the place of every block that is least deep, the first of several."""
+    """Path of the least deep place of every block, the first of several."""
     homes: dict[type[BaseModel], str] = {}
     todo: list[tuple[type[BaseModel], str]] = [(scene, "")]
     while todo:
@@ -75,7 +74,7 @@ def _below(block: type[BaseModel], prefix: str, homes: dict) -> list[Key]:
         tag = next((tag for tag in TAGS if members and tag in members[0].model_fields), None)
         if tag is not None:
             words = ", ".join(_word(member, tag) for member in members)
-            found.append(Key(f"{path}.{tag}", (), "", True, words, "", "which of them it is"))
+            found.append(Key(f"{path}.{tag}", (), "", True, words, "", "selects one of them"))
             found += _of_kinds(members, path, tag, homes)
         else:
             for member in members:
@@ -84,7 +83,7 @@ def _below(block: type[BaseModel], prefix: str, homes: dict) -> list[Key]:
 
 
 def _of_kinds(members: list, path: str, tag: str, homes: dict) -> list[Key]:
-    """Keys of the blocks of a union; what several of them have alike is one key."""
+    """Keys of the blocks of a union; keys that several of them share are listed once."""
     kinds: dict[Key, tuple[str, ...]] = {}
     for member in members:
         word = _word(member, tag)
@@ -114,7 +113,7 @@ def _key(path: str, item: FieldInfo) -> Key:
 
 
 def _allowed(item: FieldInfo) -> str:
-    """Allowed values of a key, in the words of an error message about it."""
+    """Allowed values of a key, as in an error message about it."""
     parts = _parts(item)
     said = next((part.needed for part in parts if hasattr(part, "needed")), "")
     words = dict.fromkeys(word for part in parts for word in _literals(part))
@@ -145,7 +144,7 @@ def _literals(part: Any) -> tuple:
 
 
 def _default(item: FieldInfo) -> str:
-    """The default as it is written in the YAML."""
+    """Default as in the YAML."""
     shown = (item.json_schema_extra or {}).get("default")
     if shown is not None:
         return shown
@@ -155,7 +154,7 @@ def _default(item: FieldInfo) -> str:
     if any(hasattr(mark, "written") for mark in item.metadata):
         return next(mark.written(value) for mark in item.metadata if hasattr(mark, "written"))
     if isinstance(value, dict) and value:
-        return next(iter(value.values()))  # a word that stands for a block
+        return next(iter(value.values()))  # a word in place of a block
     return "" if value is None or value == {} else _written(value)
 
 

@@ -10,7 +10,7 @@ from dusttaichi import method
 from dusttaichi.errors import DustError
 from dusttaichi.files import refuse_unreadable
 from dusttaichi.scene import extensions, problems, shipped, yaml_text
-from dusttaichi.scene.readable_schema import readable, told_apart
+from dusttaichi.scene.readable_schema import by_key, readable
 from dusttaichi.scene.scene import Scene
 from dusttaichi.scene.yaml_text import MOST_CHARACTERS
 
@@ -20,10 +20,10 @@ DRAFT = "https://json-schema.org/draft/2020-12/schema"
 def load(path: str | Path) -> Scene:
     """The scene of a YAML file, with `source` and `path` set.
 
-    path: a file, or the name of a scene that comes with the program (`shipped`), as "omni_static".
+    path: a file, or the name of a bundled scene (`shipped`), such as "omni_static".
 
-    Raises DustError: file missing, not readable, not YAML, or not a scene; for the last one line
-    a problem, with its path in the YAML, its value, what is allowed, and the line.
+    Raises DustError: file missing, not readable, not YAML, or not a scene; the last with one line
+    for each fault, with its path in the YAML, value, allowed values, and line number.
     """
     path = _found(path)
     scene = from_yaml(_text(path), path.parent, title=str(path), check_files=True)
@@ -38,7 +38,7 @@ def from_yaml(
     title: str = "the scene",
     check_files: bool = False,
 ) -> Scene:
-    """The scene of a YAML text; folder: what `sample.file` is relative to. Raises DustError."""
+    """The scene of a YAML text; folder: of relative paths in it. Raises DustError."""
     document = _document(text, title)
     _refuse_problems(document, title)
     scene = Scene.from_dict(
@@ -49,9 +49,9 @@ def from_yaml(
 
 
 def load_extensions(path: str | Path) -> None:
-    """Import the extensions of a YAML file, whose other keys need not be right. Raises DustError.
+    """Import the extensions of a YAML file, so that the JSON Schema includes them.
 
-    From there on the JSON Schema has what they register.
+    Other keys of the file need not be valid. Raises DustError.
     """
     path, title = _found(path), str(path)
     document = _document(_text(path), title)
@@ -66,7 +66,7 @@ def _refuse_problems(document: yaml_text.Document, title: str) -> None:
 
 
 def _found(path: str | Path) -> Path:
-    """The file itself; where there is none, the scene of that name that comes along."""
+    """The file itself; where there is none, the bundled scene of that name."""
     path = Path(path)
     try:
         return path if path.is_file() else shipped.find(path) or path
@@ -84,7 +84,7 @@ def _text(path: Path) -> str:
         raise DustError(f"{_short(path)}: {error}; a YAML file is needed.") from None
     except FileNotFoundError:
         near = shipped.resembling(path)
-        hint = f" Do you mean {near[0]}, which comes along?" if near else ""
+        hint = f" Do you mean the bundled scene {near[0]}?" if near else ""
         raise DustError(f"{path}: there is no such file.{hint}") from None
     except PermissionError:
         raise DustError(f"{path} cannot be read: permission denied.") from None
@@ -93,7 +93,7 @@ def _text(path: Path) -> str:
 
 
 def _short(path: Path) -> str:
-    """A path for a message, of which a very long one is cut."""
+    """A path for a message; a very long one is shortened."""
     text = str(path)
     return text if len(text) <= 200 else f"{text[:150]}...{text[-40:]}"
 
@@ -110,7 +110,7 @@ def _document(text: str, title: str) -> yaml_text.Document:
     if document.data is None:
         raise DustError(f"{title} is empty; {_BLOCKS}.")
     if not isinstance(document.data, dict):
-        raise DustError(f"{title} does not hold a scene; {_BLOCKS}.")
+        raise DustError(f"{title} does not contain a scene; {_BLOCKS}.")
     return document
 
 
@@ -118,9 +118,9 @@ _BLOCKS = "the keys name, material, sample, boundary and stop (or stages) are ne
 
 
 def json_schema() -> dict[str, Any]:
-    """JSON Schema (draft 2020-12) of the YAML file, shorthands allowed, for editors.
+    """JSON Schema (draft 2020-12) of the YAML file, shorthands included, for editors.
 
-    With all that is registered in this process.
+    It includes everything that is registered in this process.
     """
     schemas = [
         _without_titles(method.named(name).scene.model_json_schema()) for name in method.METHODS
@@ -131,20 +131,20 @@ def json_schema() -> dict[str, Any]:
     scenes = {
         name: readable(schema, blocks) for name, schema in zip(method.METHODS, schemas, strict=True)
     }
-    whole = told_apart("method", scenes, method.DEFAULT)
+    whole = by_key("method", scenes, method.DEFAULT)
     about = next(iter(scenes.values()))["properties"]["method"].get("description", "method")
     whole["properties"]["method"]["description"] = about
     return {**head, **whole, "$defs": blocks}
 
 
 def schema_text() -> str:
-    """The JSON Schema as the file configs/scene.schema.json holds it."""
+    """Content of the file configs/scene.schema.json."""
     return json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
 
 
 def _without_titles(node: Any) -> Any:
-    """pydantic titles each field with its own name, which only repeats it in an editor."""
+    """The schema without pydantic's titles, which only repeat the names of the fields."""
     if isinstance(node, dict):
-        kept = {k: v for k, v in node.items() if not (k == "title" and isinstance(v, str))}
-        return {key: _without_titles(value) for key, value in kept.items()}
+        items = ((k, v) for k, v in node.items() if not (k == "title" and isinstance(v, str)))
+        return {key: _without_titles(value) for key, value in items}
     return [_without_titles(item) for item in node] if isinstance(node, list) else node

@@ -7,7 +7,7 @@ from pydantic_core import PydanticCustomError
 
 from dusttaichi.physics.contact import registry
 from dusttaichi.scene import quantities
-from dusttaichi.scene.fields import Block, Mark, Number, needed, problems
+from dusttaichi.scene.fields import Block, Faults, Mark, Number, needed, problems
 from dusttaichi.scene.quantities import Quantity
 
 DEFAULT = "default"  # name of the scene's `material` beside those of `materials`
@@ -45,7 +45,7 @@ NAMED = {
 
 
 _MIXTURE = (
-    "one material is needed; those of a mixture stand beside it, for example "
+    "one material is needed; those of a mixture are given beside it, for example "
     "material: {name}, materials: {{ice: ice_t19}} and sample: shares: {{default: 3, ice: 1}}"
 )
 
@@ -57,8 +57,8 @@ def _named(name: Any) -> dict[str, Any]:
 
 
 class _Properties(Mark):
-    """Marks the properties that laws of contacts have brought in (numbers.Property of
-    physics.contact): written by name with units, held as pairs (name, SI value) in their order."""
+    """Marks the properties that laws of contacts declare (numbers.Property of physics.contact):
+    written by name with units, stored as pairs (name, SI value) in their order."""
 
     @staticmethod
     def _declared(name: str):
@@ -98,7 +98,7 @@ class _Properties(Mark):
 
 
 class Material(Block):
-    """Written as a name, as a name with some numbers changed (`base`), or as six numbers."""
+    """Material of grains: a name, a name with some numbers changed (`base`), or six numbers."""
 
     extra_keys: ClassVar[tuple[str, ...]] = ("base",)
     needed: ClassVar[str] = (
@@ -121,16 +121,16 @@ class Material(Block):
     )
     poisson_ratio: Annotated[float, Number(ge=0, lt=0.5)] = Field(description="Poisson's ratio")
     critical_rolling: Annotated[float, Quantity("length", gt=0, example="2 nm")] = Field(
-        description="rolling displacement past which rolling costs energy (xi_crit)"
+        description="rolling displacement beyond which rolling dissipates energy (xi_crit)"
     )
     asperity_volume: Annotated[float, Quantity("length", gt=0, example="0.01 nm")] | None = Field(
-        None, description="volume of asperities that a touch deforms, per area of contact"
+        None, description="volume of asperities deformed at first contact, per area of contact"
     )
 
     properties: Annotated[tuple[tuple[str, float], ...], _Properties()] = Field(
         {}, description="properties that registered laws of contacts need, by name"
     )
-    # no key of the YAML: what `scaled` has made this one of
+    # no key of the YAML: the material that `scaled` was called for
     _unscaled: "Material | None" = PrivateAttr(None)
 
     @model_validator(mode="before")
@@ -151,15 +151,13 @@ class Material(Block):
             raise problems([("base", f"one of {', '.join(NAMED)} is needed")])
         return {"name": name, **NAMED[base], **changed}
 
-    @model_validator(mode="after")
-    def _check(self) -> "Material":
+    def faults(self) -> Faults:
         if self.critical_rolling >= self.radius:
-            raise problems([("critical_rolling", "it must be smaller than the radius of a grain")])
-        return self
+            yield "critical_rolling", "it must be smaller than the radius of a grain"
 
     def scaled(self, mass: float, stiffness: float) -> "Material":
-        """This material, as it is without any scaling, with its density and its Young's modulus
-        times these factors (numerics.mass_scaling, stiffness_scaling)."""
+        """The unscaled material with its density and its Young's modulus multiplied by these
+        factors (numerics.mass_scaling, stiffness_scaling)."""
         own = self.unscaled
         if mass == stiffness == 1.0:
             return own
@@ -170,12 +168,12 @@ class Material(Block):
 
     @property
     def unscaled(self) -> "Material":
-        """The material that `scaled` has made this one of, or this one."""
+        """This material before `scaled`."""
         return self._unscaled or self
 
     @property
     def stiffness_scaling(self) -> float:
-        """Its Young's modulus over that without scaling."""
+        """Young's modulus over that without scaling."""
         return self.young_modulus / self.unscaled.young_modulus
 
     @classmethod

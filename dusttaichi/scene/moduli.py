@@ -1,4 +1,4 @@
-"""Elastic moduli by Young's modulus and Poisson's ratio in place of K and mu/K."""
+"""Elastic moduli from Young's modulus and Poisson's ratio, in place of K and mu/K."""
 
 from dusttaichi.errors import DustError
 from dusttaichi.scene import quantities

@@ -1,4 +1,4 @@
-"""Time step, precision, and what the run is computed on; presets of these."""
+"""Time step, precision and device of a run, and presets of these."""
 
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -20,12 +20,12 @@ PRESETS: dict[str, dict[str, Any]] = {
     "balanced": {"step_fraction": 0.2, "precision": "mixed", "newton_steps": 1},
     "reference": {"step_fraction": 0.05, "precision": "f64", "newton_steps": 3},
 }
-"""Presets of `accuracy` where the YAML does not say otherwise: numerics alone, no physics, but for
-a draft, whose grains are heavier and softer."""
+"""Presets of `accuracy`, for keys that the YAML does not have: numerics alone, no physics, except
+for a draft, whose grains are heavier and softer."""
 
 
 class CommonNumerics(Block):
-    """Numerics of every method: how the equations are solved."""
+    """Numerics of every method."""
 
     time_step: Annotated[float | Literal["auto"], Quantity("time", gt=0, word="auto")] = Field(
         "auto",
@@ -37,7 +37,7 @@ class CommonNumerics(Block):
         description="share of the energy that has gone through the system by which the ledger may "
         "be open before a guard stops the run",
     )
-    backend: Literal["cpu", "cuda"] = Field("cpu", description="what the kernels run on")
+    backend: Literal["cpu", "cuda"] = Field("cpu", description="device of the kernels")
     threads: Annotated[int | Literal["auto"], Number(whole=True, ge=1, word="auto")] = Field(
         "auto",
         description="CPU threads, no more than there are cores; auto: as many as are fastest "
@@ -45,28 +45,17 @@ class CommonNumerics(Block):
     )
     debug: bool = Field(
         False,
-        description="to look for an error in kernels: bounds are checked, fast math and patches of "
-        "the compiler are off, TI_* variables of the shell count; slower",
+        description="for debugging kernels: bounds are checked, fast math and patches of the "
+        "compiler are off, TI_* variables of the shell are used; slower",
     )
 
 
 class Numerics(CommonNumerics):
-    """How the equations of motion of the grains are solved."""
+    """Numerics of the equations of motion of the grains."""
 
-    order: ClassVar[tuple[str, ...]] = (
-        "accuracy",
-        "time_step",
-        "step_fraction",
-        "precision",
-        "newton_steps",
-        "mass_scaling",
-        "stiffness_scaling",
-        "scaling_anyway",
-        "ledger_tolerance",
-        "backend",
-        "threads",
-        "skin",
-        "debug",
+    order: ClassVar[str] = (
+        "accuracy time_step step_fraction precision newton_steps mass_scaling stiffness_scaling "
+        "scaling_anyway ledger_tolerance backend threads skin debug"
     )
 
     default: ClassVar[str] = "balanced"
@@ -75,7 +64,7 @@ class Numerics(CommonNumerics):
         default,
         description="preset of step_fraction, precision and newton_steps, for a draft of "
         "mass_scaling and stiffness_scaling too, each of which may be given as well; `dust trade` "
-        "measures what they cost",
+        "measures their run time and error",
     )
     # Leapfrog is stable up to 1/pi = 0.318 of the period.
     step_fraction: Annotated[
@@ -98,7 +87,7 @@ class Numerics(CommonNumerics):
     mass_scaling: Annotated[float, Number(ge=1, le=1e6)] = Field(
         1.0,
         description="factor on the mass of all grains, for quasi-static runs: steps grow with its "
-        "root, and so does the speed at which inertia is felt",
+        "root, and inertia matters at lower speeds by the same factor",
     )
     stiffness_scaling: Annotated[float, Number(ge=1e-4, le=1)] = Field(
         1.0,
@@ -108,8 +97,8 @@ class Numerics(CommonNumerics):
     )
     scaling_anyway: bool = Field(
         False,
-        description="take stiffness_scaling also where the scene is about what it changes: sound, "
-        "sticking, impacts",
+        description="allow stiffness_scaling also in scenes on what it changes: sound, sticking, "
+        "impacts",
     )
     skin: Annotated[float | Literal["auto"], Number(gt=0, le=10, word="auto")] = Field(
         "auto", description="extra reach of the neighbour search as a fraction of the radius"

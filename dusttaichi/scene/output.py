@@ -1,19 +1,19 @@
-"""Output: what is written, how often and where."""
+"""Output: variables, intervals and directory."""
 
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dusttaichi.scene.boundary import Drive, filling_direction, strains
-from dusttaichi.scene.fields import Block, Count, Number, Switch, problems
+from dusttaichi.scene.fields import Block, Count, Faults, Number, Switch
 from dusttaichi.scene.quantities import Quantity
 
 
 class Interval(Block):
-    """How often something is written: exactly one of the four."""
+    """Interval between two outputs: exactly one of the four."""
 
-    steps: Count | None = Field(None, description="every so many time steps")
+    steps: Count | None = Field(None, description="time steps between two")
     time: Annotated[float, Quantity("time", gt=0, example="5 ns")] | None = Field(
         None, description="simulated time between two"
     )
@@ -21,22 +21,13 @@ class Interval(Block):
         None, description="change of the filling factor between two"
     )
     strain: Annotated[float, Number(gt=0)] | None = Field(
-        None, description="strain between two, counted as stop.strain is"
+        None, description="strain between two, defined as in stop.strain"
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> "Interval":
+    def faults(self) -> Faults:
         if sum(getattr(self, name) is not None for name in Interval.model_fields) != 1:
-            raise problems(
-                [
-                    (
-                        "",
-                        "exactly one of steps, time, filling_factor and strain is needed, "
-                        "for example {steps: 1000}",
-                    )
-                ]
-            )
-        return self
+            text = "exactly one of steps, time, filling_factor and strain is needed, "
+            yield "", text + "for example {steps: 1000}"
 
 
 _SWITCH = Switch(
@@ -48,10 +39,10 @@ OptionalInterval = Annotated[Interval | None, _SWITCH]
 
 
 def default_intervals(boundary: Block, drive: Drive, steps: int = 1000) -> dict[str, Any]:
-    """Intervals of what the YAML does not mention, for one drive.
+    """Default intervals of the outputs, for one drive.
 
-    steps: of the time series where no strain tells how often. Snapshots stay auto: how far apart
-    they are is known once the run is built (run.schedule).
+    steps: of the time series where nothing is strained. Snapshots stay auto: their interval is
+    known once the run is built (run.schedule).
     """
     still = {"profiles": "off", "snapshots": "auto"}
     if boundary.kind == "box" and filling_direction(boundary, drive) > 0:
@@ -60,7 +51,7 @@ def default_intervals(boundary: Block, drive: Drive, steps: int = 1000) -> dict[
 
 
 def applies(interval: Interval | None, boundary: Block, drive: Drive) -> bool:
-    """True where an interval (None: off) comes due under a drive."""
+    """True where outputs of an interval (None: off) become due under a drive."""
     if interval is None or (interval.strain is interval.filling_factor is None):
         return True
     if interval.filling_factor is not None:
@@ -73,14 +64,14 @@ class Output(Block):
 
     directory: Path = Field(
         Path("runs"),
-        description="where the results go, relative to the current directory",
+        description="directory of the results, relative to the current directory",
         json_schema_extra={"default": "runs/<name>"},
     )
     series: OptionalInterval = Field(
         "auto",
         description="interval of the time series; auto: filling_factor 0.002 in a closed box "
-        "whose top wall moves down, strain 0.005 where else something moves, else 1000 steps, "
-        "of a continuum 5",
+        "whose top wall moves down, strain 0.005 where something else moves, otherwise 1000 "
+        "steps, of a continuum 5",
     )
     profiles: OptionalInterval = Field(
         "auto",
@@ -89,29 +80,29 @@ class Output(Block):
     )
     snapshots: OptionalInterval = Field(
         "auto",
-        description="interval of the snapshots of all grains; auto: some thirty over the run, "
-        "fewer where they would take more than 40 MB, none where its length is not known "
-        "beforehand or in runs of ensembles and sweeps; the first frame and the last of every "
+        description="interval of the snapshots of all grains; auto: about thirty over the run, "
+        "fewer where they would take more than 40 MB, none where the length of the run is not "
+        "known beforehand or in ensembles and sweeps; the first frame and the last of every "
         "stage are always written",
     )
-    contacts: bool = Field(True, description="snapshots hold the contacts with their state")
+    contacts: bool = Field(True, description="snapshots contain the contacts with their state")
     forces: bool = Field(
         True, description="contacts in snapshots have their forces, in single precision"
     )
     variables: tuple[str, ...] = Field(
         (),
-        description="what snapshots and contacts hold beside what they hold anyway, as "
-        "[orientation, grain_loss], and with a minus in front what they leave out, as [-spin]",
+        description="optional variables of snapshots and contacts, such as [orientation, "
+        "grain_loss]; with a minus in front those that are left out, such as [-spin]",
     )
     precision: Literal["f64", "f32"] = Field(
         "f64",
-        description="of what snapshots hold of every grain and contact; f32 has seven digits and "
-        "takes half the space",
+        description="precision of the variables of grains and contacts in snapshots; f32 has "
+        "seven digits and takes half the space",
     )
     window: Annotated[int | Literal["interval"], Number(whole=True, ge=1, word="interval")] = Field(
         "interval",
         description="steps over which wall pressures and stresses are averaged (S12: 100), or "
-        "interval: since the last point of the series",
+        "interval: since the last record of the series",
     )
     stress: bool = Field(
         False,
@@ -127,6 +118,6 @@ class Output(Block):
         """`variables` and `precision`, as results.variables.select takes them."""
         return self.variables, self.precision
 
-    def asks_for(self, name: str) -> bool:
-        """True where a variable of that name, of any group, is written on request."""
-        return any(asked.split("/")[-1] == name for asked in self.variables)
+    def requests(self, name: str) -> bool:
+        """True where an optional variable of that name, of any group, is requested."""
+        return any(variable.split("/")[-1] == name for variable in self.variables)

@@ -1,4 +1,4 @@
-"""Turns pydantic's errors into lines that name path, value, what is allowed, and the line."""
+"""Error messages from pydantic's errors: path, value, allowed values, and line number."""
 
 import difflib
 import json
@@ -25,7 +25,7 @@ _FORM = {
 
 
 def refusal(title: str, found: list[str]) -> DustError:
-    """The error for a scene with these problems, a line each; what is long is cut."""
+    """The error for a scene with these faults, a line each; long ones are shortened."""
     shown = [line if len(line) <= LONGEST else _cut(line) for line in found[:MOST_LINES]]
     if len(found) > MOST_LINES + 1:  # else the last of them says so
         shown.append(_more(found))
@@ -35,15 +35,14 @@ def refusal(title: str, found: list[str]) -> DustError:
 
 
 def _cut(line: str) -> str:
-    """The beginning of a line, and its end, where the number of the line in the file stands."""
+    """The beginning of a line and its end, with the number of the line in the file."""
     return f"{line[: LONGEST - 100]} ... {line[-95:]}"
 
 
 def describe(
     root: type[BaseModel], error: ValidationError, data: Any, lines: Mapping[Path, int]
 ) -> list[str]:
-    """One line for each problem, in the order of the file; of a great many the first, and how many
-    more there are."""
+    """One line for each fault, in the order of the file; of very many the first, and a count."""
     found = []
     for item in error.errors(include_url=False):
         path = _path(item["loc"], data, item["type"] == "missing")
@@ -56,11 +55,11 @@ def describe(
                 path = (*path, item["ctx"]["discriminator"].strip("'"))
             found.append((path, item))
     found.sort(key=lambda entry: _line(entry[0], lines) or 0)
-    told = [
+    texts = [
         line(path, what if isinstance(what, str) else _text(root, what, data), data, lines)
         for path, what in found[:MOST_LINES]
     ]
-    return told + [_more(found)] * (len(found) > MOST_LINES)
+    return texts + [_more(found)] * (len(found) > MOST_LINES)
 
 
 def _more(found: list) -> str:
@@ -68,7 +67,7 @@ def _more(found: list) -> str:
 
 
 def line(path: Path, text: str, data: Any, lines: Mapping[Path, int]) -> str:
-    """The line about one problem, with path, value, what is allowed, and where in the file:
+    """Line about one fault:
     'boundary.wall_speed = "1 cm": a speed is needed, for example "1 cm/s"  (line 14)'."""
     number = _line(path, lines)
     where = f"  (line {number})" if number else ""
@@ -76,7 +75,7 @@ def line(path: Path, text: str, data: Any, lines: Mapping[Path, int]) -> str:
 
 
 def dotted(path: Path) -> str:
-    """A path as an error names it, such as sample.positions[3]."""
+    """Text of a path, such as sample.positions[3]."""
     text = ""
     for key in path:
         text += f"[{key}]" if isinstance(key, int) else f".{key}" if text else key
@@ -84,7 +83,7 @@ def dotted(path: Path) -> str:
 
 
 def _line(path: Path, lines: Mapping[Path, int]) -> int | None:
-    """Line of the path, or of the nearest block around it, at last that of the whole scene."""
+    """Line number of the path, or of the nearest block around it, up to the whole scene."""
     for length in range(len(path), -1, -1):
         if path[:length] in lines:
             return lines[path[:length]]
@@ -100,7 +99,7 @@ def _step(data: Any, key: str | int) -> tuple[bool, Any]:
 
 
 def _path(loc: Path, data: Any, missing: bool) -> Path:
-    """Path in the file. pydantic mixes in names of union members, which the data does not have."""
+    """Path in the file, without the names of union members that pydantic adds to it."""
     path: list[str | int] = []
     for index, key in enumerate(loc):
         present, below = _step(data, key)
@@ -145,7 +144,7 @@ def _text(root: type[BaseModel], item: dict, data: Any) -> str:
 
 
 def _block_needed(blocks: list[type[BaseModel]], given: Any) -> str:
-    """Advice what to write where a block belongs; `given` may be the kind of one of them."""
+    """Advice where a block is needed; `given` may be the kind of one of them."""
     for key in ("kind", "model"):
         for block in blocks:
             item = block.model_fields.get(key)
@@ -160,25 +159,25 @@ def _words(expected: str) -> list[str]:
 
 
 def _guess(given: Any, expected: str) -> str:
-    """A question for the word that was meant, where one is like it."""
+    """A question about the intended word, where one is similar."""
     close = difflib.get_close_matches(str(given), _words(expected), 1)
     return f'did you mean "{close[0]}"? ' if close else ""
 
 
-# kinds of samples of grains -> those of the continuum that do the same
-ALIKE = {
+# kinds of samples of grains -> equivalent ones of the continuum
+EQUIVALENT = {
     **dict.fromkeys(("collision", "pair"), ("impact", "several")),
     **dict.fromkeys(("rbd", "pca", "bcca", "lattice", "random_packing"), ("block", "sphere")),
 }
 
 
 def _elsewhere(given: Any, expected: str) -> str:
-    """As `_guess`, and for a kind of the other method the ones here that do the same."""
-    alike = [name for name in ALIKE.get(str(given), ()) if name in _words(expected)]
-    if not alike:
+    """As `_guess`; for a kind of the other method its equivalents here."""
+    names = [name for name in EQUIVALENT.get(str(given), ()) if name in _words(expected)]
+    if not names:
         return _guess(given, expected)
-    names = " or ".join(f'"{name}"' for name in alike)
-    return f'"{given}" is a kind of single grains; here {names} does it: '
+    quoted = " or ".join(f'"{name}"' for name in names)
+    return f'"{given}" is a kind of single grains; use {quoted} here: '
 
 
 def _either(expected: str) -> str:
@@ -188,7 +187,7 @@ def _either(expected: str) -> str:
 
 
 def choices(item: FieldInfo) -> list[type[BaseModel]]:
-    """All blocks that may stand at a key."""
+    """All blocks that are allowed at a key."""
     for mark in item.metadata:
         if hasattr(mark, "blocks"):
             return mark.blocks
@@ -205,8 +204,8 @@ def _members(annotation: Any) -> list[type[BaseModel]]:
 
 
 def _blocks(root: type[BaseModel], loc: Path, data: Any) -> list[type[BaseModel]]:
-    """The blocks that may stand at a location of the data; a union member's name in it, or the
-    name of a registered law in the data, selects that one."""
+    """The blocks that are allowed at a location of the data; a union member's name in it, or the
+    name of a registered law in the data, selects one."""
     blocks = [root]
     for key in loc:
         present, value = _step(data, key)
@@ -226,7 +225,7 @@ def _blocks(root: type[BaseModel], loc: Path, data: Any) -> list[type[BaseModel]
 
 
 def _chosen(item: FieldInfo, value: Any) -> list[type[BaseModel]]:
-    """The block of the registered law that a value names, or all that may be in its place."""
+    """Block of the registered law that a value names, or all allowed blocks."""
     found = (mark.block_of(value) for mark in item.metadata if hasattr(mark, "block_of"))
     named = [block for block in found if block is not None]
     return named or choices(item)
@@ -238,7 +237,7 @@ def _tags(block: type[BaseModel]) -> set[str]:
 
 
 def _hint(root: type[BaseModel], loc: Path, data: Any) -> str:
-    """Value that a missing key needs."""
+    """Hint at the value of a missing key."""
     for block in _blocks(root, loc[:-1], data):
         item = block.model_fields.get(str(loc[-1]))
         if item is None:
@@ -269,7 +268,7 @@ def _unknown(root: type[BaseModel], loc: Path, data: Any) -> str:
 
 
 def _homes(block: type[BaseModel], key: str, path: Path = ()) -> list[str]:
-    """Where in the whole scene there is a key of that name."""
+    """Paths of all keys of that name in the scene."""
     found = []
     for name, item in block.model_fields.items():
         if name == key and path:

@@ -1,11 +1,11 @@
-"""Pushes on some grains from the start of the run: on a face of the sample, or on single grains."""
+"""External pushes on a face of the sample or on single grains, from the start of a run or stage."""
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from dusttaichi.names import WALLS
-from dusttaichi.scene.fields import Block, Number, needed, problems
+from dusttaichi.scene.fields import Block, Faults, Number, needed
 from dusttaichi.scene.quantities import Quantity, Vector
 
 WallName = Literal[WALLS]
@@ -43,8 +43,8 @@ class Push(Block):
     face: WallName | None = Field(None, description="face of the sample; either this or grains")
     depth: Annotated[float, Quantity("length", ge=0)] | None = Field(
         None,
-        description="with face: how far behind its outermost centre the centres of grains may lie; "
-        "default one radius",
+        description="with face: thickness of the layer of centres of grains, from the outermost "
+        "inwards; default one radius",
     )
     displacement: Annotated[Vector, Quantity("length", count=3, example="0.1 nm")] | None = Field(
         None, description="displacement of every grain before the start"
@@ -64,59 +64,54 @@ class Push(Block):
         None, description="force on all of the grains together, shared equally"
     )
     duration: Annotated[float, Quantity("time", gt=0)] | None = Field(
-        None, description="how long the force acts; default to the end of the run"
+        None, description="duration of the force, by default up to the end of the run"
     )
     speed: Annotated[Vector, Quantity("speed", count=3)] | None = Field(
-        None, description="velocity at which the grains are carried, without turning"
+        None, description="prescribed velocity of the grains, which do not rotate"
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> "Push":
-        found = []
+    def faults(self) -> Faults:
         if (self.grains is None) == (self.face is None):
-            found.append(("", "exactly one of grains and face is needed"))
+            yield "", "exactly one of grains and face is needed"
         if self.grains is not None and not self.grains:
-            found.append(("grains", "at least one grain is needed"))
+            yield "grains", "at least one grain is needed"
         if self.depth is not None and self.face is None:
-            found.append(("depth", "it belongs to a face"))
+            yield "depth", "it belongs to a face"
         if self.kind is None:
-            found.append(("", f"exactly one of {', '.join(KINDS)} is needed"))
+            yield "", f"exactly one of {', '.join(KINDS)} is needed"
         if self.duration is not None and self.force is None:
-            found.append(("duration", "it belongs to a force"))
-        if found:
-            raise problems(found)
-        return self
+            yield "duration", "it belongs to a force"
 
     @property
     def kind(self) -> str | None:
-        """Which of KINDS it is; None where it is none of them, or several."""
+        """The one of KINDS that is given; None where none or several are."""
         given = [kind for kind in KINDS if getattr(self, kind) is not None]
         return given[0] if len(given) == 1 else None
 
 
-def check(scene) -> list[tuple[str, str]]:
-    """Problems of the pushes of a scene with its other blocks, as (dotted path, text)."""
-    found, given = [], [(f"push.{n}", push) for n, push in enumerate(scene.push)]
+def check(scene) -> Faults:
+    """Faults of the pushes of a scene with its other blocks."""
+    given = [(f"push.{n}", push) for n, push in enumerate(scene.push)]
     for number, stage in enumerate(scene.stages):
         where = f"stages.{number}.drive.push"
         own = [(f"{where}.{n}", push) for n, push in enumerate(stage.drive.push)]
         if own and number == 0:
-            found.append((where, "the run begins with this stage; write it as the scene's push"))
-        text = f"it is for the start of the run; allowed in a stage: {', '.join(OF_A_STAGE)}"
-        found += [
-            (f"{path}.{push.kind}", text) for path, push in own if push.kind not in OF_A_STAGE
-        ]
+            yield where, "the run begins with this stage; write it as the scene's push"
+        for path, push in own:
+            if push.kind not in OF_A_STAGE:
+                allowed = ", ".join(OF_A_STAGE)
+                text = f"it is for the start of the run; allowed in a stage: {allowed}"
+                yield f"{path}.{push.kind}", text
         given += own
-    if scene.boundary.kind != "periodic":
-        return found
-    text = "it needs open space, a box or plates; in a periodic cell use displacement or velocity"
-    return found + [
-        (f"{path}.{push.kind}", text)
-        for path, push in given
-        if push.kind in ("spin", "force", "speed")
-    ]
+    if scene.boundary.kind == "periodic":
+        text = (
+            "it needs open space, a box or plates; in a periodic cell use displacement or velocity"
+        )
+        for path, push in given:
+            if push.kind in ("spin", "force", "speed"):
+                yield f"{path}.{push.kind}", text
 
 
 def of_stages(scene) -> tuple[Push, ...]:
-    """All pushes that stages bring."""
+    """All pushes of stages."""
     return tuple(push for stage in scene.stages for push in stage.drive.push)

@@ -13,86 +13,58 @@ from typing import Annotated, Any
 from pydantic_core import PydanticCustomError
 
 from dusttaichi.errors import DustError
-from dusttaichi.scene.fields import Mark
+from dusttaichi.scene.fields import BOUNDS, Mark
 
 
 @dataclass(frozen=True)
 class Dimension:
-    """Kind of quantity: its name, its SI unit, an example, and the units `format` uses.
+    """Kind of quantity: its name, its SI unit, an example, and the units that `format` uses.
 
-    `powers`: unit -> power of ten relative to the SI unit; the first listed wins a tie.
+    powers: unit -> power of ten relative to the SI unit; the first listed wins a tie. least, most:
+    sizes in SI between which a number other than 0 must be: far outside of the physical range, and
+    inside of what can be computed. plural: by default that of the name.
     """
 
     name: str
-    plural: str
     unit: str
     example: str
     powers: dict[str, int]
+    least: float
+    most: float
+    _plural: str = ""
+
+    @property
+    def plural(self) -> str:
+        """Name of several such quantities."""
+        return self._plural or f"{self.name.partition(' ')[2]}s"
 
 
-DIMENSIONS = {
-    "length": Dimension(
-        "a length", "lengths", "m", "0.6 um", {"m": 0, "mm": -3, "um": -6, "nm": -9, "pm": -12}
-    ),
-    "time": Dimension(
-        "a time", "times", "s", "0.3 ns", {"s": 0, "ms": -3, "us": -6, "ns": -9, "ps": -12}
-    ),
-    "mass": Dimension("a mass", "masses", "kg", "2.4 pg", {"kg": 0, "g": -3, "pg": -15}),
-    "speed": Dimension("a speed", "speeds", "m/s", "1 cm/s", {"m/s": 0, "cm/s": -2, "um/s": -6}),
-    "acceleration": Dimension(
-        "an acceleration", "accelerations", "m/s^2", "9.81 m/s^2", {"m/s^2": 0}
-    ),
-    "angle": Dimension("an angle", "angles", "rad", "30 deg", {"rad": 0}),
-    "angular velocity": Dimension(
-        "an angular velocity",
-        "angular velocities",
-        "rad/s",
-        "1e5 rad/s",
-        {"rad/s": 0, "rad/us": 6},
-    ),
-    "rate": Dimension("a rate", "rates", "s^-1", "1e3 s^-1", {"s^-1": 0}),
-    "force": Dimension("a force", "forces", "N", "57 nN", {"N": 0, "uN": -6, "nN": -9, "pN": -12}),
-    "energy": Dimension("an energy", "energies", "J", "1 fJ", {"J": 0, "fJ": -15, "aJ": -18}),
-    "pressure": Dimension(
-        "a pressure", "pressures", "Pa", "10 kPa", {"GPa": 9, "MPa": 6, "kPa": 3, "Pa": 0}
-    ),
-    "density": Dimension(
-        "a density", "densities", "kg/m^3", "2.65 g/cm^3", {"g/cm^3": 3, "kg/m^3": 0}
-    ),
-    "surface energy": Dimension(
-        "a surface energy", "surface energies", "J/m^2", "20 mJ/m^2", {"mJ/m^2": -3, "J/m^2": 0}
-    ),
-    "stiffness": Dimension("a stiffness", "stiffnesses", "N/m", "0.75 N/m", {"N/m": 0}),
-    "temperature": Dimension("a temperature", "temperatures", "K", "280 K", {"K": 0}),
-    "heat capacity": Dimension(
-        "a heat capacity", "heat capacities", "J/(kg K)", "800 J/(kg K)", {"J/(kg K)": 0}
-    ),
-    "mass rate": Dimension(
-        "a mass per time", "masses per time", "kg/s", "1e-6 g/s", {"g/s": -3, "kg/s": 0}
-    ),
-}
-
-# Sizes in SI between which a number lies that is not 0: far outside of what is physical, and inside
-# of what can be computed.
-SIZES = {
-    "length": (1e-25, 1e7),
-    "time": (1e-25, 1e9),
-    "mass": (1e-30, 1e9),
-    "speed": (1e-20, 3e8),
-    "acceleration": (1e-20, 1e15),
-    "angle": (1e-20, 1e6),
-    "angular velocity": (1e-20, 1e15),
-    "rate": (1e-20, 1e15),
-    "force": (1e-30, 1e6),
-    "energy": (1e-40, 1e12),
-    "pressure": (1e-15, 1e15),
-    "density": (1e-9, 1e9),
-    "surface energy": (1e-15, 1e6),
-    "stiffness": (1e-20, 1e12),
-    "temperature": (1e-6, 1e9),
-    "heat capacity": (1e-6, 1e9),
-    "mass rate": (1e-30, 1e9),
-}
+_LENGTHS = {"m": 0, "mm": -3, "um": -6, "nm": -9, "pm": -12}
+_TIMES = {"s": 0, "ms": -3, "us": -6, "ns": -9, "ps": -12}
+_FORCES = {"N": 0, "uN": -6, "nN": -9, "pN": -12}
+_PRESSURES = {"GPa": 9, "MPa": 6, "kPa": 3, "Pa": 0}
+_ROWS = (
+    ("a length", "m", "0.6 um", _LENGTHS, 1e-25, 1e7),
+    ("a time", "s", "0.3 ns", _TIMES, 1e-25, 1e9),
+    ("a mass", "kg", "2.4 pg", {"kg": 0, "g": -3, "pg": -15}, 1e-30, 1e9, "masses"),
+    ("a speed", "m/s", "1 cm/s", {"m/s": 0, "cm/s": -2, "um/s": -6}, 1e-20, 3e8),
+    ("an acceleration", "m/s^2", "9.81 m/s^2", {"m/s^2": 0}, 1e-20, 1e15),
+    ("an angle", "rad", "30 deg", {"rad": 0}, 1e-20, 1e6),
+    ("an angular velocity", "rad/s", "1e5 rad/s", {"rad/s": 0, "rad/us": 6}, 1e-20, 1e15,
+     "angular velocities"),
+    ("a rate", "s^-1", "1e3 s^-1", {"s^-1": 0}, 1e-20, 1e15),
+    ("a force", "N", "57 nN", _FORCES, 1e-30, 1e6),
+    ("an energy", "J", "1 fJ", {"J": 0, "fJ": -15, "aJ": -18}, 1e-40, 1e12, "energies"),
+    ("a pressure", "Pa", "10 kPa", _PRESSURES, 1e-15, 1e15),
+    ("a density", "kg/m^3", "2.65 g/cm^3", {"g/cm^3": 3, "kg/m^3": 0}, 1e-9, 1e9, "densities"),
+    ("a surface energy", "J/m^2", "20 mJ/m^2", {"mJ/m^2": -3, "J/m^2": 0}, 1e-15, 1e6,
+     "surface energies"),
+    ("a stiffness", "N/m", "0.75 N/m", {"N/m": 0}, 1e-20, 1e12, "stiffnesses"),
+    ("a temperature", "K", "280 K", {"K": 0}, 1e-6, 1e9),
+    ("a heat capacity", "J/(kg K)", "800 J/(kg K)", {"J/(kg K)": 0}, 1e-6, 1e9, "heat capacities"),
+    ("a mass rate", "kg/s", "1e-6 g/s", {"g/s": -3, "kg/s": 0}, 1e-30, 1e9),
+)  # fmt: skip
+DIMENSIONS = {row[0].partition(" ")[2]: Dimension(*row) for row in _ROWS}
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _UNIT = r"[A-Za-zµμΩÅ°].*"
@@ -105,7 +77,7 @@ _QUANTITY = re.compile(
 
 @lru_cache(maxsize=1)
 def _registry():
-    # pint takes half a second to import and set up; only units that are not listed need it.
+    # pint takes half a second to import and set up; only units that are not listed need it
     import pint
 
     return pint.UnitRegistry(non_int_type=Decimal)
@@ -113,7 +85,7 @@ def _registry():
 
 @lru_cache(maxsize=1024)
 def _root(unit: str) -> tuple[Decimal, str]:
-    """Factor to pint's root units, and these. ValueError if `unit` is not a unit."""
+    """Factor to pint's root units, and these. Raises ValueError if `unit` is not a unit."""
     spelled = re.sub(r"([A-Za-zµμ])(-?\d)", r"\1^\2", unit)  # kg/m3 and m s-1
     registry = _registry()
     try:
@@ -125,7 +97,7 @@ def _root(unit: str) -> tuple[Decimal, str]:
 
 @lru_cache(maxsize=1024)
 def _factor(unit: str, dimension: str) -> Decimal:
-    """Factor from this unit to SI. ValueError as `_convert`."""
+    """Factor from this unit to SI. Raises ValueError as `_convert`."""
     kind, unit = DIMENSIONS[dimension], re.sub("[µμ](?=[A-Za-z])", "u", unit)
     if unit in kind.powers:  # most units: without waiting for pint
         return Decimal(1).scaleb(kind.powers[unit])
@@ -137,8 +109,11 @@ def _factor(unit: str, dimension: str) -> Decimal:
 
 
 def _convert(value: Any, dimension: str) -> float:
-    """SI float of a text. ValueError with what is wrong; empty where the text has another dimension
-    or no number, so that naming what is needed says it all."""
+    """SI float of a text.
+
+    Raises ValueError with the fault; an empty one where the text has another dimension or no
+    number, so that the allowed values suffice as a message.
+    """
     if not isinstance(value, str):
         bare = isinstance(value, (int, float)) and not isinstance(value, bool)
         raise ValueError("it has no unit" if bare else "")
@@ -166,7 +141,7 @@ def _needed(dimension: str) -> str:
 def parse(value: Any, dimension: str, where: str = "value") -> float:
     """SI float of a text such as '0.6 um'.
 
-    dimension: a key of DIMENSIONS. where: how the error names the value.
+    dimension: a key of DIMENSIONS. where: name of the value in the error.
     Raises DustError for a bare number, another dimension, an unknown unit, nan or inf.
     """
     try:
@@ -189,7 +164,7 @@ def _mantissa(number: Decimal) -> str:
 
 
 def _length(text: str) -> int:
-    """How long a quantity reads."""
+    """Length of the text of a quantity as people read it."""
     number = text.split()[0]
     return len(text) + 2 * ("e" in number or len(number.lstrip("-").split(".")[0]) > 3)
 
@@ -199,8 +174,8 @@ def format(value: float, dimension: str, digits: int | None = None) -> str:
 
     A power of ten counts as two characters more: 0.6 um, not 6e-7 m. So do four digits before the
     point: 1.447 nm, not 1447 pm.
-    digits: round to so many significant digits, for people to read: then it is not exact any more,
-    and has the sign for micro in place of the letter that keyboards have, 0.6 µm.
+    digits: significant digits of a text for people to read, which is then not exact, and has the
+    sign for micro in place of the letter on keyboards, 0.6 µm.
     """
     kind = DIMENSIONS[dimension]
     if value == 0:
@@ -217,11 +192,12 @@ def format(value: float, dimension: str, digits: int | None = None) -> str:
 
 @dataclass(frozen=True)
 class Quantity(Mark):
-    """Marks a pydantic field that is written with a unit and held as an SI float.
+    """Marks a pydantic field that is written with a unit and stored as an SI float.
 
     gt, ge, lt, le: bounds in SI. word: a word allowed in place of the number ("auto", "fit"), or
-    several. count: a list of so many quantities, held as a tuple; with `spread` a single one counts
-    for all of them, with `mixed` the word may stand in the list. bare_unit: "um" means "1 um".
+    several. count: length of a list of quantities, stored as a tuple; with `spread` a single one
+    applies to all of them, with `mixed` the word is allowed in the list. bare_unit: "um" means
+    "1 um".
     """
 
     dimension: str
@@ -238,7 +214,7 @@ class Quantity(Mark):
 
     @property
     def unit(self) -> str:
-        """SI unit of the value that is held."""
+        """SI unit of the stored value."""
         return DIMENSIONS[self.dimension].unit
 
     @property
@@ -250,10 +226,9 @@ class Quantity(Mark):
     def needed(self) -> str:
         """Allowed values, as the end of an error message."""
         kind = DIMENSIONS[self.dimension]
-        names = {"gt": "above", "ge": "of at least", "lt": "below", "le": "at most"}
         limits = [
             f" {words} {format(getattr(self, key), self.dimension) if getattr(self, key) else 0}"
-            for key, words in names.items()
+            for key, words in BOUNDS.items()
             if getattr(self, key) is not None
         ]
         what = f"a list of {self.count} {kind.plural}" if self.count else kind.name
@@ -270,10 +245,10 @@ class Quantity(Mark):
         if self.bare_unit and isinstance(value, str) and value[:1].isalpha():
             value = f"1 {value}"
         si = _convert(value, self.dimension)
-        least, most = SIZES.get(self.dimension, (0.0, math.inf))
-        if si and not least <= abs(si) <= most:
-            unit = self.unit
-            raise ValueError(f"it cannot be computed with, {least:g} {unit} to {most:g} {unit} can")
+        kind, unit = DIMENSIONS[self.dimension], self.unit
+        if si and not kind.least <= abs(si) <= kind.most:
+            least, most = f"{kind.least:g} {unit}", f"{kind.most:g} {unit}"
+            raise ValueError(f"it cannot be computed with, {least} to {most} can")
         inside = (
             (self.gt is None or si > self.gt)
             and (self.ge is None or si >= self.ge)

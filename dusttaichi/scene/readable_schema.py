@@ -1,9 +1,9 @@
-"""A JSON Schema whose errors an editor can read: alternatives are told apart first.
+"""JSON Schema with readable errors in editors: `if` and `then` in place of alternatives.
 
-Of `oneOf` and `anyOf` a validator says no more than "not valid under any of the given schemas".
-With `if` and `then` it looks at the one alternative that is meant, and says what is wrong there:
-the one of that `kind` (pydantic names the key in `discriminator`, which validators do not know), of
-that method, a block rather than a word.
+For `oneOf` and `anyOf` a validator reports only "not valid under any of the given schemas". With
+`if` and `then` it checks the intended alternative and reports its errors: the one of that `kind`
+(pydantic names the key in `discriminator`, which validators do not know), of that method, a block
+rather than a word.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ NOTHING = {"type": "null"}
 
 
 def readable(schema: dict[str, Any], blocks: dict[str, Any]) -> Any:
-    """The same schema with alternatives told apart. blocks: its `$defs`."""
+    """The schema with alternatives selected by `if` and `then`. blocks: its `$defs`."""
     if isinstance(schema, list):
         return [readable(part, blocks) for part in schema]
     if not isinstance(schema, dict):
@@ -24,7 +24,7 @@ def readable(schema: dict[str, Any], blocks: dict[str, Any]) -> Any:
         mark = found.pop("discriminator")
         found.pop("oneOf")
         options = {name: {"$ref": place} for name, place in mark["mapping"].items()}
-        return {**found, **told_apart(mark["propertyName"], options)}
+        return {**found, **by_key(mark["propertyName"], options)}
     for word in ("anyOf", "oneOf"):
         if word in found:
             parts = found.pop(word)
@@ -32,8 +32,8 @@ def readable(schema: dict[str, Any], blocks: dict[str, Any]) -> Any:
     return found
 
 
-def told_apart(key: str, options: dict[str, Any], default: str | None = None) -> dict[str, Any]:
-    """A block that is one of several, by the value of a key; default: where the key is missing."""
+def by_key(key: str, options: dict[str, Any], default: str | None = None) -> dict[str, Any]:
+    """One of several blocks, selected by the value of a key; default: without the key."""
     chosen = [
         {"if": _has(key, [name]), "then": part} for name, part in options.items() if name != default
     ]
@@ -50,7 +50,7 @@ def _has(key, values):
 
 
 def _by_type(word, parts, blocks):
-    """Alternatives of which one or two are blocks: a block is looked at as such."""
+    """Alternatives of which one or two are blocks, selected by the type of the value."""
     own = [part for part in parts if _is_block(part, blocks)]
     others = [part for part in parts if part not in own]
     based = [part for part in own if "base" in part.get("required", ())]

@@ -7,14 +7,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import yaml
-from pydantic import (
-    Field,
-    PrivateAttr,
-    ValidationError,
-    ValidationInfo,
-    field_validator,
-    model_validator,
-)
+from pydantic import Field, PrivateAttr, ValidationError, ValidationInfo, field_validator
 
 from dusttaichi import method
 from dusttaichi.errors import DustError
@@ -22,8 +15,7 @@ from dusttaichi.names import AXES
 from dusttaichi.scene import checks, extensions, problems
 from dusttaichi.scene.boundary import Boundary, bounded_axes, own_drive
 from dusttaichi.scene.extensions import Extension
-from dusttaichi.scene.fields import Block, Count, needed
-from dusttaichi.scene.fields import problems as several
+from dusttaichi.scene.fields import Block, Count, Faults, needed
 from dusttaichi.scene.material import DEFAULT
 from dusttaichi.scene.numerics import CommonNumerics
 from dusttaichi.scene.output import Interval, Output, applies, default_intervals
@@ -33,19 +25,8 @@ from dusttaichi.scene.stop import Stop
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$"
 
 
-def check_names(materials: dict[str, Any]) -> dict[str, Any]:
-    """The `materials` of a scene; raises a validation error for what cannot name one."""
-    for name in materials:
-        if not re.fullmatch(NAME, name) or name == DEFAULT or name.isdigit():
-            raise needed(
-                f"\"{name}\" cannot name a material; letters, digits, '.', '_' and '-' are "
-                f'needed, not a number, and not "{DEFAULT}", which is the material above'
-            )
-    return materials
-
-
 class Scene(Block):
-    """Definition of a run, whatever the method; all quantities are SI floats.
+    """Definition of a run by any method; all quantities are SI floats.
 
     Each method has a scene class of its own, with further blocks (GrainsScene), which `from_dict`
     chooses by the key `method`.
@@ -63,8 +44,8 @@ class Scene(Block):
         description="Python files that register laws of the contact, kinds of samples or methods, "
         "imported before the rest is read; relative to the YAML file",
     )
-    method: str = Field(description="what computes the run")
-    boundary: Boundary = Field(description="what surrounds the grains")
+    method: str = Field(description="method of simulation")
+    boundary: Boundary = Field(description="walls and periodic faces")
     stop: Stop | None = Field(None, description="when the run ends; either this or stages")
     stages: tuple[Stage, ...] = Field(
         (),
@@ -74,7 +55,7 @@ class Scene(Block):
     numerics: CommonNumerics = Field(
         default_factory=CommonNumerics, description="time step, guards, threads"
     )
-    output: Output = Field({}, description="what is written, how often and where")
+    output: Output = Field({}, description="variables, intervals and directory of the results")
     replicas: Count | None = Field(
         None,
         description="number of runs of this scene, each with the next seed; one run if not given",
@@ -117,15 +98,7 @@ class Scene(Block):
                     filled[name] = interval
         return filled
 
-    @model_validator(mode="after")
-    def _check(self) -> "Scene":
-        found = self.conflicts()
-        if found:
-            raise several(found)
-        return self
-
-    def conflicts(self) -> list[tuple[str, str]]:
-        """Conflicts between the blocks, as (dotted path, text)."""
+    def faults(self) -> Faults:
         return checks.check(self)
 
     @property
@@ -142,7 +115,7 @@ class Scene(Block):
             if own is not None and getattr(own, key) != "auto":
                 return getattr(own, key)
             common = getattr(self.output, key)
-            # what all stages are to write must not hinder one in which nothing moves
+            # an output common to all stages must not be refused for one in which nothing moves
             if common != "auto" and (own is None or applies(common, self.boundary, drive)):
                 return common
             default = defaults[key]
@@ -154,14 +127,12 @@ class Scene(Block):
         return StagePlan(name, drive, stop, *intervals)
 
     def __eq__(self, other: object) -> bool:
-        # Two files that say the same are the same scene; pydantic would compare their texts too.
+        # Two files with equal blocks are the same scene; pydantic would compare their texts too.
         if not isinstance(other, Scene):
             return NotImplemented
         return all(getattr(self, key) == getattr(other, key) for key in type(self).model_fields)
 
-    def __hash__(self) -> int:
-        values = (getattr(self, key) for key in type(self).model_fields)
-        return hash(tuple(tuple(v.items()) if isinstance(v, dict) else v for v in values))
+    __hash__ = Block.__hash__
 
     @property
     def source(self) -> str:
@@ -173,12 +144,12 @@ class Scene(Block):
 
     @property
     def imported(self) -> tuple[Extension, ...]:
-        """The files of `extensions` as they were imported."""
+        """The imported files of `extensions`."""
         return self._imported
 
     @property
     def imported_texts(self) -> list[str]:
-        """Lines for results and checkpoints: the name and the digest of each."""
+        """Name and digest of each imported file, for results and checkpoints."""
         return [str(extension) for extension in self._imported]
 
     @classmethod
@@ -191,11 +162,11 @@ class Scene(Block):
         title: str = "the scene",
         check_files: bool = False,
     ) -> "Scene":
-        """Scene, of the class that its method has, from plain data as a YAML file has it.
+        """Scene, of the class of its method, from the plain data of a YAML file.
 
-        folder: what `sample.file` and `extensions` are relative to (default: the current
+        folder: folder of relative paths in `sample.file` and `extensions` (default: the current
         directory). lines: path -> line number, for errors. check_files: refuse a `sample.file` that
-        is not there, and an extension that has changed since this process imported it. Raises
+        does not exist, and an extension that has changed since this process imported it. Raises
         DustError with one line for each problem.
         """
         imported = extensions.load(
@@ -214,7 +185,7 @@ class Scene(Block):
         return scene
 
     def with_value(self, path: str, value: Any) -> "Scene":
-        """A new scene with one value changed, written as in the YAML.
+        """New scene with one value changed, written as in the YAML.
 
         path: keys joined by dots, such as "boundary.wall_speed" or "boundary.size.0".
         Defaults that depend on other values follow the change. Raises DustError.
@@ -225,12 +196,14 @@ class Scene(Block):
 
     @property
     def given(self) -> dict[str, Any]:
-        """Plain data as the YAML has it, without defaults; a copy that may be changed."""
+        """Plain data of the YAML, without defaults; a copy that may be changed."""
         return self._plain() if self._given is None else copy.deepcopy(self._given)
 
     def with_data(self, data: dict[str, Any], title: str = "the scene") -> "Scene":
-        """A new scene from other plain data, such as `given`; its files are found where those of
-        this one are. Raises DustError."""
+        """New scene from other plain data, such as `given`, with the folder of this one.
+
+        Raises DustError.
+        """
         scene = Scene.from_dict(data, self._folder, title=title)
         scene._path = self._path
         return scene
@@ -239,15 +212,15 @@ class Scene(Block):
         return _without_none(self.model_dump(mode="json"))
 
     def to_yaml(self, absolute: bool = False) -> str:
-        """The resolved scene, every default written out; loads again to an equal scene.
+        """YAML of the scene with every default; loads again to an equal scene.
 
-        absolute: with the whole paths of its files, so that they are found from any folder.
+        absolute: with absolute paths of its files, so that they are found from any folder.
         """
         data = _absolute(self._plain()) if absolute else self._plain()
         return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=1000)
 
     def _repr_html_(self) -> str:
-        """HTML for a notebook: the blocks in brief, and all of the scene to unfold."""
+        """HTML for a notebook: a summary of the blocks, and the whole scene to unfold."""
         data = {k: v for k, v in yaml.safe_load(self.to_yaml()).items() if v not in (None, [], {})}
         rows = "".join(
             f"<tr><th style='text-align:left'>{key}</th><td style='text-align:left'>"
@@ -263,12 +236,10 @@ class Scene(Block):
 
 
 def _brief(value: Any) -> str:
-    """A block on one line: its own numbers and words, blocks below it by their kind or name."""
+    """Numbers and words of a block, and of the blocks below it, on one line."""
     if isinstance(value, dict):
-        told = [
-            f"{key}: {_brief(inner)}" for key, inner in value.items() if inner not in (None, [], {})
-        ]
-        return ", ".join(told)
+        given = ((key, inner) for key, inner in value.items() if inner not in (None, [], {}))
+        return ", ".join(f"{key}: {_brief(inner)}" for key, inner in given)
     if isinstance(value, list):
         return "[" + ", ".join(map(_brief, value[:6])) + (", …]" if len(value) > 6 else "]")
     return str(value)
@@ -283,12 +254,39 @@ def _absolute(data: Any) -> Any:
     return [_absolute(value) for value in data] if isinstance(data, list) else data
 
 
+class MaterialsScene(Scene):
+    """A scene of a method with one `material` and further `materials` by name."""
+
+    material: Block
+    materials: dict[str, Block] = Field({})
+
+    @field_validator("materials", mode="after")
+    @classmethod
+    def _names(cls, value: dict[str, Any]) -> dict[str, Any]:
+        for name in value:
+            if not re.fullmatch(NAME, name) or name == DEFAULT or name.isdigit():
+                raise needed(
+                    f"\"{name}\" cannot name a material; letters, digits, '.', '_' and '-' are "
+                    f'needed, not a number, and not "{DEFAULT}", which is the material above'
+                )
+        return value
+
+    @property
+    def all_materials(self) -> tuple[Block, ...]:
+        """Materials by number: `material`, which walls have too, then `materials`."""
+        return (self.material, *self.materials.values())
+
+    @property
+    def material_names(self) -> tuple[str, ...]:
+        """Names of all materials, in the same order."""
+        return (DEFAULT, *self.materials)
+
+
 def _scene_class(data: dict[str, Any], lines: dict, title: str) -> type[Scene]:
-    """The scene class of the method that the data names; `grains` where they name none."""
+    """Scene class of the method in the data; `grains` where they name none."""
     name = data.get("method", method.DEFAULT)
-    if isinstance(name, str) and name in method.METHODS:
-        return method.named(name).scene
-    if name not in method.names():
+    # the names of entry points, which take time to find, come last
+    if name not in list(method.METHODS) and name not in method.names():
         text = f"{' or '.join(method.names())} is needed"
         found = problems.line(("method",), text, data, lines)
         raise problems.refusal(title, [found])
@@ -296,7 +294,7 @@ def _scene_class(data: dict[str, Any], lines: dict, title: str) -> type[Scene]:
 
 
 class _Dumper(yaml.SafeDumper):
-    """One line for a list of plain values, one line a key for everything else."""
+    """Dumper with one line for a list of plain values, and one for each key otherwise."""
 
     def represent_list(self, data: list) -> yaml.Node:
         flow = not any(isinstance(item, (list, dict)) for item in data)
@@ -317,7 +315,7 @@ def _without_none(data: Any) -> Any:
     return data
 
 
-# Shorthands that become blocks when a value inside them is set.
+# Key of the word of a shorthand that becomes a block when a value inside it is set.
 _BLOCK_KEY = {"material": "base", "damping": "model"}
 
 

@@ -1,19 +1,18 @@
-"""The rigid sphere among the grains: a projectile that flies, or an indenter that is driven."""
+"""The rigid sphere among the grains: a free projectile, or a driven indenter."""
 
 import math
 from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dusttaichi.scene.boundary import PeriodicBoundary
-from dusttaichi.scene.fields import Block, Number, problems
+from dusttaichi.scene.fields import Block, Faults, Number
 from dusttaichi.scene.material import DEFAULT, Material
 from dusttaichi.scene.quantities import Quantity, Vector
 
-SMOOTH = 1e-6  # factor on the surface energy that stands for none at all: JKR is scaled by it
+SMOOTH = 1e-6  # factor on the surface energy in place of 0, by which JKR would be scaled
 Place = Annotated[Vector, Quantity("length", count=3)]
 Lengths2 = Annotated[tuple[float, float], Quantity("length", count=2)]
-Found = list[tuple[str, str]]
 
 
 class Sphere(Block):
@@ -33,7 +32,7 @@ class Sphere(Block):
         description="material of its surface, one of `materials`; default that of the grains",
     )
     adhesion: Annotated[float, Number(ge=0, le=10)] = Field(
-        1.0, description="factor on the surface energy of its contacts; 0: it does not stick"
+        1.0, description="factor on the surface energy of its contacts; 0: no adhesion"
     )
     position: Place | None = Field(None, description="its centre at the start; either this or gap")
     gap: Annotated[float, Quantity("length", ge=0, example="0.1 um")] | None = Field(
@@ -54,25 +53,20 @@ class Sphere(Block):
     )
     speed: Annotated[Vector, Quantity("speed", count=3)] | None = Field(
         None,
-        description="velocity at which the sphere is driven, without turning, whatever pulls at "
-        "it; a stage may change it by drive.sphere_speed",
+        description="velocity at which the sphere is driven, without rotation, whatever forces "
+        "act on it; a stage may change it by drive.sphere_speed",
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> "Sphere":
-        found = []
+    def faults(self) -> Faults:
         if (self.position is None) == (self.gap is None):
-            found.append(("", "exactly one of position and gap is needed"))
+            yield "", "exactly one of position and gap is needed"
         if self.density is not None and self.mass is not None:
-            found.append(("mass", "density is given already; one of both is enough"))
+            yield "mass", "density is given already; one of both is enough"
         if self.offset is not None and self.gap is None:
-            found.append(("offset", "it belongs to gap"))
+            yield "offset", "it belongs to gap"
         if self.driven and any((*self.velocity, *self.spin)):
             text = "it is for a sphere that moves by forces; this one is driven (speed)"
-            found.append(("velocity" if any(self.velocity) else "spin", text))
-        if found:
-            raise problems(found)
-        return self
+            yield "velocity" if any(self.velocity) else "spin", text
 
     @property
     def driven(self) -> bool:
@@ -87,30 +81,27 @@ class Sphere(Block):
         return own.model_copy(update={"density": density})
 
 
-def check(scene) -> Found:
-    """Problems of the sphere of a scene with its other blocks, as (dotted path, text)."""
-    speeds = [
-        (f"stages.{n}.drive.sphere_speed", stage.drive.sphere_speed)
-        for n, stage in enumerate(scene.stages)
-    ]
-    if scene.sphere is None:
-        text = "there is no sphere; give the scene one with a speed"
-        return [(path, text) for path, speed in speeds if speed is not None]
-    sphere, found = scene.sphere, []
-    if not sphere.driven:
-        text = "the sphere moves by forces; give sphere.speed, and it is driven"
-        found += [(path, text) for path, speed in speeds if speed is not None]
+def check(scene) -> Faults:
+    """Faults of the sphere of a scene with its other blocks."""
+    sphere = scene.sphere
+    if sphere is None or not sphere.driven:
+        text = "the sphere moves by forces; give sphere.speed to drive it"
+        if sphere is None:
+            text = "there is no sphere; give the scene one with a speed"
+        for n, stage in enumerate(scene.stages):
+            if stage.drive.sphere_speed is not None:
+                yield f"stages.{n}.drive.sphere_speed", text
+    if sphere is None:
+        return
     if sphere.material not in scene.material_names:
-        text = f"one of {', '.join(scene.material_names)} is needed"
-        found.append(("sphere.material", text))
+        yield "sphere.material", f"one of {', '.join(scene.material_names)} is needed"
     if sphere.radius < scene.material.radius:
-        found.append(("sphere.radius", "it is smaller than a grain; make it one of the sample"))
+        yield "sphere.radius", "it is smaller than a grain; make it one of the sample"
     if scene.numerics.precision == "f32":
         text = "single precision does not resolve contacts with a sphere; allowed: f64, mixed"
-        found.append(("numerics.precision", text))
+        yield "numerics.precision", text
     if isinstance(scene.boundary, PeriodicBoundary):
         drives = [plan.drive for plan in scene.stage_plans]
         top = "top" in scene.boundary.walls
-        if any(d.moving_faces or d.shear_rate or (d.held and not top) for d in drives):
-            found.append(("sphere", "the faces of its cell must rest; wall_speed may be used"))
-    return found
+        if any(d.moving_faces or d.shear_rate or (d.controls_load and not top) for d in drives):
+            yield "sphere", "the faces of its cell must rest; wall_speed may be used"

@@ -1,4 +1,4 @@
-"""Stages: one simulation whose walls and faces are driven differently, one stage after another."""
+"""Stages: one simulation whose walls and faces move differently in each of them."""
 
 import re
 from dataclasses import dataclass
@@ -23,19 +23,19 @@ class StageOutput(Block):
 
 
 class Stage(Block):
-    """A part of the run: how walls and faces move, and until when."""
+    """A part of the run, with the motion of walls and faces and with its end."""
 
     name: str = Field(
         description="name of the stage: letters, digits, `_`, `-`",
         json_schema_extra={"pattern": _NAME},
     )
     drive: Drive = Field(
-        default_factory=Drive, description="how walls and faces move; at rest if not given"
+        default_factory=Drive, description="motion of walls and faces; at rest if not given"
     )
     stop: Stop = Field(
         description="when the stage ends; times, steps and strain count from its start"
     )
-    output: StageOutput = Field({}, description="what is written, where it differs from `output`")
+    output: StageOutput = Field({}, description="intervals that differ from those of `output`")
 
     @field_validator("name", mode="before")
     @classmethod

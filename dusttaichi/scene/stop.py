@@ -1,10 +1,10 @@
-"""When a run ends."""
+"""Stop conditions of a run."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Field
 
-from dusttaichi.scene.fields import Block, Count, Number, problems
+from dusttaichi.scene.fields import Block, Count, Faults, Number, plain_or_block
 from dusttaichi.scene.quantities import Quantity
 
 Stress = Annotated[float, Quantity("pressure", example="-5 kPa")]
@@ -12,16 +12,14 @@ COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 
 class Bounds(Block):
-    """A pressure or stress that ends the stage where it is crossed: one of the two, or both."""
+    """Thresholds of a pressure or stress that end the stage: one of the two, or both."""
 
     above: Stress | None = Field(None, description="it ends once this is reached from below")
     below: Stress | None = Field(None, description="it ends once this is reached from above")
 
-    @model_validator(mode="after")
-    def _check(self) -> "Bounds":
+    def faults(self) -> Faults:
         if self.above is self.below is None:
-            raise problems([("", "above, below or both are needed, for example {below: 1 kPa}")])
-        return self
+            yield "", "above, below or both are needed, for example {below: 1 kPa}"
 
     def crossed(self, value: float) -> str:
         """Threshold that has been crossed, as the end of a sentence; "" where none has been."""
@@ -44,19 +42,11 @@ class StressBounds(Block):
 
     @property
     def given(self) -> dict[str, Bounds]:
-        """Those that are given, by name."""
+        """The given components, by name."""
         return {name: own for name in COMPONENTS if (own := getattr(self, name)) is not None}
 
 
-def _form(value: Any) -> str:
-    return "bounds" if isinstance(value, (dict, Bounds)) else "level"
-
-
-Pressure = Annotated[
-    Annotated[Annotated[float, Quantity("pressure", gt=0, example="120 kPa")], Tag("level")]
-    | Annotated[Bounds, Tag("bounds")],
-    Discriminator(_form),
-]
+Pressure = plain_or_block(Annotated[float, Quantity("pressure", gt=0, example="120 kPa")], Bounds)
 
 
 class Stop(Block):
@@ -80,49 +70,40 @@ class Stop(Block):
     )
     rest: Annotated[float, Number(gt=0, lt=1)] | None = Field(
         None,
-        description="kinetic energy over the energy that the bonds hold at rest (of a continuum: "
-        "over the energy that has gone through the system), below which everything has come to "
-        "rest, for example 1e-6",
+        description="kinetic energy over the energy of the bonds at rest (of a continuum: over "
+        "the energy that has gone through the system), below which everything is at rest, for "
+        "example 1e-6",
     )
     plateau: Annotated[float, Number(gt=0, lt=1)] | None = Field(
         None,
-        description="share by which the pressure, averaged over ten points of the series, differs "
-        "at most from that of the ten before it",
+        description="largest relative change of the pressure, averaged over ten records of the "
+        "series, from the average over the ten before",
     )
     creep: Annotated[float, Quantity("rate", gt=0, example="20 s^-1")] | None = Field(
         None,
-        description="rate at which the filling factor still grows (its logarithm), over ten points "
-        "of the series, below which what is under a pressure or stress that is held has settled; "
-        "the pressure must be within 2 % of what is held",
+        description="rate of growth of the filling factor (of its logarithm), over ten records of "
+        "the series, below which a sample under a controlled pressure or stress has settled; "
+        "the load must be within 2 % of its prescribed value",
     )
     strain: Annotated[float, Number(gt=0)] | None = Field(
         None,
-        description="change of the height, or of the edge that changes most, over its length at "
-        "the start",
+        description="change of the height, or of the edge that changes most, relative to its "
+        "length at the start",
     )
     past_maximum: Annotated[float, Number(gt=0, lt=1)] | None = Field(
         None,
-        description="share by which the tension, averaged over ten points of the series, has "
-        "fallen below its largest value",
+        description="relative drop of the tension, averaged over ten records of the series, "
+        "below its largest value",
     )
     time: Annotated[float, Quantity("time", gt=0, example="1 us")] | None = Field(
         None, description="simulated time, in a stage from its start"
     )
     steps: Count | None = Field(None, description="number of time steps, in a stage from its start")
 
-    @model_validator(mode="after")
-    def _check(self) -> "Stop":
+    def faults(self) -> Faults:
         if all(getattr(self, name) is None for name in Stop.model_fields):
-            raise problems(
-                [
-                    (
-                        "",
-                        f"at least one of {', '.join(Stop.model_fields)} is needed, "
-                        "for example {filling_factor: 0.5}",
-                    )
-                ]
-            )
-        return self
+            text = f"at least one of {', '.join(Stop.model_fields)} is needed, "
+            yield "", text + "for example {filling_factor: 0.5}"
 
     @property
     def pressure_bounds(self) -> Bounds | None:

@@ -10,7 +10,7 @@ Path = tuple[str | int, ...]
 MOST_REPEATED = 100_000  # values that aliases may repeat: a nest of them grows without bound
 MOST_NESTED = 50  # blocks and lists in each other
 MOST_CHARACTERS = 10_000_000  # of a file: a hundred thousand positions have 3
-LARGE = 100_000  # characters from which a text is scanned by libyaml, in a tenth of the time
+LARGE = 100_000  # characters from which a text is scanned by libyaml, which is ten times faster
 
 _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff]")
 _TAG = "tag:yaml.org,2002:"
@@ -28,14 +28,14 @@ _SCALARS = {
 
 
 class _Composer(yaml.composer.Composer):
-    """Composes nodes that are not too deep in each other."""
+    """Composer of nodes with a limited depth."""
 
     depth = 0
 
     def compose_node(self, parent, index):
-        """The next node; what stands too deep is refused before Python runs out of its stack."""
+        """The next node; too deep nesting is refused before it exhausts the stack of Python."""
         if self.depth > MOST_NESTED:
-            text = f"more than {MOST_NESTED} blocks and lists stand in each other"
+            text = f"more than {MOST_NESTED} blocks and lists are nested"
             mark = self.peek_event().start_mark
             raise yaml.MarkedYAMLError(problem=text, problem_mark=mark)
         self.depth += 1
@@ -45,7 +45,7 @@ class _Composer(yaml.composer.Composer):
 
 
 class _Loader(_Composer, yaml.SafeLoader):
-    """Composes nodes, with the tags of YAML 1.2; what they stand for is made here."""
+    """Loader of nodes with the tags of YAML 1.2; their values are made in this module."""
 
     yaml_implicit_resolvers: dict = {}
 
@@ -57,8 +57,7 @@ _LargeLoader: type = _Loader
 if yaml.__with_libyaml__:
 
     class _LargeLoader(_Composer, yaml.cyaml.CParser, yaml.resolver.Resolver):  # noqa: F811
-        """The same, of the events of libyaml: of a large text, whose scanning in Python takes
-        seconds."""
+        """The same from the events of libyaml, for large texts, which take seconds in Python."""
 
         yaml_implicit_resolvers = _Loader.yaml_implicit_resolvers
 
@@ -81,8 +80,10 @@ _MAKE = {
 
 @dataclass
 class Document:
-    """data: mappings, lists and scalars. lines: path -> line number from 1, of the key if it has
-    one. problems: (path, text) of what no validation would see.
+    """Content of a YAML text.
+
+    data: mappings, lists and scalars. lines: path -> line number from 1, of the key if it has
+    one. problems: (path, text) of faults that the validation cannot see.
     """
 
     data: Any = None
@@ -91,9 +92,11 @@ class Document:
 
 
 def read(text: str) -> Document:
-    """Raises yaml.YAMLError if the text is not YAML, or has what the YAML of a scene never needs:
-    tags of its own, keys that are no words, anchors that refer to themselves, aliases that repeat
-    more than MOST_REPEATED values, more than MOST_NESTED blocks in each other or MOST_CHARACTERS.
+    """The Document of a YAML text.
+
+    Raises yaml.YAMLError if the text is not YAML, or contains custom tags, keys that are not words,
+    anchors that refer to themselves, aliases that repeat more than MOST_REPEATED values, more than
+    MOST_NESTED nested blocks or MOST_CHARACTERS.
     """
     if len(text) > MOST_CHARACTERS:
         raise yaml.YAMLError(f"it has {len(text)} characters, {MOST_CHARACTERS} are allowed")
@@ -113,7 +116,7 @@ def read(text: str) -> Document:
 
 
 class _Reader:
-    """Makes a document out of YAML nodes."""
+    """Builder of a document from YAML nodes."""
 
     def __init__(self):
         self.document = Document()
@@ -121,7 +124,7 @@ class _Reader:
         self.repeated = 0
 
     def build(self, node: yaml.Node, path: Path, above: tuple[yaml.Node, ...]) -> Any:
-        """The data of a node; above: the nodes that it stands in."""
+        """The data of a node; above: the nodes around it."""
         self.document.lines.setdefault(path, node.start_mark.line + 1)
         if any(node is other for other in above):
             raise _refused("an anchor refers to itself", node)
@@ -170,7 +173,7 @@ def _scalar(node: yaml.ScalarNode) -> Any:
 
 
 def _text(node: yaml.ScalarNode) -> str:
-    """The text of a node, without characters that no path and no terminal takes."""
+    """The text of a node; refuses characters that paths and terminals do not accept."""
     found = _CONTROL.search(node.value)
     if found:
         raise _refused(f"the character U+{ord(found[0]):04X} is not allowed", node)

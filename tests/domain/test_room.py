@@ -51,10 +51,10 @@ def test_walls_stand_where_the_scene_says():
 
 def test_a_room_of_two_grains_cannot_be_pressed():
     flat = domain("{kind: box, size: [fit, fit, 40 um], wall_speed: 1 m/s}")
-    flat.check_way()
+    flat.check_start()
     text = TEXT.replace("cells: [4, 5, 3]", "cells: [4, 5, 2]")
     scene = from_yaml(text.replace("BOUNDARY", "{kind: box, wall_speed: 1 m/s}"))
     room = surroundings(scene, samples.make(scene), None, None, contact_constants(scene))
     low = Domain(1e-4, 1.0, 0.6, *room).driven(own_drive(scene.boundary), 0)
-    with pytest.raises(DustError, match="µm high, no more than two grains .* nothing can be"):
-        low.check_way()
+    with pytest.raises(DustError, match="µm high, no more than two grains .* it cannot be"):
+        low.check_start()

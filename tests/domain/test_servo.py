@@ -157,7 +157,7 @@ def test_wall_that_moves_along_itself():
 def test_a_load_that_is_not_reached_stops_where_the_room_ends(column):
     domain = column[0].domain
     flat = replace(domain, radius=0.26 * domain.lengths(column[0].step)[2])
-    with pytest.raises(GuardStop, match="along z, two grains, and the load that is to be held"):
+    with pytest.raises(GuardStop, match="along z, two grains, and the prescribed load"):
         flat.steered(flat.servo.before)
 
 
@@ -289,7 +289,7 @@ def test_a_leaning_cell_is_the_sample_of_another_run(tmp_path):
     moving = float(last.kinetic_translation + last.kinetic_rotation)
     assert kinetic == pytest.approx(moving, rel=1e-9)
     flat = from_yaml(taken % (f"file: {first}, keep: [box]", "axes: [x, y]"))
-    with pytest.raises(DustError, match="leans; a cell that repeats along x, y and z is needed"):
+    with pytest.raises(DustError, match="sheared; a cell that is periodic along x, y and z"):
         of(flat).build(flat, make(flat))
 
 
@@ -321,7 +321,7 @@ def test_neighbours_across_leaning_faces():
         ("{kind: box, omit: [top], pressure: 5 kPa}", "pressure.*nothing that it could move"),
         ("{kind: periodic, stress: [free, free, free]}", "stress.*it sets the scale"),
         ("{kind: periodic, axes: [x, y], shear_rate: 1 s^-1}", "shear_rate.*no cell that it"),
-        ("{kind: periodic, gain: 0.3}", "gain.*neither is held"),
+        ("{kind: periodic, gain: 0.3}", "gain.*neither is given"),
         ("{kind: periodic, pressure: 1 kPa, stress: -1 kPa}", "not allowed together with stress"),
         ("{kind: box, pressure: 1 kPa, shear_speed: 1 m/s, gain: 0}", "gain.*above 0"),
     ],

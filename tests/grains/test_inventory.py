@@ -79,7 +79,7 @@ SCENES = {
     "carried": (
         {"push": [{"grains": [0], "speed": ["1 m/s", "0 m/s", "0 m/s"]}]},
         PAIR,
-        {"free", "held"},
+        {"free", "carried_impulse"},
         set(),
         8,
     ),

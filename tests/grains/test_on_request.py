@@ -159,8 +159,8 @@ def test_what_is_left_out_and_single_precision(run, tmp_path):
 @pytest.mark.parametrize(
     "text, message",
     [
-        ("variables: [colour]", r"output.variables\[0\] = .*nothing of that name to choose"),
-        ("variables: [-position]", r"output.variables\[0\].*nothing of that name to choose"),
+        ("variables: [colour]", r"output.variables\[0\] = .*no optional variable of that name"),
+        ("variables: [-position]", r"output.variables\[0\].*no optional variable of that name"),
         ("precision: f16", "output.precision"),
     ],
 )

@@ -337,7 +337,7 @@ def test_refused_with_others():
     with pytest.raises(DustError, match="single precision does not resolve"):
         make_scene(sphere=ball, numerics={"precision": "f32"})
     cell = {"kind": "periodic", "size": ["9 um"] * 3}
-    with pytest.raises(DustError, match=r"gravity.acceleration\[2\] = .*: the cell repeats"):
+    with pytest.raises(DustError, match=r"gravity.acceleration\[2\] = .*: the cell is periodic"):
         make_scene(gravity={"acceleration": ["0 m/s^2", "0 m/s^2", "1 m/s^2"]}, boundary=cell)
     with pytest.raises(DustError, match="a grain would touch the sphere across both faces"):
         build(make_scene(sphere=ball, boundary=cell), sample_of([[0, 0, 0]]))

@@ -192,7 +192,7 @@ def test_a_changed_file_needs_another_process(folder):
     with (folder / "rolling_with_speed.py").open("a") as file:
         file.write("# changed\n")
     assert code_hash(scene.with_value("stop.filling_factor", 0.5)) == code
-    with pytest.raises(DustError, match=r"has changed since this process imported it; start Pyth"):
+    with pytest.raises(DustError, match=r"has changed since this process imported it; restart"):
         load(path)
 
 

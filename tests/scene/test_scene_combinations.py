@@ -14,7 +14,7 @@ from dusttaichi.scene import from_yaml
             {"boundary": "{kind: open}"},
             ["stop.filling_factor = 0.55", "without all six walls", "kind: box"],
         ),
-        ({"boundary": "{kind: box}"}, ["stop.filling_factor", "while the top wall rests"]),
+        ({"boundary": "{kind: box}"}, ["stop.filling_factor", "while the top wall is stationary"]),
         (
             {"boundary": "{kind: box, omit: [x_min], wall_speed: 1 m/s}"},
             ["stop.filling_factor", "without all six walls"],
@@ -26,7 +26,7 @@ from dusttaichi.scene import from_yaml
         ),
         (
             {"boundary": "{kind: box}", "stop": "{pressure: 1 kPa}"},
-            ["stop.pressure", "wall rests", "add a time or steps"],
+            ["stop.pressure", "wall is stationary", "add a time or steps"],
         ),
         (
             {

@@ -161,8 +161,8 @@ def test_refused_with_path_value_allowed_and_line(text, parts):
     [
         (b"", ["is empty", "name, material, sample, boundary and stop (or stages) are needed"]),
         (b"# nothing\n", ["is empty"]),
-        (b"- a\n- b\n", ["does not hold a scene"]),
-        (b"hello", ["does not hold a scene"]),
+        (b"- a\n- b\n", ["does not contain a scene"]),
+        (b"hello", ["does not contain a scene"]),
         (b"a: [1, 2\n", ["is not valid YAML", "(line 2, column 1)"]),
         (b"a: 1\n\tb: 2\n", ["is not valid YAML", "(line 2"]),
         (b"a: 1\n---\nb: 1\n", ["is not valid YAML", "another document"]),
@@ -256,7 +256,7 @@ def test_numbers_far_outside_of_what_can_be_computed(blocks, parts):
         ("zz: a\x00b", "the character U+0000 is not allowed (line 9"),
         ('zz: "a\\0b"', "the character U+0000 is not allowed (line 9"),
         ('zz: "\\ud800"', "the character U+D800 is not allowed (line 9"),
-        ("zz: " + "[" * 2000 + "]" * 2000, "more than 50 blocks and lists stand in each other"),
+        ("zz: " + "[" * 2000 + "]" * 2000, "more than 50 blocks and lists are nested"),
         ("\n".join(f"k{n}: 1" for n in range(500)), "and 470 more"),
     ],
 )

@@ -38,7 +38,7 @@ def test_own_file_comes_before_the_shipped_one(tmp_path, monkeypatch):
 
 def test_unknown_name_is_told_what_resembles_it(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(DustError, match=r"no such file. Do you mean smoke,"):
+    with pytest.raises(DustError, match=r"no such file. Do you mean the bundled scene smoke"):
         load("smok")
     with pytest.raises(DustError, match=r"no scene omni_statik: do you mean omni_static"):
         dust("new", "omni_statik")

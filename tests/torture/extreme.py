@@ -96,7 +96,8 @@ def _extreme(value, rng):
     if name is None:
         near = float(value) * 10.0 ** rng.uniform(-4.0, 4.0)
         return rng.choice((0.0, 1e-12, 1.0, 1e6, 1e12, -1.0, near, near, near, near, near, near))
-    low, high = (math.log10(end) for end in quantities.SIZES[name])
+    kind = quantities.DIMENSIONS[name]
+    low, high = math.log10(kind.least), math.log10(kind.most)
     power = rng.choice((low, high, rng.uniform(low, high)))
     size = 10.0**power
     if given := quantities.parse(value, name):

@@ -143,11 +143,11 @@ def _cell(n, layout):
 
 
 def _pushes(n, layout):
-    held = "time integral of the force on a carried grain"
+    impulse = "time integral of the force on a carried grain"
     forced = [("push_force", "force from outside on a grain", "nN", ("f64", 3), (n.grains,))]
     carried = [
         ("free", "1, or 0 for a grain that is carried", "1", ("f64", 0), (n.grains,)),
-        ("held", held, "nN us", ("f64", 3), (n.grains,)),
+        ("carried_impulse", impulse, "nN us", ("f64", 3), (n.grains,)),
     ]
     return forced * layout.forced + carried * layout.carried
 

@@ -102,7 +102,7 @@ def make_grain_pass(fields, layout):
     """
     x, v, w, x_search = fields["x"], fields["v"], fields["w"], fields["x_search"]
     total, pushed = make_gather(fields, layout), make_push(fields, layout)
-    free, held = fields.get("free"), fields.get("held")
+    free, impulse = fields.get("free"), fields.get("carried_impulse")
     mass, inertia = fields.get("mass"), fields.get("inertia")
     real, falls = layout.geometry, make_gravity(fields, layout, free)
     turned = Orientations(fields, layout) if layout.orientation else None
@@ -111,7 +111,7 @@ def make_grain_pass(fields, layout):
     def move(g, kick, turn, dt, reach2):
         force, torque = total(g)
         if ti.static(layout.carried):
-            held[g] = held[g] + (dt * (1.0 - free[g])) * force
+            impulse[g] = impulse[g] + (dt * (1.0 - free[g])) * force
         force, torque = pushed(g, force, torque)
         own_kick, own_turn = ti.cast(kick, real), ti.cast(turn, real)
         if ti.static(layout.polydisperse):

@@ -1,20 +1,15 @@
-"""Conditions that involve more than one block of a scene, by what they are about."""
+"""Conditions that involve more than one block of a scene, by subject."""
 
 from dusttaichi.scene.checks import drive, output, stop
+from dusttaichi.scene.fields import Faults
 
-Found = list[tuple[str, str]]
 
-
-def check(scene) -> Found:
-    """Every problem of the blocks that all methods share, as (dotted path, text)."""
+def check(scene) -> Faults:
+    """Faults of the blocks that all methods share."""
     found = [*drive.ends(scene), *drive.drive_of_stages(scene)]
     if not found:
-        for path, plan in zip(_paths(scene), scene.stage_plans, strict=True):
+        prefixes = [f"stages.{n}." for n in range(len(scene.stages))] or [""]
+        for path, plan in zip(prefixes, scene.stage_plans, strict=True):
             found += [*drive.drive(scene, path, plan), *stop.stop(scene, path, plan)]
             found += output.intervals(scene, path, plan)
     return [*found, *output.stress(scene), *output.variables(scene)]
-
-
-def _paths(scene) -> list[str]:
-    """Prefix of the path of each stage's blocks."""
-    return [f"stages.{n}." for n in range(len(scene.stages))] or [""]

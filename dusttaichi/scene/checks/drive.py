@@ -1,10 +1,9 @@
-"""Stages, and the drive of walls and faces: what must go together with the boundary."""
+"""Conditions on the stages, and on the drive of walls and faces with the boundary."""
 
 from dusttaichi.names import AXES
 from dusttaichi.scene.boundary import BoxBoundary, PeriodicBoundary, PlatesBoundary, own_drive
 from dusttaichi.scene.drive import FACE_LAWS, LOADS, SHEARS, SPEEDS
-
-Found = list[tuple[str, str]]
+from dusttaichi.scene.fields import Faults
 
 NEEDED = {
     "pressure": "nothing that it could move; allowed with kind: box with its top wall, or "
@@ -16,96 +15,88 @@ NEEDED = {
 }
 
 
-def ends(scene) -> Found:
+def ends(scene) -> Faults:
+    """The run, or each stage, has an end, and each stage a name of its own."""
     if scene.stop is None and not scene.stages:
-        return [("stop", "it is missing (when the run ends); give stop, or stages with one each")]
+        yield "stop", "it is missing (when the run ends); give stop, or stages with one each"
     if scene.stop is not None and scene.stages:
-        return [("stop", "each of the stages has its own; remove this one")]
+        yield "stop", "each of the stages has its own; remove this one"
+        return
     names = [stage.name for stage in scene.stages]
-    return [
-        (f"stages.{n}.name", f'the name "{name}" is used already; every stage needs its own')
-        for n, name in enumerate(names)
-        if name in names[:n]
-    ]
+    for n, name in enumerate(names):
+        if name in names[:n]:
+            yield (
+                f"stages.{n}.name",
+                f'the name "{name}" is used already; every stage needs its own',
+            )
 
 
-def drive_of_stages(scene) -> Found:
+def drive_of_stages(scene) -> Faults:
     """With stages, the drive belongs to them."""
-    if not scene.stages or not own_drive(scene.boundary).moves:
-        return []
     drive = own_drive(scene.boundary)
-    return [
-        (f"boundary.{key}", "with stages it belongs to the drive of each stage")
-        for key in (*SPEEDS, *LOADS, *SHEARS)
-        if getattr(drive, key)
-    ]
+    if scene.stages and drive.moves:
+        for key in (*SPEEDS, *LOADS, *SHEARS):
+            if getattr(drive, key):
+                yield f"boundary.{key}", "with stages it belongs to the drive of each stage"
 
 
-def drive(scene, path, plan) -> Found:
+def drive(scene, path, plan) -> Faults:
     """Every part of the drive must have something to move."""
-    boundary, found = scene.boundary, []
+    boundary = scene.boundary
     where = f"{path}drive" if path else "boundary"
     if plan.drive.wall_speed and "wall_speed" not in boundary.drives:
-        left_out = isinstance(boundary, BoxBoundary)
         text = (
-            'the top wall is left out, so it cannot move; remove wall_speed, or "top" from '
-            "boundary.omit"
-            if left_out
-            else "there is no top wall that could move; allowed with kind: box, plates, or "
+            "there is no top wall that could move; allowed with kind: box, plates, or "
             "periodic with the top wall among boundary.walls"
         )
-        found.append((f"{where}.wall_speed", text))
+        if isinstance(boundary, BoxBoundary):
+            text = (
+                'the top wall is left out, so it cannot move; remove wall_speed, or "top" from '
+                "boundary.omit"
+            )
+        yield f"{where}.wall_speed", text
     for law in FACE_LAWS:
         values = getattr(plan.drive, law)
         if values is None:
             continue
         if not isinstance(boundary, PeriodicBoundary):
-            found.append((f"{where}.{law}", "it moves the faces of kind: periodic only"))
-        elif isinstance(values, tuple):
-            # one value for all axes is meant for those that repeat
-            idle = [
-                axis
-                for axis, v in zip(AXES, values, strict=True)
-                if v and axis not in boundary.axes
-            ]
-            if idle and len(set(values)) > 1:
-                found.append((f"{where}.{law}", f"the axis {idle[0]} does not repeat; give it 0"))
-    return found + _loads(scene, where, plan.drive)
+            yield f"{where}.{law}", "it moves the faces of kind: periodic only"
+        elif isinstance(values, tuple) and len(set(values)) > 1:
+            # a single value for all axes is meant for the periodic ones
+            pairs = zip(AXES, values, strict=True)
+            open_ = [axis for axis, v in pairs if v and axis not in boundary.axes]
+            if open_:
+                yield f"{where}.{law}", f"the axis {open_[0]} is not periodic; give it 0"
+    yield from _loads(scene, where, plan.drive)
 
 
-def _loads(scene, where, drive) -> Found:
+def _loads(scene, where, drive) -> Faults:
     """A load needs something that it moves, and a shear something that it shears."""
     boundary = scene.boundary
-    found = []
-    for key in (*LOADS, *SHEARS):
-        if not getattr(drive, key) or key in boundary.drives:
-            continue
+    idle = [k for k in (*LOADS, *SHEARS) if getattr(drive, k) and k not in boundary.drives]
+    for key in idle:
+        text = f"there is {NEEDED[key]}"
         if hasattr(boundary, "WITHOUT_LOADS"):
             text = boundary.WITHOUT_LOADS
         elif key == "pressure" and isinstance(boundary, PlatesBoundary):
             text = (
-                "the sample between plates has no area of its own that a pressure could be that "
-                "of; use kind: box, or periodic with walls: [bottom, top]"
+                "the sample between plates has no defined area for a pressure; use kind: box, or "
+                "periodic with walls: [bottom, top]"
             )
-        else:
-            text = f"there is {NEEDED[key]}"
-        found.append((f"{where}.{key}", text))
-    if found or boundary.periodic_axes != AXES:
-        return found
-    moving = drive.moving_faces and drive.stress is None and drive.pressure is None
-    if drive.shear_rate and moving:
-        text = "it is not allowed together with faces that move at a rate of their own; use stress"
-        found.append((f"{where}.shear_rate", text))
+        yield f"{where}.{key}", text
+    if idle or boundary.periodic_axes != AXES:
+        return
+    if drive.shear_rate and drive.moving_faces and not drive.controls_load:
+        text = "it is not allowed together with faces that move at a prescribed rate; use stress"
+        yield f"{where}.shear_rate", text
     if drive.pressure is not None:
-        found += [
-            (f"{where}.{law}", "the edges follow the pressure; remove it, or give stress in place")
-            for law in ("compression_rate", "face_speed")
-            if getattr(drive, law) is not None
-        ]
+        for law in ("compression_rate", "face_speed"):
+            if getattr(drive, law) is not None:
+                text = "the edges follow the pressure; remove it, or give stress in place"
+                yield f"{where}.{law}", text
         if drive.strain_rate is not None and len(set(drive.strain_rate)) > 1:
             text = "with pressure it is the largest rate of all three edges; give one"
-            found.append((f"{where}.strain_rate", text))
-    if drive.held and not scene.output.stress:
-        text = "the pressure or stress that is held must be measured; set output.stress: true"
-        found.append(("output.stress", text))
-    return found
+            yield f"{where}.strain_rate", text
+    if drive.controls_load and not scene.output.stress:
+        text = "a controlled pressure or stress must be measured; set output.stress: true"
+        yield "output.stress", text

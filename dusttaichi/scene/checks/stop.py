@@ -1,4 +1,4 @@
-"""The conditions of `stop`: each must be one that can be met."""
+"""Conditions of `stop`: each must be one that can be met."""
 
 from dusttaichi.names import AXES
 from dusttaichi.scene.boundary import (
@@ -8,118 +8,96 @@ from dusttaichi.scene.boundary import (
     filling_direction,
     strains,
 )
+from dusttaichi.scene.fields import Faults
 
-Found = list[tuple[str, str]]
 
-
-def stop(scene, path, plan) -> Found:
+def stop(scene, path, plan) -> Faults:
     """Every condition of a stage must be one that its drive can meet."""
-    stop, found = plan.stop, []
+    stop, boundary, drive = plan.stop, scene.boundary, plan.drive
+    bounded = bounded_axes(boundary) == AXES
     where = f"{path}stop"
     if stop.filling_factor is not None:
-        found += _filling_factor(scene.boundary, plan.drive, f"{where}.filling_factor")
+        yield from _filling_factor(boundary, drive, f"{where}.filling_factor")
     ends_anyway = stop.time is not None or stop.steps is not None or stop.strain is not None
     if stop.pressure is not None:
-        found += _pressure(scene, plan, ends_anyway, f"{where}.pressure")
+        yield from _pressure(scene, plan, ends_anyway, f"{where}.pressure")
     if stop.stress is not None and not scene.output.stress:
-        found.append((f"{where}.stress", "no stress is measured; set output.stress: true"))
-    found += _states(scene, stop, ends_anyway or stop.filling_factor is not None, where)
-    if stop.creep is not None and not (plan.drive.held and bounded_axes(scene.boundary) == AXES):
-        text = "no load is held in a room that is bounded; give drive a pressure or a stress"
-        found.append((f"{where}.creep", text))
-    moving = strains(scene.boundary, plan.drive)
+        yield f"{where}.stress", "no stress is measured; set output.stress: true"
+    ends_anyway = ends_anyway or stop.filling_factor is not None
+    if stop.plateau is not None and "top" not in boundary.walls and not scene.output.stress:
+        yield f"{where}.plateau", "no pressure is measured; use a top wall or output.stress"
+    for name in ("rest", "plateau", "creep"):
+        if getattr(stop, name) is not None and not ends_anyway:
+            text = "it is not guaranteed to occur; add a time or steps as the latest end"
+            yield f"{where}.{name}", text
+    if stop.creep is not None and not (drive.controls_load and bounded):
+        text = "no load is controlled in a bounded box; give drive a pressure or a stress"
+        yield f"{where}.creep", text
+    moving = strains(boundary, drive)
     if stop.strain is not None and not moving:
-        text = "nothing strains: no wall or face moves; stop by time or steps"
-        if plan.drive.held:
+        text = "nothing is strained: no wall or face moves; stop by time or steps"
+        if drive.controls_load:
             text = "strains follow the load here; stop by time, steps, creep or a filling factor"
-        found.append((f"{where}.strain", text))
+        yield f"{where}.strain", text
     if stop.past_maximum is not None:
-        pulls = isinstance(scene.boundary, PlatesBoundary) or scene.output.stress
+        text = None
         if not moving:
-            found.append((f"{where}.past_maximum", "nothing is pulled: no wall or face moves"))
-        elif not pulls:
-            found.append(
-                (
-                    f"{where}.past_maximum",
-                    "no tension is measured; use kind: plates or periodic, or output.stress: true",
-                )
-            )
-        elif not ends_anyway and stop.filling_factor is None:
-            found.append(
-                (
-                    f"{where}.past_maximum",
-                    "the tension may have no maximum; add a strain, "
-                    "a time or steps as the latest end",
-                )
-            )
-    return found
+            text = "nothing is pulled: no wall or face moves"
+        elif not (isinstance(boundary, PlatesBoundary) or scene.output.stress):
+            text = "no tension is measured; use kind: plates or periodic, or output.stress: true"
+        elif not ends_anyway:
+            text = "the tension may have no maximum; add strain, time or steps as the latest end"
+        if text is not None:
+            yield f"{where}.past_maximum", text
 
 
-def _filling_factor(boundary, drive, where) -> Found:
+def _filling_factor(boundary, drive, where) -> Faults:
     if isinstance(boundary, PlatesBoundary):
         if drive.wall_speed:
-            return []
+            return
     elif bounded_axes(boundary) != AXES:
-        return [
-            (
-                where,
-                "it is never reached without all six walls; use kind: box without omit, "
-                "kind: plates, or kind: periodic, or stop by time or steps",
-            )
-        ]
-    elif filling_direction(boundary, drive) or drive.held:
-        return []
+        text = (
+            "it is never reached without all six walls; use kind: box without omit, "
+            "kind: plates, or kind: periodic, or stop by time or steps"
+        )
+        yield where, text
+        return
+    elif filling_direction(boundary, drive) or drive.controls_load:
+        return
     if isinstance(boundary, PeriodicBoundary):
         text = (
             "it is never reached: no face moves, or some move in and some out; set "
             "compression_rate, strain_rate or face_speed, or stop by strain, time or steps"
         )
-        return [(where, text)]
-    return [
-        (
-            where,
-            "it is never reached while the top wall rests; "
-            'set boundary.wall_speed, for example "1 cm/s"',
-        )
-    ]
-
-
-def _states(scene, stop, ends_anyway, where) -> Found:
-    """Rest, plateau and creep, which may never come to an end."""
-    found = []
-    if stop.plateau is not None and "top" not in scene.boundary.walls and not scene.output.stress:
-        found.append(
-            (f"{where}.plateau", "no pressure is measured; use a top wall or output.stress")
-        )
-    for name in ("rest", "plateau", "creep"):
-        if getattr(stop, name) is not None and not ends_anyway:
-            text = "it may never come; add a time or steps as the latest end"
-            found.append((f"{where}.{name}", text))
-    return found
-
-
-def _pressure(scene, plan, ends_anyway, where) -> Found:
-    boundary, drive, falling = scene.boundary, plan.drive, plan.stop.falling
-    if scene.output.stress and bounded_axes(boundary) == AXES and boundary.periodic_axes:
-        if drive.moves or ends_anyway:
-            return []
-        return [(where, "it may never be reached while no face moves; add a time or steps")]
-    if "top" not in boundary.walls:
-        return [
-            (
-                where,
-                "it is the pressure on the top wall, and there is none; "
-                "use kind: box or plates, or stop by time or steps",
-            )
-        ]
-    if falling and not drive.wall_speed and not ends_anyway:
-        return [(where, "it may never fall while the top wall rests; add a time or steps")]
-    if not falling and not (drive.wall_speed or 0.0) > 0.0 and not ends_anyway:
+    else:
         text = (
-            "it may never be reached while the top wall rests; "
+            "it is never reached while the top wall is stationary; "
+            'set boundary.wall_speed, for example "1 cm/s"'
+        )
+    yield where, text
+
+
+def _pressure(scene, plan, ends_anyway, where) -> Faults:
+    boundary, drive = scene.boundary, plan.drive
+    speed, text = drive.wall_speed or 0.0, None
+    if scene.output.stress and bounded_axes(boundary) == AXES and boundary.periodic_axes:
+        if not drive.moves and not ends_anyway:
+            text = "it may never be reached while no face moves; add a time or steps"
+    elif "top" not in boundary.walls:
+        text = (
+            "it is the pressure on the top wall, and there is none; "
+            "use kind: box or plates, or stop by time or steps"
+        )
+    elif ends_anyway:
+        pass
+    elif plan.stop.falling and not speed:
+        text = "it may never fall while the top wall is stationary; add a time or steps"
+    elif not plan.stop.falling and not speed > 0.0:
+        text = (
+            "it may never be reached while the top wall is stationary; "
             'set boundary.wall_speed, for example "1 cm/s", or add a time or steps'
         )
-        return [(where, text)]
-    if "bottom" not in boundary.walls and not ends_anyway:
-        return [(where, "it may never be reached without a bottom wall; add a time or steps")]
-    return []
+    elif "bottom" not in boundary.walls:
+        text = "it may never be reached without a bottom wall; add a time or steps"
+    if text is not None:
+        yield where, text

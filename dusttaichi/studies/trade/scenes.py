@@ -85,7 +85,7 @@ def faster(scene, factor):
     changes = {}
     for path, plan in zip(stage_paths(scene), scene.stage_plans, strict=True):
         where = f"{path}drive" if path else "boundary"
-        if not plan.drive.moves or plan.drive.held:  # a load determines the speed
+        if not plan.drive.moves or plan.drive.controls_load:  # a load determines the speed
             continue
         for law in DRIVES:
             value = getattr(plan.drive, law)
