@@ -1,5 +1,5 @@
-"""The command `dust`. A stream that is closed is opened on nothing, before anything else of the
-program takes its number."""
+"""The command `dust`. Closed standard streams are opened on the null device first, so that no other
+file of the program gets their numbers."""
 
 import os
 import sys

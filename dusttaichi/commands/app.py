@@ -1,4 +1,4 @@
-"""The command `dust`: each family of commands has a file of its own; here they come together."""
+"""The command `dust`, from families of commands with a file each."""
 
 try:
     import signal
@@ -8,19 +8,18 @@ try:
     import typer
 
     from dusttaichi import __version__
-    from dusttaichi.commands.bench import bench
     from dusttaichi.commands.check import check, schema
     from dusttaichi.commands.collide import collide
     from dusttaichi.commands.console import err, say
+    from dusttaichi.commands.environment import guarded
     from dusttaichi.commands.extremes import extremes
     from dusttaichi.commands.fit import fit
     from dusttaichi.commands.new import new
     from dusttaichi.commands.report import report, watch
     from dusttaichi.commands.results import compare, export, plot, render
     from dusttaichi.commands.run import run
-    from dusttaichi.commands.selftest import selftest
+    from dusttaichi.commands.selftest import bench, selftest
     from dusttaichi.commands.sticking import sticking
-    from dusttaichi.commands.surroundings import guarded
     from dusttaichi.commands.sweep import sweep
     from dusttaichi.commands.trade import trade
     from dusttaichi.compute.collector import collect_seldom
@@ -32,11 +31,11 @@ except KeyboardInterrupt:  # Ctrl-C while Python imports; it, or another, would 
     raise SystemExit(130) from None
 
 EXIT_CODES = (
-    (0, "the command has done what it was to do"),
-    (1, "a cell of the map of `dust extremes`, or a check of `dust selftest`, came out wrong"),
-    (2, "input that cannot be used, a missing file, a full disk: something that you can mend"),
-    (3, "a guard has stopped a run, because its numbers can no longer be trusted"),
-    (130, "Ctrl-C, SIGTERM or SIGHUP; everything up to there is kept"),
+    (0, "success"),
+    (1, "a cell of the map of `dust extremes`, or a check of `dust selftest`, failed"),
+    (2, "invalid input, a missing file or a full disk: something that you can correct"),
+    (3, "a guard stopped a run because its numbers are no longer valid"),
+    (130, "Ctrl-C, SIGTERM or SIGHUP; results up to there are saved"),
 )
 app = typer.Typer(
     no_args_is_help=True,
@@ -66,8 +65,7 @@ def _options(
 
 
 def main(commands=None):
-    """Entry point: errors of the user are one clear message, not a traceback. The exit code is one
-    of EXIT_CODES.
+    """Entry point: user errors are one clear message, not a traceback; exit codes: EXIT_CODES.
 
     commands: a typer app, by default `app`.
     """
@@ -76,7 +74,7 @@ def main(commands=None):
             _run(app if commands is None else commands)
     except DustError as error:
         _end(error)
-    except KeyboardInterrupt:  # another one, while the first was being told
+    except KeyboardInterrupt:  # another one, while the first was being reported
         _end(Interrupted("interrupted"))
 
 
@@ -101,16 +99,16 @@ def _run(commands):
 
 
 def _deadly_signals():
-    """Signals beside Ctrl-C that would end this process without a word: a kill, a closed terminal.
+    """Signals beside Ctrl-C that would end this process silently: a kill, a closed terminal.
 
-    What is ignored, as under nohup, stays so.
+    Signals that are ignored, as under nohup, stay ignored.
     """
     numbers = (getattr(signal, name, None) for name in ("SIGTERM", "SIGHUP"))
     return [n for n in numbers if n is not None and signal.getsignal(n) is signal.SIG_DFL]
 
 
 def _end(error):
-    """Print the message and leave. What still runs then ends by itself."""
+    """Print the message and exit; running threads end by themselves."""
     if isinstance(error, Interrupted):
         # another Ctrl-C would only print a traceback
         signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,4 +1,7 @@
-"""`dust check` and `dust schema`: what a scene says, before it is run."""
+"""`dust check` and `dust schema`: a scene before it is run.
+
+The output of `dust check --json` gets further keys with time; existing ones do not change.
+"""
 
 import sys
 from pathlib import Path
@@ -6,12 +9,21 @@ from typing import Annotated
 
 import typer
 
-from dusttaichi.commands.console import console, say
-from dusttaichi.commands.options import Extensions, SceneFile, Settings, importing, load_scene
+from dusttaichi import __version__
+from dusttaichi.commands.console import console, say, say_json
+from dusttaichi.commands.options import (
+    Extensions,
+    SceneFile,
+    Settings,
+    flag,
+    importing,
+    load_scene,
+)
 from dusttaichi.errors import DustError
 from dusttaichi.names import NEVER
 
-LABEL = 42  # columns that the names of numbers take at least
+FORMAT = "dusttaichi check 1"  # of the JSON
+LABEL = 42  # smallest width of the names of numbers
 _NOT_KNOWN = [("not available", "the method of this scene has no forces without a step")]
 
 
@@ -20,34 +32,29 @@ def check(
     *,
     settings: Settings = None,
     extensions: Extensions = None,
-    time: Annotated[
-        bool, typer.Option("--time", help="measure the speed anew, some ten seconds")
-    ] = False,
-    resolved: Annotated[
-        bool, typer.Option("--scene", help="the YAML with every default written out")
-    ] = False,
-    internals: Annotated[
-        bool, typer.Option("--internals", help="build it: contacts, what is compiled in, fields")
-    ] = False,
-    forces: Annotated[
-        bool, typer.Option("--forces", help="build it: forces and energies of its start, no step")
-    ] = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="numbers for scripts, and nothing else")
-    ] = False,
+    time: flag("--time", "measure the speed again, about ten seconds") = False,
+    resolved: flag("--scene", "print the YAML with every default") = False,
+    internals: flag("--internals", "build it: contacts, compiled parts, fields") = False,
+    forces: flag("--forces", "build it: forces and energies at the start, no step") = False,
+    as_json: flag("--json", "print numbers for scripts, and nothing else") = False,
 ):
-    """Check a YAML file and say what it is: sample, contacts, time step, cost."""
+    """Check a YAML file and describe its scene: sample, contacts, time step, run time."""
     from dusttaichi import method
     from dusttaichi.compute import processor
 
     def read():
         scene = load_scene(file, settings=settings, extensions=extensions)
         how = method.of(scene)
-        # which may still refuse it
+        # the preview may still refuse the scene
         return scene, how, None if how.preview is None else how.preview(scene)
 
     if as_json:
-        return _check_as_json(read)
+        try:
+            scene, _, preview = read()
+        except DustError as error:
+            say_json(_json_of_refusal(error))
+            raise
+        return say_json(_json_of_scene(scene, preview))
     scene, how, preview = read()
     say(f"{scene.name} is a valid scene of the method {scene.method}.")
     if preview is not None:
@@ -66,18 +73,6 @@ def check(
     say(f"\nmore: {', '.join(option for option, there in rest.items() if not there)}")
 
 
-def _check_as_json(read):
-    """Print what `read` returns, or that it refuses the scene. Raises what it raises."""
-    from dusttaichi.commands import check_json
-
-    try:
-        scene, _, preview = read()
-    except DustError as error:
-        check_json.print_refusal(error)
-        raise
-    check_json.print_scene(scene, preview)
-
-
 def _show(sections):
     for title, rows in sections:
         console.print(f"\n{title}", style="bold")
@@ -87,7 +82,7 @@ def _show(sections):
 
 
 def _cost(scene, preview, *, measure_it):
-    """Rows of the steps, and of the time that they and all else take on this machine."""
+    """Rows of the number of steps and of the run time on this machine."""
     from dusttaichi.analysis.texts import rate_text
     from dusttaichi.scene import quantities
     from dusttaichi.studies import speeds, starts
@@ -100,7 +95,7 @@ def _cost(scene, preview, *, measure_it):
     for name, steps, reason in preview.plan:
         what = f"steps at most, stage {name}" if name else "steps at most"
         if steps == NEVER:
-            rows.append((what, "not known beforehand: what is measured ends the run"))
+            rows.append((what, "not known beforehand: a measured quantity ends the run"))
             total = NEVER
             break
         total += steps
@@ -129,7 +124,7 @@ def _cost(scene, preview, *, measure_it):
 
 
 def _slow_rows(scene):
-    """A row where the compiler makes less of this processor than it could."""
+    """A row where the compiler does not use all capabilities of this processor."""
     from dusttaichi.compute import processor
 
     text = processor.warning() if getattr(scene.numerics, "backend", "cpu") == "cpu" else None
@@ -141,19 +136,63 @@ def _threads(number):
 
 
 def _duration(seconds):
-    """A time as people say it."""
+    """Text of a time in s, min, h or days."""
     for size, unit in ((1.0, "s"), (60.0, "min"), (3600.0, "h"), (86400.0, "days")):
         if seconds < 100.0 * size or unit == "days":
             return f"{max(seconds / size, 1.0 if unit == 's' else 0.0):.2g} {unit}"
 
 
+def _json_of_scene(scene, preview):
+    """Size, time step, stages, run time on this machine, and rows of text of a valid scene."""
+    found = {"format": FORMAT, "version": __version__, "valid": True, "problems": []}
+    found |= {"name": scene.name, "method": scene.method}
+    if preview is not None:
+        found |= {
+            "particles": preview.size,
+            "time_step_s": preview.dt * 1e-6,
+            "stages": [_stage(*stage, preview.dt) for stage in preview.plan],
+            "run_time_s": _run_time(scene, preview),
+            "text": {title: dict(rows) for title, rows in preview.sections},
+        }
+    return found
+
+
+def _json_of_refusal(error):
+    """Lines of text, one for each fault of a scene, with its path and line."""
+    lines = [line.strip() for line in str(error).split("\n")]
+    problems = lines[1:] or lines
+    return {"format": FORMAT, "version": __version__, "valid": False, "problems": problems}
+
+
+def _stage(name, steps, reason, dt):
+    known = steps < NEVER
+    return {
+        "name": name,
+        "most_steps": int(steps) if known else None,
+        "most_time_s": steps * dt * 1e-6 if known else None,
+        "ends": reason if known else None,
+    }
+
+
+def _run_time(scene, preview):
+    """Seconds of a run from speeds measured on this machine, {least, likely, most}, or None."""
+    from dusttaichi.studies import speeds, starts
+
+    known, steps = speeds.likely(scene, preview.size), sum(plan[1] for plan in preview.plan)
+    start = starts.likely(scene, preview.size)[1]
+    if known is None or start is None or steps >= NEVER:
+        return None
+    names = ("least", "likely", "most")
+    return {name: steps * each + start for name, each in zip(names, known[1], strict=True)}
+
+
 def schema(
     file: Annotated[
-        Path | None, typer.Argument(help="YAML file whose extensions count", metavar="[FILE]")
+        Path | None, typer.Argument(help="YAML file with extensions to include", metavar="[FILE]")
     ] = None,
     extensions: Extensions = None,
 ):
-    """Print the JSON Schema of the YAML, for editors that complete and check it."""
+    """Print the JSON Schema of the YAML, with which editors complete and check it."""
     from dusttaichi.scene import load_extensions, schema_text
 
     if file is not None:

@@ -1,4 +1,4 @@
-"""`dust collide`: many collisions of one scene, their map and the table for coagulation codes."""
+"""`dust collide`: many collisions of a scene, their map and the table for coagulation codes."""
 
 from dusttaichi.commands.console import remark, say, say_abreast, say_written
 from dusttaichi.commands.ensembles import shown
@@ -15,10 +15,11 @@ from dusttaichi.commands.options import (
     again,
     load_scene,
     refuse_both,
+    resumable,
     writing,
 )
 from dusttaichi.commands.progress import ProgressBar
-from dusttaichi.errors import DustError, Interrupted
+from dusttaichi.errors import DustError
 
 
 def collide(
@@ -33,7 +34,9 @@ def collide(
     figures: Figures = True,
     quiet: Quiet = False,
 ):
-    """Many collisions over speed, impact parameter, mass ratio, bodies, seeds: a map, a table."""
+    """Run many collisions over speed, impact parameter, mass ratio, bodies, seeds: map, table."""
+    from dusttaichi.analysis.collisions import summary_columns
+    from dusttaichi.analysis.thresholds import threshold_columns
     from dusttaichi.studies.collide import collide_and_refine, make_study, write
 
     refuse_both(force, resume)
@@ -43,37 +46,23 @@ def collide(
     how = {"settings": settings or [], "scheduler": scheduler, "extensions": extensions}
     onward = again("collide", file, output, **how)
     with writing(force=force, inputs=[file]):
-        with ProgressBar(quiet) as bar:
-            try:
-                how = {"force": force, "resume": resume, "scheduler": scheduler}
-                how |= {"report": shown(bar, "collisions"), "log": bar.log}
-                study, rows = collide_and_refine(scene, study.directory, **how)
-            except KeyboardInterrupt:
-                raise Interrupted(
-                    f"interrupted; collisions that are done are in {study.directory}. Go on with: "
-                    f"{onward}"
-                ) from None
+        done = f"finished collisions are in {study.directory}"
+        with ProgressBar(quiet) as bar, resumable(done, onward):
+            how = {"force": force, "resume": resume, "scheduler": scheduler}
+            how |= {"report": shown(bar, "collisions"), "log": bar.log}
+            study, rows = collide_and_refine(scene, study.directory, **how)
         data, written = write(study, rows, figures=figures)
-    _say_table(data)
+    say_abreast(*summary_columns(data), data.attrs["title"])
+    say()
+    say_abreast(*threshold_columns(data), "thresholds, with 68 % confidence")
+    say()
     open_ends = int((data.settled == 0).sum())
     if open_ends:
-        remark(f"{open_ends} collisions ended while fragments still changed: a longer stop.time")
+        remark(f"{open_ends} collisions ended while fragments still changed: increase stop.time")
     say_written(written)
     failed = [row["error"] for row in rows if "error" in row]
     if failed:
         raise DustError(
             f"{len(failed)} of {len(rows)} collisions failed and are left out of the means, which "
-            f"say too little of violent ones then. The first: {failed[0]}"
+            f"then underrepresent violent ones. The first: {failed[0]}"
         )
-
-
-def _say_table(data):
-    """The means over impact parameters and seeds, a row for each body, mass ratio and speed."""
-    from dusttaichi.analysis.collisions import summary_columns
-    from dusttaichi.analysis.thresholds import threshold_columns
-
-    keys, columns = summary_columns(data)
-    say_abreast(keys, columns, data.attrs["title"])
-    say()
-    say_abreast(*threshold_columns(data), "thresholds, with 68 % confidence")
-    say()

@@ -1,11 +1,11 @@
 """Shell completion: names of scenes, run directories, keys of the YAML.
 
-Nothing here may print or raise: an empty list leaves the file names of the shell.
+Nothing here may print or raise: after an empty list the shell completes file names.
 """
 
 from pathlib import Path
 
-MOST = 200  # entries of a folder that are looked at
+MOST = 200  # examined entries of a folder
 
 
 def scenes(incomplete: str):
@@ -33,7 +33,7 @@ def keys(incomplete: str):
 
 
 def _files(incomplete, fits):
-    """Paths that begin so: folders, from which it goes on, and files that fit."""
+    """Paths that begin with `incomplete`: folders, and files that fit."""
     folder = Path(incomplete) if incomplete.endswith("/") else Path(incomplete).parent
     try:
         entries = sorted(folder.iterdir())[:MOST]

@@ -7,14 +7,14 @@ from itertools import accumulate
 from rich.console import Console
 from rich.table import Table
 
-WIDE = 120  # columns where there is no terminal to ask
-LONG = 40  # columns that a name may take before it is broken
-GAP = 2  # columns between those of a table
+WIDE = 120  # width of the output without a terminal
+LONG = 40  # width from which a name is wrapped
+GAP = 2  # between the columns of a table
 
 
 def _console(stderr):
     stream = sys.stderr if stderr else sys.stdout
-    # no markup: texts have file names and YAML in them, whose brackets are their own
+    # no markup: texts contain file names and YAML with brackets
     return Console(
         stderr=stderr, highlight=False, markup=False, width=None if stream.isatty() else WIDE
     )
@@ -25,43 +25,45 @@ err = _console(stderr=True)
 
 
 def say(text="", **how):
-    """Print a line of a result, which is not cut where the terminal is narrower."""
+    """Print a line of a result, which a narrow terminal does not truncate."""
     console.print(text, soft_wrap=True, **how)
 
 
 def remark(text):
-    """Print a line beside the result."""
+    """Print a line to stderr, beside the result."""
     err.print(text, soft_wrap=True)
 
 
 def say_json(data):
-    """Print plain data as JSON, which is then all that the output holds."""
+    """Print plain data as JSON, the only output then."""
     sys.stdout.write(json.dumps(data, ensure_ascii=False, allow_nan=False, indent=2) + "\n")
 
 
-def say_written(paths, tell=say):
-    """Tell which files there are now."""
+def say_written(paths, write=say):
+    """List the written files."""
     for path in paths:
-        tell(f"wrote {path}")
+        write(f"wrote {path}")
 
 
 def say_not_drawn(failed):
-    """Name the figures, (title, why), that could not be drawn."""
+    """List the figures, (title, reason), that could not be drawn."""
     for title, why in failed:
         remark(f"figure not drawn: {title}: {why}")
 
 
 def say_abreast(keys, columns, title=None):
-    """Print columns (header, texts): below one another where the line is too short for all, with
-    the `keys` in front each time. Headers are broken between words only, and where they must; of
-    texts none but long keys."""
+    """Print columns (header, texts) as one table, or several where the line is too short.
+
+    Each table begins with the `keys`. Headers are wrapped between words, if necessary; of the texts
+    only long keys.
+    """
     front = [min(_width([head], texts), LONG) for head, texts in keys]
-    room, rest = console.width - sum(front) - GAP * len(front), list(columns)
+    left, rest = console.width - sum(front) - GAP * len(front), list(columns)
     while rest:
-        broken = sum(_width([head], texts) + GAP for head, texts in rest) > room
+        broken = sum(_width([head], texts) + GAP for head, texts in rest) > left
         widths = [_width(head.split() if broken else [head], texts) for head, texts in rest]
         ends = list(accumulate(width + GAP for width in widths))
-        here = max(1, sum(end - GAP <= room for end in ends))
+        here = max(1, sum(end - GAP <= left for end in ends))
         shown, rest = rest[:here], rest[here:]
         table = plain_table(
             *({"header": key[0], "width": n} for key, n in zip(keys, front, strict=True)),
@@ -80,7 +82,7 @@ def say_abreast(keys, columns, title=None):
 
 
 def _width(words, texts):
-    """Columns of a terminal that a column of a table takes."""
+    """Width of a column of a table."""
     return max(len(word) for word in [*words, *texts])
 
 
@@ -94,6 +96,14 @@ def plain_table(*headings, title=None):
     for n, heading in enumerate(headings):
         if isinstance(heading, str):
             heading = {"header": heading, "justify": "right" if n else "left"}
-        # no digit is lost where columns are narrow
+        # narrow columns fold digits instead of cutting them
         table.add_column(**({"overflow": "fold"} | heading))
     return table
+
+
+def say_table(rows, *headings, title=None):
+    """Print a `plain_table` of these rows of texts."""
+    table = plain_table(*headings, title=title)
+    for row in rows:
+        table.add_row(*row)
+    say(table)

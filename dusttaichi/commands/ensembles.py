@@ -8,17 +8,18 @@ from dusttaichi.commands.console import (
     say_json,
     say_written,
 )
+from dusttaichi.commands.options import resumable
 from dusttaichi.commands.progress import Phases, ProgressBar, shares_text
-from dusttaichi.errors import DustError, GuardStop, Interrupted
+from dusttaichi.errors import DustError, GuardStop
 
 
 def run_plan(plan, onward, *, quiet, verbose=False, figures=True, as_json=False, **how):
-    """Run a Plan, gather it, print its table, or its numbers as JSON, and draw it where `figures`
-    are wanted: all runs in one; `dust plot` draws those of a single run.
+    """Run a Plan, gather it, print its table, or its numbers as JSON, and draw its figure.
 
-    onward: the command that goes on after an interruption. how: as `ensemble.run_all` takes it.
-    Raises DustError for input that cannot be used, Interrupted, and, after everything else is done,
-    GuardStop or DustError for runs that failed.
+    onward: the command that continues after an interruption. figures: one figure of all runs; those
+    of a single run are made by `dust plot`. how: arguments of `ensemble.run_all`. Raises DustError
+    for invalid input, Interrupted, and, after everything else is done, GuardStop or DustError for
+    runs that failed.
     """
     from dusttaichi.analysis.ensemble import save_ensemble
     from dusttaichi.analysis.ensemble_tables import missing
@@ -26,32 +27,27 @@ def run_plan(plan, onward, *, quiet, verbose=False, figures=True, as_json=False,
     from dusttaichi.studies.ensemble import gather_plan, run_all
 
     phases = Phases(verbose)
-    with ProgressBar(quiet) as bar:
-        try:
-            results = run_all(plan, report=shown(bar), log=bar.log, **how)
-        except KeyboardInterrupt:
-            raise Interrupted(
-                f"interrupted; everything up to here is in {plan.directory}. Go on with: {onward}"
-            ) from None
+    with ProgressBar(quiet) as bar, resumable(f"results are in {plan.directory}", onward):
+        results = run_all(plan, report=shown(bar), log=bar.log, **how)
     failed = [result for result in results if result.code != 0]
     part = how.get("part", (1, 1)) != (1, 1)
     if failed and (part or len(failed) == len(results)):
         raise failure(plan, failed)
-    phases.tell(f"{len(results)} runs")
+    phases.end(f"{len(results)} runs")
     if part:
         return say(f"{len(results)} of {len(plan.members)} runs; when all are done: {onward}")
     data = gather_plan(plan, results)
     save_ensemble(data, plan.file)
-    phases.tell("gathered")
+    phases.end("gathered")
     written = [plan.file, *([_draw(data, plan)] if figures else [])]
-    tell = remark if as_json else say
+    write = remark if as_json else say
     if as_json:
         say_json(plain_ensemble(data))
     else:
         _say_table(data)
     for what, label, runs, why in missing(data):
-        tell(f"no {what} for {runs}{f', {label}' if label else ''}: {why}")
-    say_written(written, tell)
+        write(f"no {what} for {runs}{f', {label}' if label else ''}: {why}")
+    say_written(written, write)
     if failed:
         raise failure(plan, failed)
 
@@ -63,7 +59,7 @@ def _draw(data, plan):
 
 
 def failure(plan, failed):
-    """The error that tells of runs that failed, one line a reason."""
+    """The error about failed runs, one line for each reason."""
     reasons = {}
     for result in failed:
         reasons.setdefault(result.text, []).append(plan.members[result.number].label)

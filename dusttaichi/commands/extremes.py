@@ -1,4 +1,4 @@
-"""`dust extremes`: the map of where runs are stable, refused or stopped."""
+"""`dust extremes`: map of stable, refused and stopped runs."""
 
 import sys
 from typing import Annotated
@@ -6,18 +6,18 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands.console import plain_table, say, say_written
-from dusttaichi.commands.options import MapOutput, Quiet, writing
+from dusttaichi.commands.options import MapOutput, Quiet, flag, writing
 from dusttaichi.commands.progress import ProgressBar
 from dusttaichi.errors import Interrupted
 
 
 def extremes(
-    quick: Annotated[bool, typer.Option("--quick", help="fewer cells, two minutes")] = False,
+    quick: flag("--quick", "fewer cells, two minutes") = False,
     only: Annotated[
         list[str] | None, typer.Option("--only", help="one group; may be repeated", metavar="GROUP")
     ] = None,
     output: MapOutput = None,
-    force: Annotated[bool, typer.Option("--force", help="try finished cells again")] = False,
+    force: flag("--force", "repeat finished cells") = False,
     quiet: Quiet = False,
 ):
     """Map where runs are stable, refused or stopped by a guard: steps, materials, speeds, sizes."""
@@ -30,7 +30,7 @@ def extremes(
             )
         except KeyboardInterrupt:
             raise Interrupted(
-                "interrupted; finished cells are kept, the same command goes on"
+                "interrupted; finished cells are saved, the same command continues"
             ) from None
     _show(data)
     say_written(paths)

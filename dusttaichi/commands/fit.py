@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from dusttaichi.commands.console import plain_table, say, say_written
+from dusttaichi.commands.console import say, say_table, say_written
 from dusttaichi.commands.options import Overwrite, writing
 from dusttaichi.errors import DustError
 
@@ -26,23 +26,22 @@ def fit(
         Path, typer.Option("--output", "-o", help="continuum: file of the material")
     ] = Path("dust.yaml"),
     phi_2: Annotated[
-        float, typer.Option("--phi-2", help="continuum: filling factor that is never reached")
+        float, typer.Option("--phi-2", help="continuum: filling factor of infinite strength")
     ] = 0.58,
     rate: Annotated[
         float | None,
-        typer.Option(help="continuum: strain rate of the pressing to fit, in 1/s", metavar="RATE"),
+        typer.Option(help="continuum: strain rate of the fitted compression [1/s]", metavar="RATE"),
     ] = None,
     force: Overwrite = False,
 ):
     """Fit numbers of the model.
 
     `asperities`: their volume, to a sticking speed. `continuum`: a material of the continuum, to
-    grain runs that press, let go a little, and pull; configs/continuum_calibration has scenes.
+    grain runs with compression, partial unloading and tension; configs/continuum_calibration has
+    scenes.
     """
     if what not in WHAT:
-        raise DustError(
-            f"fit {what}: there is nothing to fit of that name; allowed: {', '.join(WHAT)}"
-        )
+        raise DustError(f"fit {what}: there is no fit of that name; allowed: {', '.join(WHAT)}")
     if what == "continuum":
         with writing(force=force, inputs=runs or []):
             _continuum(runs or [], output, phi_2, rate)
@@ -69,28 +68,16 @@ def _continuum(runs, output, phi_2, rate):
     from dusttaichi.studies.continuum_fit import report
 
     if output.suffix not in (".yaml", ".yml"):
-        raise DustError(f"--output = {output}: a file is needed whose name ends in .yaml")
+        raise DustError(f"--output = {output}: a file name that ends in .yaml is needed")
     if not 0.2 < phi_2 < 0.75:
         raise DustError(f"--phi-2 = {phi_2:g}: a number above 0.2 and below 0.75 is needed")
     found = report.fit_runs(runs, phi_2, rate)
-    table = plain_table(
-        "number",
-        "value",
-        "spread of the seeds",
-        "unit",
-        title="Material, fitted in three dimensions",
-    )
-    for row in report.numbers_table(found.fit):
-        table.add_row(*row)
-    say(table)
-    table = plain_table("seen", "points", "deviation", title="\nMaterial against grains")
-    for row in report.deviations_table(found.fit):
-        table.add_row(*row)
-    say(table)
+    headings, title = ("number", "value", "spread of the seeds", "unit"), "Material, fitted in 3-D"
+    say_table(report.numbers_table(found.fit), *headings, title=title)
+    headings = ("measured", "points", "deviation")
+    say_table(report.deviations_table(found.fit), *headings, title="\nMaterial against grains")
     headings = ("rate [1/s]", "grains", "runs", "axial [kPa]", "pressure [kPa]")
-    table = plain_table(*headings, title="\np_m of G09's law (laboratory 13 kPa, bead 1.3 kPa)")
-    for row in report.speeds_table(found.curves):
-        table.add_row(*row)
-    say(table)
+    title = "\np_m of G09's law (laboratory 13 kPa, bead 1.3 kPa)"
+    say_table(report.speeds_table(found.curves), *headings, title=title)
     say()
     say_written(report.write(found, output))

@@ -1,4 +1,4 @@
-"""`dust new`: a scene that comes with the program as a file to edit; or all of them, listed."""
+"""`dust new`: a copy of a bundled scene, or their list."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,6 +7,7 @@ import typer
 
 from dusttaichi.commands import completion
 from dusttaichi.commands.console import console, plain_table, say, say_written
+from dusttaichi.commands.options import flag, output_to
 from dusttaichi.errors import DustError
 
 
@@ -17,12 +18,10 @@ def new(
             help="one of the bundled scenes", metavar="[NAME]", autocompletion=completion.shipped
         ),
     ] = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="the file, by default NAME.yaml here")
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="overwrite an existing file")] = False,
+    output: output_to("the file, by default NAME.yaml in the current directory") = None,
+    force: flag("--force", "overwrite an existing file") = False,
 ):
-    """Write a scene that comes with the program as a file to edit; without a name, list them."""
+    """Copy a bundled scene to a file to edit; without a name, list them."""
     from dusttaichi.scene import shipped
 
     if name is None:
@@ -54,9 +53,9 @@ def _show_names():
     names = shipped.names()
     table = plain_table(
         {"header": "scene", "no_wrap": True, "min_width": max(map(len, names))},
-        {"header": "what it is", "overflow": "fold"},
+        {"header": "description", "overflow": "fold"},
     )
     for name in names:
         table.add_row(name, shipped.about(shipped.folder() / f"{name}.yaml"))
     console.print(table)
-    say("\ndust run NAME runs one; dust new NAME writes its file, to be edited.")
+    say("\ndust run NAME runs one; dust new NAME copies it to a file to edit.")

@@ -1,4 +1,4 @@
-"""Options and arguments that several commands have, and the scene that they are about."""
+"""Options and arguments of several commands, and the scene that they name."""
 
 import shlex
 import sys
@@ -9,12 +9,23 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands import completion
-from dusttaichi.errors import DustError
+from dusttaichi.errors import DustError, Interrupted
+
+
+def flag(name, what):
+    """Type of an option without a value; what: its help text."""
+    return Annotated[bool, typer.Option(name, help=what)]
+
+
+def output_to(what):
+    """Type of the option --output; what: its help text."""
+    return Annotated[Path | None, typer.Option("--output", "-o", help=what)]
+
 
 SceneFile = Annotated[
     Path,
     typer.Argument(
-        help="YAML file of the scene, or a name of dust new",
+        help="YAML file of the scene, or the name of a bundled one",
         metavar="FILE",
         autocompletion=completion.scenes,
     ),
@@ -29,13 +40,13 @@ RunPaths = Annotated[
     list[Path],
     typer.Argument(help="run directories or result files", autocompletion=completion.runs),
 ]
-Output = Annotated[Path | None, typer.Option("--output", "-o", help="directory of the results")]
-MapOutput = Annotated[Path | None, typer.Option("--output", "-o", help="directory of the map")]
+Output = output_to("directory of the results")
+MapOutput = output_to("directory of the map")
 Settings = Annotated[
     list[str] | None,
     typer.Option(
         "--set",
-        help="a key of the scene in place of the file's",
+        help="value of a key, instead of that in the file",
         metavar="KEY=VALUE",
         autocompletion=completion.keys,
     ),
@@ -44,23 +55,18 @@ Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads")]
 Scheduler = Annotated[
     str | None, typer.Option(help="address of a Dask scheduler", metavar="ADDRESS")
 ]
-Overwrite = Annotated[
-    bool, typer.Option("--force", help="overwrite files that dusttaichi has not made")
-]
-ForceResults = Annotated[bool, typer.Option("--force", help="overwrite existing results")]
-ResumeMissing = Annotated[bool, typer.Option("--resume", help="go on with what is missing")]
+Overwrite = flag("--force", "overwrite files that dusttaichi did not make")
+ForceResults = flag("--force", "overwrite existing results")
+ResumeMissing = flag("--resume", "compute the missing runs")
 Extensions = Annotated[
     bool | None,
     typer.Option(
         "--extensions/--no-extensions",
-        help="import the Python files that the scene names, also those outside of its folder; or "
-        "none",
+        help="import all Python files of the scene, also those outside of its folder; or none",
         show_default=False,
     ),
 ]
-Json = Annotated[
-    bool, typer.Option("--json", help="print the numbers as JSON in place of the table")
-]
+Json = flag("--json", "print the numbers as JSON instead of the table")
 Added = Annotated[
     list[Path] | None,
     typer.Option(
@@ -71,7 +77,7 @@ Added = Annotated[
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="no progress bar, no hints")]
 Verbose = Annotated[
-    bool, typer.Option("--verbose", "-v", help="tell what the scene says, and what took how long")
+    bool, typer.Option("--verbose", "-v", help="print size, time step and the time of each phase")
 ]
 Figures = Annotated[
     bool, typer.Option("--figures/--no-figures", help="draw figures at the end", show_default=False)
@@ -80,9 +86,9 @@ Figures = Annotated[
 
 @contextmanager
 def writing(**how):
-    """Writing inside spares the files of others (`results.outputs.writing`), and what is
-    wrong in a result of others is a sentence (`analysis.foreign.understood`)."""
-    from dusttaichi.analysis import foreign  # which --help does not wait for
+    """Context in which files of others are not overwritten (`results.outputs.writing`), and faults
+    of their results are error messages (`analysis.foreign.understood`)."""
+    from dusttaichi.analysis import foreign  # imported late for the sake of --help
     from dusttaichi.results import outputs
 
     with outputs.writing(**how), foreign.understood(how.get("inputs", ())):
@@ -91,18 +97,18 @@ def writing(**how):
 
 @contextmanager
 def importing(allowed):
-    """Inside, a scene may import its extensions: all (True), none (False), or (None) those in its
-    folder, and others where the user at a terminal says so."""
+    """Context in which a scene may import its extensions: all (True), none (False), or (None) those
+    in its folder, and others if the user at a terminal agrees."""
     from dusttaichi.scene import extensions
 
     def decide(path, folder):
         if allowed is False:
-            return f"--no-extensions was given, and it would run the code of {path}"
+            return f"--no-extensions was given, and the scene would run the code of {path}"
         if allowed or not extensions.outside(path, folder):
             return None
         text = f"{path} is outside of the folder of the scene, and its code would run"
         if sys.stdin.isatty() and sys.stderr.isatty():
-            return None if typer.confirm(f"{text}. Go on?", err=True) else "not to be imported"
+            return None if typer.confirm(f"{text}. Continue?", err=True) else "not to be imported"
         return f"{text}; allow it with --extensions, or put the file beside the scene"
 
     with extensions.allowed_by(decide):
@@ -110,8 +116,10 @@ def importing(allowed):
 
 
 def load_scene(file, threads=None, settings=None, extensions=None):
-    """The scene of a YAML file, with the keys and the number of threads that options give;
-    extensions: see `importing`. Raises DustError."""
+    """The scene of a YAML file, with keys and the number of threads from options.
+
+    extensions: see `importing`. Raises DustError.
+    """
     from dusttaichi.scene import load
 
     with importing(extensions):
@@ -133,11 +141,11 @@ def import_files(files):
 def refuse_both(force, resume):
     """Refuse --force together with --resume. Raises DustError."""
     if force and resume:
-        raise DustError("--force starts anew, --resume goes on: give only one of them")
+        raise DustError("--force starts again, --resume continues: give only one of them")
 
 
 def again(command, file, output, *, settings=(), scheduler=None, error_bar=False, extensions=None):
-    """The command that goes on with what was interrupted."""
+    """The command that continues after an interruption."""
     words = ["dust", command, str(file)]
     words += [word for setting in settings for word in ("--set", setting)]
     words += ["--output", str(output)] if output else []
@@ -145,3 +153,12 @@ def again(command, file, output, *, settings=(), scheduler=None, error_bar=False
     words += ["--error-bar"] if error_bar else []
     words += ["--extensions"] if extensions else []
     return shlex.join([*words, "--resume"])
+
+
+@contextmanager
+def resumable(done, onward):
+    """Context in which Ctrl-C raises Interrupted with what is done, and the command to continue."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise Interrupted(f"interrupted; {done}. Continue with: {onward}") from None

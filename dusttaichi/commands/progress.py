@@ -1,4 +1,4 @@
-"""The progress of the commands: a line that moves on a terminal, a line now and then in a log."""
+"""Progress of the commands: a live line on a terminal, a line every ten minutes in a log."""
 
 import time as real_time
 
@@ -7,23 +7,23 @@ from rich.table import Column
 
 from dusttaichi.commands.console import err, remark
 
-SHOWN = 4  # tasks side by side that the bar tells of
-ROOMY = 100  # columns of a terminal from which there is room for the bar itself
+SHOWN = 4  # largest number of simultaneous tasks in the line
+ROOMY = 100  # width of a terminal from which the line contains a bar
 LOG_EVERY = 600.0  # s between two lines of progress in a log
 
 
 class ProgressBar:
-    """One line that tells how far a command is: what it does, a share, a state, the time left.
+    """Progress of a command on one line: task, share, state, time left.
 
     A context manager. quiet: show nothing; then `log` is silent, too, if `log_quietly` is false.
-    The bar is seen from the first `show` on. On a narrow terminal the line has no bar and what does
-    not fit is cut; where there is no terminal (a log), there is a plain line every ten minutes.
-    console: a rich Console, by default that of the errors.
+    The line appears at the first `show`. On a narrow terminal it has no bar and is truncated;
+    without a terminal (a log), there is a plain line every ten minutes. console: a rich Console, by
+    default that of the errors.
     """
 
     def __init__(self, quiet=False, description=None, *, log_quietly=True, console=err):
         self._logs, self._quiet = log_quietly or not quiet, quiet
-        self._told = real_time.monotonic()
+        self._printed = real_time.monotonic()
         self._bar = Progress(
             *_columns(console.width), console=console, disable=quiet or not console.is_terminal
         )
@@ -39,7 +39,7 @@ class ProgressBar:
         self._bar.stop()
 
     def show(self, description, completed, total, state=""):
-        """Show that `completed` of `total` is done; total None where it is not known."""
+        """Show that `completed` of `total` is done; total: None where it is not known."""
         self._bar.update(
             self._task,
             description=description,
@@ -49,8 +49,9 @@ class ProgressBar:
             visible=True,
         )
         now = real_time.monotonic()
-        if not self._bar.console.is_terminal and not self._quiet and now - self._told > LOG_EVERY:
-            self._told = now
+        log = not (self._bar.console.is_terminal or self._quiet)
+        if log and now - self._printed > LOG_EVERY:
+            self._printed = now
             share = f"{completed / total:.0%}  " if total else ""
             self._bar.console.print(f"{description}  {share}{state}", soft_wrap=True)
 
@@ -61,13 +62,13 @@ class ProgressBar:
 
 
 class Phases:
-    """Tells what each phase of a command took, where `on` (--verbose) asks for it."""
+    """Times of the phases of a command, printed where `on` (--verbose)."""
 
     def __init__(self, on):
         self._on, self._began = on, real_time.monotonic()
 
-    def tell(self, what):
-        """A phase ends here."""
+    def end(self, what):
+        """End a phase and print its time."""
         now = real_time.monotonic()
         if self._on:
             remark(f"{now - self._began:8.1f} s  {what}")
@@ -92,5 +93,5 @@ def _columns(width):
 
 
 def shares_text(running):
-    """The first few of what runs side by side. running: label -> share that is done."""
+    """Shares of the first few simultaneous tasks. running: label -> share that is done."""
     return "  ".join(f"{label} {share:.0%}" for label, share in list(running.items())[:SHOWN])

@@ -1,4 +1,4 @@
-"""`dust report` and `dust watch`: a page that shows runs, and one that grows with its run."""
+"""`dust report` and `dust watch`: interactive report of runs, and of a run in progress."""
 
 import subprocess
 import sys
@@ -10,19 +10,25 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands.console import remark, say, say_written
-from dusttaichi.commands.options import Added, Overwrite, RunPath, RunPaths, import_files, writing
+from dusttaichi.commands.options import (
+    Added,
+    Overwrite,
+    RunPath,
+    RunPaths,
+    import_files,
+    output_to,
+    writing,
+)
 from dusttaichi.processes import python_command
 
 
 def report(
     runs: RunPaths,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="the HTML file, by default in the run")
-    ] = None,
+    output: output_to("the HTML file, by default in the run directory") = None,
     extension: Added = None,
     force: Overwrite = False,
 ):
-    """One HTML file that shows runs, or a sweep: figures to zoom into, grains in 3-D, numbers."""
+    """Interactive report of runs or a sweep in one HTML file: figures, grains in 3-D, numbers."""
     from dusttaichi import analysis
     from dusttaichi import report as page
 
@@ -37,7 +43,7 @@ def report(
             results = [opened.enter_context(analysis.open_run(run)) for run in runs]
             data = page.report_data(results)
         say_written([page.write(data, path)])
-    say(f"{path.stat().st_size / 1e6:.1f} MB; it opens in any browser and needs no network")
+    say(f"{path.stat().st_size / 1e6:.1f} MB; opens in any browser, without a network")
 
 
 Port = Annotated[int, typer.Option(min=0, max=65535, help="0 takes any free one")]
@@ -52,12 +58,12 @@ def watch(
     extension: Added = None,
     until_input_ends: Annotated[bool, typer.Option(hidden=True)] = False,
 ):
-    """The page of dust report, served on this machine while the run goes on, growing by itself."""
+    """Serve the report of a run in progress on this machine, updated as it continues."""
     from dusttaichi.report.watch import result_of, serve
 
     import_files(extension)
     if not result_of(run).exists():
-        remark(f"there is no result at {result_of(run)} yet; the page waits for it")
+        remark(f"there is no result at {result_of(run)} yet; the report waits for it")
     stop = None
     if until_input_ends:
         stop = threading.Event()
@@ -76,7 +82,7 @@ def _say_address(url):
 
 @contextmanager
 def watched(directory, on):
-    """Serve the page of a run beside it, in a process of its own that ends after the run."""
+    """Serve the report of a run in a separate process that ends after the run."""
     if not on:
         yield
         return
@@ -85,4 +91,4 @@ def watched(directory, on):
     try:
         yield
     finally:
-        server.stdin.close()  # it serves the end for some seconds more
+        server.stdin.close()  # the server ends some seconds later

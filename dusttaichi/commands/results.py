@@ -7,12 +7,12 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands.console import (
-    plain_table,
     remark,
     say,
     say_abreast,
     say_json,
     say_not_drawn,
+    say_table,
     say_written,
 )
 from dusttaichi.commands.options import (
@@ -21,39 +21,36 @@ from dusttaichi.commands.options import (
     Overwrite,
     RunPath,
     RunPaths,
+    flag,
     import_files,
+    output_to,
     writing,
 )
 from dusttaichi.errors import DustError
 
-ABREAST = 11  # columns of numbers that a terminal has room for
+ABREAST = 11  # largest number of columns of numbers on a terminal
 FORMATS = ("png", "pdf", "svg")
 
 
 def _say_side_by_side(columns):
-    """The table of `compare`: a line for each run, or for each number where these are many."""
+    """Print the table of `compare`: a line for each run, or for each of many numbers."""
     (heading, names), *numbers = columns
-    if not len(columns) > ABREAST >= len(names):
+    if len(columns) > ABREAST >= len(names):
+        say_table([(number, *texts) for number, texts in numbers], heading, *names)
+    else:
         say_abreast(columns[:1], numbers)
-        return
-    table = plain_table(heading, *names)
-    for number, texts in numbers:
-        table.add_row(number, *texts)
-    say(table)
 
 
 def plot(
     runs: RunPaths,
     *,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="directory of the figures")
-    ] = None,
+    output: output_to("directory of the figures") = None,
     style: Annotated[str, typer.Option(help="page, column (of a journal, 88 mm) or talk")] = "page",
     file_format: Annotated[str, typer.Option("--format", help="png, pdf or svg")] = "png",
     extension: Added = None,
     force: Overwrite = False,
 ):
-    """Figures of a run: curves, stress, profile, energy. Several runs: their curves in one."""
+    """Draw figures of a run: curves, stress, profile, energy. Several runs share each figure."""
     from dusttaichi.plots.style import using
 
     if file_format not in FORMATS:
@@ -90,17 +87,15 @@ def _plot(runs, output, suffix):
 def compare(
     runs: RunPaths,
     *,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="CSV file of all numbers")
-    ] = None,
+    output: output_to("CSV file of all numbers") = None,
     figures: Annotated[
-        Path | None, typer.Option(help="directory for figures of them together", metavar="DIR")
+        Path | None, typer.Option(help="directory of common figures", metavar="DIR")
     ] = None,
     as_json: Json = False,
     extension: Added = None,
     force: Overwrite = False,
 ):
-    """Runs side by side: every number that one of them has, beside those of the others."""
+    """Compare runs: a table of all their numbers, side by side."""
     from dusttaichi import analysis, plots
     from dusttaichi.analysis.compare import columns
     from dusttaichi.analysis.draft import mixture
@@ -137,13 +132,11 @@ def export(
     to: Annotated[
         str, typer.Option(help="vtk, vtp, stl, xyz, extxyz, lammps, lammps-data or lammps-restart")
     ],
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="directory of the files")
-    ] = None,
+    output: output_to("directory of the files") = None,
     snapshot: Annotated[str, typer.Option(help="number, from the end if negative, or all")] = "all",
     force: Overwrite = False,
 ):
-    """Snapshots for other programs: ParaView, OVITO, ASE, LAMMPS, CAD."""
+    """Export snapshots to other programs: ParaView, OVITO, ASE, LAMMPS, CAD."""
     from dusttaichi import analysis
     from dusttaichi.export import export as write
 
@@ -172,21 +165,19 @@ def render(
         ),
     ] = None,
     view: Annotated[
-        str, typer.Option(help="oblique, front, side, top, bottom or x,y,z to look from")
+        str, typer.Option(help="oblique, front, side, top, bottom or direction x,y,z of the camera")
     ] = "oblique",
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="file: .png, .pdf; .gif, .mp4")
-    ] = None,
-    animate: Annotated[bool, typer.Option("--animate", help="a film of all snapshots")] = False,
+    output: output_to("file: .png, .pdf; .gif, .mp4") = None,
+    animate: flag("--animate", "a film of all snapshots") = False,
     rate: Annotated[
-        float | None, typer.Option(min=0.5, max=60.0, help="frames a second of a film")
+        float | None, typer.Option(min=0.5, max=60.0, help="frames per second of a film")
     ] = None,
     dpi: Annotated[
-        int | None, typer.Option(min=30, max=1200, help="pixels an inch of some six inches")
+        int | None, typer.Option(min=30, max=1200, help="pixels per inch, at a width of six inches")
     ] = None,
     force: Overwrite = False,
 ):
-    """Picture of the grains or the dust of a snapshot, or a film of all snapshots."""
+    """Draw a picture of the grains or the dust of a snapshot, or a film of all snapshots."""
     from dusttaichi import analysis, plots
     from dusttaichi.plots.picture import picture_of
 

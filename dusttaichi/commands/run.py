@@ -1,8 +1,4 @@
-"""`dust run`: one scene, or the replicas of one."""
-
-from typing import Annotated
-
-import typer
+"""`dust run`: one scene, or its replicas."""
 
 from dusttaichi.commands.console import (
     console,
@@ -26,6 +22,7 @@ from dusttaichi.commands.options import (
     Threads,
     Verbose,
     again,
+    flag,
     load_scene,
     refuse_both,
     writing,
@@ -40,17 +37,11 @@ def run(
     file: SceneFile,
     *,
     settings: Settings = None,
-    force: Annotated[bool, typer.Option("--force", help="overwrite an existing result")] = False,
-    resume: Annotated[bool, typer.Option("--resume", help="go on with an interrupted run")] = False,
-    fresh: Annotated[
-        bool, typer.Option("--fresh", help="compute stages again that are kept")
-    ] = False,
-    error_bar: Annotated[
-        bool, typer.Option("--error-bar", help="estimate the error of the time step at the end")
-    ] = False,
-    watch: Annotated[
-        bool, typer.Option("--watch", help="show it in a browser while it runs, as dust watch")
-    ] = False,
+    force: flag("--force", "overwrite an existing result") = False,
+    resume: flag("--resume", "continue an interrupted run") = False,
+    fresh: flag("--fresh", "compute stored stages again") = False,
+    error_bar: flag("--error-bar", "estimate the error of the time step at the end") = False,
+    watch: flag("--watch", "show the run in a browser, as dust watch does") = False,
     extensions: Extensions = None,
     output: Output = None,
     threads: Threads = None,
@@ -73,14 +64,14 @@ def run(
 
         if fresh:
             raise DustError(
-                f"--fresh is for a single run; here remove the folder {directory / '.stages'}, "
-                "where the finished stages of the replicas are kept"
+                f"--fresh is for a single run; here remove the folder {directory / '.stages'} "
+                "with the finished stages of the replicas"
             )
         plan = ensemble.ensemble_plan(scene, directory)
         how = {"force": force, "resume": resume, "scheduler": scheduler, "error_bar": error_bar}
         with writing(force=force, inputs=[file]):
-            told = {"quiet": quiet, "verbose": verbose, "figures": figures, "as_json": as_json}
-            run_plan(plan, onward, **told, **how)
+            shown = {"quiet": quiet, "verbose": verbose, "figures": figures, "as_json": as_json}
+            run_plan(plan, onward, **shown, **how)
         return
     if scheduler is not None:
         raise DustError("--scheduler is for many runs: a scene with replicas, or dust sweep")
@@ -90,15 +81,18 @@ def run(
         keep_start = _run_one(scene, directory, onward, quiet=quiet, phases=phases, **how)
     with writing(force=force, inputs=[file]):
         written, frames = _show_result(directory, figures, as_json)
-        phases.tell(f"numbers and {len(written) - 1} figures")
+        phases.end(f"numbers and {len(written) - 1} figures")
     if not (quiet or as_json):
         _say_next(directory, frames)
     keep_start()
 
 
 def _run_one(scene, directory, onward, *, quiet, phases, **how):
-    """Run a scene; returns what keeps, at the end of the command, how long it took beside the
-    steps. onward: the command that goes on with it. how: as `execute` takes it."""
+    """Run a scene. Returns the function to call at the end of the command, which records the time
+    spent outside of the steps.
+
+    onward: the command that continues the run. how: arguments of `execute`.
+    """
     from dusttaichi.run import execute
     from dusttaichi.studies.speeds import Timer
     from dusttaichi.studies.starts import Clock
@@ -108,18 +102,18 @@ def _run_one(scene, directory, onward, *, quiet, phases, **how):
 
     def ready(sim):
         clock.ready(sim)
-        phases.tell(_built(scene, sim, clock.cached))
+        phases.end(_built(scene, sim, clock.cached))
 
     hooks = {"ready": ready, "advancing": timer}
     with ProgressBar(quiet, "building") as bar:
         try:
             execute(scene, directory, report=_shown(bar), log=bar.log, **hooks, **how)
             timer.keep()
-            phases.tell("steps and output")
+            phases.end("steps and output")
         except Interrupted as stop:
             if not stop.resumable:
                 raise
-            raise Interrupted(f"{stop}. Go on with: {onward}") from None
+            raise Interrupted(f"{stop}. Continue with: {onward}") from None
     return clock.keep
 
 
@@ -133,7 +127,7 @@ def _shown(bar):
         if progress.pressure is not None:
             state.append(f"P {progress.pressure / 1e3:.3g} kPa")
         if progress.steps_per_second > 0.0:
-            # with all of the analysis, for which the first step does not wait
+            # imports all of the analysis, for which the first step does not wait
             from dusttaichi.analysis.texts import rate_text
 
             state.append(f"{rate_text(progress.steps_per_second)} steps/s")
@@ -150,19 +144,25 @@ def _built(scene, sim, cached):
     from dusttaichi.scene import quantities
 
     step = quantities.format(sim.dt * units.TIME, "time", digits=4)
-    kernels = "from the cache" if cached else "compiled where no run before has left them"
+    kernels = "from the cache" if cached else "compiled"
     return f"{scene.method}: {sim.size:,} particles, time step {step}, kernels {kernels}"
 
 
 def _show_result(directory, draw, as_json):
-    """Table of a finished run, or its numbers as JSON, and its figures where these are to be drawn:
-    (paths, number of snapshots)."""
+    """Print the table of a finished run, or its numbers as JSON, and `draw` its figures.
+
+    Returns (paths, number of snapshots).
+    """
     from dusttaichi import analysis
     from dusttaichi.analysis.plain import plain_runs
 
     failed = []
     with analysis.open_run(directory) as result:
-        figures = _figures(result, directory, failed) if draw else []
+        figures = []
+        if draw:
+            from dusttaichi import plots  # with matplotlib, which other runs do not wait for
+
+            figures = plots.save_all(result, directory, failed=failed)
         written, frames = [directory / "result.nc", *figures], result.snapshots
         count = 0 if frames is None else frames.sizes["snapshot"]
         if as_json:
@@ -186,20 +186,14 @@ def _show_result(directory, draw, as_json):
     return written, count
 
 
-def _figures(result, directory, failed):
-    from dusttaichi import plots  # with matplotlib, which a run without figures does not wait for
-
-    return plots.save_all(result, directory, failed=failed)
-
-
 def _say_next(directory, frames):
-    """The commands that one may want now."""
+    """Print commands for the next steps."""
     film = " --animate" if frames > 2 else ""
-    told = {
-        f"dust report {directory}": "a page with figures to zoom into and the particles in 3-D",
+    commands = {
+        f"dust report {directory}": "interactive report with the particles in 3-D",
         f"dust render {directory}{film}": "a film" if film else "a picture",
-        f"dust compare {directory} OTHER": "beside other runs",
+        f"dust compare {directory} OTHER": "comparison with other runs",
     }
-    width = max(map(len, told))
-    for number, (command, what) in enumerate(told.items()):
+    width = max(map(len, commands))
+    for number, (command, what) in enumerate(commands.items()):
         say(f"{'next:' if number == 0 else '':<6}{command:<{width}}  # {what}")

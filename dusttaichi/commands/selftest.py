@@ -1,28 +1,33 @@
-"""`dust selftest`: whether a backend computes the right thing on this machine, and how fast."""
+"""`dust bench` and `dust selftest`: speed of this machine, and correctness of a backend on it."""
 
 import sys
 from typing import Annotated, Literal
 
 import typer
 
-from dusttaichi.commands.console import plain_table, say
+from dusttaichi.commands.console import plain_table, remark, say
 from dusttaichi.errors import DustError
+
+
+def bench():
+    """Measure how fast this machine is: steps/s of two scenes on one thread and on all cores."""
+    from dusttaichi.studies import bench
+
+    say(bench.text(bench.main(log=remark)))
 
 
 def selftest(
     *,
-    backend: Annotated[
-        Literal["cpu", "cuda"], typer.Option(help="what the kernels run on")
-    ] = "cpu",
+    backend: Annotated[Literal["cpu", "cuda"], typer.Option(help="device of the kernels")] = "cpu",
     sizes: Annotated[
         str, typer.Option(help="grains of the timed samples", metavar="N,N,...")
     ] = "1e4,1e5,1e6",
-    speed: Annotated[bool, typer.Option(help="time a step as well")] = True,
+    speed: Annotated[bool, typer.Option(help="also measure the time of a step")] = True,
 ):
     """Check a backend: four small scenes against stored states, the ledger, the time of a step.
 
-    The exit code is 1 where a scene is not what it must be. With --backend cuda the CPU is timed as
-    well, and a warning names the sizes at which it is faster.
+    The exit code is 1 if a scene differs from its reference. With --backend cuda the CPU is timed
+    as well, and a warning lists the sizes at which it is faster.
     """
     from dusttaichi.studies.selftest import checks, device, scenes
 
@@ -40,7 +45,7 @@ def selftest(
         _show_speeds([*speeds, *others])
         _warn(checks.slower_sizes(speeds, others) if others else [], backend)
     if not all(outcome.passed for outcome in outcomes):
-        say("\nThis backend does not compute what it should here: do not use it.")
+        say("\nThis backend computes wrong results on this machine: do not use it.")
         sys.exit(1)
 
 
@@ -97,5 +102,5 @@ def _warn(sizes, backend):
         listed = " and ".join(f"{n:.3g}" for n in sizes)
         say(
             f"\nWarning: with {listed} grains the CPU of this machine is faster than "
-            f"{backend}; take numerics.backend: cpu for scenes of that size."
+            f"{backend}; use numerics.backend: cpu for scenes of that size."
         )

@@ -1,4 +1,4 @@
-"""`dust sticking`: the speed up to which two bodies stick, or their restitution over speeds."""
+"""`dust sticking`: sticking speed of two bodies, or their restitution over speeds."""
 
 from typing import Annotated
 
@@ -28,8 +28,8 @@ def sticking(
         ),
     ] = None,
     tolerance: Annotated[float, typer.Option(help="relative width of the bracket")] = 1e-3,
-    low: Annotated[str | None, typer.Option(help="speed to look from", metavar="SPEED")] = None,
-    high: Annotated[str | None, typer.Option(help="speed to look up to", metavar="SPEED")] = None,
+    low: Annotated[str | None, typer.Option(help="lower end of search", metavar="SPEED")] = None,
+    high: Annotated[str | None, typer.Option(help="upper end of search", metavar="SPEED")] = None,
     chart: Annotated[
         str | None,
         typer.Option("--map", help="restitution at COUNT speeds", metavar="LOW,HIGH,COUNT"),

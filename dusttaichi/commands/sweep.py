@@ -42,11 +42,11 @@ def sweep(
     resume: ResumeMissing = False,
     part: Annotated[
         str | None,
-        typer.Option(help="every N-th run only, from the K-th on", metavar="K/N"),
+        typer.Option(help="only every N-th run, starting from the K-th", metavar="K/N"),
     ] = None,
     extensions: Extensions = None,
     output: Output = None,
-    threads: Annotated[int | None, typer.Option(min=1, help="CPU threads a run")] = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="CPU threads per run")] = None,
     scheduler: Scheduler = None,
     as_json: Json = False,
     figures: Figures = True,
@@ -65,12 +65,12 @@ def sweep(
     onward = again("sweep", file, output, **how)
     with writing(force=force, inputs=[file]):
         how = {"force": force, "resume": resume, "scheduler": scheduler, "part": _part(part)}
-        told = {"quiet": quiet, "verbose": verbose, "figures": figures, "as_json": as_json}
-        run_plan(plan, onward, **told, **how)
+        shown = {"quiet": quiet, "verbose": verbose, "figures": figures, "as_json": as_json}
+        run_plan(plan, onward, **shown, **how)
 
 
 def _part(text):
-    """(k, n) of "k/n", the whole of None. Raises DustError."""
+    """(k, n) of "k/n", (1, 1) of None. Raises DustError."""
     found = re.fullmatch(r"(\d+)/(\d+)", text or "1/1")
     k, n = (int(number) for number in found.groups()) if found else (0, 0)
     if not 1 <= k <= n:

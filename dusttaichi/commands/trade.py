@@ -1,4 +1,4 @@
-"""`dust trade`: what accuracy costs, knob by knob."""
+"""`dust trade`: run time and error of each numerical parameter."""
 
 import shlex
 import sys
@@ -7,48 +7,56 @@ from typing import Annotated
 
 import typer
 
-from dusttaichi.commands.console import err, plain_table, say, say_written
-from dusttaichi.commands.options import Extensions, Output, Quiet, SceneFile, load_scene, writing
+from dusttaichi.commands.console import err, say, say_table, say_written
+from dusttaichi.commands.options import (
+    Extensions,
+    Output,
+    Quiet,
+    SceneFile,
+    flag,
+    load_scene,
+    resumable,
+    writing,
+)
 from dusttaichi.commands.progress import ProgressBar, shares_text
-from dusttaichi.errors import Interrupted
 
 
 def trade(
     file: SceneFile,
     *,
-    knobs: Annotated[
-        str | None, typer.Option(help="only these knobs, by commas", metavar="KNOB,KNOB")
+    parameters: Annotated[
+        str | None,
+        typer.Option("--knobs", help="only these, separated by commas", metavar="NAME,NAME"),
     ] = None,
     observable: Annotated[
-        str | None, typer.Option(help="the number whose error decides", metavar="NAME")
+        str | None, typer.Option(help="the number with the decisive error", metavar="NAME")
     ] = None,
     tolerance: Annotated[str, typer.Option(help="largest error", metavar="SHARE")] = "5%",
     seeds: Annotated[
         int | None, typer.Option(min=1, help="seeds for the scatter: 4, with --quick 2")
     ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="three rungs a knob, two seeds")] = False,
+    quick: flag("--quick", "three levels of each parameter, two seeds") = False,
     pairs: Annotated[
-        bool, typer.Option(help="run the default beside each point, to compare costs")
+        bool, typer.Option(help="run the default beside each point, to compare run times")
     ] = True,
-    jobs: Annotated[int | None, typer.Option(min=1, help="processes at a time: all cores")] = None,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="simultaneous processes, by default all cores")
+    ] = None,
     grid: Annotated[
         str | None,
         typer.Option(
-            help='every combination of these rungs at every seed: "stiffness_scaling 1 0.1; '
+            help='every combination of these levels at every seed: "stiffness_scaling 1 0.1; '
             'mass_scaling 1 4"; several by "|"',
-            metavar="RUNGS",
+            metavar="LEVELS",
         ),
     ] = None,
-    suggest: Annotated[
-        bool,
-        typer.Option("--suggest", help="no runs: the cheapest settings measured for such scenes"),
-    ] = False,
-    force: Annotated[bool, typer.Option("--force", help="run kept points again")] = False,
+    suggest: flag("--suggest", "no runs: the cheapest settings measured for such scenes") = False,
+    force: flag("--force", "run finished points again") = False,
     extensions: Extensions = None,
     output: Output = None,
     quiet: Quiet = False,
 ):
-    """Cost and error of every knob of a scene: table, figure, and the cheapest setting."""
+    """Measure run time and error of each numerical parameter: table, figure, cheapest setting."""
     from dusttaichi.studies.trade import measure
 
     scene = load_scene(file, extensions=extensions)
@@ -60,30 +68,22 @@ def trade(
     if grid is not None:
         _grid(scene, folder, grid, seeds or measure.SEEDS, force=force, quiet=quiet, file=file)
         return
-    wanted = measure.Wanted.of(knobs, quick, seeds=seeds, tolerance=tolerance, name=observable)
+    wanted = measure.Wanted.of(parameters, quick, seeds=seeds, tolerance=tolerance, name=observable)
     how = {"jobs": jobs, "pairs": pairs, "force": force}
-    with writing(force=force, inputs=[file]), _Shown(quiet) as shown:
-        try:
-            found, paths = measure.measure(scene, folder, wanted, watcher=shown, **how)
-        except KeyboardInterrupt:
-            onward = shlex.join(["dust", *sys.argv[1:]]).replace(" --force", "")
-            raise Interrupted(
-                f"interrupted; the points that are finished are in {folder / measure.POINTS}. "
-                f"Go on with: {onward}"
-            ) from None
-    _tell(found, scene)
+    done = f"finished points are in {folder / measure.POINTS}"
+    onward = shlex.join(["dust", *sys.argv[1:]]).replace(" --force", "")
+    with writing(force=force, inputs=[file]), _Shown(quiet) as shown, resumable(done, onward):
+        found, paths = measure.measure(scene, folder, wanted, watcher=shown, **how)
+    _show(found, scene)
     say_written(paths)
 
 
-def _tell(found, scene):
-    """Table and advice of a Trade."""
+def _show(found, scene):
+    """Print table and advice of a Trade."""
     from dusttaichi.studies.trade import report
 
     title, headings, rows = report.table(found)
-    table = plain_table(*headings, title=title)
-    for row in rows:
-        table.add_row(*row)
-    say(table)
+    say_table(rows, *headings, title=title)
     for line in [*report.refused(found), *report.sentences(found)]:
         say(line)
     for heading, text in report.advice(found, scene):
@@ -94,7 +94,7 @@ def _tell(found, scene):
 
 
 def _suggest(scene):
-    """Output of `--suggest`."""
+    """Print the output of `--suggest`."""
     from dusttaichi.studies.trade.suggest import kind_of, suggestions
 
     found = suggestions(scene)
@@ -106,7 +106,7 @@ def _suggest(scene):
 
 
 def _grid(scene, folder, text, seeds, *, force, quiet, file):
-    """Output and file of `--grid`."""
+    """Print the output of `--grid`, and write its files."""
     from dusttaichi.analysis.grid import outcomes, read, text_of
     from dusttaichi.plots import save
     from dusttaichi.plots.grid import grid as draw
@@ -117,45 +117,44 @@ def _grid(scene, folder, text, seeds, *, force, quiet, file):
     with writing(force=force, inputs=[file]):
         path = grid(scene, folder, text, seeds, force=force, log=log)
     found = outcomes(read(path))
-    title = "steps over those of the scene as it is, and error of the mean of the seeds"
-    table = plain_table(*GRID, title=title)
-    for own in found:
-        if own.refused:
-            continue
-        numbers = f"{own.cost:.3f}", percent(own.error), percent(own.scatter)
-        contacts = f"{own.contacts:.2f}"
-        table.add_row(own.settings, text_of(own.observable), *numbers, contacts, str(own.seeds))
-    say(table)
+    title = "steps relative to the unchanged scene, and error of the mean of the seeds"
+    rows = [
+        (own.settings, text_of(own.observable), f"{own.cost:.3f}", percent(own.error),
+         percent(own.scatter), f"{own.contacts:.2f}", str(own.seeds))
+        for own in found
+        if not own.refused
+    ]  # fmt: skip
+    say_table(rows, *GRID, title=title)
     for own in found:
         if own.refused:
             say(f"{own.settings}: {own.refused}")
     say_written([path, save(draw(found), path.with_suffix(".png"))])
 
 
-GRID = ("settings", "observable", "cost", "error", "scatter", "contacts a grain", "seeds")
+GRID = ("settings", "observable", "cost", "error", "scatter", "contacts per grain", "seeds")
 
 
 class _Shown(ProgressBar):
-    """Progress of all points together; what is run in between is counted as it comes."""
+    """Progress of all points together; additional runs are counted as they occur."""
 
     def __init__(self, quiet):
-        # where there is no terminal, a bar would be shown at its end only: lines take its place
+        # without a terminal a bar would be shown at its end only: lines replace it
         super().__init__(quiet or not err.is_terminal)
         self._quiet, self._lines = quiet, not (quiet or err.is_terminal)
         self._total, self._finished, self._running = 0, 0, {}
         self._lock = threading.Lock()
 
     def log(self, text):
-        """Print a line, unless asked to be quiet."""
+        """Print a line, unless quiet."""
         if not self._quiet:
             super().log(text)
 
     def begin(self, total):
-        """So many points are to be run."""
+        """Set the number of points to run."""
         self._total = total
 
     def report(self, label, share):
-        """A point has been done to this share; None at its end. From any thread."""
+        """Set the share of a point that is done, None at its end. Called from any thread."""
         with self._lock:
             if share is None:
                 self._running.pop(label, None)
@@ -164,7 +163,7 @@ class _Shown(ProgressBar):
             self._show()
 
     def done(self, point, result):
-        """A point is finished, with this PointResult."""
+        """Count a finished point with its PointResult."""
         with self._lock:
             self._finished += 1
             self._total = max(self._total, self._finished)

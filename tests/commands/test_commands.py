@@ -100,7 +100,7 @@ def test_an_interruption_before_the_first_step_says_so(interrupted):
 def test_an_interruption_on_the_way_says_how_to_go_on(interrupted, tmp_path):
     text = interrupted(Interrupted("interrupted; all is there"), "--error-bar")
     onward = f"dust run {SMOKE} --output {tmp_path} --error-bar --resume"
-    assert text == f"interrupted; all is there. Go on with: {onward}"
+    assert text == f"interrupted; all is there. Continue with: {onward}"
 
 
 @pytest.mark.parametrize("delay", [0.3, 1.0])

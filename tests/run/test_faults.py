@@ -165,7 +165,7 @@ def test_an_interrupt_during_the_build_says_that_nothing_was_computed(tmp_path, 
     method.register(replace(spring.METHOD, build=build))
     with pytest.raises(Interrupted, match="nothing was computed") as stop:
         execute(from_yaml(PLAIN), tmp_path / "run")
-    assert not stop.value.kept and stop.value.exit_code == 130
+    assert not stop.value.resumable and stop.value.exit_code == 130
     assert signal.getsignal(getattr(signal, name)) is before
     method.register(spring.METHOD)
     execute(from_yaml(PLAIN), tmp_path / "run", resume=True)
@@ -185,7 +185,7 @@ def test_an_interrupt_that_python_loses_during_the_build_ends_the_run(tmp_path):
     method.register(replace(spring.METHOD, build=build))
     with pytest.raises(Interrupted) as stop:
         execute(from_yaml(PLAIN), tmp_path / "run")
-    assert stop.value.kept
+    assert stop.value.resumable
 
 
 # -- damaged stages ------------------------------------------------------------------------------
@@ -260,7 +260,7 @@ def test_what_is_interrupted_between_two_records_goes_on_with_the_same_bits(tmp_
             execute(scene, parts, report=interrupt, **how)
             break
         except Interrupted as stop:
-            assert stop.kept
+            assert stop.resumable
             count, how = count + 1, {"resume": True}
     assert count > 10
     assert_same_bits(whole / RESULT, parts / RESULT)

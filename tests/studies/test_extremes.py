@@ -189,7 +189,7 @@ def test_command_keeps_finished_cells_and_tells_what_is_wrong(tmp_path, monkeypa
 
     monkeypatch.setattr(pool, "attempts", attempts)
     command = ["extremes", "-q", "-o", str(tmp_path / "map")]
-    with pytest.raises(Interrupted, match="the same command goes on"):
+    with pytest.raises(Interrupted, match="the same command continues"):
         app(command, standalone_mode=False)
     with pytest.raises(SystemExit) as end:
         app(command, standalone_mode=False)

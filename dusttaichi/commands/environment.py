@@ -1,4 +1,4 @@
-"""Environment of a command: full disks behind its streams, variables of other programs."""
+"""Environment of a command: full disks behind its streams, variables for other programs."""
 
 import errno
 import os
@@ -10,8 +10,11 @@ from dusttaichi.errors import DustError
 
 
 class Output:
-    """A stream that does not raise where it cannot be written: what follows goes nowhere, so that
-    a run of weeks does not end with the disk of its log. `error`: the first one, or None."""
+    """A stream that does not raise where it cannot be written; further output is discarded.
+
+    So a run of weeks does not end because the disk of its log is full. error: the first one, or
+    None.
+    """
 
     def __init__(self, stream):
         self._stream, self.error = stream, None
@@ -31,19 +34,22 @@ class Output:
         except OSError as error:
             self.error = self.error or error
             nowhere = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(nowhere, self._stream.fileno())  # what is buffered goes there at the end
+            os.dup2(nowhere, self._stream.fileno())  # discards the buffer at the end
             os.close(nowhere)
             return 0
 
 
 @contextmanager
 def guarded():
-    """Inside, nothing of the shell's makes an exception of its own; at the end, a DustError where
-    the results could not be printed. A reader that has gone, as `head`, is none."""
+    """Context in which streams and variables of the shell raise no exceptions.
+
+    At its end, raises DustError if results could not be printed. A reader that has closed its end,
+    such as `head`, is not an error.
+    """
     _forget_foreign_settings()
     before = sys.stdout, sys.stderr, sys.__stdout__
     sys.stdout, sys.stderr = Output(sys.stdout), Output(sys.stderr)
-    sys.__stdout__ = sys.stdout  # Taichi takes another one than this for a notebook
+    sys.__stdout__ = sys.stdout  # Taichi would assume a notebook if they differed
     try:
         yield
         sys.stdout.flush()
@@ -57,8 +63,8 @@ def guarded():
 
 
 def _forget_foreign_settings():
-    """Figures are files: no backend with windows is needed, whatever is set. A warning of a library
-    is no error, whatever PYTHONWARNINGS says."""
+    """Select a backend without windows for figures, and ignore PYTHONWARNINGS, so that warnings of
+    libraries are not errors."""
     os.environ["MPLBACKEND"] = "agg"
     os.environ.pop("PYTHONWARNINGS", None)
     warnings.filters[:] = [
