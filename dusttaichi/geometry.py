@@ -250,10 +250,10 @@ def connected(pairs, count):
 
 
 def held_together(positions, graph, starts, nearest):
-    """Positions (N, 3) such that pieces of a graph are not cut by the faces of a periodic cell.
+    """Positions (N, 3) for which fragments of a graph are not cut by the faces of a periodic cell.
 
-    starts: a point of each piece, which stays where it is. nearest: of differences (3,) those to
-    the nearest image.
+    starts: a point of each fragment, which does not move. nearest: maps differences (3,) to those
+    to the nearest image.
     """
     out = positions.copy()
     for start in starts:

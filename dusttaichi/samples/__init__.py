@@ -1,4 +1,4 @@
-"""Samples: where the grains are before the first step. One kind a file, block and generator."""
+"""Samples: initial positions of the grains. One kind per file, with its block and generator."""
 
 from dataclasses import replace
 
@@ -31,7 +31,7 @@ from dusttaichi.samples.sample import (
     smallest_gap,
     touching_pairs,
 )
-from dusttaichi.samples.taken import kept_walls
+from dusttaichi.samples.taken import with_walls_of
 from dusttaichi.scene import quantities
 
 __all__ = [
@@ -56,24 +56,20 @@ __all__ = [
 
 
 def make(scene) -> Sample:
-    """The sample of a scene, pushed; all in SI. Its info says what it is and what it is like.
+    """The sample of a scene with its pushes, in SI; its info has its origin and its measures.
 
-    Raises DustError, naming the place in the YAML, for a file that cannot be used, grains that
-    overlap too much, a cut without grains, or a sample that would be too large.
+    Raises DustError, with the path in the YAML, for a file that cannot be used, grains that overlap
+    too much, a cut without grains, or a sample that would be too large.
     """
     sample = made(scene.sample, Materials(scene))
-    if scene.sample.kind == "explicit" or not _of_this_package(scene.sample):
+    own = type(scene.sample).__module__.startswith(f"{__name__}.")
+    if scene.sample.kind == "explicit" or not own:
         sample = _remark_on_gaps(sample, scene)
-    return pushed(scene, kept_walls(scene, sample))
-
-
-def _of_this_package(block) -> bool:
-    return type(block).__module__.startswith(f"{__name__}.")
+    return pushed(scene, with_walls_of(scene, sample))
 
 
 def _remark_on_gaps(sample: Sample, scene) -> Sample:
-    """The sample; where it was given by the user and no two of its grains touch, its info says
-    so: a unit or a radius may be another one than was meant."""
+    """The sample, with a remark if no two grains touch: a unit or a radius may be wrong."""
     if len(sample) < 2 or sample.info.get("coordination") != 0.0:
         return sample
     radius = scene.material.radius if sample.radii is None else sample.radii

@@ -1,4 +1,4 @@
-"""Straight flight until the first touch: of grains shot at an aggregate, and of two bodies."""
+"""Straight flight until first contact: of grains shot at an aggregate, and of two bodies."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from dusttaichi.samples.sample import ROUNDING
 
 
 def random_directions(rng, n: int) -> np.ndarray:
-    """Unit vectors (n, 3), evenly over the sphere."""
+    """Unit vectors (n, 3), uniform over the sphere."""
     vectors = rng.normal(size=(n, 3))
     return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
 def random_rotations(rng, n: int) -> np.ndarray:
-    """Rotation matrices (n, 3, 3), evenly over all orientations."""
+    """Rotation matrices (n, 3, 3), uniform over all orientations."""
     return scipy.spatial.transform.Rotation.from_quat(rng.normal(size=(n, 4))).as_matrix()
 
 
 def random_in_disc(rng, n: int) -> np.ndarray:
-    """Points (n, 2), evenly over the unit disc."""
+    """Points (n, 2), uniform over the unit disc."""
     angle, reach = 2 * np.pi * rng.random(n), np.sqrt(rng.random(n))
     return np.column_stack([reach * np.cos(angle), reach * np.sin(angle)])
 
 
 def across(directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two unit vectors (n, 3) each, at right angles to the directions (n, 3) and to each other."""
+    """Two unit vectors (n, 3) each, perpendicular to the directions (n, 3) and to each other."""
     axis = np.zeros_like(directions)
     axis[np.arange(len(directions)), np.abs(directions).argmin(axis=1)] = 1.0
     first = np.cross(directions, axis)
@@ -37,7 +37,7 @@ def across(directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def arrival(along, across_squared, distance) -> np.ndarray:
     """Length of flight until two centres are `distance` apart; inf where they pass each other.
 
-    along: of the target's centre as seen from the flying one, in the direction of flight [m];
+    along: component of the vector to the target's centre in the direction of flight [m];
     across_squared: square of the rest [m^2].
     """
     left = distance**2 - across_squared
@@ -48,11 +48,11 @@ def first_hits(targets, starts, directions, distance: float, longest: float) -> 
     """Length of flight (M,) [m] until each flying grain first touches a target; inf for a miss.
 
     targets: centres (N, 3); starts, directions: (M, 3), the starts out of reach of all targets.
-    distance: between the centres of grains that touch; longest: where a flight may be given up.
-    Exact to rounding. A flight goes on as far as the nearest target allows, then a window of two
-    distances ahead is searched for every target that it could touch in there. The centres of
-    these stand around or ahead of the window: in a cylinder of radius distance about it with a
-    half ball at its far end, and in the ball about that which is searched.
+    distance: between the centres of grains that touch; longest: largest length of a flight. Exact
+    to rounding. A flight advances as far as the nearest target allows, then a window of two
+    distances ahead is searched for all targets that it could touch there. Their centres are around
+    or ahead of the window: in a cylinder of radius distance about it with a hemisphere at its far
+    end, and so in the sphere that is searched.
     """
     tree = scipy.spatial.cKDTree(targets)
     window = 2 * distance
@@ -75,21 +75,21 @@ def first_hits(targets, starts, directions, distance: float, longest: float) -> 
         off = apart - along[:, None] * direction[i]
         np.minimum.at(hit, flying[i], arrival(along, (off**2).sum(axis=1), distance))
         flown[flying] += window
-        # A target seen beyond the window may have one before it that the search did not reach.
+        # before a target beyond the window there may be one outside of the searched sphere
         flying = flying[(hit[flying] > flown[flying]) & (flown[flying] < longest)]
     hit[hit > longest] = np.inf
     return hit
 
 
 def first_touch(targets, projectiles, distance: float, radii=None) -> np.ndarray:
-    """How far each projectile must fly along -z until it touches its target, (C,) [m]; inf: never.
+    """Length of flight along -z until each projectile touches its target, (C,) [m]; inf: never.
 
     targets: centres (C, N, 3); projectiles: (C, M, 3), one body each; distance: between the
     centres of grains that touch [m]; radii: None, or those of the targets (N,) and projectiles
-    (M,), the sum of which is the distance of two, the largest such sum `distance`. A length below
-    zero says that it would have touched before.
+    (M,), the sum of which is the distance of two, the largest such sum `distance`. A negative
+    length means an earlier contact.
     """
-    # Seen along z, each collision gets a site of its own, so that one search does for all.
+    # seen along z, each collision has a site of its own, so that one search suffices for all
     flat = np.concatenate([targets, projectiles], axis=1)[..., :2]
     low, high = flat.min(axis=(0, 1)), flat.max(axis=(0, 1))
     site = np.arange(len(flat)) * (high[0] - low[0] + 2 * distance)

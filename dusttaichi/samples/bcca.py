@@ -1,11 +1,11 @@
 """Ballistic cluster-cluster aggregation (BCCA): equal clusters hit and stick, twice as large each.
 
 2^k grains become 2^(k-1) pairs, these 2^(k-2) clusters of four, and so on: a binary tree of
-collisions, in which each cluster has grown on its own. Both partners of a collision are turned at
-random, one flies at the other along a straight line at a random impact parameter, even over the
-disc whose radius is the sum of their outer radii, and stays where it first touches. After a miss
-both are turned and shot again. With a `mass_ratio` below 1 the two that meet have that ratio of
-grains, as in the quasi-BCCA of Okuzumi et al. (2009), but each has grown on its own.
+collisions of independent clusters. Both partners of a collision are rotated at random, one flies at
+the other along a straight line at a random impact parameter, uniform over the disc whose radius is
+the sum of their outer radii, and sticks where it first touches. After a miss both are rotated and
+shot again. With a `mass_ratio` below 1 the partners have that ratio of grains, as in the quasi-BCCA
+of Okuzumi et al. (2009), but each has grown independently.
 """
 
 from __future__ import annotations
@@ -19,16 +19,10 @@ from pydantic import Field
 from dusttaichi.errors import DustError
 from dusttaichi.samples import shots
 from dusttaichi.samples.ballistic import first_touch, random_in_disc, random_rotations
-from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.mixture import (
-    MixtureBlock,
-    drawn,
-    mixed,
-    sized,
-)
+from dusttaichi.samples.mixture import MixtureBlock, drawn, mixed, sized
 from dusttaichi.samples.registry import register
-from dusttaichi.samples.sample import Sample
+from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.scene.fields import Count, Number
 
 MOST_GRAINS = 2**20  # a minute or two
@@ -39,8 +33,8 @@ class BccaSample(MixtureBlock):
 
     kind: Literal["bcca"]
     grains: Count = Field(
-        description="number of grains; where it is no power of two, clusters halve as nearly as "
-        "they can"
+        description="number of grains; if it is not a power of two, clusters are halved as equally "
+        "as possible"
     )
     mass_ratio: Annotated[float, Number(ge=0.05, le=1)] = Field(
         1.0,
@@ -65,7 +59,7 @@ def generations(grains: int, distance: float, rng) -> Iterator[np.ndarray]:
 def collide(targets: np.ndarray, projectiles: np.ndarray, distance: float, rng) -> np.ndarray:
     """Hit and stick: from bodies (C, n, 3) and (C, m, 3) to (C, n + m, 3).
 
-    All of them stand about their centres of mass, before and after.
+    All bodies are centred at their centres of mass, before and after.
     """
     joined = np.empty((len(targets), targets.shape[1] + projectiles.shape[1], 3))
     waiting = np.arange(len(targets))
@@ -93,9 +87,9 @@ def _outer(bodies) -> np.ndarray:
 
 @register(BccaSample)
 def make(spec: BccaSample, materials: Materials) -> Sample:
-    """The aggregate that spec asks for, at rest, its centre of mass at the origin.
+    """The aggregate of spec, at rest, its centre of mass at the origin.
 
-    Raises DustError for more grains than memory and patience allow.
+    Raises DustError for too many grains for memory and time.
     """
     if spec.grains > MOST_GRAINS:
         raise DustError(

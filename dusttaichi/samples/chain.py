@@ -8,16 +8,10 @@ import numpy as np
 from pydantic import Field
 
 from dusttaichi.names import AXES
-from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.mixture import (
-    MixtureBlock,
-    drawn,
-    mixed,
-    sized,
-)
+from dusttaichi.samples.mixture import MixtureBlock, drawn, mixed, sized
 from dusttaichi.samples.registry import register
-from dusttaichi.samples.sample import Sample
+from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.values import Seed
 from dusttaichi.scene.boundary import AxisName
 from dusttaichi.scene.fields import Count
@@ -40,19 +34,12 @@ def make(spec: ChainSample, materials: Materials) -> Sample:
     check_grains(spec.grains, "sample.grains")
     positions = np.zeros((spec.grains, 3))
     along = positions[:, AXES.index(spec.axis)]
+    info = {"kind": "chain", "grains": spec.grains, "axis": spec.axis}
     if mixed(spec):
         seed = 1 if spec.seed is None else int(spec.seed)
         grains = drawn(spec, materials, spec.grains, np.random.Generator(np.random.PCG64(seed)))
         n = np.arange(1, spec.grains)
         along[1:] = np.cumsum(grains.distance(n - 1, n))
-        info = {"kind": "chain", "grains": spec.grains, "axis": spec.axis, "seed": seed}
-        return sized(positions, grains, materials, info)
+        return sized(positions, grains, materials, info | {"seed": seed})
     along[:] = np.arange(spec.grains) * materials.distance
-    sample = Sample.at_rest(positions)
-    sample.info.update(
-        kind="chain",
-        grains=spec.grains,
-        axis=spec.axis,
-        equilibrium_distance=materials.distance,
-    )
-    return sample
+    return Sample.at_rest(positions, info | {"equilibrium_distance": materials.distance})

@@ -1,8 +1,8 @@
-"""Two bodies that fly at each other: target and projectile, each a sample of its own.
+"""Collision of two bodies: target and projectile, each a sample of its own.
 
 The projectile starts on the side of +x and flies along -x, the target along +x; the impact
-parameter is along +y, between the lines on which the centres of mass fly. The common centre of
-mass rests at the origin.
+parameter is along +y, between the trajectories of the centres of mass. The common centre of mass is
+at rest at the origin.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import AnyBody, SampleBlock, made, reads_samples, register
 from dusttaichi.samples.sample import Sample
 from dusttaichi.samples.values import ImpactParameter, Seed
+from dusttaichi.scene.fields import Faults
 from dusttaichi.scene.quantities import Quantity
 
 # Coordinates in which the projectile flies along -z: x, y, z there are y, z, x here.
@@ -25,7 +26,7 @@ FLIGHT = [1, 2, 0]
 
 @reads_samples
 class CollisionSample(SampleBlock):
-    """Two bodies that fly at each other; the projectile along -x, the centre of mass at rest."""
+    """Collision of two bodies; the projectile flies along -x, the centre of mass is at rest."""
 
     flies: ClassVar[bool] = True
     is_body: ClassVar[bool] = False
@@ -33,42 +34,37 @@ class CollisionSample(SampleBlock):
     kind: Literal["collision"]
     target: AnyBody = Field(description="one body: a sample of another kind")
     projectile: AnyBody = Field(
-        description="the other body, which comes from +x and flies along -x"
+        description="the other body, on the side of +x, which flies along -x"
     )
     speed: Annotated[float, Quantity("speed", ge=0, example="1 m/s")] = Field(
-        description="relative speed at the start; the centre of mass rests"
+        description="relative speed at the start; the centre of mass is at rest"
     )
     impact_parameter: ImpactParameter = Field(
         0.0, description="along y: a length, or a fraction of the sum of the outer radii"
     )
     orientation: Literal["random", "as given"] = Field(
-        "random", description="whether both bodies are turned at random"
+        "random", description="whether both bodies are rotated at random"
     )
     gap: Annotated[float, Quantity("length", ge=0, example="0.6 um")] | None = Field(
-        None, description="length of flight before the first touch, default a grain radius"
+        None, description="gap before first contact along the flight, default a grain radius"
     )
     seed: Seed = Field(1, description="seed of the random orientations")
 
-    def conflicts(self, scene) -> list[tuple[str, str]]:
-        bodies = {"target": self.target, "projectile": self.projectile}
-        return [
-            (f"{name}.keep", "a body that flies leaves its walls and its time behind")
-            for name, body in bodies.items()
-            if getattr(body, "keep", ())
-        ] + [
-            (f"{name}.{path}", text)
-            for name, body in bodies.items()
-            for path, text in body.conflicts(scene)
-        ]
+    def conflicts(self, scene) -> Faults:
+        for name, body in (("target", self.target), ("projectile", self.projectile)):
+            if getattr(body, "keep", ()):
+                yield f"{name}.keep", "a body that flies has no walls and no time of its own"
+            for path, text in body.conflicts(scene):
+                yield f"{name}.{path}", text
 
 
 @register(CollisionSample)
 def make(spec: CollisionSample, materials: Materials) -> Sample:
     """The bodies before they meet; grains of the target come first.
 
-    The mean velocities of target and projectile are taken away. The impact parameter may be a
+    The mean velocities of target and projectile are subtracted. The impact parameter may be a
     fraction of the sum of the outer radii; an outer radius is that of the smallest sphere about the
-    body's centre of mass that holds it, surfaces included.
+    body's centre of mass that encloses it, surfaces included.
     gap: length of the relative flight until two surfaces touch, a radius by default. If the
     bodies miss, it is the distance along x between the planes that bound them.
     info: hit, 1 or 0; gap, impact_parameter, outer radii [m]; time_to_touch [s] of a hit.
@@ -119,7 +115,7 @@ def make(spec: CollisionSample, materials: Materials) -> Sample:
 
 
 def _start(positions, radii, impact: float, gap: float):
-    """Where the projectile's centre of mass is as seen from the target's (3,), and if it hits.
+    """Vector (3,) from the target's centre of mass to the projectile's, and whether it hits.
 
     positions, radii: of the grains of the target and of the projectile, (N, 3) each, and one number
     or (N,).
@@ -157,7 +153,7 @@ def _joined_grains(one: Sample, other: Sample, radii) -> dict:
 
 
 def _body(sample: Sample, turn: np.ndarray, masses=None) -> Sample:
-    """A sample about its centre of mass, turned; its contacts turn with it."""
+    """A sample about its centre of mass, rotated with its contacts."""
     contacts = None
     if sample.contacts is not None:
         contacts = {
@@ -178,7 +174,7 @@ def _body(sample: Sample, turn: np.ndarray, masses=None) -> Sample:
 
 
 def _joined_contacts(one: Sample, other: Sample) -> dict | None:
-    """Contacts that the bodies bring along, None if neither does; others come from distances."""
+    """Contacts in the bodies' files, None if neither has any; others follow from distances."""
     brought = [
         (body.contacts, first) for body, first in ((one, 0), (other, len(one))) if body.contacts
     ]
@@ -189,7 +185,7 @@ def _joined_contacts(one: Sample, other: Sample) -> dict | None:
     }
     joined = {}
     for name, shape in shapes.items():
-        # what one body's contacts keep for an effect that the other's did not have is zero there
+        # history of an effect that only the other body had is zero
         parts = [
             contacts.get(name, np.zeros((len(contacts["i"]), *shape))) for contacts, _ in brought
         ]

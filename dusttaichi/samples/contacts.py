@@ -1,12 +1,11 @@
-"""Contacts that a sample brings along from a file: refused where they cannot be contacts."""
+"""Checks of the contacts of a sample from a file."""
 
 import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.names import WALLS
 
-# distance of centres, over the sum of the radii, up to which two grains may hold on to each other:
-# far more than any contact that adhesion keeps
+# largest distance of centres over the sum of the radii of a contact: far beyond any pull-off
 FARTHEST = 1.5
 UNIT = 1e-3  # by which the length of a pointer may differ from 1
 MOST_TWIST = 1e3  # rad
@@ -14,10 +13,10 @@ MOST_SPEED = 3e8  # m/s
 
 
 def check_contacts(contacts, positions, radii, nearest, where):
-    """DustError, naming where they come from, and the row, for a contact that cannot be one.
+    """Raise DustError, with the source and the row, for an impossible contact.
 
     contacts: as in samples.netcdf, name -> (C,) or (C, 3). positions (N, 3) and radii (N,) or one
-    number [m]: of the grains. nearest: of distance vectors (C, 3) those to the nearest image.
+    number [m]: of the grains. nearest: maps distance vectors (C, 3) to those to the nearest image.
     """
     i, j = contacts["i"], contacts["j"]
     n = len(positions)
@@ -38,7 +37,7 @@ def check_contacts(contacts, positions, radii, nearest, where):
 
 
 def check_wall_contacts(contacts, positions, where):
-    """As `check_contacts`, for contacts of grains with walls."""
+    """Raise DustError for an impossible contact of a grain with a wall."""
     grain, wall, n = contacts["grain"], contacts["wall"], len(positions)
     _check_numbers(contacts, where)
     _refuse((grain < 0) | (grain >= n), where, lambda k: f"names grain {grain[k]}", f"0 to {n - 1}")
@@ -55,7 +54,7 @@ def _check_numbers(contacts, where):
 
 
 def _check_springs(contacts, pointers, where):
-    """Pointers are unit vectors; twist and approach have a size that can be."""
+    """Check that pointers are unit vectors, and the sizes of twist and approach."""
     for name in pointers:
         length = np.linalg.norm(contacts[name], axis=1)
         _refuse(
@@ -75,7 +74,7 @@ def _check_springs(contacts, pointers, where):
 
 
 def _refuse(bad, where, what, allowed):
-    """Raise DustError for the first row that is bad. what: says what of a row."""
+    """Raise DustError for the first bad row. what: its description, from the row."""
     rows = np.flatnonzero(bad)
     if len(rows):
         row = int(rows[0])

@@ -1,8 +1,8 @@
 """Grains from a CSV file.
 
-A header line with x, y, z and perhaps vx, vy, vz, wx, wy, wz, radius, material in any order, comma
-separated, then a line a grain. A material is a name or a number of the scene's; lines that begin
-with # are skipped. Numbers are in SI unless the column's heading names a unit, as in `x [um]`.
+A header line with x, y, z and optionally vx, vy, vz, wx, wy, wz, radius, material in any order,
+comma separated, then a line for each grain. A material is a name or a number of the scene's; lines
+that begin with # are skipped. Numbers are in SI unless the header has a unit, as in `x [um]`.
 """
 
 from __future__ import annotations
@@ -68,15 +68,15 @@ def read(path: Path, where: str, length_unit: float | None) -> dict:
 
 
 def _rows(file):
-    """(number of the line, cells) of the lines that are neither empty nor a comment."""
+    """(line number, cells) of lines that are neither empty nor a comment."""
     for line, row in enumerate(csv.reader(iter(file.readline, ""), skipinitialspace=True), start=1):
         if any(cell.strip() for cell in row) and not row[0].lstrip().startswith("#"):
             yield line, row
 
 
 def _plain_numbers(file, columns: int) -> np.ndarray | None:
-    """The numbers below the header, a million lines in a second; None where something in them has
-    to be looked at line by line."""
+    """Numbers below the header, a million lines per second; None where lines must be read one by
+    one."""
     lines = (line for line in file if line.strip() and not line.lstrip().startswith("#"))
     try:
         with warnings.catch_warnings():
@@ -88,10 +88,10 @@ def _plain_numbers(file, columns: int) -> np.ndarray | None:
 
 
 def _header(cells: list[str], where: str, length_unit: float | None):
-    """Column names, and what each must be multiplied with to be in SI."""
+    """Column names, and their factors to SI."""
     allowed = (
-        "allowed: x,y,z and perhaps vx,vy,vz, wx,wy,wz, radius and material, each perhaps with a "
-        "unit: x [um]."
+        "allowed: x,y,z and optionally vx,vy,vz, wx,wy,wz, radius and material, each optionally "
+        "with a unit: x [um]."
     )
     names, factors = [], []
     for cell in cells:
@@ -116,7 +116,7 @@ def _header(cells: list[str], where: str, length_unit: float | None):
 
 
 def unit_factor(unit: str, quantity: str, where: str) -> float:
-    """SI value of a unit that a file names. Raises DustError for one of another dimension."""
+    """SI value of a unit in a file. Raises DustError for one of another dimension."""
     return quantities.parse(f"1 {unit}", DIMENSIONS[quantity], where)
 
 
@@ -135,7 +135,7 @@ def _numbers(row: list[str], line: int, names: list[str], where: str) -> list[fl
 
 
 def _number(cell: str) -> float:
-    """A number as CSV files have it; Python also reads 1_0 and the digits of other scripts."""
+    """A number of a CSV file; Python also reads 1_0 and the digits of other scripts."""
     if not cell.isascii() or "_" in cell:
         raise ValueError(f"could not convert string to float: {cell!r}")
     return float(cell)

@@ -1,17 +1,18 @@
-"""A box or an upright cylinder cut from a body that is larger, and the pieces that it leaves."""
+"""A box or an upright cylinder cut from a larger body, and its connected fragments."""
 
 from __future__ import annotations
 
 import numpy as np
-import scipy
 
 from dusttaichi.errors import DustError
+from dusttaichi.geometry import connected
 from dusttaichi.samples.values import edges_of, exactly_one, shape_of
+from dusttaichi.scene.fields import Faults
 
 
-def problems(block) -> list[tuple[str, str]]:
-    """Problems of grains, size, shape and aspect of a block that cuts, as (key, text)."""
-    found = exactly_one(block, ("grains", "size"), "grains: 1000")
+def faults(block) -> Faults:
+    """Conflicts between grains, size, shape and aspect of a block that cuts."""
+    yield from exactly_one(block, ("grains", "size"), "grains: 1000")
     if block.size is not None and shape_of(block.size) != block.shape:
         wanted = {
             "box": 'a list of 3 lengths is needed with shape "box", for example '
@@ -21,30 +22,29 @@ def problems(block) -> list[tuple[str, str]]:
             "aggregate": 'it is not allowed with shape "aggregate", of which nothing is cut; '
             "set grains, or shape: box or cylinder",
         }
-        found.append(("size", wanted[block.shape]))
+        yield "size", wanted[block.shape]
     if block.size is not None and block.aspect != 1.0:
-        found.append(("aspect", "it is allowed only together with grains"))
-    return found
+        yield "aspect", "it is allowed only together with grains"
 
 
 def proportions(spec, radius: float) -> np.ndarray:
-    """Edges (x, y, z) of the cut [m], shape (3,); with a number of grains only their ratio counts.
+    """Edges (x, y, z) of the cut [m], shape (3,); with a number of grains only their ratio matters.
 
-    spec: shape, and size or aspect, as the scene has them. Raises DustError for a size that
-    leaves no room for a grain.
+    spec: shape, and size or aspect, of the scene. Raises DustError for a size too small for a
+    grain.
     """
     if spec.size is None:
         return np.array([1.0, 1.0, spec.aspect])
     size = np.array(edges_of(spec.size), dtype=np.float64)
-    check_room(size, radius)
+    check_size(size, radius)
     return size
 
 
-def check_room(size: np.ndarray, radius: float) -> None:
-    """DustError for a size (3,) [m] that no grain fits into."""
+def check_size(size: np.ndarray, radius: float) -> None:
+    """Raise DustError for a size (3,) [m] that no grain fits into."""
     if not (np.asarray(size) >= 2 * radius).all():
         raise DustError(
-            f"sample.size: {in_um(size)} has no room for a grain; allowed: at least one grain "
+            f"sample.size: {in_um(size)} is too small for a grain; allowed: at least one grain "
             f"diameter, {2e6 * radius:g} µm, in each direction."
         )
 
@@ -55,15 +55,15 @@ def in_um(size) -> str:
 
 def nothing_inside(size, radius: float, seed: int) -> DustError:
     return DustError(
-        f"sample.size: {in_um(size)} holds no whole grain of radius {radius * 1e6:g} µm with "
+        f"sample.size: {in_um(size)} contains no whole grain of radius {radius * 1e6:g} µm with "
         f"seed {seed}; allowed: a larger size or another seed."
     )
 
 
 def scale(positions, shape: str, edges, radius: float, *, centred: bool = False) -> np.ndarray:
-    """By how much the cut of these edges must be scaled to hold each grain just wholly, (N,).
+    """Factors (N,) on the edges of the cut with which each grain is just inside.
 
-    The cut's axis is x = y = 0. It stands on z = 0, or with `centred` its middle is at z = 0.
+    The cut's axis is x = y = 0. Its bottom is at z = 0, or with `centred` its middle.
     """
     width, depth, height = edges
     x, y, z = positions.T
@@ -74,9 +74,6 @@ def scale(positions, shape: str, edges, radius: float, *, centred: bool = False)
     return np.maximum(2 * sideways, upwards)
 
 
-def pieces(positions: np.ndarray, grains) -> tuple[int, np.ndarray]:
-    """Number of connected pieces, and each grain's piece (N,); grains: as mixture.Grains."""
-    n = len(positions)
-    pairs = grains.touching(positions)
-    graph = scipy.sparse.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
-    return scipy.sparse.csgraph.connected_components(graph, directed=False)
+def fragments(positions: np.ndarray, grains) -> tuple[int, np.ndarray]:
+    """Number of connected fragments, and each grain's fragment (N,); grains: mixture.Grains."""
+    return connected(grains.touching(positions), len(positions))[:2]

@@ -1,4 +1,4 @@
-"""Grains given one by one: in the YAML, in a CSV or NetCDF file, or by another run's last frame."""
+"""Grains listed in the YAML, in a CSV or NetCDF file, or in a snapshot of another run."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 import scipy
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from dusttaichi.errors import DustError
 from dusttaichi.geometry import nearest_image, pairs_within
@@ -25,16 +25,16 @@ from dusttaichi.samples.values import (
     Velocity,
     unknown_materials,
 )
-from dusttaichi.scene.fields import Number, problems
+from dusttaichi.scene.fields import Faults, Number
 from dusttaichi.scene.quantities import Quantity
 
 Which = Annotated[int | Literal["largest"], Number(whole=True, ge=0, word="largest")]
-Kept = Literal["walls", "box", "time"]
+Part = Literal["walls", "box", "time"]
 FROM_RUN = ("snapshot", "fragment", "keep")  # keys that only a file has
 
 
 class ExplicitSample(SampleBlock):
-    """Grains given one by one, in the YAML file (`positions`) or in another file (`file`)."""
+    """Grains listed in the YAML file (`positions`) or in another file (`file`)."""
 
     kind: Literal["explicit"]
     positions: tuple[Position, ...] | None = Field(
@@ -57,26 +57,25 @@ class ExplicitSample(SampleBlock):
     file: Path | None = Field(
         None,
         description="CSV with the header x,y,z[,vx,vy,vz,wx,wy,wz][,radius,material], NetCDF with "
-        "the variables of a snapshot, the directory or result.nc of another run, a dump, data or "
+        "the variables of a snapshot, directory or result.nc of another run, dump, data or "
         "restart file of LAMMPS, text of YADE, or XYZ; relative to the YAML file",
     )
     snapshot: Annotated[int | Literal["last"], Number(whole=True, ge=0, word="last")] = Field(
-        "last", description="which snapshot of another run: a number from 0 on, or last"
+        "last", description="snapshot of another run: a number from 0 on, or last"
     )
     fragment: Which | None = Field(
         None,
-        description="one fragment of another run alone: largest, or its number in the order of "
-        "falling mass, from 0 on; all grains by default",
+        description="a single fragment of another run: largest, or its number in order of "
+        "decreasing mass, from 0 on; all grains by default",
     )
-    keep: tuple[Kept, ...] = Field(
+    keep: tuple[Part, ...] = Field(
         (),
-        description="what of another run comes along beside grains and their contacts: walls (the "
-        "contacts with walls and their springs, and where walls stand), box (where walls and faces "
-        "of the cell stand), time (that of the run goes on)",
+        description="parts of another run beside grains and their contacts: walls (positions and "
+        "contacts of walls), box (positions of walls and faces), time (which continues)",
     )
     units: Annotated[float, Quantity("length", gt=0, bare_unit=True, example="um")] = Field(
         "m",
-        description="unit of x, y, z, radius in a text file that does not name its own; "
+        description="unit of x, y, z, radius in a text file without units; "
         "velocities and spins are m/s and rad/s",
     )
 
@@ -90,56 +89,36 @@ class ExplicitSample(SampleBlock):
             value = Path(context["folder"]) / value
         return files.found(value, context.get("check_files"))
 
-    @model_validator(mode="after")
-    def _check(self) -> ExplicitSample:
-        found = []
+    def faults(self) -> Faults:
         if (self.positions is None) == (self.file is None):
-            found.append(("", "exactly one of positions and file is needed"))
+            yield "", "exactly one of positions and file is needed"
         if self.positions is not None and not self.positions:
-            found.append(("positions", "at least one grain is needed"))
+            yield "positions", "at least one grain is needed"
         for name in ("velocities", "spins", "radii", "materials"):
             values = getattr(self, name)
-            if values is None:
-                continue
-            if self.positions is None:
-                found.append((name, "it is allowed only together with positions"))
-            elif len(values) != len(self.positions):
-                found.append(
-                    (
-                        name,
-                        f"as many as positions are needed, {len(self.positions)} and not "
-                        f"{len(values)}",
-                    )
-                )
-        if self.file is None:
-            default = type(self).model_fields
-            found += [
-                (name, "it is allowed only together with file")
-                for name in ("units", *FROM_RUN)
-                if name in self.model_fields_set
-                and getattr(self, name) != (1.0 if name == "units" else default[name].default)
-            ]
-        if found:
-            raise problems(found)
-        return self
+            if values is not None and self.positions is None:
+                yield name, "it is allowed only together with positions"
+            elif values is not None and len(values) != (count := len(self.positions)):
+                yield name, f"as many as positions are needed, {count} and not {len(values)}"
+        defaults = {name: type(self).model_fields[name].default for name in FROM_RUN}
+        for name, default in {"units": 1.0, **defaults}.items():
+            given = name in self.model_fields_set and getattr(self, name) != default
+            if given and self.file is None:
+                yield name, "it is allowed only together with file"
 
-    def conflicts(self, scene) -> list[tuple[str, str]]:
-        return unknown_materials(self.materials, scene) + self._kept_room(scene)
-
-    def _kept_room(self, scene) -> list[tuple[str, str]]:
-        """A room that is kept is not given again."""
-        if not {"walls", "box"} & set(self.keep):
-            return []
-        boundary = scene.boundary
-        if boundary.kind == "open":
-            return [("keep", "there is nothing around the grains of this scene (boundary: open)")]
-        key = "gap" if boundary.kind == "plates" else "size"
-        if getattr(boundary, key) == "fit":
-            return []
-        return [("keep", f"walls and faces stay where they are, so boundary.{key} must be fit")]
+    def conflicts(self, scene) -> Faults:
+        yield from unknown_materials(self.materials, scene)
+        # positions of walls and faces from the file replace a size
+        if {"walls", "box"} & set(self.keep):
+            boundary = scene.boundary
+            key = "gap" if boundary.kind == "plates" else "size"
+            if boundary.kind == "open":
+                yield "keep", "there are no walls and faces in this scene (boundary: open)"
+            elif getattr(boundary, key) != "fit":
+                yield "keep", f"walls and faces do not move, so boundary.{key} must be fit"
 
     def least_room(self, radius: float) -> tuple[tuple[float, float, float], int]:
-        """Nothing where grains have radii or materials of their own: the sample knows them."""
+        """Extent of the positions; zeros where grains have radii or materials of their own."""
         if self.positions is None or self.radii is not None or self.materials is not None:
             return (0.0, 0.0, 0.0), 0
         axes = zip(*self.positions, strict=True)
@@ -148,10 +127,10 @@ class ExplicitSample(SampleBlock):
 
 @register(ExplicitSample)
 def make(spec: ExplicitSample, materials: Materials) -> Sample:
-    """The grains that spec lists.
+    """The grains of spec.
 
-    A file is CSV, NetCDF, or a run directory (its result.nc); of several snapshots one is taken,
-    with the state of its pair contacts where it was written, and what `keep` asks for.
+    A file is CSV, NetCDF, or a run directory (its result.nc); of several snapshots one is read,
+    with the stored history of its contacts, and the parts in `keep`.
     Raises DustError for a file that is missing or lacks columns, arrays of the wrong shape,
     numbers that are not finite, no grains, a material that the scene does not have, or two centres
     closer than 0.9 diameters.
@@ -159,10 +138,7 @@ def make(spec: ExplicitSample, materials: Materials) -> Sample:
     if spec.file is None:
         source, where = "positions", "sample.positions"
         state = {"position": spec.positions, "velocity": spec.velocities, "spin": spec.spins}
-        state |= {
-            "radius": spec.radii,
-            "material": spec.materials,
-        }
+        state |= {"radius": spec.radii, "material": spec.materials}
     else:
         source = str(spec.file)
         where = f"sample.file = {source!r}"
@@ -192,7 +168,7 @@ def _grains(state: dict, materials: Materials, where: str) -> Sample:
 
 
 def _of_run(spec, sample: Sample, state: dict, materials: Materials, where: str) -> Sample:
-    """The sample with what else `spec` takes of the file."""
+    """The sample with the other parts that `spec` selects in the file."""
     walls = state.get("wall_contacts")
     if spec.fragment is not None:
         masses = materials.masses(sample)
@@ -240,32 +216,28 @@ def _vectors(values, where: str, name: str, n: int | None) -> np.ndarray:
 
 
 def check_apart(positions: np.ndarray, radius, where: str) -> None:
-    """DustError, naming where they come from, for two centres closer than CLOSEST diameters.
+    """Raise DustError, with the source, for two centres closer than CLOSEST diameters.
 
     radius: of all grains, or (N,), where a diameter is the sum of two radii.
     """
     if len(positions) < 2:
         return
+    radii = np.broadcast_to(radius, len(positions))
     if np.ndim(radius):
         i, j, distance = pairs_within(positions, radius, CLOSEST)
-        if len(i):
-            k = int(np.argmin(distance / (radius[i] + radius[j])))
-            both = radius[i[k]] + radius[j[k]]
-            raise DustError(
-                f"{where}: grains {i[k]} and {j[k]} (from 0) are {distance[k] * 1e6:g} µm apart; "
-                f"allowed: at least {CLOSEST} of the sum of their radii, {CLOSEST * both * 1e6:g} "
-                "µm, between centres. Are the lengths in the unit you meant?"
-            )
-        return
-    distance, neighbour = scipy.spatial.cKDTree(positions).query(positions, k=2)
-    i = int(np.argmin(distance[:, 1]))
-    gap = distance[i, 1]
-    if gap < CLOSEST * 2 * radius:
-        # The nearest other grain; where centres coincide it may be listed first.
-        j = int(neighbour[i, 1] if neighbour[i, 1] != i else neighbour[i, 0])
+    else:  # the nearest neighbours suffice, also for very many grains at one place
+        near, other = scipy.spatial.cKDTree(positions).query(positions, k=2)
+        row = np.argmin(near[:, 1])
+        # where centres coincide the other grain may be listed first
+        pair = sorted((row, other[row, 1] if other[row, 1] != row else other[row, 0]))
+        (i, j), distance = np.array(pair)[:, None], near[[row], 1]
+    both = radii[i] + radii[j]
+    share = distance / both
+    if np.min(share, initial=np.inf) < CLOSEST:
+        k = int(np.argmin(share))
         raise DustError(
-            f"{where}: grains {min(i, j)} and {max(i, j)} (from 0) are {gap * 1e6:g} µm apart, "
-            f"{gap / (2 * radius):.3g} diameters; allowed: at least {CLOSEST} diameters, "
-            f"{CLOSEST * 2e6 * radius:g} µm, between centres (radius {radius * 1e6:g} µm). "
-            "Are the lengths in the unit you meant?"
+            f"{where}: grains {i[k]} and {j[k]} (from 0) are {distance[k] * 1e6:g} µm apart, "
+            f"{share[k]:.3g} diameters; allowed: at least {CLOSEST} diameters (mean of both), "
+            f"{CLOSEST * both[k] * 1e6:g} µm, between centres. Are the lengths in the unit you "
+            "meant?"
         )

@@ -1,4 +1,4 @@
-"""Grains from the file of a sample: a dict of arrays in SI (position, velocity, spin, contacts)."""
+"""Files of samples, read as dicts of arrays in SI (position, velocity, spin, contacts)."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from pathlib import Path
 from dusttaichi.errors import DustError
 from dusttaichi.files import refuse_unreadable
 from dusttaichi.samples import csv_file, foreign
-from dusttaichi.samples.limits import memory
+from dusttaichi.samples.sample import memory
 from dusttaichi.scene.fields import needed
 
-HEAD = 4096  # bytes of a file that tell what it is
+HEAD = 4096  # bytes at the start of a file that identify its format
 
 
 def read(path: Path, where: str, length_unit: float | None = None, snapshot="last") -> dict:
     """Arrays of a CSV file, a NetCDF file, a run directory's result.nc, or a file of another
     program (samples.foreign).
 
-    where: how errors name the file. length_unit [m]: what x, y, z of a CSV file count in where
-    their headings do not say. snapshot: number from 0, or "last", of a NetCDF file.
+    where: name of the file in errors. length_unit [m]: unit of x, y, z of a CSV file without units
+    in its header. snapshot: number from 0, or "last", of a NetCDF file.
     """
     if _is_run(path):
         path = path / "result.nc"
@@ -32,7 +32,7 @@ def read(path: Path, where: str, length_unit: float | None = None, snapshot="las
         )
     head = _first_bytes(path, where)
     if head.startswith((b"\x89HDF", b"CDF")):
-        from dusttaichi.samples import netcdf  # half a second, which only such a file is worth
+        from dusttaichi.samples import netcdf  # takes half a second to import
 
         return netcdf.read(path, where, snapshot)
     if (of_others := foreign.reader(head)) is not None:
@@ -43,8 +43,10 @@ def read(path: Path, where: str, length_unit: float | None = None, snapshot="las
 
 
 def found(path: Path, check: bool) -> Path:
-    """The path of a key of the YAML; pydantic's error where it cannot be one, or, with `check`,
-    where nothing is there."""
+    """The path of a key of the YAML.
+
+    Raises a validation error for an impossible path, or, with `check`, if it does not exist.
+    """
     try:
         there = path.exists() or not check
     except OSError as error:  # such as a path that is too long
@@ -62,7 +64,7 @@ def _is_run(path: Path) -> bool:
 
 
 def check_kind(path: Path, where: str) -> None:
-    """Refuse what is no file with an end, and what is larger than the memory."""
+    """Raise DustError for directories, devices and pipes, and for files larger than the memory."""
     try:
         refuse_unreadable(path, memory())
     except FileNotFoundError:

@@ -1,9 +1,9 @@
 """Grains from files of other programs: LAMMPS (dumps, data files, restart files), YADE's text, XYZ.
 
-The first lines of a file tell what it is. A file that names its units (`ITEM: UNITS`, `units =
-micro`, an XYZ in Angstrom) is taken in these; of all others lengths count in the `units` of the
-sample, velocities in m/s, spins in rad/s. Types of LAMMPS are numbers of the scene's materials,
-from 1 on. Contacts are not in these files: they are found from the distances.
+The first lines of a file identify its format. A file with units (`ITEM: UNITS`, `units = micro`, an
+XYZ in Angstrom) is read in these; in all others lengths are in the `units` of the sample,
+velocities in m/s, spins in rad/s. Types of LAMMPS are numbers of the scene's materials, from 1 on.
+These files have no contacts: they are found from the distances.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.processes import run_lammps
-from dusttaichi.samples.limits import check_grains
+from dusttaichi.samples.sample import check_grains
 
 # of LAMMPS: length [m], speed [m/s], angular velocity [rad/s]
 UNITS = {
@@ -39,8 +39,10 @@ VECTORS = {
 
 
 def reader(head: bytes):
-    """Reader of a file that begins so, a function (path, where, length_unit, snapshot) -> arrays
-    in SI as `files.read`; None for a file of another kind."""
+    """Reader of a file with these first bytes; None for an unknown format.
+
+    It is a function (path, where, length_unit, snapshot) -> arrays in SI as `files.read`.
+    """
     if head.startswith(RESTART):
         return _read_restart
     text = head.decode("utf-8", errors="replace")
@@ -59,7 +61,7 @@ def reader(head: bytes):
 
 
 def _read_restart(path, where, length_unit, snapshot):
-    """LAMMPS itself makes a data file of it, which has the grains with their velocities."""
+    """Read a data file that LAMMPS makes of a restart file."""
     with tempfile.TemporaryDirectory() as folder:
         try:
             run_lammps(folder, "-restart2data", str(path.resolve()), "grains.data")
@@ -88,7 +90,7 @@ def _read_dump(path, where, length_unit, snapshot):
     factors = _factors(head, length_unit, where)
     columns = dict(zip(names, rows.T, strict=True))
     for axis, (low, high) in zip("xyz", box, strict=True):
-        if axis not in columns and f"{axis}s" in columns:  # in parts of the box
+        if axis not in columns and f"{axis}s" in columns:  # fractions of the box
             columns[axis] = low + columns[f"{axis}s"] * (high - low)
         columns.setdefault(axis, columns.get(f"{axis}u"))
     ends = [word for word in heads["BOX"].split()[2:] if len(word) == 2 and word not in TILTS]
@@ -99,7 +101,7 @@ TILTS = ("xy", "xz", "yz")
 
 
 def _around(box, ends):
-    """Where walls and faces are, from a box (3, 2) [m] and its words such as pp, ff and sm."""
+    """Positions of walls and faces, from a box (3, 2) [m] and its words such as pp, ff and sm."""
     room = np.full((3, 2), np.nan)
     for axis, words in enumerate(ends):
         for side, word in enumerate(words):
@@ -147,7 +149,7 @@ def _read_data(path, where, length_unit, snapshot):
 
 
 def _style_of(columns):
-    """The style of atoms whose rows have so many columns, with or without image flags."""
+    """Style of atoms from the number of columns, with or without image flags."""
     return {7: "sphere", 10: "sphere", 5: "atomic", 8: "atomic"}.get(columns)
 
 
@@ -159,7 +161,7 @@ def _section(lines, first, count, where):
 
 
 def _factors(style, length_unit, where):
-    """Length [m], speed [m/s] and angular velocity [rad/s] of the units that a file names."""
+    """Length [m], speed [m/s] and angular velocity [rad/s] of the units of a file."""
     if style is None:
         return (length_unit or 1.0), 1.0, 1.0
     name = style.strip()
@@ -200,7 +202,7 @@ def _read_xyz(path, where, length_unit, snapshot):
     names = _properties(form[1]) if form else ["species", "x", "y", "z"]
     rows = [line.split()[: len(names)] for line in lines[begin + 2 :][:count]]
     if len(rows) < count or any(len(row) < len(names) for row in rows):
-        raise DustError(f"{where}: fewer lines or columns than its heads say; allowed: {count} "
+        raise DustError(f"{where}: fewer lines or columns than in its header; allowed: {count} "
                         f"lines of {len(names)} columns.")  # fmt: skip
     numeric = [k for k, name in enumerate(names) if name != "species"]
     values = _numbers([" ".join(row[k] for k in numeric) for row in rows], len(numeric), where)
@@ -233,7 +235,7 @@ def _lines(path, where):
 
 
 def _chosen(starts, end, snapshot, where):
-    """First line and end of the snapshot asked for, a number or "last"."""
+    """First line and end of the requested snapshot, a number or "last"."""
     number = len(starts) - 1 if snapshot == "last" else snapshot
     if not 0 <= number < len(starts):
         raise DustError(

@@ -1,4 +1,4 @@
-"""Kinds of something that a scene asks for with `kind`: a YAML block each, and what makes it."""
+"""Kinds of samples, selected by the key `kind`: a YAML block and a generator each."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pydantic import BaseModel, Field
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind: its YAML block, and what makes a sample of one."""
+    """A kind: its YAML block, and the function that makes a sample of it."""
 
     block: type
     make: Callable
@@ -21,7 +21,7 @@ class Kind:
 class Kinds:
     """Kinds by name, and the blocks that have a field for any of them.
 
-    package: where the kinds of this program stand, one a file that bears its name.
+    package: of the built-in kinds, one per file of the same name.
     """
 
     def __init__(self, package: str):
@@ -32,9 +32,9 @@ class Kinds:
     def register(self, block: type) -> Callable:
         """Decorator: the function below makes the samples of this block, under its `kind`.
 
-        A kind that is registered again replaces the one before, as it happens in a notebook. Raises
-        TypeError for a block without a name of its kind, and ValueError for the name of a kind of
-        this program.
+        A kind that is registered again, as in a notebook, replaces the former one. Raises
+        TypeError for a block without a name of its kind, and ValueError for the name of a built-in
+        kind.
         """
         item = block.model_fields.get("kind")
         (name,) = (typing.get_args(item.annotation) if item else ()) or (None,)
@@ -54,20 +54,20 @@ class Kinds:
         return known
 
     def follow(self) -> None:
-        """Let the blocks with a field for any kind know the kinds of now."""
+        """Update the blocks with a field for any kind."""
         for reader in self._readers:
             if reader.__pydantic_complete__:
                 reader.model_rebuild(force=True)
 
     def reads(self, model: type[BaseModel]) -> type[BaseModel]:
-        """Decorator of a block with a field for any kind: it follows what is registered."""
+        """Decorator of a block with a field for any kind, to be updated by `follow`."""
         self._readers.append(model)
         return model
 
 
 @dataclass(frozen=True)
 class AnyOf:
-    """Marks a field that may be any block that is registered, told apart by `kind`.
+    """Marks a field for any registered block, selected by `kind`.
 
     bodies: only those whose `is_body` is true.
     """

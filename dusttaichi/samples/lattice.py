@@ -1,6 +1,6 @@
 """Crystals of grains in equilibrium contact: simple, body-centred, face-centred cubic, CCP.
 
-Whole cells, so that the lattice goes on without a seam where it is repeated after `period`.
+A lattice consists of whole cells, so that it continues seamlessly with the `period`.
 """
 
 from __future__ import annotations
@@ -12,12 +12,11 @@ from pydantic import Field, field_validator, model_validator
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import cut
-from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock, register
-from dusttaichi.samples.sample import Sample
+from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.values import BoxSize, exactly_one
-from dusttaichi.scene.fields import Count, needed, problems
+from dusttaichi.scene.fields import Count, Faults, needed, problems
 
 MOST_GRAINS = 2e7  # a mistyped size must not fill the memory
 
@@ -59,7 +58,7 @@ class LatticeSample(SampleBlock):
         None, description="number of grains, rounded up to whole cells in about a cube"
     )
     size: BoxSize | None = Field(
-        None, description="[Lx, Ly, Lz] that is filled with as many whole cells as it holds"
+        None, description="[Lx, Ly, Lz] that is filled with as many whole cells as possible"
     )
 
     @field_validator("cells", mode="before")
@@ -71,34 +70,29 @@ class LatticeSample(SampleBlock):
 
     @model_validator(mode="before")
     @classmethod
-    def _alike(cls, data: Any) -> Any:
+    def _equal_grains(cls, data: Any) -> Any:
         given = [name for name in ("sizes", "shares") if isinstance(data, dict) and name in data]
         if given:
             text = (
-                "grains that are not all alike cannot all touch at the sites of a lattice: some "
-                "would overlap, others stand apart; take random_packing, rbd, pca or bcca, or "
-                "give each its place (kind: explicit)"
+                "unequal grains cannot all touch at the sites of a lattice: some would overlap, "
+                "others be apart; use random_packing, rbd, pca or bcca, or list positions "
+                "(kind: explicit)"
             )
             raise problems([(given[0], text)])
         return data
 
-    @model_validator(mode="after")
-    def _check(self) -> LatticeSample:
-        found = exactly_one(self, ("cells", "grains", "size"), "cells: [10, 10, 10]")
-        if found:
-            raise problems(found)
-        return self
+    def faults(self) -> Faults:
+        return exactly_one(self, ("cells", "grains", "size"), "cells: [10, 10, 10]")
 
 
 @register(LatticeSample)
 def make(spec: LatticeSample, materials: Materials) -> Sample:
-    """The lattice that spec asks for: grains at rest, the first one at the origin.
+    """The lattice of spec: grains at rest, the first one at the origin.
 
     `grains` is rounded up to whole cells: from somewhat less than a cube on, the shortest edge
-    grows by a cell until there are enough. With `size` there are as many whole cells as the size
-    holds, grain surfaces included. info: cells, and period, the edges after which the lattice
-    repeats itself [m].
-    Raises DustError if no cell fits, or for more grains than the memory should hold.
+    grows by a cell until there are enough. With `size` there are as many whole cells as fit into
+    it, grain surfaces included. info: cells, and period, the edges of the periodic lattice [m].
+    Raises DustError if no cell fits, or for too many grains.
     """
     edges, basis = (np.array(values) for values in CELLS[spec.structure])
     edges = edges * materials.distance
@@ -106,7 +100,7 @@ def make(spec: LatticeSample, materials: Materials) -> Sample:
     if cells.prod() * len(basis) > MOST_GRAINS:
         raise DustError(
             f"sample: the lattice would have {cells.prod() * len(basis):.1e} grains; allowed: "
-            f"{MOST_GRAINS:.0e}. Take fewer cells or a smaller size."
+            f"{MOST_GRAINS:.0e}. Use fewer cells or a smaller size."
         )
     check_grains(cells.prod() * len(basis), "sample")
     corners = np.stack(np.meshgrid(*(np.arange(n) for n in cells), indexing="ij"), -1)
@@ -134,13 +128,13 @@ def _cells(spec, edges, basis, radius) -> np.ndarray:
             cells[np.argmin(cells * edges)] += 1
         return cells
     size = np.array(spec.size)
-    cut.check_room(size, radius)
-    # The last grains of the basis stand before the end of their cell.
+    cut.check_size(size, radius)
+    # the last grains of the basis are before the end of their cell
     over = basis.max(axis=0) * edges
     cells = np.floor((size - 2 * radius - over) / edges * (1 + 1e-12)) + 1
     if not (cells >= 1).all():
         raise DustError(
-            f"sample.size: {cut.in_um(size)} holds no whole cell of {spec.structure}; allowed: "
+            f"sample.size: {cut.in_um(size)} contains no whole cell of {spec.structure}; allowed: "
             f"{cut.in_um(over + 2 * radius)} or more."
         )
     return cells

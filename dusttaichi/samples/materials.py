@@ -14,8 +14,8 @@ class Materials:
     """The materials of a scene, by number and by name; all in SI.
 
     Number 0 is the scene's `material`, those of `materials` follow in their order.
-    radius: of a grain of material 0 [m]; distance: between the centres of two such grains that
-    touch, in equilibrium [m].
+    radius: of a grain of material 0 [m]; distance: between the centres of two such grains in
+    equilibrium contact [m].
     """
 
     def __init__(self, scene):
@@ -28,7 +28,7 @@ class Materials:
     def numbers(self, given, grains: int, where: str) -> np.ndarray:
         """Numbers of the materials (N,) from names or numbers; zeros where nothing is given.
 
-        where: how an error names their place. Raises DustError for one that there is not.
+        where: their source in errors. Raises DustError for an unknown material.
         """
         if given is None:
             return np.zeros(grains, np.int32)
@@ -49,9 +49,9 @@ class Materials:
         )
 
     def radii(self, given, numbers: np.ndarray, where: str) -> np.ndarray:
-        """Radii (N,) [m]: those given, else of the materials.
+        """Radii (N,) [m]: given ones, otherwise those of the materials.
 
-        Raises DustError for a radius for which the law of rolling means nothing.
+        Raises DustError for a radius for which the law of rolling is not valid.
         """
         radii = np.array([material.radius for material in self.all])[numbers]
         if given is not None:
@@ -69,13 +69,13 @@ class Materials:
         return radii
 
     def polydisperse(self, radii: np.ndarray, numbers: np.ndarray) -> dict:
-        """radii and materials for a Sample; None both where all grains are as `material` says."""
+        """radii and materials for a Sample; None for both where all grains are of `material`."""
         if not numbers.any() and np.allclose(radii, self.radius, rtol=1e-9, atol=0.0):
             return {"radii": None, "materials": None}
         return {"radii": radii, "materials": numbers}
 
     def radii_of(self, sample: Sample):
-        """Radii of the grains of a sample [m]: one number where it has none of its own, or (N,)."""
+        """Radii of the grains of a sample [m]: one number where all are equal, or (N,)."""
         return self.radius if sample.radii is None else sample.radii
 
     def masses(self, sample: Sample) -> np.ndarray:
@@ -86,7 +86,7 @@ class Materials:
         return sphere_mass(radii, np.array([material.density for material in self.all])[numbers])
 
     def equilibrium_distance(self, radii, numbers) -> float:
-        """Between the centres of two grains that touch [m], of these radii [m] and materials."""
+        """Distance [m] of two grains in equilibrium contact, of these radii [m] and materials."""
         one, two = (self.all[n] for n in numbers)
         overlap = mixed_constants(one, radii[0], two, radii[1], self.interaction).delta0
         return float(radii[0] + radii[1] - overlap)

@@ -1,8 +1,9 @@
-"""Sizes and materials of the grains that a generator draws, and where two of them touch.
+"""Random sizes and materials of the grains of a generator, and their equilibrium distances.
 
-Numbers of grains are drawn, not masses: a power law N(r) dr ~ r^exponent dr between two radii, a
-lognormal law, or a list of radii with the share of grains that have each. Materials have shares of
-the grains too. Each grain is drawn on its own, in the order in which the generator takes them.
+Distributions are of the number of grains, not of mass: a power law N(r) dr ~ r^exponent dr between
+two radii, a lognormal law, or a list of radii with the share of grains of each. Materials have
+shares of the grains too. Grains are drawn independently, in the order in which a generator uses
+them.
 """
 
 from __future__ import annotations
@@ -11,41 +12,48 @@ from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field
 
 from dusttaichi.physics.contact.interface import interface
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock
 from dusttaichi.samples.sample import ROUNDING, Sample, touching_pairs
 from dusttaichi.samples.values import Radius, Seed
-from dusttaichi.scene.fields import Block, Number, problems
+from dusttaichi.scene.fields import Block, Faults, Number
 
 Share = Annotated[float, Number(gt=0)]
 SmallestField = Annotated[Radius, Field(description="smallest radius; there are none below it")]
 LargestField = Annotated[Radius, Field(description="largest radius; there are none above it")]
 
 
-class PowerLaw(Block):
-    """N(r) dr ~ r^exponent dr; -3.5 is that of collisional cascades (Mathis et al. 1977)."""
+class Truncated(Block):
+    """A distribution of radii between two bounds."""
+
+    last: ClassVar[tuple[str, ...]] = ("smallest", "largest")
+
+    smallest: SmallestField
+    largest: LargestField
+
+    def faults(self) -> Faults:
+        if not self.smallest < self.largest:
+            yield "largest", "it must be above smallest"
+
+    @property
+    def least(self) -> float:
+        """Lower bound of the radii [m]."""
+        return self.smallest
+
+
+class PowerLaw(Truncated):
+    """N(r) dr ~ r^exponent dr; -3.5 for collisional cascades (Mathis et al. 1977)."""
 
     kind: Literal["power"]
     exponent: Annotated[float, Number()] = Field(
         description="exponent k of the number of grains, N(r) dr ~ r^k dr, for example -3.5"
     )
-    smallest: SmallestField
-    largest: LargestField
-
-    @model_validator(mode="after")
-    def _check(self) -> PowerLaw:
-        return _ordered(self)
-
-    @property
-    def least(self) -> float:
-        """No radius is smaller [m]."""
-        return self.smallest
 
     def draw(self, rng, count: int) -> np.ndarray:
-        """Radii (count,) [m]: the inverse of the cumulated distribution."""
+        """Radii (count,) [m], by the inverse of the cumulative distribution."""
         low, high, k = self.smallest, self.largest, self.exponent + 1.0
         part = rng.random(count)
         if abs(k) < 1e-9:
@@ -53,22 +61,18 @@ class PowerLaw(Block):
         return low * (1.0 + part * ((high / low) ** k - 1.0)) ** (1.0 / k)
 
 
-class Lognormal(Block):
-    """ln r is normal about that of the median, with the standard deviation sigma."""
+class Lognormal(Truncated):
+    """Normal distribution of ln r about that of the median, with the standard deviation sigma."""
 
     kind: Literal["lognormal"]
     median: Radius = Field(description="median radius")
     sigma: Annotated[float, Number(gt=0, le=2)] = Field(description="standard deviation of ln r")
-    smallest: SmallestField
-    largest: LargestField
 
-    @model_validator(mode="after")
-    def _check(self) -> Lognormal:
+    def faults(self) -> Faults:
         if not self.smallest < self.median < self.largest:
-            raise problems([("median", "it must lie between smallest and largest")])
-        return _ordered(self)
-
-    least = PowerLaw.least
+            yield "median", "it must lie between smallest and largest"
+        else:
+            yield from super().faults()
 
     def draw(self, rng, count: int) -> np.ndarray:
         """Radii (count,) [m]."""
@@ -81,26 +85,24 @@ class Lognormal(Block):
 
 
 class Radii(Block):
-    """Some radii, each with its share of the grains."""
+    """Discrete radii, each with its share of the grains."""
 
     kind: Literal["list"]
-    radii: tuple[Radius, ...] = Field(description="radii that grains have")
+    radii: tuple[Radius, ...] = Field(description="radii of the grains")
     shares: tuple[Share, ...] | None = Field(
-        None, description="how many grains have each, in any unit; default as many of each"
+        None, description="number of grains of each, in any unit; by default equal numbers"
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> Radii:
+    def faults(self) -> Faults:
         if not self.radii:
-            raise problems([("radii", "at least one radius is needed")])
-        if self.shares is not None and len(self.shares) != len(self.radii):
+            yield "radii", "at least one radius is needed"
+        elif self.shares is not None and len(self.shares) != len(self.radii):
             text = f"as many as radii are needed, {len(self.radii)} and not {len(self.shares)}"
-            raise problems([("shares", text)])
-        return self
+            yield "shares", text
 
     @property
     def least(self) -> float:
-        """No radius is smaller [m]."""
+        """Lower bound of the radii [m]."""
         return min(self.radii)
 
     def draw(self, rng, count: int) -> np.ndarray:
@@ -109,34 +111,23 @@ class Radii(Block):
         return rng.choice(np.array(self.radii), size=count, p=shares / shares.sum())
 
 
-def _ordered(block):
-    if not block.smallest < block.largest:
-        raise problems([("largest", "it must be above smallest")])
-    return block
-
-
 def sized(positions, grains: Grains, materials: Materials, info: dict) -> Sample:
-    """The Sample at rest of Grains at these centres (N, 3) [m]; info: what is said of it."""
-    if isinstance(grains, Alike):
+    """The Sample at rest of Grains at these centres (N, 3) [m]; info: of the Sample."""
+    if isinstance(grains, EqualGrains):
         return Sample.at_rest(positions, info | {"equilibrium_distance": float(grains.touch)})
     own = materials.polydisperse(grains.radii, grains.numbers)
-    said = {"smallest_radius": grains.radii.min(), "largest_radius": grains.radii.max()}
-    info = info | {name: float(value) for name, value in said.items()}
+    info = info | {
+        "smallest_radius": float(grains.radii.min()),
+        "largest_radius": float(grains.radii.max()),
+    }
     return replace(Sample.at_rest(positions, info), **own)
-
-
-class _Shares(dict):
-    """Share of each material by its name; blocks are frozen, so it has a hash."""
-
-    def __hash__(self):
-        return hash(frozenset(self.items()))
 
 
 Sizes = Annotated[PowerLaw | Lognormal | Radii, Field(discriminator="kind")]
 
 
 class MixtureBlock(SampleBlock):
-    """The block of a kind that draws sizes and materials of its grains."""
+    """The block of a kind with random sizes and materials of its grains."""
 
     last: ClassVar[tuple[str, ...]] = ("sizes", "shares", "seed")
 
@@ -145,24 +136,24 @@ class MixtureBlock(SampleBlock):
         description="sizes of the grains, by a law or a list; by default all have the radius of "
         "their material",
     )
-    shares: Annotated[dict[str, Share], AfterValidator(_Shares)] | None = Field(
+    shares: dict[str, Share] | None = Field(
         None,
-        description="materials of the grains and how many grains have each, in any unit, as "
-        "{default: 3, ice: 1}; by default all are of material",
+        description="materials of the grains and the number of grains of each, in any unit, such "
+        "as {default: 3, ice: 1}; by default all are of `material`",
     )
     seed: Seed = Field(1, description="seed of the random numbers")
 
-    def conflicts(self, scene) -> list[tuple[str, str]]:
-        """A problem for the first name among the shares that no material of the scene has."""
-        names = ["default", *scene.materials]
-        wrong = [name for name in self.shares or () if name not in names]
-        text = f"the scene does not have it; allowed: {', '.join(names)}"
-        return [(f"shares.{wrong[0]}", text)] if wrong else []
+    def conflicts(self, scene) -> Faults:
+        for name in self.shares or ():
+            if name not in scene.material_names:
+                text = f"the scene does not have it; allowed: {', '.join(scene.material_names)}"
+                yield f"shares.{name}", text
+                return
 
 
 @dataclass(frozen=True)
 class Grains:
-    """Radii (N,) [m] and numbers of the materials (N,) of grains in the order they are drawn.
+    """Radii (N,) [m] and numbers of the materials (N,) of grains in the order of the draws.
 
     touch: Touch of the scene.
     """
@@ -175,13 +166,13 @@ class Grains:
         return len(self.radii)
 
     def distance(self, i, j):
-        """Between the centres of grains i and j in equilibrium contact [m]; arrays broadcast."""
+        """Distance [m] of the grains i and j in equilibrium contact; arrays broadcast."""
         return self.touch.distance(
             (self.radii[i], self.numbers[i]), (self.radii[j], self.numbers[j])
         )
 
     def volume(self) -> float:
-        """Of all of them [m^3]."""
+        """Volume of all grains [m^3]."""
         return float(np.sum(4 / 3 * np.pi * self.radii**3))
 
     def touching(self, positions) -> np.ndarray:
@@ -191,20 +182,18 @@ class Grains:
         return pairs[apart <= self.distance(*pairs.T) * (1 + ROUNDING)]
 
     def taken(self, which):
-        """The same of some of the grains."""
+        """Grains with these indices."""
         return replace(self, radii=self.radii[which], numbers=self.numbers[which])
 
     def joined(self, others):
-        """The same of these and others, in this order."""
-        radii, numbers = ([getattr(g, name) for g in (self, *others)] for name in _OWN)
-        return replace(self, radii=np.concatenate(radii), numbers=np.concatenate(numbers))
+        """These grains and others, in this order."""
+        every = (self, *others)
+        radii = np.concatenate([grains.radii for grains in every])
+        return replace(self, radii=radii, numbers=np.concatenate([g.numbers for g in every]))
 
 
-_OWN = ("radii", "numbers")
-
-
-class Alike(Grains):
-    """Grains that are all as the scene's `material`; touch: distance of their centres [m]."""
+class EqualGrains(Grains):
+    """Grains of the scene's `material` and radius; touch: distance of their centres [m]."""
 
     def distance(self, i, j):
         return self.touch
@@ -214,10 +203,10 @@ class Alike(Grains):
 
 
 class Touch:
-    """Where two grains are in equilibrium contact, of any radii and materials of a scene.
+    """Equilibrium distances of two grains of any radii and materials of a scene.
 
-    delta0 = a0^2/(3 R) with a0 = (9 pi gamma R^2/E*)^(1/3) is c R^(1/3), with a constant c of each
-    two materials.
+    delta0 = a0^2/(3 R) with a0 = (9 pi gamma R^2/E*)^(1/3) is c R^(1/3), with a constant c for each
+    pair of materials.
     """
 
     def __init__(self, materials: Materials):
@@ -228,27 +217,27 @@ class Touch:
         self.factors = np.array([[factor(a, b) for b in materials.all] for a in materials.all])
 
     def distance(self, one, other):
-        """Centres of grains apart [m]; one, other: (radii [m], numbers of the materials)."""
+        """Distance of centres [m]; one, other: (radii [m], numbers of the materials)."""
         (r1, n1), (r2, n2) = one, other
         reduced = r1 * r2 / (r1 + r2)
         return r1 + r2 - self.factors[n1, n2] * np.cbrt(reduced)
 
 
 class Crowd:
-    """Grains to be drawn as many as are needed, as a block asks: alike, or of its sizes and shares.
+    """Source of any number of grains for a block: equal ones, or of its sizes and shares.
 
-    radius: of the mean volume [m]; smallest: radius that none is below [m]; largest: of ten
-    thousand [m]. distance: of the centres of two that touch [m], of those not alike about. overlap:
-    of two of the mean volume at rest [m].
+    radius: of the mean volume [m]; smallest: lower bound of the radii [m]; largest: of ten thousand
+    grains [m]. distance: of the centres of two in contact [m], approximate for unequal ones.
+    overlap: of two of the mean volume at rest [m].
     """
 
     def __init__(self, spec, materials: Materials, rng):
         self._spec, self._materials = spec, materials
-        self.alike = not mixed(spec)
+        self.equal = not mixed(spec)
         self.radius = self.smallest = self.largest = materials.radius
         self.distance = materials.distance
         self.overlap = 2 * self.radius - self.distance
-        if self.alike:
+        if self.equal:
             return
         radii = drawn(spec, materials, 10_000, rng).radii
         self.radius = float(np.mean(radii**3) ** (1 / 3))
@@ -259,34 +248,34 @@ class Crowd:
         self.smallest = radii.min() if spec.sizes is None else spec.sizes.least
 
     def draw(self, count: int, rng) -> Grains:
-        """The next `count` of them; those alike take no random numbers."""
-        if not self.alike:
+        """The next `count` grains; equal ones need no random numbers."""
+        if not self.equal:
             return drawn(self._spec, self._materials, count, rng)
         radii, numbers = np.full(count, self.radius), np.zeros(count, np.int32)
-        return Alike(radii, numbers, self.distance)
+        return EqualGrains(radii, numbers, self.distance)
 
     def least(self, grains: Grains) -> np.ndarray:
-        """Between the centre of each and that of whatever touches it [m], at least; (N,)."""
+        """Smallest distance [m], (N,), of the centre of each from that of a grain in contact."""
         return self._beside(grains, self.smallest).min(axis=0)
 
     def most(self, grains: Grains, largest: float) -> np.ndarray:
-        """The same at most, of those up to a radius [m]."""
+        """Largest distance [m], (N,), of the same, for grains up to a radius [m]."""
         return self._beside(grains, largest).max(axis=0)
 
     def _beside(self, grains, radius):
-        if self.alike:
+        if self.equal:
             return np.full((1, len(grains)), self.distance)
         kinds = np.arange(len(self._materials.all))[:, None]
         return grains.touch.distance((grains.radii, grains.numbers), (radius, kinds))
 
 
 def mixed(spec) -> bool:
-    """True where a block asks for grains that are not all alike."""
+    """True for a block of unequal grains."""
     return any(getattr(spec, name, None) is not None for name in ("sizes", "shares"))
 
 
 def drawn(spec, materials: Materials, count: int, rng) -> Grains:
-    """`count` Grains as a block asks, sizes first, then materials."""
+    """`count` random Grains of a block, sizes first, then materials."""
     shares = spec.shares or {"default": 1.0}
     names = [materials.numbers([name], 1, "sample.shares")[0] for name in shares]
     radii = None if spec.sizes is None else spec.sizes.draw(rng, count)

@@ -1,9 +1,9 @@
-"""Grains from a NetCDF file, also from another run's result while that is in parts.
+"""Grains from a NetCDF file, also from the result of an unfinished run in several files.
 
 Variables position, velocity, spin of shape (grain, 3), or x, y, z, vx, ... of shape (grain,), in
-the group `snapshots` if there is one, else at the root; with one more dimension in front
-(snapshots) one entry is taken; perhaps radius and material (grain,). The attribute `units` is
-honoured, without it SI. A result has its contacts and the room around the grains beside them.
+the group `snapshots` if there is one, otherwise at the root; with one more dimension in front
+(snapshots) one entry is read; optionally radius and material (grain,). Units are those of the
+attribute `units`, otherwise SI. A result also has contacts and the box around the grains.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.names import AXES
 from dusttaichi.results.reading import open_tree
 from dusttaichi.samples.csv_file import COMPONENTS, unit_factor
-from dusttaichi.samples.limits import check_grains
+from dusttaichi.samples.sample import check_grains
 
 _BOTH = {"twist": "twist", "approach": "approach"}
 PAIRS = {  # our name: the result file's
@@ -34,29 +34,29 @@ _NUMBERS = ("i", "j", "grain", "wall")
 def read(path: Path, where: str, snapshot="last") -> dict:
     """Arrays of a snapshot in SI, in the order of the file.
 
-    position, velocity, spin (N, 3), radius and material (N,) as far as it has them. Of a result
-    also contacts and wall_contacts, name -> rows; period (3,), edges of its cell [m], inf along
-    axes that are not periodic, and tilt [m], how much further along x the image above stands; room
-    (6,), coordinates of walls and faces [m], NaN where there is none; time [s]; stiffness_scaling
-    of its contacts. where: how errors name the file. snapshot: number from 0, or "last".
-    Raises DustError for a file that cannot be used.
+    position, velocity, spin (N, 3), radius and material (N,) if present. For a result also contacts
+    and wall_contacts, name -> rows; period (3,), edges of its cell [m], inf along axes that are not
+    periodic, and tilt [m], shift of the image above along x; room (6,), coordinates of walls and
+    faces [m], NaN where there is none; time [s]; stiffness_scaling of its contacts. where: name of
+    the file in errors. snapshot: number from 0, or "last". Raises DustError for a file that cannot
+    be used.
     """
     try:
         tree = open_tree(path)
     except DustError as error:
         raise DustError(f"{where}: {error}") from None
     except (OSError, RuntimeError, ValueError, KeyError, TypeError) as error:
-        raise DustError(
-            f"{where}: it cannot be read as NetCDF ({error}); allowed: a whole file."
-        ) from None
+        raise _unreadable(where, error) from None
     try:
         return _Snapshot(tree, where, snapshot).read()
     except (OSError, RuntimeError) as error:
-        raise DustError(
-            f"{where}: it cannot be read as NetCDF ({error}); allowed: a whole file."
-        ) from None
+        raise _unreadable(where, error) from None
     finally:
         tree.close()
+
+
+def _unreadable(where, error) -> DustError:
+    return DustError(f"{where}: it cannot be read as NetCDF ({error}); allowed: a whole file.")
 
 
 class _Snapshot:
@@ -67,7 +67,7 @@ class _Snapshot:
         self.groups = set(tree.children)
         node = tree["snapshots"] if "snapshots" in self.groups else tree
         self.frame = dict(node.to_dataset(inherit=False).variables)
-        self.asked, self.number = snapshot, -1 if snapshot == "last" else snapshot
+        self.requested, self.number = snapshot, -1 if snapshot == "last" else snapshot
 
     def read(self) -> dict:
         state = {}
@@ -84,7 +84,7 @@ class _Snapshot:
             state["radius"] = self._entry("radius", 1, "radius")
         if "material" in self.frame:
             state["material"] = self._materials()
-        state |= self._surroundings()
+        state |= self._environment()
         for group, count, names in (
             ("contacts", "contact_count", PAIRS),
             ("wall_contacts", "wall_contact_count", WALL_CONTACTS),
@@ -115,7 +115,7 @@ class _Snapshot:
         return np.column_stack(columns)
 
     def _entry(self, name: str, rank: int, quantity: str) -> np.ndarray:
-        """The snapshot of a variable with so many axes of its own; what has none, whole."""
+        """Values of a variable with `rank` axes in the snapshot, or without snapshots."""
         variable, where = self.frame[name], self.where
         shape = "(grain, 3)" if rank == 2 else "(grain,)"
         if variable.ndim not in (rank, rank + 1):
@@ -132,12 +132,12 @@ class _Snapshot:
         return values * unit_factor(unit, quantity, f"{where}, units of {name}")
 
     def _place(self, count: int) -> int:
-        """Number of the snapshot among so many."""
+        """Index of the snapshot among `count`."""
         if count == 0:
             raise DustError(f"{self.where}: it has no snapshot yet; allowed: one or more.")
         if self.number >= count:
             raise DustError(
-                f"sample.snapshot = {self.asked}: {self.where} has {count} snapshots; allowed: "
+                f"sample.snapshot = {self.requested}: {self.where} has {count} snapshots; allowed: "
                 f"0 to {count - 1}, or last."
             )
         return self.number % count
@@ -146,7 +146,7 @@ class _Snapshot:
         try:
             return np.asarray(values, dtype=np.float64)
         except (TypeError, ValueError):
-            raise DustError(f"{self.where}: {name} holds texts; allowed: numbers.") from None
+            raise DustError(f"{self.where}: {name} contains texts; allowed: numbers.") from None
 
     def _materials(self) -> list:
         variable = self.frame["material"]
@@ -157,8 +157,8 @@ class _Snapshot:
         check_grains(len(variable), self.where)
         return variable.values.tolist()
 
-    def _surroundings(self) -> dict:
-        """Period, room and time, where the file tells them."""
+    def _environment(self) -> dict:
+        """Period, positions of walls and faces, and time, if the file has them."""
         period, found = np.full(3, np.inf), {}
         box = self.frame.get("box")
         if box is not None and box.shape[1:] == (6,):
@@ -181,27 +181,27 @@ class _Snapshot:
         return float(self._plain(own[self._place(len(own))].values, "stiffness_scaling"))
 
     def _tilt(self) -> float:
-        """How much further along x the image above the cell stands, 0 of one that is upright."""
+        """Shift of the image above the cell along x, 0 without shear."""
         tilt = self.frame.get("tilt")
-        leans = np.zeros(0) if tilt is None else self._plain(tilt.values, "tilt").reshape(-1)
-        return float(leans[self._place(len(leans))]) if len(leans) else 0.0
+        shifts = np.zeros(0) if tilt is None else self._plain(tilt.values, "tilt").reshape(-1)
+        return float(shifts[self._place(len(shifts))]) if len(shifts) else 0.0
 
     def _rows(self, group: str, count: str, names: dict) -> dict[str, np.ndarray]:
-        """The rows of a group that belong to the snapshot, by our names."""
+        """Rows of a group in the snapshot, by our names."""
         where, what = self.where, group.replace("_", " ")
-        held = self.tree[group].to_dataset(inherit=False).variables
-        missing = [name for name in names.values() if name not in held]
+        stored = self.tree[group].to_dataset(inherit=False).variables
+        missing = [name for name in names.values() if name not in stored]
         if missing:
             raise DustError(f"{where}: its {what} lack {', '.join(missing)}; allowed: all of them.")
         start, stop = self._span(self.frame[count], count)
-        there = len(held[next(iter(names.values()))])
+        there = len(stored[next(iter(names.values()))])
         if there < stop:
-            raise DustError(f"{where}: it holds {there} {what}; allowed: {stop}, as it counts.")
+            raise DustError(f"{where}: it has {there} {what}; allowed: {stop}, its own count.")
         rows = {}
-        registered = [name for name, v in held.items() if "contact_history" in v.attrs]
+        registered = [name for name, v in stored.items() if "contact_history" in v.attrs]
         for ours, theirs in (names | {name: name for name in registered}).items():
-            rows[ours] = self._plain(held[theirs][start:stop].values, theirs)
-            vector = ours in _VECTORS or (ours in registered and held[theirs].ndim == 2)
+            rows[ours] = self._plain(stored[theirs][start:stop].values, theirs)
+            vector = ours in _VECTORS or (ours in registered and stored[theirs].ndim == 2)
             shape = (stop - start, 3) if vector else (stop - start,)
             if rows[ours].shape != shape:
                 raise DustError(
@@ -219,7 +219,7 @@ class _Snapshot:
         check_grains(variable.size, where)
         counts = variable.values
         if not np.issubdtype(counts.dtype, np.number) or counts.ndim != 1:
-            raise DustError(f"{where}: {name} holds no numbers of contacts; allowed: these.")
+            raise DustError(f"{where}: {name} contains no numbers of contacts; allowed: these.")
         counts = np.where(np.isfinite(counts), counts, -1).astype(np.int64)
         if (counts < 0).any():
             snapshot = int(np.argmax(counts < 0))

@@ -1,10 +1,9 @@
 """Two grains, in contact or flying at each other.
 
-Grain 1 is on the side of +x and flies along -x, grain 0 along +x, each with half of the speed, or,
-where their masses differ, with the part that leaves the centre of mass at rest: it is the origin.
-The line of centres is in the plane of x and y; the impact parameter b is along y, b = d sin(angle)
-with the distance d of the centres at the start and the angle between the line of centres and the x
-axis.
+Grain 1 is on the side of +x and flies along -x, grain 0 along +x. The centre of mass is at rest at
+the origin, so each has half of the speed if their masses are equal. The line of centres is in the
+plane of x and y; the impact parameter b is along y, b = d sin(angle) with the initial distance d of
+the centres and the angle between the line of centres and the x axis.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ import math
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples.explicit import check_apart
@@ -21,7 +20,7 @@ from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
 from dusttaichi.samples.values import ImpactParameter, MaterialName, Radius, Spin, unknown_materials
-from dusttaichi.scene.fields import problems
+from dusttaichi.scene.fields import Faults
 from dusttaichi.scene.quantities import Quantity
 
 
@@ -33,20 +32,20 @@ class PairSample(SampleBlock):
     kind: Literal["pair"]
     distance: Annotated[float, Quantity("length", gt=0, example="1.3 um")] | None = Field(
         None,
-        description="between the centres at the start; without it and gap: equilibrium contact",
+        description="initial distance of the centres; without it and gap: equilibrium contact",
     )
     gap: Annotated[float, Quantity("length", example="10 nm")] | None = Field(
-        None, description="between the surfaces at the start, below 0 for an overlap"
+        None, description="initial distance of the surfaces, below 0 for an overlap"
     )
     speed: Annotated[float, Quantity("speed", ge=0)] = Field(
-        "0 m/s", description="relative speed at the start; the centre of mass rests"
+        "0 m/s", description="relative speed at the start; the centre of mass is at rest"
     )
     impact_parameter: ImpactParameter = Field(
         0.0, description="along y: a length, or a fraction of the sum of the radii"
     )
     angle: Annotated[float, Quantity("angle", ge=0, le=math.pi / 2)] | None = Field(
         None,
-        description="between the line of centres and the flight at the start, in place of "
+        description="initial angle between the line of centres and the flight, in place of "
         "impact_parameter; 0 is head-on",
     )
     spins: tuple[Spin, ...] | None = Field(
@@ -59,28 +58,23 @@ class PairSample(SampleBlock):
         None, description="materials of the two, names from the scene's materials, or default"
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> PairSample:
-        found = []
+    def faults(self) -> Faults:
         if self.distance is not None and self.gap is not None:
-            found.append(("gap", "it is not allowed together with distance; keep one of them"))
+            yield "gap", "it is not allowed together with distance; keep one of them"
         if self.angle is not None and self.impact_parameter.value != 0:
-            found.append(("angle", "it is not allowed together with impact_parameter"))
+            yield "angle", "it is not allowed together with impact_parameter"
         for name in ("spins", "radii", "materials"):
             values = getattr(self, name)
             if values is not None and len(values) != 2:
-                found.append((name, f"2 are needed, one a grain, and not {len(values)}"))
-        if found:
-            raise problems(found)
-        return self
+                yield name, f"2 are needed, one for each grain, and not {len(values)}"
 
-    def conflicts(self, scene) -> list[tuple[str, str]]:
+    def conflicts(self, scene) -> Faults:
         return unknown_materials(self.materials, scene)
 
 
 @register(PairSample)
 def make(spec: PairSample, materials: Materials) -> Sample:
-    """The two grains that spec asks for.
+    """The two grains of spec.
 
     Raises DustError for grains that overlap too much, or an impact parameter beyond the distance.
     """

@@ -1,15 +1,14 @@
 """Particle-cluster aggregation (PCA, BPCA; PD08 section 3.1.1): grain after grain from all sides.
 
-The aggregate is turned at random before each shot, a grain flies at it along a straight line at
-a random impact parameter, and stays where it first touches; misses are shot again. To turn the
-aggregate evenly over all orientations is to choose the direction of the flight evenly over the
-sphere, so the aggregate stays and the shots come from all sides. The impact parameter is even
-over a disc that covers the aggregate. Which disc does not matter: a larger one only adds misses.
+Before each shot the aggregate is rotated at random, a grain flies at it along a straight line at a
+random impact parameter, and sticks where it first touches; misses are shot again. A random
+orientation of the aggregate is equivalent to a random direction of flight, so the aggregate does
+not move and the shots come from all sides. The impact parameter is uniform over a disc that covers
+the aggregate; a larger disc only adds misses.
 
-A box or cylinder is cut about the first grain, out of an aggregate that has stopped growing in
-there: its last fifth added less than a thousandth to the cut. Every grain sticks to just one
-earlier grain, so the cut leaves pieces that hang together with nothing else in it; they are kept
-and counted.
+A box or cylinder is cut about the first grain, out of an aggregate that no longer grows there: its
+last fifth added less than a thousandth to the cut. Every grain sticks to just one earlier grain, so
+a cut has several connected fragments, which remain in the sample and are counted.
 """
 
 from __future__ import annotations
@@ -29,25 +28,18 @@ from dusttaichi.samples.ballistic import (
     random_directions,
     random_in_disc,
 )
-from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.mixture import (
-    Crowd,
-    MixtureBlock,
-    drawn,
-    mixed,
-    sized,
-)
+from dusttaichi.samples.mixture import Crowd, MixtureBlock, drawn, mixed, sized
 from dusttaichi.samples.registry import register
-from dusttaichi.samples.sample import Sample, extent
+from dusttaichi.samples.sample import Sample, check_grains, extent
 from dusttaichi.samples.values import CutGrains, CutSize, shape_of
-from dusttaichi.scene.fields import Count, Number, problems
+from dusttaichi.scene.fields import Count, Faults, Number
 
-BULK = 0.15  # filling factor of the bulk; only to guess how large an aggregate to cut from
+BULK = 0.15  # filling factor of the bulk; only to estimate the size of the aggregate to cut from
 MOST_GRAINS = 2e6  # of the aggregate: minutes
+SLOWER = 50  # ratio of run times of unequal and equal grains
 LAST = 0.2  # part of the aggregate that came last,
-SLOWER = 50  # times as long, where grains are not all alike
-FEW = 1e-3  # and grains of it that may have come to rest in a cut, as a part of the cut's
+FEW = 1e-3  # and the largest number of its grains in a settled cut, relative to all grains of it
 
 
 class PcaSample(MixtureBlock):
@@ -56,8 +48,8 @@ class PcaSample(MixtureBlock):
     kind: Literal["pca"]
     shape: Literal["aggregate", "box", "cylinder"] = Field(
         "aggregate",
-        description="the aggregate as it grew, or the shape that is cut from a larger one; "
-        "with size that of size",
+        description="the whole aggregate, or the shape that is cut from a larger one; by default "
+        "that of size",
     )
     grains: CutGrains = None
     size: CutSize = None
@@ -66,13 +58,12 @@ class PcaSample(MixtureBlock):
     )
     cluster: Count = Field(
         1,
-        description="grains of what is shot at the aggregate: 1, or a small cluster (BCCA) of so "
-        "many",
+        description="number of grains of each projectile: 1, or those of a small cluster (BCCA)",
     )
     impact_parameter: Annotated[float, Number(ge=0, lt=1)] | None = Field(
         None,
-        description="of every shot, over the sum of the outer radii; by default any, even over the "
-        "disc",
+        description="impact parameter of every shot over the sum of the outer radii; by default "
+        "uniform over the disc",
     )
 
     @model_validator(mode="before")
@@ -82,16 +73,12 @@ class PcaSample(MixtureBlock):
             return {"shape": shape_of(data["size"]), **data}
         return data
 
-    @model_validator(mode="after")
-    def _check(self) -> PcaSample:
-        found = cut.problems(self)
+    def faults(self) -> Faults:
+        yield from cut.faults(self)
         if self.shape == "aggregate" and self.size is None and self.aspect != 1.0:
-            found.append(("aspect", "it is allowed only with shape box or cylinder"))
+            yield "aspect", "it is allowed only with shape box or cylinder"
         if self.cluster > 1 and self.shape != "aggregate":
-            found.append(("cluster", "it is allowed only with shape aggregate"))
-        if found:
-            raise problems(found)
-        return self
+            yield "cluster", "it is allowed only with shape aggregate"
 
 
 class Aggregate:
@@ -99,9 +86,8 @@ class Aggregate:
 
     positions: (N, 3) [m], the first at the origin, in the order of the hits.
 
-    Shots are worked off in batches: the aggregate as it stands for all of them at once, then in
-    their order those that a grain of the same batch stops earlier. The result is that of one
-    shot at a time.
+    Shots are processed in batches: first hits on the aggregate for all of them at once, then, in
+    their order, earlier hits on grains of the same batch. The result is that of one shot at a time.
     """
 
     def __init__(self, distance: float):
@@ -113,8 +99,8 @@ class Aggregate:
         """Let a batch of grains fly at the aggregate."""
         distance = self.distance
         shots = int(np.clip(len(self.positions) // 20, 16, 2000))
-        # The disc leaves some room for the aggregate to grow; once that is used up, the shots
-        # that are left are dropped, which, being independent of what came before, they may be.
+        # The disc has a margin for the growth of the aggregate; once that is used up, the remaining
+        # shots are discarded, which is allowed because they are independent of earlier ones.
         cover = 1.05 * self.reach + 2 * distance
         directions = random_directions(rng, shots)
         off = random_in_disc(rng, shots) * cover
@@ -140,12 +126,12 @@ class Aggregate:
 
 @register(PcaSample)
 def make(spec: PcaSample, materials: Materials) -> Sample:
-    """The sample that spec asks for: grains at rest.
+    """The sample of spec: grains at rest.
 
-    An aggregate has its centre of mass at the origin. A cut stands on z = 0 with its axis at
-    x = y = 0: with `size` all grains that lie wholly inside, with `grains` the smallest of the
-    cuts of the same proportions that holds that many.
-    Raises DustError if the size leaves no room for a grain, or the aggregate would be too large.
+    An aggregate has its centre of mass at the origin. A cut has its bottom at z = 0 and its axis at
+    x = y = 0: with `size` it has all grains that are wholly inside, with `grains` it is the
+    smallest of the same proportions with that number.
+    Raises DustError if the size is too small for a grain, or the aggregate would be too large.
     """
     radius, equilibrium_distance = materials.radius, materials.distance
     rng = np.random.Generator(np.random.PCG64(spec.seed))
@@ -161,7 +147,8 @@ def make(spec: PcaSample, materials: Materials) -> Sample:
     else:
         positions = _cut(spec, radius, aggregate, rng)
     sample = Sample.at_rest(positions)
-    count, piece = cut.pieces(positions, Crowd(spec, materials, rng).draw(len(positions), rng))
+    grains = Crowd(spec, materials, rng).draw(len(positions), rng)
+    count, fragment = cut.fragments(positions, grains)
     sample.info.update(
         kind="pca",
         shape=spec.shape,
@@ -170,7 +157,7 @@ def make(spec: PcaSample, materials: Materials) -> Sample:
         equilibrium_distance=float(equilibrium_distance),
         aggregated=len(aggregate.positions),
         pieces=int(count),
-        largest_piece=int(np.bincount(piece).max()),
+        largest_piece=int(np.bincount(fragment).max()),
     )
     sample.info.update(
         zip(("width", "depth", "height"), extent(sample, radius).tolist(), strict=True)
@@ -179,8 +166,7 @@ def make(spec: PcaSample, materials: Materials) -> Sample:
 
 
 def _one_by_one(spec, materials: Materials, rng) -> Sample:
-    """The same of grains that are not all alike, of clusters, at an impact parameter: shot after
-    shot."""
+    """The sample of unequal grains, of clusters, or at an impact parameter: shot after shot."""
     info = {"kind": "pca", "shape": spec.shape, "seed": int(spec.seed)}
     if spec.shape == "aggregate":
         _check_grains(spec.grains * SLOWER)
@@ -197,12 +183,12 @@ def _one_by_one(spec, materials: Materials, rng) -> Sample:
             grown.add(np.zeros((1, 3)), drawn(spec, materials, 1, rng), rng)
         scale = cut.scale(grown.positions, spec.shape, edges, grown.grains.radii, centred=True)
         needed = _settled(spec, edges, scale, grown.reach)
-    kept = np.flatnonzero(scale <= needed)
-    if len(kept) == 0:
+    inside = np.flatnonzero(scale <= needed)
+    if len(inside) == 0:
         raise cut.nothing_inside(edges, radius, spec.seed)
-    x = grown.positions[kept] + [0.0, 0.0, needed * edges[2] / 2]
-    info |= {"grains": len(kept), "aggregated": len(scale)}
-    return sized(x, grown.grains.taken(kept), materials, info)
+    x = grown.positions[inside] + [0.0, 0.0, needed * edges[2] / 2]
+    info |= {"grains": len(inside), "aggregated": len(scale)}
+    return sized(x, grown.grains.taken(inside), materials, info)
 
 
 def _cut(spec, radius, aggregate: Aggregate, rng) -> np.ndarray:
@@ -217,9 +203,9 @@ def _cut(spec, radius, aggregate: Aggregate, rng) -> np.ndarray:
 
 
 def _settled(spec, edges, scale, reach) -> float | None:
-    """By how much the cut is to be scaled, once no more grains come to rest in it; None before.
+    """Factor on the edges of the cut, once no more grains come to rest in it; None before.
 
-    scale: of the cut that each grain needs; reach: of the aggregate [m].
+    scale: smallest factor for each grain; reach: of the aggregate [m].
     """
     if spec.grains is None:
         needed = 1.0
@@ -228,7 +214,7 @@ def _settled(spec, edges, scale, reach) -> float | None:
     else:
         return None
     last = scale[int((1 - LAST) * len(scale)) :]
-    # Corners of the cut that the aggregate has not reached yet would stay empty too.
+    # corners of the cut beyond the reach of the aggregate would be empty
     corner = needed * np.linalg.norm(edges * _corner(spec.shape)) / 2
     latecomers = np.count_nonzero(last <= needed)
     done = reach > corner and latecomers <= FEW * np.count_nonzero(scale <= needed)
@@ -241,7 +227,7 @@ def _corner(shape: str) -> np.ndarray:
 
 
 def _guessed_grains(spec, radius, edges) -> float:
-    """Grains of a ball at bulk density about the cut, some 10 r of growing surface around it."""
+    """Grains of a sphere at bulk density about the cut, with 10 r of growing surface around it."""
     grain = 4 / 3 * math.pi * radius**3
     if spec.grains is not None:
         area = math.pi / 4 if spec.shape == "cylinder" else 1.0
@@ -255,6 +241,6 @@ def _check_grains(grains: float) -> None:
     if grains > MOST_GRAINS:
         raise DustError(
             f"sample: the aggregate would have some {grains:.1e} grains; allowed: "
-            f"{MOST_GRAINS:.0e}. Take fewer grains, a smaller size, or an aspect nearer to 1."
+            f"{MOST_GRAINS:.0e}. Use fewer grains, a smaller size, or an aspect closer to 1."
         )
     check_grains(grains, "sample")

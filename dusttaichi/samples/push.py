@@ -1,4 +1,4 @@
-"""Which grains a scene pushes, and what a push changes before the first step."""
+"""Pushed grains of a scene, and the changes by pushes before the first step."""
 
 from dataclasses import replace
 
@@ -13,13 +13,12 @@ from dusttaichi.samples.sample import Sample
 
 
 def pushed(scene, sample: Sample) -> Sample:
-    """The sample with its grains displaced, moving or carried as `push` of the scene says.
+    """The sample with displacements and velocities of the pushes of the scene.
 
-    info["push"] has for every push what it is (`kind`), the numbers of its `grains`, its `face`,
-    and of a displacement its `size` [m].
-    Contacts are found afterwards: displacements strain them along the normal, nothing else.
-    A sample that has been through this is returned as it is. Raises DustError for a grain that is
-    not there, or is carried and pushed otherwise too.
+    info["push"] has for every push its `kind`, the numbers of its `grains`, its `face`, and the
+    `size` of a displacement [m]. Contacts are found afterwards: displacements strain them along the
+    normal only. A sample with info["push"] is returned unchanged. Raises DustError for a grain that
+    does not exist, or is both carried and pushed.
     """
     if not scene.push or "push" in sample.info:
         return sample
@@ -75,8 +74,8 @@ def _check_carried(pushes, groups) -> None:
             both = np.intersect1d(group, others)
             if len(both):
                 raise DustError(
-                    f"push[{n}].speed: grain {both[0]} is carried, and pushed by push[{m}] too; "
-                    "give each grain one of them"
+                    f"push[{n}].speed: grain {both[0]} is carried, and also pushed by push[{m}]; "
+                    "use one of them for each grain"
                 )
 
 

@@ -3,9 +3,9 @@
 Grains start at random points and push each other apart: the energy, a spring for every overlap,
 is minimised until no two centres are closer than the equilibrium distance of a contact. Below
 random close packing (0.64) such minima without overlap exist and are found. Pairs up to 2 r apart
-are in contact all the same, somewhat stretched, and pull together when a run starts: some four a
-grain at 0.61, three at 0.6, one at 0.55. No gravity, no friction, no sticking: this is not a model
-of how a packing comes about.
+are nevertheless in contact, slightly stretched, and attract each other when a run starts: about
+four per grain at 0.61, three at 0.6, one at 0.55. Without gravity, friction and adhesion, this is
+not a model of the formation of a packing.
 """
 
 from __future__ import annotations
@@ -15,28 +15,22 @@ from typing import Annotated, Literal
 
 import numpy as np
 import scipy
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import cut
-from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.mixture import (
-    Crowd,
-    Grains,
-    MixtureBlock,
-    sized,
-)
+from dusttaichi.samples.mixture import Crowd, Grains, MixtureBlock, sized
 from dusttaichi.samples.registry import register
-from dusttaichi.samples.sample import Sample
+from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.values import BoxSize, exactly_one
-from dusttaichi.scene.fields import Count, Number, problems
+from dusttaichi.scene.fields import Count, Faults, Number
 
 MOST_GRAINS = 2e5  # minutes
 ATTEMPTS = 5  # from other points: tens of grains may jam earlier
 MOST_ROUNDS = 40
-ROUND = 200  # evaluations between two checks of what is left of the overlaps
-MARGIN = 0.02  # overlaps delta0: springs reach so much farther, so that they leave none in the end
+ROUND = 200  # evaluations between two checks of the remaining overlaps
+MARGIN = 0.02  # overlaps delta0: additional reach of the springs, so that no overlap remains
 
 
 class RandomPackingSample(MixtureBlock):
@@ -53,28 +47,24 @@ class RandomPackingSample(MixtureBlock):
         0.6, description="grain volume over the volume of the cell"
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> RandomPackingSample:
-        found = exactly_one(self, ("grains", "size"), "grains: 1000")
-        if found:
-            raise problems(found)
-        return self
+    def faults(self) -> Faults:
+        return exactly_one(self, ("grains", "size"), "grains: 1000")
 
 
 @register(RandomPackingSample)
 def make(spec: RandomPackingSample, materials: Materials) -> Sample:
-    """The packing that spec asks for: grains at rest in a periodic cell with a corner at 0.
+    """The packing of spec: grains at rest in a periodic cell with a corner at 0.
 
     No two centres are closer than their equilibrium distance, images included.
     info: period, the edges of the cell [m]; closest, the smallest distance of two centres [m].
-    The filling factor is met to one grain. Raises DustError for a size without room, too many
-    grains, or a packing that is not found.
+    The filling factor is exact to one grain. Raises DustError for a size that is too small, too
+    many grains, or a packing that is not found.
     """
     rng = np.random.Generator(np.random.PCG64(spec.seed))
     crowd = Crowd(spec, materials, rng)
     if spec.size is not None:
         period = np.array(spec.size)
-        cut.check_room(period, crowd.radius)
+        cut.check_size(period, crowd.radius)
         count = spec.filling_factor * float(period.prod()) / (4 / 3 * math.pi * crowd.radius**3)
     else:
         count = spec.grains
@@ -83,9 +73,9 @@ def make(spec: RandomPackingSample, materials: Materials) -> Sample:
             f"sample: the packing would have {count:.1e} grains; allowed: {MOST_GRAINS:.0e}."
         )
     check_grains(count, "sample")
-    if crowd.alike or spec.size is None:
+    if crowd.equal or spec.size is None:
         grains = crowd.draw(max(1, int(count + 1e-9)), rng)
-    else:  # as many as fill it
+    else:  # as many as fill the cell
         grains = crowd.draw(max(1, int(2 * count)), rng)
         filled = np.cumsum(4 / 3 * np.pi * grains.radii**3)
         grains = grains.taken(filled <= spec.filling_factor * period.prod())
@@ -113,14 +103,14 @@ def make(spec: RandomPackingSample, materials: Materials) -> Sample:
 
 
 def _pushed_apart(points, period, grains: Grains, crowd: Crowd) -> np.ndarray | None:
-    """Points (N, 3) moved until all stand at their equilibrium distances or farther, images too.
+    """Points (N, 3) moved until all are at their equilibrium distances or farther, images included.
 
-    None if that does not come about.
+    None if none are found.
     """
     margin = MARGIN * crowd.overlap
     unit = crowd.distance + margin  # lengths of order one, for the minimiser
     x, box = points / unit, period / unit
-    reach = 1.0 if crowd.alike else 2.0 * float(grains.radii.max()) / unit
+    reach = 1.0 if crowd.equal else 2.0 * float(grains.radii.max()) / unit
 
     def energy(flat):
         """Sum of (1 - |x_i - x_j|/d_ij)^2 / 2 over pairs closer than d_ij, and its gradient."""
@@ -153,7 +143,7 @@ def _pushed_apart(points, period, grains: Grains, crowd: Crowd) -> np.ndarray | 
 
 
 def _apart(x, box, grains, unit) -> bool:
-    """Whether no two of the points stand closer than their equilibrium distance [m]."""
+    """True where no two of the points are closer than their equilibrium distance [m]."""
     x = np.mod(x, box)
     reach = 2.0 * float(grains.radii.max()) / unit
     i, j = _tree(x, box).query_pairs(reach, output_type="ndarray").T
@@ -163,7 +153,7 @@ def _apart(x, box, grains, unit) -> bool:
 
 
 def _tree(x, box) -> scipy.spatial.cKDTree:
-    # A coordinate that rounding put on the far face belongs on the near one.
+    # a coordinate that is rounded to the far face belongs on the near one
     return scipy.spatial.cKDTree(np.where(x >= box, 0.0, x), boxsize=box)
 
 

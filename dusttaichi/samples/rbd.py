@@ -1,18 +1,16 @@
 """Random ballistic deposition (S12 section 3.1): a cake grown grain by grain, and a cut from it.
 
-Grains fall vertically, one after another, at random x, y, and stay where they first touch a
-grain or the floor. The deposit is laterally periodic and wider than the cut, so it has no side
-anywhere near which it would grow differently, and the cut's faces are what a cut through a bulk
-cake leaves. It stands on the deposition floor (z = 0), whose denser first layers S12 sees in its
-profiles (section 5.1). The fluffy top is cut off: the deposit grows until no later grain can
-come to rest below the cut's top.
+Grains fall vertically, one after another, at random x, y, and stick where they first touch a grain
+or the floor. The deposit is laterally periodic and wider than the cut, so its growth is not
+affected by side faces, and the cut is one through a bulk cake. Its bottom is the deposition floor
+(z = 0), whose denser first layers S12 sees in its profiles (section 5.1). The fluffy top is cut
+off: the deposit grows until no later grain can come to rest below the cut's top.
 
-Every grain sticks to just one other, so the cake is a forest of trees that stand on the floor,
-and the cut's side faces cut branches off: pieces that touch neither the floor nor what stands on
-it. They are kept and counted (`loose_grains`, `loose_fragments` in the sample's info): without
-them the filling factor would fall below the cake's, most so near the side walls; the compression
-collects them early. It is a surface effect: a third of 1e3 grains, 15-18 % of 1e4, 12-14 % of
-1e5, 10 % of 1e6.
+Every grain sticks to just one other, so the cake is a forest of trees on the floor, and the cut's
+side faces cut off branches: fragments without a connection to the floor. They remain in the sample
+and are counted (`loose_grains`, `loose_fragments` in its info): without them the filling factor
+would be below the cake's, especially near the side walls; a compression collects them early. It is
+a surface effect: a third of 1e3 grains, 15-18 % of 1e4, 12-14 % of 1e5, 10 % of 1e6.
 """
 
 from __future__ import annotations
@@ -22,25 +20,18 @@ from typing import Annotated, Literal
 
 import numpy as np
 import scipy
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import cut
-from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.mixture import (
-    Crowd,
-    Grains,
-    MixtureBlock,
-    mixed,
-    sized,
-)
+from dusttaichi.samples.mixture import Crowd, Grains, MixtureBlock, mixed, sized
 from dusttaichi.samples.registry import register
-from dusttaichi.samples.sample import ROUNDING, Sample, bulk_filling_factor, extent
+from dusttaichi.samples.sample import ROUNDING, Sample, bulk_filling_factor, check_grains, extent
 from dusttaichi.samples.values import TOO_NARROW, CutGrains, CutSize, edges_of
-from dusttaichi.scene.fields import Number, problems
+from dusttaichi.scene.fields import Faults, Number
 
-BULK = 0.15  # filling factor of the bulk, S12 section 3.1; only to guess how wide to deposit
+BULK = 0.15  # filling factor of the bulk, S12 section 3.1; only to estimate the width
 LEAST_PERIOD = 40.0  # grain radii: a narrower periodic deposit grows as a correlated column
 MOST_DROPS = 2e7  # a mistyped size must not fill the memory; 1e6 grains take 1.5e6 drops, 8 s
 CELLS = 3  # cells per touching distance in the map of landing heights
@@ -57,21 +48,14 @@ class RbdSample(MixtureBlock):
         1.0, description="height over width, with grains"
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> RbdSample:
-        found = cut.problems(self)
-        if found:
-            raise problems(found)
-        return self
+    def faults(self) -> Faults:
+        return cut.faults(self)
 
-    def conflicts(self, scene) -> list[tuple[str, str]]:
-        wrong = super().conflicts(scene)
-        if wrong:
-            return wrong
-        alike = not mixed(self) and self.size is not None
-        if not alike or min(edges_of(self.size)) >= 2 * scene.material.radius:
-            return []
-        return [("size", TOO_NARROW)]
+    def conflicts(self, scene) -> Faults:
+        yield from super().conflicts(scene)
+        if not mixed(self) and self.size is not None:
+            if min(edges_of(self.size)) < 2 * scene.material.radius:
+                yield "size", TOO_NARROW
 
     def least_room(self, radius: float) -> tuple[tuple[float, float, float], int]:
         edges = (0.0, 0.0, 0.0) if self.size is None else edges_of(self.size)
@@ -86,13 +70,13 @@ class Deposit:
     order of the drops.
 
     A drop's height is max(its radius, max over earlier grains j closer than d_j laterally of
-    z_j + sqrt(d_j^2 - l_j^2)), d_j the distance at which both touch. Drops are worked off in
-    batches: first all that a batch owes to earlier batches, then its own members' mutual support
-    until nothing changes. Only maxima of the same sums are taken, so the result is, bit for bit,
-    that of one drop at a time.
+    z_j + sqrt(d_j^2 - l_j^2)), with d_j the distance at which both touch. Drops are processed in
+    batches: first the support by earlier batches, then the mutual support of its members, repeated
+    until nothing changes. Only maxima of the same sums are used, so the result is bitwise identical
+    to that of one drop at a time.
 
-    Earlier grains that no later drop can reach are left out of the search. A map of cells keeps
-    a lower bound of the height at which a drop comes to rest anywhere in the cell.
+    Earlier grains that no later drop can reach are left out of the search. A map of cells has a
+    lower bound of the height at which a drop comes to rest anywhere in the cell.
     """
 
     def __init__(self, period, crowd: Crowd):
@@ -113,8 +97,8 @@ class Deposit:
 
     @property
     def widest(self) -> float:
-        """Distance of two that touch, at most [m]."""
-        return self.crowd.distance if self.crowd.alike else 2.0 * self.largest
+        """Largest distance of two grains in contact [m]."""
+        return self.crowd.distance if self.crowd.equal else 2.0 * self.largest
 
     @property
     def complete_below(self) -> float:
@@ -124,7 +108,7 @@ class Deposit:
     def drop(self, xy: np.ndarray, grains: Grains) -> None:
         """Let grains fall at xy (n, 2) [m], in this order."""
         start = len(self.positions)
-        if grains.radii.max(initial=0.0) > self.largest:  # it may reach what others do not
+        if grains.radii.max(initial=0.0) > self.largest:  # it may reach covered grains
             self.largest = float(grains.radii.max())
             if (self.period < 2 * self.widest).any():
                 raise DustError(
@@ -159,7 +143,7 @@ class Deposit:
         self._forget_covered()
 
     def _support(self, upper, lower):
-        """Of pairs of grains, those that can touch, and how far the upper is then above."""
+        """Pairs of grains that can touch, and the height of the upper above the lower one then."""
         apart = self.positions[upper, :2] - self.positions[lower, :2]
         apart -= self.period * np.round(apart / self.period)
         touch = self.grains.distance(upper, lower)
@@ -177,7 +161,7 @@ class Deposit:
         np.maximum.at(self._landing.reshape(-1), near["j"], z[near["i"]] + rise)
 
     def _forget_covered(self) -> None:
-        """A grain is out of reach if all around it drops rest higher than on its very top."""
+        """Remove grains out of reach: all around them drops rest higher than on their tops."""
         window = 2 * np.ceil(self.widest / self._cell_edges).astype(int) + 1
         lowest = scipy.ndimage.minimum_filter(self._landing, size=tuple(window), mode="wrap")
         x, y, z = self.positions[self._reachable].T
@@ -190,15 +174,14 @@ class Deposit:
 
 @register(RbdSample)
 def make(spec: RbdSample, materials: Materials) -> Sample:
-    """The sample that spec asks for: grains at rest, standing on z = 0, axis x = y = 0.
+    """The sample of spec: grains at rest, bottom at z = 0, axis x = y = 0.
 
-    Each two grains touch at their equilibrium distance. With `grains`, cuts of the same
-    proportions are nested about the axis and the smallest that holds that many grains is taken, so
-    the number is exact. With `size`, all grains that lie wholly inside are. Pairs between the
-    equilibrium distance and the sum of their radii are rare (the width of that shell is delta0) and
-    count as not touching here.
-    Raises DustError if the size leaves no room for a grain, no grain is in it, or the deposit
-    would be too large for the memory.
+    Grains in contact are at their equilibrium distance. With `grains`, the cut is the smallest of
+    the same proportions about the axis with that number of grains, so the number is exact. With
+    `size`, it has all grains that are wholly inside. Pairs between the equilibrium distance and the
+    sum of their radii are rare (the width of that shell is delta0) and not in contact here.
+    Raises DustError if the size is too small for a grain, no grain is in it, or the deposit would
+    be too large for the memory.
     """
     width = None
     while True:
@@ -222,10 +205,10 @@ def make(spec: RbdSample, materials: Materials) -> Sample:
             break
         width = 1.5 * max(period, min(needed, 2 * period))
     scale = _scale(deposit, spec, edges)
-    kept = scale <= 1.0
+    inside = scale <= 1.0
     if spec.grains is not None:
-        kept = np.sort(np.argsort(scale, kind="stable")[: spec.grains])
-    positions, grains = _centred(deposit)[kept], deposit.grains.taken(kept)
+        inside = np.sort(np.argsort(scale, kind="stable")[: spec.grains])
+    positions, grains = _centred(deposit)[inside], deposit.grains.taken(inside)
     if len(positions) == 0:
         raise cut.nothing_inside(edges, crowd.radius, spec.seed)
     info = {"kind": "rbd", "shape": spec.shape, "seed": int(spec.seed), "grains": len(positions)}
@@ -235,23 +218,23 @@ def make(spec: RbdSample, materials: Materials) -> Sample:
 
 
 def _scale(deposit, spec, edges):
-    """By how much the cut must be scaled to hold each grain just wholly, (N,)."""
+    """Factors (N,) on the edges of the cut with which each grain is just inside."""
     return cut.scale(_centred(deposit), spec.shape, edges, deposit.grains.radii)
 
 
 def _check_drops(period, height, radius) -> None:
-    """The fluffy top above the cut is some 30 r of drops."""
+    """Raise DustError for too many drops; the fluffy top above the cut takes about 30 r."""
     drops = BULK * np.prod(period) * (height + 30 * radius) / (4 / 3 * math.pi * radius**3)
     if drops > MOST_DROPS:
         raise DustError(
             f"sample: the cake to cut from would have some {drops:.1e} grains; allowed: "
-            f"{MOST_DROPS:.0e}. Take fewer grains, a smaller size, or an aspect nearer to 1."
+            f"{MOST_DROPS:.0e}. Use fewer grains, a smaller size, or an aspect closer to 1."
         )
     check_grains(drops, "sample")
 
 
 def _drop_batch(deposit: Deposit, rng) -> None:
-    """Four grains per touching distance squared: several layers' worth, few rounds of support."""
+    """Drop four grains per squared touching distance: several layers, few rounds of support."""
     n = math.ceil(4 * float(np.prod(deposit.period)) / deposit.crowd.distance**2)
     grains = deposit.crowd.draw(n, rng)
     below = np.nextafter(deposit.period, 0)  # x = period would be outside [0, period)
@@ -263,16 +246,16 @@ def _centred(deposit: Deposit) -> np.ndarray:
 
 
 def _guessed_width(spec, radius) -> float:
-    """Width of the cut at bulk density: whole grains need 2 r more than their centres."""
+    """Width of the cut at bulk density; whole grains need 2 r more than their centres."""
     area = math.pi / 4 if spec.shape == "cylinder" else 1.0
     centres = spec.grains * 4 / 3 * math.pi / (BULK * area * spec.aspect)
     return radius * max(centres ** (1 / 3) + 2.0, 2.0 / spec.aspect)
 
 
 def _describe(sample: Sample, grains: Grains) -> dict:
-    # one number for all where they are alike
+    # one number for equal grains
     radii = float(grains.radii[0]) if sample.radii is None else grains.radii
-    pieces, piece = cut.pieces(sample.positions, grains)
+    pieces, piece = cut.fragments(sample.positions, grains)
     on_floor = sample.positions[:, 2] == radii
     stands = np.zeros(pieces, dtype=bool)
     stands[piece[on_floor]] = True

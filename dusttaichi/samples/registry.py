@@ -1,4 +1,4 @@
-"""The kinds of samples that a scene may ask for with `sample.kind`: those of this package, and own.
+"""Kinds of samples for `sample.kind`: built-in and registered ones.
 
 A kind is a YAML block and a function that makes the sample:
 
@@ -10,8 +10,8 @@ A kind is a YAML block and a function that makes the sample:
     def make(spec, materials):
         return Sample.at_rest(...)
 
-From there on the YAML may say `sample: {kind: cube, edge: 20 um}`, in this process. Each file of
-this package that makes a kind of sample registers it in this way.
+After that `sample: {kind: cube, edge: 20 um}` is valid YAML in this process. Each built-in kind
+registers itself in the same way.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from typing import Annotated, ClassVar
 from dusttaichi.samples.kinds import AnyOf, Kinds
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.sample import Sample, describe
-from dusttaichi.scene.fields import Block
+from dusttaichi.scene.fields import Block, Faults
 
 Make = Callable[["SampleBlock", Materials], Sample]
 
@@ -31,18 +31,18 @@ class SampleBlock(Block):
     """The YAML block of a kind of sample; its field `kind` is a Literal with the kind's name."""
 
     flies: ClassVar[bool] = False
-    """True where bodies fly at each other, so that kinetic energy decides what happens."""
+    """True for colliding bodies, where the outcome depends on the kinetic energy."""
     is_body: ClassVar[bool] = True
     """False where it cannot be the target or projectile of a collision."""
 
-    def conflicts(self, scene) -> list[tuple[str, str]]:
-        """Conflicts with the scene's other blocks, as (dotted path below this, text)."""
-        return []
+    def conflicts(self, scene) -> Faults:
+        """Conflicts with the scene's other blocks; the paths are relative to this block."""
+        return ()
 
     def least_room(self, radius: float) -> tuple[tuple[float, float, float], int]:
-        """Edges (x, y, z) [m] of what a box must hold at least, and its number of grains.
+        """Edges (x, y, z) [m] of the smallest box for the sample, and its number of grains.
 
-        radius [m]: of the scene's material. What is not known before the sample is made is 0.
+        radius [m]: of the scene's material. Numbers that are not known beforehand are 0.
         """
         return (0.0, 0.0, 0.0), getattr(self, "grains", None) or 0
 
@@ -56,9 +56,9 @@ reads_samples = GRAINS.reads
 def register(block: type[SampleBlock]) -> Callable[[Make], Make]:
     """Decorator: the function below makes the samples of this block, under its `kind`.
 
-    The function is called with the block, its quantities in SI, and the scene's Materials
-    (radius and equilibrium distance of its grains, and what else they may be made of); it returns
-    a Sample, or raises DustError. Otherwise as Kinds.register.
+    The function is called with the block, its quantities in SI, and the scene's Materials (radius
+    and equilibrium distance of its grains, further materials); it returns a Sample, or raises
+    DustError. See also Kinds.register.
     """
     return GRAINS.register(block)
 
@@ -68,11 +68,11 @@ AnyBody = Annotated[SampleBlock, AnyOf(GRAINS, bodies=True)]
 
 
 def made(spec: SampleBlock, materials: Materials) -> Sample:
-    """The sample of a block; its info says what it is and what it is like."""
+    """The sample of a block, with its kind and its measures as info."""
     sample = KINDS[spec.kind].make(spec, materials)
     sample.info.setdefault("kind", spec.kind)
     sample.info.setdefault("grains", len(sample))
-    # Grains that overlap at the start are in contact.
+    # grains that overlap at the start are in contact
     touch = 2 * materials.radius if sample.radii is None else None
     sample.info.update(describe(sample, materials.radii_of(sample), touch))
     return sample

@@ -1,15 +1,18 @@
-"""Samples: grains with positions, velocities and spins, and their measures."""
+"""Samples: grains with positions, velocities and spins, their measures, and largest numbers."""
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 
 import numpy as np
 import scipy
 
+from dusttaichi.errors import DustError
 from dusttaichi.geometry import grains_within, pairs_within, power
 
 ROUNDING = 1e-9  # of the touching distance: far above rounding, far below the overlap delta0
+BYTES = 1000  # least memory of a grain in sample and simulation
 
 
 @dataclass(frozen=True)
@@ -17,19 +20,19 @@ class Sample:
     """Grains before the first step; everything in SI.
 
     positions, velocities, spins: float64, shape (N, 3), in m, m/s and rad/s.
-    contacts: None, or the state of the pair contacts that exist already:
+    contacts: None, or the history of existing pair contacts:
         i, j (C,) int64; pointer_i, pointer_j (C, 3) unit vectors; twist (C,) [rad];
-        approach (C,) [m/s], the speed at which the two came together half a step before.
+        approach (C,) [m/s], the approach speed half a step before.
         None means that contacts are to be found from the distances.
-    wall_contacts: None, or the state of the contacts with walls, which then stand where
-        info["room"] says: grain, wall (W,) int64, the wall's number in names.WALLS; pointer (W, 3)
+    wall_contacts: None, or the history of the contacts with walls, whose positions are
+        info["room"]: grain, wall (W,) int64, the wall's number in names.WALLS; pointer (W, 3)
         unit vectors; foot (W, 3) [m]; twist (W,) [rad]; approach (W,) [m/s].
-    info: plain numbers and texts that say where the sample comes from and what it is like.
-        `period` (3 numbers, m): edges after which the sample repeats itself, of one that can.
-        `shape`: "cylinder" for an upright cylinder about x = y = 0, "aggregate" for a cluster
-        that nothing has cut; they decide in what volume the filling factor is taken.
-        `room` (6 numbers, m): where walls and faces of the cell stand, in the order of names.WALLS,
-        NaN where there is none; `start_time` [s]: of the run that it goes on with; `remarks`:
+    info: plain numbers and texts on origin and measures of the sample.
+        `period` (3 numbers, m): edges of a periodic sample.
+        `shape`: "cylinder" for an upright cylinder about x = y = 0, "aggregate" for an uncut
+        cluster; they determine the volume of the filling factor.
+        `room` (6 numbers, m): positions of walls and faces of the cell, in the order of
+        names.WALLS, NaN where there is none; `start_time` [s]: of a continued run; `remarks`:
         sentences for the user.
     radii: (N,) [m], or None where all grains have the radius of their material.
     materials: (N,) int, 0 for the scene's `material`, from 1 on for its `materials` in their
@@ -68,13 +71,13 @@ def extent(sample: Sample, radius) -> np.ndarray:
 
 
 def filling_factor(sample: Sample, radius) -> float:
-    """Grain volume over the volume that the sample takes.
+    """Grain volume over the volume of the sample.
 
-    That is the smallest upright box around the grains (S12 eq 28), surfaces inside, but
-    of a sample with a `period` the periodic cell;
-    of shape "cylinder" the smallest upright cylinder about the axis x = y = 0;
-    of shape "aggregate" the sphere with the aggregate's radius of gyration, of radius
-    sqrt(5/3) R_g: a box about its branches would be mostly empty.
+    The latter is the smallest upright box around the grains (S12 eq 28), surfaces included, except
+    for a sample with a `period`: the periodic cell;
+    of shape "cylinder": the smallest upright cylinder about the axis x = y = 0;
+    of shape "aggregate": the sphere with the aggregate's radius of gyration, of radius
+    sqrt(5/3) R_g, because a box about its branches would be mostly empty.
     """
     grains = len(sample) * 4 / 3 * np.pi * np.mean(radius**3)
     return float(grains / _volume(sample, radius)[0])
@@ -110,7 +113,7 @@ def radius_of_gyration(sample: Sample, radius) -> float:
 def fractal_dimension(sample: Sample, radius) -> float:
     """D of N(<R) ~ R^D about grains of the core (geometry.grains_within).
 
-    nan for a sample too small to say. Of one fractal aggregate it scatters by some 0.2.
+    NaN for a sample that is too small. For a single fractal aggregate it scatters by about 0.2.
     """
     found = grains_within(sample.positions, radius, radius_of_gyration(sample, radius))
     return float("nan") if found is None else power(*found)
@@ -120,8 +123,8 @@ def describe(sample: Sample, radius, touch: float | None) -> dict:
     """Measures of any sample, for its info.
 
     touch: centres no farther apart than this [m] are in contact; None: than the sum of the radii.
-    filling_factor, and filling_factor_in: the volume it is taken in; radius_of_gyration [m];
-    coordination, of the grains as they stand; fractal_dimension, left out where there is none.
+    Returns filling_factor, filling_factor_in (its volume), radius_of_gyration [m], coordination,
+    and fractal_dimension if there is one.
     """
     info = {
         "filling_factor": filling_factor(sample, radius),
@@ -136,13 +139,13 @@ def describe(sample: Sample, radius, touch: float | None) -> dict:
 def bulk_filling_factor(
     sample: Sample, radius: float, *, side: float = 2.0, bottom: float = 20.0, top: float = 2.0
 ) -> float:
-    """Filling factor away from the surfaces; nan if nothing is left there.
+    """Filling factor away from the surfaces; NaN if nothing is left there.
 
-    Counts the grain centres in an upright cylinder in the middle of the sample: unbiased, as
-    the chance of a centre to be in it does not depend on where its surface is cut.
-    side, bottom, top: what is left out, from the outermost grain centres, in grain radii. The
-    bottom's 20 is how far a deposit's denser first layers reach (seen in its profile: 0.20 at
-    the floor, some 5 % above the bulk from there on, fading slowly).
+    Counts the grain centres in an upright cylinder in the middle of the sample, which is unbiased:
+    the probability of a centre to be inside does not depend on the position of its surface.
+    side, bottom, top: excluded layers, from the outermost grain centres, in grain radii. The
+    bottom's 20 is the extent of the denser first layers of a deposit (in its profile: 0.20 at the
+    floor, about 5 % above the bulk further up, decaying slowly).
     """
     low, high = sample.positions.min(axis=0), sample.positions.max(axis=0)
     floor, ceiling = low[2] + bottom * radius, high[2] - top * radius
@@ -170,11 +173,12 @@ def smallest_gap(positions: np.ndarray, radius) -> float:
 
 
 def coordination(sample: Sample, distance: float | None, radius=None) -> float:
-    """Mean number of grains that a grain touches: centres no farther apart than distance [m], or
-    (None) than the sum of their radii.
+    """Mean number of contacts of a grain.
 
-    Contacts that the sample brings along count too, however far they are stretched. Walls and
-    periodic images are not counted.
+    Grains are in contact whose centres are no farther apart than distance [m], or (None) than the
+    sum of their radii.
+    Contacts of the sample's file are included, however stretched. Walls and periodic images are
+    not.
     """
     if distance is None:
         pairs = np.column_stack(pairs_within(sample.positions, radius)[:2])
@@ -184,3 +188,21 @@ def coordination(sample: Sample, distance: float | None, radius=None) -> float:
         brought = np.sort(np.column_stack([sample.contacts["i"], sample.contacts["j"]]), axis=1)
         pairs = np.unique(np.concatenate([pairs, brought]), axis=0)
     return 2 * len(pairs) / len(sample)
+
+
+def memory() -> float:
+    """Memory of this machine in bytes; infinite where it is unknown."""
+    try:
+        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (AttributeError, OSError, ValueError):
+        return float("inf")
+
+
+def check_grains(grains: float, where: str, advice: str = "Use fewer grains.") -> None:
+    """Raise DustError, with their source, for too many grains for the memory."""
+    most = memory() / BYTES
+    if grains > most:
+        raise DustError(
+            f"{where}: {grains:.3g} grains need {grains * BYTES / 1e9:.3g} GB of memory at least, "
+            f"and this machine has {memory() / 1e9:.3g}; allowed: at most {most:.2g}. {advice}"
+        )

@@ -1,8 +1,7 @@
-"""Aggregates grown shot after shot: of grains that are not all alike, of clusters, at an impact
-parameter.
+"""Aggregates grown shot after shot: of unequal grains, of clusters, or at an impact parameter.
 
-The rules are those of pca and bcca, which shoot many equal grains at once; what two grains touch at
-is their own equilibrium distance. Grains are taken in the order they were drawn.
+The rules are those of pca and bcca, which shoot many equal grains at once; each pair of grains
+touches at its own equilibrium distance. Grains are used in the order in which they were drawn.
 """
 
 from __future__ import annotations
@@ -18,15 +17,15 @@ from dusttaichi.samples.ballistic import (
 )
 from dusttaichi.samples.mixture import Grains
 
-SHOTS = 8  # of one grain at once; the first that hits counts
+SHOTS = 8  # simultaneous shots of one grain; the first hit is used
 
 
 class Aggregate:
-    """A cluster that grows by what is shot at it, from all sides, and stays where it touches.
+    """A cluster that grows by bodies that are shot at it from all sides and stick where they touch.
 
     positions: (N, 3) [m], the first grain at the origin. grains: Grains so far. impact_parameter:
-    of every shot, over the sum of the outer radii about the centre of mass; None: any, even over
-    the disc.
+    of every shot, over the sum of the outer radii about the centre of mass; None: uniform over the
+    disc.
     """
 
     def __init__(self, first: Grains, impact_parameter=None):
@@ -35,7 +34,7 @@ class Aggregate:
 
     @property
     def reach(self) -> float:
-        """Of the farthest centre from the first grain [m]."""
+        """Distance of the farthest centre from the first grain [m]."""
         return float(np.sqrt((self.positions**2).sum(axis=1)).max())
 
     def add(self, body, grains: Grains, rng) -> None:
@@ -43,7 +42,7 @@ class Aggregate:
         x, before = self.positions, len(self.positions)
         together = self.grains.joined([grains])
         touch = together.distance(np.arange(before, len(together))[:, None], np.arange(before))
-        # any disc that covers all does, where the impact parameter is even over it
+        # with uniform impact parameters any disc that covers the aggregate suffices
         centre = np.zeros(3) if self.impact is None else self._centre()
         outer = np.sqrt(((x - centre) ** 2).sum(axis=1)) + self.grains.radii
         cover = outer.max() + (np.sqrt((body**2).sum(axis=1)) + grains.radii).max()
@@ -62,7 +61,7 @@ class Aggregate:
 def aggregate(grains: Grains, rng, cluster: int = 1, impact_parameter=None) -> np.ndarray:
     """Centres (N, 3) [m] of particle-cluster aggregation about the centre of their volume.
 
-    cluster: grains of what is shot; of more than one, a cluster that has grown by `clusters`.
+    cluster: grains of each projectile; if more than one, a cluster grown by `clusters`.
     """
     first = grains.taken(slice(0, cluster))
     out = Aggregate(first, impact_parameter)
@@ -74,10 +73,10 @@ def aggregate(grains: Grains, rng, cluster: int = 1, impact_parameter=None) -> n
 
 
 def _shot(targets, flying, about, impact, rng):
-    """Where a body that is shot from afar comes to rest, (n, 3); misses are shot again.
+    """Final positions (n, 3) of a body that is shot from afar; misses are shot again.
 
-    flying: its centres about their mean (n, 3), and where each touches each target (n, targets).
-    about: centre of the targets and the sum of the outer radii.
+    flying: its centres about their mean (n, 3), and distances at contact with each target (n,
+    targets). about: centre of the targets and the sum of the outer radii.
     """
     (body, touch), (centre, cover) = flying, about
     shots = SHOTS if len(body) == 1 else 1
@@ -99,9 +98,11 @@ def _shot(targets, flying, about, impact, rng):
 
 
 def clusters(grains: Grains, rng, mass_ratio: float = 1.0) -> np.ndarray:
-    """Centres (N, 3) [m] of cluster-cluster aggregation about their mean, of any number of grains:
-    two parts that have grown on their own meet, the second with mass_ratio (up to 1) times as many
-    grains as the first."""
+    """Centres (N, 3) [m] of cluster-cluster aggregation about their mean, for any number of grains.
+
+    Two parts that have grown independently meet, the second with mass_ratio (up to 1) times as many
+    grains as the first.
+    """
     count = len(grains)
     if count == 1:
         return np.zeros((1, 3))
@@ -113,7 +114,7 @@ def clusters(grains: Grains, rng, mass_ratio: float = 1.0) -> np.ndarray:
 
 
 def _collided(one, other, grains: Grains, rng):
-    """Two bodies about their means, turned at random; the second flies at the first along -z."""
+    """Two bodies at contact, rotated at random; the second flies at the first along -z."""
     first = np.arange(len(one))
     touch = grains.distance(np.arange(len(one), len(grains))[:, None], first[None])
     reach = sum(np.sqrt((body**2).sum(axis=1)).max() for body in (one, other)) + touch.max()

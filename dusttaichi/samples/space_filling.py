@@ -1,11 +1,11 @@
-"""Dust of a wished filling factor: a tree of grains that explores a volume until that is filled.
+"""Dust of a prescribed filling factor: a tree of grains that explores and fills a volume.
 
-A point of the volume is drawn at random, and the next grain is put beside the grain that is
-nearest to it, in equilibrium contact, in the direction of the point. As points fall everywhere
-alike, the tree reaches all of the volume first and fills it evenly then (a rapidly exploring random
-tree, LaValle 1998). A grain that would overlap another, or leave the volume, is not put. All hang
-together, whatever the filling factor; above some 0.2 to 0.3 no more grains find room. This is not a
-model of how dust comes about.
+A point of the volume is drawn at random, and the next grain is placed beside the grain nearest to
+it, in equilibrium contact, in the direction of the point. As points are uniform, the tree first
+reaches all of the volume and then fills it evenly (a rapidly exploring random tree, LaValle 1998).
+A grain that would overlap another, or leave the volume, is not placed. All grains are connected at
+any filling factor; above about 0.2 to 0.3 no further grains fit. This is not a model of the
+formation of dust.
 """
 
 from __future__ import annotations
@@ -14,29 +14,24 @@ import math
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import cut
-from dusttaichi.samples.limits import check_grains
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.mixture import (
-    MixtureBlock,
-    drawn,
-    sized,
-)
+from dusttaichi.samples.mixture import MixtureBlock, drawn, sized
 from dusttaichi.samples.registry import register
-from dusttaichi.samples.sample import ROUNDING, Sample
+from dusttaichi.samples.sample import ROUNDING, Sample, check_grains
 from dusttaichi.samples.values import BoxSize, exactly_one
-from dusttaichi.scene.fields import Count, Number, problems
+from dusttaichi.scene.fields import Count, Faults, Number
 
 MOST_GRAINS = 30_000  # a minute
-POINTS = 32  # drawn at once
-TRIES = 100  # times as many points without a grain that finds room: there is none
+POINTS = 32  # simultaneous draws
+TRIES = 100  # unsuccessful draws of so many points after which the box is full
 
 
 class SpaceFillingSample(MixtureBlock):
-    """A tree of grains in contact that fills a box evenly, to a wished filling factor."""
+    """A tree of grains in contact that fills a box evenly, to a prescribed filling factor."""
 
     kind: Literal["space_filling"]
     grains: Count | None = Field(
@@ -50,29 +45,25 @@ class SpaceFillingSample(MixtureBlock):
         0.15, description="grain volume over the volume of the box"
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> SpaceFillingSample:
-        found = exactly_one(self, ("grains", "size"), "grains: 1000")
+    def faults(self) -> Faults:
+        yield from exactly_one(self, ("grains", "size"), "grains: 1000")
         if self.size is not None and self.aspect != 1.0:
-            found.append(("aspect", "it is allowed only together with grains"))
-        if found:
-            raise problems(found)
-        return self
+            yield "aspect", "it is allowed only together with grains"
 
 
 @register(SpaceFillingSample)
 def make(spec: SpaceFillingSample, materials: Materials) -> Sample:
-    """The sample that spec asks for: grains at rest in a box that stands on z = 0, about the axis.
+    """The sample of spec: grains at rest in a box with its bottom at z = 0, about the axis.
 
-    Grains lie wholly inside. With `grains` the box has just the filling factor, with `size` it is
-    met to one grain. Raises DustError for a size without room, too many grains, or a filling factor
-    that is not reached.
+    Grains are wholly inside. With `grains` the filling factor is exact, with `size` to one grain.
+    Raises DustError for a size that is too small, too many grains, or a filling factor that is not
+    reached.
     """
     rng = np.random.Generator(np.random.PCG64(spec.seed))
     volume = None if spec.size is None else float(np.prod(spec.size))
     count = spec.grains
     if count is None:
-        mean = np.mean(_ball(drawn(spec, materials, 10_000, rng).radii))
+        mean = np.mean(_volume(drawn(spec, materials, 10_000, rng).radii))
         count = max(1, round(spec.filling_factor * volume / mean))
     if count > MOST_GRAINS:
         raise DustError(f"sample: {count:.3g} grains are too many; allowed: {MOST_GRAINS}.")
@@ -81,27 +72,27 @@ def make(spec: SpaceFillingSample, materials: Materials) -> Sample:
     if spec.size is not None:
         edges = np.array(spec.size)
     else:
-        width = (_ball(grains.radii).sum() / spec.filling_factor / spec.aspect) ** (1 / 3)
+        width = (_volume(grains.radii).sum() / spec.filling_factor / spec.aspect) ** (1 / 3)
         edges = width * np.array([1.0, 1.0, spec.aspect])
-    cut.check_room(edges, float(grains.radii.max()))
+    cut.check_size(edges, float(grains.radii.max()))
     x = _tree(grains, edges, rng)
     if x is None:
         raise DustError(
-            f"sample.filling_factor = {spec.filling_factor:g}: no room is left for more grains in "
+            f"sample.filling_factor = {spec.filling_factor:g}: no further grains fit into "
             f"{cut.in_um(edges)} with seed {spec.seed}; try a lower one (0.2 to 0.3 is about the "
-            "most), or random_packing."
+            "largest), or random_packing."
         )
     info = {"kind": "space_filling", "seed": int(spec.seed), "grains": len(x)}
     info |= dict(zip(("width", "depth", "height"), edges.tolist(), strict=True))
     return sized(x - [edges[0] / 2, edges[1] / 2, 0.0], grains, materials, info)
 
 
-def _ball(radius):
+def _volume(radius):
     return 4 / 3 * math.pi * radius**3
 
 
 def _tree(grains, edges, rng) -> np.ndarray | None:
-    """Centres (N, 3) [m] in the box from the origin to `edges`; None where no room is found."""
+    """Centres (N, 3) [m] in the box from the origin to `edges`; None where not all grains fit."""
     radii, x = grains.radii, np.empty((len(grains), 3))
     x[0] = radii[0] + rng.random(3) * (edges - 2 * radii[0])
     for k in range(1, len(grains)):
@@ -116,15 +107,15 @@ def _tree(grains, edges, rng) -> np.ndarray | None:
 
 
 def _beside(x, radii, touch, room, rng):
-    """Where the next grain finds room beside the grain nearest to one of some points; else NaN."""
+    """Position of the next grain beside the one nearest to a random point; NaN without success."""
     edges, radius = room
     points = rng.random((POINTS, 3)) * edges
     apart = points[:, None] - x
     distance = np.linalg.norm(apart, axis=2)
     near = (distance - radii).argmin(axis=1)
     row = np.arange(POINTS)
-    way = apart[row, near] / np.maximum(distance[row, near], 1e-30)[:, None]
-    places = x[near] + way * touch[near][:, None]
+    towards = apart[row, near] / np.maximum(distance[row, near], 1e-30)[:, None]
+    places = x[near] + towards * touch[near][:, None]
     inside = np.all((places >= radius) & (places <= edges - radius), axis=1)
     for place in places[inside]:
         free = np.linalg.norm(x - place, axis=1) >= touch * (1 - ROUNDING)

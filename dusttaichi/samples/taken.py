@@ -1,7 +1,6 @@
-"""Grains taken from another run: a fragment, contacts with walls, the box, the time.
+"""Grains from another run: a fragment, contacts with walls, the box, the time.
 
-A result has more than grains. What of it a sample takes is asked for by `fragment` and `keep`; what
-stays behind is said in `info["remarks"]`.
+The keys `fragment` and `keep` select the parts of a result; `info["remarks"]` lists the other ones.
 """
 
 from __future__ import annotations
@@ -22,17 +21,16 @@ LARGEST = "largest"
 def fragment(sample: Sample, wall_contacts, which, *, nearest, masses, where: str):
     """(Sample, wall contacts, all fragments) with the grains of one fragment alone.
 
-    which: "largest", or its number in the order of falling mass, from 0. masses: (N,).
-    nearest: of distance vectors [m] those to the nearest image; the fragment is put together across
-    the faces of its cell.
-    Raises DustError where the file has no contacts, or no such fragment.
+    which: "largest", or its number in order of decreasing mass, from 0. masses: (N,). nearest: maps
+    distance vectors [m] to those to the nearest image, so that the fragment is not cut by the faces
+    of its cell. Raises DustError where the file has no contacts, or no such fragment.
     """
     if sample.contacts is None:
-        raise DustError(f"{where}: it has no contacts, which hold fragments together.")
+        raise DustError(f"{where}: it has no contacts, which define fragments.")
     pairs = np.column_stack([sample.contacts["i"], sample.contacts["j"]])
     number, label, graph = connected(pairs, len(sample))
     mass = np.bincount(label, masses, minlength=number)
-    # equal masses differ by rounding of their sums; of those the one with the first grain counts
+    # equal masses differ by rounding of their sums; the order of their first grains decides
     order = np.argsort(-np.round(mass / masses.min(), 6), kind="stable")
     wanted = 0 if which == LARGEST else which
     if wanted >= number:
@@ -59,25 +57,23 @@ def fragment(sample: Sample, wall_contacts, which, *, nearest, masses, where: st
 
 
 def _renumbered(contacts, rows, own, names):
-    """Those rows of contacts; the grains in `names` by their place among `own`."""
+    """Rows of contacts, with the grains in `names` numbered by their places in `own`."""
     found = {name: values[rows] for name, values in contacts.items()}
     return found | {name: np.searchsorted(own, found[name]) for name in names}
 
 
 def along(sample: Sample, state: dict, wall_contacts, spec, where: str) -> Sample:
-    """The sample with what `spec.keep` asks for of a file's state; its info says what stays.
+    """The sample with the parts in `spec.keep` of a file's state, and a remark on the others.
 
-    Raises DustError for what the file does not have.
+    Raises DustError for parts that the file does not have.
     """
     info, keep = dict(sample.info), spec.keep
     room = state.get("room", np.full(6, np.nan))
     if keep and not np.isfinite(room).any() and set(keep) != {"time"}:
-        raise DustError(
-            f"sample.keep: {where} has no walls and no cell (snapshots/box) that could be kept."
-        )
+        raise DustError(f"sample.keep: {where} has no walls and no cell (snapshots/box) to keep.")
     if "walls" in keep:
         if wall_contacts is None:
-            raise DustError(f"sample.keep: {where} holds no contacts with walls.")
+            raise DustError(f"sample.keep: {where} has no contacts with walls.")
         check_wall_contacts(wall_contacts, sample.positions, where)
     if "box" in keep or "walls" in keep:
         info["room"] = room.tolist()
@@ -85,32 +81,32 @@ def along(sample: Sample, state: dict, wall_contacts, spec, where: str) -> Sampl
             info["tilt"] = state["tilt"]
     if "time" in keep:
         if "time" not in state:
-            raise DustError(f"sample.keep: {where} does not tell its time (snapshot_time).")
+            raise DustError(f"sample.keep: {where} has no time (snapshot_time).")
         info["start_time"] = state["time"]
     remarks = _left(state, wall_contacts, keep)
     if remarks:
-        info["remarks"] = [f"sample: left behind in {spec.file}: {remarks}"]
+        info["remarks"] = [f"sample: not read from {spec.file}: {remarks}"]
     return replace(sample, wall_contacts=wall_contacts if "walls" in keep else None, info=info)
 
 
 def _left(state, wall_contacts, keep) -> str:
-    """Remark on what a sample leaves behind and how to take it along; "" where nothing matters."""
+    """Remark on unused parts of the file and on the key that selects them, or ""."""
     there = {}
     touching = 0 if wall_contacts is None else len(wall_contacts["wall"])
     if touching:
         there["walls"] = f"its {touching} contacts with walls and the load that they carry"
     if np.isfinite(state.get("room", np.nan)).any():
-        there["box"] = "where its walls and faces stood"
+        there["box"] = "the positions of its walls and faces"
     left = {key: text for key, text in there.items() if key not in keep}
     if "walls" in keep:
         left.pop("box", None)
     if not left:
         return ""
-    return f"{'; '.join(left.values())} (sample.keep: [{', '.join(left)}] takes it along)"
+    return f"{'; '.join(left.values())} (to keep them: sample.keep: [{', '.join(left)}])"
 
 
-def kept_walls(scene, sample: Sample) -> Sample:
-    """The sample without contacts with walls that the scene does not have; its info says so."""
+def with_walls_of(scene, sample: Sample) -> Sample:
+    """The sample without contacts with walls that the scene does not have, and with a remark."""
     if sample.wall_contacts is None:
         return sample
     names = np.array(WALLS)[sample.wall_contacts["wall"]]

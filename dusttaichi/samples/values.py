@@ -1,4 +1,4 @@
-"""Values in the YAML blocks of several kinds of samples."""
+"""Types of values in the YAML blocks of several kinds of samples."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, TypeAdapter, ValidationError
 
-from dusttaichi.scene.fields import Block, Count, Mark, Number, needed
-from dusttaichi.scene.material import DEFAULT
+from dusttaichi.scene.fields import Block, Count, Faults, Mark, Number, needed
 from dusttaichi.scene.quantities import Quantity, Vector, format
 
 Position = Annotated[Vector, Quantity("length", count=3)]
@@ -32,7 +31,7 @@ class CylinderSize(Block):
 
 
 def shape_of(size: Any) -> str:
-    """The shape whose size it is: box or cylinder."""
+    """Shape of a size: box or cylinder."""
     return "cylinder" if isinstance(size, (dict, CylinderSize)) else "box"
 
 
@@ -48,7 +47,7 @@ Size = Annotated[
     Discriminator(shape_of),
 ]
 
-# of a shape that holds either so many grains, or what fits into a size
+# keys of a shape with a number of grains, or with all grains that fit into a size
 CutGrains = Annotated[Count | None, Field(description="number of grains; either this or size")]
 CutSize = Annotated[
     Size | None,
@@ -74,13 +73,13 @@ MaterialName = Annotated[str | int, BeforeValidator(_material_name)]
 
 @dataclass(frozen=True)
 class Impact:
-    """An impact parameter: a length [m], or a fraction of the sum of the radii."""
+    """Impact parameter: a length [m], or a fraction of the sum of the radii."""
 
     value: float
     fraction: bool = True
 
     def metres(self, radii: float) -> float:
-        """radii: sum of the radii of the two that meet [m]."""
+        """Length [m]; radii: sum of the radii of the partners [m]."""
         return self.value * radii if self.fraction else self.value
 
 
@@ -89,7 +88,7 @@ _LENGTH = TypeAdapter(Annotated[float, Quantity("length", ge=0)])
 
 
 class _ImpactMark(Mark):
-    """Reads an Impact: a text with a unit, or a plain number."""
+    """Marks an Impact, written as a text with a unit, or as a plain number."""
 
     needed = (
         "a length of at least 0 is needed, or a number of at least 0, a fraction of the sum of "
@@ -116,19 +115,18 @@ class _ImpactMark(Mark):
 ImpactParameter = Annotated[Impact, _ImpactMark()]
 
 
-def exactly_one(block: Block, keys: tuple[str, ...], example: str) -> list[tuple[str, str]]:
-    """A problem unless one of the keys is given."""
-    if sum(getattr(block, key) is not None for key in keys) == 1:
-        return []
-    names = f"{', '.join(keys[:-1])} and {keys[-1]}"
-    return [("", f"exactly one of {names} is needed, for example {example}")]
+def exactly_one(block: Block, keys: tuple[str, ...], example: str) -> Faults:
+    """A fault unless one of the keys is given."""
+    if sum(getattr(block, key) is not None for key in keys) != 1:
+        names = f"{', '.join(keys[:-1])} and {keys[-1]}"
+        yield "", f"exactly one of {names} is needed, for example {example}"
 
 
-def unknown_materials(given, scene) -> list[tuple[str, str]]:
-    """A problem for the first name or number that no material of the scene has."""
-    names = [DEFAULT, *scene.materials]
+def unknown_materials(given, scene) -> Faults:
+    """A fault for the first name or number that no material of the scene has."""
+    names = scene.material_names
     for n, name in enumerate(given or ()):
         if name not in names and not (isinstance(name, int) and 0 <= name < len(names)):
             text = f"number {n} is {name!r}, which the scene does not have; allowed: "
-            return [("materials", text + ", ".join(names))]
-    return []
+            yield "materials", text + ", ".join(names)
+            return

@@ -13,7 +13,7 @@ from dusttaichi.names import WALLS
 from dusttaichi.physics.continuum import elasticity
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.samples import continuum
-from dusttaichi.samples.continuum import DUST, HELD, RIGID, AnyParticles, Matter, lattice
+from dusttaichi.samples.continuum import DUST, FIXED, RIGID, AnyParticles, Matter, lattice
 from dusttaichi.scene import Scene
 from dusttaichi.scene.continuum_boundary import ContinuumBoundary
 from dusttaichi.scene.continuum_material import ContinuumMaterial
@@ -121,8 +121,8 @@ def test_the_bead_of_the_paper():
 def test_layers_hold_dust_and_rigid_faces_are_planes():
     block = made(2, kind="block", size=SIZE[2])
     bed = walled(block, bottom={"layer": "0.3 mm"}, x_min={"layer": "0.6 mm"}, x_max="mirror")
-    assert set(bed.role) == {DUST, HELD} and len(bed) == len(block)
-    held = bed.role == HELD
+    assert set(bed.role) == {DUST, FIXED} and len(bed) == len(block)
+    held = bed.role == FIXED
     assert (bed.position[held & (bed.face == WALLS.index("bottom")), 2] < -2.2e-3).all()
     area = 4e-3 * 0.3e-3 + (2.5e-3 - 0.3e-3) * 0.6e-3
     assert bed.volume[held].sum() == pytest.approx(area, rel=0.08)
@@ -201,7 +201,7 @@ def test_particles_from_a_file(tmp_path):
     assert sample.position[1] == pytest.approx([1e-4, 0, 0]) and sample.velocity[0, 0] == 1.0
     assert sample.density.tolist() == [300.0, 310.0]
     (tmp_path / "p.csv").write_text("x,z,mass\n0,0,1e-6\n0,0,1e-6\n")
-    with pytest.raises(DustError, match="same place"):
+    with pytest.raises(DustError, match="same position"):
         made(2, kind="explicit", file=str(tmp_path / "p.csv"))
 
 
@@ -280,7 +280,7 @@ def test_particles_of_a_file_may_have_a_cell(tmp_path):
     path.write_text("x,z,mass\n" + "\n".join(rows))
     placed = made(2, kind="explicit", file=str(path), size=["0.8 mm", "0.2 mm"])
     assert np.ptp(placed.room[0]) == pytest.approx(8e-4)
-    with pytest.raises(DustError, match="sample.size: .* take a larger size"):
+    with pytest.raises(DustError, match="sample.size: .* use a larger size"):
         made(2, kind="explicit", file=str(path), size=["0.5 mm", "0.2 mm"])
 
 

@@ -116,7 +116,7 @@ def test_dust_of_a_wished_filling_factor():
         lower = sample.positions[:, 2] < edges[2] / 2
         share = np.sum(sample.radii[lower] ** 3) / np.sum(sample.radii**3)
         assert share == pytest.approx(0.5, abs=0.15)
-    with pytest.raises(DustError, match="no room is left for more grains"):
+    with pytest.raises(DustError, match="no further grains fit"):
         made("kind: space_filling, grains: 30, filling_factor: 0.4")
 
 

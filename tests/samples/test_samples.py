@@ -236,7 +236,7 @@ def test_bulk_filling_factor_of_a_known_lattice():
     "spec, message",
     [
         ({"size": (1e-6, 20e-6, 20e-6)}, r"sample\.size: 1 x 20 x 20 µm.*at least one grain diam"),
-        ({"size": (2.01 * R, 2.01 * R, 2.01 * R)}, r"sample\.size: .* holds no whole grain"),
+        ({"size": (2.01 * R, 2.01 * R, 2.01 * R)}, r"sample\.size: .* contains no whole grain"),
         ({"size": (1e-2, 1e-2, 1e-2)}, r"sample: the cake .* allowed: 2e\+07"),
         ({"grains": 10, "aspect": 1e-5}, r"sample: the cake .* allowed: 2e\+07"),
     ],

@@ -145,5 +145,5 @@ def test_grains_that_do_not_touch_are_remarked(tmp_path):
 
 def test_a_collision_of_the_continuum_names_what_does_it():
     text = "name: a\nmethod: continuum\nmaterial: dust_g09\nsample: {kind: collision}\n"
-    with pytest.raises(DustError, match='here "impact" or "several" does it'):
+    with pytest.raises(DustError, match='use "impact" or "several" here'):
         from_yaml(text)

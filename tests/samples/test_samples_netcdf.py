@@ -136,7 +136,7 @@ def test_bad_netcdf_is_refused(tmp_path, variables, message):
         ("contacts", "grain_j", 0, r"contact 1 .*grains 2 and 0, .* apart; allowed: at most 1.5"),
         ("contacts", "pointer_j", 0.5, r"contact 1 .*pointer_j has the length 0.866.*: 1, a unit"),
         ("snapshots", "contact_count", -1, "contact_count of snapshot 1 is -1; allowed: 0 or more"),
-        ("snapshots", "contact_count", 99, "it holds 3 contacts; allowed: 100"),
+        ("snapshots", "contact_count", 99, "it has 3 contacts; allowed: 100"),
     ],
 )
 def test_bad_contacts_are_refused(tmp_path, group, name, value, message):
@@ -158,7 +158,7 @@ def test_incomplete_contacts_are_refused(tmp_path):
 @pytest.mark.parametrize(
     "kind, message",
     [
-        ("text", "position holds texts"),
+        ("text", "position contains texts"),
         ("scalar material", r"material has the shape \(\); allowed: \(grain,\)"),
         ("a great many", "1e\\+12 grains need 1e\\+06 GB of memory"),
         ("pipe", "a device or a pipe"),

@@ -163,10 +163,10 @@ def test_one_grain():
         ({"shape": "aggregate", "size": ["9 um"] * 3}, "of which nothing is cut"),
         ({"shape": "box", "size": {"diameter": "9 um", "height": "9 um"}}, "a list of 3 lengths"),
         ({"size": ["9 um"] * 3, "aspect": 2}, "sample.aspect = 2: it is allowed only together"),
-        ({"size": ["1 um"] * 3}, "sample.size: 1 x 1 x 1 µm has no room for a grain"),
+        ({"size": ["1 um"] * 3}, "sample.size: 1 x 1 x 1 µm is too small for a grain"),
         ({"size": ["1 cm"] * 3}, "sample: the aggregate would have some"),
         ({"grains": 10**9}, "allowed: 2e+06"),
-        ({"grains": 10, "shape": "box", "aspect": 1e-6}, "an aspect nearer to 1"),
+        ({"grains": 10, "shape": "box", "aspect": 1e-6}, "an aspect closer to 1"),
     ],
 )
 def test_refused(keys, words):

@@ -65,7 +65,7 @@ def test_same_seed_same_bits():
         ({"grains": 9, "filling_factor": 0.7}, "a number above 0 and at most 0.62 is needed"),
         ({"grains": 9, "filling_factor": 0}, "a number above 0 and at most 0.62"),
         ({"grains": 2}, "narrower than two grains"),
-        ({"size": ["1 um"] * 3}, "no room for a grain"),
+        ({"size": ["1 um"] * 3}, "too small for a grain"),
         ({"grains": 10**7}, "allowed: 2e+05"),
     ],
 )

@@ -80,11 +80,11 @@ def test_a_pressed_cake_goes_on_under_its_load(pressed, tmp_path):
 def test_what_is_left_behind_is_said(pressed, tmp_path):
     sample = make(onward(pressed, snapshot=2))
     (said,) = sample.info["remarks"]
-    assert "contacts with walls and the load that they carry; where its walls" in said
-    assert "(sample.keep: [walls, box] takes it along)" in said
+    assert "contacts with walls and the load that they carry; the positions of its walls" in said
+    assert "(to keep them: sample.keep: [walls, box])" in said
     sample = make(onward(pressed, snapshot=2, keep=["box"]))
     (said,) = sample.info["remarks"]
-    assert "where its walls" not in said and "[walls]" in said
+    assert "positions of its walls" not in said and "[walls]" in said
     sim = build(onward(pressed, snapshot=2, keep=["box"]), sample)
     with open_run(pressed) as run:
         room = read_frame(run, 2).cell.ravel() * 1e6
@@ -142,7 +142,7 @@ def test_a_fragment_is_put_together_across_the_faces_of_a_cell():
         ({"fragment": 99}, None, r"sample.fragment = 99: .* fragments; allowed: 0 to"),
         ({"keep": ["box"]}, {"kind": "box", "size": ["1 mm"] * 3}, "boundary.size must be fit"),
         ({"keep": ["walls"]}, {"kind": "plates", "gap": "1 mm"}, "boundary.gap must be fit"),
-        ({"keep": ["walls"]}, {"kind": "open"}, "nothing around the grains"),
+        ({"keep": ["walls"]}, {"kind": "open"}, "no walls and faces in this scene"),
     ],
 )
 def test_what_cannot_be_taken_is_refused(pressed, sample, boundary, message):

@@ -154,7 +154,7 @@ def test_command_tells_of_settings_to_paste_and_of_progress(counted, capsys):
 
 def test_command_that_is_interrupted_says_how_to_go_on(counted, tmp_path, monkeypatch):
     monkeypatch.setattr(Counted, "stop_at", "step_fraction = 0.3")
-    with pytest.raises(DustError, match=r"interrupted; the points.*Go on with: dust"):
+    with pytest.raises(DustError, match=r"interrupted; finished points.*Continue with: dust"):
         counted("--quiet")
     kept = {
         json.loads(p.read_text())["result"]["status"]

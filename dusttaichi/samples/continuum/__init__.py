@@ -1,4 +1,4 @@
-"""Bodies of the continuum: where its particles are before the first step. One kind a file."""
+"""Bodies of the continuum: initial positions of the particles. One kind per file."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ from dusttaichi.samples.continuum.particles import (
     COMPONENTS,
     DUST,
     ELASTIC,
-    HELD,
+    FIXED,
     RIGID,
     ROLES,
     WALL,
@@ -38,7 +38,7 @@ __all__ = [
     "COMPONENTS",
     "DUST",
     "ELASTIC",
-    "HELD",
+    "FIXED",
     "RIGID",
     "ROLES",
     "WALL",
@@ -58,7 +58,7 @@ __all__ = [
 ]
 
 
-REACH = 2.6  # of the neighbour lists in smoothing lengths (continuum.search)
+REACH = 2.6  # cutoff of the neighbour lists in smoothing lengths (continuum.search)
 
 
 def matter_of(scene) -> Matter:
@@ -78,18 +78,17 @@ def matter_of(scene) -> Matter:
 
 
 def numbers_of(scene, particles) -> MaterialNumbers:
-    """MaterialNumbers of the dust of each particle, arrays (n,); those of the material where a
-    scene has no other."""
+    """MaterialNumbers of each particle, arrays (n,), or those of the only material of a scene."""
     if not scene.materials:
         return MaterialNumbers.of(scene.material)
     return MaterialNumbers.together(scene.all_materials).taken(particles.material)
 
 
 def make(scene) -> Particles:
-    """The bodies of a scene with what stands at its faces, under gravity where it has any; SI.
+    """The bodies of a scene with its faces and gravity, in SI.
 
-    A block of dust on something starts with the stress that its weight makes. Raises DustError for
-    what does not fit, bodies that overlap, or more particles than memory should hold.
+    A block of dust on a bottom starts with the stress of its weight. Raises DustError for bodies
+    that do not fit or overlap, or too many particles for the memory.
     """
     particles = made(scene.sample, matter_of(scene))
     weight = scene.gravity.straight_down if scene.gravity else 0.0
@@ -99,6 +98,6 @@ def make(scene) -> Particles:
 
 
 def rests(scene) -> bool:
-    """True where a bed lies on something: a block, or one as a target, with a face below it."""
+    """True for a bed: a block, or one as a target, with a face below it."""
     bed = getattr(scene.sample, "target", scene.sample)
     return "bottom" in getattr(scene.boundary, "walls", ()) and bed.kind == "block"

@@ -19,7 +19,6 @@ from dusttaichi.samples.continuum.registry import (
     register,
 )
 from dusttaichi.samples.values import Seed
-from dusttaichi.scene.fields import Block
 
 
 class BlockSample(DustBody):
@@ -29,7 +28,7 @@ class BlockSample(DustBody):
     size: Edges = Field(description="[width, height], in three dimensions [Lx, Ly, Lz]")
     lattice: Lattice = Field(
         "auto",
-        description="where particles stand: triangular (2D), hexagonal (3D), glass; auto: the "
+        description="positions of the particles: triangular (2D), hexagonal (3D), glass; auto: the "
         "lattice of the dimension",
     )
     seed: Seed = Field(1, description="seed of the glass")
@@ -38,30 +37,21 @@ class BlockSample(DustBody):
     )
 
 
-def lattice_of(spec: Block, matter: Matter) -> str:
-    """The lattice that a block asks for."""
-    own = "triangular" if matter.dimension == 2 else "hexagonal"
-    return own if spec.lattice == "auto" else spec.lattice
-
-
 @register(BlockSample)
 def make(spec: BlockSample, matter: Matter) -> Particles:
-    """The block that spec asks for; `room` is what it fills.
+    """The block of spec, which fills its `room`.
 
-    Its mass is exact: every particle has the same volume. Raises DustError for more particles than
-    the memory should hold, or a block smaller than one.
+    Its mass is exact: every particle has the same volume. Raises DustError for too many particles
+    for the memory, or a block smaller than one.
     """
     matter = matter.of(spec.material)
     size = np.array(spec.size)
     volume = float(np.prod(size))
     lattice.check_count(volume, matter.spacing, matter.dimension, "sample.size")
-    points = lattice.fill(size, matter.spacing, lattice_of(spec, matter), spec.seed)
+    points = lattice.fill(size, matter.spacing, spec.lattice, spec.seed)
     points[:, -1] -= size[-1] / 2
     particles = dust(points, volume, matter, spec.filling_factor, "block")
-    half = size[:-1] / 2
-    axes = particles.axes
-    for axis, reach in zip(axes, half, strict=False):
-        particles.room[axis] = (-reach, reach)
+    particles.fill_room(size)
     particles.room[2] = (-size[-1], 0.0)
     particles.info["size"] = size.tolist()
     return spec.placed(particles)

@@ -1,4 +1,4 @@
-"""Dust on points: masses that are exact, and a filling factor that may have layers and scatter."""
+"""Dust on points: exact masses, and a filling factor that may have layers and scatter."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from dusttaichi.errors import DustError
 from dusttaichi.samples.continuum.particles import Body, Particles
 from dusttaichi.samples.continuum.registry import Matter, Variation, lifted
 
-REACH = 2.5  # of the weights of the scatter, in its lengths
+REACH = 2.5  # cutoff of the weights of the scatter, in its lengths
 
 
 def dust(points: np.ndarray, volume: float, matter: Matter, filling, name: str) -> Particles:
-    """A body of dust at rest on points (N, 2 or 3), each of the same share of `volume`.
+    """A body of dust at rest on points (N, 2 or 3), with equal shares of `volume`.
 
     volume: of the body, exact [m^2, or m^3]. filling: a filling factor, a Variation or None for
     that of the material. Raises DustError for a filling factor that the material does not allow.
@@ -72,14 +72,14 @@ def filling_factors(position, matter: Matter, filling, where: str) -> np.ndarray
     if len(bad):
         raise DustError(
             f"{where}: the filling factor of particle {bad[0]} is {phi[bad[0]]:.4g}; allowed with "
-            f"this material: above {matter.least:g} and below {matter.most:g}. Take another mean "
+            f"this material: above {matter.least:g} and below {matter.most:g}. Use another mean "
             "or a smaller sigma."
         )
     return phi
 
 
 def _noise(position, length: float, seed: int) -> np.ndarray:
-    """Gaussian numbers (N,) of mean 0 and variance 1, alike over a length [m]."""
+    """Gaussian numbers (N,) of mean 0 and variance 1, correlated over a length [m]."""
     rng = np.random.Generator(np.random.PCG64(seed))
     noise = rng.standard_normal(len(position))
     if length > 0 and len(position) > 2:

@@ -1,4 +1,4 @@
-"""An elastic body without strengths: a bead that gives way (G09 section 4.1), a ring of rubber."""
+"""An elastic body without strengths, such as a soft bead (G09 section 4.1) or a ring of rubber."""
 
 from __future__ import annotations
 
@@ -12,15 +12,14 @@ from dusttaichi.samples.continuum import lattice
 from dusttaichi.samples.continuum.dust import whole
 from dusttaichi.samples.continuum.particles import ELASTIC, Particles
 from dusttaichi.samples.continuum.registry import Edges, FreeBody, Matter, lifted, register
-from dusttaichi.samples.continuum.sphere import volume_of
 from dusttaichi.scene import moduli
-from dusttaichi.scene.fields import Number, problems
+from dusttaichi.scene.fields import Faults, Number
 from dusttaichi.scene.quantities import Density, Quantity
 
 
 class ElasticSample(FreeBody):
-    """An elastic sphere, ring, shell or block about the origin, on a lattice of its own: p = K
-    (rho/rho_0 - 1), and no limit on any stress."""
+    """An elastic sphere, ring, shell or block about the origin: p = K (rho/rho_0 - 1), without
+    strengths."""
 
     extra_keys: ClassVar[tuple[str, ...]] = moduli.KEYS
 
@@ -53,25 +52,27 @@ class ElasticSample(FreeBody):
         either = [key for key in block["required"] if key not in ("bulk_modulus", "shear_ratio")]
         return {**block, "properties": {**block["properties"], **moduli.SCHEMA}, "required": either}
 
-    @model_validator(mode="after")
-    def _check(self) -> ElasticSample:
+    def faults(self) -> Faults:
         if (self.diameter is None) == (self.size is None):
-            raise problems([("diameter", "exactly one of diameter and size is needed")])
-        if self.size is not None and self.hole:
-            raise problems([("hole", "it is for spheres; leave it out of a block")])
-        if self.size is None and not self.hole < self.diameter:
-            raise problems([("hole", "a hole smaller than the diameter is needed")])
-        return self
+            yield "diameter", "exactly one of diameter and size is needed"
+        elif self.size is not None and self.hole:
+            yield "hole", "it is for spheres; leave it out of a block"
+        elif self.size is None and not self.hole < self.diameter:
+            yield "hole", "a hole smaller than the diameter is needed"
 
 
 @register(ElasticSample)
 def make(spec: ElasticSample, matter: Matter) -> Particles:
-    """The elastic body that spec asks for; its mass is exact, its moments are those of points.
+    """The elastic body of spec; its mass is exact, its moments are those of points.
 
-    Raises DustError for more particles than the memory should hold, or a body smaller than one.
+    Raises DustError for too many particles for the memory, or a body smaller than one.
     """
-    dimension = matter.dimension
-    points, volume = _block(spec, matter) if spec.size else _sphere(spec, matter)
+    if spec.size:
+        volume = float(np.prod(spec.size))
+        lattice.check_count(volume, matter.spacing, matter.dimension, "elastic body: size")
+        points = lattice.fill(np.array(spec.size), matter.spacing)
+    else:
+        points, volume = lattice.hollow_sphere(spec, matter, "elastic body: diameter, hole")
     position, count = lifted(points - points.mean(axis=0)), len(points)
     mass = np.full(count, spec.density * volume / count)
     name = "block" if spec.size else "ring" if spec.hole else "bead"
@@ -85,7 +86,7 @@ def make(spec: ElasticSample, matter: Matter) -> Particles:
         shear_ratio=np.full(count, float(spec.shear_ratio)),
         role=np.full(count, ELASTIC, np.int8),
         spacing=matter.spacing,
-        dimension=dimension,
+        dimension=matter.dimension,
         bodies=(body,),
         info={
             "name": name,
@@ -97,25 +98,5 @@ def make(spec: ElasticSample, matter: Matter) -> Particles:
         }
         | ({"height": spec.size[-1]} if spec.size else {}),
     )
-    for n, axis in enumerate(particles.axes):
-        reach = (spec.size[n] if spec.size else spec.diameter) / 2
-        particles.room[axis] = (-reach, reach)
+    particles.fill_room(spec.size or [spec.diameter] * matter.dimension)
     return spec.placed(particles)
-
-
-def _sphere(spec: ElasticSample, matter: Matter):
-    """Points of a sphere with its hole, (N, 2 or 3), and its volume [m^2, or m^3]."""
-    dimension = matter.dimension
-    volume = float(volume_of(spec.diameter, dimension) - volume_of(spec.hole, dimension))
-    lattice.check_count(volume, matter.spacing, dimension, "elastic body: diameter, hole")
-    own = "triangular" if dimension == 2 else "hexagonal"
-    points = lattice.ball(spec.diameter, matter.spacing, own, dimension)
-    return points[np.linalg.norm(points, axis=1) >= spec.hole / 2], volume
-
-
-def _block(spec: ElasticSample, matter: Matter):
-    """Points of a block, (N, 2 or 3), and its volume [m^2, or m^3]."""
-    volume = float(np.prod(spec.size))
-    lattice.check_count(volume, matter.spacing, matter.dimension, "elastic body: size")
-    own = "triangular" if matter.dimension == 2 else "hexagonal"
-    return lattice.fill(np.array(spec.size), matter.spacing, own), volume

@@ -20,7 +20,7 @@ COLUMNS = {"x", "y", "z", "vx", "vy", "vz", "mass", "density", "reference"} | se
 
 
 class ExplicitParticles(DustBody):
-    """Particles one by one, from a file; `position`, `velocity`, `spin` come on top."""
+    """Particles from a file; `position`, `velocity`, `spin` are added to theirs."""
 
     kind: Literal["explicit"]
     file: Path = Field(
@@ -32,7 +32,7 @@ class ExplicitParticles(DustBody):
         None,
         description="[width, height], in three dimensions [Lx, Ly, Lz] of the box that the "
         "particles fill about their middle, for faces and periodic axes; default: the extent of "
-        "their places, and a spacing",
+        "their positions, and a spacing",
     )
     units: Annotated[float, Quantity("length", gt=0, bare_unit=True, example="um")] = Field(
         "m", description="unit of x, y, z in a CSV file"
@@ -49,11 +49,11 @@ class ExplicitParticles(DustBody):
 
 @register(ExplicitParticles)
 def make(spec: ExplicitParticles, matter: Matter) -> Particles:
-    """The particles of the file, with density, path and stress where it has them.
+    """The particles of the file, with density, reference density and stress if present.
 
-    Raises DustError for a file that cannot be read, columns that are missing, numbers that are not
-    finite, masses or densities that are not positive, two particles at the same place, or another
-    number of dimensions than the scene's.
+    Raises DustError for a file that cannot be read, missing columns, numbers that are not finite,
+    masses or densities that are not positive, two particles at the same position, or another number
+    of dimensions than the scene's.
     """
     matter = matter.of(spec.material)
     where = f"sample.file = '{spec.file}'"
@@ -83,7 +83,7 @@ def make(spec: ExplicitParticles, matter: Matter) -> Particles:
         if edge < np.ptp(x):
             raise DustError(
                 f"sample.size: the particles are {np.ptp(x) * 1e3:.6g} mm apart along "
-                f"{AXES[axis]}, more than {edge * 1e3:.6g} mm; take a larger size."
+                f"{AXES[axis]}, more than {edge * 1e3:.6g} mm; use a larger size."
             )
         middle = 0.5 * (x.min() + x.max())
         particles.room[axis] = (middle - edge / 2, middle + edge / 2)
@@ -117,12 +117,12 @@ def _csv(path: Path, units: float, where: str) -> dict:
 
 def _snapshot(path: Path, where: str) -> dict:
     """The dust of the last snapshot of another run."""
-    from dusttaichi.results.reading import open_tree  # half a second, which only it is worth
+    from dusttaichi.results.reading import open_tree  # takes half a second to import
 
     try:
         with open_tree(path) as tree:
             group = tree["snapshots"].to_dataset(inherit=False).variables
-            # rigid bodies and walls are made anew by the scene that asks for them
+            # rigid bodies and walls are made by the new scene
             dust = np.isin(group["role"].values, (0, 2))
             names = {"position": "position", "velocity": "velocity", "density": "density"}
             names |= {"reference": "reference_density", "deviator": "deviator"}
@@ -154,4 +154,4 @@ def _check(table: dict, matter: Matter, where: str) -> None:
     if matter.dimension == 2:
         table["position"][:, 1] = 0.0
     if len(np.unique(table["position"], axis=0)) < len(table["mass"]):
-        raise DustError(f"{where}: two particles are at the same place; move them apart.")
+        raise DustError(f"{where}: two particles are at the same position; move them apart.")

@@ -8,18 +8,18 @@ import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES, WALLS
-from dusttaichi.samples.continuum.particles import DUST, HELD, Particles
+from dusttaichi.samples.continuum.particles import DUST, FIXED, Particles
 
-ORDER = ("top", "bottom", "x_min", "x_max", "y_min", "y_max")  # who holds the dust of a corner
+ORDER = ("top", "bottom", "x_min", "x_max", "y_min", "y_max")  # the dust of a corner is the first's
 
 
 def with_faces(particles: Particles, boundary, reach: float = 0.0) -> Particles:
-    """The sample in its room, its layers held.
+    """The sample within its faces, with fixed layers.
 
-    boundary: open, or the FacesBoundary. reach [m]: of the neighbour lists, which no periodic edge
-    may be shorter than. The room of the result ends where something is (of a layer
-    its inner face, half way between two rows), and is not a number where a face is open. Raises
-    DustError for a layer or a periodic edge that the sample has no room for.
+    boundary: open, or the FacesBoundary. reach [m]: cutoff of the neighbour lists, the smallest
+    allowed periodic edge. `room` of the result has the positions of the faces (the inner one of a
+    layer, half way between two rows), NaN where a face is open. Raises DustError for layers or
+    periodic edges that do not fit the sample.
     """
     if boundary.kind == "open":
         return replace(particles, room=np.full((3, 2), np.nan))
@@ -35,14 +35,14 @@ def with_faces(particles: Particles, boundary, reach: float = 0.0) -> Particles:
             if not beyond.any():
                 raise DustError(
                     f"boundary.{wall}.layer: no particle is in a layer of "
-                    f"{boundary.layers[wall] * 1e6:g} µm; take at least numerics.spacing, "
+                    f"{boundary.layers[wall] * 1e6:g} µm; use at least numerics.spacing, "
                     f"{particles.spacing * 1e6:g} µm."
                 )
-            role[beyond], face[beyond] = HELD, WALLS.index(wall)
+            role[beyond], face[beyond] = FIXED, WALLS.index(wall)
             room[axis, side] = _between(x[beyond], x[role == DUST], side, room[axis, side])
     if not (role == DUST).any() and (particles.role == DUST).any():
-        raise DustError("boundary: the layers hold all of the dust; take thinner ones.")
-    info = particles.info | {"held": int((role == HELD).sum())}
+        raise DustError("boundary: the layers contain all of the dust; use thinner ones.")
+    info = particles.info | {"fixed": int((role == FIXED).sum())}
     return replace(particles, role=role, face=face, room=room, info=info)
 
 
@@ -53,21 +53,21 @@ def _check_periods(boundary, room, reach) -> None:
         if edge < reach:
             raise DustError(
                 f"boundary.periodic: the sample is {edge * 1e6:.4g} µm wide along {name}, and "
-                f"particles reach {reach * 1e6:.4g} µm; allowed: no less than that. Take a wider "
+                f"particles reach {reach * 1e6:.4g} µm; allowed: no less than that. Use a wider "
                 "sample, or a smaller numerics.spacing."
             )
 
 
-def _between(held, free, side, plane) -> float:
-    """Where a layer ends [m]: half way between its last particles and the first ones that move, as
-    rows of a lattice are cut; at `plane` where there is none of these."""
+def _between(fixed, free, side, plane) -> float:
+    """End of a layer [m]: half way between its last row and the first free one, or at `plane` if no
+    particle is free."""
     if not len(free):
         return plane
-    return 0.5 * (held.max() + free.min() if side == 0 else held.min() + free.max())
+    return 0.5 * (fixed.max() + free.min() if side == 0 else fixed.min() + free.max())
 
 
 def _room(particles: Particles, boundary) -> np.ndarray:
-    """Where faces stand [m], (3, 2); not a number where one is open."""
+    """Positions of the faces [m], (3, 2); NaN where one is open."""
     extent = particles.room
     room = np.full((3, 2), np.nan)
     for number, wall in enumerate(WALLS):
@@ -77,8 +77,8 @@ def _room(particles: Particles, boundary) -> np.ndarray:
             continue
         if not np.isfinite(extent[axis]).all():
             raise DustError(
-                f"boundary: the sample has no extent along {AXES[axis]} on which {wall} could "
-                "stand; take a block, a sphere or several bodies."
+                f"boundary: the sample has no extent along {AXES[axis]} that would determine the "
+                f"position of {wall}; use a block, a sphere or several bodies."
             )
         inward = 1.0 if side == 0 else -1.0
         shift = boundary.layers.get(wall, 0.0)

@@ -1,19 +1,19 @@
-"""Flaws of dust that may be damaged: who has which, as Benz & Asphaug (1995) give them out."""
+"""Flaws of dust with damage, assigned to particles as by Benz & Asphaug (1995)."""
 
 import numpy as np
 
-NONE = 1e30  # strain at which flaws activate that are not there
+NONE = 1e30  # activation strain without a flaw
 COLUMNS = 4
-"""Strain of the weakest flaw, exponent of n = (strain/weakest)^exponent, number of flaws, and one
-over the radius of a sphere as large as the particle [1/m]."""
+"""Strain of the weakest flaw, exponent of n = (strain/weakest)^exponent, number of flaws, and the
+inverse radius of a sphere of the particle's volume [1/m]."""
 
 
 def flaws_of(particles, materials):
     """COLUMNS of each particle, (n, COLUMNS); materials: of the scene, by number.
 
-    Of the volume of the dust of a material the flaw number j activates at (j/(k V))^(1/m), and
-    belongs to a particle that is drawn; flaws are given out until each particle has one. In two
-    dimensions a particle is a spacing deep.
+    In the volume V of the dust of a material the flaw number j activates at (j/(k V))^(1/m) and is
+    assigned to a random particle, until each particle has one. In two dimensions a particle is a
+    spacing deep.
     """
     out = np.zeros((len(particles), COLUMNS))
     out[:, 0] = NONE

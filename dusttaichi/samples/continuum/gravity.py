@@ -1,4 +1,4 @@
-"""A bed that carries its own weight from the start, so that it does not ring."""
+"""Initial stress of a bed under its own weight, which avoids oscillations."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ def at_rest_under_gravity(particles: Particles, gravity: float, m) -> Particles:
 
     In uniaxial strain an elastic medium under the vertical stress q has the pressure
     p = q / (1 + 4 mu / 3 K) and the deviator S_zz = -(q - p), S_xx = S_yy = (q - p) / 2. Where
-    3/2 |S_zz| is more than the shear strength Y, S_zz is -2 Y / 3 and p = q - 2 Y / 3; p is no more
-    than the compressive strength, where the bed gives way under its own weight. The densities stay,
-    and the reference density follows from p = K(rho0') (rho / rho0' - 1).
+    3/2 |S_zz| is more than the shear strength Y, S_zz is -2 Y / 3 and p = q - 2 Y / 3; p is at most
+    the compressive strength, beyond which the bed yields under its own weight. The densities do not
+    change, and the reference density follows from p = K(rho0') (rho / rho0' - 1).
 
-    m: MaterialNumbers. The sample has its extent as its room still, before it gets faces.
-    info["gravity_carried"]: the least share of the weight that the strengths can carry.
+    m: MaterialNumbers. `room` of the sample must still be its extent, without faces.
+    info["gravity_carried"]: smallest share of the weight that the strengths can carry.
     """
     weight = weight_above(particles, gravity)
     phi = particles.density / m.rho_s

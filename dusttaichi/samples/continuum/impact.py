@@ -12,7 +12,6 @@ from dusttaichi.samples.continuum.particles import Particles, joined, moved
 from dusttaichi.samples.continuum.registry import (
     AnySingleBody,
     BodyBlock,
-    Found,
     Matter,
     Motion,
     Place,
@@ -21,12 +20,13 @@ from dusttaichi.samples.continuum.registry import (
     reads_particles,
     register,
 )
+from dusttaichi.scene.fields import Faults
 from dusttaichi.scene.quantities import Quantity
 
 
 @reads_particles
 class ImpactSample(BodyBlock):
-    """A projectile that falls on a target; the target's place is its own, its particles first."""
+    """A projectile that falls on a target; the target does not move, its particles come first."""
 
     is_body: ClassVar[bool] = False
 
@@ -37,34 +37,32 @@ class ImpactSample(BodyBlock):
     )
     speed: Annotated[float, Quantity("speed", ge=0, example="0.65 m/s")] = Field(
         "0 m/s",
-        description="speed downwards at the touch; a fall from the height h gives sqrt(2 g h)",
+        description="speed downwards at first contact; a fall from the height h gives sqrt(2 g h)",
     )
     velocity: Motion | None = Field(None, description="further velocity of the projectile")
     offset: Place | None = Field(
         None, description="displacement of the projectile from there, such as [0.2 mm, 0 mm]"
     )
     gap: Annotated[float, Quantity("length", ge=0, example="0.1 mm")] | None = Field(
-        None, description="between both surfaces at the start, default numerics.spacing"
+        None, description="initial distance of both surfaces, default numerics.spacing"
     )
 
     @property
     def has_rigid(self) -> bool:
         return self.target.has_rigid or self.projectile.has_rigid
 
-    def conflicts(self, scene) -> Found:
-        below = [
-            (f"{name}.{path}" if path else name, text)
-            for name, body in (("target", self.target), ("projectile", self.projectile))
-            for path, text in body.conflicts(scene)
-        ]
-        return super().conflicts(scene) + below
+    def conflicts(self, scene) -> Faults:
+        yield from super().conflicts(scene)
+        for name, body in (("target", self.target), ("projectile", self.projectile)):
+            for path, text in body.conflicts(scene):
+                yield f"{name}.{path}".rstrip("."), text
 
 
 @register(ImpactSample)
 def make(spec: ImpactSample, matter: Matter) -> Particles:
-    """Target and projectile, the lower end of the one a gap above the upper end of the other.
+    """Target and projectile, with a gap between their upper and lower ends.
 
-    Raises DustError where both overlap all the same (an offset into the target).
+    Raises DustError where both overlap nevertheless (an offset into the target).
     """
     target, projectile = made(spec.target, matter), made(spec.projectile, matter)
     gap = matter.spacing if spec.gap is None else spec.gap
@@ -87,7 +85,7 @@ def make(spec: ImpactSample, matter: Matter) -> Particles:
 
 
 def lower_end(body: Particles) -> float:
-    """Height of the lowest point of a body [m]: of its shape where that is known."""
+    """Height of the lowest point of a body [m], from its shape if known."""
     low = body.room[2, 0]
     if np.isfinite(low):
         return float(low)

@@ -1,8 +1,8 @@
-"""Where the particles of a body stand: triangular rows, hexagonal layers, or a relaxed glass.
+"""Positions of the particles of a body: triangular rows, hexagonal layers, or a relaxed glass.
 
-Points fill an upright room without a gap: each takes the same volume, so that the mass of what
-fills the room is exact. Lattices are stretched by less than half a spacing over the whole room for
-that, and go on across periodic faces.
+Points fill an upright box completely: all have the same volume, so that the mass of the box is
+exact. For that, lattices are stretched by less than half a spacing over the whole box, and they
+continue across periodic faces.
 """
 
 from __future__ import annotations
@@ -12,39 +12,42 @@ import scipy
 
 from dusttaichi.errors import DustError
 
-BYTES = 1000  # a particle takes in memory with its neighbours, some: what limits a sample
+BYTES = 1000  # approximate memory of a particle with its neighbours, which limits a sample
 MOST_PARTICLES = 2e7
 MOST_GLASS = 3e5  # points that are relaxed within minutes
 ROUNDS = 60  # of the relaxation
-LATTICES = ("triangular", "hexagonal", "glass")
 
 
 def volume_of(spacing: float, dimension: int) -> float:
-    """Volume that one particle takes in a close packing of nearest neighbours `spacing` apart
-    [m^2, or m^3]."""
+    """Volume of a particle in a close packing of this spacing [m^2, or m^3]."""
     return spacing**2 * 3**0.5 / 2 if dimension == 2 else spacing**3 / 2**0.5
 
 
+def sphere_volume(diameter: float, dimension: int) -> float:
+    """Area of a disc [m^2], or volume of a sphere [m^3]."""
+    return np.pi / 4 * diameter**2 if dimension == 2 else np.pi / 6 * diameter**3
+
+
 def check_count(volume: float, spacing: float, dimension: int, where: str) -> None:
-    """Raise DustError where a volume [m^2, or m^3] would hold more particles than memory should."""
+    """Raise DustError for a volume [m^2, or m^3] with too many particles, or less than one."""
     count = volume / volume_of(spacing, dimension)
     if count > MOST_PARTICLES:
         raise DustError(
-            f"{where}: it would have {count:.1e} particles, some {count * BYTES / 1e9:.0f} GB; "
-            f"allowed: {MOST_PARTICLES:.0e}. Take a longer numerics.spacing or a smaller body."
+            f"{where}: it would have {count:.1e} particles, about {count * BYTES / 1e9:.0f} GB; "
+            f"allowed: {MOST_PARTICLES:.0e}. Use a longer numerics.spacing or a smaller body."
         )
     if count < 1:
         raise DustError(
             f"{where}: it is smaller than one particle (numerics.spacing = {spacing * 1e6:g} µm); "
-            "take a shorter spacing or a larger body."
+            "use a shorter spacing or a larger body."
         )
 
 
-def fill(size, spacing: float, lattice: str, seed: int = 1) -> np.ndarray:
-    """Points that fill a room of edges `size` [m], (2,) or (3,), about its middle; (N, 2 or 3).
+def fill(size, spacing: float, lattice: str = "auto", seed: int = 1) -> np.ndarray:
+    """Points that fill a box of edges `size` [m], (2,) or (3,), about its middle; (N, 2 or 3).
 
-    lattice: "triangular" (rows, in two dimensions), "hexagonal" (hcp in three), "glass" (points at
-    random that have pushed each other apart, periodic). Raises DustError for too many.
+    lattice: "glass" (relaxed random points, periodic), otherwise the lattice of the dimension:
+    triangular (rows) in two, hexagonal (hcp) in three. Raises DustError for too many points.
     """
     size = np.asarray(size, dtype=np.float64)
     if lattice == "glass":
@@ -53,7 +56,7 @@ def fill(size, spacing: float, lattice: str, seed: int = 1) -> np.ndarray:
 
 
 def _whole(length: float, pitch: float, even: bool) -> int:
-    """How many of a pitch a length takes, rounded; an even number where there is room for two."""
+    """Number of pitches in a length, rounded, at least one; even if two fit."""
     count = length / pitch
     return max(1, 2 * round(count / 2)) if even and count > 1.5 else max(1, round(count))
 
@@ -62,7 +65,7 @@ def _rows(size, spacing):
     across = _whole(size[0], spacing, even=False)
     up = _whole(size[1], spacing * 3**0.5 / 2, even=True)
     i, j = np.meshgrid(np.arange(across), np.arange(up), indexing="ij")
-    # rows a quarter to the left and to the right: both ends alike
+    # rows are shifted by a quarter to the left and to the right, so that both ends are equal
     x = (i + 0.25 + 0.5 * (j % 2)) / across
     z = (j + 0.5) / up
     return (np.stack([x.ravel(), z.ravel()], axis=1) - 0.5) * size
@@ -80,9 +83,9 @@ def _layers(size, spacing):
 
 
 def glass(size, spacing: float, seed: int) -> np.ndarray:
-    """Points at random, relaxed in a periodic room: each pushes its neighbours away.
+    """Random points, relaxed in a periodic box by mutual repulsion.
 
-    They are as many as the close packing of that spacing has. Raises DustError for more than
+    Their number is that of the close packing of that spacing. Raises DustError for more than
     MOST_GLASS.
     """
     dimension = len(size)
@@ -91,7 +94,7 @@ def glass(size, spacing: float, seed: int) -> np.ndarray:
     if count > MOST_GLASS:
         raise DustError(
             f"sample.lattice: a glass of {count} points would take too long to relax; allowed: "
-            f"{MOST_GLASS:.0e} points. Take lattice: hexagonal, or a longer numerics.spacing."
+            f"{MOST_GLASS:.0e} points. Use lattice: hexagonal, or a longer numerics.spacing."
         )
     rng = np.random.Generator(np.random.PCG64(seed))
     points = rng.random((count, dimension)) * size
@@ -121,17 +124,27 @@ def _pushed(points, size, reach, most):
     return np.where(moved >= size, 0.0, moved)
 
 
-def ball(diameter: float, spacing: float, lattice: str, dimension: int, seed: int = 1):
-    """Points inside a disc or sphere about the origin, (N, 2 or 3).
+def hollow_sphere(spec, matter, where: str, lattice: str = "auto", seed: int = 1):
+    """Points (N, 2 or 3) of a sphere (spec.diameter, spec.hole), and its volume [m^2, or m^3].
 
-    Of some places for the middle, on a particle and between particles, that whose number of points
-    is nearest to the volume. At least one point.
+    Raises DustError as check_count.
+    """
+    dimension = matter.dimension
+    volume = sphere_volume(spec.diameter, dimension) - sphere_volume(spec.hole, dimension)
+    check_count(volume, matter.spacing, dimension, where)
+    points = sphere(spec.diameter, matter.spacing, dimension, lattice, seed)
+    return points[np.linalg.norm(points, axis=1) >= spec.hole / 2], float(volume)
+
+
+def sphere(diameter: float, spacing: float, dimension: int, lattice: str = "auto", seed: int = 1):
+    """Points inside a disc or sphere about the origin, (N, 2 or 3), at least one.
+
+    The centre is on a particle or between particles, whichever gives the best number of points.
     """
     edge = diameter + 6 * spacing
     cube = fill(np.full(dimension, edge), spacing, lattice, seed)
     near = cube[np.argsort(np.linalg.norm(cube, axis=1), kind="stable")[: 2 * dimension + 2]]
-    exact = np.pi / 4 * diameter**2 if dimension == 2 else np.pi / 6 * diameter**3
-    exact /= edge**dimension / len(cube)
+    exact = sphere_volume(diameter, dimension) / (edge**dimension / len(cube))
     best = None
     for middle in (near[0], near[:2].mean(axis=0), near[: dimension + 1].mean(axis=0)):
         inside = cube[np.linalg.norm(cube - middle, axis=1) <= diameter / 2] - middle
@@ -140,11 +153,11 @@ def ball(diameter: float, spacing: float, lattice: str, dimension: int, seed: in
     return best if best is not None else np.zeros((1, dimension))
 
 
-def upright(diameter: float, height: float, spacing: float, lattice: str, dimension: int):
+def cylinder(diameter: float, height: float, spacing: float, dimension: int):
     """Points inside an upright cylinder about the origin, in two dimensions a rectangle."""
     if dimension == 2:
-        return fill((diameter, height), spacing, lattice)
+        return fill((diameter, height), spacing)
     edge = diameter + 4 * spacing
-    block = fill((edge, edge, height), spacing, lattice)
+    block = fill((edge, edge, height), spacing)
     inside = block[np.hypot(block[:, 0], block[:, 1]) <= diameter / 2]
     return inside if len(inside) else np.zeros((1, 3))

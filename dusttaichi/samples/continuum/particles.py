@@ -1,4 +1,4 @@
-"""Bodies of the continuum before the first step: particles of material."""
+"""Bodies of the continuum before the first step, as particles."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-DUST, RIGID, HELD, WALL, ELASTIC = range(5)
-ROLES = ("dust", "rigid", "held", "wall", "elastic")
-"""Names of the roles: dust that moves; part of a rigid body; dust of a layer that moves as its face
-does; a row of a rigid wall; part of an elastic body."""
+DUST, RIGID, FIXED, WALL, ELASTIC = range(5)
+ROLES = ("dust", "rigid", "fixed", "wall", "elastic")
+"""Names of the roles: free dust; part of a rigid body; dust of a layer that moves with its face; a
+row of a rigid wall; part of an elastic body."""
 COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")  # of a symmetric tensor, in this order
 
 
@@ -18,8 +18,8 @@ class Body:
     """A body as a whole at the start [SI]; in two dimensions per metre of depth.
 
     mass [kg, or kg/m]; centre [m], velocity [m/s], spin [rad/s]: (3,). inertia (3, 3) about the
-    centre [kg m^2, or kg m]. size: its largest diameter [m]. shape: "sphere" ..., for what is known
-    of it in closed form; radius, half_height [m]: of a rigid one, half_height 0 of a sphere.
+    centre [kg m^2, or kg m]. size: its largest diameter [m]. shape: "sphere" ..., for closed forms;
+    radius, half_height [m]: of a rigid one, half_height 0 of a sphere.
     """
 
     name: str
@@ -36,7 +36,7 @@ class Body:
     half_height: float = 0.0
 
     def at(self, shift, velocity, spin) -> Body:
-        """The body elsewhere, with other motions added to its own (each (3,))."""
+        """The displaced body, with velocity and spin added to its own (each (3,))."""
         return replace(
             self,
             centre=self.centre + shift,
@@ -52,11 +52,11 @@ class Particles:
     position [m], velocity [m/s]: (N, 3). mass (N,) [kg, in two dimensions kg per metre of depth].
     density (N,) [kg/m^3]; reference (N,): the density without pressure on its elastic path
     [kg/m^3]. deviator (N, 6) [Pa], in the order of COMPONENTS. modulus (N,) [Pa], shear_ratio (N,):
-    bulk modulus and shear modulus over it of elastic bodies, not a number elsewhere. role (N,)
-    int8: DUST ...; material (N,) int8: number of the material of dust in the scene; body (N,)
-    int32: number in `bodies`, -1 of a wall; face (N,) int8: number in names.WALLS of the face that
-    moves the particle, or -1. room (3, 2) [m]: where its faces stand,
-    not a number where there is none. info: plain numbers and texts that say what it is.
+    bulk modulus and shear modulus over it of elastic bodies, NaN for others. role (N,) int8: DUST
+    ...; material (N,) int8: number of the material of dust in the scene; body (N,) int32: number in
+    `bodies`, -1 of a wall; face (N,) int8: number in names.WALLS of the face that moves the
+    particle, or -1. room (3, 2) [m]: positions of its faces, NaN where there is none. info: plain
+    numbers and texts that describe it.
     """
 
     position: np.ndarray
@@ -105,18 +105,18 @@ class Particles:
 
     @property
     def is_dust(self) -> np.ndarray:
-        """Which particles are of dust, held or not, (N,) bool."""
-        return np.isin(self.role, (DUST, HELD))
-
-    @property
-    def up(self) -> int:
-        """Number of the vertical axis."""
-        return 2
+        """True for particles of dust, fixed or not, (N,) bool."""
+        return np.isin(self.role, (DUST, FIXED))
 
     @property
     def axes(self) -> tuple[int, ...]:
         """Numbers of the axes along which particles can move."""
         return (0, 2) if self.dimension == 2 else (0, 1, 2)
+
+    def fill_room(self, size) -> None:
+        """Set `room` to a box of these edges [m], (2,) or (3,), about the origin."""
+        for axis, edge in zip(self.axes, size, strict=True):
+            self.room[axis] = (-edge / 2, edge / 2)
 
 
 ARRAYS = (
@@ -126,7 +126,7 @@ ARRAYS = (
 
 
 def joined(parts: list[Particles]) -> Particles:
-    """Several bodies as one sample, their numbers one after another."""
+    """Several bodies as one sample, numbered consecutively."""
     first = parts[0]
     together = {name: np.concatenate([getattr(p, name) for p in parts]) for name in ARRAYS}
     numbers, count = [], 0
@@ -144,9 +144,9 @@ def joined(parts: list[Particles]) -> Particles:
 
 
 def moved(particles: Particles, shift=0.0, velocity=0.0, spin=0.0) -> Particles:
-    """The same sample elsewhere, in motion, turning about its centre of mass.
+    """The displaced sample, with motion and rotation about its centre of mass.
 
-    shift [m], velocity [m/s], spin [rad/s]: (3,) each, velocities on top of what it has.
+    shift [m], velocity [m/s], spin [rad/s]: (3,) each, added to its own.
     """
     shift, velocity, spin = (np.zeros(3) + v for v in (shift, velocity, spin))
     centre = np.average(particles.position, axis=0, weights=particles.mass)

@@ -1,7 +1,7 @@
-"""The kinds of bodies that a scene of the continuum may ask for with `sample.kind`.
+"""Kinds of bodies for `sample.kind` of the continuum.
 
-A kind is a YAML block and a function that makes Particles of it, as for samples of grains; each
-file of this folder that makes a kind registers it. A package may add its own:
+A kind is a YAML block and a function that makes Particles of it, as for samples of grains. Built-in
+kinds register themselves; a package may add its own:
 
     class Ring(BodyBlock):
         kind: Literal["ring"]
@@ -23,7 +23,7 @@ from pydantic import Discriminator, Field, Tag
 from dusttaichi.samples.continuum.particles import Particles, moved
 from dusttaichi.samples.kinds import AnyOf, Kinds
 from dusttaichi.samples.values import Position, Seed, Spin, Velocity
-from dusttaichi.scene.fields import Block, Number
+from dusttaichi.scene.fields import Block, Faults, Number, plain_or_block
 from dusttaichi.scene.quantities import Quantity
 
 CONTINUUM = Kinds(__package__)
@@ -31,15 +31,13 @@ KINDS = CONTINUUM.kinds
 reads_particles = CONTINUUM.reads
 register = CONTINUUM.register
 
-Found = list[tuple[str, str]]
-
 
 def _entries(value: Any) -> str:
     return "flat" if isinstance(value, (list, tuple)) and len(value) == 2 else "solid"
 
 
 def in_plane_or_space(flat, solid):
-    """A type of vectors that has two numbers (x, z) in two dimensions and three otherwise."""
+    """Type of vectors with two numbers (x, z) in two dimensions and three otherwise."""
     return Annotated[
         Annotated[flat, Tag("flat")] | Annotated[solid, Tag("solid")], Discriminator(_entries)
     ]
@@ -75,10 +73,10 @@ def lifted(points: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Matter:
-    """Material and spacing of bodies: all that a sample needs of its scene [SI].
+    """Material and spacing of bodies [SI].
 
     dimension: 2 or 3. spacing [m] of nearest particles. solid [kg/m^3]: density of the solid;
-    filling_factor: of the dust at the start. least, most: filling factors that the material allows.
+    filling_factor: initial one of the dust. least, most: allowed filling factors of the material.
     number: of the material in the scene; others: the Matter of its `materials`, by name.
     """
 
@@ -92,62 +90,54 @@ class Matter:
     others: dict[str, Matter] = field(default_factory=dict)
 
     def of(self, name: str | None) -> Matter:
-        """The Matter of the material of that name; of None this one."""
+        """The Matter of the material of that name, or this one for None."""
         return self if name is None else self.others[name]
-
-    @property
-    def vertical(self) -> np.ndarray:
-        """Unit vector upwards."""
-        return np.array([0.0, 0.0, 1.0])
 
 
 class BodyBlock(Block):
     """The YAML block of a kind; its field `kind` is a Literal with the kind's name."""
 
     is_body: ClassVar[bool] = True
-    """False where it is made of several bodies, and so cannot be one of them."""
+    """False for a kind of several bodies, which cannot be one of them."""
 
     @property
     def has_rigid(self) -> bool:
-        """Whether a body of it is rigid."""
+        """True where one of its bodies is rigid."""
         return False
 
     @property
-    def named_materials(self) -> Found:
-        """(dotted path below this, name) of the materials that it names."""
+    def named_materials(self) -> list[tuple[str, str]]:
+        """Materials that it names, as (dotted path, name); the paths are relative to this block."""
         return []
 
-    def conflicts(self, scene) -> Found:
-        """Conflicts with the scene's other blocks, as (dotted path below this, text)."""
-        found = []
+    def conflicts(self, scene) -> Faults:
+        """Conflicts with the scene's other blocks; the paths are relative to this block."""
         for name in ("size", "position", "velocity", "offset"):
             value = getattr(self, name, None)
             if isinstance(value, tuple) and len(value) != scene.dimension:
                 axes = "[x, z]" if scene.dimension == 2 else "[x, y, z]"
                 text = f"{scene.dimension} entries {axes} are needed with dimension: "
-                found.append((name, f"{text}{scene.dimension}"))
+                yield name, f"{text}{scene.dimension}"
         spin = getattr(self, "spin", None)
         if spin is not None and isinstance(spin, tuple) != (scene.dimension == 3):
             needed = "one angular velocity, about the axis out of the plane,"
             if scene.dimension == 3:
                 needed = "a list of 3 angular velocities"
-            found.append(("spin", f"{needed} is needed with dimension: {scene.dimension}"))
+            yield "spin", f"{needed} is needed with dimension: {scene.dimension}"
         for path, name in self.named_materials:
             if name not in scene.materials:
                 there = ", ".join(scene.materials) or "none so far"
-                found.append((path, f"a name of the block `materials` is needed: {there}"))
-        lattice = getattr(self, "lattice", "auto")
+                yield path, f"a name of the block `materials` is needed: {there}"
         wrong = {2: "hexagonal", 3: "triangular"}[scene.dimension]
-        if lattice == wrong:
-            found.append(("lattice", f"{wrong} is not for dimension: {scene.dimension}"))
-        return found
+        if getattr(self, "lattice", "auto") == wrong:
+            yield "lattice", f"{wrong} is not for dimension: {scene.dimension}"
 
 
 class FreeBody(BodyBlock):
-    """Keys of every single body: where it is and how it moves."""
+    """Keys of every single body: its position and its motion."""
 
     position: Place | None = Field(
-        None, description="[x, z], in three dimensions [x, y, z]: where its own origin comes to lie"
+        None, description="[x, z], in three dimensions [x, y, z]: position of its own origin"
     )
     velocity: Motion | None = Field(None, description="velocity, default at rest")
     spin: Turning | None = Field(
@@ -157,7 +147,7 @@ class FreeBody(BodyBlock):
     )
 
     def placed(self, particles: Particles) -> Particles:
-        """The body where this block wants it, and in motion."""
+        """The body at the position of this block, with its motion."""
         spin = self.spin
         if spin is None or isinstance(spin, tuple):
             spin = in_space(spin)
@@ -166,7 +156,7 @@ class FreeBody(BodyBlock):
         return moved(particles, in_space(self.position), in_space(self.velocity), spin)
 
 
-MATERIAL = "name of one of the scene's `materials` that it is made of; default: its `material`"
+MATERIAL = "its material, the name of one of the scene's `materials`; default: its `material`"
 
 
 class DustBody(FreeBody):
@@ -175,7 +165,7 @@ class DustBody(FreeBody):
     material: str | None = Field(None, description=MATERIAL)
 
     @property
-    def named_materials(self) -> Found:
+    def named_materials(self) -> list[tuple[str, str]]:
         return [] if self.material is None else [("material", self.material)]
 
 
@@ -191,7 +181,7 @@ class Layer(Block):
 
 
 class Variation(Block):
-    """A filling factor that is not the same everywhere."""
+    """A filling factor with layers and scatter."""
 
     mean: Annotated[float, Number(gt=0, lt=1)] | None = Field(
         None, description="filling factor, default that of the material"
@@ -200,25 +190,21 @@ class Variation(Block):
         (), description="layers from the top down; below the last one it is `mean`"
     )
     sigma: Annotated[float, Number(ge=0, lt=0.5)] = Field(
-        0.0, description="standard deviation of a Gaussian scatter on top (G09 Fig 10)"
+        0.0, description="standard deviation of an additional Gaussian scatter (G09 Fig 10)"
     )
     length: Annotated[float, Quantity("length", ge=0, example="0.2 mm")] = Field(
-        "0 m", description="length over which the scatter is alike; 0 m: each particle its own"
+        "0 m", description="correlation length of the scatter; 0 m: independent particles"
     )
     seed: Seed = Field(1, description="seed of the scatter")
 
 
-Filling = Annotated[
-    Annotated[float, Number(gt=0, lt=1), Tag("number")] | Annotated[Variation, Tag("block")],
-    Discriminator(lambda v: "block" if isinstance(v, (dict, Variation)) else "number"),
-]
-
+Filling = plain_or_block(Annotated[float, Number(gt=0, lt=1)], Variation)
 AnyParticles = Annotated[BodyBlock, AnyOf(CONTINUUM)]
 AnySingleBody = Annotated[BodyBlock, AnyOf(CONTINUUM, bodies=True)]
 
 
 def made(spec: BodyBlock, matter: Matter) -> Particles:
-    """The particles of a block; their info says what they are."""
+    """The particles of a block, with kind and number as info."""
     particles = KINDS[spec.kind].make(spec, matter)
     particles.info.setdefault("kind", spec.kind)
     particles.info["particles"] = len(particles)

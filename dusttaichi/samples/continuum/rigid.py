@@ -5,18 +5,17 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dusttaichi.samples.continuum import lattice
 from dusttaichi.samples.continuum.particles import RIGID, Body, Particles
 from dusttaichi.samples.continuum.registry import FreeBody, Matter, lifted, register
-from dusttaichi.samples.continuum.sphere import volume_of
-from dusttaichi.scene.fields import problems
+from dusttaichi.scene.fields import Faults
 from dusttaichi.scene.quantities import Density, Quantity
 
 
 class RigidSample(FreeBody):
-    """A rigid body about the origin. Its surface is exact; its particles show where it is."""
+    """A rigid body about the origin, with an exact surface; its particles are for display."""
 
     @property
     def has_rigid(self) -> bool:
@@ -35,31 +34,28 @@ class RigidSample(FreeBody):
     )
     density: Density = Field(description="density of the body")
 
-    @model_validator(mode="after")
-    def _check(self) -> RigidSample:
+    def faults(self) -> Faults:
         if (self.height is None) == (self.shape == "cylinder"):
             text = "a length is needed" if self.height is None else "it is for the cylinder only"
-            raise problems([("height", text)])
-        return self
+            yield "height", text
 
 
 @register(RigidSample)
 def make(spec: RigidSample, matter: Matter) -> Particles:
-    """The rigid body that spec asks for; mass and moments of inertia are those of the shape.
+    """The rigid body of spec; mass and moments of inertia are those of the shape.
 
-    Raises DustError for more particles than the memory should hold, or a body smaller than one.
+    Raises DustError for too many particles for the memory, or a body smaller than one.
     """
     dimension, spacing = matter.dimension, matter.spacing
-    own = "triangular" if dimension == 2 else "hexagonal"
     if spec.shape == "sphere":
-        volume = float(volume_of(spec.diameter, dimension))
+        volume = float(lattice.sphere_volume(spec.diameter, dimension))
         lattice.check_count(volume, spacing, dimension, "rigid body: diameter")
-        points = lattice.ball(spec.diameter, spacing, own, dimension)
+        points = lattice.sphere(spec.diameter, spacing, dimension)
     else:
         area = spec.diameter if dimension == 2 else np.pi / 4 * spec.diameter**2
         volume = float(area * spec.height)
         lattice.check_count(volume, spacing, dimension, "rigid body: diameter, height")
-        points = lattice.upright(spec.diameter, spec.height, spacing, own, dimension)
+        points = lattice.cylinder(spec.diameter, spec.height, spacing, dimension)
     mass = spec.density * volume
     still = np.zeros(3)
     inertia = mass * _gyration(spec, dimension)
@@ -67,7 +63,7 @@ def make(spec: RigidSample, matter: Matter) -> Particles:
     name = "bead" if spec.shape == "sphere" else "punch"
     extent = {"radius": spec.diameter / 2, "half_height": (spec.height or 0.0) / 2}
     body = Body(name, True, mass, still, still, still, inertia, size, spec.shape, **extent)
-    # as many points as there are: their volumes are scaled, their middle is the body's
+    # the volumes of the points are scaled, and their middle is the body's
     points = points - points.mean(axis=0)
     count = len(points)
     particles = Particles(

@@ -1,24 +1,23 @@
-"""Several bodies, each where it says it is, with a velocity and a spin of its own."""
+"""Several bodies, each with its own position, velocity and spin."""
 
 from __future__ import annotations
 
 from typing import ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field
 
 from dusttaichi.samples.continuum.impact import check_free
 from dusttaichi.samples.continuum.particles import Particles, joined
 from dusttaichi.samples.continuum.registry import (
     AnySingleBody,
     BodyBlock,
-    Found,
     Matter,
     made,
     reads_particles,
     register,
 )
-from dusttaichi.scene.fields import needed
+from dusttaichi.scene.fields import Faults
 
 
 @reads_particles
@@ -30,28 +29,23 @@ class SeveralBodies(BodyBlock):
     kind: Literal["several"]
     bodies: tuple[AnySingleBody, ...] = Field(description="the bodies, each a block of its kind")
 
-    @field_validator("bodies", mode="after")
-    @classmethod
-    def _some(cls, value):
-        if not value:
-            raise needed("at least one body is needed")
-        return value
+    def faults(self) -> Faults:
+        if not self.bodies:
+            yield "bodies", "at least one body is needed"
 
     @property
     def has_rigid(self) -> bool:
         return any(body.has_rigid for body in self.bodies)
 
-    def conflicts(self, scene) -> Found:
-        return [
-            (f"bodies.{n}.{path}" if path else f"bodies.{n}", text)
-            for n, body in enumerate(self.bodies)
-            for path, text in body.conflicts(scene)
-        ]
+    def conflicts(self, scene) -> Faults:
+        for n, body in enumerate(self.bodies):
+            for path, text in body.conflicts(scene):
+                yield f"bodies.{n}.{path}".rstrip("."), text
 
 
 @register(SeveralBodies)
 def make(spec: SeveralBodies, matter: Matter) -> Particles:
-    """The bodies one after another; the room is what holds them all.
+    """The bodies one after another; the room encloses all of them.
 
     Raises DustError where two of them overlap.
     """

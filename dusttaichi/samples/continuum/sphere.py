@@ -1,4 +1,4 @@
-"""A ball of dust: a disc in two dimensions."""
+"""A sphere of dust: a disc in two dimensions."""
 
 from __future__ import annotations
 
@@ -6,24 +6,22 @@ from dataclasses import replace
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples.continuum import lattice
-from dusttaichi.samples.continuum.block import lattice_of
 from dusttaichi.samples.continuum.dust import dust, whole
 from dusttaichi.samples.continuum.particles import Particles, joined
 from dusttaichi.samples.continuum.registry import (
     MATERIAL,
     DustBody,
     Filling,
-    Found,
     Lattice,
     Matter,
     register,
 )
 from dusttaichi.samples.values import Seed
-from dusttaichi.scene.fields import Block, problems
+from dusttaichi.scene.fields import Block, Faults
 from dusttaichi.scene.quantities import Quantity
 
 
@@ -46,7 +44,7 @@ class SphereSample(DustBody):
     diameter: Annotated[float, Quantity("length", gt=0, example="1 mm")] = Field(
         description="diameter of the sphere"
     )
-    lattice: Lattice = Field("auto", description="where particles stand, as in a block")
+    lattice: Lattice = Field("auto", description="positions of the particles, as in a block")
     seed: Seed = Field(1, description="seed of the glass")
     filling_factor: Filling | None = Field(
         None, description="filling factor, or a block with layers and scatter; default: material's"
@@ -59,60 +57,48 @@ class SphereSample(DustBody):
     )
     radial_velocity: Annotated[float, Quantity("speed", example="-5 m/s")] = Field(
         "0 m/s",
-        description="velocity of the surface of its hole outwards, negative inwards, and "
-        "elsewhere so that no volume changes: a ring or shell that expands or implodes",
+        description="outward velocity of the surface of its hole, negative inwards, with a "
+        "divergence-free field elsewhere: an expanding or imploding ring or shell",
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> SphereSample:
+    def faults(self) -> Faults:
         if not self.hole < self.diameter:
-            raise problems([("hole", "a hole smaller than the diameter is needed")])
-        if self.radial_velocity and not self.hole:
-            raise problems([("radial_velocity", "it is for rings and shells; give a hole as well")])
-        if self.core and self.hole:
-            raise problems([("hole", "a sphere has a core or a hole; leave one of them out")])
-        if self.core and not self.core.diameter < self.diameter:
-            raise problems([("core.diameter", "a core smaller than the sphere is needed")])
-        return self
+            yield "hole", "a hole smaller than the diameter is needed"
+        elif self.radial_velocity and not self.hole:
+            yield "radial_velocity", "it is for rings and shells; give a hole as well"
+        elif self.core and self.hole:
+            yield "hole", "a sphere has a core or a hole; leave one of them out"
+        elif self.core and not self.core.diameter < self.diameter:
+            yield "core.diameter", "a core smaller than the sphere is needed"
 
     @property
-    def named_materials(self) -> Found:
+    def named_materials(self) -> list[tuple[str, str]]:
         named = self.core and self.core.material is not None
         return super().named_materials + ([("core.material", self.core.material)] if named else [])
 
 
-def volume_of(diameter: float, dimension: int) -> float:
-    """Area of a disc [m^2], or volume of a sphere [m^3]."""
-    return np.pi / 4 * diameter**2 if dimension == 2 else np.pi / 6 * diameter**3
-
-
 @register(SphereSample)
 def make(spec: SphereSample, matter: Matter) -> Particles:
-    """The sphere that spec asks for: lattice points inside, whose volumes are scaled to be exact.
+    """The sphere of spec: lattice points inside, whose volumes are scaled to be exact.
 
-    Raises DustError for more particles than the memory should hold, or a sphere smaller than one.
+    Raises DustError for too many particles for the memory, or a sphere smaller than one.
     """
-    volume = volume_of(spec.diameter, matter.dimension) - volume_of(spec.hole, matter.dimension)
-    lattice.check_count(volume, matter.spacing, matter.dimension, "sample.diameter")
-    points = lattice.ball(
-        spec.diameter, matter.spacing, lattice_of(spec, matter), matter.dimension, spec.seed
-    )
-    points = points[np.linalg.norm(points, axis=1) >= spec.hole / 2]
+    points, volume = lattice.hollow_sphere(spec, matter, "sample.diameter", spec.lattice, spec.seed)
     particles = _dust(spec, points, volume, matter)
     if spec.radial_velocity:
         away = np.linalg.norm(particles.position, axis=1, keepdims=True)
         share = (spec.hole / 2 / away) ** (matter.dimension - 1)
         particles.velocity += spec.radial_velocity * share * particles.position / away
-    reach = spec.diameter / 2
-    for axis in particles.axes:
-        particles.room[axis] = (-reach, reach)
+    particles.fill_room([spec.diameter] * matter.dimension)
     particles.info["diameter"] = spec.diameter
     return spec.placed(particles)
 
 
 def _dust(spec: SphereSample, points, volume: float, matter: Matter) -> Particles:
-    """Dust on the points of a sphere of that volume, its core of another one; masses of both are
-    exact. Raises DustError for a core without a particle."""
+    """Dust on the points of a sphere of that volume with its core; masses of both are exact.
+
+    Raises DustError for a core without a particle.
+    """
     own = matter.of(spec.material)
     if spec.core is None:
         return dust(points, volume, own, spec.filling_factor, "sphere")
@@ -120,10 +106,10 @@ def _dust(spec: SphereSample, points, volume: float, matter: Matter) -> Particle
     if not inside.any() or inside.all():
         raise DustError(
             f"sample.core.diameter = {spec.core.diameter * 1e3:.4g} mm: {inside.sum()} of the "
-            f"{len(points)} particles of the sphere are in its core; take a smaller "
+            f"{len(points)} particles of the sphere are in its core; use a smaller "
             "numerics.spacing, or another diameter."
         )
-    of_core = float(volume_of(spec.core.diameter, matter.dimension))
+    of_core = float(lattice.sphere_volume(spec.core.diameter, matter.dimension))
     core = dust(
         points[inside], of_core, matter.of(spec.core.material), spec.core.filling_factor, "core"
     )
