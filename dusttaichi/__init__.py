@@ -8,15 +8,15 @@ from dusttaichi.compute.cache import provide_home
 
 __version__ = "0.1.0"
 
-# Taichi greets on import; the output of a run belongs to the user
+# Taichi prints a header on import; the output of a run is for the user
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 provide_home()
 
-# Taichi asks of each function it decorates at import who imports it; that this is Python's own
-# importer, and no module, is found only after all modules have been searched: half a second in all
+# For each function that it decorates at import Taichi searches the importing module among all
+# modules, which takes half a second in all, because it is Python's own importer
 inspect.modulesbyfile["<frozen importlib._bootstrap>"] = "importlib._bootstrap"
 
-# What people need from Python, by name; imported when it is first asked for.
+# The Python interface by name; imported on first use.
 _NAMES = {
     "load": "dusttaichi.scene",
     "from_yaml": "dusttaichi.scene",
@@ -27,13 +27,13 @@ _NAMES = {
     "open_run": "dusttaichi.analysis",
     "DustError": "dusttaichi.errors",
 }
-_ROOMS = ("analysis", "export", "plots", "samples", "scene")
+_SUBPACKAGES = ("analysis", "export", "plots", "samples", "scene")
 
-__all__ = ["__version__", *_NAMES, *_ROOMS]
+__all__ = ["__version__", *_NAMES, *_SUBPACKAGES]
 
 
 def __getattr__(name):
-    if name in _ROOMS:
+    if name in _SUBPACKAGES:
         return import_module(f"{__name__}.{name}")
     if name not in _NAMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,4 +1,4 @@
-"""Files that are whole at any moment: atomic replacement, room on the disk, the lock of a run."""
+"""Files that are complete at any time: atomic replacement, disk space, the lock of a run."""
 
 import errno
 import os
@@ -18,21 +18,21 @@ try:
 except ImportError:  # not a POSIX system: runs there go without a lock
     fcntl = None
 
-MEMORY = Path("/dev/shm")  # files in memory, where the system has them
-WORK = "dusttaichi-"  # how their names begin
+MEMORY = Path("/dev/shm")  # folder of files in memory, if the system has one
+WORK = "dusttaichi-"  # prefix of their names
 BLOCK = 1 << 20  # bytes that are read at a time
-FORGOTTEN = 3600.0  # s after which a file there is of a process that has been killed
-KERNEL_FOLDER = "TI_OFFLINE_CACHE_FILE_PATH"  # the variable of Taichi that says where kernels go
+FORGOTTEN = 3600.0  # age [s] of such a file from which its process was killed
+KERNEL_FOLDER = "TI_OFFLINE_CACHE_FILE_PATH"  # Taichi's variable for the folder of kernels
 RESULT, CHECKPOINT = "result.nc", "checkpoint.bin"  # the files of a run directory
 
 
 def parts_folder(result):
-    """Where the files lie that continue a result while its run goes on (results/pieces.py)."""
+    """Folder of the files that continue a result during its run (results/pieces.py)."""
     return Path(result).with_suffix(".parts")
 
 
 def run_files(directory):
-    """Relative paths of the files that a run goes on from, as far as they are there."""
+    """Relative paths of the existing files from which a run continues."""
     directory = Path(directory)
     parts = sorted(parts_folder(directory / RESULT).glob("[0-9]*.nc"))
     names = [RESULT, CHECKPOINT, *(str(part.relative_to(directory)) for part in parts)]
@@ -40,8 +40,8 @@ def run_files(directory):
 
 
 def refuse_unreadable(path, most=None):
-    """Raises ValueError where no regular file of at most `most` bytes is at `path`, without opening
-    it, as a pipe may wait for ever; FileNotFoundError where nothing is there."""
+    """Raise ValueError if `path` is not a regular file of at most `most` bytes, without opening it,
+    because a pipe may block; FileNotFoundError if it does not exist."""
     try:
         found = Path(path).stat()
     except FileNotFoundError:
@@ -58,7 +58,7 @@ def refuse_unreadable(path, most=None):
 
 
 def explain(error, path):
-    """One clause for the user: what the operating system's (or HDF5's) `error` on `path` means."""
+    """Meaning of an `error` of the operating system (or HDF5) on `path`, as a clause."""
     code = getattr(error, "errno", None)
     folder = Path(path).parent
     if code == errno.EROFS:
@@ -71,12 +71,12 @@ def explain(error, path):
         return "the file would be larger than this system allows"
     free = shutil.disk_usage(folder).free
     if code in (errno.ENOSPC, errno.EDQUOT) or free < 1_000_000:
-        return f"the disk has no room for it ({free / 1e6:.1f} MB free, or a quota is reached)"
+        return f"the disk is full ({free / 1e6:.1f} MB free, or a quota is reached)"
     return str(error)
 
 
 def replace_atomically(temporary, path):
-    """Move `temporary` to `path` such that `path` is whole at any moment, also after a power cut.
+    """Move `temporary` to `path` such that `path` is complete at any time, also after a power cut.
 
     Raises OSError.
     """
@@ -103,16 +103,15 @@ def _sync_folder(folder):
 
 
 def remove(path):
-    """Remove a file that does no harm where it cannot be removed, as on a disk that is read-only
-    since an error."""
+    """Remove a file if possible, which it is not on a disk that became read-only."""
     with suppress(OSError):
         Path(path).unlink()
 
 
 def write_whole(path, data):
-    """Put bytes into the place of the file at `path`, which is whole at any moment.
+    """Replace the file at `path` by these bytes, such that it is complete at any time.
 
-    data: bytes, or blocks of them one after the other. Raises OSError; the file is then as it was.
+    data: bytes, or an iterable of blocks. Raises OSError; the file is then unchanged.
     """
     path = Path(path)
     temporary = path.with_name(f".{path.name}.tmp")
@@ -133,11 +132,11 @@ def _write_all(file, block):
 
 
 class WorkFile:
-    """A file that a library works on which does not recover from a write that fails (HDF5).
+    """A temporary file for a library that does not recover from failed writes (HDF5).
 
-    It is in memory (MEMORY) where that has room for it, else on disk, beside the file at `beside`,
-    after a try whether its room is there. room: bytes that may be written. A context manager; at
-    its end the file is gone. Raises OSError where there is no room.
+    It is in memory (MEMORY) if there is enough, otherwise on disk, beside the file at `beside`,
+    with reserved space. room: largest size [bytes]. A context manager, which removes the file.
+    Raises OSError if there is not enough space.
     """
 
     def __init__(self, beside, room):
@@ -157,14 +156,13 @@ class WorkFile:
                 raise
 
     def hide(self):
-        """Once the library has it open: its name goes, so that not even a kill leaves it behind."""
+        """Remove the name of the file, which the library has opened, so that it cannot remain."""
         if os.name == "posix":
             self.path.unlink()
             self._hidden = True
 
     def blocks(self):
-        """The bytes of the file, once the library has closed it, in blocks; each is overwritten by
-        the next."""
+        """Blocks of bytes of the file after the library has closed it; each overwrites the last."""
         buffer = memoryview(bytearray(BLOCK))
         with open(self._descriptor, "rb", buffering=0, closefd=False) as file:
             file.seek(0)
@@ -182,7 +180,7 @@ class WorkFile:
 
 @lru_cache(maxsize=1)
 def _remove_forgotten():
-    """Remove work files of processes that a kill has hit in the moment before `hide`."""
+    """Remove work files of processes that were killed before `hide`."""
     for path in MEMORY.glob(f"{WORK}*"):
         with suppress(OSError):
             found = path.stat()
@@ -191,7 +189,7 @@ def _remove_forgotten():
 
 
 def _free(folder):
-    """Bytes that are free where that folder is; 0 where it cannot be written."""
+    """Free bytes on the disk of a folder; 0 if it is not writable."""
     if not os.access(folder, os.W_OK):
         return 0
     return shutil.disk_usage(folder).free
@@ -217,9 +215,9 @@ def clone(source, target):
 
 
 def reserve(path, size):
-    """Make sure that `size` more bytes fit behind the end of the file. Raises OSError if not.
+    """Reserve `size` bytes after the end of the file. Raises OSError if the disk is full.
 
-    HDF5 does not recover from a write that fails, so what can fail is tried before it.
+    HDF5 does not recover from failed writes.
     """
     if hasattr(os, "posix_fallocate"):
         descriptor = os.open(path, os.O_RDWR)
@@ -233,25 +231,21 @@ def reserve(path, size):
 
 
 class RunLock:
-    """Keeps a second process out of a run directory; the kernel drops it when a process dies.
+    """Lock of a run directory against a second process; the system releases it with its process.
 
     `RunLock(directory)` takes it at once, makes the directory if it is missing, and raises
-    DustError where another run holds it or the directory cannot be written. A context manager.
-    Not filelock's: that one cannot say who holds a lock (in releases for Python 3.10 a second
-    process empties the file), and gives up on network file systems without locks.
+    DustError if another run has it or the directory is not writable. A context manager. The package
+    filelock cannot identify the owner of a lock (in releases for Python 3.10 a second process
+    empties the file), and fails on network file systems without locks.
     """
 
     def __init__(self, directory):
         self.path = Path(directory) / ".lock"
+        self._descriptor = self._folder = None
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._descriptor = self._take()
-        except OSError as error:
-            raise DustError(
-                f"Cannot write in {self.path.parent}: {explain(error, self.path)}."
-            ) from error
-        self._folder = self._take_folder()
-        try:
+            self._folder = self._take_folder()
             os.ftruncate(self._descriptor, 0)
             os.pwrite(self._descriptor, f"{os.getpid()} on {socket.gethostname()}\n".encode(), 0)
         except OSError as error:
@@ -261,8 +255,7 @@ class RunLock:
             ) from error
 
     def _take_folder(self):
-        """The folder is locked as well, so that it helps nobody to delete the lock file; None where
-        the system cannot."""
+        """Lock the folder as well, in case that the lock file is deleted; None if impossible."""
         if fcntl is None:
             return None
         folder = os.open(self.path.parent, os.O_RDONLY)
@@ -270,10 +263,10 @@ class RunLock:
             fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
             os.close(folder)
-            held = self._held(self._descriptor)
-            remove(self.path)  # it is this one's: the holder's has been deleted
+            taken = self._taken(self._descriptor)
+            remove(self.path)  # it is this one's: the owner's was deleted
             os.close(self._descriptor)
-            raise held from error
+            raise taken from error
         except OSError:  # network file systems lock no folders
             os.close(folder)
             return None
@@ -292,7 +285,7 @@ class RunLock:
                 raise
             if same:
                 return descriptor
-            os.close(descriptor)  # its holder removed the file in between: take the new one
+            os.close(descriptor)  # its owner removed the file in between: take the new one
 
     def _lock(self, descriptor):
         if fcntl is None:
@@ -300,27 +293,27 @@ class RunLock:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
-            raise self._held(descriptor) from error
+            raise self._taken(descriptor) from error
         except OSError as error:
             if error.errno not in (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS):
                 raise
-            if self._holder_lives(descriptor):  # a network file system without locks
-                raise self._held(descriptor) from error
+            if self._owner_lives(descriptor):  # a network file system without locks
+                raise self._taken(descriptor) from error
 
-    def _held(self, descriptor):
-        holder = os.pread(descriptor, 200, 0).decode(errors="replace").strip()
+    def _taken(self, descriptor):
+        owner = os.pread(descriptor, 200, 0).decode(errors="replace").strip()
         return DustError(
-            f"Another run is writing into {self.path.parent} (process {holder or 'unknown'}). "
+            f"Another run is writing into {self.path.parent} (process {owner or 'unknown'}). "
             "Wait for it, stop it, or choose another output directory."
         )
 
     @staticmethod
-    def _holder_lives(descriptor):
+    def _owner_lives(descriptor):
         number, _, host = os.pread(descriptor, 200, 0).decode(errors="replace").partition(" on ")
         if not number.isdigit():
             return False
         if host.strip() != socket.gethostname():
-            return True  # cannot be known from here: rather refuse than spoil a result
+            return True  # unknown from here: refuse rather than corrupt a result
         try:
             os.kill(int(number), 0)
         except ProcessLookupError:
@@ -331,11 +324,11 @@ class RunLock:
 
     @property
     def descriptors(self):
-        """The open lock file and folder, for a process that is to hold the lock as well."""
+        """The open lock file and folder, for a process that inherits the lock."""
         return [n for n in (self._descriptor, self._folder) if n is not None]
 
     def release(self):
-        """Give the lock back and remove its file. May be called again."""
+        """Release the lock and remove its file. May be called again."""
         if self._descriptor is None:
             return
         remove(self.path)

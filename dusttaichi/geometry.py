@@ -1,6 +1,6 @@
-"""Geometry of samples: shadows, volumes, neighbours (NumPy and SciPy, pure functions).
+"""Geometry of samples: projections, volumes, neighbours (NumPy and SciPy, pure functions).
 
-Any unit of length, as long as it is one. Positions are (N, 3), in the order x, y, z.
+Lengths are in any common unit. Positions are (N, 3), in the order x, y, z.
 """
 
 import numpy as np
@@ -10,8 +10,11 @@ from dusttaichi.names import AXES
 
 
 def nearest_image(d, period, tilt=0.0):
-    """Distance vectors (..., 3) to the nearest image, of a cell with the edges `period` (3,), inf
-    along axes that are not periodic; the image above it stands `tilt` further along x."""
+    """Distance vectors (..., 3) to the nearest image.
+
+    period: edges of the cell (3,), inf along axes that are not periodic. tilt: shift of the image
+    above along x.
+    """
     d = np.array(d, float)
     for n in (2, 1, 0):
         if np.isfinite(period[n]):
@@ -25,8 +28,8 @@ def nearest_image(d, period, tilt=0.0):
 def pairs_within(positions, radii, factor=1.0, period=None):
     """Pairs i < j no farther apart than `factor` times the sum of their radii: i, j, distance.
 
-    positions: (N, D); radii: (N,); period: edges (D,) of a periodic cell that the positions stand
-    in. Radii are taken by octaves, so that a large one does not make small ones look far.
+    positions: (N, D); radii: (N,); period: edges (D,) of a periodic cell around the positions. The
+    search is by octaves of the radii, so that large ones do not extend the search of small ones.
     """
     octave = np.floor(np.log2(radii / np.min(radii))).astype(int)
     groups = [np.flatnonzero(octave == k) for k in np.unique(octave)]
@@ -69,7 +72,7 @@ def union_area(centres, radius):
 
 
 def _union_unequal(centres, radius):
-    """Area of the union of discs of radii (N,); those that lie in another one count for nothing."""
+    """Area of the union of discs of radii (N,), without those that are inside another one."""
     sound = radius > 0.0
     if not sound.any():
         return 0.0
@@ -100,7 +103,7 @@ def _free_arcs(count, owner, towards, half):
     """
     middle = np.arctan2(towards[:, 1], towards[:, 0])
     start, end = (middle - half) % (2 * np.pi), (middle + half) % (2 * np.pi)
-    # an arc over angle 0 is two; an empty one at either end of each circle closes the list
+    # an arc over angle 0 is split; an empty one at either end of each circle closes the list
     over = start > end
     every = np.arange(count)
     disc = np.concatenate([owner, owner[over], every, every])
@@ -117,14 +120,14 @@ def _free_arcs(count, owner, towards, half):
 
 
 def _ranks(values):
-    """Place of each value in the sorted array, so that a sort by two keys is one of integers."""
+    """Ranks of values, with which a sort by two keys becomes one of integers."""
     ranks = np.empty(len(values), dtype=np.int64)
     ranks[np.argsort(values)] = np.arange(len(values))
     return ranks
 
 
 def projected_area(positions, radius, axis="z"):
-    """Area of the shadow of spheres along `axis` (x, y or z) [length^2]: `union_area`."""
+    """Projected area of spheres along `axis` (x, y or z) [length^2], see `union_area`."""
     return union_area(np.delete(np.asarray(positions, float), AXES.index(axis), axis=1), radius)
 
 
@@ -135,35 +138,35 @@ def cylinder_volume(positions, radius, axis_xy, cylinder_radius, *, low, high):
     """Volume of spheres inside an upright cylinder [length^3].
 
     positions: (N, 3) centres. radius: of every sphere, or (N,). axis_xy: (x, y) of the axis. The
-    cylinder reaches from z = low to z = high. Where spheres overlap their volume counts twice
-    (grains in contact overlap by 1e-4 of their radius). Spheres wholly within the mantle are exact;
-    for the others the area of the lens of two circles is integrated over z between the heights
-    where its form changes, by Gauss-Legendre with nodes crowded at the ends: error below 1e-10 of
-    the volume of a sphere for each sphere that the mantle cuts.
+    cylinder extends from z = low to z = high. Overlaps of spheres are counted twice (grains in
+    contact overlap by 1e-4 of their radius). Spheres wholly within the mantle are exact; for the
+    others the area of the lens of two circles is integrated over z between the heights where its
+    form changes, by Gauss-Legendre with nodes concentrated at the ends: error below 1e-10 of the
+    volume of a sphere for each sphere that the mantle cuts.
     """
     positions = np.asarray(positions, dtype=float).reshape(-1, 3)
     low, high = ((z - positions[:, 2]).clip(-radius, radius) for z in (low, high))
     distance = np.hypot(*(positions[:, :2] - np.asarray(axis_xy, float)).T)
     inside = distance + radius <= cylinder_radius
     cut = ~inside & (distance < cylinder_radius + radius) & (high > low)
-    whole = np.maximum(_ball_below(high, radius) - _ball_below(low, radius), 0.0)
+    whole = np.maximum(_sphere_below(high, radius) - _sphere_below(low, radius), 0.0)
     volume = whole[inside].sum()
     radius = radius[cut][:, None] if np.ndim(radius) else radius
     return float(volume + _cut_volume(low[cut], high[cut], distance[cut], radius, cylinder_radius))
 
 
-def _ball_below(height, radius):
-    """Volume of a ball below a plane at `height` above its centre, |height| <= radius."""
+def _sphere_below(height, radius):
+    """Volume of a sphere below a plane at `height` above its centre, |height| <= radius."""
     return np.pi * (radius**2 * height - height**3 / 3 + 2 / 3 * radius**3)
 
 
 def _cut_volume(low, high, distance, radius, cylinder_radius):
-    """Volume of balls between heights `low` and `high` of their centres and inside a mantle.
+    """Volume of n spheres between heights `low` and `high` of their centres and inside a mantle.
 
-    low, high, distance (of the axis): (balls,). radius: of all, or (balls, 1).
+    low, high, distance (of the axis): (n,). radius: of all, or (n, 1).
     """
 
-    def height_of(section):  # at which the section of the ball has this radius; 0 if none has
+    def height_of(section):  # at which the section of the sphere has this radius; 0 if none has
         return np.sqrt(np.maximum(radius**2 - section**2, 0.0))
 
     low, high, distance = low[:, None], high[:, None], distance[:, None]
@@ -196,10 +199,10 @@ def lens_area(r1, r2, distance):
 def neighbours_within(positions, radii_in, period=None):
     """Mean number of other grains whose centre is nearer than r_in to that of a grain.
 
-    N(r < r_in) of T19 section 4.1 (Fig 10), the grain in the middle not counted. positions:
-    (N, 3). radii_in: (radii,), in any order. period: edge of the cell along each axis, nan or
-    None where it is not periodic; None for none at all. Images are counted each by itself, a
-    grain's own among them, so r_in may exceed the cell. Returns (radii,).
+    N(r < r_in) of T19 section 4.1 (Fig 10), without the grain in the middle. positions: (N, 3).
+    radii_in: (radii,), in any order. period: edge of the cell along each axis, NaN or None where it
+    is not periodic; None for none at all. All images are counted, also a grain's own, so r_in may
+    exceed the cell. Returns (radii,).
     """
     positions = np.asarray(positions, dtype=float).reshape(-1, 3)
     radii = np.atleast_1d(np.asarray(radii_in, dtype=float))
@@ -208,7 +211,7 @@ def neighbours_within(positions, radii_in, period=None):
     edges = [np.nan] * 3 if period is None else [np.nan if e is None else e for e in period]
     edges = np.asarray(edges, dtype=float)
     order = np.argsort(radii)
-    # cKDTree counts what is just as far, too
+    # cKDTree also counts equal distances
     nearer = np.nextafter(radii[order], -np.inf).clip(min=0.0)
     centres, images = _with_images(positions, edges, nearer.max(initial=0.0))
     found = scipy.spatial.cKDTree(centres).count_neighbors(scipy.spatial.cKDTree(images), nearer)
@@ -239,9 +242,9 @@ def radius_of_gyration(positions):
 
 
 def connected(pairs, count):
-    """(number of pieces, piece of each of `count` points (count,), their graph).
+    """(number of fragments, fragment of each of `count` points (count,), their graph).
 
-    pairs: (C, 2) points that hang together. Pieces are numbered in the order of their first points.
+    pairs: (C, 2) connected points. Fragments are numbered in the order of their first points.
     """
     i, j = np.asarray(pairs).reshape(-1, 2).T
     graph = scipy.sparse.coo_array((np.ones(len(i), np.int8), (i, j)), shape=(count, count)).tocsr()
@@ -269,13 +272,13 @@ MOST_DISTANCES = 2e7  # between centres and all grains: below a second
 
 
 def grains_within(positions, radius, gyration):
-    """(R, N): radii and the mean number of grains within them of a grain of the core, itself not
-    counted, (SHELLS,) each; None for bodies too small to say.
+    """(R, N), (SHELLS,) each: mean number N of other grains within R of a grain of the core.
 
+    None for bodies that are too small.
     radius: mean radius of the grains, or (N,); gyration: radius of gyration. The core are the
     grains within gyration/2 of the centre. R is evenly spaced in ln R from 3 radii to 3/4 of
-    gyration. In a ball or cube all of these spheres lie inside, so N ~ R^3 of a homogeneous body,
-    R^2 of a plate, R of a chain, up to the first shells of neighbours.
+    gyration. All of these spheres are inside of a sphere or cube, so N ~ R^3 for a homogeneous
+    body, R^2 for a plate, R for a chain, up to the first shells of neighbours.
     """
     radius, reach = float(np.mean(radius)), gyration / 2
     largest = 1.5 * reach

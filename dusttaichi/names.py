@@ -6,7 +6,7 @@ AXES = ("x", "y", "z")
 WALLS = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
 SPRINGS = ("normal", "rolling", "sliding", "twisting")
 CHANNELS = ("forming", "breaking", "damping", "rolling", "sliding", "twisting")
-EXTRA_CHANNELS = ("asperities",)  # channels of the ledger that only some scenes have, behind those
+EXTRA_CHANNELS = ("asperities",)  # further channels of the ledger, of some scenes only
 NEVER = 2**62  # a step that no run reaches
 
 

@@ -1,4 +1,4 @@
-"""The largest stable step of a network of contacts as it stands (NumPy and SciPy, SI).
+"""The largest stable step of a given network of contacts (NumPy and SciPy, SI).
 
 The leapfrog, with the damping force carried forward from the last two half steps, first fails in
 the mode that flips sign every step: there dt^2/4 A q + dt C q = q, with A = M^-1/2 K M^-1/2 and C
@@ -26,7 +26,7 @@ class Contacts:
     grain_i, grain_j: the two grains, by number; grain_j is -1 at a wall. normal: unit vector.
     strength: factor on the springs of rolling, sliding and twisting, as of a weak side wall.
     ratio: r1/r2. r: radius of the first grain, R: reduced radius [m]. k_n: slope of the normal
-    force at the overlap of now, k_s, k_r: stiffness of sliding and rolling [N/m]; k_t: of twisting
+    force at the current overlap, k_s, k_r: stiffness of sliding and rolling [N/m]; k_t: of twisting
     [N m]. kappa: damping of the normal motion at that overlap [kg/s].
     """
 

@@ -71,7 +71,7 @@ def test_a_place_that_cannot_be_written(tmp_path):
     [
         (errno.EROFS, "the disk of .* is read-only"),
         (errno.EACCES, "no permission to write in"),
-        (errno.ENOSPC, r"no room for it \(.* MB free"),
+        (errno.ENOSPC, r"the disk is full \(.* MB free"),
         (errno.ENOENT, "does not exist"),
     ],
 )

@@ -72,8 +72,8 @@ def impulse(u, change, p):
 
 @ti.func
 def update(k: ti.template(), h: ti.template(), p, dt):
-    """The work of the impulse of the step before, with the speed of now along the n_c of then: what
-    it really did, whatever else pulled at the grains."""
+    """Work of the impulse of the previous step, with the current speed along the previous n_c: its
+    actual work, whatever other forces act on the grains."""
     lost = -0.5 * h.touch_impulse * (h.touch_speed + k.speed_before)
     k.struck += h.touch_impulse / p.mass
     h.touch_speed = 0.0 * lost

@@ -26,19 +26,19 @@ from dusttaichi.compute.engine import ti
 
 @cache
 def motion_type(real):
-    """The struct Motion: what all effects know of the relative motion of two bodies, in `real`."""
+    """The struct Motion: relative motion of two bodies for all effects, in `real`."""
     vec3 = ti.types.vector(3, real)
 
     @ti.dataclass
     class Motion:
-        overlap: real  # what the distance (from a wall) is short of that of first touch
+        overlap: real  # distance at first contact less the current distance (from a wall)
         distance_inverse: real  # one over the distance of the centres
         normal: vec3  # n_c, from the second body to the first
         turned: vec3  # change of n_c over the last step
         middle: vec3  # n_c half a step ago, when the velocities are
         speed: real  # rate of the distance half a step ago: its change over dt
-        speed_now: real  # of the relative velocity along the n_c of now
-        speed_before: real  # along that of a step ago
+        speed_now: real  # of the relative velocity along the current n_c
+        speed_before: real  # along that of the previous step
         struck: real  # change of `speed` by impulses of the step before, which effects add to
         velocity: vec3  # of the first centre relative to the second
         spin_1: vec3
@@ -164,7 +164,7 @@ def deviations(h: ti.template(), p):
 
 @ti.func
 def carry(k: ti.template(), h: ti.template(), p):
-    """Turn the pointers with their grains: xi and zeta become those of now, across n_c."""
+    """Rotate the pointers with their grains: xi and zeta become current, perpendicular to n_c."""
     before = k.normal - k.turned
     e1, e2 = deviations(h, p)
     n1, n2 = e1 - before, e2 + before
@@ -199,7 +199,7 @@ def point(k: ti.template(), h: ti.template(), p, flat: ti.template()):
 
 @ti.func
 def point_as_kept(k: ti.template(), h: ti.template(), p, flat: ti.template()):
-    """The same of a history that has been kept, whose zeta has its component along n_c still."""
+    """Pointers from a stored history, whose zeta still has its component along n_c."""
     e1, e2 = deviations(h, p)
     k.pointer_1, k.pointer_2 = e1 - k.normal, e2 + k.normal
     k.lever = -1.0

@@ -101,8 +101,8 @@ class Mechanics:
 
     @ti.func
     def touch(self, k: ti.template(), h: ti.template(), p):
-        """Whether the contact touched a step ago and touches now, and its elastic response. It
-        forms at first touch and holds until it is torn off."""
+        """Set whether the contact touched a step ago and touches now, and its elastic response. It
+        forms at first contact and exists until pull-off."""
         k.was = h.touched
         k.now = ti.select(k.overlap + k.was * p.reach > 0.0, 1.0, 0.0)
         found = self.respond(k, p)
@@ -110,16 +110,16 @@ class Mechanics:
 
     @ti.func
     def update(self, k: ti.template(), h: ti.template(), p, dt, flat: ti.template()):
-        """The history of now: carried with the grains and put back to the limits. Returns a vector
-        of the energies dissipated, by law."""
+        """Update the history: rotated with the grains and reset to the limits. Returns a vector of
+        the energies dissipated, by law."""
         lost = ti.Vector.zero(self.real, ti.static(max(self.losses, 1)))
         for n in ti.static(range(len(self.radial))):
             lost[n] = self.radial[n].update(k, h, p, dt)
         kinematics.carry(k, h, p)
         first = ti.static(len(self.radial))
         for n in ti.static(range(len(self.springs))):
-            # deviations of zero are those of pointers along the line of centres, which a grain
-            # that flies past turns
+            # without deviations pointers are along the line of centres, which rotates as a grain
+            # flies past
             lost[first + n] = k.was * self.springs[n].update(k, h, p, dt)
         kinematics.point(k, h, p, flat)
         return lost

@@ -23,7 +23,7 @@ A normal law has ``response`` and a damping law ``coefficient`` in place of the 
 NEEDED and the built-in laws. A law along the normal (``RADIAL``) may have ``form``, called for a
 contact that has just formed, ``pending`` and ``push``, see physics.contact.asperities.
 
-This module imports no Taichi: a law is imported when it is first asked for.
+This module imports no Taichi: a law is imported on first use.
 """
 
 from importlib import import_module

@@ -34,7 +34,7 @@ def energy(phi, p):
 
 @ti.func
 def update(k: ti.template(), h: ti.template(), p, dt):
-    """The twist of now, within its limits; the energy dissipated."""
+    """Update the twist within its limits; returns the energy dissipated."""
     phi = h.twist + (k.rotation_1 - k.rotation_2).dot(k.middle)
     h.twist = ti.min(ti.max(phi, -p.phi_crit), p.phi_crit)
     return p.k_t * h.twist * (phi - h.twist)

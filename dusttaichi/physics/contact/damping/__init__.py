@@ -1,8 +1,8 @@
 """Damping of the normal motion: F = -kappa u n_c on grain 1, u = (v1 - v2).n_c (S12 eq 7).
 
-A law says kappa: `numbers` at equilibrium, and `coefficient(k, p)` for the Motion of a contact,
-whose contact_radius is that of now. How the force is carried to the time of the positions, and the
-work that it does, is the same for all laws and stands here.
+A law defines kappa: `numbers` at equilibrium, and `coefficient(k, p)` for the Motion of a contact
+with its current contact_radius. The extrapolation of the force to the time of the positions and its
+work are the same for all laws.
 """
 
 from functools import cache
@@ -34,8 +34,8 @@ damping_of = cache(Damping)
 def _update(coefficient):
     @ti.func
     def update(k: ti.template(), h: ti.template(), p, dt):
-        """Damping force of now: the speed is carried on by half a step, from the last two half
-        steps. Returns the work of the force of the last step."""
+        """Set the current damping force, with the speed extrapolated by half a step from the last
+        two half steps. Returns the work of the force of the last step."""
         before = h.speed
         ahead = k.speed + 0.5 * k.was * (k.speed - before - k.struck)
         lost = 0.5 * dt * h.damping_force * (before + k.speed)
@@ -54,11 +54,13 @@ def push(h: ti.template()):
 
 @ti.func
 def pending(k: ti.template(), h: ti.template(), p, dt, along):
-    """The half of the work of this step that belongs to the time before the positions."""
+    """Half of the work of this step, that before the time of the positions."""
     return 0.5 * dt * h.speed * h.damping_force
 
 
 def halved(h, touches, back, now):
-    """History (arrays by name) where the step becomes half as long: touches, speeds along the
-    normals half a step back and now."""
+    """History (arrays by name) for a step of half the length.
+
+    touches: 1 for contacts that touch, else 0. back, now: normal speeds half a step ago and now.
+    """
     return {"speed": touches * back}
