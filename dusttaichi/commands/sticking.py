@@ -40,7 +40,7 @@ def sticking(
     force: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="only the result")] = False,
 ):
-    """Sticking speed of a collision by bisection of batches, or restitution over speeds."""
+    """Find the sticking speed of a collision by bisection, or its restitution over speeds."""
     from dusttaichi.studies import sticking as speeds
     from dusttaichi.studies.ensemble import with_settings
 

@@ -11,7 +11,6 @@ from dusttaichi.continuum.build import layout_of
 from dusttaichi.continuum.domain import domain_of
 from dusttaichi.continuum.kernels.rates import DAMPED
 from dusttaichi.continuum.kernels.store import declare
-from dusttaichi.domain.plan import planned
 from dusttaichi.method import Preview
 from dusttaichi.physics.continuum import elasticity, strength
 from dusttaichi.samples.continuum import make, numbers_of
@@ -42,7 +41,7 @@ def preview(scene):
         ("Memory", [("state", _memory(scene, len(sample)))]),
     ]
     domain = domain_of(scene, sample, output_step / units.TIME)
-    return Preview(sections, len(sample), domain.dt, planned(scene, domain))
+    return Preview(sections, len(sample), domain.dt, domain.planned(scene))
 
 
 def _damped(viscosity):

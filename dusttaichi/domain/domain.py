@@ -14,7 +14,7 @@ from dusttaichi.domain.clock import Clock
 from dusttaichi.domain.servo import WALL, Servo, make_servo
 from dusttaichi.domain.walls import TOP, Box
 from dusttaichi.errors import DustError, GuardStop
-from dusttaichi.names import AXES
+from dusttaichi.names import AXES, NEVER
 
 
 def lengths(box, cell, time):
@@ -232,6 +232,21 @@ class Domain:
             controlled=self._controlled_axes(),
             shear=self._shear_rate(start[2] + rate[2] * self.dt * first),
         )
+
+    def planned(self, scene):
+        """(name, largest number of steps, reason) of every stage, before anything is computed.
+
+        Steps are NEVER where only a measured quantity ends the stage; there the list ends.
+        """
+        first, domain, out = 0, self, []
+        for plan in scene.stage_plans:
+            domain = domain.driven(plan.drive, first)
+            end, reason = domain.clock(first).last_step(plan.stop)
+            out.append((plan.name, end - first if end < NEVER else NEVER, reason))
+            if end == NEVER:
+                break
+            first = end
+        return out
 
     def _controlled_axes(self):
         """Numbers of the axes along which a servo moves walls or faces."""

@@ -8,7 +8,6 @@ from dusttaichi import samples, units
 from dusttaichi.compute.backend import LOOPS
 from dusttaichi.compute.memory import TYPES, capacity_for
 from dusttaichi.domain.domain import Domain
-from dusttaichi.domain.plan import planned
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.domain.walls import glued
 from dusttaichi.grains import network
@@ -51,7 +50,7 @@ def preview(scene):
         sections.append(("Softened contacts", softened_rows(scene)))
     sections.append(("Time step", _step(step)))
     sections.append(("Memory", [("state", _state_memory(scene, sample, own, step, domain))]))
-    return Preview(sections, len(sample), domain.dt, planned(scene, domain))
+    return Preview(sections, len(sample), domain.dt, domain.planned(scene))
 
 
 def _contacts(scene, own, contacts):

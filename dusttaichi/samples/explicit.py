@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 import scipy
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field
 
 from dusttaichi.errors import DustError
 from dusttaichi.geometry import nearest_image, pairs_within
@@ -54,7 +54,7 @@ class ExplicitSample(SampleBlock):
         description="material of every grain, a name from the scene's materials, or default; "
         "only with positions",
     )
-    file: Path | None = Field(
+    file: files.SampleFile | None = Field(
         None,
         description="CSV with the header x,y,z[,vx,vy,vz,wx,wy,wz][,radius,material], NetCDF with "
         "the variables of a snapshot, directory or result.nc of another run, dump, data or "
@@ -78,16 +78,6 @@ class ExplicitSample(SampleBlock):
         description="unit of x, y, z, radius in a text file without units; "
         "velocities and spins are m/s and rad/s",
     )
-
-    @field_validator("file", mode="after")
-    @classmethod
-    def _find(cls, value: Path | None, info: ValidationInfo) -> Path | None:
-        if value is None:
-            return None
-        context = info.context or {}
-        if context.get("folder"):
-            value = Path(context["folder"]) / value
-        return files.found(value, context.get("check_files"))
 
     def faults(self) -> Faults:
         if (self.positions is None) == (self.file is None):

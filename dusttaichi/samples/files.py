@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
+
+from pydantic import AfterValidator, ValidationInfo
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import refuse_unreadable
@@ -42,18 +45,24 @@ def read(path: Path, where: str, length_unit: float | None = None, snapshot="las
     return csv_file.read(path, where, length_unit)
 
 
-def found(path: Path, check: bool) -> Path:
-    """The path of a key of the YAML.
+def _found(path: Path, info: ValidationInfo) -> Path:
+    """The path of a key of the YAML, relative to the `folder` of the context.
 
-    Raises a validation error for an impossible path, or, with `check`, if it does not exist.
+    Raises a validation error for an impossible path, or, with `check_files` in the context, if it
+    does not exist.
     """
+    context = info.context or {}
+    path = Path(context.get("folder") or "") / path
     try:
-        there = path.exists() or not check
+        there = path.exists() or not context.get("check_files")
     except OSError as error:  # such as a path that is too long
         raise needed(f"it cannot be a file: {error.strerror}") from None
     if not there:
         raise needed(f"there is no such file ({path})")
     return path
+
+
+SampleFile = Annotated[Path, AfterValidator(_found)]
 
 
 def _is_run(path: Path) -> bool:

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field
 
 from dusttaichi.names import AXES, WALLS
 from dusttaichi.scene.drive import (
@@ -19,11 +19,10 @@ from dusttaichi.scene.drive import (
     Stresses,
     together,
 )
-from dusttaichi.scene.fields import Block, Faults, Number, needed
-from dusttaichi.scene.push import WallName
+from dusttaichi.scene.fields import Block, Faults, Number, some_of
 from dusttaichi.scene.quantities import Quantity, Vector
 
-AxisName = Literal[AXES]
+AxisName, Axes, Walls = Literal[AXES], some_of(AXES), some_of(WALLS)
 
 
 class BoundaryBlock(Block):
@@ -31,7 +30,7 @@ class BoundaryBlock(Block):
 
     @property
     def periodic_axes(self) -> tuple[str, ...]:
-        """Axes along which the sample repeats."""
+        """Periodic axes of the sample."""
         return ()
 
     @property
@@ -88,7 +87,7 @@ class BoxBoundary(BoundaryBlock):
         None,
         description="positions of walls, in place of a size along these axes: {z: [0 um, 40 um]}",
     )
-    omit: tuple[WallName, ...] = Field((), description="walls that are left out")
+    omit: Walls = Field((), description="walls that are left out")
     wall_speed: Annotated[float, Quantity("speed", ge=0)] = TOP_SPEED
     side_walls: Annotated[float, Number(ge=0)] = Field(
         1e-3, description="factor on rolling, sliding and twisting at the four side walls"
@@ -97,14 +96,9 @@ class BoxBoundary(BoundaryBlock):
     gain: Gain | None = Drive.model_fields["gain"]
     shear_speed: Speed | None = Drive.model_fields["shear_speed"]
 
-    @field_validator("omit", mode="after")
-    @classmethod
-    def _order(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        if set(value) == set(WALLS):
-            raise needed("at least one wall must remain; without walls write kind: open")
-        return tuple(wall for wall in WALLS if wall in value)
-
     def faults(self) -> Faults:
+        if self.omit == WALLS:
+            yield "omit", "at least one wall must remain; without walls write kind: open"
         yield from together(self)
         sizes = ("fit",) * 3 if self.size == "fit" else self.size
         for axis, size in zip(AXES, sizes, strict=True):
@@ -140,10 +134,10 @@ class PlatesBoundary(BoundaryBlock):
 
 
 class PeriodicBoundary(BoundaryBlock):
-    """A cell that repeats along some axes; the others are open, or have walls."""
+    """A cell that is periodic along some axes; the others are open, or have walls."""
 
     kind: Literal["periodic"]
-    axes: tuple[AxisName, ...] = Field(AXES, description="axes along which the cell repeats")
+    axes: Axes = Field(AXES, description="periodic axes of the cell")
     size: Annotated[
         Vector | Literal["fit", "cube"],
         Quantity("length", gt=0, count=3, word=("fit", "cube"), mixed=True, example="40 um"),
@@ -152,7 +146,7 @@ class PeriodicBoundary(BoundaryBlock):
         description="edges [Lx, Ly, Lz]; fit: the sample's, its outermost grains in contact "
         "across the faces, also of some of the three; cube: a cube of the largest of these",
     )
-    walls: tuple[WallName, ...] = Field((), description="walls on axes that are not periodic")
+    walls: Walls = Field((), description="walls on axes that are not periodic")
     wall_speed: Speed = TOP_SPEED
     compression_rate: CompressionRate | None = Drive.model_fields["compression_rate"]
     strain_rate: Rates | None = Drive.model_fields["strain_rate"]
@@ -163,19 +157,9 @@ class PeriodicBoundary(BoundaryBlock):
     shear_speed: Speed | None = Drive.model_fields["shear_speed"]
     shear_rate: Rate | None = Drive.model_fields["shear_rate"]
 
-    @field_validator("axes", mode="after")
-    @classmethod
-    def _some(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        if not value:
-            raise needed("at least one axis is needed; without any write kind: open or box")
-        return tuple(axis for axis in AXES if axis in value)
-
-    @field_validator("walls", mode="after")
-    @classmethod
-    def _order(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        return tuple(wall for wall in WALLS if wall in value)
-
     def faults(self) -> Faults:
+        if not self.axes:
+            yield "axes", "at least one axis is needed; without any write kind: open or box"
         for wall in self.walls:
             if (axis := AXES[WALLS.index(wall) // 2]) in self.axes:
                 yield "walls", f"{wall} is on the axis {axis}, which is periodic"

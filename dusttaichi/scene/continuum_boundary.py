@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
 from dusttaichi.names import AXES, WALLS
-from dusttaichi.scene.boundary import AxisName, BoundaryBlock, OpenBoundary
+from dusttaichi.scene.boundary import Axes, BoundaryBlock, OpenBoundary
 from dusttaichi.scene.drive import TOP_SPEED, Speed
 from dusttaichi.scene.fields import Block, Faults, plain_or_block, problems
 from dusttaichi.scene.quantities import Quantity
@@ -38,7 +38,7 @@ class FacesBoundary(BoundaryBlock):
     y_max: Face = Field("open", description="as x_min; in three dimensions")
     bottom: Face = Field("open", description="as x_min")
     top: Face = Field("open", description="as x_min")
-    periodic: tuple[AxisName, ...] = Field((), description="periodic axes of the sample")
+    periodic: Axes = Field((), description="periodic axes of the sample")
     gap: Annotated[float, Quantity("length", ge=0, example="0.1 mm")] = Field(
         "0 m", description="between the sample and each of mirror and rigid"
     )
@@ -54,11 +54,6 @@ class FacesBoundary(BoundaryBlock):
         if isinstance(data, dict) and "overhang" in data:
             raise problems([("overhang", "rigid faces are planes without an edge; leave it out")])
         return data
-
-    @field_validator("periodic", mode="after")
-    @classmethod
-    def _order(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        return tuple(axis for axis in AXES if axis in value)
 
     def faults(self) -> Faults:
         for number, wall in enumerate(WALLS):

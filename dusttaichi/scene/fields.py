@@ -1,10 +1,20 @@
 """Parts of all blocks of a scene: the frozen base class, plain numbers, on/off switches."""
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Tag, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Tag,
+    WithJsonSchema,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError, core_schema
 
 Faults = Iterable[tuple[str, str]]
@@ -74,6 +84,25 @@ def plain_or_block(plain: Any, block: type[Block]) -> Any:
         Annotated[plain, Tag("plain")] | Annotated[block, Tag("block")],
         Discriminator(lambda value: "block" if isinstance(value, (dict, Block)) else "plain"),
     ]
+
+
+def name_like(pattern: str, text: str) -> Any:
+    """Type of a name that matches a pattern; text: of the error for other values."""
+
+    def check(value: Any) -> Any:
+        if not isinstance(value, str) or not re.fullmatch(pattern, value):
+            raise needed(text)
+        return value
+
+    return Annotated[
+        str, BeforeValidator(check), WithJsonSchema({"type": "string", "pattern": pattern})
+    ]
+
+
+def some_of(names: tuple[str, ...]) -> Any:
+    """Type of a list of some of these names, which is stored in their order."""
+    ordered = AfterValidator(lambda value: tuple(name for name in names if name in value))
+    return Annotated[tuple[Literal[names], ...], ordered]
 
 
 class Mark:

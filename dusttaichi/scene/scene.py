@@ -15,7 +15,7 @@ from dusttaichi.names import AXES
 from dusttaichi.scene import checks, extensions, problems
 from dusttaichi.scene.boundary import Boundary, bounded_axes, own_drive
 from dusttaichi.scene.extensions import Extension
-from dusttaichi.scene.fields import Block, Count, Faults, needed
+from dusttaichi.scene.fields import Block, Count, Faults, name_like, needed
 from dusttaichi.scene.material import DEFAULT
 from dusttaichi.scene.numerics import CommonNumerics
 from dusttaichi.scene.output import Interval, Output, applies, default_intervals
@@ -23,6 +23,11 @@ from dusttaichi.scene.stage import Stage, StagePlan
 from dusttaichi.scene.stop import Stop
 
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$"
+RunName = name_like(
+    NAME,
+    "a text of at most 100 letters, digits, '.', '_' and '-' is needed, for example "
+    '"omni_static"',
+)
 
 
 class Scene(Block):
@@ -35,9 +40,8 @@ class Scene(Block):
 
     SERIES_STEPS: ClassVar[int] = 1000  # between records where nothing is strained
 
-    name: str = Field(
-        description="name of the run and of its directory: letters, digits, `.`, `_`, `-`",
-        json_schema_extra={"pattern": NAME},
+    name: RunName = Field(
+        description="name of the run and of its directory: letters, digits, `.`, `_`, `-`"
     )
     extensions: tuple[Path, ...] = Field(
         (),
@@ -66,16 +70,6 @@ class Scene(Block):
     _folder: Path | None = PrivateAttr(None)
     _given: dict[str, Any] | None = PrivateAttr(None)
     _imported: tuple[Extension, ...] = PrivateAttr(())
-
-    @field_validator("name", mode="before")
-    @classmethod
-    def _file_safe(cls, value: Any) -> str:
-        if not isinstance(value, str) or not re.fullmatch(NAME, value):
-            raise needed(
-                "a text of at most 100 letters, digits, '.', '_' and '-' is needed, "
-                'for example "omni_static"'
-            )
-        return value
 
     @field_validator("extensions", mode="after")
     @classmethod

@@ -1,17 +1,19 @@
 """Stages: one simulation whose walls and faces move differently in each of them."""
 
-import re
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field
 
 from dusttaichi.scene.boundary import Drive
-from dusttaichi.scene.fields import Block, needed
+from dusttaichi.scene.fields import Block, name_like
 from dusttaichi.scene.output import Interval, OptionalInterval
 from dusttaichi.scene.stop import Stop
 
-_NAME = r"^[A-Za-z0-9][A-Za-z0-9_-]{0,39}$"
+StageName = name_like(
+    r"^[A-Za-z0-9][A-Za-z0-9_-]{0,39}$",
+    "a word of at most 40 letters, digits, '_' and '-' is needed, for example \"relax\"",
+)
 
 
 class StageOutput(Block):
@@ -25,10 +27,7 @@ class StageOutput(Block):
 class Stage(Block):
     """A part of the run, with the motion of walls and faces and with its end."""
 
-    name: str = Field(
-        description="name of the stage: letters, digits, `_`, `-`",
-        json_schema_extra={"pattern": _NAME},
-    )
+    name: StageName = Field(description="name of the stage: letters, digits, `_`, `-`")
     drive: Drive = Field(
         default_factory=Drive, description="motion of walls and faces; at rest if not given"
     )
@@ -36,15 +35,6 @@ class Stage(Block):
         description="when the stage ends; times, steps and strain count from its start"
     )
     output: StageOutput = Field({}, description="intervals that differ from those of `output`")
-
-    @field_validator("name", mode="before")
-    @classmethod
-    def _word(cls, value: Any) -> str:
-        if not isinstance(value, str) or not re.fullmatch(_NAME, value):
-            raise needed(
-                "a word of at most 40 letters, digits, '_' and '-' is needed, for example \"relax\""
-            )
-        return value
 
 
 @dataclass(frozen=True)

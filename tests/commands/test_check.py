@@ -60,7 +60,7 @@ def test_as_json_it_has_numbers(fresh, tmp_path):
 def test_of_a_continuum_it_says_particles_material_and_step(fresh):
     text = said(str(Path(__file__).parents[2] / "configs/guettler2009/bead.yaml"))
     for line in (
-        "4,752: 3,657 dust, 112 rigid, 983 held",
+        "4,752: 3,657 dust, 112 rigid, 983 fixed",
         "compressive strength Sigma                 37.12 Pa",  # p_m = 1.3 kPa at 0.15
         "step of the method at the start            1.592 µs",  # 0.5 h / 40.82 m/s
         "steps at most                              353",

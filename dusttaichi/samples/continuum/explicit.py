@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field
 
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES
 from dusttaichi.samples.continuum.dust import whole
 from dusttaichi.samples.continuum.particles import COMPONENTS, Particles
 from dusttaichi.samples.continuum.registry import DustBody, Edges, Matter, register
-from dusttaichi.samples.files import check_kind, found
+from dusttaichi.samples.files import SampleFile, check_kind
 from dusttaichi.scene.quantities import Quantity
 
 COLUMNS = {"x", "y", "z", "vx", "vy", "vz", "mass", "density", "reference"} | set(COMPONENTS)
@@ -23,7 +23,7 @@ class ExplicitParticles(DustBody):
     """Particles from a file; `position`, `velocity`, `spin` are added to theirs."""
 
     kind: Literal["explicit"]
-    file: Path = Field(
+    file: SampleFile = Field(
         description="CSV with the header x,z,mass[,y,density,vx,vy,vz,reference,xx,yy,zz,xy,xz,yz] "
         "in SI, or the directory or result.nc of another run (the dust of its last snapshot); "
         "relative to the YAML file"
@@ -37,14 +37,6 @@ class ExplicitParticles(DustBody):
     units: Annotated[float, Quantity("length", gt=0, bare_unit=True, example="um")] = Field(
         "m", description="unit of x, y, z in a CSV file"
     )
-
-    @field_validator("file", mode="after")
-    @classmethod
-    def _find(cls, value: Path, info: ValidationInfo) -> Path:
-        context = info.context or {}
-        if context.get("folder"):
-            value = Path(context["folder"]) / value
-        return found(value, context.get("check_files"))
 
 
 @register(ExplicitParticles)
