@@ -10,9 +10,9 @@ from dusttaichi.plots.registry import figure
 def spin_up(runs, labels=None):
     """Rotation rate and largest fragment of one Run or several.
 
-    Against the rate of a rigid body with the same angular momentum. Curves end with the first snapshot of the broken aggregate. The dotted line is the rigid body,
-    the dashed one the share below which an aggregate counts as broken. labels: one for each run
-    (default: their names).
+    Against the rate of a rigid body with the same angular momentum (dotted), up to the first
+    snapshot of the broken aggregate; dashed: the share below which it counts as broken. labels: one
+    for each run (default: their names).
     """
     runs, labels = style.named(runs, labels)
     figure, (axes, below) = style.new_figure(height=4.6, rows=2)

@@ -35,7 +35,7 @@ class Study:
     """All collisions of a scene with a block `collisions`.
 
     scene: without that block. axes: name of a dimension -> values, in the order of the indices;
-    speeds [m/s]. by_area: the impact parameters stand for equal areas. inputs: files that the
+    speeds [m/s]. by_area: the impact parameters are those of equal areas. inputs: files that the
     bodies are read from, and extensions.
     """
 

@@ -49,15 +49,14 @@ def collide(
 
     Rows go to study.rows_file as they come. resume: those that are there and belong to the study
     are not made again. A row with `error` is one that could not be made.
-    Raises DustError (rows there already, no scheduler), KeyboardInterrupt after what is done is
-    kept.
+    Raises DustError (existing rows, no scheduler), KeyboardInterrupt; finished rows are stored.
     """
     with files.RunLock(study.directory):
         path = study.rows_file
         if path.exists() and not force and not resume:
             raise DustError(
-                f"{path} exists already. Use --force to overwrite it, --resume to go on with what "
-                "is missing, or choose another output directory."
+                f"{path} exists already. Use --force to overwrite it, --resume to continue with "
+                "the missing ones, or choose another output directory."
             )
         known = _known(path) if resume else {}
         left = [c for c in study.collisions if c.key not in known]
@@ -70,7 +69,9 @@ def collide(
             _do(study, left, known, scheduler=scheduler, report=report, log=log)
         lost = sum(c.key not in known for c in study.collisions)
         if lost:
-            raise DustError(f"{lost} collisions were lost with their process; go on with --resume.")
+            raise DustError(
+                f"{lost} collisions were lost with their process; continue with --resume."
+            )
     return [known[c.key] for c in study.collisions]
 
 
@@ -116,7 +117,7 @@ def _do(study, left, known, *, scheduler, report, log):
 
     def interrupted():
         if signals:
-            log("stopping: collisions that are done are kept")
+            log("stopping: finished collisions are stored")
         return bool(signals)
 
     workers = shares(study.scene, len(batches), usable_cores())[0]
