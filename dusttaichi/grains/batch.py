@@ -15,7 +15,7 @@ from dusttaichi import units
 from dusttaichi.errors import DustError
 from dusttaichi.grains.build import build
 
-LOOKS = 200  # moments of a run at which the line between the bodies is looked at
+LOOKS = 200  # moments of a run at which the line between the bodies is examined
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def build_batch(scene, samples):
     """The Batch of these samples (dusttaichi.samples.Sample), each with all else as in the scene.
 
     The time step is that of the largest of them. Raises DustError where there are none, for a
-    periodic boundary, and for walls that would not stand in the same places around each sample.
+    periodic boundary, and for walls that would not be at the same places around each sample.
     """
     if not samples:
         raise DustError("A batch needs samples; allowed: one or more.")
@@ -137,7 +137,7 @@ class Batch:
     def run_until(self, time, looks=LOOKS, done=None):
         """Advance to `time` [s], or until done(self) at one of `looks` moments on the way.
 
-        At these moments the line between the bodies of each scene is looked at, for `outcomes`.
+        At these moments the line between the bodies of each scene is examined, for `outcomes`.
         """
         self._look()
         left = max(0, int(np.ceil(time / units.TIME / self.sim.dt - 1e-9)) - self.sim.step)

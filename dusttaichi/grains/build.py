@@ -70,17 +70,17 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
     threads = threads_of(scene, len(order))
     model = chosen_model(scene.interaction, scene.numerics.newton_steps)
     contacts = farthest_contacts(scene, own)
-    box, cell = surroundings(scene, sample, own, scenes, contacts)
+    box, cell = environment(scene, sample, own, scenes, contacts)
     smallest = radius if own is None else own.radius[around(scenes)].min()
     loops = loops or LOOPS[scene.numerics.backend]
     layout = replace(
         chosen_layout(scene, model, loops, push, polydisperse=own is not None),
         batch=scenes is not None,
         ledger=ledger,
-        tilted=leans(scene, sample),
+        tilted=is_tilted(scene, sample),
         thick=scenes is None and is_thick(box, cell, len(order), smallest),
     )
-    ball = placed_sphere(scene, sample, own, box)
+    placed = placed_sphere(scene, sample, own, box)
     compiled = chosen_kernels(scene, layout, (loops.kind, len(order), threads))
     tables = _LAST.tables(compiled, len(order))
     on_pairs, on_walls, on_sphere, table = chosen_numbers(scene, model, own, contacts)
@@ -94,7 +94,7 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
         polydisperse=own,
         pair=on_pairs,
         wall=on_walls,
-        sphere=None if ball is None else (ball, on_sphere),
+        sphere=None if placed is None else (placed, on_sphere),
         gravity=make_gravity(scene.gravity),
         box=box,
         cell=cell,
@@ -110,7 +110,7 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
 
 
 def _fill(tables, interfaces, scenes):
-    """Numbers of unlike grains and of a batch into their fields; None where there are none."""
+    """Numbers of polydisperse grains and of a batch into their fields; None without any."""
     if interfaces is not None:
         tables[1]["interfaces"].from_numpy(interfaces)
     if scenes is not None:
@@ -136,11 +136,11 @@ def chosen_numbers(scene, model, own, contacts):
     scene: `scaled`. own: GrainProperties, or None of equal grains. contacts: `farthest_contacts`.
     """
     pair, wall = (internal_numbers(contact, model) for contact in contacts)
-    ball, table = None, None if own is None else interfaces(scene, model)
+    with_sphere, table = None, None if own is None else interfaces(scene, model)
     if scene.sphere is not None:
         farthest = max(sphere_contacts(scene, own), key=lambda c: c.delta0)
-        ball = internal_numbers(farthest, model)
-    return pair, wall, ball, table
+        with_sphere = internal_numbers(farthest, model)
+    return pair, wall, with_sphere, table
 
 
 def chosen_layout(scene, model, loops, push, polydisperse):
@@ -163,7 +163,7 @@ def chosen_layout(scene, model, loops, push, polydisperse):
     )
 
 
-def leans(scene, sample):
+def is_tilted(scene, sample):
     """True where the cell of a scene is sheared in some stage, or its sample brings one along."""
     sheared = any(plan.drive.shear_rate for plan in scene.stage_plans)
     return sheared or bool(sample.info.get("tilt"))
@@ -171,9 +171,9 @@ def leans(scene, sample):
 
 def is_thick(box, cell, grains, smallest):
     """Whether walls (a Box or None, a Cell or None) have place for so few of many grains that the
-    smaller room for wall contacts is enough. smallest: radius of a grain [um].
+    smaller capacity for wall contacts is enough. smallest: radius of a grain [um].
 
-    A wall is full where grains stand on it in a hexagonal layer. A fifth more may be near it:
+    A wall is full where grains cover it in a hexagonal layer. A fifth more may be near it:
     grains of a buckled layer, overlapping ones, and what a wall that moves outwards adds.
     """
     if box is None or grains <= COARSE:
@@ -223,7 +223,7 @@ def chosen_kernels(scene, layout, running):
         measure=make_measure(fields, sums, layout, phases),
         add_grain_losses=make_add_grain_losses(fields, layout) if layout.grain_loss else None,
     )
-    # a device has memory of its own; what stands in for one has it too
+    # a device has memory of its own; what emulates one has it too
     shared = kind == "workers"
     memory = arrays_of({**fields, **scratch, **sums}) if shared else {}
     return Compiled(key, layout, walls, kernels, fields, scratch, sums, memory)
@@ -240,7 +240,7 @@ def around(scenes):
     return slice(None) if scenes is None else scenes == 0
 
 
-def surroundings(scene, sample, own, scenes, contacts):
+def environment(scene, sample, own, scenes, contacts):
     """(Box or None, Cell or None) of a scene; own: GrainProperties or None of equal grains. Raises
     DustError for a sample that does not fit.
 
@@ -261,7 +261,7 @@ def surroundings(scene, sample, own, scenes, contacts):
         room=None if room is None else np.array(room) / units.LENGTH,
         tilt=sample.info.get("tilt", 0.0) / units.LENGTH,
     )
-    return box, cell if cell is None else replace(cell, tilted=leans(scene, sample))
+    return box, cell if cell is None else replace(cell, tilted=is_tilted(scene, sample))
 
 
 def check_precision(scene, sample, delta0):

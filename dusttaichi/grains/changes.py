@@ -1,10 +1,10 @@
 """A simulation continues at half its time step, or with another stiffness, from exactly the state
 it is in.
 
-Positions, contact pointers and twist stand at a whole step and stay. Velocities and spins stand
-half a step back: they are carried to the whole step by the loads of now and set back by half of the
-new step. Of a contact what belongs to the step as well are speeds of half a step back, which
-effects give anew (`halved`), and impulses that act as a force over one step (`IMPULSE`).
+Positions, contact pointers and twist are those of a whole step and stay. Velocities and spins are
+half a step back: the current loads bring them to the whole step, and back by half of the new one.
+Of a contact what belongs to the step as well are speeds of half a step back, which
+effects give again (`halved`), and impulses that act as a force over one step (`IMPULSE`).
 
 With another stiffness positions, velocities, rolling displacements and twist stay. A sliding
 displacement is scaled so that its force stays, and grains at rest have the distance that they had.
@@ -28,9 +28,9 @@ SLICES = 2**30  # of a step: a pass over the contacts takes one, in which nothin
 
 
 def halve_time_step(sim):
-    """Make `sim` (a Simulation) go on at half its step, and count its steps accordingly.
+    """Make `sim` (a Simulation) continue at half its step, and count its steps accordingly.
 
-    Its time, its measurements and what its surroundings do stay as they are.
+    Its time, its measurements and what its environment does stay as they are.
     """
     old, new, n = sim.dt, 0.5 * sim.dt, sim.grains
     v, w = sim.state["v"], sim.state["w"]
@@ -72,9 +72,9 @@ def contact_pairs(sim):
     i, j = sim.state.pairs()
     rows = np.arange(len(i))
     if sim.sphere is not None:
-        own, grain, ball = sim.state.on_sphere()
+        own, grain, sphere = sim.state.on_sphere()
         rows = np.concatenate([rows, np.arange(own.start, own.stop)])
-        i, j = np.concatenate([i, grain]), np.concatenate([j, np.full(len(grain), ball)])
+        i, j = np.concatenate([i, grain]), np.concatenate([j, np.full(len(grain), sphere)])
     return rows, i, j, sim.distances(rows, i, j)
 
 
@@ -119,10 +119,10 @@ def set_speeds(sim, pairs, walls, v, new):
 def _put_speeds(layout, history, touches, rows, speeds):
     """speeds: along n_c, half a step back and now."""
     rows = np.arange(len(history))[rows]
-    kept = {name: history[rows, first] for name, (first, _) in layout.rows.items()}
+    contact = {name: history[rows, first] for name, (first, _) in layout.rows.items()}
     for law in layout.model.laws:
         if hasattr(law, "halved"):
-            for name, values in law.halved(kept, touches[rows], *speeds).items():
+            for name, values in law.halved(contact, touches[rows], *speeds).items():
                 history[rows, layout.rows[name][0]] = values
 
 
@@ -160,7 +160,7 @@ def change_stiffness(sim, scene, dt):
     """Continue `sim` (a Simulation) with the contact constants of a scene and a step of about dt.
 
     dt [us]: of the new step, no longer than that of before; it is shortened a little, so that whole
-    steps lead to the time of now.
+    steps lead to the current time.
     """
     scale = scene.numerics.stiffness_scaling
     before = measurement(sim)
@@ -213,7 +213,7 @@ def _put(sim, v, w):
 
 
 def _pass_in_no_time(sim):
-    """Contacts form and break as they are now, and their loads are those of now."""
+    """Contacts form and break as they are now, and their loads are the current ones."""
     step = sim.step
     sim.step = SLICES * step - 1
     try:

@@ -43,7 +43,7 @@ class Kernels:
 
 @dataclass(frozen=True)
 class Compiled:
-    """Fields with room for more grains than a scene has, and the kernels over them.
+    """Fields with a capacity for more grains than a scene has, and the kernels over them.
 
     compile_key: all that they depend on. fields, scratch, sums: Taichi fields by name: the state,
     what the search needs meanwhile, sums of measurements. memory: arrays that share the memory of

@@ -29,7 +29,7 @@ def contact_constants(scene):
 
 
 def grain_properties(scene, sample):
-    """GrainProperties of a sample whose grains are not all alike; None where they are."""
+    """GrainProperties of a sample whose grains differ; None where they are equal."""
     if sample.radii is None and sample.materials is None:
         return None
     scene = scaled(scene)

@@ -46,7 +46,7 @@ def compiled_rows(scene, sim):
         ("summed in every step", ", ".join(_summed(sim))),
         ("written", ", ".join(_written(scene))),
         ("contacts an iteration (lanes)", f"{layout.width}"),
-        ("numbers kept of a contact", f"{layout.kept}: {_kept(layout)}"),
+        ("history of a contact", f"{layout.state_rows} numbers: {_history(layout)}"),
         ("kernels", ", ".join(sim.kernels.names)),
         (
             "backend, precision, threads",
@@ -69,24 +69,24 @@ def _summed(sim):
 
 def _written(scene):
     plans = scene.stage_plans
-    asked = {
+    requested = {
         "time series": any(plan.series is not None for plan in plans),
         "profiles": any(plan.profiles is not None for plan in plans),
         "snapshots": any(plan.snapshots is not None for plan in plans),
     }
-    out = [name for name, there in asked.items() if there]
-    out += [] if asked["snapshots"] else ["first and last snapshot"]
+    out = [name for name, there in requested.items() if there]
+    out += [] if requested["snapshots"] else ["first and last snapshot"]
     return out + (["contacts of snapshots"] if scene.output.contacts else [])
 
 
-def _kept(layout):
+def _history(layout):
     return ", ".join(f"{name} {width}" for name, (_, width) in layout.rows.items())
 
 
 def field_rows(sim):
     """Rows (name, what it takes) of the fields from the largest on, those under 1 % in one.
 
-    Bytes are counted by the grains that there is room for (compute.memory.capacity_for).
+    Bytes are counted for the capacity in grains (compute.memory.capacity_for).
     """
     room = capacity_for(sim.grains)
     sizes = {name: field.nbytes for name, field in tables(sim).items()}
@@ -105,7 +105,7 @@ def field_rows(sim):
                 f"{_amount(sum(sizes[n] for n in small))}: {', '.join(sorted(small))}",
             )
         )
-    each = f"{whole / room:.0f} bytes a grain, room for {room:,}"
+    each = f"{whole / room:.0f} bytes a grain, capacity {room:,}"
     return [*rows, ("all", f"{_amount(whole)}, {each}")]
 
 

@@ -1,6 +1,6 @@
 """Measurements of a simulation: energies, loads, stresses, grains, contacts.
 
-Internal units; (N, ...) arrays of grains stand in the sample's order unless said otherwise.
+Internal units; (N, ...) arrays of grains are in the sample's order unless said otherwise.
 """
 
 import numpy as np
@@ -33,7 +33,7 @@ class Readout:
 
     def gravity_potential(self):
         """Potential energy of grains and sphere in the gravity of the scene [fJ]; carried grains
-        and a driven sphere, whose weight is held, left out."""
+        and a driven sphere, whose weight its drive carries, left out."""
         if self.gravity is None:
             return 0.0
         x = self.state["x"]
@@ -69,7 +69,7 @@ class Readout:
         return self.sums["wall_force"].to_numpy()
 
     def load_sums(self):
-        """LoadSums of now: of no use once something has moved."""
+        """Current LoadSums: of no use once something has moved."""
         return (LoadSums if self.kernels.load_sums is None else DeviceLoadSums)(self)
 
     def impulses(self):
@@ -163,7 +163,7 @@ class Readout:
         return self.sums["pair_sum"].to_numpy(tiles)
 
     def wall_work(self, force, impulse):
-        """Work of the walls since the start, with their force of now and impulse up to now."""
+        """Work of the walls since the start, with their current force and impulse."""
         if self.box is None:
             return 0.0
         # the force of a step acts half before and half after it
@@ -194,7 +194,7 @@ class Readout:
         return self.load_sums().momentum_flux()
 
     def lengths(self):
-        """Edges of the room for the grains now [um], (3,); not a number where it is open."""
+        """Current edges of the space for the grains [um], (3,); not a number where it is open."""
         return self.domain.lengths(self.step)
 
     def _losses(self, kind, pending):
@@ -315,7 +315,7 @@ class Readout:
         load = self.state.rows("load")[rows][on].astype(float)
         x, normal = self.state["x"][grain], self.box.normal[wall]
         radius = np.broadcast_to(self.radii, self.grains)[self.order[grain]]
-        # foot points are kept where they stand on the wall, wherever it has gone along itself
+        # foot points are those on the wall, wherever it has gone along itself
         way = self.box.tangential_displacements(self.time)[wall]
         pointer, foot = wall_pointers(self.layout, state, (x - way, radius[:, None], normal))
         offset = self.box.offsets(self.time)[wall]

@@ -222,7 +222,7 @@ def first_body(scene, sample):
 def features_of(scene, sample, sim):
     """Names of the variables in the result of a scene (grains/variables.py)."""
     domain, bounded = sim.domain, sim.domain.bounded
-    asked = {
+    requested = {
         "snapshots": True,
         "polydisperse": sim.polydisperse is not None,
         "contacts": scene.output.contacts,
@@ -245,7 +245,7 @@ def features_of(scene, sample, sim):
         "tilt": sim.layout.tilted,
         "profiles": bounded and any(plan.profiles is not None for plan in scene.stage_plans),
     }
-    return {name for name, there in asked.items() if there}
+    return {name for name, there in requested.items() if there}
 
 
 # -- a segment, to compare steps ------------------------------------------------------------------

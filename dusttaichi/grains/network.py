@@ -105,7 +105,7 @@ def _kinds(sim, scene):
 
 
 def rows(scene, sim):
-    """Rows (what, value) of `dust check --internals`: the contacts as they stand."""
+    """Rows (what, value) of `dust check --internals`: the contacts at the start."""
     period, stable = stable_step(sim, scene)
     if not np.isfinite(stable):
         return [("contacts", "none")]

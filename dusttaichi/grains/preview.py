@@ -11,7 +11,7 @@ from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.domain.walls import glued
 from dusttaichi.grains import network
-from dusttaichi.grains.build import build, chosen_layout, is_thick, surroundings
+from dusttaichi.grains.build import build, chosen_layout, environment, is_thick
 from dusttaichi.grains.grain_contacts import (
     contact_constants,
     farthest_contacts,
@@ -40,8 +40,8 @@ def preview(scene):
     contacts = contact_constants(scene)
     domain = _domain(scene, sample, own, farthest_contacts(scene, own), step)
     sections = [("Sample", _sample(scene, sample)), *_contacts(scene, own, contacts)]
-    if (ball := placed_sphere(scene, sample, own, domain.box)) is not None:
-        sections.append(("Sphere", _sphere(scene, ball, own)))
+    if (placed := placed_sphere(scene, sample, own, domain.box)) is not None:
+        sections.append(("Sphere", _sphere(scene, placed, own)))
         farthest = max(sphere_contacts(scene, own), key=lambda c: c.delta0)
         sections.append(("Contact of a grain and the sphere", _contact(farthest, scene)))
     if scene.gravity is not None:
@@ -93,30 +93,30 @@ def _of_materials(scene, own):
 
 
 def internals(scene):
-    """More sections, of the scene built: what is compiled in, fields, contacts as they stand."""
+    """More sections, of the scene built: what is compiled in, fields, contacts at the start."""
     sim = build(scene, samples.make(scene))
     return [
-        ("Contacts as they stand", network.rows(scene, sim)),
+        ("Contacts at the start", network.rows(scene, sim)),
         ("Accuracy", preset_rows(scene)),
         ("Compiled in", compiled_rows(scene, sim)),
         ("Fields", field_rows(sim)),
     ]
 
 
-def _sphere(scene, ball, own):
+def _sphere(scene, placed, own):
     """Rows of a RigidSphere at the start."""
     radii = scene.material.radius if own is None else own.radius * units.LENGTH
     quantity = quantities.format
-    radius, mass = ball.radius * units.LENGTH, ball.mass * units.MASS
-    place = ", ".join(quantity(a, "length", digits=4) for a in ball.position * units.LENGTH)
-    speed = quantity(float(np.linalg.norm(ball.velocity)) * units.SPEED, "speed", digits=4)
+    radius, mass = placed.radius * units.LENGTH, placed.mass * units.MASS
+    place = ", ".join(quantity(a, "length", digits=4) for a in placed.position * units.LENGTH)
+    speed = quantity(float(np.linalg.norm(placed.velocity)) * units.SPEED, "speed", digits=4)
     density = mass / (4.0 / 3.0 * np.pi * radius**3)
     times = radius / np.median(radii)
     return [
         ("radius", f"{quantity(radius, 'length', digits=4)}, {times:.3g} of a grain's"),
         ("mass", f"{quantity(mass, 'mass', digits=5)} ({density / 1e3:.4g} g/cm^3)"),
         ("centre at the start", place),
-        ("speed", f"{speed}, driven" if ball.speed is not None else f"{speed} at the start, free"),
+        ("speed", f"{speed}{', driven' if placed.speed is not None else ' at the start, free'}"),
     ]
 
 
@@ -155,7 +155,7 @@ def _step(step):
 
 def _domain(scene, sample, own, contacts, step):
     """Environment of the grains at the start of the simulation, a Domain."""
-    box, cell = surroundings(scene, sample, own, None, contacts)
+    box, cell = environment(scene, sample, own, None, contacts)
     radii = np.full(len(sample), scene.material.radius / units.LENGTH)
     radii = radii if own is None else own.radius
     volume, t_c = 4.0 / 3.0 * np.pi * (radii**3).sum(), constants.characteristic_time
@@ -179,7 +179,7 @@ def _state_memory(scene, sample, own, step, domain):
         for v in declare(room, layout, bool(scene.boundary.walls))
     )
     room = f"{room:,} grains, and up to a sixth beside it to search"
-    return f"{size / 2**20:.3g} MiB with room for {room}"
+    return f"{size / 2**20:.3g} MiB with a capacity of {room}"
 
 
 def _contact(c, scene):
@@ -237,7 +237,7 @@ def _sample(scene, sample):
     named = {
         "fractal_dimension": "fractal dimension of the core",
         "bulk_filling_factor": "filling factor of the inner part",
-        "pieces": "pieces that hang together",
+        "pieces": "connected fragments",
         "loose_grains": "grains not connected to the floor of the deposit",
     }
     known = [key for key in named if key in info and np.isfinite(info[key])]

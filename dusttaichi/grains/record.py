@@ -127,10 +127,10 @@ def _inertia(sim):
 
 def _sphere(sim, m, window):
     """Of the rigid sphere: motion, mean load, energies, contacts."""
-    ball = sim.sphere
+    sphere = sim.sphere
     now = m["sphere_load"]
     load = np.concatenate(now) if window is None else window.mean("sphere_impulse")
-    return _sphere_motion(ball, now) | {
+    return _sphere_motion(sphere, now) | {
         "sphere_force": load[:3] * units.FORCE,
         "sphere_torque": load[3:] * units.TORQUE,
         "sphere_kinetic": m["sphere_kinetic"] * units.ENERGY,
@@ -141,8 +141,8 @@ def _sphere(sim, m, window):
     }
 
 
-def _sphere_motion(ball, load):
-    x, v, w = ball.now(load)
+def _sphere_motion(sphere, load):
+    x, v, w = sphere.now(load)
     return {
         "sphere_position": x * units.LENGTH,
         "sphere_velocity": v * units.SPEED,
@@ -157,10 +157,10 @@ def _momenta(sim):
     momentum = mass * v
     angular = np.cross(x, momentum).sum(axis=0) + (inertia * w).sum(axis=0)
     momentum = momentum.sum(axis=0)
-    if (ball := sim.sphere) is not None:
-        x, v, w = ball.now()
-        momentum = momentum + ball.mass * v
-        angular = angular + ball.mass * np.cross(x, v) + ball.inertia * w
+    if (sphere := sim.sphere) is not None:
+        x, v, w = sphere.now()
+        momentum = momentum + sphere.mass * v
+        angular = angular + sphere.mass * np.cross(x, v) + sphere.inertia * w
     unit = units.MASS * units.SPEED
     return {
         "momentum": momentum * unit,
@@ -335,8 +335,8 @@ def measurement(sim):
 
 
 def _bound(sim, m):
-    """Energy that the contacts of now bind [fJ]: as much as at rest, of JKR 1.2 F_c delta0 each; of
-    grains that are not all alike, now."""
+    """Binding energy of the current contacts [fJ]: that at rest, of JKR 1.2 F_c delta0 each; of
+    polydisperse grains the current one."""
     if sim.polydisperse is None:
         bound = sim.pair.bound * m["contacts"] + sim.wall.bound * m["wall_contacts"]
         if sim.sphere is not None:

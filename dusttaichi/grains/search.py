@@ -1,4 +1,4 @@
-"""The search for neighbours: when it is due, how far it reaches, and what its kernels are told."""
+"""The search for neighbours: when it is due, how far it reaches, arguments of its kernels."""
 
 from contextlib import nullcontext
 from math import floor, hypot, isfinite, prod, sqrt
@@ -21,7 +21,7 @@ NOWHERE = -1e30  # reach of a wall that is not there [um]
 class Search:
     """The neighbour lists of a Simulation: every pair closer than touch + skin.
 
-    skin [um], chosen anew at every search unless `fixed_skin` is given. searched_at, wall_due:
+    skin [um], chosen at every search unless `fixed_skin` is given. searched_at, wall_due:
     steps of the last search, and at which walls or faces ask for the next. count: searches so far.
     around: entered around every search on the way, so that a benchmark can time it.
     """
@@ -30,17 +30,17 @@ class Search:
         self.sim = sim
         self.fixed_skin, self.skin = fixed_skin, fixed_skin or 0.0
         self.searched_at, self.wall_due, self.count = 0, NEVER, 0
-        self.asked, self.around = False, nullcontext()
+        self.requested, self.around = False, nullcontext()
 
     def ask(self):
         """Have the next step search for neighbours, whether it is due or not."""
-        self.asked = True
+        self.requested = True
 
     @property
     def reach2(self):
         """Square of the way that a grain may go before the next search is due [um^2]."""
-        # every grain has gone further than the root of -1: a search asked for is due at once
-        return -1.0 if self.asked else (self._shares()[0] * self.skin) ** 2
+        # every grain has gone further than the root of -1: a requested search is due at once
+        return -1.0 if self.requested else (self._shares()[0] * self.skin) ** 2
 
     def numbers(self):
         """Numbers for a checkpoint beside the lists."""
@@ -49,19 +49,19 @@ class Search:
             "wall_due": self.wall_due,
             "searches": self.count,
             "skin": self.skin,
-            "search_asked": self.asked,
+            "search_requested": self.requested,
         }
 
     def restore(self, numbers):
         """Go back to these numbers."""
         self.searched_at, self.wall_due = numbers["searched_at"], numbers["wall_due"]
         self.count, self.skin = numbers["searches"], numbers["skin"]
-        self.asked = numbers["search_asked"]
+        self.requested = numbers["search_requested"]
 
     # -- searching -------------------------------------------------------------------------------
 
     def now(self, step):
-        """New neighbour lists for the present positions; the history of contacts is kept exactly.
+        """New neighbour lists for the present positions; contacts keep their history exactly.
 
         The loads are void until the next pass over the contacts.
         Raises GuardStop when positions are no longer numbers, grains overlap without limit, or
@@ -91,7 +91,7 @@ class Search:
         self.searched_at = step
         self.wall_due = self._next_wall_due(walls)
         self.count += 1
-        self.asked = False
+        self.requested = False
 
     def _list(self, step, low, extent, edges, reach):
         """Pairs within `reach` of their centres (of the largest grains), and grains near walls."""
@@ -119,7 +119,7 @@ class Search:
 
     def _cells(self, extent, edges, reach, tilt):
         """Numbers and widths of the cells of the grid: no cell is narrower than `reach`, and whole
-        numbers of them fill a periodic edge. Where cells lean, that is their width across.
+        numbers of them fill a periodic edge. Where cells are tilted, that is their width across.
 
         Raises GuardStop where no grid covers the grains.
         """
@@ -184,7 +184,7 @@ class Search:
         return 0.0 if sim.cell is None else sim.domain.closing_speed(sim.step)
 
     def _next_wall_due(self, walls):
-        """Step at which a wall or face has moved its part of the skin since the search of now.
+        """Step at which a wall or face has moved its part of the skin since this search.
         walls: speed of the fastest wall [um/us].
 
         Found at the search, not later: faces may change speed, and when a grain is wrapped must
@@ -203,7 +203,7 @@ class Search:
 
         A search costs some eight steps, of small samples more (its launches cost as much as 5000
         grains), and is due every skin/(2 speed dt) steps; the pairs that are listed but do not
-        touch make a step dearer by about five times skin/radius.
+        touch make a step longer by about five times skin/radius.
         """
         sim, way = self.sim, speed * self.sim.dt
         search = 8.0 * (1.0 + 5000.0 / sim.grains)
@@ -222,7 +222,7 @@ class Search:
             )
         if problem == 2:
             raise GuardStop(
-                f"At {time:.6g} µs more grains are near walls than there is room for. Try a "
+                f"At {time:.6g} µs more grains are near walls than their capacity. Try a "
                 "smaller numerics.skin, or a sample that is higher than two grains."
             )
 

@@ -1,7 +1,7 @@
 """A built scene in motion: advances by whole steps, searches when due, measures. Internal units.
 
 The box (walls) and the cell (periodic faces) of its domain move as the drive of the moment says;
-`drive` changes it between two steps, and the ledger goes on.
+`drive` changes it between two steps, and the ledger continues.
 """
 
 from contextlib import contextmanager
@@ -41,7 +41,7 @@ class Simulation(Readout):
     that reaches farthest.
     radii [um]: of all grains, one number, or (N,) in the sample's order; radius, smallest: the
     largest and the smallest of them. mass [pg], inertia [pg um^2]: one number, or (N, 1) in
-    internal order; unit_mass, unit_inertia: what kernels are told, units where grains have their
+    internal order; unit_mass, unit_inertia: arguments of kernels, units where grains have their
     own. volume [um^3]: of all grains.
     """
 
@@ -218,8 +218,8 @@ class Simulation(Readout):
             self.state["cell"] = self.cell.rows
 
     def set_upright(self, time):
-        """A cell that leans by more than half its edge goes on as the same lattice of images that
-        leans less; the lists of pairs must be made anew after it."""
+        """A cell tilted by more than half its edge continues as the same lattice of images,
+        tilted less; a search must follow."""
         cell = self.cell.upright(time)
         if cell is not self.cell:
             self.cell = cell
@@ -269,7 +269,7 @@ class Simulation(Readout):
 
     def _load_contacts(self):
         """History and loads of the contacts of a start: a pass over them in which no time goes by,
-        whose losses (those of forming) are not kept."""
+        whose losses (those of forming) are not counted."""
         self.step -= 1
         self._call(1, 1, 0.0)
         self.step += 1

@@ -60,7 +60,7 @@ def placed_sphere(scene, sample, own, box):
     """RigidSphere of a scene with a sample; None without one.
 
     own: GrainProperties, or None of equal grains; box: a Box, or None. Raises DustError where the
-    sphere overlaps with a grain or stands in a wall, or a cell is too small for it.
+    sphere overlaps with a grain or a wall, or a cell is too small for it.
     """
     block = scene.sphere
     if block is None:
@@ -128,13 +128,13 @@ def _check_cell(scene, sample, radius):
 
 
 def _check_inside(block, place, box):
-    """The sphere must not stand in a wall of a Box, or of None."""
+    """The sphere must not overlap with a wall of a Box, or of None."""
     place, radius = place / units.LENGTH, block.radius / units.LENGTH
     if box is not None and (passed := _passed(box, place, radius, 0.0)):
         raise DustError(
             f"sphere: it reaches through the wall {passed[0]} at the start, and contacts of sphere "
             f"and walls are not computed; leave the wall out (boundary: {{kind: box, omit: "
-            f"[{passed[0]}]}}), or give the box a size that has room for the sphere"
+            f"[{passed[0]}]}}), or give the box a size that holds the sphere"
         )
 
 
@@ -146,7 +146,7 @@ def _passed(box, place, radius, time):
 
 
 class MovingSphere:
-    """The sphere of a Simulation `sim`: it moves in the kernels, and is looked at here.
+    """The sphere of a Simulation `sim`: it moves in the kernels, and is read here.
 
     speed: at which it is driven now, None where it moves by forces. contact: numbers of the contact
     that reaches farthest.
@@ -173,7 +173,7 @@ class MovingSphere:
             self.sim.fields[name].from_numpy(np.asarray(values)[None], self.row)
 
     def set_back(self):
-        """Velocity and spin from step 0 to half a step before it, with the loads of now."""
+        """Velocity and spin from step 0 to half a step before it, with the current loads."""
         kick, turn = self._half_kicks()
         state = self.sim.state
         self._put(v=state.row("v", self.row) - kick, w=state.row("w", self.row) - turn)
@@ -221,10 +221,10 @@ class MovingSphere:
         load = load[:, :3], load[:, 3:6], load[:, 6:9]
         found = {"grain": number, "overlap": radius + self.radius - distance}
         found |= pair_parts(d / distance[:, None], load, (radius, self.radius))
-        kept = sim.history_of(state[on])
-        found |= {h.result: kept[h.result] for h in own_history(sim.layout.model)}
+        contact = sim.history_of(state[on])
+        found |= {h.result: contact[h.result] for h in own_history(sim.layout.model)}
         if sim.layout.contact_loss:
-            found["loss"] = kept["loss"]
+            found["loss"] = contact["loss"]
         return found | {"force": load[0], "torque": load[1]}
 
     def impulses(self):
@@ -232,7 +232,7 @@ class MovingSphere:
         return self.sim.state["sphere_impulse"]
 
     def _half_kicks(self, load=None):
-        """Change of velocity and of spin in half a step by the loads of now."""
+        """Change of velocity and of spin in half a step by the current loads."""
         if self.speed is not None:
             return np.zeros(3), np.zeros(3)
         sim, (force, torque) = self.sim, load or self.load()
@@ -243,7 +243,7 @@ class MovingSphere:
 
     def now(self, load=None):
         """Position [um], velocity [um/us] and spin [rad/us] at the time of the positions. load:
-        what `load` gives now, where somebody has asked for it."""
+        what `load` gives now, where it is requested."""
         kick, turn = self._half_kicks(load)
         x, v, w = self._row()
         return x, v + kick, w + turn
@@ -264,7 +264,7 @@ class MovingSphere:
         return 0.5 * kinetic, 0.5 * (self.mass * (kick @ kick) + self.inertia * (turn @ turn))
 
     def work(self, force, impulse):
-        """Work of what drives it since the start [fJ], with force of now and impulse up to now."""
+        """Work of what drives it since the start [fJ], with current force and impulse."""
         sums = self.sim.ledger_sums
         if self.speed is None:
             return 0.0

@@ -10,7 +10,7 @@ from dusttaichi.geometry import rigid_rotation
 def push_anew(sim, entries):
     """The pushes of a Simulation's last stage end, and `entries` (scene.Push) begin.
 
-    Velocities and spins stand half a step back: they are brought to the step of now by the loads
+    Velocities and spins are half a step back: they are brought to the current step by the loads
     that have acted, changed there, and set back by those that act from now on. The work of the
     pushes up to now, and the kinetic energy that the change itself gives or takes, go into the
     ledger sums.
@@ -46,7 +46,7 @@ def push_anew(sim, entries):
 
 
 def _groups(sim, entries):
-    """Internal numbers of the grains of each push; faces are those of now."""
+    """Internal numbers of the grains of each push; faces are the current ones."""
     x, rank = sim.grain_state()[0] * units.LENGTH, sim.state.rank
     radius = sim.radius * units.LENGTH
     return [

@@ -188,7 +188,7 @@ class GrainState:
 
     def _slice(self, part):
         first = 0 if part == "history" else self.layout.load
-        return slice(first, first + (self.layout.kept if part == "history" else LOADS))
+        return slice(first, first + (self.layout.state_rows if part == "history" else LOADS))
 
     def put_numbers(self, pair, wall, on_sphere):
         """Numbers of the kinds of contacts (kernels.numbers); on_sphere: or None."""
@@ -243,7 +243,7 @@ class GrainState:
         self._put_springs(rows, brought, wall_displacements(pointer, foot, around))
 
     def stiffen(self, ratio):
-        """Sliding displacements whose force stays; ratio: stiffness of before over that of now, in
+        """Sliding displacements whose force stays; ratio: previous over current stiffness, in
         moduli, to whose power 2/3 springs go."""
         if ratio == 1.0:
             return

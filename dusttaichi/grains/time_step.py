@@ -53,7 +53,7 @@ def time_step(scene, grains, polydisperse=None, motion=None):
 
     motion: Motion of the sample; without it nothing moves fast. `auto` is step_fraction of the
     stiffest period, or less where fast grains need it.
-    Raises DustError when the step asked for cannot be stable.
+    Raises DustError when the requested step cannot be stable.
     """
     period, rate = stiffest_of(scene, grains, polydisperse)
     limit = stability.largest_stable_step(period, rate)
@@ -100,7 +100,7 @@ def stiffest_of(scene, grains, polydisperse):
 
 def arrangements(scene, polydisperse):
     """(mass [kg], ContactConstants of a pair, of a wall, strengths of the walls) of the clusters of
-    `stiffest_of`; a rigid sphere counts as a wall that grains stand on."""
+    `stiffest_of`; a rigid sphere counts as a wall that grains touch."""
     scene = scaled(scene)
     strengths = wall_strengths(scene.boundary)
     if polydisperse is None:
@@ -189,15 +189,15 @@ def fastest(scene, sample, radii, scenes=None):
     own = float(np.max(np.linalg.norm(v, axis=1), initial=0.0)) + later
     grains = len(sample) if scenes is None else int(np.bincount(scenes).max())
     loose = sample.info.get("coordination", 2.0 * LOOSE) < LOOSE
-    ball = _sphere_speed(scene)
+    sphere = _sphere_speed(scene)
     # a sphere throws grains at twice its speed at most, as a wall does
-    thrown = apart + later + 2.0 * ball + (2.0 * wall if scene.boundary.walls else 0.0)
+    thrown = apart + later + 2.0 * sphere + (2.0 * wall if scene.boundary.walls else 0.0)
     return Motion(
         grains=thrown + surface + face,
         walls=own + surface + wall,
         spin=spin,
         alone=grains < FEW or loose,
-        sphere=own + surface + wall + ball,
+        sphere=own + surface + wall + sphere,
         thrown=thrown,
     )
 

@@ -24,7 +24,7 @@ _S12, _PHYS = "S12 section 3.2", "docs, Physics"
 # one), "filling" (a filling factor), "plates", "stress", "stages", "push" (forces, carried grains),
 # "gravity", "sphere" (a rigid one), "pair" (two bodies that fly at each other), "shear" (in some
 # stage), "tilt" (of the cell), "open" (nothing around), "polydisperse" (grains of different radius
-# or material), "profiles", "snapshots", "contacts" (kept with the snapshots), "forces" (of these),
+# or material), "profiles", "snapshots", "contacts" (with the snapshots), "forces" (of these),
 # "requested" (optional outputs).
 _TABLE = {
     "series": [

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 class SimpleSimulation:
     """Defaults that most simulations share: a method inherits them and adds only its own.
 
-    A method has to say `dt`, `variables`, `advance` and `measure`, and `kept`: the names of its
-    attributes that it goes on from beside `step` and `dt`, arrays or numbers. Nothing surrounds it,
-    it has one particle, and loses, averages and refuses nothing, where it says nothing else. With
+    A method has to define `dt`, `variables`, `advance` and `measure`, and `stored`: the names of the
+    attributes, arrays or numbers, that a checkpoint stores beside `step` and `dt`. By default it has
+    no boundary and one particle, and it loses, averages and refuses nothing. With
     `halve_step` and `positions` it is Refinable.
     """
 
@@ -30,7 +30,7 @@ class SimpleSimulation:
     variables: tuple[Variable, ...]
     channels: tuple[str, ...] = ()
     step_key: str = "numerics.time_step"
-    kept: tuple[str, ...] = ()
+    stored: tuple[str, ...] = ()
     began: float = 0.0
 
     @property
@@ -66,7 +66,7 @@ class SimpleSimulation:
         """The guard of the ledger, which is the run's, is enough."""
 
     def state(self) -> State:
-        values = {name: getattr(self, name) for name in ("step", "dt", *self.kept)}
+        values = {name: getattr(self, name) for name in ("step", "dt", *self.stored)}
         arrays = {n: v.copy() for n, v in values.items() if isinstance(v, np.ndarray)}
         return State(arrays, {n: v for n, v in values.items() if n not in arrays})
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class Measurement:
     """Energies of one moment [fJ], from which the ledger is made.
 
-    kinetic, potential: energies of now; energy: their sum, as the method has added it up.
+    kinetic, potential: current energies; energy: their sum, as the method has added it up.
     kick: part of the kinetic energy that the integrator does not keep (0 where it keeps all).
     losses: what has been lost since the start, by channel (C,); lost: their sum.
     work: what has been done on the particles from outside since the start. bound: energy that they
@@ -118,7 +118,7 @@ class Simulation(Protocol):
         """Move walls and faces as the drive says from this step on: a new stage."""
 
     def measure(self) -> Measurement:
-        """The energies of now."""
+        """The current energies."""
 
     def sums(self) -> dict[str, np.ndarray]:
         """Time integrals since the start; an average is a difference of two over its span."""
@@ -149,16 +149,16 @@ class Simulation(Protocol):
 
 
 class Refinable(Simulation, Protocol):
-    """A simulation that can go on at half its step: what the error bar needs."""
+    """A simulation that can continue at half its step, for the error bar."""
 
     def halve_step(self) -> None:
-        """Go on at half the time step from the very same state, steps counted accordingly."""
+        """Continue at half the time step from the very same state, steps counted accordingly."""
 
     def positions(self) -> np.ndarray:
         """Where the particles are [um], (n, 3), in an order that stays."""
 
     def ends(self) -> dict[str, np.ndarray]:
-        """The sums of now, and what else `compared` asks of the ends of a segment."""
+        """The current sums, and what else `compared` needs of the ends of a segment."""
 
     def compared(self, window: Window, moments: list[Measurement]) -> dict[str, float]:
         """Numbers of a segment that two steps are compared by [SI], beside the energies.

@@ -10,9 +10,10 @@ from dusttaichi.plots.registry import figure
 def spin_up(runs, labels=None):
     """Rotation rate and largest fragment of one Run or several.
 
-    Against the rate of a rigid body with the same angular momentum (dotted), up to the first
-    snapshot of the broken aggregate; dashed: the share below which it counts as broken. labels: one
-    for each run (default: their names).
+    The rate is drawn against that of a rigid body with the same angular momentum, which is the
+    dotted line; the dashed one is the share below which an aggregate counts as broken. Curves end
+    with the first snapshot of the broken aggregate. labels: one for each run (default: their
+    names).
     """
     runs, labels = style.named(runs, labels)
     figure, (axes, below) = style.new_figure(height=4.6, rows=2)

@@ -43,11 +43,6 @@ STANDARD = {
 REFUSED = re.compile(r"\b(?:" + "|".join(f"({word})" for word in STANDARD) + r")\b", re.IGNORECASE)
 INSTEAD = list(STANDARD.values())
 
-# Subpackages and modules that do not follow the list yet. A clean one has to leave this set.
-NOT_YET = {
-    "continuum", "grains", "method", "studies",
-}  # fmt: skip
-
 
 @cache
 def faults(path):
@@ -78,11 +73,9 @@ def scenes():
     return sorted(p for p in files if p.suffix in (".yaml", ".py", ".sh"))
 
 
-def subpackages():
-    """Name -> Python files of each folder of the package and of each module at its top level."""
-    tops = sorted((ROOT / "dusttaichi").glob("*"))
-    folders = {p.name: sorted(p.rglob("*.py")) for p in tops if (p / "__init__.py").is_file()}
-    return folders | {p.stem: [p] for p in tops if p.suffix == ".py"}
+def code():
+    """Python files of the package and of the benchmarks."""
+    return sorted(p for part in ("dusttaichi", "benchmarks") for p in (ROOT / part).rglob("*.py"))
 
 
 def test_pages_and_scenes_use_the_words_of_the_field():
@@ -91,14 +84,8 @@ def test_pages_and_scenes_use_the_words_of_the_field():
 
 
 def test_messages_and_code_use_the_words_of_the_field():
-    following = {name: files for name, files in subpackages().items() if name not in NOT_YET}
-    found = [fault for files in following.values() for fault in faults_of(files)]
+    found = faults_of(code())
     assert not found, "\n" + "\n".join(found)
-
-
-def test_only_parts_with_faults_are_excepted():
-    clean = {name for name in NOT_YET if not faults_of(subpackages()[name])}
-    assert not clean, f"take out of NOT_YET: {sorted(clean)}"
 
 
 @pytest.mark.parametrize(

@@ -68,7 +68,7 @@ def bytes_moved(layout):
         (8 if layout.geometry_name == "f64" else 4),
     )
     pair = (
-        real * (2 * layout.kept + 2 * LOADS) + 2 * 4 + 2 * 4
+        real * (2 * layout.state_rows + 2 * LOADS) + 2 * 4 + 2 * 4
     )  # and who they are; entries of grains
     return pair, place * (9 + 9 + 9 + 3) + 4
 

@@ -104,7 +104,7 @@ def test_a_scene_has_what_it_requires_and_nothing_else(name, unstarted):
     own = FIELDS | SCRATCH | {"grain_sum", "pair_sum"} | fields
     assert there == own
     assert compiled == KERNELS | kernels
-    assert sim.layout.kept == size
+    assert sim.layout.state_rows == size
     own = len(sim.layout.stored)
     assert sim.fields["contact"].to_numpy().shape[1] == size + max(9, size) + own
 
@@ -127,11 +127,11 @@ def test_check_says_what_is_compiled_in_and_what_it_takes(unstarted):
         told["forces"].startswith("normal (jkr), damping (viscous)")
         and told["left out"] == "asperities"
     )
-    assert told["numbers kept of a contact"].startswith("10: xi 3, zeta 3, touched 1, speed 1")
+    assert told["history of a contact"].startswith("10 numbers: xi 3, zeta 3, touched 1, speed 1")
     assert set(told["kernels"].split(", ")) == KERNELS | WALL_KERNELS
     whole = sum(table.nbytes for table in inventory.tables(sim).values())
     rows = inventory.field_rows(sim)
-    assert f"{whole / 1024:.0f} bytes a grain, room for 1,024" in rows[-1][1]
+    assert f"{whole / 1024:.0f} bytes a grain, capacity 1,024" in rows[-1][1]
     assert preview.state_bytes(sim) == whole
     named = {rows[k][0] for k in range(len(rows) - 2)}
     named |= set(rows[-2][1].split(": ")[1].split(", "))

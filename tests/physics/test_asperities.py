@@ -191,7 +191,7 @@ def test_off_is_absent():
     assert on.sim.layout.channels[6:] == ("asperities",) and len(on.sim.measure()["loss"]) == 7
     probe = Probe(scene("none", on=False), sample_of([[0, 0, 0], [1.3e-6, 0, 0]]))
     assert "touch_speed" not in probe.sim.layout.rows and len(probe.sim.measure()["loss"]) == 6
-    assert on.sim.layout.kept == probe.sim.layout.kept + 2
+    assert on.sim.layout.state_rows == probe.sim.layout.state_rows + 2
 
 
 def test_volume_is_needed():

@@ -38,7 +38,7 @@ class SpringScene(Scene):
 class Spring(SimpleSimulation):
     """The particle in motion: place at a step, speed half a step back, what the drag has taken."""
 
-    variables, channels, kept = VARIABLES, ("drag",), ("x", "v", "lost", "way")
+    variables, channels, stored = VARIABLES, ("drag",), ("x", "v", "lost", "way")
 
     def __init__(self, scene, start):
         self.k, self.drag, self.dt = scene.stiffness, scene.drag, scene.numerics.time_step * 1e6

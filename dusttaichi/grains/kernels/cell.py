@@ -13,7 +13,7 @@ def make_cell(fields, layout):
 
     An edge is L(t) = L_start exp(g t) + c t, centred about a point that rests. A pair keeps the
     number of edges between its grains (`shift`) from one search to the next, so that nothing is
-    rounded or wrapped in a step. Of a tilted cell the edge along z leans along x: fourth column.
+    rounded or wrapped in a step. Fourth column: the edge along z of a tilted cell along x.
     """
     axes = layout.periodic
     if not axes:
@@ -75,10 +75,10 @@ def make_frame(fields, layout):
 
 
 def make_wrap(fields, layout):
-    """Kernel `wrap(low, edges, speeds, lean, mass)`: grains that have left the cell come in again
-    on the other side, with the speed that the edge has (T19 eqs 12-15). lean: how much further
+    """Kernel `wrap(low, edges, speeds, tilt, mass)`: grains that have left the cell come in again
+    on the other side, with the speed that the edge has (T19 eqs 12-15). tilt: how much further
     along x the image above is, and how much faster it moves; the faces across x of a tilted cell
-    lean so.
+    tilt so.
     """
     x, v, wraps, wrap_work = fields["x"], fields["v"], fields["wraps"], fields["wrap_work"]
     masses = fields.get("mass")
@@ -88,21 +88,21 @@ def make_wrap(fields, layout):
     axes = sorted(layout.periodic, reverse=layout.tilted)
 
     @ti.func
-    def wrap_grain(g, low, edges, speeds, lean):
+    def wrap_grain(g, low, edges, speeds, tilt):
         """Moves the grain; returns the change of v^2 (of m v^2 where masses differ)."""
         place, velocity, count = x[g], v[g], wraps[g]
         before, crossed = velocity.dot(velocity), 0.0
         for a in ti.static(axes):
             face = low[a]
             if ti.static(layout.tilted and a == 0):
-                face += lean[0] * ((place[2] - low[2]) / edges[2] - 0.5)
+                face += tilt[0] * ((place[2] - low[2]) / edges[2] - 0.5)
             n = ti.floor((place[a] - face) / edges[a])
             crossed += ti.abs(n)
             place[a] -= n * edges[a]
             velocity[a] -= n * speeds[a]
             if ti.static(layout.tilted and a == 2):
-                place[0] -= ti.cast(n * lean[0], layout.geometry)
-                velocity[0] -= ti.cast(n * lean[1], layout.geometry)
+                place[0] -= ti.cast(n * tilt[0], layout.geometry)
+                velocity[0] -= ti.cast(n * tilt[1], layout.geometry)
             count[a] += ti.cast(n, ti.i32)
         x[g], v[g], wraps[g] = place, velocity, count
         change = 0.0 * before
@@ -115,22 +115,22 @@ def make_wrap(fields, layout):
     wrap_by_threads = make_wrap_by_threads(fields, wrap_grain)
 
     @ti.kernel
-    def wrap(low: vector, edges: vector, speeds: vector, lean: pair, mass: ti.f64):
+    def wrap(low: vector, edges: vector, speeds: vector, tilt: pair, mass: ti.f64):
         if ti.static(on_device()):
-            wrap_by_threads(low, edges, speeds, lean, mass)
+            wrap_by_threads(low, edges, speeds, tilt, mass)
         else:
             grains = counts[GRAINS]
             for chunk in range(whole(grains, CHUNK)):
                 total = ti.cast(0.0, ti.f64)
                 for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
-                    total += wrap_grain(g, low, edges, speeds, lean)
+                    total += wrap_grain(g, low, edges, speeds, tilt)
                 wrap_work[chunk] = wrap_work[chunk] + 0.5 * mass * total
 
     return wrap
 
 
 def make_wrap_by_threads(fields, wrap_grain):
-    """Function `wrap_by_threads(low, edges, speeds, lean, mass)`: `wrap_grain` of all grains and
+    """Function `wrap_by_threads(low, edges, speeds, tilt, mass)`: `wrap_grain` of all grains and
     the sums of its changes on a device, with a thread for each grain and a block for a chunk."""
     counts, wrap_work = fields["counts"], fields["wrap_work"]
     threads, sums = padded(fields["wraps"].shape[0], CHUNK), BlockSums(1, CHUNK)
@@ -140,7 +140,7 @@ def make_wrap_by_threads(fields, wrap_grain):
         low: ti.template(),
         edges: ti.template(),
         speeds: ti.template(),
-        lean: ti.template(),
+        tilt: ti.template(),
         mass: ti.template(),
     ):
         ti.loop_config(block_dim=CHUNK)
@@ -149,7 +149,7 @@ def make_wrap_by_threads(fields, wrap_grain):
             if g - thread < counts[GRAINS]:  # the same for all threads of a block
                 own = ti.Vector.zero(ti.f64, 1)
                 if g < counts[GRAINS]:
-                    own[0] = wrap_grain(g, low, edges, speeds, lean)
+                    own[0] = wrap_grain(g, low, edges, speeds, tilt)
                 total = sums.total(own, thread)
                 if thread == 0:
                     wrap_work[g // CHUNK] = wrap_work[g // CHUNK] + 0.5 * mass * total

@@ -106,12 +106,12 @@ class ContactPass:
         lost = self.mechanics.update(k, h, p, dt, self.flat)
         found, _ = self.mechanics.evaluate(k, h, p, strength)
         # 2 where it has formed, -1 where it has broken: see `change`
-        kept = k.now * k.was
-        formed, broken = k.now - kept, k.was - kept
+        stays = k.now * k.was
+        formed, broken = k.now - stays, k.was - stays
         h.touched = k.now + formed - broken
         h.zeta = h.zeta + k.normal * k.zeta_along
         # pointers begin on the line of centres; those of a contact that breaks are needed still
-        self.rows.keep(b, lane, h, k.was)
+        self.rows.write(b, lane, h, k.was)
         self.rows.put_loads(b, lane, found)
         self.book(sums, b, lane, lost, strength)
         if ti.static(self.stress):
@@ -230,7 +230,7 @@ class ContactPass:
             force = k.normal * law.form(k, h, p, dt, push)
             for c in ti.static(range(3)):
                 self.rows.add(b, first + c, lane, force[c])
-            self.rows.keep(b, lane, h, 0.0)
+            self.rows.write(b, lane, h, 0.0)
 
     @ti.func
     def release(

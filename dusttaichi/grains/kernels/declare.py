@@ -168,7 +168,7 @@ def _sphere(n):
 
 
 def _polydisperse(n):
-    # of the two that fill empty lanes nothing but the motion is asked
+    # of the two that fill empty lanes only the motion is needed
     return [
         ("radius", "radius of a grain", "um", ("f64", 0), (n.moving,)),
         ("mass", "mass of a grain", "pg", ("f64", 0), (n.moving,)),

@@ -95,7 +95,7 @@ def make_grain_pass(fields, layout):
     position, velocity). Who needs these takes them from here: to read what has just been written,
     in another width, makes a core wait, a third of a step.
 
-    Where grains have masses of their own (layout.polydisperse) m and I stand for units of them.
+    Where grains have masses of their own (layout.polydisperse) m and I are units of them.
 
     A search is due once a grain has gone further than half the skin from where it was at the last
     one (reach2 its square), or is no longer a number.

@@ -163,7 +163,7 @@ class Phases:
 
     @ti.func
     def touch(self, me, workers, step, dt, box):
-        """Contacts of a worker's share: history of now, loads, losses."""
+        """Contacts of a worker's share: current history, loads, losses."""
         n, here = self.pair_tiles(), self.frame(step, dt)
         for tile in range(first_of(me, workers, n), first_of(me + 1, workers, n)):
             self.touch_pairs(tile, dt, here)

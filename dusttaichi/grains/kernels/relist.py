@@ -15,12 +15,12 @@ from dusttaichi.grains.kernels.store import (
 
 
 @ti.data_oriented
-class KeptRows:
+class HistoryRows:
     """History of the contacts, carried from the lists of the last search to the new ones. Loads are
     computed again after that: their rows hold the old history meanwhile."""
 
     def __init__(self, fields, layout):
-        self.table, self.rows, self.load = fields["contact"], layout.kept, layout.load
+        self.table, self.rows, self.load = fields["contact"], layout.state_rows, layout.load
         self.width, self.real = layout.width, layout.law
 
     @ti.func
@@ -53,7 +53,8 @@ class PairLists:
     """
 
     def __init__(self, fields, scratch, layout, write_constants):
-        self.width, self.axes, self.kept = layout.width, layout.periodic, KeptRows(fields, layout)
+        self.width, self.axes = layout.width, layout.periodic
+        self.history = HistoryRows(fields, layout)
         self.tilted = layout.tilted
         self.polydisperse = layout.polydisperse
         self.x, self.counts = fields["x"], fields["counts"]
@@ -79,8 +80,8 @@ class PairLists:
 
     @ti.func
     def keep_old(self, b):
-        """Entries are listed anew after this: their places hold the old partners meanwhile."""
-        self.kept.put_aside(b)
+        """Entries are listed again after this: their places hold the old partners meanwhile."""
+        self.history.put_aside(b)
         for k in range(self.width):
             self.entry[b * self.width + k] = self.pair_j[b, k]
 
@@ -90,23 +91,23 @@ class PairLists:
         self.pair_i[b, k], self.pair_j[b, k] = g, j
         if ti.static(self.polydisperse):
             self.write_constants(b, k, g, j)
-        lean = ti.cast(0.0, ti.f64)
+        shifted = ti.cast(0.0, ti.f64)
         for m in ti.static(range(len(self.axes))):
             # from the last axis to the first: what a face across z adds along x is known then
             n = ti.static(len(self.axes) - 1 - m)
             a = ti.static(self.axes[n])
             way = self.x[g][a] - self.x[j][a]
             if ti.static(self.tilted and a == 0):
-                way -= lean
+                way -= shifted
             turns = ti.floor(way / edges[a] + 0.5)
             self.shift[b, n, k] = turns
             if ti.static(self.tilted and a == 2):
-                lean = turns * tilt
+                shifted = turns * tilt
         old = -1
         for o in range(self.old_start[g], self.old_start[g + 1]):
             if self.entry[o] == j:
                 old = o
-        self.kept.carry(b, k, old)
+        self.history.carry(b, k, old)
 
     @ti.func
     def write_pairs(self, g, edges, tilt):
@@ -122,7 +123,7 @@ class PairLists:
         self.pair_i[b, k], self.pair_j[b, k] = self.counts[GRAINS], self.counts[GRAINS] + 1
         if ti.static(self.polydisperse):
             self.write_empty(b, k)
-        self.kept.clear(b, k)
+        self.history.clear(b, k)
         for n in ti.static(range(len(self.axes))):
             self.shift[b, n, k] = 0.0
 

@@ -51,17 +51,17 @@ class Rows:
         )
 
     @ti.func
-    def keep(self, b, lane, h: ti.template(), held):
-        """Write the history, that of springs times `held`: 1 where the contact touched before."""
+    def write(self, b, lane, h: ti.template(), touched_before):
+        """Write the history, that of springs times `touched_before`, 1 or 0."""
         for name, first in ti.static(self.scalars):
             value = h.__getitem__(name)
             if ti.static(name not in self.own):
-                value = value * held
+                value = value * touched_before
             self.table[b, first, lane] = value
         for name, first in ti.static(self.vectors):
             vector = h.__getitem__(name)
             if ti.static(name not in self.own):
-                vector = vector * held
+                vector = vector * touched_before
             self.put_vector(b, first, lane, vector)
 
     @ti.func

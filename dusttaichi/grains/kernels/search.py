@@ -39,7 +39,7 @@ def place_search(grains, layout, walls):
     """Scratch fields of the search (nothing in them outlives it)."""
     cells = CELLS_PER_GRAIN * grains + 64
     pair_blocks = capacity(grains, layout, walls)[0]
-    # a large grain has as many small neighbours as there is room for in all: one list after another
+    # a large grain may have as many small neighbours as fit in all: one list after another
     near = 2 * pair_blocks * layout.width if layout.polydisperse else grains * NEIGHBOURS
     own = {"near_start": ti.field(ti.i32, shape=grains + 1)} if layout.polydisperse else {}
     if walls:
@@ -112,7 +112,7 @@ class Cells:
     @ti.func
     def cell_of(self, p, grid):
         d = p - grid.origin
-        if ti.static(self.tilted):  # the cells lean as the periodic cell does
+        if ti.static(self.tilted):  # the cells are tilted as the periodic cell is
             d[0] -= grid.tilt * (d[2] / grid.edges[2] - 0.5)
         c = ti.cast(d * grid.inv_edge, ti.i32)
         return ti.max(0, ti.min(c, grid.cells - 1))

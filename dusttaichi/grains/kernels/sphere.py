@@ -11,7 +11,7 @@ from dusttaichi.compute.blocks import is_idle, loop_length, on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, Scan, is_short, whole
 from dusttaichi.grains.kernels.grains import make_gravity
-from dusttaichi.grains.kernels.relist import KeptRows
+from dusttaichi.grains.kernels.relist import HistoryRows
 from dusttaichi.grains.kernels.store import FIRST_SPHERE, GRAINS, ON_SPHERE, SPHERE
 
 
@@ -114,7 +114,7 @@ class SphereLists:
 
     def __init__(self, fields, layout, write_constants):
         self.width, self.axes = layout.width, layout.periodic
-        self.polydisperse, self.kept = layout.polydisperse, KeptRows(fields, layout)
+        self.polydisperse, self.history = layout.polydisperse, HistoryRows(fields, layout)
         self.x, self.counts, self.slot = fields["x"], fields["counts"], fields["sphere_slot"]
         self.pair_i, self.pair_j = fields["pair_i"], fields["pair_j"]
         self.shift, self.radius = fields.get("shift"), fields.get("radius")
@@ -146,7 +146,7 @@ class SphereLists:
         old = self.slot[g]
         if old >= 0:
             old += self.counts[FIRST_SPHERE] * self.width
-        self.kept.carry(b, k, old)
+        self.history.carry(b, k, old)
 
     @ti.func
     def clear_lane(self, c):
@@ -154,7 +154,7 @@ class SphereLists:
         self.pair_i[b, k], self.pair_j[b, k] = self.counts[GRAINS], self.counts[GRAINS] + 1
         if ti.static(self.polydisperse):
             self.write.empty(b, k)
-        self.kept.clear(b, k)
+        self.history.clear(b, k)
         for n in ti.static(range(len(self.axes))):
             self.shift[b, n, k] = 0.0
 
@@ -201,7 +201,7 @@ def make_sphere_relist(fields, scratch, layout, write_constants=None):
         for b in range(loop_length(old_blocks(), blocks)):
             if is_idle(b, old_blocks()):
                 continue
-            lists.kept.put_aside(counts[FIRST_SPHERE] + b)
+            lists.history.put_aside(counts[FIRST_SPHERE] + b)
         ti.loop_config(serialize=light)
         for chunk in range(chunks()):
             near_sphere(chunk, reach, edges, False)

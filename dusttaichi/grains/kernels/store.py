@@ -36,7 +36,7 @@ class Layout:
     tile: int  # blocks of a tile
     model: ContactModel
     periodic: tuple = ()  # numbers of the axes along which the cell repeats
-    tilted: bool = False  # the cell may lean: its image above moves along x
+    tilted: bool = False  # the cell may be tilted: its image above moves along x
     stress: bool = False
     forced: bool = False  # a force from outside acts on some grains
     carried: bool = False  # some grains move at a speed of their own
@@ -47,7 +47,7 @@ class Layout:
     precision: str = "f64"
     ledger: bool = True  # only a benchmark does without
     orientation: bool = False  # rotations of the grains are followed
-    contact_loss: bool = False  # what each contact has lost is kept with it
+    contact_loss: bool = False  # what each contact has lost is stored with it
     grain_loss: bool = False  # what the contacts of each grain have lost is summed for it
     thick: bool = False  # so few of many grains reach the walls that less room is left for them
 
@@ -103,25 +103,25 @@ class Layout:
         return out
 
     @property
-    def kept(self):
-        """Rows of what a contact keeps from step to step."""
+    def state_rows(self):
+        """Rows of the state of a contact."""
         return sum(width for _, width in self.rows.values())
 
     @property
     def history_rows(self):
         """Rows of what a contact forgets when it breaks."""
-        return self.rows["recent"][0] if self.grain_loss else self.kept
+        return self.rows["recent"][0] if self.grain_loss else self.state_rows
 
     @property
     def load(self):
         """First row of its loads."""
-        return self.kept
+        return self.history_rows
 
     @property
     def constants(self):
-        """First row of its constants, where grains differ. The loads have room for what is kept:
+        """First row of its constants, where grains differ. The loads have places for the history:
         the search puts the old lists there."""
-        return self.load + max(LOADS, self.kept)
+        return self.load + max(LOADS, self.state_rows)
 
     @property
     def row_count(self):
@@ -147,7 +147,7 @@ def sizes(grains, layout, walls):
 
 
 def capacity(grains, layout, walls):
-    """Blocks of pairs and of wall contacts that there is room for, whole tiles both.
+    """Capacity in blocks of pairs and of wall contacts, whole tiles both.
 
     Twelve neighbours touch a grain at most.
     """
@@ -159,7 +159,7 @@ def capacity(grains, layout, walls):
 
 
 def wall_contacts(grains, thick):
-    """Contacts with walls that there is room for.
+    """Capacity in contacts with walls.
 
     A wall is touched by a face of the sample: every grain of a small or flat one, a share that
     shrinks as N^(-1/3) of a large one. A thick one (`dusttaichi.grains.build.is_thick`) has walls

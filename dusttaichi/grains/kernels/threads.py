@@ -33,7 +33,7 @@ def place_planes():
 
 @ti.func
 def put_planes(planes: ti.template(), box: ti.template()):
-    """Fill it from what kernels are told of the walls."""
+    """Fill it from the arguments of kernels for the walls."""
     for k in ti.static(range(len(WALLS))):
         for a in ti.static(range(3)):
             planes[k, NORMAL + a] = box.normal[k, a]
@@ -137,7 +137,7 @@ class Threads:
 
     @property
     def grain_threads(self):
-        """Threads of a launch over the grains that there is room for."""
+        """Threads of a launch over the capacity in grains."""
         return padded(self.phases.fields["x"].shape[0], self.grain_block)
 
     @property
@@ -216,7 +216,7 @@ class Threads:
 
     @ti.func
     def put(self, kind, tile, number, total):
-        """Add the sum of a number of the books to the row of its tile; kind: 1 of walls."""
+        """Add the sum of an account to the row of its tile; kind: 1 of walls."""
         if number < self.LOSSES:
             self.put_into(self.loss, kind, tile, number, total)
         if ti.static(self.stress):

@@ -3,7 +3,7 @@
 from dusttaichi.compute.blocks import THREADS, BlockSums, is_idle, loop_length, on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, Scan, first_of, is_short, whole
-from dusttaichi.grains.kernels.relist import KeptRows
+from dusttaichi.grains.kernels.relist import HistoryRows
 from dusttaichi.grains.kernels.search import SEARCH
 from dusttaichi.grains.kernels.store import (
     FIRST_WALL,
@@ -25,7 +25,7 @@ class WallLists:
     """
 
     def __init__(self, fields, scratch, layout, write_constants):
-        self.width, self.kept = layout.width, KeptRows(fields, layout)
+        self.width, self.history = layout.width, HistoryRows(fields, layout)
         self.polydisperse = layout.polydisperse
         for name in ("x", "counts", "impulse", "impulse_total"):
             setattr(self, name, fields[name])
@@ -62,7 +62,7 @@ class WallLists:
     @ti.func
     def put_aside(self, c):
         """The history of a block to where the new lists find it; its impulses have been summed."""
-        self.kept.put_aside(self.counts[FIRST_WALL] + c)
+        self.history.put_aside(self.counts[FIRST_WALL] + c)
         for a in ti.static(range(3)):
             self.impulse[c, a] = 0.0
 
@@ -121,7 +121,7 @@ class WallLists:
         self.wall_gap[b, k] = FAR
         if ti.static(self.polydisperse):
             self.write_empty(self.counts[FIRST_WALL] + b, k)
-        self.kept.clear(self.counts[FIRST_WALL] + b, k)
+        self.history.clear(self.counts[FIRST_WALL] + b, k)
 
     @ti.func
     def write_contact(self, g, n, c):
@@ -136,7 +136,7 @@ class WallLists:
         old = self.wall_slot[g][n]
         if old >= 0:
             old += first * self.width
-        self.kept.carry(first + b, k, old)
+        self.history.carry(first + b, k, old)
 
 
 @ti.data_oriented
