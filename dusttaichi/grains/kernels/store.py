@@ -115,7 +115,7 @@ class Layout:
     @property
     def load(self):
         """First row of its loads."""
-        return self.history_rows
+        return self.state_rows
 
     @property
     def constants(self):
