@@ -191,7 +191,7 @@ def _script(contacts, walls, time_step_s, steps, repeats) -> list[str]:
         "read_data grains.data",
         "pair_style granular",
         f"pair_coeff * * {pair}",
-        f"neighbor {SKIN:g} bin",
+        f"neighbor {SKIN:g} bin",  # foreign name
         f"neigh_modify delay 0 every {CHECK_EVERY} check yes",
         "fix move all nve/sphere",
     ]

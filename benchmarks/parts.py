@@ -211,14 +211,14 @@ def main(
     quick: bool = False,
     log: Callable[[str], None] = lambda line: None,
 ) -> RowTable:
-    """Measure every part; some ten minutes, `quick` three. Returns a RowTable of PartRows.
+    """Measure every part; about ten minutes, `quick` three. Returns a RowTable of PartRows.
 
-    scene: a Scene of grains, timed at its start with each of its parts left out, half a minute
-    each; by default that of the benchmark with the `parts` of PARTS. grains: of the benchmark's
-    sample, 11 000, quick 1000. steps: of a timed stretch. rounds: 31, quick 15. out: CSV file to
-    write, after every part. log: called with a line on what goes on. A part that the build refuses
-    becomes a note. Ctrl-C ends the measurement with what there is. Raises DustError for a scene
-    whose parts are not known.
+    scene: a Scene of grains, timed at its start without each of its parts, half a minute each; by
+    default that of the benchmark with the `parts` of PARTS. grains: of the sample of the benchmark,
+    11 000, quick 1000. steps: of a measurement. rounds: 31, quick 15. out: CSV file, written after
+    every part. log: called with lines on the progress. A part that the build refuses becomes a
+    note. Ctrl-C ends the measurement with the parts so far. Raises DustError for a scene without
+    known parts.
     """
     rounds = rounds or (QUICK_ROUNDS if quick else ROUNDS)
     if scene is None:

@@ -44,7 +44,7 @@ PRESS_KAPPA = 3e-7  # kg/s; critical is 1.4e-6
 SETTLE_STEPS, SETTLE_ROUNDS, SETTLE_TILED = 2000, 2, 1
 TILED_ABOVE, TILE = 30_000, 11_000  # grains
 CAKE = 0.15  # filling factor up to which a sample is the cake as it was deposited
-VERSION = 1  # of the way samples are made; a change makes the kept ones stale
+VERSION = 1  # of the generation of samples; a change invalidates stored ones
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Recipe:
 
     @cached_property
     def path(self) -> Path:
-        """Where the sample is kept."""
+        """File of the stored sample."""
         made_with = {
             **asdict(self),
             "version": VERSION,
@@ -107,17 +107,17 @@ def bench_scene(
 
 
 def load(path: Path) -> samples.Sample | None:
-    """A kept sample, or None if it is not there or cannot be read."""
+    """A stored sample, or None without a readable file."""
     try:
-        with np.load(path) as kept:
-            positions, velocities = kept["positions"], kept["velocities"]
+        with np.load(path) as stored:
+            positions, velocities = stored["positions"], stored["velocities"]
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None
     return samples.Sample(positions, velocities, np.zeros_like(positions))
 
 
 def make(recipe: Recipe) -> samples.Sample:
-    """The sample of a recipe, kept or made now and kept. Starts Taichi unless it is a cake."""
+    """The sample of a recipe, stored if it is new. Starts Taichi unless it is a cake."""
     sample = load(recipe.path)
     if sample is None:
         positions = _positions(recipe)

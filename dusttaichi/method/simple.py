@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 class SimpleSimulation:
     """Defaults that most simulations share: a method inherits them and adds only its own.
 
-    A method has to define `dt`, `variables`, `advance` and `measure`, and `stored`: the names of the
-    attributes, arrays or numbers, that a checkpoint stores beside `step` and `dt`. By default it has
-    no boundary and one particle, and it loses, averages and refuses nothing. With
+    A method has to define `dt`, `variables`, `advance` and `measure`, and `stored`: the names of
+    the attributes, arrays or numbers, that a checkpoint stores beside `step` and `dt`. By default
+    it has no boundary and one particle, and it loses, averages and refuses nothing. With
     `halve_step` and `positions` it is Refinable.
     """
 

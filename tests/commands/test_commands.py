@@ -141,7 +141,7 @@ def test_keys_on_the_command_line(capsys):
         ("sample.grains=20,30", r"must be one value here.*dust sweep"),
         ("sample.grains", r"must be a key and its values"),
         ("replicas=2,3", r"replicas: must be one value here$"),
-        ("output.directory=a", r"--output takes a directory"),
+        ("output.directory=a", r"use --output instead"),
     ],
 )
 def test_a_key_that_cannot_be_set(setting, said):

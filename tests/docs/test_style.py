@@ -47,7 +47,9 @@ INSTEAD = list(STANDARD.values())
 @cache
 def faults(path):
     """Refused words of a file as "file:line: word; write ..."."""
-    text = re.sub(r".*# former name$", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    text = re.sub(
+        r".*# (?:former|foreign) name$", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE
+    )
     name = path.relative_to(ROOT).as_posix()
     return [
         f"{name}:{text.count(chr(10), 0, word.start()) + 1}: {word[0]!r}; "

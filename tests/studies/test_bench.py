@@ -20,7 +20,7 @@ class Here:
         return Answer(0, found=bench.answer(None, **request))
 
     def close(self):
-        bench._held.clear()
+        bench._state.clear()
 
 
 def test_a_scene_is_timed(monkeypatch):

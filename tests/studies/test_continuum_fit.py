@@ -70,7 +70,7 @@ def test_the_material_comes_back(found):
 
 
 @pytest.mark.parametrize(
-    ("kind", "said"), [("pull", "pulling"), ("release", "letting go"), ("press", "confined")]
+    ("kind", "said"), [("pull", "tension"), ("release", "unloading"), ("press", "confined")]
 )
 def test_what_is_missing_is_named(tests, kind, said):
     less = [replace(t, segments=tuple(s for s in t.segments if s.kind != kind)) for t in tests]
@@ -79,7 +79,7 @@ def test_what_is_missing_is_named(tests, kind, said):
 
 
 def test_one_seed_has_no_spread(tests):
-    with pytest.raises(DustError, match="Two seeds or more"):
+    with pytest.raises(DustError, match="at least two seeds"):
         fit(tests[:3])
 
 

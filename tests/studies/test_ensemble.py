@@ -119,7 +119,7 @@ def test_long_or_equal_names_of_points_become_numbers(tmp_path):
         (["boundary.wall_speed="], "a key and its values"),
         (["boundary.wall_speed=1cm/s,,2cm/s"], "a key and its values"),
         ([], "a sweep needs --set"),
-        (["sample.seed=1", "sample.seed=2"], "given twice; join"),
+        (["sample.seed=1", "sample.seed=2"], "given twice; separate"),
         (["boundary.wall_speed=1 cm/s,0.01 m/s"], "a value is given twice"),
         (["output.directory=a,b"], "use --output instead"),
     ],

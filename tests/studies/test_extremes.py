@@ -9,7 +9,7 @@ import xarray as xr
 
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError, GuardStop, Interrupted
-from dusttaichi.method import Measurement
+from dusttaichi.method import Measurement, Start
 from dusttaichi.run import ledger
 from dusttaichi.studies.extremes import chart as whole
 from dusttaichi.studies.extremes import pool, results
@@ -136,8 +136,8 @@ def test_losses_that_make_energy_are_stopped():
         def validate(measurement):
             pass
 
-    start = measured(1.0)
-    ledger.check(Sim, start, start)
+    start = Start.of(measured(1.0))
+    ledger.check(Sim, measured(1.0), start)
     with pytest.raises(GuardStop, match="damping are negative"):
         ledger.check(Sim, measured(1.5, (0, 0, -0.5, 0, 0, 0)), start)
     with pytest.raises(GuardStop, match="ledger is open by 50"):
@@ -205,7 +205,7 @@ def test_command_keeps_finished_cells_and_tells_what_is_wrong(tmp_path, monkeypa
         assert last == ["all", "4", *counts, "1.0e-03", "4", "1.100 to 1.100"]
     assert (tmp_path / "map" / "extremes.csv").read_text().count("because") == 4
     assert (tmp_path / "map" / "extremes.png").stat().st_size > 1e4
-    with pytest.raises(DustError, match="no such group; allowed: g"):
+    with pytest.raises(DustError, match="unknown group; allowed: g"):
         whole.chart(only=["h"], output=tmp_path / "map")
 
 

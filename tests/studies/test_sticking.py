@@ -102,7 +102,7 @@ def test_refused():
         sticking.sticking(pair(), tolerance=0)
     with pytest.raises(DustError, match="--map 1,2"):
         sticking.save_map(pair(), "1,2", "nowhere")
-    with pytest.raises(DustError, match="one value is needed"):
+    with pytest.raises(DustError, match="must be one value"):
         with_settings(pair(), ["sample.speed=1m/s,2m/s"])
     assert with_settings(pair(), ["sample.speed=1m/s"]).sample.speed == 1.0
 
