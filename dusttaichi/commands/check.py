@@ -10,15 +10,8 @@ from typing import Annotated
 import typer
 
 from dusttaichi import __version__
+from dusttaichi.commands import options
 from dusttaichi.commands.console import console, say, say_json
-from dusttaichi.commands.options import (
-    Extensions,
-    SceneFile,
-    Settings,
-    flag,
-    importing,
-    load_scene,
-)
 from dusttaichi.errors import DustError
 from dusttaichi.names import NEVER
 
@@ -28,22 +21,22 @@ _NOT_KNOWN = [("not available", "the method of this scene has no forces without 
 
 
 def check(
-    file: SceneFile,
+    file: options.SceneFile,
     *,
-    settings: Settings = None,
-    extensions: Extensions = None,
-    time: flag("--time", "measure the speed again, about ten seconds") = False,
-    resolved: flag("--scene", "print the YAML with every default") = False,
-    internals: flag("--internals", "build it: contacts, compiled parts, fields") = False,
-    forces: flag("--forces", "build it: forces and energies at the start, no step") = False,
-    as_json: flag("--json", "print numbers for scripts, and nothing else") = False,
+    settings: options.Settings = None,
+    extensions: options.Extensions = None,
+    time: options.flag("--time", "measure the speed again, about ten seconds") = False,
+    resolved: options.flag("--scene", "print the YAML with every default") = False,
+    internals: options.flag("--internals", "build it: contacts, compiled parts, fields") = False,
+    forces: options.flag("--forces", "build it: forces and energies at the start, no step") = False,
+    as_json: options.flag("--json", "print numbers for scripts, and nothing else") = False,
 ):
     """Check a YAML file and describe its scene: sample, contacts, time step, run time."""
     from dusttaichi import method
     from dusttaichi.compute import processor
 
     def read():
-        scene = load_scene(file, settings=settings, extensions=extensions)
+        scene = options.load_scene(file, settings=settings, extensions=extensions)
         how = method.of(scene)
         # the preview may still refuse the scene
         return scene, how, None if how.preview is None else how.preview(scene)
@@ -190,12 +183,12 @@ def schema(
     file: Annotated[
         Path | None, typer.Argument(help="YAML file with extensions to include", metavar="[FILE]")
     ] = None,
-    extensions: Extensions = None,
+    extensions: options.Extensions = None,
 ):
     """Print the JSON Schema of the YAML, with which editors complete and check it."""
     from dusttaichi.scene import load_extensions, schema_text
 
     if file is not None:
-        with importing(extensions):
+        with options.importing(extensions):
             load_extensions(file)
     sys.stdout.write(schema_text())

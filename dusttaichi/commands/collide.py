@@ -1,53 +1,38 @@
 """`dust collide`: many collisions of a scene, their map and the table for coagulation codes."""
 
+from dusttaichi.commands import options
 from dusttaichi.commands.console import remark, say, say_abreast, say_written
 from dusttaichi.commands.ensembles import shown
-from dusttaichi.commands.options import (
-    Extensions,
-    Figures,
-    ForceResults,
-    Output,
-    Quiet,
-    ResumeMissing,
-    SceneFile,
-    Scheduler,
-    Settings,
-    again,
-    load_scene,
-    refuse_both,
-    resumable,
-    writing,
-)
 from dusttaichi.commands.progress import ProgressBar
 from dusttaichi.errors import DustError
 
 
 def collide(
-    file: SceneFile,
+    file: options.SceneFile,
     *,
-    settings: Settings = None,
-    force: ForceResults = False,
-    resume: ResumeMissing = False,
-    output: Output = None,
-    scheduler: Scheduler = None,
-    extensions: Extensions = None,
-    figures: Figures = True,
-    quiet: Quiet = False,
+    settings: options.Settings = None,
+    force: options.ForceResults = False,
+    resume: options.ResumeMissing = False,
+    output: options.Output = None,
+    scheduler: options.Scheduler = None,
+    extensions: options.Extensions = None,
+    figures: options.Figures = True,
+    quiet: options.Quiet = False,
 ):
     """Run many collisions over speed, impact parameter, mass ratio, bodies, seeds: map, table."""
     from dusttaichi.analysis.collisions import summary_columns
     from dusttaichi.analysis.thresholds import threshold_columns
     from dusttaichi.studies.collide import collide_and_refine, make_study, write
 
-    refuse_both(force, resume)
-    scene = load_scene(file, settings=settings, extensions=extensions)
+    options.refuse_both(force, resume)
+    scene = options.load_scene(file, settings=settings, extensions=extensions)
     runs = scene.output.directory
     study = make_study(scene, output or runs.with_name(f"{runs.name}-collisions"))
     how = {"settings": settings or [], "scheduler": scheduler, "extensions": extensions}
-    onward = again("collide", file, output, **how)
-    with writing(force=force, inputs=[file]):
+    onward = options.again("collide", file, output, **how)
+    with options.writing(force=force, inputs=[file]):
         done = f"finished collisions are in {study.directory}"
-        with ProgressBar(quiet) as bar, resumable(done, onward):
+        with ProgressBar(quiet) as bar, options.resumable(done, onward):
             how = {"force": force, "resume": resume, "scheduler": scheduler}
             how |= {"report": shown(bar, "collisions"), "log": bar.log}
             study, rows = collide_and_refine(scene, study.directory, **how)

@@ -9,33 +9,25 @@ from typing import Annotated
 
 import typer
 
+from dusttaichi.commands import options
 from dusttaichi.commands.console import remark, say, say_written
-from dusttaichi.commands.options import (
-    Added,
-    Overwrite,
-    RunPath,
-    RunPaths,
-    import_files,
-    output_to,
-    writing,
-)
 from dusttaichi.processes import python_command
 
 
 def report(
-    runs: RunPaths,
-    output: output_to("the HTML file, by default in the run directory") = None,
-    extension: Added = None,
-    force: Overwrite = False,
+    runs: options.RunPaths,
+    output: options.output_to("the HTML file, by default in the run directory") = None,
+    extension: options.Added = None,
+    force: options.Overwrite = False,
 ):
     """Interactive report of runs or a sweep in one HTML file: figures, grains in 3-D, numbers."""
     from dusttaichi import analysis
     from dusttaichi import report as page
 
-    import_files(extension)
+    options.import_files(extension)
     folder = runs[0] if runs[0].is_dir() else runs[0].parent
     path = output or (folder / "report.html" if len(runs) == 1 else Path("report.html"))
-    with writing(force=force, inputs=runs), ExitStack() as opened:
+    with options.writing(force=force, inputs=runs), ExitStack() as opened:
         page.check_output(path)
         if len(runs) == 1 and analysis.is_ensemble(runs[0]):
             data = page.ensemble_data(*analysis.open_ensemble(runs[0]))
@@ -51,17 +43,17 @@ Browse = Annotated[bool, typer.Option("--browse/--no-browse", help="open it in a
 
 
 def watch(
-    run: RunPath,
+    run: options.RunPath,
     *,
     port: Port = 0,
     browse: Browse = True,
-    extension: Added = None,
+    extension: options.Added = None,
     until_input_ends: Annotated[bool, typer.Option(hidden=True)] = False,
 ):
     """Serve the report of a run in progress on this machine, updated as it continues."""
     from dusttaichi.report.watch import result_of, serve
 
-    import_files(extension)
+    options.import_files(extension)
     if not result_of(run).exists():
         remark(f"there is no result at {result_of(run)} yet; the report waits for it")
     stop = None

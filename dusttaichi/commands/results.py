@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from dusttaichi.commands import options
 from dusttaichi.commands.console import (
     remark,
     say,
@@ -14,17 +15,6 @@ from dusttaichi.commands.console import (
     say_not_drawn,
     say_table,
     say_written,
-)
-from dusttaichi.commands.options import (
-    Added,
-    Json,
-    Overwrite,
-    RunPath,
-    RunPaths,
-    flag,
-    import_files,
-    output_to,
-    writing,
 )
 from dusttaichi.errors import DustError
 
@@ -42,21 +32,21 @@ def _say_side_by_side(columns):
 
 
 def plot(
-    runs: RunPaths,
+    runs: options.RunPaths,
     *,
-    output: output_to("directory of the figures") = None,
+    output: options.output_to("directory of the figures") = None,
     style: Annotated[str, typer.Option(help="page, column (of a journal, 88 mm) or talk")] = "page",
     file_format: Annotated[str, typer.Option("--format", help="png, pdf or svg")] = "png",
-    extension: Added = None,
-    force: Overwrite = False,
+    extension: options.Added = None,
+    force: options.Overwrite = False,
 ):
     """Draw figures of a run: curves, stress, profile, energy. Several runs share each figure."""
     from dusttaichi.plots.style import using
 
     if file_format not in FORMATS:
         raise DustError(f"--format {file_format}; allowed: {', '.join(FORMATS)}.")
-    import_files(extension)
-    with using(style), writing(force=force, inputs=runs):
+    options.import_files(extension)
+    with using(style), options.writing(force=force, inputs=runs):
         _plot(runs, output, f".{file_format}")
 
 
@@ -85,15 +75,15 @@ def _plot(runs, output, suffix):
 
 
 def compare(
-    runs: RunPaths,
+    runs: options.RunPaths,
     *,
-    output: output_to("CSV file of all numbers") = None,
+    output: options.output_to("CSV file of all numbers") = None,
     figures: Annotated[
         Path | None, typer.Option(help="directory of common figures", metavar="DIR")
     ] = None,
-    as_json: Json = False,
-    extension: Added = None,
-    force: Overwrite = False,
+    as_json: options.Json = False,
+    extension: options.Added = None,
+    force: options.Overwrite = False,
 ):
     """Compare runs: a table of all their numbers, side by side."""
     from dusttaichi import analysis, plots
@@ -102,9 +92,9 @@ def compare(
     from dusttaichi.analysis.plain import plain_runs
     from dusttaichi.analysis.summary import has_fit_error
 
-    import_files(extension)
+    options.import_files(extension)
     with ExitStack() as opened:
-        opened.enter_context(writing(force=force, inputs=runs))
+        opened.enter_context(options.writing(force=force, inputs=runs))
         results = [opened.enter_context(analysis.open_run(path)) for path in runs]
         rows = analysis.compare(results)
         if text := mixture(results):
@@ -128,20 +118,20 @@ def compare(
 
 
 def export(
-    run: RunPath,
+    run: options.RunPath,
     to: Annotated[
         str, typer.Option(help="vtk, vtp, stl, xyz, extxyz, lammps, lammps-data or lammps-restart")
     ],
-    output: output_to("directory of the files") = None,
+    output: options.output_to("directory of the files") = None,
     snapshot: Annotated[str, typer.Option(help="number, from the end if negative, or all")] = "all",
-    force: Overwrite = False,
+    force: options.Overwrite = False,
 ):
     """Export snapshots to other programs: ParaView, OVITO, ASE, LAMMPS, CAD."""
     from dusttaichi import analysis
     from dusttaichi.export import export as write
 
     number = snapshot if snapshot == "all" else _whole("--snapshot", snapshot, " or all")
-    with writing(force=force, inputs=[run]), analysis.open_run(run) as result:
+    with options.writing(force=force, inputs=[run]), analysis.open_run(run) as result:
         paths = write(result, to, output, number)
     say(f"wrote {paths[0]}{f' and {len(paths) - 1} more' if len(paths) > 1 else ''}")
 
@@ -154,7 +144,7 @@ def _whole(option, text, otherwise=""):
 
 
 def render(
-    run: RunPath,
+    run: options.RunPath,
     *,
     snapshot: Annotated[int, typer.Option(help="number, from the end if negative")] = -1,
     color: Annotated[
@@ -167,22 +157,22 @@ def render(
     view: Annotated[
         str, typer.Option(help="oblique, front, side, top, bottom or direction x,y,z of the camera")
     ] = "oblique",
-    output: output_to("file: .png, .pdf; .gif, .mp4") = None,
-    animate: flag("--animate", "a film of all snapshots") = False,
+    output: options.output_to("file: .png, .pdf; .gif, .mp4") = None,
+    animate: options.flag("--animate", "a film of all snapshots") = False,
     rate: Annotated[
         float | None, typer.Option(min=0.5, max=60.0, help="frames per second of a film")
     ] = None,
     dpi: Annotated[
         int | None, typer.Option(min=30, max=1200, help="pixels per inch, at a width of six inches")
     ] = None,
-    force: Overwrite = False,
+    force: options.Overwrite = False,
 ):
     """Draw a picture of the grains or the dust of a snapshot, or a film of all snapshots."""
     from dusttaichi import analysis, plots
     from dusttaichi.plots.picture import picture_of
 
     folder = run if run.is_dir() else run.parent
-    with writing(force=force, inputs=[run]), analysis.open_run(run) as result:
+    with options.writing(force=force, inputs=[run]), analysis.open_run(run) as result:
         picture = picture_of(result)
         path = output or folder / f"{picture.name}.{'gif' if animate else 'png'}"
         sharp = {} if dpi is None else {"dpi": dpi}

@@ -1,5 +1,6 @@
 """`dust run`: one scene, or its replicas."""
 
+from dusttaichi.commands import options
 from dusttaichi.commands.console import (
     console,
     plain_table,
@@ -10,23 +11,6 @@ from dusttaichi.commands.console import (
     say_written,
 )
 from dusttaichi.commands.ensembles import run_plan
-from dusttaichi.commands.options import (
-    Extensions,
-    Figures,
-    Json,
-    Output,
-    Quiet,
-    SceneFile,
-    Scheduler,
-    Settings,
-    Threads,
-    Verbose,
-    again,
-    flag,
-    load_scene,
-    refuse_both,
-    writing,
-)
 from dusttaichi.commands.progress import Phases, ProgressBar
 from dusttaichi.commands.report import watched
 from dusttaichi.errors import DustError, Interrupted
@@ -34,31 +18,31 @@ from dusttaichi.names import NEVER
 
 
 def run(
-    file: SceneFile,
+    file: options.SceneFile,
     *,
-    settings: Settings = None,
-    force: flag("--force", "overwrite an existing result") = False,
-    resume: flag("--resume", "continue an interrupted run") = False,
-    fresh: flag("--fresh", "compute stored stages again") = False,
-    error_bar: flag("--error-bar", "estimate the error of the time step at the end") = False,
-    watch: flag("--watch", "show the run in a browser, as dust watch does") = False,
-    extensions: Extensions = None,
-    output: Output = None,
-    threads: Threads = None,
-    scheduler: Scheduler = None,
-    as_json: Json = False,
-    figures: Figures = True,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
+    settings: options.Settings = None,
+    force: options.flag("--force", "overwrite an existing result") = False,
+    resume: options.flag("--resume", "continue an interrupted run") = False,
+    fresh: options.flag("--fresh", "compute stored stages again") = False,
+    error_bar: options.flag("--error-bar", "estimate the error of the time step") = False,
+    watch: options.flag("--watch", "show the run in a browser, as dust watch does") = False,
+    extensions: options.Extensions = None,
+    output: options.Output = None,
+    threads: options.Threads = None,
+    scheduler: options.Scheduler = None,
+    as_json: options.Json = False,
+    figures: options.Figures = True,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
 ):
     """Run the scene of a YAML file: result, figures and a short table."""
     from dusttaichi.run import run_directory
 
-    refuse_both(force, resume)
-    scene = load_scene(file, threads, settings, extensions)
+    options.refuse_both(force, resume)
+    scene = options.load_scene(file, threads, settings, extensions)
     directory = run_directory(scene, output)
     how = {"settings": settings or (), "scheduler": scheduler, "error_bar": error_bar}
-    onward = again("run", file, output, extensions=extensions, **how)
+    onward = options.again("run", file, output, extensions=extensions, **how)
     if scene.replicas is not None:
         from dusttaichi.studies import ensemble
 
@@ -69,7 +53,7 @@ def run(
             )
         plan = ensemble.ensemble_plan(scene, directory)
         how = {"force": force, "resume": resume, "scheduler": scheduler, "error_bar": error_bar}
-        with writing(force=force, inputs=[file]):
+        with options.writing(force=force, inputs=[file]):
             shown = {"quiet": quiet, "verbose": verbose, "figures": figures, "as_json": as_json}
             run_plan(plan, onward, **shown, **how)
         return
@@ -79,7 +63,7 @@ def run(
     phases = Phases(verbose)
     with watched(directory, watch):
         keep_start = _run_one(scene, directory, onward, quiet=quiet, phases=phases, **how)
-    with writing(force=force, inputs=[file]):
+    with options.writing(force=force, inputs=[file]):
         written, frames = _show_result(directory, figures, as_json)
         phases.end(f"numbers and {len(written) - 1} figures")
     if not (quiet or as_json):

@@ -4,20 +4,12 @@ from typing import Annotated
 
 import typer
 
+from dusttaichi.commands import options
 from dusttaichi.commands.console import remark, say, say_written
-from dusttaichi.commands.options import (
-    Extensions,
-    MapOutput,
-    Overwrite,
-    SceneFile,
-    Threads,
-    load_scene,
-    writing,
-)
 
 
 def sticking(
-    file: SceneFile,
+    file: options.SceneFile,
     *,
     settings: Annotated[
         list[str] | None,
@@ -34,20 +26,20 @@ def sticking(
         str | None,
         typer.Option("--map", help="restitution at COUNT speeds", metavar="LOW,HIGH,COUNT"),
     ] = None,
-    output: MapOutput = None,
-    threads: Threads = None,
-    extensions: Extensions = None,
-    force: Overwrite = False,
+    output: options.MapOutput = None,
+    threads: options.Threads = None,
+    extensions: options.Extensions = None,
+    force: options.Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="only the result")] = False,
 ):
     """Find the sticking speed of a collision by bisection, or its restitution over speeds."""
     from dusttaichi.studies import sticking as speeds
     from dusttaichi.studies.ensemble import with_settings
 
-    scene = load_scene(file, threads, extensions=extensions)
+    scene = options.load_scene(file, threads, extensions=extensions)
     if chart is not None:
         folder = output or scene.output.directory.with_name(f"{scene.name}-sticking")
-        with writing(force=force, inputs=[file]):
+        with options.writing(force=force, inputs=[file]):
             data, paths = speeds.save_map(scene, chart, folder, tolerance, settings or [])
         rows = speeds.map_rows(data)
     else:

@@ -5,29 +5,13 @@ from typing import Annotated
 
 import typer
 
-from dusttaichi.commands import completion
+from dusttaichi.commands import completion, options
 from dusttaichi.commands.ensembles import run_plan
-from dusttaichi.commands.options import (
-    Extensions,
-    Figures,
-    ForceResults,
-    Json,
-    Output,
-    Quiet,
-    ResumeMissing,
-    SceneFile,
-    Scheduler,
-    Verbose,
-    again,
-    load_scene,
-    refuse_both,
-    writing,
-)
 from dusttaichi.errors import DustError
 
 
 def sweep(
-    file: SceneFile,
+    file: options.SceneFile,
     *,
     settings: Annotated[
         list[str],
@@ -38,32 +22,32 @@ def sweep(
             autocompletion=completion.keys,
         ),
     ],
-    force: ForceResults = False,
-    resume: ResumeMissing = False,
+    force: options.ForceResults = False,
+    resume: options.ResumeMissing = False,
     part: Annotated[
         str | None,
         typer.Option(help="only every N-th run, starting from the K-th", metavar="K/N"),
     ] = None,
-    extensions: Extensions = None,
-    output: Output = None,
+    extensions: options.Extensions = None,
+    output: options.Output = None,
     threads: Annotated[int | None, typer.Option(min=1, help="CPU threads per run")] = None,
-    scheduler: Scheduler = None,
-    as_json: Json = False,
-    figures: Figures = True,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
+    scheduler: options.Scheduler = None,
+    as_json: options.Json = False,
+    figures: options.Figures = True,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
 ):
     """Run a scene over a grid of values of its keys: one dataset, a figure, a table."""
     from dusttaichi.studies import ensemble
 
-    refuse_both(force, resume)
-    scene = load_scene(file, threads, extensions=extensions)
+    options.refuse_both(force, resume)
+    scene = options.load_scene(file, threads, extensions=extensions)
     scene, swept = ensemble.with_common_settings(scene, settings)
     runs = scene.output.directory
     plan = ensemble.sweep_plan(scene, swept, output or runs.with_name(f"{runs.name}-sweep"))
     how = {"settings": settings, "scheduler": scheduler, "extensions": extensions}
-    onward = again("sweep", file, output, **how)
-    with writing(force=force, inputs=[file]):
+    onward = options.again("sweep", file, output, **how)
+    with options.writing(force=force, inputs=[file]):
         how = {"force": force, "resume": resume, "scheduler": scheduler, "part": _part(part)}
         shown = {"quiet": quiet, "verbose": verbose, "figures": figures, "as_json": as_json}
         run_plan(plan, onward, **shown, **how)

@@ -7,22 +7,13 @@ from typing import Annotated
 
 import typer
 
+from dusttaichi.commands import options
 from dusttaichi.commands.console import err, say, say_table, say_written
-from dusttaichi.commands.options import (
-    Extensions,
-    Output,
-    Quiet,
-    SceneFile,
-    flag,
-    load_scene,
-    resumable,
-    writing,
-)
 from dusttaichi.commands.progress import ProgressBar, shares_text
 
 
 def trade(
-    file: SceneFile,
+    file: options.SceneFile,
     *,
     parameters: Annotated[
         str | None,
@@ -35,7 +26,7 @@ def trade(
     seeds: Annotated[
         int | None, typer.Option(min=1, help="seeds for the scatter: 4, with --quick 2")
     ] = None,
-    quick: flag("--quick", "three levels of each parameter, two seeds") = False,
+    quick: options.flag("--quick", "three levels of each parameter, two seeds") = False,
     pairs: Annotated[
         bool, typer.Option(help="run the default beside each point, to compare run times")
     ] = True,
@@ -50,16 +41,18 @@ def trade(
             metavar="LEVELS",
         ),
     ] = None,
-    suggest: flag("--suggest", "no runs: the cheapest settings measured for such scenes") = False,
-    force: flag("--force", "run finished points again") = False,
-    extensions: Extensions = None,
-    output: Output = None,
-    quiet: Quiet = False,
+    suggest: options.flag(
+        "--suggest", "no runs: cheapest settings measured for such scenes"
+    ) = False,
+    force: options.flag("--force", "run finished points again") = False,
+    extensions: options.Extensions = None,
+    output: options.Output = None,
+    quiet: options.Quiet = False,
 ):
     """Measure run time and error of each numerical parameter: table, figure, cheapest setting."""
     from dusttaichi.studies.trade import measure
 
-    scene = load_scene(file, extensions=extensions)
+    scene = options.load_scene(file, extensions=extensions)
     runs = scene.output.directory
     folder = output or runs.with_name(f"{runs.name}-trade")
     if suggest:
@@ -72,7 +65,11 @@ def trade(
     how = {"jobs": jobs, "pairs": pairs, "force": force}
     done = f"finished points are in {folder / measure.POINTS}"
     onward = shlex.join(["dust", *sys.argv[1:]]).replace(" --force", "")
-    with writing(force=force, inputs=[file]), _Shown(quiet) as shown, resumable(done, onward):
+    with (
+        options.writing(force=force, inputs=[file]),
+        _Shown(quiet) as shown,
+        options.resumable(done, onward),
+    ):
         found, paths = measure.measure(scene, folder, wanted, watcher=shown, **how)
     _show(found, scene)
     say_written(paths)
@@ -114,7 +111,7 @@ def _grid(scene, folder, text, seeds, *, force, quiet, file):
     from dusttaichi.studies.trade.report import percent
 
     log = (lambda _: None) if quiet else say
-    with writing(force=force, inputs=[file]):
+    with options.writing(force=force, inputs=[file]):
         path = grid(scene, folder, text, seeds, force=force, log=log)
     found = outcomes(read(path))
     title = "steps relative to the unchanged scene, and error of the mean of the seeds"

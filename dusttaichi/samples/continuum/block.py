@@ -7,38 +7,30 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from dusttaichi.samples.continuum import lattice
+from dusttaichi.samples.continuum import lattice, registry
 from dusttaichi.samples.continuum.dust import dust
 from dusttaichi.samples.continuum.particles import Particles
-from dusttaichi.samples.continuum.registry import (
-    DustBody,
-    Edges,
-    Filling,
-    Lattice,
-    Matter,
-    register,
-)
 from dusttaichi.samples.values import Seed
 
 
-class BlockSample(DustBody):
+class BlockSample(registry.DustBody):
     """A block of dust; its upper surface is at z = 0 and its middle at x = y = 0."""
 
     kind: Literal["block"]
-    size: Edges = Field(description="[width, height], in three dimensions [Lx, Ly, Lz]")
-    lattice: Lattice = Field(
+    size: registry.Edges = Field(description="[width, height], in three dimensions [Lx, Ly, Lz]")
+    lattice: registry.Lattice = Field(
         "auto",
         description="positions of the particles: triangular (2D), hexagonal (3D), glass; auto: the "
         "lattice of the dimension",
     )
     seed: Seed = Field(1, description="seed of the glass")
-    filling_factor: Filling | None = Field(
+    filling_factor: registry.Filling | None = Field(
         None, description="filling factor, or a block with layers and scatter; default: material's"
     )
 
 
-@register(BlockSample)
-def make(spec: BlockSample, matter: Matter) -> Particles:
+@registry.register(BlockSample)
+def make(spec: BlockSample, matter: registry.Matter) -> Particles:
     """The block of spec, which fills its `room`.
 
     Its mass is exact: every particle has the same volume. Raises DustError for too many particles

@@ -8,39 +8,31 @@ import numpy as np
 from pydantic import Field
 
 from dusttaichi.errors import DustError
+from dusttaichi.samples.continuum import registry
 from dusttaichi.samples.continuum.particles import Particles, joined, moved
-from dusttaichi.samples.continuum.registry import (
-    AnySingleBody,
-    BodyBlock,
-    Matter,
-    Motion,
-    Place,
-    in_space,
-    made,
-    reads_particles,
-    register,
-)
 from dusttaichi.scene.fields import Faults
 from dusttaichi.scene.quantities import Quantity
 
 
-@reads_particles
-class ImpactSample(BodyBlock):
+@registry.reads_particles
+class ImpactSample(registry.BodyBlock):
     """A projectile that falls on a target; the target does not move, its particles come first."""
 
     is_body: ClassVar[bool] = False
 
     kind: Literal["impact"]
-    target: AnySingleBody = Field(description="the body that is hit: a block, a sphere ...")
-    projectile: AnySingleBody = Field(
+    target: registry.AnySingleBody = Field(
+        description="the body that is hit: a block, a sphere ..."
+    )
+    projectile: registry.AnySingleBody = Field(
         description="the body that hits: rigid, or dust; from above, its middle at x = y = 0"
     )
     speed: Annotated[float, Quantity("speed", ge=0, example="0.65 m/s")] = Field(
         "0 m/s",
         description="speed downwards at first contact; a fall from the height h gives sqrt(2 g h)",
     )
-    velocity: Motion | None = Field(None, description="further velocity of the projectile")
-    offset: Place | None = Field(
+    velocity: registry.Motion | None = Field(None, description="further velocity of the projectile")
+    offset: registry.Place | None = Field(
         None, description="displacement of the projectile from there, such as [0.2 mm, 0 mm]"
     )
     gap: Annotated[float, Quantity("length", ge=0, example="0.1 mm")] | None = Field(
@@ -58,17 +50,17 @@ class ImpactSample(BodyBlock):
                 yield f"{name}.{path}".rstrip("."), text
 
 
-@register(ImpactSample)
-def make(spec: ImpactSample, matter: Matter) -> Particles:
+@registry.register(ImpactSample)
+def make(spec: ImpactSample, matter: registry.Matter) -> Particles:
     """Target and projectile, with a gap between their upper and lower ends.
 
     Raises DustError where both overlap nevertheless (an offset into the target).
     """
-    target, projectile = made(spec.target, matter), made(spec.projectile, matter)
+    target, projectile = registry.made(spec.target, matter), registry.made(spec.projectile, matter)
     gap = matter.spacing if spec.gap is None else spec.gap
     top, bottom = target.room[2, 1], lower_end(projectile)
-    shift = np.array([0.0, 0.0, top + gap - bottom]) + in_space(spec.offset)
-    velocity = in_space(spec.velocity) - [0.0, 0.0, spec.speed]
+    shift = np.array([0.0, 0.0, top + gap - bottom]) + registry.in_space(spec.offset)
+    velocity = registry.in_space(spec.velocity) - [0.0, 0.0, spec.speed]
     projectile = moved(projectile, shift, velocity)
     check_free([target, projectile], "sample.offset")
     together = joined([target, projectile])

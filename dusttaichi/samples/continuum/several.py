@@ -7,27 +7,22 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
+from dusttaichi.samples.continuum import registry
 from dusttaichi.samples.continuum.impact import check_free
 from dusttaichi.samples.continuum.particles import Particles, joined
-from dusttaichi.samples.continuum.registry import (
-    AnySingleBody,
-    BodyBlock,
-    Matter,
-    made,
-    reads_particles,
-    register,
-)
 from dusttaichi.scene.fields import Faults
 
 
-@reads_particles
-class SeveralBodies(BodyBlock):
+@registry.reads_particles
+class SeveralBodies(registry.BodyBlock):
     """Bodies with positions, velocities and spins."""
 
     is_body: ClassVar[bool] = False
 
     kind: Literal["several"]
-    bodies: tuple[AnySingleBody, ...] = Field(description="the bodies, each a block of its kind")
+    bodies: tuple[registry.AnySingleBody, ...] = Field(
+        description="the bodies, each a block of its kind"
+    )
 
     def faults(self) -> Faults:
         if not self.bodies:
@@ -43,13 +38,13 @@ class SeveralBodies(BodyBlock):
                 yield f"bodies.{n}.{path}".rstrip("."), text
 
 
-@register(SeveralBodies)
-def make(spec: SeveralBodies, matter: Matter) -> Particles:
+@registry.register(SeveralBodies)
+def make(spec: SeveralBodies, matter: registry.Matter) -> Particles:
     """The bodies one after another; the room encloses all of them.
 
     Raises DustError where two of them overlap.
     """
-    parts = [made(body, matter) for body in spec.bodies]
+    parts = [registry.made(body, matter) for body in spec.bodies]
     check_free(parts, "sample.bodies")
     together = joined(parts)
     half = matter.spacing / 2

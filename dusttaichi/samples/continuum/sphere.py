@@ -9,17 +9,9 @@ import numpy as np
 from pydantic import Field
 
 from dusttaichi.errors import DustError
-from dusttaichi.samples.continuum import lattice
+from dusttaichi.samples.continuum import lattice, registry
 from dusttaichi.samples.continuum.dust import dust, whole
 from dusttaichi.samples.continuum.particles import Particles, joined
-from dusttaichi.samples.continuum.registry import (
-    MATERIAL,
-    DustBody,
-    Filling,
-    Lattice,
-    Matter,
-    register,
-)
 from dusttaichi.samples.values import Seed
 from dusttaichi.scene.fields import Block, Faults
 from dusttaichi.scene.quantities import Quantity
@@ -31,22 +23,24 @@ class Core(Block):
     diameter: Annotated[float, Quantity("length", gt=0, example="0.5 mm")] = Field(
         description="diameter of the core"
     )
-    material: str | None = Field(None, description=MATERIAL)
-    filling_factor: Filling | None = Field(
+    material: str | None = Field(None, description=registry.MATERIAL)
+    filling_factor: registry.Filling | None = Field(
         None, description="filling factor, as in a block; default: material's"
     )
 
 
-class SphereSample(DustBody):
+class SphereSample(registry.DustBody):
     """A sphere of dust about the origin, in two dimensions a disc."""
 
     kind: Literal["sphere"]
     diameter: Annotated[float, Quantity("length", gt=0, example="1 mm")] = Field(
         description="diameter of the sphere"
     )
-    lattice: Lattice = Field("auto", description="positions of the particles, as in a block")
+    lattice: registry.Lattice = Field(
+        "auto", description="positions of the particles, as in a block"
+    )
     seed: Seed = Field(1, description="seed of the glass")
-    filling_factor: Filling | None = Field(
+    filling_factor: registry.Filling | None = Field(
         None, description="filling factor, or a block with layers and scatter; default: material's"
     )
     hole: Annotated[float, Quantity("length", ge=0, example="0.8 mm")] = Field(
@@ -77,8 +71,8 @@ class SphereSample(DustBody):
         return super().named_materials + ([("core.material", self.core.material)] if named else [])
 
 
-@register(SphereSample)
-def make(spec: SphereSample, matter: Matter) -> Particles:
+@registry.register(SphereSample)
+def make(spec: SphereSample, matter: registry.Matter) -> Particles:
     """The sphere of spec: lattice points inside, whose volumes are scaled to be exact.
 
     Raises DustError for too many particles for the memory, or a sphere smaller than one.
@@ -94,7 +88,7 @@ def make(spec: SphereSample, matter: Matter) -> Particles:
     return spec.placed(particles)
 
 
-def _dust(spec: SphereSample, points, volume: float, matter: Matter) -> Particles:
+def _dust(spec: SphereSample, points, volume: float, matter: registry.Matter) -> Particles:
     """Dust on the points of a sphere of that volume with its core; masses of both are exact.
 
     Raises DustError for a core without a particle.
