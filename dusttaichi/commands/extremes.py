@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from dusttaichi.commands.console import plain_table, say, say_written
+from dusttaichi.commands.console import say, say_table, say_written
 from dusttaichi.commands.options import MapOutput, Quiet, flag, writing
 from dusttaichi.commands.progress import ProgressBar
 from dusttaichi.errors import Interrupted
@@ -55,10 +55,7 @@ def _show(data):
         {"header": heading, "justify": "right" if n else "left", "no_wrap": True}
         for n, heading in enumerate(results.HEADINGS)
     ]
-    table = plain_table(*headings)
-    for row in results.summary(data):
-        table.add_row(*row)
-    say(table)
+    say_table(results.summary(data), *headings)
     part = data.where(data.verdict == "WRONG", drop=True)
     for group, name, reason in zip(
         part.group.values, part.name.values, part.reason.values, strict=True

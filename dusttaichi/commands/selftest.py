@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from dusttaichi.commands.console import plain_table, remark, say
+from dusttaichi.commands.console import remark, say, say_table
 from dusttaichi.errors import DustError
 
 
@@ -65,9 +65,8 @@ def _numbers(text):
 
 def _show_outcomes(outcomes):
     headings = ("scene", "largest difference", "allowed", "ledger open by", "same bits", "searches")
-    table = plain_table(*headings, "verdict")
-    for o in outcomes:
-        table.add_row(
+    rows = [
+        (
             o.name,
             f"{o.difference:.1e}",
             f"{o.tolerance:.0e}",
@@ -76,24 +75,19 @@ def _show_outcomes(outcomes):
             str(o.searches),
             "passed" if o.passed else "WRONG",
         )
-    say(table)
+        for o in outcomes
+    ]
+    say_table(rows, *headings, "verdict")
 
 
 def _show_speeds(speeds):
-    table = plain_table(
-        "backend", "grains", "contacts", "ns a contact", "ns a grain-step", "grain-steps a second"
-    )
+    headings = ("backend", "grains", "contacts", "ns per contact", "ns per grain-step")
+    rows = []
     for s in speeds:
-        table.add_row(
-            s.backend,
-            f"{s.grains:.3g}",
-            f"{s.contacts:.3g}",
-            f"{s.of_contact:.3g}",
-            f"{s.of_grain:.3g}",
-            f"{1e9 / s.of_grain:.2g}",
-        )
+        numbers = (s.grains, s.contacts, s.of_contact, s.of_grain)
+        rows.append((s.backend, *(f"{n:.3g}" for n in numbers), f"{1e9 / s.of_grain:.2g}"))
     say()
-    say(table)
+    say_table(rows, *headings, "grain-steps per second")
 
 
 def _warn(sizes, backend):

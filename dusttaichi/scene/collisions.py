@@ -93,7 +93,7 @@ class Collisions(Block):
 
     @property
     def by_area(self) -> bool:
-        """Whether the impact parameters are those of rings of equal area."""
+        """True where the impact parameters are those of rings of equal area."""
         return isinstance(self.impact_parameter, Rings)
 
     @property

@@ -59,7 +59,7 @@ class GrainsScene(MaterialsScene):
 
     @property
     def softened(self) -> bool:
-        """Whether contacts are softer than the material is."""
+        """True where contacts are softer than the material."""
         return any(scale != 1.0 for scale in self.stiffnesses)
 
     @property
@@ -70,7 +70,7 @@ class GrainsScene(MaterialsScene):
 
     @property
     def restiffens(self) -> bool:
-        """Whether it differs from stage to stage."""
+        """True where stiffness_scaling differs between stages."""
         return len(set(self.stiffnesses)) > 1
 
     def faults(self) -> Faults:

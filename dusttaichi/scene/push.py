@@ -14,7 +14,7 @@ Plain = Annotated[float, Number()]
 
 
 def _form(value: Any) -> str:
-    """Which of the two a value of `grains` is."""
+    """Tag of a value of `grains`."""
     return "word" if value == "all" else "list"
 
 
@@ -57,8 +57,8 @@ class Push(Block):
     )
     spin: Annotated[Vector, Quantity("angular velocity", count=3)] | None = Field(
         None,
-        description="angular velocity added at the start, as to a rigid body: about the centre of "
-        "mass of the grains, which get it as spins too",
+        description="angular velocity added at the start, as of a rigid body about the centre of "
+        "mass of the grains, and to their spins",
     )
     force: Annotated[Vector, Quantity("force", count=3)] | None = Field(
         None, description="force on all of the grains together, shared equally"

@@ -18,7 +18,7 @@ def test_the_cpu_passes(capsys, monkeypatch):
     selftest("--sizes", "1e3")
     told = capsys.readouterr().out
     assert told.count("passed") == len(scenes.CHANGES) and "WRONG" not in told
-    assert told.startswith("cpu: ") and "GiB of memory" in told and "ns a contact" in told
+    assert told.startswith("cpu: ") and "GiB of memory" in told and "ns per contact" in told
     monkeypatch.setattr(scenes, "CHANGES", {"box": scenes.CHANGES["box"]})
     moved = scenes.stored()["box"] * (1.0 + 1e-6)
     monkeypatch.setattr(scenes, "stored", lambda: {"box": moved})

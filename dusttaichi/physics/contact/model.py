@@ -53,7 +53,7 @@ class ContactModel:
         return self.radial + self.springs
 
     def has(self, kind):
-        """Whether there is an effect of a kind."""
+        """True where there is an effect of a kind."""
         return any(own == kind for own, _ in self.effects)
 
     @cached_property
