@@ -6,7 +6,7 @@ import pytest
 from dusttaichi import samples
 from dusttaichi.domain.domain import Domain
 from dusttaichi.errors import DustError
-from dusttaichi.grains.build import surroundings
+from dusttaichi.grains.build import environment
 from dusttaichi.grains.grain_contacts import contact_constants
 from dusttaichi.scene import from_yaml, quantities
 from dusttaichi.scene.boundary import own_drive
@@ -22,7 +22,7 @@ stop: {steps: 10}
 
 def domain(boundary):
     scene = from_yaml(TEXT.replace("BOUNDARY", boundary))
-    room = surroundings(scene, samples.make(scene), None, None, contact_constants(scene))
+    room = environment(scene, samples.make(scene), None, None, contact_constants(scene))
     made = Domain(1e-4, 1.0, 0.6, *room)
     return made.driven(own_drive(scene.boundary), 0)
 
@@ -54,7 +54,7 @@ def test_a_room_of_two_grains_cannot_be_pressed():
     flat.check_start()
     text = TEXT.replace("cells: [4, 5, 3]", "cells: [4, 5, 2]")
     scene = from_yaml(text.replace("BOUNDARY", "{kind: box, wall_speed: 1 m/s}"))
-    room = surroundings(scene, samples.make(scene), None, None, contact_constants(scene))
+    room = environment(scene, samples.make(scene), None, None, contact_constants(scene))
     low = Domain(1e-4, 1.0, 0.6, *room).driven(own_drive(scene.boundary), 0)
     with pytest.raises(DustError, match="µm high, no more than two grains .* it cannot be"):
         low.check_start()
