@@ -231,7 +231,8 @@ class Body:
         which, c_type = next(m for m in mods if m in ATOMIC), C_TYPES[kind]
         new = ATOMIC[which].format(*(self.value(x, kind) for x in a[first + 1 :]))
         out = f"{{ {c_type} *a = ({c_type} *){self.address(a[first])}; "
-        out += f"emu_atomic(T, (uint64_t)a, sizeof({c_type})); {c_type} old = *a; *a = {new}; "
+        is_sum = int(which == "add" and is_float(kind))
+        out += f"emu_atomic(T, (uint64_t)a, sizeof *a, {is_sum}); {c_type} old = *a; *a = {new}; "
         return out + (self.assign(a[0], kind, "old") if first else "") + " }"
 
     def do_red(self, mods, kind, a):

@@ -146,11 +146,13 @@ static void emu_wrote(Thread *T, uint64_t a, int n, int same, uint64_t space) {
     s->atomic = 0, s->writer = (Touch){T->id, T->ctaid, T->phase};
   }
 }
-static void emu_atomic(Thread *T, uint64_t a, int n) {
+/* is_sum: of floating point, whose rounding depends on the order of the threads */
+static void emu_atomic(Thread *T, uint64_t a, int n, int is_sum) {
   if (!watched) return;
   for (uint64_t w = a / 4; w <= (a + n - 1) / 4; w++) {
     Shadow *s = slot(w);
-    if (!s->atomic && beside(T, &s->writer)) race(T, "atomic after a write", &s->writer, 0);
+    if ((is_sum || !s->atomic) && beside(T, &s->writer))
+      race(T, s->atomic ? "sum after an atomic" : "atomic after a write", &s->writer, 0);
     after_readers(T, s, "atomic after a read", 0);
     s->atomic = 1, s->writer = (Touch){T->id, T->ctaid, T->phase};
   }
@@ -163,7 +165,7 @@ static void begin_launch(const char *name) {
 #else
 #define emu_read(T, a, n, space)
 #define emu_wrote(T, a, n, same, space)
-#define emu_atomic(T, a, n)
+#define emu_atomic(T, a, n, is_sum)
 #define begin_launch(name)
 #endif
 /* shared memory of two blocks is not the same */
