@@ -49,7 +49,7 @@ FEATURES = {
     "open": "with nothing around the grains",
     "shear": "with a shear in some stage",
     "tilt": "in cells that are sheared",
-    "asked": "on request",
+    "requested": "on request",
 }
 
 

@@ -41,9 +41,7 @@ def trade(
             metavar="LEVELS",
         ),
     ] = None,
-    suggest: options.flag(
-        "--suggest", "no runs: cheapest settings measured for such scenes"
-    ) = False,
+    suggest: options.flag("--suggest", "no runs: cheapest settings for such scenes") = False,
     force: options.flag("--force", "run finished points again") = False,
     extensions: options.Extensions = None,
     output: options.Output = None,
