@@ -1,5 +1,8 @@
 """Tables of compression from all sides: `python docs/compression_law.py OUT.csv RUN...`.
 
+`python docs/compression_law.py factors OUT.csv` prints the pressure of the runs SWITCH_SEED of a
+table over that of the runs base_SEED.
+
 A row for each run and tenth of a decade of the filling factor: the mean pressure, its ratio to the
 laws of T19 eq 9 and of Tatsuuma et al. 2023, and the share of each channel in what is lost there.
 Runs that continue another one (`sample.file`) are rows of their own. The seed is what follows the
@@ -60,5 +63,27 @@ def main(out, *paths):
         writer.writerows(table)
 
 
+def factors(path):
+    """Print the geometric mean over the bins that two runs of a seed have in common from 0.05 to
+    0.13: mean and standard deviation between the seeds, and their number."""
+    with open(path, newline="", encoding="utf-8") as file:
+        table = [row for row in csv.DictReader(file) if 0.05 < float(row["filling_factor"]) < 0.13]
+    known = {}
+    for row in table:
+        switch, seed = row["run"].rsplit("_", 1)
+        bins = known.setdefault(switch.removeprefix("sw_"), {}).setdefault(seed, {})
+        bins[row["filling_factor"]] = np.log(float(row["over_phi3"]))
+    for switch, seeds in known.items():
+        found = [
+            np.mean([value - known["base"][seed][phi] for phi, value in bins.items()])
+            for seed, bins in seeds.items()
+        ]
+        scatter = np.std(found, ddof=1) if len(found) > 1 else np.nan
+        print(f"{switch}: {np.exp(np.mean(found)):.2f}, scatter {scatter:.2f}, {len(found)} seeds")
+
+
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    if sys.argv[1] == "factors":
+        factors(sys.argv[2])
+    else:
+        main(*sys.argv[1:])
