@@ -57,7 +57,7 @@ def check(name, backend):
     scene, expected = scenes.scene(name, backend), scenes.stored()[name]
     motion, start = scenes.moved(scene)
     found, searches = scenes.state(motion), motion.sim.search.count
-    residual, through = turnover(motion.measure(), start)
+    residual, through = turnover(motion.measure(), method.Start.of(start))
     again = scenes.state(scenes.moved(scene)[0])
     return Outcome(
         name,
