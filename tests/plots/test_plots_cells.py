@@ -106,7 +106,7 @@ def test_shares_of_the_channels(runs):
         np.testing.assert_allclose(share, wanted / synthetic.SHARES.sum(), rtol=1e-9)
     (axes,) = plots.loss_shares(runs[0]).axes
     np.testing.assert_allclose(line(axes, "rolling").get_ydata(), result.by_channel["rolling"])
-    with pytest.raises(DustError, match="not compressed far enough"):
+    with pytest.raises(DustError, match="not compressed enough"):
         analysis.loss_shares(runs[0], decades=3.0)
 
 
