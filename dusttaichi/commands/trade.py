@@ -30,9 +30,7 @@ def trade(
     pairs: Annotated[
         bool, typer.Option(help="run the default beside each point, to compare run times")
     ] = True,
-    jobs: Annotated[
-        int | None, typer.Option(min=1, help="simultaneous processes, by default all cores")
-    ] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="processes, default all cores")] = None,
     grid: Annotated[
         str | None,
         typer.Option(
