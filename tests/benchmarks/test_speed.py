@@ -100,7 +100,7 @@ EXAMPLE = SpeedTable(
 def test_text():
     lines = EXAMPLE.text().splitlines()
     assert lines[0] == "a machine" and lines[-1] == "a note"
-    for words in ("ns a", "contact", "grain-step", "B a grain", "cold, s", "MB", "x ours"):
+    for words in ("ns per", "contact", "grain-step", "per grain", "cold, s", "MB", "x ours"):
         assert words in EXAMPLE.text()
     (one,) = [line.split() for line in lines if " 41.3 " in line and "6.8" in line]
     assert one == "1000 0.148 f64 1 0.75 41.3 30.9 1.0 2.0 3 1.50 280 6.8".split()
