@@ -99,7 +99,7 @@ def test_a_checkpoint_of_another_step_is_refused(tmp_path):
         return other
 
     method.register(replace(spring.METHOD, reopen=reopen))
-    with pytest.raises(DustError, match=r"time step of 10 ns.* takes 5 ns.*--force"):
+    with pytest.raises(DustError, match=r"time step of 10 ns.* one of 5 ns.*--force"):
         execute(scene, directory, resume=True)
 
 
@@ -150,7 +150,7 @@ def test_a_finished_result_whose_checkpoint_is_gone_is_not_overwritten(tmp_path)
     directory = execute(from_yaml(PLAIN), tmp_path / "run")
     for file in directory.glob(f"{CHECKPOINT}*"):
         file.unlink()
-    with pytest.raises(DustError, match="is finished, and its checkpoint is gone"):
+    with pytest.raises(DustError, match="is finished, and its checkpoint is missing"):
         execute(from_yaml(PLAIN), directory, resume=True)
 
 
@@ -203,7 +203,7 @@ def test_a_damaged_stage_is_computed_again_with_a_warning(tmp_path, name):
     assert_same_bits(whole / RESULT, again / RESULT)
     log.clear()
     execute(scene, tmp_path / "third", log=log.append)
-    assert "taken over" in log[0]  # it is whole again
+    assert "reused from" in log[0]  # it is whole again
 
 
 # -- files that a scene names --------------------------------------------------------------------

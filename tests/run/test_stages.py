@@ -12,7 +12,7 @@ from dusttaichi import geometry
 from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.run import execute
 from dusttaichi.run import loop as running
-from dusttaichi.run import stages as kept
+from dusttaichi.run import stages
 from dusttaichi.run.code import Origin
 from dusttaichi.run.same_scene import check_same
 from dusttaichi.scene import from_yaml
@@ -92,7 +92,7 @@ def test_finished_stages_are_taken_over_where_only_later_ones_change(whole, tmp_
 
 
 def found(scene, folder):
-    return list(kept.kept(scene, folder / "again", Origin.of(scene)))
+    return list(stages.stored(scene, folder / "again", Origin.of(scene)))
 
 
 def test_resume_across_stages_ends_with_the_same_bits(whole, tmp_path, monkeypatch):
@@ -191,7 +191,8 @@ def test_a_stage_is_not_that_of_a_scene_that_shears_later(tmp_path):
         ),
     )
     first, second = (
-        kept.folder_of(scene, 0, tmp_path / "run", Origin.of(scene)) for scene in (upright, leaning)
+        stages.folder_of(scene, 0, tmp_path / "run", Origin.of(scene))
+        for scene in (upright, leaning)
     )
     assert first != second
 
@@ -199,7 +200,7 @@ def test_a_stage_is_not_that_of_a_scene_that_shears_later(tmp_path):
 def test_stages_of_replicas_serve_other_scenes(tmp_path):
     scene, runs = cell(), tmp_path / "runs"
     there = {
-        kept.folder_of(scene, 0, runs / name, Origin.of(scene))
+        stages.folder_of(scene, 0, runs / name, Origin.of(scene))
         for name in ("press", "press/replica_0", "pull/replica_2")
     }
     assert [folder.parent for folder in there] == [runs / ".stages"]
