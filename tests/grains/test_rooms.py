@@ -129,7 +129,7 @@ def test_room_for_walls_does_not_show_in_the_results(states, monkeypatch):
 
 def test_without_room_for_walls_a_run_stops_with_advice(monkeypatch):
     monkeypatch.setattr(store, "wall_contacts", lambda grains, thick: 0)
-    with pytest.raises(GuardStop, match=r"near walls than there is room.*numerics.skin"):
+    with pytest.raises(GuardStop, match=r"near walls than their capacity.*numerics.skin"):
         rows_of_grains(200)
 
 
