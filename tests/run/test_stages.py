@@ -10,9 +10,8 @@ from bits import assert_same_bits
 
 from dusttaichi import geometry
 from dusttaichi.errors import DustError, Interrupted
-from dusttaichi.run import execute
+from dusttaichi.run import execute, stages
 from dusttaichi.run import loop as running
-from dusttaichi.run import stages
 from dusttaichi.run.code import Origin
 from dusttaichi.run.same_scene import check_same
 from dusttaichi.scene import from_yaml
