@@ -1,5 +1,13 @@
 """The command `dust`, from families of commands with a file each."""
 
+EXIT_CODES = (
+    (0, "success"),
+    (1, "a cell of the map of `dust extremes`, or a check of `dust selftest`, failed"),
+    (2, "invalid input, a missing file or a full disk: something that you can correct"),
+    (3, "a guard stopped a run because its numbers are no longer valid"),
+    (130, "Ctrl-C, SIGTERM or SIGHUP; results up to there are saved"),
+)
+
 try:
     import signal
     import sys
@@ -24,29 +32,22 @@ try:
     from dusttaichi.commands.trade import trade
     from dusttaichi.compute.collector import collect_seldom
     from dusttaichi.errors import DustError, Interrupted
-except KeyboardInterrupt:  # Ctrl-C while Python imports; it, or another, would print a traceback
+
+    app = typer.Typer(
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        help="Grain-by-grain and continuum simulation of porous dust.",
+        epilog="Exit codes: " + "; ".join(f"{code} {what}" for code, what in EXIT_CODES) + ".",
+    )
+    COMMANDS = (new, run, sweep, collide, trade, sticking, extremes, check, schema)
+    COMMANDS += (report, watch, plot, compare, fit, bench, selftest, export, render)
+    for command in COMMANDS:
+        app.command()(command)
+except KeyboardInterrupt:  # Ctrl-C meanwhile; it, or another, would print a traceback
     import signal
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     raise SystemExit(130) from None
-
-EXIT_CODES = (
-    (0, "success"),
-    (1, "a cell of the map of `dust extremes`, or a check of `dust selftest`, failed"),
-    (2, "invalid input, a missing file or a full disk: something that you can correct"),
-    (3, "a guard stopped a run because its numbers are no longer valid"),
-    (130, "Ctrl-C, SIGTERM or SIGHUP; results up to there are saved"),
-)
-app = typer.Typer(
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    help="Grain-by-grain and continuum simulation of porous dust.",
-    epilog="Exit codes: " + "; ".join(f"{code} {what}" for code, what in EXIT_CODES) + ".",
-)
-COMMANDS = (new, run, sweep, collide, trade, sticking, extremes, check, schema)
-COMMANDS += (report, watch, plot, compare, fit, bench, selftest, export, render)
-for command in COMMANDS:
-    app.command()(command)
 
 
 def _version(value: bool):
