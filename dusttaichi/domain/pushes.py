@@ -153,11 +153,13 @@ class Push:
             work -= float(np.sum(absorbed * self.velocity))
         return work
 
+    def ends_at(self, step):
+        """Whether a force ends at this step."""
+        return any(f.end == step for f in self.forces)
+
     def ending(self, x, step):
-        """(work [fJ], sum of the forces (N, 3) or None) of the forces that end at this step."""
+        """(work [fJ], sum of the forces (N, 3)) of the forces that end at this step."""
         over = [f for f in self.forces if f.end == step]
-        if not over:
-            return 0.0, None
         kick = np.zeros((self.grains, 3))
         for force in over:
             kick[force.grains] += force.each

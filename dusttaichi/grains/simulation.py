@@ -288,9 +288,9 @@ class Simulation(Readout):
 
     def _end_pushes(self):
         """Forces that last until this step, half of which they act on, end."""
+        if not self.push.ends_at(self.step):
+            return  # positions stay where they are, on a device
         work, kick = self.push.ending(self.state["x"], self.step)
-        if kick is None:
-            return
         self.ledger_sums.push_work += work
         self.state["v"] = self.state.of_grains("v") + 0.5 * self.dt / self.mass * kick
         self.state["push_force"] = self.push.force(self.step)
