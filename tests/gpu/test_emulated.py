@@ -113,9 +113,9 @@ def test_the_order_of_threads_changes_no_bit(name, device):
 @pytest.mark.parametrize("name", EVERY)
 def test_launches_and_synchronisations_of_a_step(name, device):
     """Two launches a step of grains, and one every 16 steps where the cell moves; a synchronisation
-    every 16 steps. To begin takes two launches more; to change the speeds
-    of a controlled load a few of both, and no more bytes with more grains. Lists of a search are
-    made by the device: the host reads bounds of the grains, and whether there was room."""
+    every 16 steps. To begin takes two launches more; to change the speeds of a controlled load a
+    few of both, and no more bytes with more grains. Lists of a search are made by the device: the
+    host reads bounds of the grains, and whether the lists fit."""
     took = device(name)[1]["counted"]
     search = took["search"]
     if name in cases.CONTINUUM:
