@@ -79,7 +79,10 @@ def gather(runs, axes=None, labels=None, attrs=None):
 
 
 def _last_stage(run):
-    return run.parts[-1].series if run.stages else run.series
+    series = run.series
+    if "stage" not in series:
+        return series
+    return series.isel(time=series.stage.values == series.stage.values[-1])
 
 
 def _driven(series):

@@ -121,7 +121,7 @@ def test_it_goes_on_after_the_end_and_after_it_was_closed(tmp_path):
     log = []
     scene = dt.from_yaml(PLAIN)
     with dt.simulate(scene, directory=tmp_path / "run", resume=True, log=log.append) as again:
-        assert again.step == 1500 and "going on" in log[0]
+        assert again.step == 1500 and "continuing" in log[0]
         again.run()
     assert_same_bits(whole / RESULT, tmp_path / "run" / RESULT)
 

@@ -109,7 +109,7 @@ def test_stages_are_kept_for_other_runs(tmp_path):
     log = []
     other = from_yaml(STAGED.replace("name: spring", "name: other"))
     again = execute(other, tmp_path / "one" / "again", log=log.append)
-    assert len(log) == 1 and "taken over" in log[0]
+    assert len(log) == 1 and "reused from" in log[0]
     assert_same_bits(whole / "result.nc", again / "result.nc")
 
 

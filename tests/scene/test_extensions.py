@@ -256,7 +256,7 @@ def test_resume_is_refused_after_the_file_has_changed(folder):
     with xr.open_dataset(folder / "runs/one/result.nc") as result:
         assert result.attrs["extensions"].startswith("spring.py sha256:")
     change(folder / "spring.py")
-    with pytest.raises(DustError, match="spring.py differs. Put that back, or start anew"):
+    with pytest.raises(DustError, match="spring.py differs. Restore it, or start again"):
         dust(*words, "--resume")
 
 
