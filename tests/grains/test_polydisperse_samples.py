@@ -163,7 +163,7 @@ def test_explicit_and_csv(tmp_path):
         ({"materials": ["ice", "lead"]}, ["sample.materials", "lead", "default, ice"]),
         ({"radii": ["0.6 um"]}, ["sample.radii", "2 are needed"]),
         ({"radii": ["0.6 um", "1 nm"]}, ["sample.radii", "critical_rolling"]),
-        ({"radii": ["0.6 um", "0.2 um"], "distance": "0.5 um"}, ["sample.distance", "0.625 diameters"]),
+        ({"radii": ["0.6 um", "0.2 um"], "distance": "0.5 um"}, ["sample.distance", "0.72 µm"]),
     ],
 )
 def test_refused(sample, parts):
