@@ -50,7 +50,7 @@ class DeviceSteps:
 
 
 class Known:
-    """What the kernels of a device know of the steps to come, in fields, and what they act on."""
+    """Fields of the steps to come on a device, and the functions that fill and use them."""
 
     def __init__(self, phases, layout):
         self.phases, self.layout, self.sync = phases, layout, phases.sync

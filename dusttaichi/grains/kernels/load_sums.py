@@ -72,7 +72,7 @@ def make_load_sums(fields, sums, layout, walls):
 
     @ti.func
     def column_sum(column, thread):
-        """What a thread adds up of a column of the tables."""
+        """Sum of the rows of a column that belong to a thread."""
         out = ti.Vector.zero(ti.f64, 1)
         for table, begin, end in ti.static(tables):
             if column >= begin and column < end:

@@ -32,7 +32,7 @@ class Batch:
     task: ClassVar[str] = "dusttaichi.studies.collide.task:run"
 
     def request(self, directory):
-        """What the task is called with."""
+        """Arguments of the task."""
         return {"scene": self.scene, "collisions": self.collisions}
 
 

@@ -1,4 +1,4 @@
-"""What a worker process does for a study of collisions: some of them, one after another."""
+"""Task of a worker process of a study of collisions: some of them, one after another."""
 
 from dataclasses import dataclass
 
@@ -87,7 +87,7 @@ class _Motion:
         return cls(scene, sample, sim, bodies, masses, radii, sim.measure())
 
     def facts(self):
-        """What is known before the collision."""
+        """Columns known before the collision."""
         one, other = (self.masses[body].sum() for body in self.bodies)
         info, parts = self.sample.info, self.fragments()
         self.energy = 0.5 * one * other / (one + other) * info["speed"] ** 2
@@ -146,7 +146,7 @@ class _Motion:
         self.settled = same >= SAME
 
     def found(self):
-        """What is known at the end."""
+        """Columns known at the end."""
         parts, m = self.fragments(), self.sim.measure()
         outcome = outcome_of(parts, self.masses, self.bodies)
         residual = ledger.ledger(m, method.Start.of(self.first))[0] * units.ENERGY
