@@ -25,11 +25,11 @@ def test_workers_have_cores_of_their_own():
     free = os.sched_getaffinity(0)
     scene = make_scene(sample={"kind": "rbd", "grains": 60, "seed": 1}, threads=2)
     with simulate(scene, log=lambda text: None) as run:
-        run.advance(1)
+        run.advance(2000)  # all kernels are compiled after that
         own = {thread: os.sched_getaffinity(thread) for thread in thread_ids()}
         bound = [thread for thread, cores in own.items() if cores != free]
         before = {thread: _seconds(thread) for thread in own}
-        run.advance(400)
+        run.advance(2000)
         used = {thread: _seconds(thread) - before[thread] for thread in own}
     assert os.sched_getaffinity(0) == free  # threads of other libraries are not bound
     assert len(bound) == 2
