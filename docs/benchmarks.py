@@ -161,7 +161,7 @@ def verney_shell(run):
     inner, outer, speed = 0.5 * body.hole, 0.5 * body.diameter, -body.radial_velocity
     Y = float(strength.shear(m.rho_i / m.rho_s, m))
     frames = [read_particles(run, k) for k in range(run.snapshots.sizes["snapshot"])]
-    # no volume changes: the mean square of the radius tells that of the inner surface
+    # no volume changes: the radius of the inner surface follows from the mean square of the radius
     square = np.array([np.average((f.position**2).sum(axis=1), weights=f.mass) for f in frames])
     radius = np.sqrt(inner**2 + square - square[0])
     t = np.array([frame.time for frame in frames])

@@ -15,10 +15,10 @@ import sys
 import numpy as np
 
 from dusttaichi import analysis
+from dusttaichi.names import CHANNELS
 from dusttaichi.physics import laws
 
 DECADES = 0.1
-CHANNELS = ("forming", "breaking", "damping", "rolling", "sliding", "twisting")
 
 
 def rows(path):

@@ -39,7 +39,7 @@ class Threshold:
 def thresholds(data, resamples=RESAMPLES):
     """List of Threshold of a dataset of `collisions_dataset`: three for each body and mass ratio.
 
-    Impact parameters count alike, so that those of equal areas give means over the area. The
+    Impact parameters have equal weights, so that those of equal areas give means over the area. The
     numbers are means of the pairs that touched at each speed, between speeds linear in the
     logarithm of the speed; sticking and growth are made to fall with the speed by isotonic
     regression. The pairs (seeds), which meet at all speeds, are drawn `resamples` times.
@@ -119,35 +119,37 @@ def _crossing(total, count, speeds, name):
     return float(speeds[n - 1] * (speeds[n] / speeds[n - 1]) ** part)
 
 
-def threshold_text(data):
-    """The thresholds as CSV: speeds in m/s, `inf` above all speeds of the study, 0 below them."""
+def threshold_text(found):
+    """The `thresholds` as CSV: speeds in m/s, `inf` above all speeds of the study, 0 below them."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     columns = [f"v_{n}{end}_m_per_s" for n in MEANINGS for end in ("", "_low", "_high")]
     writer.writerow(["body", "mass_ratio", "target_filling_factor", *columns])
-    for rows in _by_point(data):
+    for rows in _by_point(found):
         numbers = [v for t in rows for v in (t.speed, t.low, t.high)]
         cells = ["" if np.isnan(v) else f"{v:.4g}" for v in (rows[0].filling_factor, *numbers)]
         writer.writerow([rows[0].body, rows[0].mass_ratio, *cells])
     return out.getvalue()
 
 
-def threshold_columns(data):
-    """(keys, columns) of a table to print: a row for each body and mass ratio."""
-    points = _by_point(data)
+def threshold_columns(found, speeds):
+    """(keys, columns) of a table of the `thresholds`: a row for each body and mass ratio.
+
+    speeds: those of the study [m/s].
+    """
+    points = _by_point(found)
     keys = [
         ("body", [rows[0].body for rows in points]),
         ("mass ratio", [f"{rows[0].mass_ratio:g}" for rows in points]),
     ]
     columns = [
-        (f"v_{name} m/s", [_text(rows[n], data.speed.values) for rows in points])
+        (f"v_{name} m/s", [_text(rows[n], speeds) for rows in points])
         for n, name in enumerate(MEANINGS)
     ]
     return keys, columns
 
 
-def _by_point(data):
-    found = thresholds(data)
+def _by_point(found):
     return [found[n : n + len(MEANINGS)] for n in range(0, len(found), len(MEANINGS))]
 
 

@@ -36,10 +36,10 @@ def collide(
             how = {"force": force, "resume": resume, "scheduler": scheduler}
             how |= {"report": shown(bar, "collisions"), "log": bar.log}
             study, rows = collide_and_refine(scene, study.directory, **how)
-        data, written = write(study, rows, figures=figures)
+        data, found, written = write(study, rows, figures=figures)
     say_abreast(*summary_columns(data), data.attrs["title"])
     say()
-    say_abreast(*threshold_columns(data), "thresholds, with 68 % confidence")
+    say_abreast(*threshold_columns(found, data.speed.values), "thresholds, with 68 % confidence")
     say()
     open_ends = int((data.settled == 0).sum())
     if open_ends:

@@ -60,7 +60,7 @@ class DeviceSearch(Search):
         n, lists, layout = self.sim.n, self.sim.lists, self.sim.layout
         self.check_places(self.sim.of_particles("x"))
         if layout.ghosts:
-            self.check_ghosts(int(lists["ghost_first"].part(n, n + 1)[0]))
-        self.check_entries(int(lists["first"].part(n, n + 1)[0]))
+            self.check_capacity("ghost_sign", int(lists["ghost_first"].part(n, n + 1)[0]))
+        self.check_capacity("entry", int(lists["first"].part(n, n + 1)[0]))
         if layout.rigid:
-            self.check_touches(int(lists["touch_first"].part(n, n + 1)[0]))
+            self.check_capacity("touch_row", int(lists["touch_first"].part(n, n + 1)[0]))

@@ -20,6 +20,25 @@ SUPPORT = 2.0  # reach of the kernels in smoothing lengths
 SKIN = {2: 0.6, 3: 0.3}
 YIELD = (DUST, ELASTIC)  # roles of what has neighbours
 
+# what is wrong where the entries of a list exceed its capacity
+EXCEEDED = {
+    "ghost_sign": (
+        "there are {count} images of particles beyond periodic faces and mirrors, more than the "
+        "capacity of {capacity}: the sample is narrower than the reach of a particle. Try a wider "
+        "sample, or a smaller numerics.spacing."
+    ),
+    "entry": (
+        "the particles have {each:.0f} neighbours each, more than the capacity: they have come "
+        "together without limit. Try a smaller numerics.cfl, a larger numerics.viscosity.grid or a "
+        "lower speed."
+    ),
+    "touch_row": (
+        "{count} contacts of particles with rigid surfaces exceed the capacity of {capacity}: the "
+        "gaps between them are narrower than the reach of a particle. Try a smaller "
+        "numerics.spacing."
+    ),
+}
+
 
 class Search:
     """The neighbour lists of a Simulation.
@@ -113,7 +132,7 @@ class Search:
         sim.lists["grid_origin"].from_numpy(low)
         sim.lists["grid_cells"].from_numpy(cells)
         sim.kernels.count(n, self.reach**2, 1.0 / width)
-        self.check_entries(int(sim.lists["first"].to_numpy(n + 1)[n]))
+        self.check_capacity("entry", int(sim.lists["first"].to_numpy(n + 1)[n]))
         sim.kernels.write(n, self.reach**2, 1.0 / width)
         self._touches(n)
 
@@ -131,7 +150,7 @@ class Search:
             rows.append(np.full(len(own[-1]), row))
         own, rows = np.concatenate(own), np.concatenate(rows)
         order = np.argsort(own, kind="stable")
-        self.check_touches(len(own))
+        self.check_capacity("touch_row", len(own))
         first = np.searchsorted(own[order], np.arange(n + 1)).astype(np.int32)
         sim.lists["touch_first"].from_numpy(first)
         sim.lists["touch_row"].from_numpy(rows[order].astype(np.int32))
@@ -154,7 +173,7 @@ class Search:
         order = np.argsort(source, kind="stable")
         source = source[order]
         sign, shift = np.concatenate(sign)[order], np.concatenate(shift)[order]
-        self.check_ghosts(len(source))
+        self.check_capacity("ghost_sign", len(source))
         sim.lists["ghost_sign"].from_numpy(sign)
         sim.lists["ghost_shift"].from_numpy(shift)
         first = np.searchsorted(source, np.arange(n + 1)).astype(np.int32)
@@ -210,31 +229,9 @@ class Search:
                 "the time step is too long. Try a smaller numerics.cfl or a lower speed."
             )
 
-    def check_ghosts(self, count):
-        """Raises GuardStop where the ghosts exceed the capacity."""
-        room = self.sim.lists["ghost_sign"].field.shape[0]
-        if count > room:
-            raise GuardStop(
-                f"{moment(self.sim)} there are {count} images of particles beyond periodic faces "
-                f"and mirrors, more than the capacity of {room}: the sample is narrower than the "
-                "reach of a particle. Try a wider sample, or a smaller numerics.spacing."
-            )
-
-    def check_entries(self, count):
-        """Raises GuardStop where the neighbours of all particles exceed the capacity."""
-        if count > self.sim.lists["entry"].field.shape[0]:
-            raise GuardStop(
-                f"{moment(self.sim)} the particles have {count / self.sim.n:.0f} neighbours each, "
-                "more than the capacity: they have come together without limit. Try a smaller "
-                "numerics.cfl, a larger numerics.viscosity.grid or a lower speed."
-            )
-
-    def check_touches(self, count):
-        """Raises GuardStop where the pairs of particle and surface exceed the capacity."""
-        room = self.sim.lists["touch_row"].field.shape[0]
-        if count > room:
-            raise GuardStop(
-                f"{moment(self.sim)} {count} contacts of particles with rigid surfaces exceed "
-                f"the capacity of {room}: the gaps between them are narrower than the "
-                "reach of a particle. Try a smaller numerics.spacing."
-            )
+    def check_capacity(self, name, count):
+        """Raises GuardStop where `count` entries exceed the capacity of a list of EXCEEDED."""
+        capacity = self.sim.lists[name].field.shape[0]
+        if count > capacity:
+            text = EXCEEDED[name].format(count=count, capacity=capacity, each=count / self.sim.n)
+            raise GuardStop(f"{moment(self.sim)} {text}")

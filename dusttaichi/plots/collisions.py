@@ -11,7 +11,7 @@ from dusttaichi.analysis.collisions import (
     mean_and_error,
     spectrum,
 )
-from dusttaichi.analysis.thresholds import MEANINGS, thresholds
+from dusttaichi.analysis.thresholds import MEANINGS
 from dusttaichi.plots import style
 
 COLOURS = {
@@ -123,20 +123,17 @@ def fragment_spectrum(data, most=6):
         xlabel="grains of the fragment",
         ylabel="fragments of at least so many grains,\nin a collision",
     )
-    if drawn:
-        style.legend(axes)
-    else:
-        axes.text(0.5, 0.5, "no fragments beside the two largest", transform=axes.transAxes,
-                  ha="center")  # fmt: skip
+    _legend_or(axes, drawn, "no fragments beside the two largest")
     return figure
 
 
 @style.styled
-def threshold_speeds(data):
+def threshold_speeds(data, found):
     """Threshold speeds of the bodies and mass ratios, with their confidence intervals, against the
-    filling factor of the targets; those outside the speeds of the study are left out."""
+    filling factor of the targets; those outside the speeds of the study are left out. found: the
+    `thresholds` of the dataset."""
     figure, (axes,) = style.new_figure(height=3.4)
-    found = [t for t in thresholds(data) if 0.0 < t.speed < np.inf]
+    found = [t for t in found if 0.0 < t.speed < np.inf]
     for number, name in enumerate(MEANINGS):
         own = [t for t in found if t.name == name]
         if not own:
@@ -159,9 +156,13 @@ def threshold_speeds(data):
     style.few_ticks(axes.yaxis)
     axes.set_xlabel(r"filling factor of the target $\phi$")
     axes.set_ylabel("threshold speed (m/s)")
-    if found:
+    _legend_or(axes, found, "no threshold within the speeds")
+    return figure
+
+
+def _legend_or(axes, drawn, text):
+    """A legend of what is drawn, or that text where nothing is."""
+    if drawn:
         style.legend(axes)
     else:
-        axes.text(0.5, 0.5, "no threshold within the speeds", transform=axes.transAxes,
-                  ha="center")  # fmt: skip
-    return figure
+        axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center")

@@ -337,7 +337,7 @@ def test_thresholds_with_their_confidence():
     linear in ln v, so that its threshold is the geometric mean of theirs, exactly."""
     limits = 20.0 * np.exp(0.3 * np.random.default_rng(2).standard_normal(8))
     data = growing(np.geomspace(5, 80, 7), limits, bounces=True)
-    stick, bounce, fragment = thresholds(data)
+    stick, bounce, fragment = found = thresholds(data)
     mean, error = np.exp(np.log(limits).mean()), np.log(limits).std(ddof=1) / np.sqrt(8)
     assert fragment.speed == pytest.approx(mean, rel=1e-9)
     # of 1000 draws from eight; theirs is the standard deviation with 8, not 7 below it
@@ -347,12 +347,13 @@ def test_thresholds_with_their_confidence():
     assert (stick.speed, bounce.speed) == (0.0, 0.0) and bounce.high == 0.0
     assert thresholds(growing([5.0, 8.0], [90.0, 95.0]))[2].speed == np.inf
     assert np.isnan(thresholds(growing([5.0, 80.0], [20.0]))[2].low)
-    (axes,) = plots.threshold_speeds(data).axes
+    (axes,) = plots.threshold_speeds(data, found).axes
     assert [text.get_text() for text in axes.get_legend().get_texts()] == [r"$v_{\rm fragment}$"]
-    header, line = threshold_text(data).splitlines()
-    found = dict(zip(header.split(","), line.split(","), strict=True))
-    assert float(found["v_fragment_m_per_s"]) == pytest.approx(mean, rel=1e-3)
-    texts = dict(threshold_columns(growing([5.0, 8.0], [90.0, 95.0]))[1])
+    header, line = threshold_text(found).splitlines()
+    cells = dict(zip(header.split(","), line.split(","), strict=True))
+    assert float(cells["v_fragment_m_per_s"]) == pytest.approx(mean, rel=1e-3)
+    beyond = thresholds(growing([5.0, 8.0], [90.0, 95.0]))
+    texts = dict(threshold_columns(beyond, np.array([5.0, 8.0]))[1])
     assert texts["v_fragment m/s"] == ["> 8 (> 8 to > 8)"] and texts["v_stick m/s"][0][:3] == "> 8"
 
 

@@ -51,6 +51,25 @@ def make_across_faces(fields, layout):
     return across_faces
 
 
+def make_wall_loads(fields, layout, found, out):
+    """Function `wall_loads(wall, thread)`, for all threads of a block: force and impulse of a wall.
+
+    found: `places` of the sums in `out`."""
+    total, impulses = fields["impulse_total"], impulse_sums(fields)
+    forces = force_sums(fields, layout)
+    first_force, first_impulse = found["wall_force"].start, found["impulse"].start
+
+    @ti.func
+    def wall_loads(wall, thread):
+        force, impulse = forces.of_wall(wall, thread), impulses.of_wall(wall, thread)
+        for a in ti.static(range(3)):
+            if thread == a:
+                out[first_force + 3 * wall + a] = force
+                out[first_impulse + 3 * wall + a] = total[wall][a] + impulse
+
+    return wall_loads
+
+
 def make_load_sums(fields, sums, layout, walls):
     """Launch `load_sums()`, which fills that field."""
     found, out = places(layout, walls), sums["load_sums"]
@@ -63,12 +82,7 @@ def make_load_sums(fields, sums, layout, walls):
     across, of_tile = sums.get("across"), BlockSums(FACES)
     pairs = across.shape[0] * THREADS if layout.periodic else 0
     across_faces = make_across_faces(fields, layout)
-    total, forces, impulses, first_force, first_impulse = (None,) * 5
-    if walls:
-        total, forces, impulses = (
-            fields["impulse_total"], force_sums(fields, layout), impulse_sums(fields)
-        )  # fmt: skip
-        first_force, first_impulse = found["wall_force"].start, found["impulse"].start
+    wall_loads = make_wall_loads(fields, layout, found, out) if walls else None
 
     @ti.func
     def column_sum(column, thread):
@@ -97,11 +111,6 @@ def make_load_sums(fields, sums, layout, walls):
         if ti.static(walls):
             ti.loop_config(block_dim=THREADS)
             for t in range(6 * THREADS):
-                wall, thread = t // THREADS, t % THREADS
-                force, impulse = forces.of_wall(wall, thread), impulses.of_wall(wall, thread)
-                for a in ti.static(range(3)):
-                    if thread == a:
-                        out[first_force + 3 * wall + a] = force
-                        out[first_impulse + 3 * wall + a] = total[wall][a] + impulse
+                wall_loads(t // THREADS, t % THREADS)
 
     return Launch(load_sums)

@@ -148,68 +148,57 @@ class Neighbours:
         self.near_start, self.radius = scratch.get("near_start"), fields.get("radius")
 
     @ti.func
+    def insert(self, g, other, first, found: ti.template()):
+        """Insert a neighbour of g into its sorted list, which begins at `first`. found: number of
+        its neighbours, and of those with higher numbers."""
+        place = first + found[0]
+        while place > first and self.near[ti.max(place - 1, 0)] > other:
+            self.near[place] = self.near[place - 1]
+            place -= 1
+        self.near[place] = other
+        found[0] += 1
+        found[1] += ti.cast(other > g, ti.i32)
+
+    @ti.func
     def list_equal(self, g, found: ti.template(), low, high, image, reach2):
-        """Adds the grains of the cells low ... high, moved by `image`, to the neighbours of g.
-        found: how many there are, and how many of them have higher numbers."""
-        here, first = self.x[g], g * NEIGHBOURS
+        """Add the grains of the cells low ... high, moved by `image`, to the neighbours of g."""
+        here = self.x[g]
         for k in range(self.cells.start[low], self.cells.start[high + 1]):
             other = self.cells.grain[k]
             d = self.x[other] + image - here
             if d.dot(d) < reach2 and other != g:
                 if found[0] < NEIGHBOURS:
-                    place = first + found[0]
-                    while place > first and self.near[ti.max(place - 1, 0)] > other:
-                        self.near[place] = self.near[place - 1]
-                        place -= 1
-                    self.near[place] = other
-                    found[0] += 1
-                    found[1] += ti.cast(other > g, ti.i32)
+                    self.insert(g, other, g * NEIGHBOURS, found)
                 else:
                     self.counts[OVERFLOW] = 1
 
     @ti.func
-    def is_near(self, g, other, image, margin):
-        """Grains of their own radius: margin is what their surfaces may be apart."""
-        d = self.x[other] + image - self.x[g]
-        reach = self.radius[g] + self.radius[other] + margin
-        return d.dot(d) < reach * reach and other != g
-
-    @ti.func
-    def count(self, g, low, high, image, margin):
-        """How many grains of these cells `list_polydisperse` is going to list."""
-        for k in range(self.cells.start[low], self.cells.start[high + 1]):
-            if self.is_near(g, self.cells.grain[k], image, margin):
-                self.near_count[g] = self.near_count[g] + 1
-
-    @ti.func
-    def list_polydisperse(self, g, low, high, image, margin):
-        """The same as list_equal, into lists that stand one after another."""
-        first = self.near_start[g]
+    def list_polydisperse(
+        self, g, found: ti.template(), low, high, image, margin, counting: ti.template()
+    ):
+        """The same for grains with their own radii, or the count of them. margin: largest distance
+        of their surfaces."""
         for k in range(self.cells.start[low], self.cells.start[high + 1]):
             other = self.cells.grain[k]
-            if self.is_near(g, other, image, margin):
-                place = first + self.near_count[g]
-                while place > first and self.near[ti.max(place - 1, 0)] > other:
-                    self.near[place] = self.near[place - 1]
-                    place -= 1
-                self.near[place] = other
-                self.near_count[g] = self.near_count[g] + 1
-                self.own_count[g] = self.own_count[g] + ti.cast(other > g, ti.i32)
+            d = self.x[other] + image - self.x[g]
+            reach = self.radius[g] + self.radius[other] + margin
+            if d.dot(d) < reach * reach and other != g:
+                if ti.static(counting):
+                    found[0] += 1
+                else:
+                    self.insert(g, other, self.near_start[g], found)
 
     @ti.func
-    def take(self, g, found: ti.template(), low, high, image, reach2, counting: ti.template()):
-        if ti.static(counting):
-            self.count(g, low, high, image, reach2)
-        elif ti.static(self.polydisperse):
-            self.list_polydisperse(g, low, high, image, reach2)
+    def take(self, g, found: ti.template(), low, high, image, reach, counting: ti.template()):
+        if ti.static(self.polydisperse):
+            self.list_polydisperse(g, found, low, high, image, reach, counting)
         else:
-            self.list_equal(g, found, low, high, image, reach2)
+            self.list_equal(g, found, low, high, image, reach)
 
     @ti.func
     def visit(self, g, grid, reach2, counting: ti.template()):
         """Counts or lists the neighbours of g: what is near in the cells around its own."""
         c = self.cells.cell_of(self.x[g], grid)
-        self.near_count[g], self.own_count[g] = 0, 0
         found = ti.Vector([0, 0])
         if ti.static(self.periodic):
             for a, b, e in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
@@ -236,8 +225,7 @@ class Neighbours:
                     low = self.cells.number(ti.Vector([a, b, ti.max(c[2] - 1, 0)]), grid)
                     high = self.cells.number(ti.Vector([a, b, top]), grid)
                     self.take(g, found, first + low, first + high, none, reach2, counting)
-        if ti.static(not self.polydisperse):
-            self.near_count[g], self.own_count[g] = found[0], found[1]
+        self.near_count[g], self.own_count[g] = found[0], found[1]
 
     @ti.func
     def visit_all(self, grid: ti.template(), reach: ti.template(), counting: ti.template()):
