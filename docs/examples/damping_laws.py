@@ -22,7 +22,7 @@ from pydantic import Field
 
 from dusttaichi.physics.contact import register
 from dusttaichi.physics.contact.damping import viscoelastic
-from dusttaichi.physics.contact.numbers import Number
+from dusttaichi.physics.contact.numbers import Constant
 from dusttaichi.scene.interaction import Damping
 from dusttaichi.scene.quantities import Quantity
 
@@ -59,7 +59,9 @@ def rise(radius):
 class Brilliantov:
     """kappa = A dF/d delta of JKR."""
 
-    NUMBERS = {"kappa": Number("kg/s", "A times the slope of the force over 3 (s^3 - 1/2) s da/ds")}
+    NUMBERS = {
+        "kappa": Constant("kg/s", "A times the slope of the force over 3 (s^3 - 1/2) s da/ds")
+    }
 
     @staticmethod
     @ti.pyfunc
@@ -81,7 +83,7 @@ class CrackTipLaw:
 
     NUMBERS = {
         **viscoelastic.NUMBERS,
-        "kappa_crack": Number("kg/s", "4 pi gamma a0^3/(delta0^2 v0)"),
+        "kappa_crack": Constant("kg/s", "4 pi gamma a0^3/(delta0^2 v0)"),
     }
 
     @staticmethod

@@ -17,7 +17,7 @@ import taichi as ti
 from pydantic import Field
 
 from dusttaichi.physics.contact import register
-from dusttaichi.physics.contact.numbers import Number
+from dusttaichi.physics.contact.numbers import Constant
 from dusttaichi.scene.interaction import NormalLaw
 from dusttaichi.scene.quantities import Quantity
 
@@ -26,10 +26,10 @@ class Hertz:
     """F = 4/3 E* sqrt(R) delta^(3/2) - pull, from touch on; the contact radius is sqrt(R delta)."""
 
     NUMBERS = {
-        "hertz": Number("N m^-1.5", "4/3 E* sqrt(R)"),
-        "pull": Number("N", "constant pull"),
-        "reach": Number("m", "gap at which the contact breaks"),
-        "scale": Number("m^-0.5", "contact radius over that of JKR at rest, at overlap 1 m"),
+        "hertz": Constant("N m^-1.5", "4/3 E* sqrt(R)"),
+        "pull": Constant("N", "constant pull"),
+        "reach": Constant("m", "gap at which the contact breaks"),
+        "scale": Constant("m^-0.5", "contact radius over that of JKR at rest, at overlap 1 m"),
     }
 
     def __init__(self, adhesion):  # pull over pi gamma R
@@ -88,8 +88,8 @@ class Linear:
     """F = (k - pi R cohesion) delta from touch on."""
 
     NUMBERS = {
-        "spring": Number("N/m", "stiffness less cohesion"),
-        "reach": Number("m", "gap at which the contact breaks"),
+        "spring": Constant("N/m", "stiffness less cohesion"),
+        "reach": Constant("m", "gap at which the contact breaks"),
     }
 
     @staticmethod

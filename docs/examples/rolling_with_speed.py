@@ -18,7 +18,7 @@ from pydantic import Field
 
 from dusttaichi.physics.contact import register, rolling
 from dusttaichi.physics.contact.limit import limited
-from dusttaichi.physics.contact.numbers import Number
+from dusttaichi.physics.contact.numbers import Constant
 from dusttaichi.scene.interaction import Effect
 from dusttaichi.scene.quantities import Quantity
 
@@ -36,7 +36,7 @@ class RollingWithSpeed:
 
     NUMBERS = {
         **rolling.NUMBERS,
-        "slowness": Number("s/m", "one over the speed at which xi_crit doubles"),
+        "slowness": Constant("s/m", "one over the speed at which xi_crit doubles"),
     }
 
     @staticmethod

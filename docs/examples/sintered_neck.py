@@ -20,15 +20,14 @@ from pydantic import Field
 
 from dusttaichi.physics.contact import register
 from dusttaichi.physics.contact.kinematics import across
-from dusttaichi.physics.contact.numbers import History, Number, Property
-from dusttaichi.scene.fields import Block
-from dusttaichi.scene.fields import Number as Plain
+from dusttaichi.physics.contact.numbers import Constant, History, Property
+from dusttaichi.scene.fields import Block, Number
 
 
 class Neck(Block):
     """The key of the effect."""
 
-    radius: Annotated[float, Plain(gt=0, le=0.5)] = Field(
+    radius: Annotated[float, Number(gt=0, le=0.5)] = Field(
         0.05, description="radius of a neck over twice the reduced radius of its grains"
     )
 
@@ -38,12 +37,12 @@ class SinteredNeck:
 
     MATERIAL = {"neck_strength": Property("pressure", "tensile strength of a sintered neck")}
     NUMBERS = {
-        "neck_stretch": Number("N/m", "stiffness against stretching"),
-        "neck_shear": Number("N/m", "against shear"),
-        "neck_bend": Number("N/m", "against bending, for a displacement R theta"),
-        "neck_twist": Number("N m", "against twisting"),
-        "neck_force": Number("N", "tension that breaks it"),
-        "neck_lever": Number("1", "tension over that of the bending force R k theta"),
+        "neck_stretch": Constant("N/m", "stiffness against stretching"),
+        "neck_shear": Constant("N/m", "against shear"),
+        "neck_bend": Constant("N/m", "against bending, for a displacement R theta"),
+        "neck_twist": Constant("N m", "against twisting"),
+        "neck_force": Constant("N", "tension that breaks it"),
+        "neck_lever": Constant("1", "tension over that of the bending force R k theta"),
     }
     HISTORY = {
         "neck": History("1", "1 where a neck is whole, -1 where there is none", 1, "neck"),

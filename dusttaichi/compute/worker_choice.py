@@ -7,7 +7,7 @@ from dusttaichi.compute.affinity import POOL
 
 FIRST_PIECE, PIECE = 0.01, 0.03  # s of steps of the first piece of a trial, and of each other
 SEGMENT = 0.2  # s of steps between two measurements of the rate
-PAIRS = 5  # pieces of a trial with each of the two numbers
+PAIRS = 5  # most pieces of a trial with each of the two numbers: more than half of them decide
 # s between trials: the first interval, and the longest after a close and after a clear result
 EVERY, OFTEN, SELDOM = 5.0, 20.0, 80.0
 GAIN = 1.01  # factor by which another number must be faster
@@ -77,9 +77,10 @@ class WorkerChoice:
                 self._begin(PIECE)
         else:
             self.rates.append(rate)
-            if len(self.rates) == 2 * PAIRS:
-                pairs = zip(self.rates[::2], self.rates[1::2], strict=True)
-                self._end_trial(median(other / own for other, own in pairs))
+            ratios = [a / b for a, b in zip(self.rates[::2], self.rates[1::2], strict=False)]
+            faster = sum(ratio > GAIN for ratio in ratios)
+            if max(faster, len(ratios) - faster) > PAIRS // 2:
+                self._end_trial(median(ratios))
             else:
                 self.sim.threads = self.own if len(self.rates) % 2 else self.other
                 self._begin(PIECE)

@@ -203,11 +203,11 @@ class Search:
 
         A search costs some eight steps, of small samples more (its launches cost as much as 5000
         grains), and is due every skin/(2 speed dt) steps; the pairs that are listed but do not
-        touch make a step longer by about five times skin/radius.
+        touch make a step longer by about three times skin/radius.
         """
         sim, way = self.sim, speed * self.sim.dt
         search = 8.0 * (1.0 + 5000.0 / sim.grains)
-        best = sqrt(0.4 * search * way * sim.smallest)
+        best = sqrt(2.0 / 3.0 * search * way * sim.smallest)
         return min(max(best, SKIN[0] * sim.smallest), SKIN[1] * sim.smallest)
 
     # -- what can go wrong -----------------------------------------------------------------------

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from dusttaichi.compute.backend import THREAD_CLASSES
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import scan_capacity
+from dusttaichi.compute.state_variable import ELEMENTS, StateVariable
 from dusttaichi.compute.workers import OWN, SYNC
 from dusttaichi.physics.continuum.numbers import NUMBERS
 
@@ -44,17 +45,13 @@ DUE, DONE, ENDED, STUCK = range(OWN, OWN + 4)
 
 
 @dataclass(frozen=True)
-class Variable:
-    """A variable of the state: name, meaning, unit (SI), element type, length, block in memory.
+class ParticleVariable(StateVariable):
+    """A variable of a particle (units: SI) and its block in memory.
 
-    element: ("f64" | "i32", length or 0); tensors are rows one after another. place: variables of
-    one place are adjacent in memory for each particle. ghosts: ghosts have it too.
+    Tensors are rows one after another. place: variables of one place are adjacent in memory for
+    each particle. ghosts: ghosts have it too.
     """
 
-    name: str
-    meaning: str
-    unit: str
-    element: tuple
     place: str
     ghosts: bool = False
 
@@ -79,7 +76,7 @@ class Layout(NamedTuple):
 
 
 def declare(layout):
-    """The variables of a particle, a list of Variable."""
+    """The variables of a particle, a list of ParticleVariable."""
     vector, tensor = ("f64", layout.dimension), ("f64", layout.dimension**2)
     one, count = ("f64", 0), ("i32", 0)
     rows = [
@@ -132,7 +129,7 @@ def declare(layout):
         rows.append(("damage", "cube root of its damage", "1", one, "own"))
     if layout.materials:
         rows.append(("material", "number of its material", "1", count, "own"))
-    return [Variable(*row) for row in rows]
+    return [ParticleVariable(*row) for row in rows]
 
 
 # of the whole simulation: name -> (element, shape); checkpoints have them too
@@ -151,17 +148,14 @@ def near_begin(lists: ti.template(), i):
 def place(layout, room, entries, ghosts=0):
     """Taichi fields by name; room, entries, ghosts: capacities in particles, list entries and
     ghosts."""
-    types = {"f64": ti.f64, "i32": ti.i32}
     seen = room + max(LEAST_GHOSTS, ghosts) if layout.ghosts else room
     variables, fields = declare(layout), {}
     for block in dict.fromkeys(v.place for v in variables):
-        together = {}
-        for variable in (v for v in variables if v.place == block):
-            together[variable.name] = _make(types[variable.element[0]], variable.element[1])
+        together = {v.name: v.field() for v in variables if v.place == block}
         ti.root.dense(ti.i, room if block == "own" else seen).place(*together.values())
         fields |= together
     for name, (kind, shape) in WHOLE.items():
-        fields[name] = ti.field(types[kind], shape=shape)
+        fields[name] = ti.field(ELEMENTS[kind], shape=shape)
     lists = {
         "first": (ti.i32, (room + 1,)),
         "counts": (ti.i32, (room,)),
@@ -202,7 +196,3 @@ def place(layout, room, entries, ghosts=0):
             "ghost_sign": (ti.f64, (seen - room, layout.dimension)),
         }
     return fields, {name: ti.field(kind, shape=shape) for name, (kind, shape) in lists.items()}
-
-
-def _make(kind, length):
-    return ti.Vector.field(length, kind) if length else ti.field(kind)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK
+from dusttaichi.compute.state_variable import StateVariable
 from dusttaichi.compute.workers import SYNC
 from dusttaichi.grains.kernels.numbers import declared
 from dusttaichi.grains.kernels.store import COUNTS, SPHERE, capacity, sphere_capacity
@@ -27,13 +28,9 @@ SUMS = (
 
 
 @dataclass(frozen=True)
-class Variable:
-    """One piece of state: name, what it is, unit (internal), element type, shape."""
+class GrainVariable(StateVariable):
+    """A variable of the grain method (units: internal) and the shape of its field."""
 
-    name: str
-    meaning: str
-    unit: str
-    element: tuple  # ("f64"|"f32"|"i32"|"i64", vector length or 0)
     shape: tuple
 
 
@@ -53,7 +50,7 @@ class Sizes(NamedTuple):
 
 
 def declare(grains, layout, walls):
-    """All state of a scene of `grains` grains: a list of Variable."""
+    """All state of a scene of `grains` grains: a list of GrainVariable."""
     pairs, wall_blocks = capacity(grains, layout, walls)
     pairs += sphere_capacity(grains, layout)
     moving = grains + SPHERE + layout.sphere  # two far-away grains that fill the empty lanes
@@ -69,7 +66,7 @@ def declare(grains, layout, walls):
     rows += _sphere(n) if layout.sphere else []
     rows += _polydisperse(n) if layout.polydisperse else []
     rows += _stress(n, layout, walls) if layout.stress else []
-    return [Variable(*row) for row in rows]
+    return [GrainVariable(*row) for row in rows]
 
 
 # fmt: off
@@ -198,20 +195,13 @@ def place(variables, by_columns=False):
     by_columns: a number of all blocks is side by side in memory, as threads of a device read it;
     else all numbers of a block are.
     """
-    types = {"f64": ti.f64, "f32": ti.f32, "i32": ti.i32, "i64": ti.i64}
     together = [var for var in variables if var.name in GATHERED]
     # contacts first: their blocks then begin where lines of the cache do
     others = sorted((v for v in variables if v not in together), key=lambda v: -len(v.shape))
     fields = {}
     for var in others:
-        dtype, length = types[var.element[0]], var.element[1]
-        make = ti.field if length == 0 else _vector_field(length)
         order = {"order": "jik"} if by_columns and len(var.shape) == 3 else {}
-        fields[var.name] = make(dtype, shape=var.shape, **order)
-    gathered = {var.name: ti.Vector.field(3, types[var.element[0]]) for var in together}
+        fields[var.name] = var.field(shape=var.shape, **order)
+    gathered = {var.name: var.field() for var in together}
     ti.root.dense(ti.i, together[0].shape[0]).place(*gathered.values())
     return gathered | fields
-
-
-def _vector_field(length):
-    return lambda dtype, shape: ti.Vector.field(length, dtype, shape=shape)

@@ -11,24 +11,24 @@ from types import SimpleNamespace
 
 from dusttaichi import units
 from dusttaichi.compute.engine import ti
-from dusttaichi.physics.contact.numbers import Number
+from dusttaichi.physics.contact.numbers import Constant
 
 PAIR, WALL, ON_BALL = range(3)  # kinds of contact, rows of `numbers`
 RADII = {
-    "r1": Number("m", "radius of the first grain"),
-    "r2": Number("m", "radius of the second grain, 0 for a wall"),
-    "inv_r1": Number("m^-1", "one over r1"),
-    "inv_r2": Number("m^-1", "one over r2, 0 for a wall"),
-    "R": Number("m", "reduced radius, r1 on a wall"),
-    "touch": Number("m", "distance of centres (centre and wall) at first touch"),
-    "inv_sum": Number("m^-1", "one over the sum of the radii, 0 for a wall"),
-    "mass": Number("kg", "reduced mass"),
+    "r1": Constant("m", "radius of the first grain"),
+    "r2": Constant("m", "radius of the second grain, 0 for a wall"),
+    "inv_r1": Constant("m^-1", "one over r1"),
+    "inv_r2": Constant("m^-1", "one over r2, 0 for a wall"),
+    "R": Constant("m", "reduced radius, r1 on a wall"),
+    "touch": Constant("m", "distance of centres (centre and wall) at first touch"),
+    "inv_sum": Constant("m^-1", "one over the sum of the radii, 0 for a wall"),
+    "mass": Constant("kg", "reduced mass"),
 }
 """Numbers of every contact, whatever its laws."""
 
 
 def declared(model):
-    """Name -> Number of all numbers of a contact."""
+    """Name -> Constant of all numbers of a contact."""
     return {**RADII, **model.numbers}
 
 

@@ -19,11 +19,11 @@ from math import pi
 import numpy as np
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.physics.contact.numbers import History, Number
+from dusttaichi.physics.contact.numbers import Constant, History
 
 NUMBERS = {
-    "crush_force": Number("J^-0.6", "F_eq/F_c of asperities for a unit of kinetic energy"),
-    "crush_energy": Number("J", "energy that flattening asperities costs over the area pi a0^2"),
+    "crush_force": Constant("J^-0.6", "F_eq/F_c of asperities for a unit of kinetic energy"),
+    "crush_energy": Constant("J", "energy that flattening asperities costs over the area pi a0^2"),
 }
 HISTORY = {
     "touch_speed": History("m/s", "velocity along n_c at a first touch in the last step"),

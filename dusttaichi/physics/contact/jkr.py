@@ -13,13 +13,13 @@ from functools import cache
 from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact import constants, jkr_curve
 from dusttaichi.physics.contact.constants import PULL_OFF, S_PULL_OFF
-from dusttaichi.physics.contact.numbers import Number
+from dusttaichi.physics.contact.numbers import Constant
 
 NUMBERS = {
-    "inv_delta0": Number("m^-1", "one over the overlap at equilibrium"),
-    "reach": Number("m", "gap at which the contact breaks"),
-    "F4": Number("N", "four times the pull-off force"),
-    "U4": Number("J", "four times pull-off force times overlap at equilibrium"),
+    "inv_delta0": Constant("m^-1", "one over the overlap at equilibrium"),
+    "reach": Constant("m", "gap at which the contact breaks"),
+    "F4": Constant("N", "four times the pull-off force"),
+    "U4": Constant("J", "four times pull-off force times overlap at equilibrium"),
 }
 
 # s^2 = W0 + WI t - (WI - W1) t (1 + C t)/(1 + A t + B t^2): value and slope exact at t = 0,

@@ -58,7 +58,7 @@ class ContactModel:
 
     @cached_property
     def numbers(self):
-        """Name -> Number of all constants of a contact."""
+        """Name -> Constant of all constants of a contact."""
         return {name: n for _, law in self.effects for name, n in law.NUMBERS.items()}
 
     @cached_property

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Number:
+class Constant:
     """A constant of a contact: its SI unit, such as "N/m", and its meaning."""
 
     unit: str

@@ -2,7 +2,7 @@
 
 A law is a module (or any object) with
 
-- ``NUMBERS``: name -> Number, the constants of a contact that it needs;
+- ``NUMBERS``: name -> Constant, the constants of a contact that it needs;
 - ``numbers(c, own)``: a `ti.pyfunc` that returns their values as a dict. c: the contact
   (`constants.ContactConstants` by name), own: the keys of the law's block in the YAML; both in SI
   on the host, in internal units in a kernel;

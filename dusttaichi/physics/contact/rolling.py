@@ -6,11 +6,11 @@ dU/dn_i = R k_r xi, which turns grain i by the torque R k_r xi x n_i.
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact.limit import limited
-from dusttaichi.physics.contact.numbers import Number
+from dusttaichi.physics.contact.numbers import Constant
 
 NUMBERS = {
-    "k_r": Number("N/m", "rolling stiffness"),
-    "xi_crit": Number("m", "rolling displacement past which rolling costs energy"),
+    "k_r": Constant("N/m", "rolling stiffness"),
+    "xi_crit": Constant("m", "rolling displacement past which rolling costs energy"),
 }
 HISTORY = {}  # xi itself is part of every contact (physics.contact.kinematics)
 CHANNEL = "rolling"

@@ -10,11 +10,11 @@ from math import pi
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact.limit import limited
-from dusttaichi.physics.contact.numbers import Number
+from dusttaichi.physics.contact.numbers import Constant
 
 NUMBERS = {
-    "k_s": Number("N/m", "sliding stiffness"),
-    "zeta_crit": Number("m", "sliding displacement past which sliding costs energy"),
+    "k_s": Constant("N/m", "sliding stiffness"),
+    "zeta_crit": Constant("m", "sliding displacement past which sliding costs energy"),
 }
 HISTORY = {}  # zeta itself is part of every contact (physics.contact.kinematics)
 CHANNEL = "sliding"

@@ -5,11 +5,11 @@ clamped to +-phi_crit. On a wall w2 = 0 (S12 eqs 26, 27).
 from math import pi
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.physics.contact.numbers import History, Number
+from dusttaichi.physics.contact.numbers import Constant, History
 
 NUMBERS = {
-    "k_t": Number("N m", "twisting stiffness"),
-    "phi_crit": Number("rad", "twist past which twisting costs energy"),
+    "k_t": Constant("N m", "twisting stiffness"),
+    "phi_crit": Constant("rad", "twist past which twisting costs energy"),
 }
 HISTORY = {"twist": History("rad", "twisting angle", result="twist")}
 CHANNEL = "twisting"

@@ -5,7 +5,7 @@ from math import log
 
 import numpy as np
 
-from dusttaichi.physics.contact.numbers import Number
+from dusttaichi.physics.contact.numbers import Constant
 
 FLOOR = 0.005
 """Difference from phi_1 below which the strength is constant: 0.125 for G09's curve, as in
@@ -18,25 +18,25 @@ SHEAR = {"sqrt": (1.0, 0.5), "compressive": (1.0, 1.0), "tensile": (1.0, 0.0)}
 """C and a of Y = C Sigma^a |T|^(1-a) by the name of the law (G09 sections 4.1 and 5.1.2)."""
 
 NUMBERS = {
-    "rho_s": Number("kg/m^3", "density of the solid"),
-    "rho_i": Number("kg/m^3", "density at zero pressure for which K_0 holds"),
-    "K_0": Number("Pa", "bulk modulus at rho_i"),
-    "gamma": Number("1", "exponent of the bulk modulus, K = K_0 (rho_0/rho_i)^gamma"),
-    "mu_over_K": Number("1", "shear modulus over bulk modulus"),
-    "phi_1": Number("1", "filling factor at which the compressive strength vanishes"),
-    "phi_2": Number("1", "filling factor at which the compressive strength is infinite"),
-    "phi_floor": Number("1", "filling factor below which the compressive strength is constant"),
-    "phi_cap": Number("1", "filling factor above which dust is elastic in compression"),
-    "p_m": Number("Pa", "compressive strength half way between phi_1 and phi_2"),
-    "power": Number("1", "exponent of the compressive strength, Delta ln 10"),
-    "T_0": Number("Pa", "tensile strength at filling factor 0"),
-    "T_rate": Number("1", "growth of ln |T| with the filling factor"),
-    "C": Number("1", "factor of the shear strength"),
-    "a": Number("1", "exponent of the compressive strength in the shear strength"),
-    "q_max": Number("1", "largest pressure over the bulk modulus at the same density"),
-    "crack_speed": Number("1", "speed of cracks over the longitudinal speed of sound"),
+    "rho_s": Constant("kg/m^3", "density of the solid"),
+    "rho_i": Constant("kg/m^3", "density at zero pressure for which K_0 holds"),
+    "K_0": Constant("Pa", "bulk modulus at rho_i"),
+    "gamma": Constant("1", "exponent of the bulk modulus, K = K_0 (rho_0/rho_i)^gamma"),
+    "mu_over_K": Constant("1", "shear modulus over bulk modulus"),
+    "phi_1": Constant("1", "filling factor at which the compressive strength vanishes"),
+    "phi_2": Constant("1", "filling factor at which the compressive strength is infinite"),
+    "phi_floor": Constant("1", "filling factor below which the compressive strength is constant"),
+    "phi_cap": Constant("1", "filling factor above which dust is elastic in compression"),
+    "p_m": Constant("Pa", "compressive strength half way between phi_1 and phi_2"),
+    "power": Constant("1", "exponent of the compressive strength, Delta ln 10"),
+    "T_0": Constant("Pa", "tensile strength at filling factor 0"),
+    "T_rate": Constant("1", "growth of ln |T| with the filling factor"),
+    "C": Constant("1", "factor of the shear strength"),
+    "a": Constant("1", "exponent of the compressive strength in the shear strength"),
+    "q_max": Constant("1", "largest pressure over the bulk modulus at the same density"),
+    "crack_speed": Constant("1", "speed of cracks over the longitudinal speed of sound"),
 }
-"""Name -> Number (SI unit and meaning) of the run-time arguments of the kernels, in this order."""
+"""Name -> Constant (SI unit, meaning) of the run-time arguments of the kernels, in this order."""
 
 
 def largest_share(gamma):

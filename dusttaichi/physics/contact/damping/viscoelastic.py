@@ -1,9 +1,9 @@
 """Viscoelastic damping: kappa in proportion to the contact radius (Brilliantov et al. 2007)."""
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.physics.contact.numbers import Number
+from dusttaichi.physics.contact.numbers import Constant
 
-NUMBERS = {"kappa": Number("kg/s", "damping constant of the normal motion where a = a0")}
+NUMBERS = {"kappa": Constant("kg/s", "damping constant of the normal motion where a = a0")}
 
 
 @ti.pyfunc

@@ -1,9 +1,9 @@
 """Viscous damping: one kappa for all contacts, at any overlap (S12 eq 7)."""
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.physics.contact.numbers import Number
+from dusttaichi.physics.contact.numbers import Constant
 
-NUMBERS = {"kappa": Number("kg/s", "damping constant of the normal motion")}
+NUMBERS = {"kappa": Constant("kg/s", "damping constant of the normal motion")}
 
 
 @ti.pyfunc
