@@ -3,16 +3,8 @@
 from dusttaichi.analysis.arrival import Arrival, SoundSpeed, arrival, sound_speed
 from dusttaichi.analysis.bodies import Bodies, bodies
 from dusttaichi.analysis.compare import compare, to_csv
-from dusttaichi.analysis.compression import (
-    Curve,
-    Deviation,
-    Fit,
-    compression_curve,
-    compression_law,
-    fit_compression,
-    onset,
-    rms_from_law,
-)
+from dusttaichi.analysis.compression import Curve, compression_curve, compression_law, onset
+from dusttaichi.analysis.compression_fit import Deviation, Fit, fit_compression, rms_from_law
 from dusttaichi.analysis.cycles import Unloading, unloadings
 from dusttaichi.analysis.ensemble import gather, save_ensemble
 from dusttaichi.analysis.ensemble_tables import Band, bands

@@ -15,10 +15,17 @@ from dusttaichi.physics.contact import constants
 class Arrival:
     """Times at which N grains first moved by more than a threshold.
 
-    time [s]: (N,), since the first snapshot, not a number for a grain that has not moved that far.
-    distance [m]: (N,), at the start, from the nearest pushed grain or from the plane of the pushed
-    wall or face; 0 for pushed grains. threshold [m]: the displacement that counts. push [m]: the
-    displacement of which it is a fraction.
+    Attributes
+    ----------
+    time
+        Since the first snapshot [s], (N,); NaN for a grain that has not moved that far.
+    distance
+        At the start, from the nearest pushed grain or from the plane of the pushed wall or face
+        [m], (N,); 0 for pushed grains.
+    threshold
+        Displacement that counts [m].
+    push
+        Displacement of which the threshold is a fraction [m].
     """
 
     time: np.ndarray
@@ -39,19 +46,39 @@ class Arrival:
 
 
 def arrival(run, pushed=None, *, fraction=0.1, threshold=None, push=None, first=0):
-    """The Arrival of a push at the grains of a Run.
+    """Arrival of a push at the grains of a run.
 
-    pushed: number of the pushed grain, or name of the wall, such as "bottom". By default the first
-    push of the scene; the position of a face is then the plane through its outermost centre, and
-    `push` is the displacement of the scene, or, of a force, velocity or speed, the overlap delta0
-    of two grains at rest, since pushed grains never stop.
     A grain is reached once it is farther than the threshold from its position in snapshot `first`.
     The moment is interpolated linearly between snapshots, which must be closer in time than the
-    signal is long.
-    threshold [m]: absolute; by default `fraction` of `push` [m], whose default is the largest
-    displacement of the pushed grain or wall. PD08 gives no number; a smaller threshold gives a
-    faster front, since waves in chains are dispersive.
-    Raises DustError for a grain or wall that does not exist or has not moved.
+    signal is long. PD08 states no threshold; a smaller one gives a faster front, since waves in
+    chains are dispersive.
+
+    Parameters
+    ----------
+    run : Run
+    pushed : int or str, optional
+        Number of the pushed grain, or name of the wall, such as "bottom". Default: those of the
+        first push of the scene; the position of a face is then the plane through its outermost
+        centre.
+    fraction : float
+        Share of `push` that is the threshold.
+    threshold : float, optional
+        Absolute threshold [m], instead of `fraction`.
+    push : float, optional
+        Displacement [m] that `fraction` refers to. Default: the largest displacement of the pushed
+        grain or wall; of the first push of the scene its displacement or, for a force, velocity or
+        speed, the overlap delta0 of two grains at rest, since pushed grains never stop.
+    first : int
+        Snapshot at the start of the push.
+
+    Returns
+    -------
+    Arrival
+
+    Raises
+    ------
+    DustError
+        The grain or wall does not exist or has not moved.
     """
     start = read_frame(run, first, contacts=False)
     if pushed is None:
@@ -146,8 +173,16 @@ def _crossing(times, values, level):
 class SoundSpeed:
     """Straight line through arrival times: time = delay + distance/speed.
 
-    speed, sigma [m/s]: the speed and its standard error. delay [s]: of the line at distance 0.
-    grains: number of grains in the fit.
+    Attributes
+    ----------
+    speed
+        Slope [m/s].
+    sigma
+        Standard error of the speed [m/s].
+    delay
+        Time of the line at distance 0 [s].
+    grains
+        Number of grains in the fit.
     """
 
     speed: float
@@ -157,11 +192,23 @@ class SoundSpeed:
 
 
 def sound_speed(arrivals, beyond=0.0):
-    """The SoundSpeed of an Arrival, by least squares over the grains that it has reached.
+    """Fit of the speed of sound to the arrival times of all reached grains, by least squares.
 
-    beyond [m]: nearer grains are left out, since close to the push the speed is that of single
-    chains (PD08 Fig 7). Raises DustError for fewer than three grains, or for a signal that does not
-    arrive later at greater distance.
+    Parameters
+    ----------
+    arrivals : Arrival
+    beyond : float
+        Distance [m] below which grains are left out, since close to the push the speed is that of
+        single chains (PD08 Fig 7).
+
+    Returns
+    -------
+    SoundSpeed
+
+    Raises
+    ------
+    DustError
+        Fewer than three grains, or a signal that does not arrive later at greater distance.
     """
     used = arrivals.reached & (arrivals.distance >= beyond)
     distance, time = arrivals.distance[used], arrivals.time[used]

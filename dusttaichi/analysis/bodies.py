@@ -12,9 +12,22 @@ from dusttaichi.errors import DustError
 class Bodies:
     """Two bodies over time, SI.
 
-    time (n,). position, velocity of the centres of mass, and spin, the angular momentum about them:
-    (n, 2, 3) each. orbital (n, 3): angular momentum of both centres about the common one. names,
-    mass: (2,).
+    Attributes
+    ----------
+    time
+        (n,).
+    position
+        Centres of mass, (n, 2, 3).
+    velocity
+        Velocities of the centres of mass, (n, 2, 3).
+    spin
+        Angular momenta about the centres of mass, (n, 2, 3).
+    orbital
+        Angular momentum of both centres about the common one, (n, 3).
+    names
+        (2,).
+    mass
+        (2,).
     """
 
     time: np.ndarray
@@ -27,7 +40,13 @@ class Bodies:
 
 
 def bodies(run):
-    """The Bodies of a Run. Raises DustError where its series has none."""
+    """Motion and angular momentum of the two bodies of a run.
+
+    Raises
+    ------
+    DustError
+        The time series has no bodies.
+    """
     series = run.whole.series
     if "body_angular_momentum" not in series:
         raise DustError(f"{run.path} has no two colliding bodies: sample.kind pair or collision.")

@@ -10,9 +10,9 @@ from dusttaichi.results.outputs import check
 def compare(runs):
     """Rows (dicts) for runs of any kind, SI, all with the same keys.
 
-    name; the numbers of every family of the registry (`analysis.numbers`) that applies to one of
-    the runs, also those for comparisons alone; status, version, and problems: (title, why) of what
-    could not be measured. None or nan for numbers that a run does not have.
+    Keys are name; the numbers of every family of the registry (`analysis.numbers`) that applies to
+    one of the runs, also those for comparisons alone; status; version; and problems, (title, why)
+    of numbers that could not be measured. Numbers that a run does not have are None or NaN.
     """
     known = [{family.name: family for family in families(run.method)} for run in runs]
     all_families = {name: family for one in known for name, family in one.items()}
@@ -46,7 +46,18 @@ def columns(rows):
 
 
 def to_csv(rows, path):
-    """Write the rows of `compare`, numbers with five digits. Raises DustError."""
+    """Write the rows of `compare`, numbers with five digits.
+
+    Parameters
+    ----------
+    rows : list of dict
+    path : path
+
+    Raises
+    ------
+    DustError
+        The file cannot be written.
+    """
     check(path, ",".join(list(rows[0])[:5]))
     try:
         with open(path, "w", newline="", encoding="utf-8") as file:

@@ -22,10 +22,25 @@ FEWEST = 4
 class Unloading:
     """One stage that unloads.
 
-    stage: its name. pressure [Pa], filling_factor: at its start. modulus, modulus_sigma [Pa]: slope
-    of the pressure against the logarithm of the volume over the first SHARE of the pressure, and
-    its 1-sigma uncertainty by the scatter about the line; nan for fewer than FEWEST records.
-    recovered: ln V after over before, at its end. ln_volume, path [Pa]: all its records, (times,).
+    Attributes
+    ----------
+    stage
+        Name of the stage.
+    pressure
+        At its start [Pa].
+    filling_factor
+        At its start.
+    modulus
+        Slope of the pressure against the logarithm of the volume over the first SHARE of the
+        pressure [Pa]; NaN for fewer than FEWEST records.
+    modulus_sigma
+        1-sigma uncertainty of the modulus by the scatter about the line [Pa].
+    recovered
+        ln V after over before, at the end of the stage.
+    ln_volume
+        All its records, (times,).
+    path
+        Pressure of these records [Pa], (times,).
     """
 
     stage: str
@@ -39,7 +54,13 @@ class Unloading:
 
 
 def unloadings(run):
-    """The Unloading of every stage of a Run that unloads, in order. Raises DustError for none."""
+    """Unloading of every stage of a run that unloads, in order.
+
+    Raises
+    ------
+    DustError
+        No stage unloads.
+    """
     stages = [_unloading(part) for part in run.parts if part.unloads]
     if not stages:
         raise DustError(f"{run.path}: no stage unloads a pressed sample.")

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi.analysis.compression import compression_curve, fit_compression
+from dusttaichi.analysis.compression import compression_curve
+from dusttaichi.analysis.compression_fit import fit_compression
 from dusttaichi.analysis.drive import SLOWEST, is_dynamic, wall_speed
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import S12_STATIC

@@ -34,15 +34,31 @@ NO_NUMBER = "why there is no such number of a run, if so"
 
 
 def gather(runs, axes=None, labels=None, attrs=None):
-    """One xr.Dataset of Runs; None is a missing run, whose numbers are NaN.
+    """One dataset of several runs, with the dimensions (*axes, replica, coordinate, ...).
 
-    axes: name -> 1-d xr.Variable of a swept key. runs: in the order of the axes and then of the
-    replicas, the same number for each point. labels: name -> one value for each run, coordinates of
-    the dataset (seed, status). attrs: further global attributes.
+    The coordinate is the filling factor where it is monotonic in the last stage of every run, else
+    the time; see the attribute `convention`.
 
-    Dimensions (*axes, replica, coordinate, ...). The coordinate is the filling factor where it is
-    monotonic in the last stage of every run; else the time. See the attribute `convention`.
-    Raises DustError where no run has a time series.
+    Parameters
+    ----------
+    runs : list of Run
+        In the order of the axes and then of the replicas, the same number for each point. None is a
+        missing run, whose numbers are NaN.
+    axes : dict, optional
+        Name -> 1-d xr.Variable of a swept key.
+    labels : dict, optional
+        Name -> one value for each run, coordinates of the dataset (seed, status).
+    attrs : dict, optional
+        Further global attributes.
+
+    Returns
+    -------
+    xarray.Dataset
+
+    Raises
+    ------
+    DustError
+        No run has a time series.
     """
     axes, present = dict(axes or {}), [r for r in runs if r is not None and len(r.series.time)]
     if not present:
@@ -216,7 +232,18 @@ def add_statistics(data, name):
 
 
 def save_ensemble(data, path):
-    """Write the dataset of `gather`, whole or not at all. Raises DustError."""
+    """Write the dataset of `gather`, completely or not at all.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+    path : path
+
+    Raises
+    ------
+    DustError
+        The file cannot be written.
+    """
     path = check(path, NETCDF)
     temporary = path.with_name(f".{path.name}.tmp")
     encoding = {name: {"zlib": True, "complevel": 1} for name in data.data_vars}

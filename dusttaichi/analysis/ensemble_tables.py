@@ -29,8 +29,18 @@ def title_of(name):
 class Band:
     """A quantity along the common coordinate: mean and scatter over the replicas of one point.
 
-    x, mean, std: (points,), SI; std NaN for fewer than two replicas. replicas: their largest number
-    at any x. label: the point of the sweep, "" without one.
+    Attributes
+    ----------
+    x
+        Common coordinate, (points,), SI.
+    mean
+        (points,), SI.
+    std
+        (points,), SI; NaN for fewer than two replicas.
+    replicas
+        Their largest number at any x.
+    label
+        Point of the sweep, "" without one.
     """
 
     x: np.ndarray
@@ -45,11 +55,24 @@ class Band:
 
 
 def bands(data, name, width=BIN_WIDTH, **selected):
-    """A Band for each point of a dataset of `gather`, of its variable `name`.
+    """Mean and scatter of a variable for each point of a dataset of `gather`.
 
-    selected: labels of further dimensions, such as wall="top". Along the filling factor each
-    replica is first smoothed by its median in windows `width` wide, like a compression curve. A
-    Band ends where no replica has a number; gaps between are NaN.
+    Along the filling factor each replica is first smoothed by its median, like a compression curve.
+    A Band ends where no replica has a number; gaps between are NaN.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+    name : str
+        Name of the variable.
+    width : float
+        Width of the windows of the median.
+    **selected
+        Labels of further dimensions, such as wall="top".
+
+    Returns
+    -------
+    list of Band
     """
     x = data.attrs["coordinate"]
     values = data[name].sel(selected) if selected else data[name]

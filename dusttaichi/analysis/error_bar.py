@@ -29,10 +29,20 @@ HIDDEN = ("coordination_number", "work", "energy_end")  # in the table of a run
 class Estimate:
     """A quantity over all segments, and its error due to the time step [unit].
 
-    value: mean of the values of the run over the segments. error: excess of the value at the step
-    of the run. scatter: standard error of `error`; not a number for a single segment of two levels.
-    relative_error, relative_scatter: over the mean size of the quantity. resolved: the error
-    exceeds the scatter (95 %).
+    Attributes
+    ----------
+    value
+        Mean of the values of the run over the segments.
+    error
+        Excess of the value at the step of the run.
+    scatter
+        Standard error of `error`; NaN for a single segment of two levels.
+    relative_error
+        Error over the mean size of the quantity.
+    relative_scatter
+        Scatter over the same.
+    resolved
+        True if the error exceeds the scatter (95 %).
     """
 
     value: float
@@ -46,12 +56,26 @@ class Estimate:
 
 @dataclass(frozen=True)
 class ErrorBar:
-    """Estimates by quantity (QUANTITIES, loss_CHANNEL).
+    """Error of the time step of a run.
 
-    segments: (first step, steps) each. share: of the steps of the run in them. cost: run time over
-    that of the run (None if unknown). whole: the whole run was repeated, at a half and a quarter of
-    its step. time_step [s]. apart: root mean square distance of grains at the end of a segment
-    between dt and dt/2, median [m]. residual: largest of the ledger in a segment, at dt and dt/2.
+    Attributes
+    ----------
+    estimates
+        Quantity (QUANTITIES, loss_CHANNEL) -> Estimate.
+    segments
+        (first step, steps) of each segment.
+    share
+        Share of the steps of the run in the segments.
+    cost
+        Run time over that of the run (None if unknown).
+    whole
+        True if the whole run was repeated, at a half and a quarter of its step.
+    time_step
+        Step of the run [s].
+    apart
+        Root mean square distance of grains at the end of a segment between dt and dt/2, median [m].
+    residual
+        Largest residual of the ledger in a segment, at dt and dt/2.
     """
 
     estimates: dict
@@ -65,7 +89,7 @@ class ErrorBar:
 
 
 def error_bar(run):
-    """The ErrorBar of a Run; None for a run without."""
+    """Error of the time step of a run; None for a run without `--error-bar`."""
     text = run.attrs.get("error_bar", "")
     if not text:
         return None

@@ -15,10 +15,23 @@ SMALL_SCALE = 20.0
 class Fractal:
     """Mean number of other grains nearer than r_in, in some snapshots.
 
-    radius_in [m] (radii,). number, slope (snapshots, radii): N(r < r_in) without the central grain,
-    and d ln N / d ln r_in (nan where N is 0). dimension (snapshots,): slope of a line through ln N
-    over the radii beyond contact with N <= 20, nan for fewer than three of them. time [s],
-    filling_factor (or nan), each (snapshots,). grain_radius [m].
+    Attributes
+    ----------
+    radius_in
+        Distances r_in [m], (radii,).
+    number
+        N(r < r_in) without the central grain, (snapshots, radii).
+    slope
+        d ln N / d ln r_in, (snapshots, radii); NaN where N is 0.
+    dimension
+        Slope of a line through ln N over the radii beyond contact with N <= 20, (snapshots,); NaN
+        for fewer than three of them.
+    time
+        [s], (snapshots,).
+    filling_factor
+        (snapshots,), or NaN.
+    grain_radius
+        [m].
     """
 
     radius_in: np.ndarray
@@ -31,12 +44,26 @@ class Fractal:
 
 
 def fractal(run, snapshots=None, radii=None, stage=None):
-    """The Fractal of a Run, images of periodic cells included.
+    """Number of grains within a distance of a grain, images of periodic cells included.
 
-    snapshots: their numbers in the run or stage (default: five at most, from the first to the
-    last). radii [m]: (radii,), growing (default: 30 from 2.1 grain radii to half of the largest
-    extent). stage: name or number (default: the first that stretches).
-    Raises DustError where there are no snapshots.
+    Parameters
+    ----------
+    run : Run
+    snapshots : sequence of int, optional
+        Numbers in the run or stage. Default: five at most, from the first to the last.
+    radii : array, optional
+        Growing radii [m], (radii,). Default: 30 from 2.1 grain radii to half of the largest extent.
+    stage : str or int, optional
+        Default: the first that stretches.
+
+    Returns
+    -------
+    Fractal
+
+    Raises
+    ------
+    DustError
+        There are no snapshots.
     """
     part = run.part_that("stretches", stage)
     frames = part.snapshots

@@ -13,11 +13,27 @@ from dusttaichi.geometry import connected, grains_within, held_together, power
 class Fragments:
     """The F fragments of one snapshot, largest mass first, in SI.
 
-    label: (N,), fragment of each grain, 0 is the largest. grains: (F,), number of grains. mass
-    [kg], volume of the grains [m^3], radius_of_gyration [m]: (F,). centre [m], velocity [m/s] of
-    the centre of mass: (F, 3). angular_momentum [kg m^2/s]: (F, 3), about the centre of mass, with
-    the spins.
+    Attributes
+    ----------
+    label
+        Fragment of each grain, (N,); 0 is the largest.
+    grains
+        Number of grains, (F,).
+    mass
+        [kg], (F,).
+    volume
+        Volume of the grains [m^3], (F,).
+    centre
+        Centre of mass [m], (F, 3).
+    velocity
+        Velocity of the centre of mass [m/s], (F, 3).
+    angular_momentum
+        About the centre of mass, with the spins [kg m^2/s], (F, 3).
+    radius_of_gyration
+        [m], (F,).
 
+    Notes
+    -----
     The radius of gyration treats grains as points at their centres, weighted by mass (Wada et al.
     2008): 0 for a single grain. In a periodic cell the centre may be outside of the cell; for a
     fragment that spans the cell, centre and radius depend on the place at which it is cut open.
@@ -53,9 +69,24 @@ class Fragments:
 
 
 def fragments(run, snapshot=-1):
-    """The Fragments of a snapshot of a Run: sets of grains connected by contacts between grains.
+    """Fragments of a snapshot of a run: sets of grains connected by contacts between grains.
 
-    Walls do not connect grains. Raises DustError for snapshots without contacts.
+    Walls do not connect grains.
+
+    Parameters
+    ----------
+    run : Run
+    snapshot : int
+        Number of the snapshot, from the end if negative.
+
+    Returns
+    -------
+    Fragments
+
+    Raises
+    ------
+    DustError
+        The snapshots have no contacts.
     """
     return fragments_of(read_frame(run, snapshot), grain_masses(run))
 
@@ -105,10 +136,20 @@ def _unwrapped(frame, graph, label):
 
 @dataclass(frozen=True)
 class FragmentDimension:
-    """The fractal dimension of a fragment: N(<R) ~ R^dimension about the grains of its core.
+    """Fractal dimension of a fragment: N(<R) ~ R^dimension about the grains of its core.
 
-    radius [m], number: (R,), of geometry.grains_within. grains: number of grains of the fragment.
-    grain_radius [m]: the mean.
+    Attributes
+    ----------
+    dimension
+        Exponent of the fit.
+    radius
+        Distances R [m], (R,), of geometry.grains_within.
+    number
+        N(<R), (R,).
+    grains
+        Number of grains of the fragment.
+    grain_radius
+        Mean radius of the grains [m].
     """
 
     radius: np.ndarray
@@ -119,10 +160,24 @@ class FragmentDimension:
 
 
 def fragment_dimension(run, snapshot=-1, fragment=0):
-    """The FragmentDimension of a fragment of a snapshot of a Run.
+    """Fractal dimension of a fragment of a snapshot of a run.
 
-    fragment: its number in the order of falling mass. Raises DustError for a fragment that does not
-    exist, has fewer than a hundred grains or is too small for a range of radii.
+    Parameters
+    ----------
+    run : Run
+    snapshot : int
+    fragment : int
+        Its number in the order of decreasing mass.
+
+    Returns
+    -------
+    FragmentDimension
+
+    Raises
+    ------
+    DustError
+        The fragment does not exist, has fewer than a hundred grains or is too small for a range of
+        radii.
     """
     frame = read_frame(run, snapshot)
     parts = fragments_of(frame, grain_masses(run))
@@ -146,8 +201,18 @@ def fragment_dimension(run, snapshot=-1, fragment=0):
 class MassSpectrum:
     """Distribution of the mass among fragments.
 
-    mass [kg]: (F,), rising. count: (F,), fragments of at least this mass. share: (F,), their share
-    of the total mass. edges [kg]: (bins + 1,), evenly spaced in the logarithm; histogram: (bins,).
+    Attributes
+    ----------
+    mass
+        [kg], (F,), rising.
+    count
+        Number of fragments of at least this mass, (F,).
+    share
+        Their share of the total mass, (F,).
+    edges
+        Edges of the bins [kg], (bins + 1,), evenly spaced in the logarithm.
+    histogram
+        (bins,).
     """
 
     mass: np.ndarray
@@ -158,7 +223,18 @@ class MassSpectrum:
 
 
 def mass_spectrum(parts, bins=10):
-    """The MassSpectrum of Fragments, the histogram over `bins` from the smallest to the largest."""
+    """Distribution of the mass among fragments.
+
+    Parameters
+    ----------
+    parts : Fragments
+    bins : int
+        Number of bins of the histogram, from the smallest to the largest mass.
+
+    Returns
+    -------
+    MassSpectrum
+    """
     mass = np.sort(parts.mass)
     count = np.arange(len(mass), 0, -1)
     share = np.cumsum(mass[::-1])[::-1] / mass.sum()
@@ -168,12 +244,29 @@ def mass_spectrum(parts, bins=10):
 
 
 def growth_efficiency(run, first=0, last=-1, bodies=None):
-    """f = (M_largest - M_target)/M_projectile of a collision (Wada et al. 2013).
+    """Growth efficiency f = (M_largest - M_target)/M_projectile of a collision (Wada et al. 2013).
 
-    M_largest: of the largest fragment in snapshot `last`. Target and projectile: the larger and
-    the smaller of the two fragments in snapshot `first`, or of two `bodies`, lists of grains.
     1: everything sticks; 0: the mass of the target is unchanged, as in a bounce; negative: erosion.
-    Raises DustError where snapshot `first` does not have exactly two fragments.
+
+    Parameters
+    ----------
+    run : Run
+    first : int
+        Snapshot before, in which the larger of two fragments is the target and the smaller the
+        projectile.
+    last : int
+        Snapshot after, whose largest fragment has M_largest.
+    bodies : pair of lists, optional
+        Grains of target and projectile, instead of the two fragments of `first`.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    DustError
+        Snapshot `first` does not have exactly two fragments.
     """
     if bodies is None:
         target, projectile = two_fragments(run, first).mass
@@ -205,7 +298,14 @@ def two_fragments(run, snapshot):
 class Compaction:
     """The largest fragment before and after.
 
-    grains, radius_of_gyration [m], filling_factor, (2,) each: see Fragments.
+    Attributes
+    ----------
+    grains
+        Number of grains, (2,).
+    radius_of_gyration
+        [m], (2,).
+    filling_factor
+        (2,), see Fragments.
     """
 
     grains: np.ndarray
@@ -219,10 +319,22 @@ class Compaction:
 
 
 def compaction(run, first=0, last=-1):
-    """The Compaction of the largest fragment between two snapshots of a Run.
+    """Compaction of the largest fragment between two snapshots of a run.
 
     The filling factor is within the characteristic radius sqrt(5/3) R_g, so that fragments of
     different mass can be compared.
+
+    Parameters
+    ----------
+    run : Run
+    first : int
+        Number of the snapshot before.
+    last : int
+        Number of the snapshot after.
+
+    Returns
+    -------
+    Compaction
     """
     both, names = [fragments(run, n) for n in (first, last)], Compaction.__annotations__
     return Compaction(*(np.array([getattr(parts, name)[0] for parts in both]) for name in names))

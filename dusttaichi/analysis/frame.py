@@ -19,13 +19,39 @@ INWARD = np.repeat(np.eye(3), 2, axis=0) * np.tile([1.0, -1.0], 3)[:, None]
 class Frame:
     """One snapshot in SI: N grains, C contacts between them.
 
-    number: of the snapshot, from 0. time [s], step. position [m], velocity [m/s], spin [rad/s]:
-    (N, 3). radius [m]: (N,). cell [m]: (3, 2), lower and upper coordinate of the walls or periodic
-    faces of each axis, not a number where there is none. periodic: (3,) bool. contacts: xr.Dataset
-    with grain_i, grain_j, overlap ... (C,), or None of a result without them; wall_contacts: the
-    same of walls. sphere: centre (3,) and radius of a rigid sphere among the grains [m], (4,), or
-    None. tilt [m]: offset along x of the image above a sheared cell. material: (N,) int, 0 of a
-    single material. orientation: (N, 4), or None where it was not requested.
+    Attributes
+    ----------
+    number
+        Number of the snapshot, from 0.
+    time
+        [s].
+    step
+        Number of the step.
+    position
+        [m], (N, 3).
+    velocity
+        [m/s], (N, 3).
+    spin
+        Angular velocity [rad/s], (N, 3).
+    radius
+        [m], (N,).
+    cell
+        Lower and upper coordinate of the walls or periodic faces of each axis [m], (3, 2); NaN
+        where there is none.
+    periodic
+        (3,) bool.
+    contacts
+        xr.Dataset with grain_i, grain_j, overlap ... (C,); None for a result without them.
+    wall_contacts
+        The same of walls.
+    sphere
+        Centre and radius of a rigid sphere among the grains [m], (4,), or None.
+    tilt
+        Offset along x of the image above a sheared cell [m].
+    material
+        (N,) int, 0 of a single material.
+    orientation
+        Unit quaternions, (N, 4); None where they were not requested.
     """
 
     number: int
@@ -46,7 +72,13 @@ class Frame:
 
     @property
     def pairs(self):
-        """The grains in contact, (C, 2) int. Raises DustError for a result without contacts."""
+        """Grains in contact, (C, 2) int.
+
+        Raises
+        ------
+        DustError
+            The result has no contacts.
+        """
         if self.contacts is None:
             raise DustError("The snapshots have no contacts: set output: contacts: true.")
         ends = (self.contacts.grain_i.values, self.contacts.grain_j.values)
@@ -59,10 +91,16 @@ class Frame:
 
     @property
     def forces(self):
-        """(forces, parts of the contacts, parts of the wall contacts), None without forces.
+        """Forces and parts of the contacts; None for a result without forces.
 
-        forces [N]: (N, 3), sums over contacts and walls of each grain. The parts are dicts
-        (physics.contact.parts), those of walls None without walls.
+        Returns
+        -------
+        forces
+            Sums over contacts and walls of each grain [N], (N, 3).
+        pairs
+            Parts of the contacts (physics.contact.parts), dict.
+        walls
+            Parts of the wall contacts, None without walls.
         """
         if self.contacts is None or "force" not in self.contacts:
             return None
@@ -105,9 +143,21 @@ class Frame:
         return float(low if np.isfinite(low) else np.min(self.position[:, 2] - self.radius))
 
     def filling_below(self, axis, reach, edges):
-        """Filling factor (slices,) in an upright cylinder about `axis` (2,) of radius `reach` [m].
+        """Filling factor in slices of an upright cylinder, by the volume of the grains in it.
 
-        edges [m]: (slices + 1,), falling heights. By the volume of the grains in the cylinder.
+        Parameters
+        ----------
+        axis
+            x and y of the axis of the cylinder [m], (2,).
+        reach
+            Radius of the cylinder [m].
+        edges
+            Falling heights of the edges of the slices [m], (slices + 1,).
+
+        Returns
+        -------
+        array
+            (slices,).
         """
         around = np.append(axis, 0.0)
         x = self.nearest(self.position - around) + around
@@ -137,16 +187,37 @@ def nearest_image(vectors, edges, periodic, tilt=0.0):
 
 
 def frame_count(run):
-    """Number of snapshots of a Run. Raises DustError for none."""
+    """Number of snapshots of a run.
+
+    Raises
+    ------
+    DustError
+        There are none.
+    """
     if "snapshots" not in run.tree.children or not run.tree["snapshots"].sizes.get("snapshot", 0):
         raise DustError(f"{run.path} has no snapshots: set output: snapshots in the scene.")
     return int(run.tree["snapshots"].sizes["snapshot"])
 
 
 def read_frame(run, snapshot=-1, contacts=True):
-    """The Frame number `snapshot` of a Run, counted from 0, or from the end if negative.
+    """One snapshot of a run.
 
-    contacts: whether to read them, too. Raises DustError for a number that does not exist.
+    Parameters
+    ----------
+    run : Run
+    snapshot : int
+        Its number, from 0, or from the end if negative.
+    contacts : bool
+        Read the contacts, too.
+
+    Returns
+    -------
+    Frame
+
+    Raises
+    ------
+    DustError
+        There is no snapshot of that number.
     """
     count = frame_count(run)
     if not -count <= snapshot < count:
@@ -195,7 +266,10 @@ def _sphere(run, data):
 def grain_masses(run):
     """Masses of the grains [kg], (N,): from the result, or volume times density of the material.
 
-    Raises DustError for a result without a density.
+    Raises
+    ------
+    DustError
+        The result has no density.
     """
     frame_count(run)
     snapshots = run.tree["snapshots"]

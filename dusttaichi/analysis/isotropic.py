@@ -26,11 +26,24 @@ DENSE = 0.105
 class Isotropic:
     """Mean pressure against filling factor, smoothed and as measured.
 
-    filling_factor, pressure [Pa], law [Pa], count, each (bins,): mean filling factor, median
-    pressure and (E_roll/r^3) phi^3 in every bin of lg(filling factor) with a positive pressure.
-    ratio, dense_ratio (bins,): median of the pressure over that law, and over (E_roll/r^3)
-    (1/phi - 1/0.74)^-3 of Tatsuuma et al. 2023. law and the ratios are nan for an unknown material.
-    raw_filling_factor, raw_pressure [Pa], each (times,).
+    Attributes
+    ----------
+    filling_factor
+        Mean of every bin of lg(filling factor) with a positive pressure, (bins,).
+    pressure
+        Median pressure of the bins [Pa], (bins,).
+    law
+        (E_roll/r^3) phi^3 [Pa], (bins,); NaN for an unknown material, as are the ratios.
+    count
+        Number of records of the bins, (bins,).
+    ratio
+        Median of the pressure over that law, (bins,).
+    dense_ratio
+        The same over (E_roll/r^3) (1/phi - 1/0.74)^-3 of Tatsuuma et al. 2023, (bins,).
+    raw_filling_factor
+        As recorded, (times,).
+    raw_pressure
+        As recorded [Pa], (times,).
     """
 
     filling_factor: np.ndarray
@@ -43,11 +56,35 @@ class Isotropic:
     raw_pressure: np.ndarray
 
     def ratio_between(self, low=0.0, high=THIN):
-        """The Ratio of pressure and law over the bins with a mean filling factor in the range."""
+        """Pressure over law in the bins with a mean filling factor in a range.
+
+        Parameters
+        ----------
+        low : float
+            Lower end of the range.
+        high : float
+            Upper end of the range.
+
+        Returns
+        -------
+        Ratio
+        """
         return self._between(self.ratio, low, high)
 
     def dense_ratio_between(self, low=DENSE, high=1.0):
-        """The same as `ratio_between`, of the law of Tatsuuma et al. 2023."""
+        """Pressure over the law of Tatsuuma et al. 2023, likewise.
+
+        Parameters
+        ----------
+        low : float
+            Lower end of the range of filling factor.
+        high : float
+            Upper end of the range of filling factor.
+
+        Returns
+        -------
+        Ratio
+        """
         return self._between(self.dense_ratio, low, high)
 
     def _between(self, ratio, low, high):
@@ -61,10 +98,18 @@ class Isotropic:
 
 @dataclass(frozen=True)
 class Ratio:
-    """Pressure over law, nan without bins.
+    """Pressure over law, NaN without bins.
 
-    value: median of the bins; scatter: their standard deviation [dex]; low, high: range of filling
-    factor.
+    Attributes
+    ----------
+    value
+        Median of the bins.
+    scatter
+        Their standard deviation [dex].
+    low
+        Lower end of the range of filling factor.
+    high
+        Upper end of the range of filling factor.
     """
 
     value: float
@@ -74,11 +119,24 @@ class Ratio:
 
 
 def isotropic(run, stage=None, decades=DECADES):
-    """The Isotropic of a Run: the mean pressure is -trace(stress)/3.
+    """Mean pressure -trace(stress)/3 of a cell that is compressed from all sides.
 
-    stage: name or number (default: the first in which the cell shrinks equally along all axes).
-    decades: width of the bins in lg(filling factor). Raises DustError without stress or filling
-    factor.
+    Parameters
+    ----------
+    run : Run
+    stage : str or int, optional
+        Default: the first in which the cell shrinks equally along all axes.
+    decades : float
+        Width of the bins in lg(filling factor).
+
+    Returns
+    -------
+    Isotropic
+
+    Raises
+    ------
+    DustError
+        There is no stress or no filling factor.
     """
     series = run.part_that("shrinks", stage).series
     if not {"stress", "filling_factor"} <= set(series):

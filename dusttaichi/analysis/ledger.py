@@ -19,13 +19,30 @@ WORKS = "wall_work face_work push_work gravity_work sphere_work work stiffness_w
 class Ledger:
     """Energies over time [J], each (times,), unless stated otherwise.
 
-    losses: channel -> cumulative loss in contacts of grains, walls and sphere together. work: of
-    walls, periodic faces, pushes, gravity, a driven sphere and changes of stiffness. stored:
-    kinetic and potential energy less their start. residual: stored - work + losses, as in the
-    result. reference: energy that has gone through the system, |work| + initial kinetic + |initial
-    potential| + losses. relative: residual over reference, or over its lower bounds if they are
-    larger, as in the result (run.ledger.turnover). worst: its largest absolute value, at
-    `worst_time` [s]. shares: channel -> share of all losses at the end, or 0.
+    Attributes
+    ----------
+    time
+        [s].
+    losses
+        Channel -> cumulative loss in contacts of grains, walls and sphere together.
+    work
+        Work of walls, periodic faces, pushes, gravity, a driven sphere and changes of stiffness.
+    stored
+        Kinetic and potential energy less their start.
+    residual
+        stored - work + losses, as in the result.
+    reference
+        Energy that has gone through the system, |work| + initial kinetic + |initial potential| +
+        losses.
+    relative
+        Residual over reference, or over its lower bounds if they are larger, as in the result
+        (run.ledger.turnover).
+    worst
+        Largest absolute value of `relative`, a number.
+    worst_time
+        Time of the worst [s].
+    shares
+        Channel -> share of all losses at the end, or 0.
     """
 
     time: np.ndarray
@@ -49,7 +66,7 @@ def losses_by_channel(series):
 
 
 def ledger(run):
-    """The Ledger of a Run, from its start, over all its stages."""
+    """Energy ledger of a run, from its start, over all its stages."""
     series = run.whole.series
     zero = np.zeros(len(series.time))
 
@@ -90,8 +107,16 @@ def ledger(run):
 class Losses:
     """Energy lost since the start of a run or stage against filling factor (T19 Fig 9).
 
-    filling_factor (times,). by_channel: channel -> energy [J], (times,). total [J], (times,).
     T19's "normal" is forming and breaking together.
+
+    Attributes
+    ----------
+    filling_factor
+        (times,).
+    by_channel
+        Channel -> energy [J], (times,).
+    total
+        [J], (times,).
     """
 
     filling_factor: np.ndarray
@@ -100,9 +125,22 @@ class Losses:
 
 
 def losses_against_filling_factor(run, stage=None):
-    """The Losses of a Run. stage: name or number (default: the first that stretches).
+    """Losses of a run by channel against filling factor.
 
-    Raises DustError without a filling factor.
+    Parameters
+    ----------
+    run : Run
+    stage : str or int, optional
+        Default: the first that stretches.
+
+    Returns
+    -------
+    Losses
+
+    Raises
+    ------
+    DustError
+        The run has no filling factor.
     """
     part = run.part_that("stretches", stage)
     if "filling_factor" not in part.series:
@@ -115,10 +153,16 @@ def losses_against_filling_factor(run, stage=None):
 
 @dataclass(frozen=True)
 class LossShares:
-    """Share of each channel in the losses during the growth of the filling factor through a bin.
+    """Share of each channel in the losses while the filling factor grows through a bin.
 
-    filling_factor (bins,): middle of the bin in its logarithm. by_channel: channel -> share,
-    (bins,). lost [J] (bins,): by all channels.
+    Attributes
+    ----------
+    filling_factor
+        Middle of the bin in its logarithm, (bins,).
+    by_channel
+        Channel -> share, (bins,).
+    lost
+        By all channels [J], (bins,).
     """
 
     filling_factor: np.ndarray
@@ -127,11 +171,24 @@ class LossShares:
 
 
 def loss_shares(run, stage=None, decades=0.1):
-    """The LossShares of a Run.
+    """Share of each channel in the losses of a cell that is compressed from all sides.
 
-    stage: name or number (default: the first in which the cell shrinks equally along all axes).
-    decades: width of the bins in lg(filling factor). Raises DustError where the filling factor
-    grows through less than one bin.
+    Parameters
+    ----------
+    run : Run
+    stage : str or int, optional
+        Default: the first in which the cell shrinks equally along all axes.
+    decades : float
+        Width of the bins in lg(filling factor).
+
+    Returns
+    -------
+    LossShares
+
+    Raises
+    ------
+    DustError
+        The filling factor grows through less than one bin.
     """
     part = run.part_that("shrinks", stage)
     losses = losses_by_channel(part.series)

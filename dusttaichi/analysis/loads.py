@@ -22,9 +22,22 @@ FLOWING = 0.5
 class ControlledLoad:
     """One stage under a controlled pressure.
 
-    stage: its name. wanted, pressure [Pa]: the controlled one, and the mean over the LAST records.
-    overshoot: largest mean over LAST successive records over `wanted`, less 1. filling_factor: at
-    the end. creep [1/s]: rate of its logarithm over the LAST records. time [s]: duration.
+    Attributes
+    ----------
+    stage
+        Name of the stage.
+    wanted
+        Controlled pressure [Pa].
+    pressure
+        Mean over the LAST records [Pa].
+    overshoot
+        Largest mean over LAST successive records over `wanted`, less 1.
+    filling_factor
+        At the end.
+    creep
+        Rate of the logarithm of the filling factor over the LAST records [1/s].
+    time
+        Duration [s].
     """
 
     stage: str
@@ -42,7 +55,7 @@ class ControlledLoad:
 
 
 def controlled_loads(run):
-    """The ControlledLoads of the stages of a Run that control a pressure, in order."""
+    """Controlled loads of the stages of a run that control a pressure, in order."""
     return [
         _controlled_load(part, parse(pressure, "pressure"))
         for part in run.parts
@@ -81,14 +94,32 @@ def _controlled_load(part, wanted):
 class Shearing:
     """One stage that shears, in n records.
 
-    stage: its name. strain (n,): shear strain since its start. shear, normal [Pa] (n,): shear
-    stress along the motion, and stress across it, positive in compression; of a wall its forces
-    over its area. filling_factor (n,). strength, strength_sigma [Pa]: mean of the shear stress over
-    the last FLOWING of the strain and its standard error, from the scatter of ten successive parts;
-    load [Pa], density: means of the normal stress and of the filling factor there. controlled: the
-    scene prescribes the normal stress, or a pressure. direction: 1 or -1, that of the shear along
-    x; strain and shear are positive along it. before: total shear strain of the run at the start of
-    the stage.
+    Attributes
+    ----------
+    stage
+        Name of the stage.
+    strain
+        Shear strain since its start, (n,).
+    shear
+        Shear stress along the motion [Pa], (n,); of a wall its force over its area.
+    normal
+        Stress across the motion, positive in compression [Pa], (n,).
+    filling_factor
+        (n,).
+    strength
+        Mean of the shear stress over the last FLOWING of the strain [Pa].
+    strength_sigma
+        Its standard error, from the scatter of ten successive parts [Pa].
+    load
+        Mean of the normal stress there [Pa].
+    density
+        Mean of the filling factor there.
+    controlled
+        True if the scene prescribes the normal stress, or a pressure.
+    direction
+        1 or -1, that of the shear along x; strain and shear are positive along it.
+    before
+        Total shear strain of the run at the start of the stage.
     """
 
     stage: str
@@ -119,8 +150,18 @@ class Shearing:
 class Friction:
     """Line through the strengths of several loads: strength = cohesion + slope x load.
 
-    cohesion [Pa], slope: with their 1-sigma uncertainties by the scatter about the line, not a
-    number for two loads.
+    The 1-sigma uncertainties follow from the scatter about the line; they are NaN for two loads.
+
+    Attributes
+    ----------
+    cohesion
+        [Pa].
+    slope
+        Slope of the line.
+    cohesion_sigma
+        Uncertainty of the cohesion [Pa].
+    slope_sigma
+        Uncertainty of the slope.
     """
 
     cohesion: float
@@ -135,7 +176,7 @@ class Friction:
 
     @property
     def angle_sigma(self):
-        """Its uncertainty [degrees]."""
+        """Uncertainty of the friction angle [degrees]."""
         return float(np.degrees(self.slope_sigma / (1.0 + self.slope**2)))
 
     @property
@@ -148,7 +189,7 @@ class Friction:
 
     @property
     def triaxial_angle_sigma(self):
-        """Its uncertainty [degrees]."""
+        """Uncertainty of the friction angle of triaxial tests [degrees]."""
         change = 2.0 / (2.0 + self.slope) ** 2 / np.sqrt(1.0 - self._sine**2)
         return float(np.degrees(change * self.slope_sigma))
 
@@ -163,7 +204,13 @@ class Friction:
 
 
 def shearings(run):
-    """The Shearing of every stage of a Run that shears, in order. Raises DustError for none."""
+    """Shear test of every stage of a run that shears, in order.
+
+    Raises
+    ------
+    DustError
+        No stage shears.
+    """
     found, before = [], 0.0
     for part in run.parts if "shear_strain" in run.series else []:
         strain = _sheared(part)
@@ -176,9 +223,9 @@ def shearings(run):
 
 
 def friction(found):
-    """The Friction of several Shearing or Triaxial, of one sample or more; None below two loads.
+    """Line of friction of several shear or triaxial tests, of one sample or more.
 
-    Of stages with a compressive normal stress that the scene prescribes.
+    It uses stages with a compressive normal stress that the scene prescribes; None below two loads.
     """
     used = [s for s in found if s.has_friction]
     load, strength = (np.array([getattr(s, name) for s in used]) for name in ("load", "strength"))

@@ -25,10 +25,18 @@ NEAREST = 4  # grains of a bin whose surfaces are examined
 
 @dataclass(frozen=True)
 class Pores:
-    """The pores of a snapshot. void: share of the volume outside of grains.
+    """Pores of a snapshot.
 
-    radius [m]: (RADII,), rising from 0. share: (RADII,), of the void in pores of at least that
-    radius. largest [m]: radius of the largest pore.
+    Attributes
+    ----------
+    void
+        Share of the volume outside of grains.
+    radius
+        [m], (RADII,), rising from 0.
+    share
+        Share of the void in pores of at least that radius, (RADII,).
+    largest
+        Radius of the largest pore [m].
     """
 
     void: float
@@ -43,7 +51,22 @@ class Pores:
 
 
 def pores(run, snapshot=-1):
-    """The Pores of a snapshot of a Run. Raises DustError for an open boundary."""
+    """Pore sizes in a snapshot of a run.
+
+    Parameters
+    ----------
+    run : Run
+    snapshot : int
+
+    Returns
+    -------
+    Pores
+
+    Raises
+    ------
+    DustError
+        The boundary is open.
+    """
     return pores_of(read_frame(run, snapshot, contacts=False))
 
 

@@ -6,11 +6,26 @@ from dusttaichi.errors import DustError
 
 
 def profile(run, most=None):
-    """The profiles of a Run: xr.Dataset with filling_factor (profile, bin), height [m] ...
+    """Profiles of a run as a dataset: filling_factor (profile, bin), height [m] ...
 
-    As in the file, and `middle` (profile, bin) [m]: the middle of the part of the bin below the
-    top wall, not a number above it. most: their largest number, first and last included, evenly
-    spaced in the filling factor of the box. Raises DustError for a result without profiles.
+    As in the file, and `middle` (profile, bin) [m]: the middle of the part of the bin below the top
+    wall, NaN above it.
+
+    Parameters
+    ----------
+    run : Run
+    most : int, optional
+        Largest number of profiles, first and last included, evenly spaced in the filling factor of
+        the box.
+
+    Returns
+    -------
+    xarray.Dataset
+
+    Raises
+    ------
+    DustError
+        The result has no profiles.
     """
     if run.profiles is None:
         raise DustError(

@@ -14,9 +14,16 @@ from dusttaichi.names import WALLS
 class Restitution:
     """A collision along its normal.
 
-    before, after [m/s]: relative speed of the centres of mass along the normal, of approach before
-    the collision and of separation after it (negative: still approaching). sticks: the two stay
-    together. normal: (3,) unit vector, from the second body, or the wall, to the first.
+    Attributes
+    ----------
+    before
+        Speed of approach of the centres of mass along the normal [m/s].
+    after
+        Speed of separation after the collision [m/s]; negative: still approaching.
+    sticks
+        True if the two stay together.
+    normal
+        Unit vector from the second body, or the wall, to the first, (3,).
     """
 
     before: float
@@ -31,13 +38,30 @@ class Restitution:
 
 
 def restitution(run, first=0, last=-1, bodies=None):
-    """The Restitution of two bodies between snapshots `first` (before) and `last` (after).
+    """Restitution of two bodies between two snapshots of a run.
 
-    bodies: two lists of grain numbers; by default the two fragments of snapshot `first`. A body
-    consists of the same grains before and after the collision. The normal is the line between the
-    centres of mass at the snapshot where these are closest. They stick where one fragment of
-    snapshot `last` has more than half of the mass of each.
-    Raises DustError where there are not two bodies, or they do not approach each other.
+    A body consists of the same grains before and after the collision. The normal is the line
+    between the centres of mass at the snapshot where these are closest. The bodies stick where one
+    fragment of snapshot `last` has more than half of the mass of each.
+
+    Parameters
+    ----------
+    run : Run
+    first : int
+        Snapshot before.
+    last : int
+        Snapshot after.
+    bodies : pair of lists, optional
+        Grain numbers. Default: the two fragments of snapshot `first`.
+
+    Returns
+    -------
+    Restitution
+
+    Raises
+    ------
+    DustError
+        There are not two bodies, or they do not approach each other.
     """
     masses = grain_masses(run)
     if bodies is None:
@@ -75,11 +99,31 @@ def relative_motion(run, snapshot, bodies, masses):
 
 
 def wall_restitution(run, wall="bottom", first=0, last=-1, grains=None):
-    """The Restitution of grains on a wall between snapshots `first` and `last`.
+    """Restitution of grains on a wall between two snapshots of a run.
 
-    grains: their numbers, by default all. Speeds are relative to the wall, which may move. They
-    stick where one of them is in contact with the wall in snapshot `last`.
-    Raises DustError where there is no such wall, or the grains do not approach it.
+    Speeds are relative to the wall, which may move. The grains stick where one of them is in
+    contact with the wall in snapshot `last`.
+
+    Parameters
+    ----------
+    run : Run
+    wall : str
+        Name of the wall.
+    first : int
+        Snapshot before.
+    last : int
+        Snapshot after.
+    grains : list, optional
+        Their numbers. Default: all.
+
+    Returns
+    -------
+    Restitution
+
+    Raises
+    ------
+    DustError
+        There is no such wall, or the grains do not approach it.
     """
     start, end = read_frame(run, first, False), read_frame(run, last, False)
     side = WALLS.index(wall) if wall in WALLS else None

@@ -10,23 +10,32 @@ import numpy as np
 from dusttaichi import method
 from dusttaichi.analysis import foreign
 from dusttaichi.analysis.draft import named
-from dusttaichi.analysis.tension import is_tensile_test, recorded_tension, start_of_tension
+from dusttaichi.analysis.kind import Kind
 from dusttaichi.errors import DustError
 from dusttaichi.names import WALLS
 from dusttaichi.results.reading import open_tree
 from dusttaichi.scene.material import Material
 
 SHOWN_BY = "dusttaichi.report.notebook"  # imported where a notebook shows a run
-LEAST_CHANGE = 1e-3
-"""Relative change of the filling factor from which a run counts as compressed or stretched."""
 
 
-class Run(AbstractContextManager):
+class Run(Kind, AbstractContextManager):
     """A result file, or one stage of it (`stage`). Use `open_run`.
 
-    series, profiles: xr.Dataset in memory (profiles None where there are none). attrs: the global
-    attributes. whole: the run that a stage belongs to; a run itself. stage_name: "" of a whole
-    run. Where `tree` has been used, close the run, or use it as a context manager.
+    Where `tree` has been used, close the run, or use it as a context manager.
+
+    Attributes
+    ----------
+    series
+        xr.Dataset of the time series, in memory.
+    profiles
+        xr.Dataset, in memory; None where there are none.
+    attrs
+        Global attributes.
+    whole
+        The run that a stage belongs to; a run itself.
+    stage_name
+        "" of a whole run.
     """
 
     def __init__(self, path, series, profiles=None, file=None):
@@ -96,8 +105,12 @@ class Run(AbstractContextManager):
     def stage(self, which):
         """The stage with this name or number (from 0) as a Run: its series, profiles, snapshots.
 
-        Its `start` is the last record of the stage before. Raises DustError for a stage that does
-        not exist or has not begun.
+        Its `start` is the last record of the stage before.
+
+        Raises
+        ------
+        DustError
+            The stage does not exist or has not begun.
         """
         names = self.whole.stages
         if which not in names and which not in range(len(names)):
@@ -132,7 +145,18 @@ class Run(AbstractContextManager):
         return [self.stage(number) for number in range(len(self.stages)) if number in begun]
 
     def part_that(self, does, stage=None):
-        """The requested stage; by default the first that `does` ("compresses" ...), or the run."""
+        """The requested stage; by default the first that `does`, or the run.
+
+        Parameters
+        ----------
+        does : str
+            Property of a Run, such as "compresses".
+        stage : str or int, optional
+
+        Returns
+        -------
+        Run
+        """
         if stage is not None:
             return self.stage(stage)
         return next((part for part in self.parts if getattr(part, does)), self)
@@ -147,117 +171,6 @@ class Run(AbstractContextManager):
         if not len(self.series.time):
             return np.zeros(len(steps), dtype=bool)
         return (steps >= int(self.start.step)) & (steps <= int(self.series.step[-1]))
-
-    # Its kind.
-
-    @property
-    def pushes(self):
-        """Pushes of the scene as dicts: `kind` (as "force"), `grains`, `face`, `size` [m]."""
-        return self.sample.get("push", [])
-
-    @property
-    def compresses(self):
-        """True where the filling factor grows (in a stage) under the pressure of a top wall."""
-        return self._does(lambda part: part.growth > LEAST_CHANGE and part.has_top_pressure)
-
-    @property
-    def shrinks(self):
-        """True where a periodic cell shrinks equally along all axes (in a stage)."""
-        return self._does(lambda part: part.growth > LEAST_CHANGE and part._evenly)
-
-    @property
-    def stretches(self):
-        """True where the filling factor falls (in a stage) until there is tension.
-
-        By LEAST_CHANGE, unless the stage ends past the largest tension.
-        """
-        return self._does(lambda part: part._pulls)
-
-    @property
-    def unloads(self):
-        """True where a pressed sample is unloaded (in a stage): it expands under pressure."""
-        return self._does(lambda part: part._before is not None and part._expands_under_pressure)
-
-    @property
-    def sheared(self):
-        """True where a stage shears."""
-        return bool(np.ptp(np.asarray(self.series.get("shear_strain", [0.0]))) > 0.0)
-
-    @property
-    def has_forces(self):
-        """True where the last snapshot has contacts with their forces."""
-        if self.tree is None or "normal_force" not in self.tree.get("contacts", {}):
-            return False
-        frames = self.snapshots
-        return frames is not None and int(frames.contact_count[-1]) > 0
-
-    @property
-    def collides(self):
-        """True where two bodies collide (sample.kind pair or collision), with the contacts of at
-        least two snapshots."""
-        kind = self.scene.get("sample", {}).get("kind")
-        if kind not in ("pair", "collision") or self.boundary != "open":
-            return False
-        if not self.sample.get("speed") or "contacts" not in getattr(self.tree, "children", ()):
-            return False
-        frames = self.snapshots
-        return frames is not None and frames.sizes["snapshot"] > 1
-
-    @property
-    def has_sphere(self):
-        """True where a rigid sphere is among the grains, with more than one record."""
-        return "sphere_position" in self.series and len(self.series.time) > 1
-
-    @property
-    def intrudes(self):
-        """True where a rigid body falls on dust (continuum, sample.kind impact)."""
-        return "body_position" in self.series and "density" in self.sample.get("projectile", {})
-
-    def bodies(self):
-        """Grains of the two bodies of a run that `collides`: two arrays of numbers."""
-        first = self.sample.get("target_grains", 1)
-        return np.arange(first), np.arange(first, self.grains)
-
-    def _does(self, condition):
-        return any(map(condition, self.parts))
-
-    @property
-    def has_tension(self):
-        """True where a stress, or the pressure on a top wall, is recorded."""
-        return self.has_top_pressure or "stress" in self.series
-
-    @property
-    def _pulls(self):
-        least = 0.0 if is_tensile_test(self) else LEAST_CHANGE
-        if not (self.growth < -least and self.has_tension):
-            return False
-        return start_of_tension(recorded_tension(self)) is not None
-
-    @property
-    def _expands_under_pressure(self):
-        opens = self.growth < 0.0 and self.has_tension
-        return opens and not self._pulls and np.nanmean(recorded_tension(self)) <= 0.0
-
-    @property
-    def growth(self):
-        """Relative growth of the filling factor from the start to the end."""
-        if "filling_factor" not in self.series or not len(self.series.time):
-            return 0.0
-        growth = float(self.series.filling_factor[-1] / self.start.filling_factor) - 1.0
-        return growth if np.isfinite(growth) else 0.0
-
-    @property
-    def has_top_pressure(self):
-        """True where the pressure on a top wall is recorded."""
-        known = "pressure" in self.series
-        return known and bool(np.isfinite(self.series.pressure.sel(wall="top")).any())
-
-    @property
-    def _evenly(self):
-        if not {"box_length", "stress"} <= set(self.series):
-            return False
-        ratio = (self.series.box_length[-1] / self.start.box_length).values
-        return bool(np.all(np.abs(ratio / ratio[0] - 1.0) < 0.01))  # not for nan either
 
     # Snapshots.
 
@@ -287,9 +200,24 @@ class Run(AbstractContextManager):
         return edges
 
     def contacts(self, snapshot=-1, group="contacts"):
-        """Rows of /contacts (group: or of wall_contacts, sphere_contacts) of one snapshot.
+        """Contacts of one snapshot.
 
-        Raises DustError for a result without them, IndexError for a missing snapshot.
+        Parameters
+        ----------
+        snapshot : int
+        group : str
+            "contacts", "wall_contacts" or "sphere_contacts".
+
+        Returns
+        -------
+        xarray.Dataset
+
+        Raises
+        ------
+        DustError
+            The result has no contacts.
+        IndexError
+            There is no such snapshot.
         """
         if self.tree is None or group not in self.tree.children:
             raise DustError(f"{self.path} has no {group} (output: contacts: false, or no walls).")
@@ -305,7 +233,13 @@ class Run(AbstractContextManager):
     # In a notebook.
 
     def view(self):
-        """The particles in 3-D, for the last line of a cell. Raises DustError without snapshots."""
+        """The particles in 3-D, for the last line of a cell.
+
+        Raises
+        ------
+        DustError
+            There are no snapshots.
+        """
         return importlib.import_module(SHOWN_BY).particle_view(self)
 
     def _repr_html_(self):
@@ -324,9 +258,12 @@ class Run(AbstractContextManager):
 
 
 def open_run(path):
-    """The Run at `path`, a result file or the directory with result.nc.
+    """The run at `path`, a result file or the directory with result.nc.
 
-    Raises DustError where there is none, or it cannot be read.
+    Raises
+    ------
+    DustError
+        There is none, or it cannot be read.
     """
     path = Path(path)
     file = path / "result.nc" if path.is_dir() else path

@@ -14,10 +14,26 @@ from dusttaichi.method import attribute
 class Penetration:
     """Motion of a sphere into dust, SI, from the moment at which its lowest point is at `surface`.
 
-    surface: height of the upper end of the dust at the start. time (n,); depth (n,) of its lowest
-    point below the surface; velocity (n,) upwards; force (n,) upwards: from the result, or mass
-    times acceleration. radius, mass. speed: downwards at time 0. stop: the Stop
-    (analysis.continuum), or None where the run ends before.
+    Attributes
+    ----------
+    surface
+        Height of the upper end of the dust at the start.
+    time
+        (n,).
+    depth
+        Of its lowest point below the surface, (n,).
+    velocity
+        Upwards, (n,).
+    force
+        Upwards, (n,): from the result, or mass times acceleration.
+    radius
+        Of the sphere.
+    mass
+        Of the sphere.
+    speed
+        Downwards at time 0.
+    stop
+        Stop (analysis.continuum), or None where the run ends before.
     """
 
     time: np.ndarray
@@ -32,9 +48,12 @@ class Penetration:
 
 
 def penetration(run):
-    """The Penetration of a Run of grains with a sphere, or of the continuum with a rigid body.
+    """Penetration of a sphere into grains, or of a rigid body into the continuum.
 
-    Raises DustError where there is none.
+    Raises
+    ------
+    DustError
+        The run has neither.
     """
     time, place, velocity, force, (radius, mass) = _motion(run)
     surface = _surface(run)
@@ -95,8 +114,14 @@ def _frame(run, snapshot):
 class Column:
     """Filling factor of an upright cylinder below a sphere in horizontal slices.
 
-    depth [m]: (bins,), of their middles below the surface of the start. filling_factor: (bins,).
-    sphere [m]: depth of the lowest point of the sphere.
+    Attributes
+    ----------
+    depth
+        Of the middles of the slices below the initial surface [m], (bins,).
+    filling_factor
+        (bins,).
+    sphere
+        Depth of the lowest point of the sphere [m].
     """
 
     depth: np.ndarray
@@ -105,11 +130,23 @@ class Column:
 
 
 def column(run, snapshot=-1, *, width=0.7, slices=0.25):
-    """The Column of a snapshot.
+    """Filling factor below the sphere in a snapshot.
 
-    width: radius of the cylinder, slices: height of a slice, over the radius of the sphere. Grains
-    count with their volume inside; of a continuum it is the mean of the particles with their centre
-    inside.
+    Grains count with their volume inside the cylinder; of a continuum it is the mean of the
+    particles with their centre inside.
+
+    Parameters
+    ----------
+    run : Run
+    snapshot : int
+    width : float
+        Radius of the cylinder over that of the sphere.
+    slices : float
+        Height of a slice over the radius of the sphere.
+
+    Returns
+    -------
+    Column
     """
     motion = penetration(run)
     frames = run.snapshots.isel(snapshot=snapshot)

@@ -39,7 +39,13 @@ def is_trade(path):
 
 
 def open_trade(path):
-    """(dataset, file) of a trade.nc or its directory, read into memory. Raises DustError."""
+    """(dataset, file) of a trade.nc or its directory, read into memory.
+
+    Raises
+    ------
+    DustError
+        There is none, or it cannot be read.
+    """
     file = stored(path, TRADES) or Path(path)
     data = read_stored(file, "a trade", ("cost_ratio", "error"))
     old = "knob"  # former name
@@ -52,7 +58,13 @@ def is_ensemble(path):
 
 
 def open_ensemble(path):
-    """(dataset, file) of an ensemble.nc, a sweep.nc or its directory. Raises DustError."""
+    """(dataset, file) of an ensemble.nc, a sweep.nc or its directory.
+
+    Raises
+    ------
+    DustError
+        There is none, or it cannot be read.
+    """
     file = stored(path, ENSEMBLES) or Path(path)
     needed = ("summary_numbers", "coordinate", "replica")
     return read_stored(file, "an ensemble or a sweep", needed), file

@@ -17,12 +17,22 @@ FARTHEST = 5.0
 class Structure:
     """Structure of a snapshot of N grains with C contacts between them.
 
-    fabric: (3, 3), mean of n n over the contacts, n the unit vector between the centres: a third
-    of the unit matrix if isotropic. normal: (C, 3), these vectors. coordination: (K,), share of the
-    grains that touch 0, 1, ... K - 1 others. normal_force [N]: (C,), positive for repulsion; empty
-    if the file has none. distance: (BINS,), middles of the bins in mean diameters; correlation:
-    (BINS,), g(r), grains at that distance from a grain over the number expected from the mean
-    density (not a number unless walls or periodic faces bound all axes, or in a sheared cell).
+    Attributes
+    ----------
+    fabric
+        Mean of n n over the contacts, (3, 3), with the unit vector n between the centres: a third
+        of the unit matrix if isotropic.
+    normal
+        These vectors, (C, 3).
+    coordination
+        Share of the grains that touch 0, 1, ... K - 1 others, (K,).
+    normal_force
+        Positive for repulsion [N], (C,); empty if the file has none.
+    distance
+        Middles of the bins in mean diameters, (BINS,).
+    correlation
+        g(r), grains at that distance from a grain over the number expected from the mean density,
+        (BINS,); NaN unless walls or periodic faces bound all axes, or in a sheared cell.
     """
 
     fabric: np.ndarray
@@ -40,7 +50,22 @@ class Structure:
 
 
 def structure(run, snapshot=-1):
-    """The Structure of a snapshot of a Run. Raises DustError where it has no contacts."""
+    """Structure of the contacts in a snapshot of a run.
+
+    Parameters
+    ----------
+    run : Run
+    snapshot : int
+
+    Returns
+    -------
+    Structure
+
+    Raises
+    ------
+    DustError
+        The result has no contacts.
+    """
     frame = read_frame(run, snapshot)
     i, j = frame.pairs.T
     if not len(i):

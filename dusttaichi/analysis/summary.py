@@ -12,11 +12,11 @@ ONE_SAMPLE = "one sample: fit error only; replicas show the scatter between samp
 
 
 def summary(run):
-    """The numbers of a Run as a dict (SI units; None where the run does not have them).
+    """Numbers of a run as a dict (SI units; None where the run does not have them).
 
-    name, status, method: of the run. Then every row of the registry (`analysis.numbers`) by its
-    name; see the table of numbers in the documentation. problems: (title, error) of those that
-    could not be measured.
+    Keys are name, status and method of the run, then every row of the registry (`analysis.numbers`)
+    by its name (see the table of numbers in the documentation), and problems: (title, error) of
+    numbers that could not be measured.
     """
     numbers = {"name": run.name, "status": run.status, "method": run.method.name}
     problems = []

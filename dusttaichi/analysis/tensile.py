@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi.analysis.compression import correlation_factor
+from dusttaichi.analysis.compression_fit import correlation_factor
 from dusttaichi.analysis.tension import start_of_tension
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES
@@ -31,14 +31,38 @@ UNLOADING = 0.05
 class Tensile:
     """Stress along `axis` while a sample is stretched, in the order of time.
 
-    filling_factor, stress, sigma [Pa], count, each (windows,): means over the window, the
-    uncertainty of the mean stress, and its number of records. raw_filling_factor, raw_stress
-    [Pa], each (times,): as recorded, the filling factor in the middle of the averaging time.
-    window: share by which the filling factor falls within a window. strength, strength_sigma [Pa],
-    strength_phi, strength_strain: the largest mean stress, its uncertainty, and the filling factor
-    and the strain (L/L0 - 1 of the cell) there. passed: the stress has fallen since; otherwise
-    `strength` is a lower limit. phi_init: filling factor at the start. law [Pa]: T19 eq 33 for
-    phi_init, nan for an unknown material.
+    Attributes
+    ----------
+    axis
+        x, y or z.
+    filling_factor
+        Means over the windows, (windows,).
+    stress
+        Means [Pa], (windows,).
+    sigma
+        Uncertainty of the mean stress [Pa], (windows,).
+    count
+        Number of records, (windows,).
+    raw_filling_factor
+        As recorded, in the middle of the averaging time, (times,).
+    raw_stress
+        As recorded [Pa], (times,).
+    window
+        Share by which the filling factor falls within a window.
+    strength
+        Largest mean stress [Pa].
+    strength_sigma
+        Its uncertainty [Pa].
+    strength_phi
+        Filling factor there.
+    strength_strain
+        Strain there, L/L0 - 1 of the cell.
+    passed
+        True if the stress has fallen since; otherwise `strength` is a lower limit.
+    phi_init
+        Filling factor at the start.
+    law
+        T19 eq 33 for phi_init [Pa], NaN for an unknown material.
     """
 
     axis: str
@@ -59,22 +83,42 @@ class Tensile:
 
 
 def tensile(run, stage=None, axis=None, windows=None):
-    """The Tensile of a Run that is stretched.
+    """Tensile test of a run that is stretched.
 
-    stage: name or number (default: the first in which the filling factor falls). axis: x, y or z
-    (default: that along which the cell grows most; z between walls). The stress is the virial
-    stress (T19 eq 23), or, where the file has none, the pull on the top wall.
+    The stress is the virial stress (T19 eq 23), or, where the file has none, the pull on the top
+    wall.
 
-    windows: their number, each with the same relative change of the filling factor. The default is
-    the largest number that the noise allows: an uncertainty of the maximum below 2 %, a change of
-    at most 10 % (T19 section 3.1), at least FEWEST windows. They begin where the stress becomes
-    tensile, if the unloading of a pressed sample takes more than UNLOADING of the change of the
-    filling factor.
+    Parameters
+    ----------
+    run : Run
+    stage : str or int, optional
+        Default: the first in which the filling factor falls.
+    axis : str, optional
+        x, y or z. Default: that along which the cell grows most; z between walls.
+    windows : int, optional
+        Number of averaging windows, each with the same relative change of the filling factor.
+        Default: the largest number that the noise allows.
+
+    Returns
+    -------
+    Tensile
+
+    Raises
+    ------
+    DustError
+        Nothing is stretched.
+
+    Notes
+    -----
+    The default number of windows gives an uncertainty of the maximum below 2 %, a change of the
+    filling factor of at most 10 % in a window (T19 section 3.1), and at least FEWEST windows. They
+    begin where the stress becomes tensile, if the unloading of a pressed sample takes more than
+    UNLOADING of the change of the filling factor.
+
     The uncertainty of a mean is the scatter of the records around a straight line in the window,
     over sqrt(records), times sqrt((1 + r)/(1 - r)) for a correlation r of neighbouring records. It
     excludes the scatter between samples (T19: standard deviation of ten), and the largest of
-    several noisy means is too large by about one of it. Raises DustError where nothing is
-    stretched.
+    several noisy means is too large by about one of it.
     """
     part = run.part_that("stretches", stage)
     if not part.stretches:
@@ -232,7 +276,14 @@ def _averaged(window, duration, noise, quantities):
 class StrengthFit:
     """Tensile strength = factor * phi_init^exponent [Pa], fitted to several runs.
 
-    exponent_sigma: 1-sigma uncertainty by the scatter of the runs, nan for two of them.
+    Attributes
+    ----------
+    factor
+        [Pa].
+    exponent
+        Exponent of the initial filling factor.
+    exponent_sigma
+        1-sigma uncertainty by the scatter of the runs, NaN for two of them.
     """
 
     factor: float
@@ -245,7 +296,7 @@ class StrengthFit:
 
 
 def fit_strength(results):
-    """The StrengthFit of several Tensile: least squares in the logarithms, with equal weights.
+    """Power law through several tensile tests: least squares in the logarithms, equal weights.
 
     None where phi_init differs by less than 5 %, or a run has no strength.
     """

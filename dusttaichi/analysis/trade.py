@@ -23,12 +23,30 @@ NUMBERS = {  # name -> (units, long name)
 
 
 def trade_dataset(*, columns, numbers, flags, values, errors, observables, seeds, attrs):
-    """The xr.Dataset of a trade; None in `numbers` is not a number.
+    """Dataset of a trade; None in `numbers` becomes NaN.
 
-    columns: name of COLUMNS -> texts, (point,). numbers: name of NUMBERS -> (point,). flags: name
-    -> bool, (point,): free, accepted. values, errors: observable -> (point,). observables: name ->
-    (observable,) of reference, scatter, convergence. seeds: observable -> (seed,).
-    attrs: observable, tolerance and further global attributes.
+    Parameters
+    ----------
+    columns : dict
+        Name of COLUMNS -> texts, (point,).
+    numbers : dict
+        Name of NUMBERS -> (point,).
+    flags : dict
+        Name (free, accepted) -> bool, (point,).
+    values : dict
+        Observable -> (point,).
+    errors : dict
+        Observable -> (point,).
+    observables : dict
+        Name -> (observable,) of reference, scatter, convergence.
+    seeds : dict
+        Observable -> (seed,).
+    attrs : dict
+        Observable, tolerance and further global attributes.
+
+    Returns
+    -------
+    xarray.Dataset
     """
     names = list(values)
     data = xr.Dataset(attrs=attrs, coords={"observable": names})
@@ -65,7 +83,16 @@ def trade_dataset(*, columns, numbers, flags, values, errors, observables, seeds
 def front(cost, error):
     """Numbers of the points of the Pareto front of cost and error, by growing cost.
 
-    cost, error: (points,); points with a value that is not a number are left out.
+    Parameters
+    ----------
+    cost
+        (points,).
+    error
+        (points,). Points with a value that is NaN are left out.
+
+    Returns
+    -------
+    list of int
     """
     cost, error = np.asarray(cost, dtype=float), np.asarray(error, dtype=float)
     known = np.flatnonzero(np.isfinite(cost) & np.isfinite(error))

@@ -13,11 +13,28 @@ from dusttaichi.names import AXES
 class Triaxial:
     """One stage that controls the stress along two axes and strains the third, in n records.
 
-    stage: its name; axis: letter of the third. strain (n,): of that axis since the start of the
-    stage, ln of the lengths, positive in compression. deviator [Pa] (n,): stress along it less the
-    mean of the others, positive in compression; confining [Pa] (n,): that mean. filling_factor
-    (n,). strength, strength_sigma, load [Pa], density: of deviator, confining stress and filling
-    factor over the last half of the strain, as in loads.Shearing.
+    Attributes
+    ----------
+    stage
+        Name of the stage.
+    axis
+        Letter of the third axis.
+    strain
+        Of that axis since the start of the stage, ln of the lengths, positive in compression, (n,).
+    deviator
+        Stress along it less the mean of the others, positive in compression [Pa], (n,).
+    confining
+        Mean stress along the other axes [Pa], (n,).
+    filling_factor
+        (n,).
+    strength
+        Mean deviator over the last half of the strain, as in loads.Shearing [Pa].
+    strength_sigma
+        Its standard error [Pa].
+    load
+        Mean confining stress there [Pa].
+    density
+        Mean filling factor there.
     """
 
     stage: str
@@ -38,7 +55,13 @@ class Triaxial:
 
 
 def triaxials(run):
-    """The Triaxial of every such stage of a Run, in order. Raises DustError for none."""
+    """Triaxial test of every such stage of a run, in order.
+
+    Raises
+    ------
+    DustError
+        There is none.
+    """
     free = _free_axes(run)
     parts = run.parts if "stress" in run.series else []
     tests = [part for part in parts if part.stage_name in free and len(part.series.time) > 2]

@@ -2,13 +2,8 @@
 
 import numpy as np
 
-from dusttaichi.analysis.compression import (
-    compression_curve,
-    compression_law,
-    fit_compression,
-    onset,
-    rms_from_law,
-)
+from dusttaichi.analysis.compression import compression_curve, compression_law, onset
+from dusttaichi.analysis.compression_fit import fit_compression, rms_from_law
 from dusttaichi.analysis.cycles import unloadings
 from dusttaichi.analysis.drive import is_dynamic
 from dusttaichi.analysis.dynamic import PLATEAU, dynamic

@@ -1,0 +1,225 @@
+"""Fit of the compression law S12 eq 31 to a curve, and the distance of a curve from a law."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from dusttaichi.errors import DustError
+from dusttaichi.physics import laws
+
+
+@dataclass(frozen=True)
+class Fit:
+    """S12 eq 31 fitted to a curve.
+
+    Attributes
+    ----------
+    law
+        CompressionLaw with the fitted parameters.
+    sigma
+        Parameter -> 1-sigma uncertainty, 0 of a fixed parameter.
+    """
+
+    law: laws.CompressionLaw
+    sigma: dict
+    rms: float
+    points: int
+
+    @property
+    def p_m(self):
+        """Pressure p_m [Pa]."""
+        return self.law.p_m
+
+    @property
+    def delta(self):
+        """Width Delta [dex]."""
+        return self.law.delta
+
+    @property
+    def p_m_sigma(self):
+        """1-sigma uncertainty of p_m [Pa]."""
+        return self.sigma["p_m"]
+
+    @property
+    def delta_sigma(self):
+        """1-sigma uncertainty of Delta [dex]."""
+        return self.sigma["delta"]
+
+
+def _decades_wide(curve, least=1e-3):
+    """Width of the bins of a Curve in lg P on its monotone form, (bins,), `least` where flat."""
+    decades, _ = curve.monotone()
+    return np.maximum(np.gradient(decades), least)
+
+
+def correlation_factor(residual):
+    """Factor sqrt((1 + r)/(1 - r)) by which correlated neighbours widen an uncertainty."""
+    centred = residual - residual.mean()
+    scale = np.sum(centred**2)
+    r = np.sum(centred[1:] * centred[:-1]) / scale if scale > 0 else 0.0
+    r = min(max(r, 0.0), 0.95)
+    return np.sqrt((1 + r) / (1 - r))
+
+
+def fit_compression(
+    curve,
+    phi1=0.15,
+    phi2=0.58,
+    *,
+    free=(),
+    p_low=0.0,
+    p_high=np.inf,
+    phi_high=np.inf,
+    weights="bins",
+):
+    """Fit of S12 eq 31 to the bins of a curve, by least squares in the filling factor.
+
+    The 1-sigma uncertainties are those of the least squares with the scatter of the residuals,
+    times sqrt((1 + r)/(1 - r)) for a correlation r > 0 of neighbouring residuals, so that a curve
+    of another form than the law has a wider uncertainty. They do not include the scatter between
+    samples and sizes.
+
+    Parameters
+    ----------
+    curve : Curve
+    phi1 : float
+        Filling factor without load.
+    phi2 : float
+        Filling factor at infinite load; between plates that of `laws.UNIDIRECTIONAL`.
+    free : sequence of str
+        Fitted beside p_m (as lg p_m) and Delta: "phi1", "phi2".
+    p_low : float
+        Lower end of the range of pressure [Pa].
+    p_high : float
+        Upper end of the range of pressure [Pa].
+    phi_high : float
+        Upper end of the range of filling factor.
+    weights : str
+        "bins", equal for every bin, or "decades", equal for every decade of pressure, by the width
+        in lg P of a bin on `Curve.monotone`.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    DustError
+        Too few bins, or no fit is found.
+    """
+    used = (curve.pressure >= p_low) & (curve.pressure <= p_high)
+    used &= curve.filling_factor <= phi_high
+    decades, phi = np.log10(curve.pressure[used]), curve.filling_factor[used]
+    names = ["p_m", "delta", *free]
+    if len(phi) < len(names) + 2:
+        raise DustError(
+            f"The compression curve has {len(phi)} points: too few to fit {', '.join(names)}. "
+            "Compress further, or write the series more often."
+        )
+    fixed = {"phi1": phi1, "phi2": phi2}
+
+    def values(parameters):
+        return fixed | dict(zip(names, parameters, strict=True))
+
+    def model(lg_pressure, *parameters):
+        numbers = values(parameters)
+        numbers["p_m"] = 10 ** numbers["p_m"]
+        return laws.filling_factor(10**lg_pressure, **numbers)
+
+    half = np.interp(0.5 * (phi1 + phi2), phi, decades)
+    start = [half, 0.5, *(fixed[name] for name in free)]
+    lowest = {"p_m": -2.0, "delta": 1e-3, "phi1": 0.0, "phi2": 0.0}
+    highest = {"p_m": 12.0, "delta": 20.0, "phi1": 1.0, "phi2": 1.0}
+    bounds = ([lowest[n] for n in names], [highest[n] for n in names])
+    try:
+        best, covariance = scipy.optimize.curve_fit(
+            model,
+            decades,
+            phi,
+            start,
+            sigma=None if weights == "bins" else _decades_wide(curve)[used] ** -0.5,
+            bounds=bounds,
+            max_nfev=10_000,
+        )
+    except (RuntimeError, ValueError) as error:
+        raise DustError(f"No fit of S12 eq 31 to the compression curve: {error}.") from error
+    return _as_fit(names, values(best), covariance, phi - model(decades, *best))
+
+
+def _as_fit(names, numbers, covariance, residual):
+    """The Fit of the fitted numbers, `names` of which were free."""
+    sigma = np.sqrt(np.diag(covariance)) * correlation_factor(residual)
+    widths = {"phi1": 0.0, "phi2": 0.0} | dict(zip(names, sigma, strict=True))
+    numbers["p_m"] = 10 ** numbers["p_m"]
+    widths["p_m"] = numbers["p_m"] * np.log(10) * widths["p_m"]
+    law = laws.CompressionLaw(**{k: float(v) for k, v in numbers.items()}, name="fit")
+    rms = float(np.sqrt(np.mean(residual**2)))
+    return Fit(law, {k: float(v) for k, v in widths.items()}, rms, len(residual))
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """Distance of a curve from a law, in filling factor, over the pressures that it reaches.
+
+    Attributes
+    ----------
+    rms
+        Root mean square; NaN where nothing is covered, as are the next two.
+    mean
+        Mean of curve less law.
+    largest
+        Largest absolute value.
+    p_low
+        Lower end of the compared range [Pa].
+    p_high
+        Upper end of the compared range [Pa].
+    covered
+        Share of the requested range, in decades.
+    """
+
+    rms: float
+    mean: float
+    largest: float
+    p_low: float
+    p_high: float
+    covered: float
+
+    @property
+    def complete(self):
+        """True where the whole requested range is covered."""
+        return self.covered > 0.999
+
+
+def rms_from_law(curve, law, p_low=1e3, p_high=1e5, points=201):
+    """Difference in filling factor between a curve and a law, at equally spaced lg P.
+
+    The curve is `Curve.monotone`, interpolated linearly in lg P; where it is flat in P it jumps in
+    filling factor. Only pressures that it reaches are compared, without extrapolation.
+
+    Parameters
+    ----------
+    curve : Curve
+    law : CompressionLaw
+        Or anything with filling_factor(P).
+    p_low : float
+        Lower end of the requested range [Pa].
+    p_high : float
+        Upper end of the requested range [Pa].
+    points : int
+        Number of pressures.
+
+    Returns
+    -------
+    Deviation
+    """
+    first, last = np.log10(p_low), np.log10(p_high)
+    decades, phi = curve.monotone()
+    if not len(decades) or decades[0] > last or decades[-1] < first:
+        return Deviation(*[np.nan] * 5, 0.0)
+    low, high = max(first, decades[0]), min(last, decades[-1])
+    covered = (high - low) / (last - first)
+    grid = np.linspace(low, high, max(int(round(covered * (points - 1))) + 1, 2))
+    difference = np.interp(grid, decades, phi) - law.filling_factor(10**grid)
+    rms, largest = np.sqrt(np.mean(difference**2)), np.abs(difference).max()
+    return Deviation(*map(float, (rms, difference.mean(), largest, 10**low, 10**high, covered)))

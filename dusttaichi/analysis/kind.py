@@ -1,0 +1,120 @@
+"""Kind of a run: whether it compresses, stretches, shears or collides, from its records."""
+
+import numpy as np
+
+from dusttaichi.analysis.tension import is_tensile_test, recorded_tension, start_of_tension
+
+LEAST_CHANGE = 1e-3
+"""Relative change of the filling factor from which a run counts as compressed or stretched."""
+
+
+class Kind:
+    """Properties of a Run that name its kind; a base class of Run alone."""
+
+    @property
+    def pushes(self):
+        """Pushes of the scene as dicts: `kind` (as "force"), `grains`, `face`, `size` [m]."""
+        return self.sample.get("push", [])
+
+    @property
+    def compresses(self):
+        """True where the filling factor grows (in a stage) under the pressure of a top wall."""
+        return self._does(lambda part: part.growth > LEAST_CHANGE and part.has_top_pressure)
+
+    @property
+    def shrinks(self):
+        """True where a periodic cell shrinks equally along all axes (in a stage)."""
+        return self._does(lambda part: part.growth > LEAST_CHANGE and part._evenly)
+
+    @property
+    def stretches(self):
+        """True where the filling factor falls (in a stage) until there is tension.
+
+        By LEAST_CHANGE, unless the stage ends past the largest tension.
+        """
+        return self._does(lambda part: part._pulls)
+
+    @property
+    def unloads(self):
+        """True where a pressed sample is unloaded (in a stage): it expands under pressure."""
+        return self._does(lambda part: part._before is not None and part._expands_under_pressure)
+
+    @property
+    def sheared(self):
+        """True where a stage shears."""
+        return bool(np.ptp(np.asarray(self.series.get("shear_strain", [0.0]))) > 0.0)
+
+    @property
+    def has_forces(self):
+        """True where the last snapshot has contacts with their forces."""
+        if self.tree is None or "normal_force" not in self.tree.get("contacts", {}):
+            return False
+        frames = self.snapshots
+        return frames is not None and int(frames.contact_count[-1]) > 0
+
+    @property
+    def collides(self):
+        """True where two bodies collide, with the contacts of at least two snapshots."""
+        kind = self.scene.get("sample", {}).get("kind")
+        if kind not in ("pair", "collision") or self.boundary != "open":
+            return False
+        if not self.sample.get("speed") or "contacts" not in getattr(self.tree, "children", ()):
+            return False
+        frames = self.snapshots
+        return frames is not None and frames.sizes["snapshot"] > 1
+
+    @property
+    def has_sphere(self):
+        """True where a rigid sphere is among the grains, with more than one record."""
+        return "sphere_position" in self.series and len(self.series.time) > 1
+
+    @property
+    def intrudes(self):
+        """True where a rigid body falls on dust (continuum, sample.kind impact)."""
+        return "body_position" in self.series and "density" in self.sample.get("projectile", {})
+
+    def bodies(self):
+        """Grains of the two bodies of a run that `collides`: two arrays of numbers."""
+        first = self.sample.get("target_grains", 1)
+        return np.arange(first), np.arange(first, self.grains)
+
+    def _does(self, condition):
+        return any(map(condition, self.parts))
+
+    @property
+    def has_tension(self):
+        """True where a stress, or the pressure on a top wall, is recorded."""
+        return self.has_top_pressure or "stress" in self.series
+
+    @property
+    def _pulls(self):
+        least = 0.0 if is_tensile_test(self) else LEAST_CHANGE
+        if not (self.growth < -least and self.has_tension):
+            return False
+        return start_of_tension(recorded_tension(self)) is not None
+
+    @property
+    def _expands_under_pressure(self):
+        opens = self.growth < 0.0 and self.has_tension
+        return opens and not self._pulls and np.nanmean(recorded_tension(self)) <= 0.0
+
+    @property
+    def growth(self):
+        """Relative growth of the filling factor from the start to the end."""
+        if "filling_factor" not in self.series or not len(self.series.time):
+            return 0.0
+        growth = float(self.series.filling_factor[-1] / self.start.filling_factor) - 1.0
+        return growth if np.isfinite(growth) else 0.0
+
+    @property
+    def has_top_pressure(self):
+        """True where the pressure on a top wall is recorded."""
+        known = "pressure" in self.series
+        return known and bool(np.isfinite(self.series.pressure.sel(wall="top")).any())
+
+    @property
+    def _evenly(self):
+        if not {"box_length", "stress"} <= set(self.series):
+            return False
+        ratio = (self.series.box_length[-1] / self.start.box_length).values
+        return bool(np.all(np.abs(ratio / ratio[0] - 1.0) < 0.01))  # not for nan either
