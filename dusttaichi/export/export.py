@@ -11,14 +11,30 @@ _NEEDS = {"vtk": "meshio", "extxyz": "ase"}
 
 
 def export(run, to, output=None, snapshot="all"):
-    """Write snapshots of a Run for another program. Returns the paths, the main file first.
+    """Write snapshots of a run for another program; files of the same names are overwritten.
 
-    to: one of FORMATS: ParaView takes "vtk" and "vtp", CAD "stl", ASE and OVITO "xyz" and "extxyz",
-    LAMMPS and OVITO "lammps" (dumps), LAMMPS its data and restart files. output: the directory,
-    by default one of the format's name beside the result. snapshot: a number, from the end if
-    negative, or "all". Existing files of the same names are overwritten.
-    Runs of the continuum go to vtk only. Raises DustError where the format or the snapshot is not
-    there, its library is not installed, or the files cannot be written.
+    Parameters
+    ----------
+    run : Run
+    to : str
+        One of FORMATS: "vtk" and "vtp" for ParaView, "stl" for CAD, "xyz" and "extxyz" for ASE and
+        OVITO, "lammps" (dumps) for LAMMPS and OVITO, "lammps-data" and "lammps-restart" for LAMMPS;
+        runs of the continuum "vtk" only.
+    output : path, optional
+        Directory. Default: one of the format's name beside the result.
+    snapshot : int or str
+        Number, from the end if negative, or "all".
+
+    Returns
+    -------
+    list of pathlib.Path
+        The files, the main file first.
+
+    Raises
+    ------
+    DustError
+        The format or the snapshot does not exist, the library of the format is not installed, or
+        the files cannot be written.
     """
     if to not in FORMATS:
         raise DustError(f'There is no format "{to}"; allowed: {", ".join(FORMATS)}.')

@@ -36,20 +36,44 @@ globals().update(_OF_RUNS)  # after their modules, whose names they have
 
 
 def save_all(run, directory, suffix=".png", failed=None):
-    """Write every figure of `figures_of`. Returns the paths.
+    """Write every figure of `figures_of`.
 
-    suffix: a format of matplotlib, .png, .pdf, .svg. Raises DustError where the directory cannot be
-    written.
+    Parameters
+    ----------
+    run : Run
+    directory : path
+    suffix : str
+        Format of matplotlib: .png, .pdf, .svg.
+    failed : list, optional
+        As in `figures_of`.
+
+    Returns
+    -------
+    list of pathlib.Path
+        The files.
+
+    Raises
+    ------
+    DustError
+        The directory cannot be written.
     """
     return _save(figures_of(run, failed), directory, suffix)
 
 
 @styled
 def figures_of(run, failed=None):
-    """Every figure of the registry that applies to a Run, by name.
+    """Every figure of the registry that applies to a run, by name.
 
-    failed: a list to which (title, error) of failed figures are added; without it they raise
-    DustError.
+    Parameters
+    ----------
+    run : Run
+    failed : list, optional
+        Receives (title, error) of failed figures; without it they raise DustError.
+
+    Returns
+    -------
+    dict
+        Name -> matplotlib Figure.
     """
     return _collected(drawn(run), failed)
 
@@ -66,15 +90,29 @@ def _collected(found, failed):
 
 
 def save_ensemble(data, directory, suffix=".png"):
-    """Write the figures of `figures_of_ensemble`. Returns the paths."""
+    """Write the figures of `figures_of_ensemble`.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+    directory : path
+    suffix : str
+        Format of matplotlib: .png, .pdf, .svg.
+
+    Returns
+    -------
+    list of pathlib.Path
+        The files.
+    """
     return _save(figures_of_ensemble(data), directory, suffix)
 
 
 def figures_of_ensemble(data):
-    """The figures of a dataset of `analysis.gather`, an ensemble or a sweep, by name.
+    """Figures of a dataset of `analysis.gather`, an ensemble or a sweep, by name.
 
-    sweep or ensemble: all curves in one panel; points: one panel for each; numbers: the numbers of
-    the runs against the swept keys, or the replicas.
+    - sweep or ensemble: all curves in one panel
+    - points: one panel for each
+    - numbers: the numbers of the runs against the swept keys, or the replicas
     """
     drawings = {"sweep" if axes_of(data) else "ensemble": ensemble(data)}
     more = {"points": points(data), "numbers": numbers(data)}
@@ -82,9 +120,26 @@ def figures_of_ensemble(data):
 
 
 def save_together(runs, directory, suffix=".png", failed=None):
-    """Write the figures of `figures_together`. Returns the paths.
+    """Write the figures of `figures_together`.
 
-    Raises DustError where there are none, or the directory cannot be written.
+    Parameters
+    ----------
+    runs : list of Run
+    directory : path
+    suffix : str
+        Format of matplotlib: .png, .pdf, .svg.
+    failed : list, optional
+        As in `figures_of`.
+
+    Returns
+    -------
+    list of pathlib.Path
+        The files.
+
+    Raises
+    ------
+    DustError
+        There are no figures, or the directory cannot be written.
     """
     drawings = figures_together(runs, failed)
     if not drawings:
@@ -97,7 +152,19 @@ def save_together(runs, directory, suffix=".png", failed=None):
 
 @styled
 def figures_together(runs, failed=None):
-    """The figures of the registry for several Runs, by name; failed: see `figures_of`."""
+    """Figures of the registry for several runs together, by name.
+
+    Parameters
+    ----------
+    runs : list of Run
+    failed : list, optional
+        As in `figures_of`.
+
+    Returns
+    -------
+    dict
+        Name -> matplotlib Figure.
+    """
     return _collected(drawn_together(runs), failed)
 
 

@@ -19,13 +19,34 @@ LAST = 1.2  # seconds that the last frame of a GIF stays
 
 
 def animation(run, path, color=None, view="oblique", *, rate=None, cell=True, dpi=DPI):
-    """Write the snapshots of a Run as a film to `path`, .gif or .mp4. Returns the path.
+    """Write the snapshots of a run as a film, with the same colours and frame throughout.
 
-    color, view, cell: as in `grains`; of a run of the continuum color as in `dust`, and no view.
-    Colours and frame of the picture stay the same throughout. color None: what is usual.
-    rate: frames a second, by default such that the film lasts some eight seconds.
-    Raises DustError where there are fewer than two snapshots, for another kind of file, where
-    ffmpeg is missing, or where the film cannot be written.
+    Parameters
+    ----------
+    run : Run
+    path : path
+        File to write, .gif or .mp4.
+    color : str, optional
+        As in `grains`; of a run of the continuum as in `dust`. Default: the usual quantity.
+    view : str or tuple
+        As in `grains`; not of the continuum.
+    rate : float, optional
+        Frames per second. Default: such that the film lasts some eight seconds.
+    cell : bool
+        As in `grains`.
+    dpi : int
+        Pixels per inch.
+
+    Returns
+    -------
+    pathlib.Path
+        Path of the film.
+
+    Raises
+    ------
+    DustError
+        There are fewer than two snapshots, the kind of file is unknown, ffmpeg is missing, or the
+        film cannot be written.
     """
     path, count = Path(path), frame_count(run)
     writers = {".gif": _gif, ".mp4": _mp4}

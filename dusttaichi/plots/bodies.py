@@ -16,11 +16,14 @@ def _has_bodies(run):
 
 @figure("Velocities and angular momenta", 20, applies=_has_bodies)
 def bodies(run):
-    """Velocities and angular momenta of the two bodies of a Run over time.
+    """Velocities and angular momenta of the two bodies of a run over time.
 
     Velocities along x and y; angular momenta along z: orbital, of each about its centre, total.
 
-    Raises DustError where there are not two bodies.
+    Raises
+    ------
+    DustError
+        There are not two bodies.
     """
     two = bodies_of(run)
     figure, (speeds, turning) = style.new_figure(height=5.2, rows=2)

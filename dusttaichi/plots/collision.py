@@ -20,11 +20,17 @@ NOTE = 0.24  # height of the time above a picture [inches]
 
 @figure("Before, meanwhile, after", 30, applies=lambda run: run.collides)
 def collision(run, snapshots=None, view=(0.0, 0.0, 1.0)):
-    """Pictures of a run that `collides`, on one scale, coloured by body.
+    """Pictures of a run with two colliding bodies, on one scale, coloured by body.
 
-    In a row, or in a column if they are wide. snapshots: their numbers; by default the first, the
-    middle and the last one. view: direction (x, y, z) towards the viewer; the bodies fly along x,
-    with their offset along y.
+    They are in a row, or in a column if they are wide.
+
+    Parameters
+    ----------
+    run : Run
+    snapshots : sequence of int, optional
+        Default: the first, the middle and the last one.
+    view : tuple
+        Direction (x, y, z) towards the viewer; the bodies fly along x, with their offset along y.
     """
     if snapshots is None:
         count = frame_count(run)

@@ -33,10 +33,17 @@ NAMES = {
 
 @style.styled
 def outcome_map(data, against="impact_parameter"):
-    """Shares of the outcomes over the speed and the impact parameter or the mass ratio: a cell for
-    each point, divided by the shares of all collisions there; panels for the bodies.
+    """Shares of the outcomes over the speed and the impact parameter or the mass ratio.
 
-    data: of analysis.collisions.collisions_dataset.
+    A cell for each point is divided by the shares of all collisions there; panels are for the
+    bodies.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        From analysis.collisions.collisions_dataset.
+    against : str
+        Dimension of the vertical axis.
     """
     bodies = data.body.values.tolist()
     figure, panels = style.new_grid(len(bodies), 2 if len(bodies) > 1 else 1, 3.4)
@@ -76,8 +83,10 @@ def _label(axes, data, name, which):
 
 @style.styled
 def growth(data):
-    """Growth efficiency against the speed: mean and standard error over seeds and impact parameters
-    in which the bodies touched, a line for every body and mass ratio."""
+    """Growth efficiency against the speed, a line for every body and mass ratio.
+
+    Means and standard errors over seeds and impact parameters in which the bodies touched.
+    """
     figure, (axes,) = style.new_figure(height=3.4)
     axes.axhline(0.0, color=style.GREY, linewidth=0.8)
     values = data.growth_efficiency.transpose("body", "mass_ratio", "speed", ...).values
@@ -98,8 +107,17 @@ def growth(data):
 
 @style.styled
 def fragment_spectrum(data, most=6):
-    """Fragments of at least a number of grains in a collision, but for the two largest, against
-    that number: a line for each speed, `most` at the most, with the slope of n(N) ~ N^-tau."""
+    """Number of fragments of at least a number of grains, except the two largest, by speed.
+
+    A line for each speed has the slope of n(N) ~ N^-tau.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        From analysis.collisions.collisions_dataset.
+    most : int
+        Largest number of speeds.
+    """
     figure, (axes,) = style.new_figure(height=3.4)
     speeds = data.speed.values
     drawn = 0
@@ -129,9 +147,17 @@ def fragment_spectrum(data, most=6):
 
 @style.styled
 def threshold_speeds(data, found):
-    """Threshold speeds of the bodies and mass ratios, with their confidence intervals, against the
-    filling factor of the targets; those outside the speeds of the study are left out. found: the
-    `thresholds` of the dataset."""
+    """Threshold speeds of bodies and mass ratios against the filling factor of the targets.
+
+    Bars are confidence intervals; thresholds outside the speeds of the study are left out.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        From analysis.collisions.collisions_dataset.
+    found : list
+        The `thresholds` of the dataset.
+    """
     figure, (axes,) = style.new_figure(height=3.4)
     found = [t for t in found if 0.0 < t.speed < np.inf]
     for number, name in enumerate(MEANINGS):

@@ -64,15 +64,26 @@ def _scatter(axes, pressure, law, label):
 
 @figure("Filling factor against pressure", 40, applies=lambda run: run.compresses, together=True)
 def compression(runs, labels=None, laws=(), raw=None):
-    """Filling factor against pressure on the top wall for one Run or several.
+    """Filling factor against pressure on the top wall for one run or several.
 
-    The laws behind are `analysis.compression_law`: the laboratory's, omnidirectional in a box,
-    unidirectional between plates, S12's for the speed of a fast wall. Between plates the filling
-    factor of the inner cylinder (PD08) is drawn as well, dotted.
+    The laws behind are those of `analysis.compression_law`: the laboratory's, omnidirectional in a
+    box, unidirectional between plates, S12's for the speed of a fast wall. Between plates the
+    filling factor of the inner cylinder (PD08) is drawn as well, dotted.
 
-    labels: one for each run (default: their names). laws: further CompressionLaw to draw, thin.
-    raw: show the unsmoothed points too (default: with a single run).
-    Raises DustError where a run has no compression curve, or labels do not match the runs.
+    Parameters
+    ----------
+    runs : Run or list of Run
+    labels : list of str, optional
+        One for each run. Default: their names.
+    laws : sequence of CompressionLaw
+        Further laws to draw, thin.
+    raw : bool, optional
+        Show the unsmoothed points too. Default: with a single run.
+
+    Raises
+    ------
+    DustError
+        A run has no compression curve, or labels do not match the runs.
     """
     runs, labels = style.named(runs, labels)
     figure, (axes,) = style.new_figure()

@@ -7,10 +7,18 @@ from dusttaichi.plots.registry import figure
 
 @figure("Contacts", 60, applies=lambda run: run.compresses or run.shrinks)
 def coordination(runs, labels=None):
-    """Mean number of contacts a grain against filling factor, for one Run or several.
+    """Mean number of contacts per grain against filling factor, for one run or several.
 
-    labels: one for each run (default: their names). Raises DustError where a run has no filling
-    factor, or labels do not match the runs.
+    Parameters
+    ----------
+    runs : Run or list of Run
+    labels : list of str, optional
+        One for each run. Default: their names.
+
+    Raises
+    ------
+    DustError
+        A run has no filling factor, or labels do not match the runs.
     """
     runs, labels = style.named(runs, labels)
     figure, (axes,) = style.new_figure(height=3.4)

@@ -18,10 +18,14 @@ LOOKS = {
 
 @figure("Loading and unloading", 70, applies=lambda run: run.unloads)
 def cycles(run):
-    """Filling factor against pressure of all stages of a Run, and the unloading moduli.
+    """Filling factor against pressure of all stages of a run, and the unloading moduli.
 
-    Below, the modulus of every stage that unloads against its filling factor. Raises DustError
-    where none does.
+    Below, the modulus of every stage that unloads against its filling factor.
+
+    Raises
+    ------
+    DustError
+        No stage unloads.
     """
     known = [unloading for unloading in unloadings(run) if np.isfinite(unloading.modulus)]
     if known:

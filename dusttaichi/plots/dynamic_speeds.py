@@ -17,11 +17,16 @@ FITS = {
 
 @figure("Fits and fronts of fast walls", 180, together=in_common(is_dynamic))
 def dynamic_speeds(runs):
-    """Plateau and fits of S12 eq 31 over the speed of the wall, of several dynamic compressions.
+    """Plateau and fits of S12 eq 31 against the wall speed of several dynamic compressions.
 
-    Above: pressures, each run a point: the mean on the plateau and p_m of three fits; the line is
-    what momentum asks for, dashed S12 eq 33. Below: Delta of the fits, dashed S12 eq 35. The larger
-    a marker, the more grains. Raises DustError where a run is no dynamic compression.
+    Above: pressures, each run a point: the mean on the plateau and p_m of three fits; the line
+    follows from the balance of momentum, dashed S12 eq 33. Below: Delta of the fits, dashed S12 eq
+    35. The larger a marker, the more grains.
+
+    Raises
+    ------
+    DustError
+        A run is no dynamic compression.
     """
     figure, axes = style.new_figure(height=5.8, rows=2)
     found = [(run.grains or 0, dynamic(run)) for run in runs]

@@ -15,9 +15,22 @@ def _frames(run):
 
 @figure("Fractal dimension", 113, applies=_frames)
 def fractal(run, snapshots=None, stage=None):
-    """N(r < r_in) and its local slope for some snapshots of a Run; see `analysis.fractal`.
+    """N(r < r_in) and its local slope for some snapshots of a run; see `analysis.fractal`.
 
-    Slopes of 2 and 3 are drawn beside the numbers. Raises DustError where there are no snapshots.
+    Slopes of 2 and 3 are drawn beside the numbers.
+
+    Parameters
+    ----------
+    run : Run
+    snapshots : sequence of int, optional
+        As in `analysis.fractal`.
+    stage : str or int, optional
+        As in `analysis.fractal`.
+
+    Raises
+    ------
+    DustError
+        There are no snapshots.
     """
     result = fractal_of(run, snapshots, stage=stage)
     figure, (axes, below) = style.new_figure(height=4.8, rows=2, ratios=[2.4, 1])

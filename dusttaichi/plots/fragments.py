@@ -12,9 +12,15 @@ from dusttaichi.plots.structure import has_structure
 
 @style.styled
 def mass_spectrum(spectra, labels=None):
-    """Fragments of at least a mass against that mass, for one MassSpectrum or several.
+    """Number of fragments of at least a mass against that mass.
 
-    Masses are shares of the mass of all fragments, drawn as steps. labels: one for each.
+    Masses are shares of the mass of all fragments, drawn as steps.
+
+    Parameters
+    ----------
+    spectra : MassSpectrum or list of MassSpectrum
+    labels : list of str, optional
+        One for each.
     """
     spectra = list(spectra) if isinstance(spectra, (list, tuple)) else [spectra]
     labels = [None] * len(spectra) if labels is None else list(labels)
@@ -47,9 +53,19 @@ def _in_the_open(run):
 
 @figure("Fractal dimension of the largest fragment", 132, applies=_in_the_open, optional=True)
 def fragment_dimension(run, snapshot=-1, fragment=0):
-    """N(<R) of a fragment of a snapshot of a Run, with the line whose slope is its dimension.
+    """N(<R) of a fragment, with the line whose slope is its fractal dimension.
 
-    fragment: its number in the order of falling mass. Raises DustError for one that is too small.
+    Parameters
+    ----------
+    run : Run
+    snapshot : int
+    fragment : int
+        Its number in the order of decreasing mass.
+
+    Raises
+    ------
+    DustError
+        The fragment is too small.
     """
     found = dimension_of(run, snapshot, fragment)
     figure, (axes,) = style.new_figure(height=3.4)

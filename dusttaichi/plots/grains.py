@@ -61,12 +61,29 @@ def grains(
 ):
     """The grains of a snapshot as shaded spheres, in parallel projection.
 
-    color: "coordination", "speed", "height", "fragment" (connected by contacts; a colour for each
-    of the largest ones), "body" (fragment of a grain in the first snapshot), "uniform", or numbers,
-    (N,), with a `label` for the colour bar. view: direction towards the viewer, a name of VIEWS or
-    three numbers (x, y, z), z upwards. limits: ends of the colour bar, in SI, of speed, height or
-    numbers. cell: draw walls (solid) and periodic faces (dashed). Raises DustError for unknown
-    names.
+    Parameters
+    ----------
+    run : Run
+    snapshot : int
+    color : str or array
+        "coordination", "speed", "height", "fragment" (connected by contacts; a colour for each of
+        the largest ones), "body" (fragment of a grain in the first snapshot), "uniform", or
+        numbers, (N,).
+    view : str or tuple
+        Direction towards the viewer, a name of VIEWS or three numbers (x, y, z), z upwards.
+    limits : tuple, optional
+        Ends of the colour bar of speed, height or numbers, in SI.
+    label : str, optional
+        Label of the colour bar of numbers.
+    cell : bool
+        Draw walls (solid) and periodic faces (dashed).
+    dpi : int
+        Pixels per inch.
+
+    Raises
+    ------
+    DustError
+        A name is unknown.
     """
     frame = read_frame(run, snapshot)
     masses = grain_masses(run) if _needs_masses(color) else None

@@ -12,12 +12,23 @@ LEAST = 1e-6  # of the largest pressure, down to which the axis reaches at most
 
 @figure("Pressure against filling factor", 50, applies=lambda run: run.shrinks, together=True)
 def isotropic(runs, labels=None, stage=None):
-    """Mean pressure against filling factor for one Run or several, on logarithmic axes.
+    """Mean pressure against filling factor for one run or several, on logarithmic axes.
 
     With (E_roll/r^3) phi^3 (T19 eq 9) and the law of Tatsuuma et al. 2023 for each material among
-    them; with a single run the records themselves too. labels: one for each run (default: their
-    names). stage: see `analysis.isotropic`. Raises DustError where there is no stress, or labels
-    do not match the runs.
+    them; with a single run the records themselves too.
+
+    Parameters
+    ----------
+    runs : Run or list of Run
+    labels : list of str, optional
+        One for each run. Default: their names.
+    stage : str or int, optional
+        As in `analysis.isotropic`.
+
+    Raises
+    ------
+    DustError
+        There is no stress, or labels do not match the runs.
     """
     runs, labels = style.named(runs, labels)
     results = [isotropic_of(run, stage) for run in runs]

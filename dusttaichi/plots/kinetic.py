@@ -14,10 +14,18 @@ def _in_motion(runs, others):
 
 @figure("Kinetic energy", 1000, together=_in_motion, optional=True)
 def kinetic(runs, labels=None):
-    """Kinetic energy over its largest value against time, for several Runs of any kind.
+    """Kinetic energy over its largest value against time, for several runs of any kind.
 
-    labels: one for each run (default: their names). Raises DustError where no run has a kinetic
-    energy, or labels do not match the runs.
+    Parameters
+    ----------
+    runs : list of Run
+    labels : list of str, optional
+        One for each run. Default: their names.
+
+    Raises
+    ------
+    DustError
+        No run has a kinetic energy, or labels do not match the runs.
     """
     runs, labels = style.named(runs, labels)
     energies = [_kinetic(run) for run in runs]

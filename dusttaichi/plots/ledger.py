@@ -62,10 +62,20 @@ def ledger(run):
 
 @figure("Losses by channel", 112, applies=lambda run: run.stretches)
 def losses(run, stage=None):
-    """Energy lost since the start of the stage by channel against filling factor of a Run.
+    """Energy lost since the start of the stage by channel against filling factor.
 
-    Where it is stretched a line marks the largest stress. stage: name or number (default: the
-    first that stretches). Raises DustError where there is no filling factor.
+    In a run that is stretched a line marks the largest stress.
+
+    Parameters
+    ----------
+    run : Run
+    stage : str or int, optional
+        Default: the first that stretches.
+
+    Raises
+    ------
+    DustError
+        There is no filling factor.
     """
     result = losses_against_filling_factor(run, stage)
     figure, (axes,) = style.new_figure()
@@ -92,10 +102,20 @@ def losses(run, stage=None):
 
 @figure("Share of each channel in the losses", 55, applies=lambda run: run.shrinks, optional=True)
 def loss_shares(run, stage=None):
-    """Share of each channel in the losses of a Run per tenth of a decade of the filling factor.
+    """Share of each channel in the losses of a run per tenth of a decade of the filling factor.
 
-    Tatsuuma et al. 2023: rolling below 0.1, sliding and twisting above. stage: see
-    `analysis.loss_shares`. Raises DustError where the filling factor grows too little.
+    Tatsuuma et al. 2023: rolling below 0.1, sliding and twisting above.
+
+    Parameters
+    ----------
+    run : Run
+    stage : str or int, optional
+        As in `analysis.loss_shares`.
+
+    Raises
+    ------
+    DustError
+        The filling factor grows too little.
     """
     result = shares_of(run, stage)
     figure, (axes,) = style.new_figure()

@@ -11,12 +11,25 @@ from dusttaichi.plots.registry import figure
 
 @figure("Filling factor under each load", 80, applies=lambda run: bool(controlled_loads(run)))
 def loads(run, others=(), labels=None, repeats=()):
-    """Filling factor against pressure of a Run with load steps.
+    """Filling factor against pressure of a run with load steps.
 
-    Thin: its path; points: the settled state of each load. others: runs of the same sample at
-    constant speed, drawn as lines; labels: of these (default: their names). repeats: runs of the
-    same steps on other samples: points are means, bars standard deviations between samples. Raises
-    DustError where no stage controls a pressure.
+    The thin line is its path; points are the settled state of each load.
+
+    Parameters
+    ----------
+    run : Run
+    others : sequence of Run
+        Runs of the same sample at constant speed, drawn as lines.
+    labels : list of str, optional
+        Labels of these. Default: their names.
+    repeats : sequence of Run
+        Runs of the same steps on other samples: points are means, bars standard deviations between
+        samples.
+
+    Raises
+    ------
+    DustError
+        No stage controls a pressure.
     """
     found = controlled_loads(run)
     if not found:

@@ -13,11 +13,11 @@ MOST_LINES = 12
 
 @style.styled
 def numbers(data):
-    """Each number of the table of a dataset of `analysis.gather` against what was swept.
+    """Each number of the table of a dataset of `analysis.gather` against the swept key.
 
-    x: the swept key with most values that are numbers, the replica without a sweep; a line for each
-    point of the other keys. Bars are standard deviations over the replicas, faint points the runs.
-    None where no number differs between the runs.
+    x is the swept key with most values that are numbers, or the replica without a sweep; each point
+    of the other keys is a line. Bars are standard deviations over the replicas, faint points the
+    runs. None where no number differs between the runs.
     """
     drawn = [against(data, name) for name in table_numbers(data)]
     drawn = [one for one in drawn if one.varies]

@@ -12,9 +12,17 @@ def _is_bounded(run):
 
 @figure("Sizes of the pores", 131, applies=_is_bounded, optional=True)
 def pores(run, snapshot=-1):
-    """Share of the void in pores of at least a radius, for a snapshot of a Run.
+    """Share of the void in pores of at least a radius, for a snapshot of a run.
 
-    Raises DustError for an open boundary.
+    Parameters
+    ----------
+    run : Run
+    snapshot : int
+
+    Raises
+    ------
+    DustError
+        The boundary is open.
     """
     found = pores_of(run, snapshot)
     figure, (axes,) = style.new_figure(height=3.2)

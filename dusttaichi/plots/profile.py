@@ -8,9 +8,18 @@ from dusttaichi.plots.registry import figure
 
 @figure("Filling factor over the height", 150, applies=lambda run: run.profiles is not None)
 def profile(run, most=8):
-    """Height against filling factor for at most `most` profiles of a Run.
+    """Height against filling factor for some profiles of a run.
 
-    Raises DustError for a result without profiles.
+    Parameters
+    ----------
+    run : Run
+    most : int
+        Largest number of profiles.
+
+    Raises
+    ------
+    DustError
+        The result has no profiles.
     """
     profiles = without_cut_bins(profile_of(run, most))
     written = run.profiles.sizes["profile"]

@@ -31,10 +31,22 @@ def in_common(does):
 class Figure:
     """A figure of results: one row of the registry.
 
-    name: of its file. title: in the report. draw: function from a Run, with `together` also from a
-    list of Runs, to a matplotlib Figure. applies: whether it shows a single Run. together: function
-    from several Runs, and the names of their figures so far, to those in one figure. optional: a
-    DustError of `draw` means that there is nothing to show. place: in the order of figures.
+    Attributes
+    ----------
+    name
+        Name of its file.
+    title
+        Title in the report.
+    draw
+        Function from a Run, with `together` also from a list of Runs, to a matplotlib Figure.
+    applies
+        Function that is True for a Run that the figure shows.
+    together
+        Function from several Runs, and the names of their figures so far, to those in one figure.
+    optional
+        True if a DustError of `draw` means that there is nothing to show.
+    place
+        Position in the order of figures.
     """
 
     name: str
@@ -46,7 +58,7 @@ class Figure:
     place: float = 500.0
 
     def of(self, runs):
-        """The matplotlib Figure of a Run or several, or None if there is nothing to show."""
+        """The matplotlib Figure of a run or several, or None if there is nothing to show."""
         try:
             return self.draw(runs)
         except DustError:
@@ -56,10 +68,27 @@ class Figure:
 
 
 def figure(title, place=500, *, applies=None, name="", together=False, optional=False):
-    """Decorator that registers a drawing function by its name, or `name`.
+    """Register a drawing function as a figure (decorator).
 
-    applies: by default to every Run, with `together` to no single one. together: True for all Runs
-    to which it applies; see Figure.
+    Parameters
+    ----------
+    title : str
+        Title in the report.
+    place : int
+        Position in the order of figures.
+    applies : function, optional
+        True for a Run that the figure shows. Default: every Run, with `together` no single one.
+    name : str
+        Name of the file. Default: that of the function.
+    together : bool or function
+        True: all Runs to which it applies in one figure; see Figure.
+    optional : bool
+        A DustError of the function means that there is nothing to show.
+
+    Returns
+    -------
+    function
+        The decorator.
     """
     if applies is None:
         applies = (lambda run: False) if together else (lambda run: True)
@@ -81,10 +110,14 @@ def figure(title, place=500, *, applies=None, name="", together=False, optional=
 
 
 def register(row: Figure) -> None:
-    """Add a Figure, or a function with one, to those that this process draws.
+    """Add a figure, or a function that has one, to those that this process draws.
 
-    A file that calls it takes effect where it is among the `extensions` of a scene. Raises
-    ValueError for the name of another figure.
+    A file that calls it takes effect where it is among the `extensions` of a scene.
+
+    Raises
+    ------
+    ValueError
+        Another figure has the name.
     """
     row = getattr(row, "row", row)
     if any(known.name == row.name and known != row for known in figures()):
@@ -109,9 +142,12 @@ def marked(figure, run):
 
 
 def drawn(run):
-    """(Figure, drawing or None, error or "") of every figure of a Run.
+    """Every figure of a run; an error of one does not affect the others.
 
-    An error of one does not affect the others.
+    Returns
+    -------
+    iterator of tuple
+        (Figure, drawing or None, error or "").
     """
     for row in figures(run.method):
         drawing, why = _attempt(
@@ -130,7 +166,7 @@ def _attempt(draw):
 
 
 def drawn_together(runs):
-    """The results of `drawn` for the figures of several Runs."""
+    """Figures of several runs together, as in `drawn`."""
     rows, names = {row.name: row for run in runs for row in figures(run.method)}, []
 
     def draw(row):

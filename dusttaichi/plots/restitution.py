@@ -7,12 +7,19 @@ from dusttaichi.plots import style
 
 @style.styled
 def restitution(speeds, coefficients, sticking_speed=None, label="run"):
-    """Coefficient of restitution against the impact speed [m/s].
+    """Coefficient of restitution against the impact speed.
 
-    coefficients: as many as speeds, or rows of them with a label each.
-
-    sticking_speed [m/s]: draws e = sqrt(1 - (v_s/v)^2), the closed form for two grains that lose
-    the same energy at any speed, 0 below v_s.
+    Parameters
+    ----------
+    speeds
+        [m/s], (n,).
+    coefficients
+        (n,), or rows of them with a label each.
+    sticking_speed : float, optional
+        Speed v_s [m/s]; draws e = sqrt(1 - (v_s/v)^2), the closed form for two grains that lose the
+        same energy at any speed, 0 below v_s.
+    label : str or list of str
+        Label of the coefficients.
     """
     speeds, coefficients = np.asarray(speeds, float), np.asarray(coefficients, float)
     figure, (axes,) = style.new_figure(height=3.4)

@@ -9,12 +9,22 @@ from dusttaichi.plots.registry import figure
 
 @figure("Shear stress and strength", 90, applies=lambda run: run.sheared, optional=True)
 def shear(run, others=()):
-    """Shear stress of a Run against the shear strain of each stage that shears.
+    """Shear stress of a run against the shear strain of each stage that shears.
 
-    For cyclic shear against the total shear strain. Below, of several stages with a prescribed
-    normal stress, the strength against it, with the line of friction, and against the filling
-    factor. others: runs of the same scene on other samples: open points, and part of the line.
-    Raises DustError where nothing is sheared.
+    For cyclic shear it is drawn against the total shear strain. Below, of several stages with a
+    prescribed normal stress, the strength against this stress, with the line of friction, and
+    against the filling factor.
+
+    Parameters
+    ----------
+    run : Run
+    others : sequence of Run
+        Runs of the same scene on other samples: open points, and part of the line.
+
+    Raises
+    ------
+    DustError
+        Nothing is sheared.
     """
     found = shearings(run)
     loaded = [one for one in found if one.has_friction]

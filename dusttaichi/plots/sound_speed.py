@@ -8,10 +8,15 @@ from dusttaichi.plots.registry import figure, in_common
 
 @style.styled
 def sound_speed(arrivals, fit=None, references=()):
-    """Speed of sound against distance, a point a grain (PD08 Fig 7).
+    """Speed of sound against distance, a point for each grain (PD08 Fig 7).
 
-    arrivals: an Arrival. fit: the SoundSpeed of it, drawn with its error. references: pairs of a
-    speed [m/s] and its name, as of theory.
+    Parameters
+    ----------
+    arrivals : Arrival
+    fit : SoundSpeed, optional
+        Drawn with its error.
+    references : sequence of tuple
+        Pairs of a speed [m/s] and its name, for example of a theory.
     """
     figure, (axes,) = style.new_figure(height=3.4)
     factor, unit = style.scaled(arrivals.distance.max(), ((1e-3, "mm"), (1e-6, "µm")))
@@ -65,16 +70,25 @@ def label_axes(axes, unit):
     optional=True,
 )
 def of_push(run):
-    """The speed of sound of a Run with a push that snapshots show to arrive."""
+    """Speed of sound of a run with a push whose arrival the snapshots show."""
     arrivals = arrival(run)
     return sound_speed(arrivals, fit_speed(arrivals))
 
 
 @figure("Arrival of the waves", 141, together=in_common(lambda run: run.pushes), optional=True)
 def sound_speeds(runs, labels=None):
-    """Speed of sound against distance for several Runs with a push, each with its fit.
+    """Speed of sound against distance for several runs with a push, each with its fit.
 
-    Raises DustError where a run has no snapshots that tell, or labels do not match the runs.
+    Parameters
+    ----------
+    runs : list of Run
+    labels : list of str, optional
+        One for each run. Default: their names.
+
+    Raises
+    ------
+    DustError
+        A run has no snapshots that show the arrival, or labels do not match the runs.
     """
     runs, labels = style.named(runs, labels)
     figure, (axes,) = style.new_figure(height=3.4)

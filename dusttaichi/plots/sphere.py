@@ -24,11 +24,20 @@ def with_spheres(runs, others=()):
     optional=True,
 )
 def sphere(runs, labels=None):
-    """Depth of the lowest point, downward velocity and force of the dust over time.
+    """Depth of the lowest point of a sphere, its downward velocity and the force of the dust.
 
-    Of one Run or several of grains or of the continuum.
+    The runs may be of grains or of the continuum.
 
-    Raises DustError where a run has no sphere.
+    Parameters
+    ----------
+    runs : Run or list of Run
+    labels : list of str, optional
+        One for each run. Default: their names.
+
+    Raises
+    ------
+    DustError
+        A run has no sphere.
     """
     runs, labels = style.named(runs, labels)
     ways = [penetration(run) for run in runs]
@@ -66,7 +75,17 @@ def sphere(runs, labels=None):
 def sphere_column(runs, labels=None, snapshot=-1):
     """Filling factor below the sphere in a snapshot, dotted before the impact.
 
-    Of one Run or several. Raises DustError where a run has no sphere, or no snapshots.
+    Parameters
+    ----------
+    runs : Run or list of Run
+    labels : list of str, optional
+        One for each run. Default: their names.
+    snapshot : int
+
+    Raises
+    ------
+    DustError
+        A run has no sphere, or no snapshots.
     """
     runs, labels = style.named(runs, labels)
     if any(run.snapshots is None for run in runs):

@@ -12,11 +12,21 @@ from dusttaichi.plots.registry import figure, in_common
 
 @figure("Tensile strength", 111, together=in_common(lambda run: run.stretches))
 def strength(runs, labels=None):
-    """Tensile strength against initial filling factor for several Runs, on logarithmic axes.
+    """Tensile strength against initial filling factor for several runs, on logarithmic axes.
 
     With T19 eq 33 for each material among them and, where the runs differ in filling factor, the
-    fitted power law. Hollow: the stress had not fallen yet. Raises DustError where nothing is
-    stretched, or labels do not match the runs.
+    fitted power law. Hollow: the stress had not fallen yet.
+
+    Parameters
+    ----------
+    runs : list of Run
+    labels : list of str, optional
+        One for each run. Default: their names.
+
+    Raises
+    ------
+    DustError
+        Nothing is stretched, or labels do not match the runs.
     """
     runs, labels = style.named(runs, labels)
     return strengths([tensile_of(run) for run in runs], labels, [run.material for run in runs])

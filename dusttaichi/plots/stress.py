@@ -9,9 +9,14 @@ from dusttaichi.plots.registry import figure
 
 @figure("Stress", 120, applies=lambda run: len(run.series.time) > 1 and "stress" in run.series)
 def stress(run):
-    """Diagonal and shear components of the stress of a Run over time, positive in tension.
+    """Diagonal and shear components of the stress of a run over time, positive in tension.
 
-    Dotted lines separate the stages. Raises DustError for a result without stress.
+    Dotted lines separate the stages.
+
+    Raises
+    ------
+    DustError
+        The result has no stress.
     """
     if "stress" not in run.series:
         raise DustError(f"{run.path} has no stress: it needs a periodic boundary.")

@@ -17,9 +17,19 @@ def has_structure(run):
 
 @figure("Contacts: neighbours, directions, forces", 130, applies=has_structure)
 def structure(run, snapshot=-1):
-    """Neighbours, directions and normal forces of contacts and pair correlation of a snapshot.
+    """Neighbours, directions and normal forces of contacts, and pair correlation of a snapshot.
 
-    As far as the Run has them. Raises DustError without contacts.
+    Quantities that the run does not have are left out.
+
+    Parameters
+    ----------
+    run : Run
+    snapshot : int
+
+    Raises
+    ------
+    DustError
+        The snapshot has no contacts.
     """
     found = structure_of(run, snapshot)
     drawn = [_neighbours, _directions]

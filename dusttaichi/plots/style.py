@@ -5,18 +5,16 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import wraps
 from pathlib import Path
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from matplotlib import colormaps, rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
-from matplotlib.patches import StepPatch
 from matplotlib.ticker import MaxNLocator
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import explain
+from dusttaichi.plots.legends import legend, own_limits, within  # noqa: F401, as style.legend
 from dusttaichi.results.outputs import MARK, check
 
 # Okabe and Ito: distinguishable with any colour vision
@@ -76,7 +74,6 @@ STYLES = {
     ),
 }  # fmt: skip
 _style = ContextVar("style", default="page")
-_limits = WeakKeyDictionary()  # of the y axes that were lengthened for a legend
 
 
 @contextmanager
@@ -92,7 +89,7 @@ def using(name):
 
 
 def styled(function):
-    """Decorator: draw with the settings of this module, not those of the user."""
+    """Draw with the settings of this module, not those of the user (decorator)."""
 
     @wraps(function)
     def drawn(*args, **kwargs):
@@ -138,80 +135,6 @@ def new_grid(panels, columns, height, shared=False):
         if shared:  # what is below may be missing in the last row
             panel.tick_params(labelbottom=number + columns >= panels)
     return figure, list(grid[:panels])
-
-
-def legend(axes, handles=None, labels=None, *, title=None, ncols=1):
-    """The legend of an Axes: inside where it hides nothing; else below the figure.
-
-    In a figure of several Axes above the curves, for which the y axis becomes longer.
-    """
-    if handles is None:
-        handles, labels = axes.get_legend_handles_labels()
-    if not handles:
-        return
-    inside = axes.legend(handles, labels, loc="best", title=title, ncols=ncols)
-    figure = axes.figure
-    figure.get_layout_engine().execute(figure)
-    box = inside.get_window_extent(figure.canvas.get_renderer())
-    if not _hides(box, axes):
-        return
-    inside.remove()
-    if len(figure.axes) > 1:
-        _lengthen(axes, box.height / axes.get_window_extent().height)
-        axes.legend(handles, labels, loc="upper left", title=title, ncols=ncols)
-        return
-    longest = max([len(text) for text in labels])
-    columns = max(1, min(len(labels), int(figure.get_figwidth() * 13 / (longest + 8))))
-    below = figure.legend(handles, labels, loc="outside lower center", title=title, ncols=columns)
-    figure.get_layout_engine().execute(figure)
-    tall = below.get_window_extent(figure.canvas.get_renderer()).height / figure.dpi
-    figure.set_figheight(figure.get_figheight() + tall)  # the Axes keeps its size
-
-
-def _hides(box, axes):
-    """Whether a box of the screen hides a part of a line, of steps or of an area of an Axes."""
-    if any(within(box, _along(line, axes)).any() for line in axes.lines):
-        return True
-    for patch in axes.patches:
-        outline = patch.get_path().transformed(patch.get_transform())
-        if isinstance(patch, StepPatch) and outline.intersects_bbox(box, filled=False):
-            return True
-    areas = (area for area in axes.collections if isinstance(area, PolyCollection))
-    outlines = (
-        path.transformed(area.get_transform()) for area in areas for path in area.get_paths()
-    )
-    return any(outline.intersects_bbox(box, filled=True) for outline in outlines)
-
-
-def _lengthen(axes, share):
-    """Lengthen the y axis so that this share of an Axes, at its top, is empty."""
-    share = min(share + 0.04, 0.6)
-    _limits[axes] = axes.get_ylim()
-    bottom, top = (axes.transAxes.transform((0.0, y))[1] for y in (0.0, 1.0))
-    beyond = bottom + (top - bottom) / (1.0 - share)
-    axes.set_ylim(top=axes.transData.inverted().transform((0.0, beyond))[1])
-
-
-def own_limits(axes, which):
-    """Limits of the "x" or "y" axis of an Axes, before it was lengthened for a legend."""
-    lengthened = which == "y" and axes in _limits
-    return _limits[axes] if lengthened else getattr(axes, f"get_{which}lim")()
-
-
-def _along(line, axes):
-    """Points of the screen along the visible part of a line of an Axes."""
-    points = line.get_transform().transform(np.asarray(line.get_xydata(), dtype=float))
-    points = points[np.isfinite(points).all(axis=1)]
-    if len(points) > 1 and line.get_linestyle() not in ("None", "", " "):
-        between = np.linspace(0.0, 1.0, 8)[:, None, None]
-        points = (points[:-1] + between * np.diff(points, axis=0)).reshape(-1, 2)
-    return points[within(axes.get_window_extent(), points)]
-
-
-def within(box, points):
-    """Whether points (N, 2) of the screen are in a box of it, (N,)."""
-    points = np.reshape(points, (-1, 2))
-    return ((points >= box.min) & (points <= box.max)).all(axis=1)
 
 
 def name_stages(axes, run, per_time):
@@ -287,10 +210,27 @@ def few_ticks(axis):
 
 
 def bands(x, mean, std, axes, *, label, number=0):
-    """Draw a mean with a band of one standard deviation to either side, as run `number`.
+    """Draw a mean with a band of one standard deviation to either side.
 
-    x, mean, std (points,), on the same points, in the units of the axes; gaps where one is nan.
-    For an ensemble: its mean and standard deviation over the replicas. Returns the line.
+    For an ensemble: its mean and standard deviation over the replicas.
+
+    Parameters
+    ----------
+    x
+        (points,), in the units of the axes, as mean and std.
+    mean
+        (points,); gaps where it is NaN.
+    std
+        (points,).
+    axes : Axes
+    label : str
+    number : int
+        Number of the run, which chooses the colour.
+
+    Returns
+    -------
+    Line2D
+        The line of the mean.
     """
     x, mean, std = (np.asarray(a, dtype=float) for a in (x, mean, std))
     (line,) = axes.plot(x, mean, label=label, **run_style(number))
@@ -303,9 +243,22 @@ _CREATOR = {".png": "Software", ".pdf": "Creator", ".svg": "Creator"}  # name in
 
 @styled
 def save(figure, path):
-    """Write a Figure, creating its folder; returns the path.
+    """Write a figure, creating its folder.
 
-    Raises DustError where it cannot be written, or another file exists.
+    Parameters
+    ----------
+    figure : Figure
+    path : path
+
+    Returns
+    -------
+    pathlib.Path
+        The path.
+
+    Raises
+    ------
+    DustError
+        The file cannot be written, or another file exists.
     """
     suffix = Path(check(path)).suffix
     known = {"metadata": {_CREATOR[suffix]: MARK}} if suffix in _CREATOR else {}

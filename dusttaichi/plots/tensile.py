@@ -9,12 +9,23 @@ from dusttaichi.plots.registry import figure
 
 @figure("Stress while it is stretched", 110, applies=lambda run: run.stretches, together=True)
 def tensile(runs, labels=None, stage=None):
-    """Stress along the axis of stretching against filling factor, for one Run or several.
+    """Stress along the axis of stretching against filling factor, for one run or several.
 
     The averages with their uncertainty, the maximum marked; with a single run the records
-    themselves and T19 eq 33 too. Time runs from right to left. labels: one for each run (default:
-    their names). stage: see `analysis.tensile`. Raises DustError where nothing is stretched, or
-    labels do not match the runs.
+    themselves and T19 eq 33 too. Time runs from right to left.
+
+    Parameters
+    ----------
+    runs : Run or list of Run
+    labels : list of str, optional
+        One for each run. Default: their names.
+    stage : str or int, optional
+        As in `analysis.tensile`.
+
+    Raises
+    ------
+    DustError
+        Nothing is stretched, or labels do not match the runs.
     """
     runs, labels = style.named(runs, labels)
     results = [tensile_of(run, stage) for run in runs]

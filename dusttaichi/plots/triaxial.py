@@ -10,12 +10,20 @@ from dusttaichi.plots.registry import figure
 
 @figure("Triaxial tests", 100, applies=is_triaxial, optional=True)
 def triaxial(run, others=()):
-    """Deviator and filling factor of a Run against the strain of each triaxial test.
+    """Deviator and filling factor of a run against the strain of each triaxial test.
 
     Below, Mohr's circles of their strengths, with the line of friction as their tangent.
 
-    others: runs of the same scene on other samples: thin circles, and part of the line. Raises
-    DustError where there is no test.
+    Parameters
+    ----------
+    run : Run
+    others : sequence of Run
+        Runs of the same scene on other samples: thin circles, and part of the line.
+
+    Raises
+    ------
+    DustError
+        There is no test.
     """
     found, more = triaxials(run), [one for other in others for one in triaxials(other)]
     figure, (curves, density, circles) = style.new_figure(

@@ -29,9 +29,20 @@ def draw_profile(axes, runs, labels):
 
 @figure("Filling factor below the bead", 174, applies=intrudes, together=True)
 def bead_profile(runs, labels=None):
-    """Filling factor along the axis below a bead of one Run or several, as G09 Fig 12.
+    """Filling factor along the axis below a bead of one run or several, as G09 Fig 12.
 
-    Dotted: the lowest point of the bead. Raises DustError where a run has no rigid projectile.
+    Dotted: the lowest point of the bead.
+
+    Parameters
+    ----------
+    runs : Run or list of Run
+    labels : list of str, optional
+        One for each run. Default: their names.
+
+    Raises
+    ------
+    DustError
+        A run has no rigid projectile.
     """
     runs, labels = style.named(runs, labels)
     figure, (axes,) = style.new_figure(height=4.0)

@@ -8,10 +8,21 @@ from dusttaichi.plots.registry import figure
 
 @figure("Volume of the compacted dust", 176, applies=intrudes, together=True)
 def compacted_volume(runs, labels=None, scatter=0.0):
-    """Volume of dust denser than a filling factor, in volumes of the bead, as G09 Figs 11, 15.
+    """Volume of dust denser than a filling factor, in volumes of the bead (G09 Figs 11, 15).
 
-    scatter: standard deviation of the filling factors of the laboratory's dust, which those of a
-    run are convolved with. Raises DustError where a run has no rigid projectile.
+    Parameters
+    ----------
+    runs : Run or list of Run
+    labels : list of str, optional
+        One for each run. Default: their names.
+    scatter : float
+        Standard deviation of the filling factors of the laboratory's dust, with which those of a
+        run are convolved.
+
+    Raises
+    ------
+    DustError
+        A run has no rigid projectile.
     """
     runs, labels = style.named(runs, labels)
     figure, (axes,) = style.new_figure()

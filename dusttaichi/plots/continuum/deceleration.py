@@ -29,10 +29,20 @@ def draw_way(axes, runs, labels):
 
 @figure("Motion of the bead", 175, applies=intrudes, together=True)
 def deceleration(runs, labels=None):
-    """Normalised motion of a bead of one Run or several until it stops, as G09 Fig 18.
+    """Normalised motion of a bead of one run or several until it stops, as G09 Fig 18.
 
-    The free-fall term g t^2 / 2 is subtracted, as in the paper. Raises DustError
-    where a run has no projectile.
+    The free-fall term g t^2 / 2 is subtracted, as in the paper.
+
+    Parameters
+    ----------
+    runs : Run or list of Run
+    labels : list of str, optional
+        One for each run. Default: their names.
+
+    Raises
+    ------
+    DustError
+        A run has no projectile.
     """
     runs, labels = style.named(runs, labels)
     figure, (axes,) = style.new_figure()

@@ -12,11 +12,15 @@ SMALL = 2e-3  # diameter [m] that parts the two sizes of the laboratory
 
 @figure("Depth and stopping time of the beads", 177, together=in_common(intrudes))
 def drops(runs):
-    """Depth D and stopping time T over m v / A of several Runs with beads, without free fall.
+    """Depth D and stopping time T against m v / A of several runs with beads, without free fall.
 
     Runs of one diameter are joined. Black: the drops of G09 Table 2, small beads filled. Runs that
-    ended before the bead stopped are left out. Raises DustError where a run has no rigid
-    projectile.
+    ended before the bead stopped are left out.
+
+    Raises
+    ------
+    DustError
+        A run has no rigid projectile.
     """
     figure, axes = style.new_figure(height=5.4, rows=2)
     lab = laboratory.drops()

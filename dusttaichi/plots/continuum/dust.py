@@ -66,10 +66,23 @@ def everyday(run):
 
 @figure("Filling factor in the plane", 171, applies=lambda run: run.snapshots is not None)
 def dust(run, snapshot=-1, color=None, *, limits=None, dpi=200):
-    """The plane x-z of a snapshot of a Run of the continuum, in three dimensions its middle.
+    """The plane x-z of a snapshot of a run of the continuum, in three dimensions its middle.
 
-    color: "filling_factor" (the default), "pressure" (that without dust) or "speed". limits: ends
-    of the colours, in SI. Raises DustError for a colour or a snapshot that there is not.
+    Parameters
+    ----------
+    run : Run
+    snapshot : int
+    color : str, optional
+        "filling_factor" (the default), "pressure" (the default without dust) or "speed".
+    limits : tuple, optional
+        Ends of the colours, in SI.
+    dpi : int
+        Pixels per inch.
+
+    Raises
+    ------
+    DustError
+        There is no such colour or snapshot.
     """
     frame = read_particles(run, snapshot)
     color = everyday(run) if color is None else color

@@ -14,7 +14,16 @@ from dusttaichi.plots.registry import figure
 def impact(run, color=EVERYDAY):
     """A bead in dust in one figure: map, profile along the axis, normalised motion.
 
-    Raises DustError where the run has no rigid projectile.
+    Parameters
+    ----------
+    run : Run
+    color : str
+        As in `dust`.
+
+    Raises
+    ------
+    DustError
+        The run has no rigid projectile.
     """
     figure = Figure(figsize=(10.0, 3.2), layout="constrained")
     figure.get_layout_engine().set(w_pad=0.08)

@@ -13,8 +13,12 @@ def resolution(runs):
     """Depth D and stopping time T of one bead over the spacing, without the free-fall term.
 
     A line for each viscosity at the contact (numerics.viscosity.contact), by least squares, down to
-    spacing zero. Runs that ended before the bead stopped are left out. Raises DustError where a run
-    has no rigid projectile.
+    spacing zero. Runs that ended before the bead stopped are left out.
+
+    Raises
+    ------
+    DustError
+        A run has no rigid projectile.
     """
     found = {}
     for run in runs:
