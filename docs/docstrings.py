@@ -1,16 +1,19 @@
-"""Docstrings of the package for Sphinx: they are plain text, with `names` in single backticks."""
+"""Docstrings of the package for Sphinx: plain text in NumPy's layout, `names` in backticks."""
 
 import re
 
 from pydantic import BaseModel
 
-# Pieces of default values in signatures, which Sphinx takes for names of classes.
-ELSEWHERE = [(r"py:class", r".*[\[\]{}'].*")]
+# Types in words and pieces of default values, which Sphinx takes for names of classes.
+ELSEWHERE = [(r"py:(class|exc)", r"(?!dusttaichi\.).*")]
+
+SECTIONS = ("Parameters", "Returns", "Attributes", "Raises", "Notes")  # in this order
 
 
 def setup(app):
     """Connect the functions below to autodoc."""
-    app.connect("autodoc-process-docstring", _process)
+    # before napoleon (priority 500) turns the sections into fields
+    app.connect("autodoc-process-docstring", _process, priority=400)
     app.connect("autodoc-process-signature", _signature)
     app.connect("autodoc-skip-member", _skip)
 
@@ -36,6 +39,8 @@ def restructured(text):
 
 def _paragraph(text):
     lines = text.split("\n")
+    if lines[0] in SECTIONS and lines[1:] and set(lines[1]) == {"-"}:
+        return "\n".join(lines[:2] + [_escaped(line) for line in lines[2:]])
     indents = [len(line) - len(line.lstrip()) for line in lines if line.strip()]
     if indents and min(indents) >= 2 or len(lines) > 1 and len(set(indents)) > 1:
         # set apart by the writer: formulas, tables, lists that go on in the next line

@@ -40,14 +40,14 @@ FEATURES = {
     "gravity": "with gravity",
     "sphere": "with a sphere",
     "pair": "of two bodies that fly at each other in open space",
-    "polydisperse": "with grains that are not all alike",
+    "polydisperse": "with unequal grains",
     "forces": "with `output.forces`",
     "bodies": "with rigid bodies",
     "heat": "with a heat capacity",
     "damage": "with damage",
     "materials": "with several materials",
-    "open": "with nothing around the grains",
-    "shear": "with a shear in some stage",
+    "open": "with an open boundary",
+    "shear": "where a stage shears",
     "tilt": "in cells that are sheared",
     "requested": "on request",
 }
@@ -55,6 +55,7 @@ FEATURES = {
 
 def main():
     """Write every generated part; files that would not change are left as they are."""
+    packages = interface.PUBLIC + interface.INNER
     pages = {
         **{f"keys_{block}.md": keys(block) for block in blocks()},
         "keys_continuum.md": keys_of(key for key in rows("continuum") if key not in rows()),
@@ -69,7 +70,7 @@ def main():
         "exit_codes.md": interface.exit_codes(),
         **{f"{csv_file.stem}.md": csv_table(csv_file) for csv_file in _tables()},
         "api/index.md": interface.api_index(),
-        **{f"api/{room}.md": interface.api_page(room, line) for room, line in interface.ROOMS},
+        **{f"api/{name}.md": interface.api_page(name, line) for name, line in packages},
     }
     wanted = {OUTPUT / name for name in pages}
     for path in set(OUTPUT.rglob("*.md")) - wanted:
@@ -85,7 +86,7 @@ def main():
 
 
 def blocks():
-    """Names of the tables of keys: `scene` for what stands at the top, and every block of it."""
+    """Names of the tables of keys: `scene` for the top level, and every block of it."""
     return ["scene", *dict.fromkeys(key.path.split(".")[0] for key in rows() if "." in key.path)]
 
 
@@ -129,7 +130,7 @@ def materials():
 
 
 def _numbers(material):
-    """The numbers of a named material as they stand in YAML."""
+    """The numbers of a named material as written in YAML."""
     given = material if isinstance(material, dict) else material.model_dump(mode="json")
     return {key: value for key, value in given.items() if value is not None and key != "name"}
 
@@ -143,9 +144,8 @@ def contact_numbers():
 
 
 def numbers(compared):
-    """The table of the numbers that runs have, by their families; compared: of those for
-    comparisons only."""
-    lines = ["| number | unit | what it is | where |", "| --- | --- | --- | --- |"]
+    """The table of the numbers of runs by their families; compared: those of comparisons alone."""
+    lines = ["| number | unit | meaning | where |", "| --- | --- | --- | --- |"]
     for family in families():
         if family.compared != compared:
             continue

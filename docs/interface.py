@@ -7,22 +7,27 @@ from pathlib import Path
 
 import typer
 from markup import cell, prose, text
+from pydantic import BaseModel
 
 from dusttaichi.commands.app import EXIT_CODES, app
 
-# Rooms of the package, in the order in which data pass through them: (package, in a line).
-ROOMS = (
-    ("scene", "What the YAML may say: blocks, quantities with units, checks."),
-    ("samples", "Where the grains are before the first step."),
-    ("physics", "The laws on plain numbers, no fields: each effect in a file of its own."),
-    ("domain", "What surrounds the grains, and how it moves."),
-    ("compute", "Taichi for every method: start, memory, workers, scans."),
-    ("grains", "The method of this program: build, step, search, measure."),
-    ("run", "The loop over the steps, and what is written on the way."),
+# Subpackages in the order in which data pass through them: (package, in a line). The public ones
+# name their interface in `__all__`; of the inner ones every module is shown.
+PUBLIC = (
+    ("scene", "Blocks of the YAML, quantities with units, checks."),
+    ("samples", "Initial positions of the grains."),
+    ("run", "One run of a scene, from the YAML to the result."),
     ("results", "The result file."),
-    ("analysis", "What a result means; reads result files only."),
+    ("analysis", "Numbers derived from results; reads result files only."),
     ("plots", "Figures of results; they compute nothing."),
     ("export", "Snapshots in the formats of other programs."),
+    ("method", "The protocol of a method, for a method of your own."),
+)
+INNER = (
+    ("physics", "Laws on plain numbers, without fields: one file for each effect."),
+    ("domain", "Walls, periodic cell and pushes, and their motion."),
+    ("compute", "Taichi for every method: start, memory, workers, scans."),
+    ("grains", "The method of single grains: build, step, search, measure."),
     ("studies", "Many runs: ensembles, sweeps, the trade, the extremes, sticking."),
 )
 
@@ -31,7 +36,7 @@ ROOMS = (
 
 
 def commands():
-    """Every command with its arguments and options, as the command line tells them."""
+    """Every command with its arguments and options, as the command line states them."""
     lines = []
     for name, command in _commands(typer.main.get_command(app)):
         lines += [f"### dust {name}", "", prose(command.help or ""), ""]
@@ -99,30 +104,39 @@ def _usage(name, command):
 
 
 def api_index():
-    """The first page of the reference: the rooms in a table."""
+    """The first page of the reference: the subpackages in two tables."""
     lines = ["# Python reference", ""]
     lines += [
-        "The rooms of the package, in the order in which the data pass through them. What",
-        "you need from day to day is in [the Python interface](../../python.md).",
+        "The functions of everyday use, with examples, are in [the Python",
+        "interface](../../python.md): `dt.load`, `dt.simulate`, `dt.open_run`. Numbers are in SI",
+        "unless a docstring says otherwise.",
         "",
     ]
-    lines += ["| room | what it is |", "| --- | --- |"]
-    lines += [f"| [`dusttaichi.{room}`]({room}.md) | {line} |" for room, line in ROOMS]
-    lines += ["", "```{toctree}", ":hidden:", ""]
-    return text([*lines, *(room for room, _ in ROOMS), "```"])
+    for head, packages in (("public subpackage", PUBLIC), ("inner subpackage", INNER)):
+        lines += [f"| {head} | content |", "| --- | --- |"]
+        lines += [f"| [`dusttaichi.{name}`]({name}.md) | {line} |" for name, line in packages]
+        lines += [""]
+    lines += ["```{toctree}", ":hidden:", ""]
+    return text([*lines, *(name for name, _ in PUBLIC + INNER), "```"])
 
 
-def api_page(room, line):
-    """The page of a room: what it exports, or each of its modules."""
-    package = importlib.import_module(f"dusttaichi.{room}")
-    lines = [f"# dusttaichi.{room}", ""]
+def api_page(subpackage, line):
+    """The page of a subpackage: the names that it exports, or each of its modules."""
+    package = importlib.import_module(f"dusttaichi.{subpackage}")
+    lines = [f"# dusttaichi.{subpackage}", ""]
     lines += [] if package.__doc__ else [line, ""]
-    lines += ["```{eval-rst}", f".. automodule:: dusttaichi.{room}", "   :no-members:", "```", ""]
+    lines += [
+        "```{eval-rst}",
+        f".. automodule:: dusttaichi.{subpackage}",
+        "   :no-members:",
+        "```",
+        "",
+    ]
     exported = getattr(package, "__all__", [])
     if exported:
-        lines += ["```{eval-rst}", f".. currentmodule:: dusttaichi.{room}", ""]
+        lines += ["```{eval-rst}", f".. currentmodule:: dusttaichi.{subpackage}", ""]
         for name in sorted(exported, key=lambda name: (name[0].islower(), name)):
-            lines += [_auto(room, package, name), ""]
+            lines += [_auto(subpackage, package, name), ""]
         lines += ["```", ""]
     else:
         for module in _modules(package):
@@ -131,13 +145,25 @@ def api_page(room, line):
     return text(lines)
 
 
-def _auto(room, package, name):
+def _auto(subpackage, package, name):
     value = getattr(package, name)
     if isinstance(value, type):
-        return f".. autoclass:: dusttaichi.{room}.{name}\n   :members:"
+        own = any(base.__module__.startswith("dusttaichi.") for base in value.__bases__)
+        inherited = "\n   :inherited-members:" if own and not issubclass(value, BaseModel) else ""
+        return f".. autoclass:: dusttaichi.{subpackage}.{name}\n   :members:{inherited}"
     if callable(value):
-        return f".. autofunction:: dusttaichi.{room}.{name}"
-    return f".. autodata:: dusttaichi.{room}.{name}\n   :no-value:"
+        return f".. autofunction:: dusttaichi.{subpackage}.{name}"
+    return f".. autodata:: dusttaichi.{subpackage}.{name}\n   :no-value:"
+
+
+def aliases():
+    """Name -> link of every public class, for the types in docstrings."""
+    links = {"Simulation": ":class:`~dusttaichi.run.interface.Simulation`"}
+    for name, _ in PUBLIC:
+        package = importlib.import_module(f"dusttaichi.{name}")
+        classes = (one for one in package.__all__ if isinstance(getattr(package, one), type))
+        links |= {one: f":class:`~dusttaichi.{name}.{one}`" for one in classes if one not in links}
+    return links
 
 
 def _modules(package):

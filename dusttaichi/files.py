@@ -40,8 +40,10 @@ def run_files(directory):
 
 
 def refuse_unreadable(path, most=None):
-    """Raise ValueError if `path` is not a regular file of at most `most` bytes, without opening it,
-    because a pipe may block; FileNotFoundError if it does not exist."""
+    """Raise ValueError if `path` is not a regular file of at most `most` bytes.
+
+    It is not opened, because a pipe may block. FileNotFoundError if it does not exist.
+    """
     try:
         found = Path(path).stat()
     except FileNotFoundError:

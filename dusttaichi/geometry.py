@@ -303,6 +303,8 @@ def power(x, y):
 
 
 def rigid_rotation(spin, x, mass):
-    """Velocities (n, 3) of a body that turns at `spin` (3,) about its centre of mass; x: positions
-    (n, 3), mass (n, 1). Units that match."""
+    """Velocities (n, 3) of a body that turns at `spin` (3,) about its centre of mass.
+
+    x: positions (n, 3), mass (n, 1). Units that match.
+    """
     return np.cross(spin, x - (mass * x).sum(axis=0) / mass.sum())

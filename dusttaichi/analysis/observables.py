@@ -64,8 +64,11 @@ def about(name):
 
 @dataclass(frozen=True)
 class Measured:
-    """Observables of a run. values: name -> number [SI]. curve: (lg P [Pa], phi), (bins,), of a
-    compression under a wall (`Curve.monotone`), or None."""
+    """Observables of a run.
+
+    values: name -> number [SI]. curve: (lg P [Pa], phi), (bins,), of a compression under a wall
+    (`Curve.monotone`), or None.
+    """
 
     values: dict
     curve: tuple | None = None

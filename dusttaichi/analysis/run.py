@@ -167,7 +167,7 @@ class Run(Kind, AbstractContextManager):
         return self.series.isel(time=0) if self._before is None else self._before
 
     def _holds(self, steps):
-        """Which of `steps` lie between the start and the last record, both included."""
+        """True for `steps` between the start and the last record, both included."""
         if not len(self.series.time):
             return np.zeros(len(steps), dtype=bool)
         return (steps >= int(self.start.step)) & (steps <= int(self.series.step[-1]))

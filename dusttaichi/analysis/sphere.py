@@ -1,5 +1,7 @@
-"""Penetration of a rigid sphere into dust of grains or of a continuum: its motion, the force on it
-and the filling factor below it."""
+"""Penetration of a rigid sphere into dust of grains or of a continuum.
+
+Its motion, the force on it and the filling factor below it.
+"""
 
 from dataclasses import dataclass
 

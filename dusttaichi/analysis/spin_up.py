@@ -36,7 +36,7 @@ class SpinUp:
 
     @property
     def shown(self):
-        """How many snapshots there are up to the first of the broken aggregate."""
+        """Number of snapshots up to the first of the broken aggregate."""
         return len(self.rate) if self.broken is None else self.broken + 1
 
 
@@ -50,8 +50,11 @@ def is_spun(run):
 
 
 def spin_up(run):
-    """The SpinUp of a Run. Raises DustError where the snapshots hold no contacts, or the first of
-    them is no single aggregate."""
+    """Rotation of a run whose aggregate is spun up until it breaks.
+
+    Raises DustError where the snapshots contain no contacts, or the first of them is no single
+    aggregate.
+    """
     masses = grain_masses(run)
     frames = [read_frame(run, number) for number in range(frame_count(run))]
     parts = [fragments_of(frame, masses) for frame in frames]
@@ -79,8 +82,10 @@ def spin_up(run):
 
 
 def _rotation(frame, masses):
-    """Angular momentum of all grains of a Frame about their centre of mass [kg m^2/s], and their
-    moment of inertia about it [kg m^2]; about z without angular momentum."""
+    """Angular momentum and moment of inertia of all grains of a Frame about their centre of mass.
+
+    In kg m^2/s and kg m^2, the latter about the angular momentum; about z without one.
+    """
     m = masses[:, None]
     x = frame.position - (m * frame.position).sum(axis=0) / masses.sum()
     v = frame.velocity - (m * frame.velocity).sum(axis=0) / masses.sum()

@@ -57,8 +57,10 @@ def thresholds(data, resamples=RESAMPLES):
 
 
 def growth_bracket(data, body, ratio):
-    """The two speeds [m/s] between which the growth efficiency falls below 0; None where it does
-    not do so between two speeds of the study."""
+    """The two speeds [m/s] between which the growth efficiency falls below 0.
+
+    None where it does not do so between two speeds of the study.
+    """
     own = data.isel(body=body, mass_ratio=ratio)
     speeds, mean = _course(*_sums(own, "fragment"), own.speed.values, "fragment")
     below = np.flatnonzero(mean < 0.0)
@@ -94,8 +96,10 @@ def _sums(own, name):
 
 
 def _course(total, count, speeds, name):
-    """Speeds at which pairs touched, and the mean over these, falling with the speed if it should;
-    bouncing as measured, since it may end again."""
+    """Speeds at which pairs touched, and the mean over these.
+
+    It falls with the speed if it should; bouncing is as measured, since it may end again.
+    """
     total, count = total.sum(axis=1), count.sum(axis=1)
     there = count > 0
     mean = total[there] / count[there]

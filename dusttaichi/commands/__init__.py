@@ -1,5 +1,8 @@
-"""The command `dust`. Closed standard streams are opened on the null device first, so that no other
-file of the program gets their numbers."""
+"""The command `dust`.
+
+Closed standard streams are opened on the null device first, so that no other file of the program
+gets their numbers.
+"""
 
 import os
 import sys

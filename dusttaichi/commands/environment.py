@@ -63,8 +63,10 @@ def guarded():
 
 
 def _forget_foreign_settings():
-    """Select a backend without windows for figures, and ignore PYTHONWARNINGS, so that warnings of
-    libraries are not errors."""
+    """Select a backend without windows for figures, and ignore PYTHONWARNINGS.
+
+    Warnings of libraries are then not errors.
+    """
     os.environ["MPLBACKEND"] = "agg"
     os.environ.pop("PYTHONWARNINGS", None)
     warnings.filters[:] = [

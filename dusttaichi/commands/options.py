@@ -86,8 +86,10 @@ Figures = Annotated[
 
 @contextmanager
 def writing(**how):
-    """Context in which files of others are not overwritten (`results.outputs.writing`), and faults
-    of their results are error messages (`analysis.foreign.understood`)."""
+    """Context in which files of others are not overwritten (`results.outputs.writing`).
+
+    Faults of results are error messages (`analysis.foreign.understood`).
+    """
     from dusttaichi.analysis import foreign  # imported late for the sake of --help
     from dusttaichi.results import outputs
 
@@ -97,8 +99,11 @@ def writing(**how):
 
 @contextmanager
 def importing(allowed):
-    """Context in which a scene may import its extensions: all (True), none (False), or (None) those
-    in its folder, and others if the user at a terminal agrees."""
+    """Context in which a scene may import its extensions.
+
+    All (True), none (False), or (None) those in its folder, and others if the user at a terminal
+    agrees.
+    """
     from dusttaichi.scene import extensions
 
     def decide(path, folder):

@@ -72,10 +72,10 @@ def run(
 
 
 def _run_one(scene, directory, onward, *, quiet, phases, **how):
-    """Run a scene. Returns the function to call at the end of the command, which records the time
-    spent outside of the steps.
+    """Run a scene, and return the function to call at the end of the command.
 
-    onward: the command that continues the run. how: arguments of `execute`.
+    That function records the time spent outside of the steps. onward: the command that continues
+    the run. how: arguments of `execute`.
     """
     from dusttaichi.run import execute
     from dusttaichi.studies.speeds import Timer

@@ -96,8 +96,10 @@ class Cell:
         return nearest_image(d, period, self.offset(time))
 
     def driven(self, time, *, rate=0.0, growth=0.0, shear=0.0):
-        """The cell with another motion from `time` on: rate [um/us] and growth [1/us], one or (3,),
-        shear [1/us]."""
+        """The cell with another motion from `time` on.
+
+        rate [um/us] and growth [1/us], one or (3,), shear [1/us].
+        """
         periodic = np.isin(np.arange(3), self.axes)
         growth, rate = np.where(periodic, growth, 0.0), np.where(periodic, rate, 0.0)
         now, offset = self.edges(time), self.offset(time)

@@ -64,8 +64,10 @@ class Clock:
         return self.volume / (x * y * z) if x > 0.0 and y > 0.0 and z > 0.0 else inf
 
     def strain_at(self, step):
-        """Largest relative change of a length since the start of the stage, or shear since
-        then; without lengths that follow a load."""
+        """Largest relative change of a length since the start of the stage, or shear since then.
+
+        Lengths that follow a load are left out.
+        """
         now, before = self.lengths(step), self.lengths(self.first)
         known = [n for n in range(3) if not isnan(before[n]) and n not in self.controlled]
         changes = [abs(now[n] / before[n] - 1.0) for n in known]
@@ -123,10 +125,10 @@ class Clock:
         return max(1, floor(time / self.dt + 0.5))
 
     def last_step(self, stop):
-        """Latest step at which a Stop ends the stage, and the reason; NEVER if only a measured
-        quantity can end it.
+        """Latest step at which a Stop ends the stage, and the reason.
 
-        Times and steps count from the start of the stage.
+        NEVER if only a measured quantity can end it. Times and steps count from the start of the
+        stage.
         """
         first, ends = self.first, [(NEVER, "")]
         if stop.steps is not None:

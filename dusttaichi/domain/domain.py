@@ -176,8 +176,10 @@ class Domain:
         return float(speeds.sum()) + abs(self.cell.tilt_rate)
 
     def shear_strain(self, step):
-        """Shear strain since the start: of the cell, or the displacement of the top wall along x
-        over the current height; 0 without either."""
+        """Shear strain since the start; 0 where nothing is sheared.
+
+        It is that of the cell, or the displacement of the top wall along x over the current height.
+        """
         time = self.dt * step
         if self.cell is not None and self.cell.tilted:
             return self.cell.sheared(time)

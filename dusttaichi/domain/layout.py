@@ -109,7 +109,10 @@ def _wanted(boundary):
 
 
 def _check_size(boundary, size, need, axes):
-    """Refuse walls inside the sample. (Across periodic faces its images may interlock.)"""
+    """Refuse walls inside the sample.
+
+    Across periodic faces the images of the sample may interlock.
+    """
     # the need is a sum of rounded numbers; a billionth is far below any length of a contact
     walled = [
         n

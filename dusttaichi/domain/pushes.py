@@ -73,8 +73,10 @@ class Push:
         return out
 
     def work_of_stage(self, x, impulse, force, step, dt):
-        """Work since the start of the stage [fJ] of the forces that end with it and of the carriers
-        of grains; arguments as of `work`."""
+        """Work since the start of the stage [fJ] of its forces and of the carriers of grains.
+
+        Arguments as of `work`.
+        """
         out = copy.copy(self)
         out.forces = tuple(f for f in self.forces if f.start is not None)
         return out.work(x, impulse, force, step, dt)
@@ -154,7 +156,7 @@ class Push:
         return work
 
     def ends_at(self, step):
-        """Whether a force ends at this step."""
+        """True if a force ends at this step."""
         return any(f.end == step for f in self.forces)
 
     def ending(self, x, step):

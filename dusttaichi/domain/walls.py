@@ -45,8 +45,10 @@ class Box:
         return self.offsets(time) * self.normal.sum(axis=1)
 
     def driven(self, speed, along, time):
-        """These walls with new velocities of the top one from `time` on: `speed` downwards and
-        `along` along x [um/us]."""
+        """These walls with new velocities of the top one from `time` on.
+
+        `speed` is downwards and `along` along x [um/us].
+        """
         speeds, tangential = np.zeros(6), np.zeros((6, 3))
         if self.present[TOP]:
             # the normal of the top wall points down, as wall_speed does

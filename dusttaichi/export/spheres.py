@@ -6,8 +6,10 @@ FINE = 2000  # grains up to which a sphere has 320 triangles; of more each has 8
 
 
 def unit_sphere(rounds):
-    """(points (P, 3), triangles (T, 3) of their numbers, outwards) of a sphere of radius 1, 20 * 4
-    ** rounds triangles."""
+    """Points (P, 3) and triangles (T, 3) of a sphere of radius 1, 20 * 4 ** rounds triangles.
+
+    Triangles are numbers of points, outwards.
+    """
     golden = 0.5 * (1.0 + 5.0**0.5)
     flat = [(x, y * golden, 0.0) for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
     points = np.array([np.roll(p, turn) for turn in range(3) for p in flat])

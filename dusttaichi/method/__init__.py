@@ -53,9 +53,18 @@ GROUP = "dusttaichi.methods"  # entry points of other packages that bring a meth
 
 
 def built_anew(scene: Scene, state: State) -> Simulation:
-    """A Simulation in a State of a simulation of that scene: built from the scene's own sample.
+    """Simulation in a State of a simulation of that scene, built from the scene's own sample.
 
-    How a Method reopens whose samples take no time to make.
+    It is the `reopen` of a Method whose samples take no time to make.
+
+    Parameters
+    ----------
+    scene
+    state
+
+    Returns
+    -------
+    Simulation
     """
     simulation = of(scene).build(scene, make_sample(scene))
     simulation.restore(state)
@@ -66,9 +75,17 @@ def built_anew(scene: Scene, state: State) -> Simulation:
 class Preview:
     """Numbers of a scene that are known before it is built; `dust check` prints them.
 
-    sections: (title, rows of (what, value)). size: number of particles. dt: time step [us].
-    plan: (name of the stage, steps at most, what ends it) of every stage, steps NEVER where only
-    what is measured ends it.
+    Attributes
+    ----------
+    sections
+        (title, rows of (name, value)) of each.
+    size
+        Number of particles.
+    dt
+        Time step [us].
+    plan
+        (name of the stage, steps at most, condition that ends it) of every stage, steps NEVER where
+        only a measured condition ends it.
     """
 
     sections: list[tuple[str, list[tuple[str, str]]]]
@@ -79,20 +96,49 @@ class Preview:
 
 @dataclass(frozen=True, kw_only=True)
 class Method:
-    """A method: `scene`, the pydantic class of its scene, and how a Simulation is made of one.
+    """A method: the class of its scene, and functions that make a Simulation of one.
 
-    make_sample(scene): what it starts from. build(scene, sample): the Simulation at step 0.
-    variables: all that its results may hold. reopen(scene, state): a Simulation in a State of a
-    simulation of that scene. code(scene): source files outside of this package that decide the
-    numbers of a scene. preview(scene): a Preview, made quickly and without compiling.
-    internals(scene), forces(scene): more sections, of the scene built; what acts at its start.
-    parts(scene): words for what takes time in a step; scenes of the same words are as fast.
+    Attributes
+    ----------
+    name
+        Value of the key `method`.
+    scene
+        Pydantic class of its scene.
+    make_sample
+        make_sample(scene): the initial state.
+    build
+        build(scene, sample): the Simulation at step 0.
+    variables
+        All variables that its results may contain.
+    reopen
+        reopen(scene, state): a Simulation in a State of a simulation of that scene.
+    code
+        code(scene): source files outside of this package that decide the numbers of a scene.
+    preview
+        preview(scene): a Preview, made quickly and without compiling.
+    internals
+        internals(scene): more sections of `dust check --internals`, of the scene built.
+    forces
+        forces(scene): sections with the forces at its start.
+    parts
+        parts(scene): words for the parts of a step that take time; scenes of the same words are as
+        fast.
+    observables
+        Families of numbers (analysis.numbers.Family) beside those of any method.
+    figures
+        Figures (plots.figure) beside those of any method.
+    read_snapshot
+        read_snapshot(run, number): one snapshot of a Run.
+    picture
+        Draws snapshots (plots.picture.Picture).
+    exports
+        Format -> writer.
+    trade_parameters
+        studies.trade.point.Parameters that `dust trade` varies.
 
-    How its results are read and shown, beside what is so of any; each may be "module:attribute",
-    imported when it is needed. observables: its families of numbers (analysis.numbers.Family).
-    figures: its own (plots.figure). read_snapshot(run, number): one snapshot of a Run. picture:
-    draws snapshots (plots.picture.Picture). exports: writers of them by format. trade_parameters:
-    studies.trade.point.Parameters that `dust trade` varies.
+    Notes
+    -----
+    Attributes from `observables` on may be "module:attribute", imported when it is needed.
     """
 
     name: str
@@ -127,7 +173,11 @@ def register(method: Method) -> None:
 
     A file that does so becomes known to every process that reads a scene with the file among its
     `extensions`; a package, to all processes, by an entry point of the group "dusttaichi.methods".
-    Raises ValueError for the name of a method of this package.
+
+    Raises
+    ------
+    ValueError
+        The name is that of a method of this package.
     """
     if method.name in BUILT_IN:
         raise ValueError(f"{method.name} is a method of this package; another name is needed")
@@ -143,7 +193,13 @@ def names() -> list[str]:
 
 
 def named(name: str) -> Method:
-    """The Method of that name. Raises KeyError where there is none."""
+    """The method of that name.
+
+    Raises
+    ------
+    KeyError
+        There is none.
+    """
     known = METHODS.get(name)
     if known is None:
         brought = {point.name: point for point in metadata.entry_points(group=GROUP)}
@@ -182,10 +238,16 @@ def of_result(scene: Mapping[str, Any]) -> Method:
 
 
 def moment(simulation: Simulation) -> str:
-    """Where a run stands, as the guards say it."""
+    """Time and step of a run, as the guards state them."""
     return f"At {simulation.time:.6g} µs (step {simulation.step})"
 
 
 def make_sample(scene: Scene) -> Any:
-    """Sample that a scene starts from; of grains a Sample, all in SI. Raises DustError."""
+    """Initial sample of a scene; of grains a Sample, all in SI.
+
+    Raises
+    ------
+    DustError
+        The sample cannot be made.
+    """
     return of(scene).make_sample(scene)

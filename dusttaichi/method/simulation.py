@@ -1,5 +1,7 @@
-"""Protocol of a simulation, a scene in motion, for the run. Numbers are in internal units
-(dusttaichi.units) unless said otherwise."""
+"""Protocol of a simulation, a scene in motion, for the run.
+
+Numbers are in internal units (dusttaichi.units) unless said otherwise.
+"""
 
 from __future__ import annotations
 
@@ -18,11 +20,26 @@ if TYPE_CHECKING:
 class Measurement:
     """Energies of one moment [fJ], from which the ledger is made.
 
-    kinetic, potential: current energies; energy: their sum, as the method has added it up.
-    kick: part of the kinetic energy that the integrator does not keep (0 where it keeps all).
-    losses: what has been lost since the start, by channel (C,); lost: their sum.
-    work: what has been done on the particles from outside since the start. bound: energy that they
-    bind where they are at rest, no less than 0. parts: what the method's records and guards know.
+    Attributes
+    ----------
+    kinetic
+        Current kinetic energy.
+    potential
+        Current potential energy.
+    energy
+        Their sum, as the method has added it up.
+    kick
+        Part of the kinetic energy that the integrator does not conserve.
+    losses
+        Losses since the start, by channel, (C,).
+    lost
+        Sum of the losses.
+    work
+        Work done on the particles since the start.
+    bound
+        Energy that they bind where they are at rest, no less than 0.
+    parts
+        Further numbers for the records and guards of the method.
     """
 
     kinetic: float
@@ -37,7 +54,23 @@ class Measurement:
 
     @classmethod
     def of(cls, kinetic, potential, losses, **others) -> Measurement:
-        """The Measurement whose energy and lost are the sums of these; others: the other fields."""
+        """Measurement whose `energy` and `lost` are the sums of these.
+
+        Parameters
+        ----------
+        kinetic : float
+            [fJ].
+        potential : float
+            [fJ].
+        losses : array
+            [fJ], (C,).
+        **others
+            The other fields.
+
+        Returns
+        -------
+        Measurement
+        """
         losses = np.asarray(losses, float)
         return cls(kinetic, potential, kinetic + potential, losses, losses.sum(), **others)
 
@@ -46,7 +79,7 @@ class Measurement:
 class Start:
     """Reference of the ledger: the measurement at step 0 [fJ].
 
-    exchanged: largest difference of the kinetic energy of a record from that at step 0.
+    `exchanged` is the largest difference of the kinetic energy of a record from that at step 0.
     """
 
     kinetic: float
@@ -85,7 +118,7 @@ class Window(NamedTuple):
     span: float
 
     def mean(self, name: str) -> Any:
-        """The average of what the sum of that name adds up, over the span."""
+        """Average, over the span, of the quantity that the sum of that name adds up."""
         return (self.after[name] - self.before[name]) / self.span
 
 
@@ -97,9 +130,27 @@ class State(NamedTuple):
 
 
 class Simulation(Protocol):
-    """A built scene in motion. `time` is step x dt [us]; size: what a step costs is proportional to
-    it, the number of particles or cells. variables: of its result, in this scene. channels: names
-    of the losses; step_key: of the YAML, shortens the step. began [us]: of the run continued."""
+    """A built scene in motion.
+
+    Attributes
+    ----------
+    step
+        Whole steps done.
+    dt
+        Time step [us].
+    time
+        step x dt [us].
+    size
+        Number of particles or cells, to which the run time of a step is proportional.
+    variables
+        Variables of its result, in this scene.
+    channels
+        Names of the losses.
+    step_key
+        Key of the YAML that shortens the step.
+    began
+        Time of the run that is continued [us].
+    """
 
     step: int
     dt: float
@@ -112,7 +163,13 @@ class Simulation(Protocol):
     step_key: str
 
     def advance(self, steps: int) -> None:
-        """Make whole steps. Raises GuardStop where it cannot."""
+        """Make whole steps.
+
+        Raises
+        ------
+        GuardStop
+            The state is not valid.
+        """
 
     def drive(self, drive: Drive) -> None:
         """Move walls and faces as the drive says from this step on: a new stage."""
@@ -124,13 +181,31 @@ class Simulation(Protocol):
         """Time integrals since the start; an average is a difference of two over its span."""
 
     def series(self, measurement: Measurement, window: Window | None) -> dict:
-        """Variables that it adds to a record of the time series [SI]; window None at step 0."""
+        """Variables that the method adds to a record of the time series [SI].
+
+        Parameters
+        ----------
+        measurement
+        window
+            None at step 0.
+
+        Returns
+        -------
+        dict
+            Name -> value.
+        """
 
     def records(self, group: str) -> list[tuple[str, dict]]:
         """Records [SI] of "profiles" or "snapshots" now, and of the groups that belong to them."""
 
     def validate(self, measurement: Measurement) -> None:
-        """Its own guards. Raises GuardStop; the guard of the ledger is the run's."""
+        """Check the state with the guards of the method; the guard of the ledger is the run's.
+
+        Raises
+        ------
+        GuardStop
+            The state is not valid.
+        """
 
     def state(self) -> State:
         """State for a checkpoint, sample included."""
@@ -155,13 +230,23 @@ class Refinable(Simulation, Protocol):
         """Continue at half the time step from the very same state, steps counted accordingly."""
 
     def positions(self) -> np.ndarray:
-        """Where the particles are [um], (n, 3), in an order that stays."""
+        """Positions of the particles [um], (n, 3), always in the same order."""
 
     def ends(self) -> dict[str, np.ndarray]:
-        """The current sums, and what else `compared` needs of the ends of a segment."""
+        """Current sums, and further numbers that `compared` needs of the ends of a segment."""
 
     def compared(self, window: Window, moments: list[Measurement]) -> dict[str, float]:
-        """Numbers of a segment that two steps are compared by [SI], beside the energies.
+        """Numbers of a segment by which two steps are compared [SI], beside the energies.
 
-        window: `ends` at its two ends; moments: measurements evenly spaced over it.
+        Parameters
+        ----------
+        window
+            `ends` at its two ends.
+        moments
+            Measurements evenly spaced over it.
+
+        Returns
+        -------
+        dict
+            Name -> number.
         """

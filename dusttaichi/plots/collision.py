@@ -68,7 +68,7 @@ def collision(run, snapshots=None, view=(0.0, 0.0, 1.0)):
 
 
 def _abreast(size):
-    """Whether pictures of these sizes, (pictures, 2), are in a row: not if they are wide."""
+    """True if pictures of these sizes, (pictures, 2), are in a row: not if they are wide."""
     return bool(len(size) * size[:, 0].max() <= 4.0 * size[:, 1].max())
 
 

@@ -139,7 +139,7 @@ def _of(data, name):
 
 
 def _lowest(data, errors):
-    """Where an error of 0 is drawn: a factor of three below the least that is shown otherwise."""
+    """Level at which an error of 0 is drawn: a factor of three below the least other one."""
     marks = [*errors, _of(data, "scatter"), _of(data, "convergence"), data.attrs["tolerance"]]
     return min(v for v in marks if np.isfinite(v) and v > 0) / 3.0
 

@@ -154,8 +154,10 @@ def _quantities(run, frames, radius, unit):
 
 
 def dissipated_by_channel(loss, rows):
-    """Energy dissipated at each grain since the start: all of it, and by each channel that has any.
-    loss [J]: (snapshots, grains, channels)."""
+    """Energy dissipated at each grain since the start: in all, and by each channel that has any.
+
+    loss [J]: (snapshots, grains, channels).
+    """
     whole = loss.sum("channel").values
     factor, unit = style.scaled(float(np.max(whole, initial=0.0)), style.ENERGIES)
     found = [number_quantity(ALL_DISSIPATED, unit, factor * whole, rows)]

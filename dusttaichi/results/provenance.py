@@ -29,8 +29,19 @@ def _git_commit():
 def provenance(scene_given, scene_resolved, **numbers):
     """Global attributes of a run: both YAML texts, versions, machine, and `numbers`.
 
-    numbers: title, seed, backend, precision, threads, time_step [s] and further attributes of the
-    run (those that are None are left out when written).
+    Parameters
+    ----------
+    scene_given : str
+        YAML as given.
+    scene_resolved : str
+        YAML with every default.
+    **numbers
+        title, seed, backend, precision, threads, time_step [s] and further attributes of the run;
+        those that are None are left out when written.
+
+    Returns
+    -------
+    dict
     """
     versions = {name: metadata.version(name) for name in ("taichi", "numpy", "netCDF4")}
     return {

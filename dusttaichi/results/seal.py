@@ -109,7 +109,15 @@ def check(path):
 
 @contextmanager
 def opened(path):
-    """A result file that is open for reading. Raises OSError; DustError where it is damaged."""
+    """A result file that is open for reading.
+
+    Raises
+    ------
+    OSError
+        The file cannot be read.
+    DustError
+        The file is damaged.
+    """
     about = check(path)
     with netCDF4.Dataset(path) as file:
         if about is None:

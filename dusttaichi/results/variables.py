@@ -44,9 +44,28 @@ def record_dimension(group):
 class Variable:
     """One variable of the result file.
 
-    needs: features that a scene must have. counts: dimension of a ragged group whose rows of each
-    record it counts. history: part of the contact history, which a sample that is read from the
-    result includes.
+    Attributes
+    ----------
+    group
+        Group of the file, such as "series" or "snapshots".
+    name
+        Name in that group.
+    dims
+        Dimensions, the record first if it grows.
+    units
+        SI unit.
+    long_name
+        Meaning.
+    source
+        Equation or section of a paper.
+    dtype
+        Type in the file.
+    needs
+        Features that a scene must have.
+    counts
+        Dimension of a ragged group whose rows of each record it counts.
+    history
+        Part of the contact history, which a sample that is read from the result includes.
     """
 
     group: str
@@ -72,9 +91,22 @@ class Variable:
 
 
 def declare(group, rows, integers=(), counts=()):
-    """Variables of a group from rows (name, dimensions, units, long name, source, features).
+    """Variables of a group from the rows of a table.
 
-    integers: name -> type of those that are not f8. counts: name -> dimension.
+    Parameters
+    ----------
+    group : str
+        Group of the file.
+    rows : sequence of tuple
+        Name, dimensions, units, long name, source, features.
+    integers : dict
+        Name -> type of those that are not f8.
+    counts : dict
+        Name -> dimension that the variable counts.
+
+    Returns
+    -------
+    list of Variable
     """
     integers, counts = dict(integers), dict(counts)
     return tuple(
@@ -96,9 +128,20 @@ def declare(group, rows, integers=(), counts=()):
 def select(variables, features, chosen=(), precision="f64"):
     """Those of the variables whose needs are among the features, in order.
 
-    chosen: names of `output.variables`, of optional outputs (feature REQUESTED), and, with a minus,
-    of excluded ones. precision: "f32": variables of every grain, particle or contact are in single
-    precision.
+    Parameters
+    ----------
+    variables : sequence of Variable
+    features : set of str
+        Features of the scene.
+    chosen : sequence of str
+        Names of `output.variables`: optional outputs (feature REQUESTED) and, with a minus,
+        excluded ones.
+    precision : str
+        "f32": variables of every grain, particle or contact are in single precision.
+
+    Returns
+    -------
+    list of Variable
     """
     features = {*features, REQUESTED}
     selected = [v for v in variables if v.needs <= features and _wanted(v, chosen)]
@@ -125,9 +168,24 @@ def _of_each(variable):
 
 
 def reference_energy(work, kinetic_start, potential_start, losses):
-    """Energy that has gone through the system [J]: |work| + K(0) + |U(0)| + losses (all totals).
+    """Energy that has gone through the system [J]: |work| + K(0) + |U(0)| + losses.
 
-    Reference of the residual of a ledger; arrays over time or numbers.
+    It is the reference of the residual of a ledger; arrays over time or numbers.
+
+    Parameters
+    ----------
+    work
+        Work since the start [J], as are the losses.
+    kinetic_start
+        Kinetic energy at the start [J].
+    potential_start
+        Potential energy at the start [J].
+    losses
+        Sum of all losses [J].
+
+    Returns
+    -------
+    float or array
     """
     return np.abs(work) + kinetic_start + np.abs(potential_start) + losses
 

@@ -1,14 +1,13 @@
 """The writer of the result file, which a kill or a full disk cannot harm."""
 
 import time as clock
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.files import RunLock, explain, parts_folder, write_whole
-from dusttaichi.results import pieces, seal
+from dusttaichi.files import explain, parts_folder, write_whole
+from dusttaichi.results import pieces, seal, writing
 from dusttaichi.results.layout import describe, image, ragged_groups, read_records
 from dusttaichi.results.variables import LABELS
 
@@ -48,17 +47,37 @@ class Writer:
 
     @classmethod
     def create(cls, path, variables, sizes, coords, attrs, *, force=False, lock=None):
-        """A new result file with the given Variables, on disk at once.
+        """A new result file with the given variables, on disk at once.
 
-        sizes: name -> number of entries of a dimension, or their names, in addition to LABELS.
-        coords: values of static variables, by key. attrs: global attributes, see `provenance`.
-        lock: an acquired RunLock, which the caller releases. Raises DustError if the file exists
-        and `force` is not set, if another run has the lock, or if it cannot be written.
+        Parameters
+        ----------
+        path : path
+        variables : sequence of Variable
+        sizes : dict
+            Name -> number of entries of a dimension, or their names, in addition to LABELS.
+        coords : dict
+            Key -> values of a static variable.
+        attrs : dict
+            Global attributes, see `provenance`.
+        force : bool
+            Overwrite an existing file.
+        lock : RunLock, optional
+            An acquired lock, which the caller releases.
+
+        Returns
+        -------
+        Writer
+
+        Raises
+        ------
+        DustError
+            The file exists and `force` is not set, another run has the lock, or the file cannot be
+            written.
         """
         path = Path(path)
-        with _acquired(path, lock) as lock_of_run:
+        with writing.acquired(path, lock) as lock_of_run:
             if path.exists() and not force:
-                raise DustError(already_there(path))
+                raise DustError(writing.already_there(path))
             layout = {v.key: v for v in variables}
             attributes = {"status": "running", "history": f"{_now()} started", **attrs}
             static = {k: np.asarray(coords[k]) for k, v in layout.items() if not v.grows}
@@ -75,15 +94,29 @@ class Writer:
 
     @classmethod
     def resume(cls, path, counts, *, lock=None):
-        """Continue the file at `path` from `counts` (group -> records, see `counts()`).
+        """Continue the file at `path`; further records are dropped with the first flush.
 
-        Further records of the result are dropped with the first flush. Raises DustError if it is
-        missing, damaged or shorter than the counts, or another run has the lock.
+        Parameters
+        ----------
+        path : path
+        counts : dict
+            Group -> records, see `counts()`.
+        lock : RunLock, optional
+            An acquired lock, which the caller releases.
+
+        Returns
+        -------
+        Writer
+
+        Raises
+        ------
+        DustError
+            The file is missing, damaged or shorter than the counts, or another run has the lock.
         """
         path = Path(path)
         if not path.exists():
             raise DustError(f"There is no result to continue at {path}.")
-        with _acquired(path, lock) as lock_of_run:
+        with writing.acquired(path, lock) as lock_of_run:
             writer = cls._of_pieces(path, lock_of_run, counts)
             writer._owns_lock = lock is None
         return writer
@@ -91,7 +124,7 @@ class Writer:
     @classmethod
     def _of_pieces(cls, path, lock, counts):
         """A Writer that continues the pieces of a result from `counts`."""
-        files = _pieces(path)
+        files = writing.readable_pieces(path)
         for piece in files:  # damage is reported now, not at the end of the run
             seal.check_whole(piece.path)
         short = [group for group, n in counts.items() if files[-1].ends.get(group, 0) < n]
@@ -113,12 +146,21 @@ class Writer:
         return writer
 
     def append(self, group, record):
-        """Store one record of `group` ("series", "profiles", "snapshots") in memory.
+        """Store one record of a group in memory.
 
-        record: name -> number or array in the shape of the variable without its first dimension;
-        a block of records includes the first dimension. For the ragged groups ("contacts",
-        "wall_contacts") always the rows of one snapshot, (rows,) or (rows, 3).
-        Raises ValueError unless it has every variable of the group.
+        Parameters
+        ----------
+        group : str
+            "series", "profiles", "snapshots"; for ragged groups ("contacts", "wall_contacts")
+            always the rows of one snapshot, (rows,) or (rows, 3).
+        record : dict
+            Name -> number or array in the shape of the variable without its first dimension; a
+            block of records includes the first dimension.
+
+        Raises
+        ------
+        ValueError
+            The record lacks a variable of the group.
         """
         expected = {v.name: v for v in self._layout.values() if v.group == group and v.grows}
         if set(record) != set(expected):
@@ -143,7 +185,14 @@ class Writer:
         return tuple(self._records)
 
     def add(self, variables, sizes=()):
-        """Add groups of growing Variables; in the file from the next flush."""
+        """Add groups of growing variables; in the file from the next flush.
+
+        Parameters
+        ----------
+        variables : sequence of Variable
+        sizes : dict
+            As in `create`.
+        """
         self.flush()
         self._layout |= {v.key: v for v in variables}
         self._dimensions |= dict(sizes)
@@ -176,10 +225,17 @@ class Writer:
         return sum(a.nbytes for b in self._buffer.values() for r in b for a in r.values())
 
     def flush(self):
-        """Write everything to disk. Returns the seconds it took (0.0 without changes).
+        """Write everything to disk.
 
-        Raises DustError where it cannot be written; nothing is lost then, and flush may be called
-        again.
+        Returns
+        -------
+        float
+            Seconds that it took (0.0 without changes).
+
+        Raises
+        ------
+        DustError
+            The file cannot be written; nothing is lost then, and flush may be called again.
         """
         if not self._changed:
             return 0.0
@@ -188,7 +244,7 @@ class Writer:
         number, starts, rows = self._number, self._starts, self._written
         if self._size >= PIECE:
             number, starts, rows = number + 1, dict(self._records), {}
-        rows = _appended(rows, blocks)
+        rows = writing.appended(rows, blocks)
         file = self._file(number)
         try:
             if not self._alone:
@@ -209,7 +265,13 @@ class Writer:
         return clock.perf_counter() - began
 
     def join(self):
-        """Join all files on disk into one. Raises DustError; nothing is lost then."""
+        """Join all files on disk into one.
+
+        Raises
+        ------
+        DustError
+            The file cannot be written; nothing is lost then.
+        """
         self.flush()
         if self._number:
             pieces.join(self.path, self._lock)
@@ -282,43 +344,3 @@ class Writer:
             f"readable{until}; {waiting} records since then are not on disk. Remove the cause and "
             "continue with --resume."
         )
-
-
-def already_there(path):
-    """Message for an existing result."""
-    return (
-        f"{path} exists already. Use --force to overwrite it, --resume to continue it, or choose "
-        "another output directory."
-    )
-
-
-@contextmanager
-def _acquired(path, lock):
-    """The lock of the directory of a result; a new one is released after an error."""
-    acquired = RunLock(path.parent) if lock is None else lock
-    try:
-        yield acquired
-    except BaseException:
-        if lock is None:
-            acquired.release()
-        raise
-
-
-def _appended(rows, blocks):
-    """Both one after the other, each group -> name -> array."""
-    appended = {
-        group: {name: np.concatenate([rows[group][name], new]) for name, new in block.items()}
-        for group, block in blocks.items()
-        if group in rows
-    }
-    return rows | blocks | appended
-
-
-def _pieces(path):
-    """The pieces of a result. Raises DustError where they cannot be read."""
-    try:
-        return pieces.pieces_of(path)
-    except (OSError, RuntimeError, KeyError, ValueError, AttributeError) as error:
-        raise DustError(
-            f"{path} is not a result of dusttaichi that can be read: {error}."
-        ) from error

@@ -17,7 +17,18 @@ __all__ = ["Report", "execute", "run_directory"]
 
 
 def run_directory(scene, output=None):
-    """Output directory of the results of a scene."""
+    """Output directory of the results of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    output : path, optional
+        Directory to use instead of the scene's.
+
+    Returns
+    -------
+    pathlib.Path
+    """
     return Path(output) if output is not None else Path(scene.output.directory)
 
 
@@ -34,15 +45,42 @@ def execute(
     ready=lambda simulation: None,
     advancing=None,
 ):
-    """Run a scene into `directory`; returns the directory.
+    """Run a scene into a directory.
 
-    fresh: compute every stage, even those that an earlier run has finished and stored. error_bar:
-    estimate the error of the time step at the end (error_bar.py). report: called regularly with a
-    Report; log: with messages for the user. ready: called with the compiled Simulation
-    (dusttaichi.method) before its first step. advancing: a context manager that is entered around
-    every segment of steps, to time them.
-    Raises DustError (bad input, an existing result, a full disk), GuardStop (with the result until
-    then on disk), Interrupted (after a flush and a checkpoint).
+    Parameters
+    ----------
+    scene : Scene
+    directory : path
+    force : bool
+        Overwrite an existing result.
+    resume : bool
+        Continue an existing result.
+    fresh : bool
+        Compute every stage, even those that an earlier run has finished and stored.
+    error_bar : bool
+        Estimate the error of the time step at the end (error_bar.py).
+    report : function
+        Called regularly with a Report.
+    log : function
+        Called with messages for the user.
+    ready : function
+        Called with the compiled Simulation (dusttaichi.method) before its first step.
+    advancing : context manager, optional
+        Entered around every segment of steps, to time them.
+
+    Returns
+    -------
+    pathlib.Path
+        The directory.
+
+    Raises
+    ------
+    DustError
+        Bad input, an existing result, or a full disk.
+    GuardStop
+        The run is not valid; the result until then is on disk.
+    Interrupted
+        After a flush and a checkpoint.
     """
     directory = Path(directory)
     if error_bar and getattr(scene, "restiffens", False):

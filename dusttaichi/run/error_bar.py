@@ -184,11 +184,10 @@ class ErrorBar:
         return self._values(segment.steps, 2**level), self.sim.positions()
 
     def _values(self, steps, finer):
-        """Advance by `steps` times `finer` steps; returns name -> number [SI], see
-        analysis.error_bar.QUANTITIES.
+        """Advance by `steps` times `finer` steps; returns name -> number [SI].
 
-        Forces are averaged over all steps, energies and counts over MOMENTS moments, which are the
-        same for any `finer`.
+        See analysis.error_bar.QUANTITIES. Forces are averaged over all steps, energies and counts
+        over MOMENTS moments, which are the same for any `finer`.
         """
         sim = self.sim
         before, first = sim.ends(), sim.measure()

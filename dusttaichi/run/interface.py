@@ -20,12 +20,32 @@ from dusttaichi.scene.quantities import parse
 
 
 def simulate(scene, sample=None, directory=None, *, force=False, resume=False, log=print):
-    """Build a scene; returns a Simulation at its start, or at the end of an earlier run.
+    """Build a scene, and return its simulation at the start, or at the end of an earlier run.
 
-    sample: a Sample instead of that of the scene, positions in metres. directory: of the result;
-    by default a temporary folder that is removed with the Simulation. force: overwrite an existing
-    result; resume: continue it if it exists. log: called with messages for the user.
-    Raises DustError (bad input, an existing result), Interrupted.
+    Parameters
+    ----------
+    scene : Scene
+    sample : Sample, optional
+        Used instead of that of the scene; positions in metres.
+    directory : path, optional
+        Folder of the result. Default: a temporary folder that is removed with the Simulation.
+    force : bool
+        Overwrite an existing result.
+    resume : bool
+        Continue an existing result.
+    log : function
+        Called with messages for the user.
+
+    Returns
+    -------
+    Simulation
+
+    Raises
+    ------
+    DustError
+        Bad input, or an existing result.
+    Interrupted
+        A signal arrived.
     """
     return Simulation(scene, sample, directory, force=force, resume=resume, log=log)
 
@@ -33,7 +53,12 @@ def simulate(scene, sample=None, directory=None, *, force=False, resume=False, l
 class Simulation:
     """A simulation of a scene, at whole steps. A context manager; see `close`.
 
-    scene: its Scene. directory: the folder of its result. step: whole steps done.
+    Attributes
+    ----------
+    scene
+        Its Scene.
+    directory
+        Folder of its result.
     """
 
     def __init__(self, scene, sample, directory, *, force, resume, log):
@@ -121,10 +146,21 @@ class Simulation:
         return groups["contacts"]
 
     def forces(self):
-        """(force [N], torque [N m]) of the contacts on every grain, (grains, 3) each.
+        """Force and torque of the contacts on every grain.
 
-        Evaluated from the current positions, velocities and histories, without a step. Raises
-        DustError for a method without them.
+        They are evaluated from the current positions, velocities and histories, without a step.
+
+        Returns
+        -------
+        force
+            [N], (grains, 3).
+        torque
+            [N m], (grains, 3).
+
+        Raises
+        ------
+        DustError
+            The method has no forces.
         """
         if not hasattr(self._run.sim, "forces"):
             raise DustError("forces are known of grains; this scene is of another method")
@@ -133,14 +169,33 @@ class Simulation:
     # -- motion ----------------------------------------------------------------------------------
 
     def every(self, interval, function, name=None, *, units=()):
-        """Call function(simulation) at an interval, and record its results.
+        """Call a function at an interval, and record its results in a group of result.nc.
 
-        interval: a number of steps, a time such as "1 us", or a dict as in the YAML, such as
-        {"strain": 0.01}. A result is a number, an array, or a dict of these (always with the same
-        names and shapes), and goes into a group of result.nc, with its times and steps; None is
-        not written. name: of the group; by default that of the function. units: name -> unit.
         The first call is immediate, unless the run was resumed and has its records.
-        Raises DustError for an invalid interval or name.
+
+        Parameters
+        ----------
+        interval : int, str or dict
+            Number of steps, a time such as "1 us", or a dict as in the YAML, such as {"strain":
+            0.01}.
+        function : function
+            Called with the Simulation. It returns a number, an array, or a dict of these (always
+            with the same names and shapes), which are written with their times and steps; None is
+            not written.
+        name : str, optional
+            Name of the group. Default: that of the function.
+        units : dict
+            Name -> unit.
+
+        Returns
+        -------
+        function
+            The function.
+
+        Raises
+        ------
+        DustError
+            The interval or name is not valid.
         """
         group = name or getattr(function, "__name__", "records")
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", group) or group == "series":
@@ -159,10 +214,26 @@ class Simulation:
         return function
 
     def advance(self, duration):
-        """Advance by a number of steps or by a time such as "1 us", rounded to at least one step.
+        """Advance by a number of steps or a time; also beyond the end of the scene.
 
-        Also beyond the end of the scene. Records are written as specified by the scene. Raises
-        GuardStop for an invalid state, and Interrupted, with all records until then on disk.
+        Records are written as specified by the scene.
+
+        Parameters
+        ----------
+        duration : int or str
+            Number of steps, or a time such as "1 us", rounded to at least one step.
+
+        Returns
+        -------
+        Simulation
+            Itself.
+
+        Raises
+        ------
+        GuardStop
+            The state is not valid; all records until then are on disk.
+        Interrupted
+            A signal arrived; all records until then are on disk.
         """
         run = self._run
         if isinstance(duration, str):
@@ -178,9 +249,12 @@ class Simulation:
         return self
 
     def run(self):
-        """Advance to the end of the scene, as `dust run` does; returns the Simulation.
+        """Advance to the end of the scene, as `dust run` does; beyond that end it ends here.
 
-        Beyond that end it ends here.
+        Returns
+        -------
+        Simulation
+            Itself.
         """
         run = self._run
         if self._before_end is None:

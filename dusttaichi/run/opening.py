@@ -5,7 +5,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT, RESULT
 from dusttaichi.method import Start, State
 from dusttaichi.results import Writer, opened, provenance
-from dusttaichi.results.writer import already_there
+from dusttaichi.results.writing import already_there
 from dusttaichi.run import checkpoint, stages
 from dusttaichi.run.code import Origin
 from dusttaichi.run.error_bar import States

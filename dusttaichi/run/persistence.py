@@ -81,8 +81,10 @@ class RunFiles:
 
 
 def check_outputs(scene, directory, force):
-    """Raise DustError if the files of a run would replace its inputs or, without `force`, foreign
-    files."""
+    """Refuse files of a run that would replace its inputs or, without `force`, foreign files.
+
+    Raises DustError.
+    """
     directory = Path(directory)
     with outputs.writing(force=force, inputs=input_files(scene)):
         for name, mark in (files.RESULT, ""), (SCENE, MADE), (CHECKPOINT, "dusttaichi checkpoint"):

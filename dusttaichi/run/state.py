@@ -78,7 +78,8 @@ class RunState:
 class Report:
     """Progress of a run for display.
 
-    filling_factor, pressure [Pa]: or None. task: name of another task than the run itself.
+    `filling_factor` and `pressure` [Pa] may be None; `task` is the name of another task than the
+    run itself.
     """
 
     step: int

@@ -56,10 +56,13 @@ __all__ = [
 
 
 def make(scene) -> Sample:
-    """The sample of a scene with its pushes, in SI; its info has its origin and its measures.
+    """Sample of a scene with its pushes, in SI; its info has its origin and its measures.
 
-    Raises DustError, with the path in the YAML, for a file that cannot be used, grains that overlap
-    too much, a cut without grains, or a sample that would be too large.
+    Raises
+    ------
+    DustError
+        A file cannot be used, grains overlap too much, a cut has no grains, or the sample would be
+        too large; with the path in the YAML.
     """
     sample = made(scene.sample, Materials(scene))
     own = type(scene.sample).__module__.startswith(f"{__name__}.")

@@ -75,8 +75,10 @@ def _rows(file):
 
 
 def _plain_numbers(file, columns: int) -> np.ndarray | None:
-    """Numbers below the header, a million lines per second; None where lines must be read one by
-    one."""
+    """Numbers below the header, a million lines per second.
+
+    None where lines must be read one by one.
+    """
     lines = (line for line in file if line.strip() and not line.lstrip().startswith("#"))
     try:
         with warnings.catch_warnings():

@@ -17,11 +17,11 @@ HEAD = 4096  # bytes at the start of a file that identify its format
 
 
 def read(path: Path, where: str, length_unit: float | None = None, snapshot="last") -> dict:
-    """Arrays of a CSV file, a NetCDF file, a run directory's result.nc, or a file of another
-    program (samples.foreign).
+    """Arrays of a CSV or NetCDF file, of a run directory's result.nc, or of another program's file.
 
     where: name of the file in errors. length_unit [m]: unit of x, y, z of a CSV file without units
-    in its header. snapshot: number from 0, or "last", of a NetCDF file.
+    in its header. snapshot: number from 0, or "last", of a NetCDF file. For other programs see
+    samples.foreign.
     """
     if _is_run(path):
         path = path / "result.nc"

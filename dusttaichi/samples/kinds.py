@@ -60,7 +60,7 @@ class Kinds:
                 reader.model_rebuild(force=True)
 
     def reads(self, model: type[BaseModel]) -> type[BaseModel]:
-        """Decorator of a block with a field for any kind, to be updated by `follow`."""
+        """Let `follow` update a block that has a field for any kind (decorator)."""
         self._readers.append(model)
         return model
 

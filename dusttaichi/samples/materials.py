@@ -14,8 +14,19 @@ class Materials:
     """The materials of a scene, by number and by name; all in SI.
 
     Number 0 is the scene's `material`, those of `materials` follow in their order.
-    radius: of a grain of material 0 [m]; distance: between the centres of two such grains in
-    equilibrium contact [m].
+
+    Attributes
+    ----------
+    all
+        The materials in this order.
+    names
+        Their names.
+    interaction
+        Block of the scene.
+    radius
+        Radius of a grain of material 0 [m].
+    distance
+        Distance between the centres of two such grains in equilibrium contact [m].
     """
 
     def __init__(self, scene):
@@ -28,7 +39,24 @@ class Materials:
     def numbers(self, given, grains: int, where: str) -> np.ndarray:
         """Numbers of the materials (N,) from names or numbers; zeros where nothing is given.
 
-        where: their source in errors. Raises DustError for an unknown material.
+        Parameters
+        ----------
+        given : sequence, optional
+            Names or numbers.
+        grains
+            Number N of grains.
+        where
+            Source of the materials, for errors.
+
+        Returns
+        -------
+        array
+            (N,) of int.
+
+        Raises
+        ------
+        DustError
+            A material is unknown.
         """
         if given is None:
             return np.zeros(grains, np.int32)
@@ -51,7 +79,24 @@ class Materials:
     def radii(self, given, numbers: np.ndarray, where: str) -> np.ndarray:
         """Radii (N,) [m]: given ones, otherwise those of the materials.
 
-        Raises DustError for a radius for which the law of rolling is not valid.
+        Parameters
+        ----------
+        given : sequence, optional
+            Radii [m].
+        numbers
+            Numbers of the materials, (N,).
+        where
+            Source of the radii, for errors.
+
+        Returns
+        -------
+        array
+            (N,).
+
+        Raises
+        ------
+        DustError
+            The law of rolling is not valid for a radius.
         """
         radii = np.array([material.radius for material in self.all])[numbers]
         if given is not None:
@@ -69,7 +114,20 @@ class Materials:
         return radii
 
     def polydisperse(self, radii: np.ndarray, numbers: np.ndarray) -> dict:
-        """radii and materials for a Sample; None for both where all grains are of `material`."""
+        """Radii and materials for a Sample; None for both where all grains are of `material`.
+
+        Parameters
+        ----------
+        radii
+            [m], (N,).
+        numbers
+            (N,).
+
+        Returns
+        -------
+        dict
+            With the keys radii and materials.
+        """
         if not numbers.any() and np.allclose(radii, self.radius, rtol=1e-9, atol=0.0):
             return {"radii": None, "materials": None}
         return {"radii": radii, "materials": numbers}
@@ -86,7 +144,19 @@ class Materials:
         return sphere_mass(radii, np.array([material.density for material in self.all])[numbers])
 
     def equilibrium_distance(self, radii, numbers) -> float:
-        """Distance [m] of two grains in equilibrium contact, of these radii [m] and materials."""
+        """Distance [m] of two grains in equilibrium contact.
+
+        Parameters
+        ----------
+        radii : pair
+            Radii of the grains [m].
+        numbers : pair
+            Numbers of their materials.
+
+        Returns
+        -------
+        float
+        """
         one, two = (self.all[n] for n in numbers)
         overlap = mixed_constants(one, radii[0], two, radii[1], self.interaction).delta0
         return float(radii[0] + radii[1] - overlap)

@@ -13,12 +13,25 @@ from dusttaichi.samples.sample import Sample
 
 
 def pushed(scene, sample: Sample) -> Sample:
-    """The sample with displacements and velocities of the pushes of the scene.
+    """Sample with the displacements and velocities of the pushes of a scene.
 
     info["push"] has for every push its `kind`, the numbers of its `grains`, its `face`, and the
     `size` of a displacement [m]. Contacts are found afterwards: displacements strain them along the
-    normal only. A sample with info["push"] is returned unchanged. Raises DustError for a grain that
-    does not exist, or is both carried and pushed.
+    normal only. A sample with info["push"] is returned unchanged.
+
+    Parameters
+    ----------
+    scene : Scene
+    sample
+
+    Returns
+    -------
+    Sample
+
+    Raises
+    ------
+    DustError
+        A grain does not exist, or is both carried and pushed.
     """
     if not scene.push or "push" in sample.info:
         return sample
@@ -48,7 +61,28 @@ def pushed(scene, sample: Sample) -> Sample:
 
 
 def group_of(where: str, push, positions: np.ndarray, radius: float) -> np.ndarray:
-    """Numbers of the grains of a push, sorted; where: its path in the YAML. Raises DustError."""
+    """Numbers of the grains of a push, sorted.
+
+    Parameters
+    ----------
+    where
+        Path of the push in the YAML.
+    push : Push
+    positions
+        [m], (N, 3).
+    radius
+        Radius of the grains [m].
+
+    Returns
+    -------
+    array
+        (n,) of int.
+
+    Raises
+    ------
+    DustError
+        A grain does not exist.
+    """
     if push.face is not None:
         face = WALLS.index(push.face)
         sign = -1.0 if face % 2 else 1.0

@@ -28,7 +28,10 @@ Make = Callable[["SampleBlock", Materials], Sample]
 
 
 class SampleBlock(Block):
-    """The YAML block of a kind of sample; its field `kind` is a Literal with the kind's name."""
+    """The YAML block of a kind of sample.
+
+    Its field `kind` is a Literal with the kind's name.
+    """
 
     flies: ClassVar[bool] = False
     """True for colliding bodies, where the outcome depends on the kinetic energy."""
@@ -40,9 +43,21 @@ class SampleBlock(Block):
         return ()
 
     def least_room(self, radius: float) -> tuple[tuple[float, float, float], int]:
-        """Edges (x, y, z) [m] of the smallest box for the sample, and its number of grains.
+        """Smallest box for the sample, and its number of grains.
 
-        radius [m]: of the scene's material. Numbers that are not known beforehand are 0.
+        Numbers that are not known beforehand are 0.
+
+        Parameters
+        ----------
+        radius
+            Radius of the scene's material [m].
+
+        Returns
+        -------
+        edges
+            (x, y, z) [m].
+        grains
+            Number of grains.
         """
         return (0.0, 0.0, 0.0), getattr(self, "grains", None) or 0
 
@@ -54,7 +69,7 @@ reads_samples = GRAINS.reads
 
 
 def register(block: type[SampleBlock]) -> Callable[[Make], Make]:
-    """Decorator: the function below makes the samples of this block, under its `kind`.
+    """Register the function below as the generator of samples of this block (decorator).
 
     The function is called with the block, its quantities in SI, and the scene's Materials (radius
     and equilibrium distance of its grains, further materials); it returns a Sample, or raises

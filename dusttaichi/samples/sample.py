@@ -19,24 +19,38 @@ BYTES = 1000  # least memory of a grain in sample and simulation
 class Sample:
     """Grains before the first step; everything in SI.
 
-    positions, velocities, spins: float64, shape (N, 3), in m, m/s and rad/s.
-    contacts: None, or the history of existing pair contacts:
-        i, j (C,) int64; pointer_i, pointer_j (C, 3) unit vectors; twist (C,) [rad];
-        approach (C,) [m/s], the approach speed half a step before.
-        None means that contacts are to be found from the distances.
-    wall_contacts: None, or the history of the contacts with walls, whose positions are
-        info["room"]: grain, wall (W,) int64, the wall's number in names.WALLS; pointer (W, 3)
-        unit vectors; foot (W, 3) [m]; twist (W,) [rad]; approach (W,) [m/s].
-    info: plain numbers and texts on origin and measures of the sample.
-        `period` (3 numbers, m): edges of a periodic sample.
-        `shape`: "cylinder" for an upright cylinder about x = y = 0, "aggregate" for an uncut
-        cluster; they determine the volume of the filling factor.
-        `room` (6 numbers, m): positions of walls and faces of the cell, in the order of
-        names.WALLS, NaN where there is none; `start_time` [s]: of a continued run; `remarks`:
-        sentences for the user.
-    radii: (N,) [m], or None where all grains have the radius of their material.
-    materials: (N,) int, 0 for the scene's `material`, from 1 on for its `materials` in their
-        order; None where all are of the first.
+    Attributes
+    ----------
+    positions
+        [m], (N, 3) float64.
+    velocities
+        [m/s], (N, 3) float64.
+    spins
+        [rad/s], (N, 3) float64.
+    contacts
+        History of existing pair contacts (see Notes); None: contacts are found from the distances.
+    wall_contacts
+        History of the contacts with walls, whose positions are info["room"], or None.
+    info
+        Plain numbers and texts on origin and measures of the sample.
+    radii
+        [m], (N,); None where all grains have the radius of their material.
+    materials
+        (N,) int, 0 for the scene's `material`, from 1 on for its `materials` in their order; None
+        where all are of the first.
+
+    Notes
+    -----
+    `contacts` has i, j (C,) int64; pointer_i, pointer_j (C, 3) unit vectors; twist (C,) [rad]; and
+    approach (C,) [m/s], the approach speed half a step before. `wall_contacts` has grain, wall (W,)
+    int64, the wall's number in names.WALLS; pointer (W, 3) unit vectors; foot (W, 3) [m]; twist
+    (W,) [rad]; and approach (W,) [m/s].
+
+    `info` may have `period` (3 numbers, m), edges of a periodic sample; `shape`, "cylinder" for an
+    upright cylinder about x = y = 0, "aggregate" for an uncut cluster, which determines the volume
+    of the filling factor; `room` (6 numbers, m), positions of walls and faces of the cell in the
+    order of names.WALLS, NaN where there is none; `start_time` [s] of a continued run; and
+    `remarks`, sentences for the user.
     """
 
     positions: np.ndarray
@@ -50,7 +64,18 @@ class Sample:
 
     @classmethod
     def at_rest(cls, positions: np.ndarray, info: dict | None = None) -> Sample:
-        """Grains that neither move nor spin; positions of shape (N, 3) [m]."""
+        """Grains that neither move nor spin.
+
+        Parameters
+        ----------
+        positions
+            [m], (N, 3).
+        info
+
+        Returns
+        -------
+        Sample
+        """
         positions = np.ascontiguousarray(positions, dtype=np.float64)
         still = np.zeros_like(positions)
         return cls(positions, still, still.copy(), None, dict(info or {}))
@@ -74,10 +99,19 @@ def filling_factor(sample: Sample, radius) -> float:
     """Grain volume over the volume of the sample.
 
     The latter is the smallest upright box around the grains (S12 eq 28), surfaces included, except
-    for a sample with a `period`: the periodic cell;
-    of shape "cylinder": the smallest upright cylinder about the axis x = y = 0;
-    of shape "aggregate": the sphere with the aggregate's radius of gyration, of radius
-    sqrt(5/3) R_g, because a box about its branches would be mostly empty.
+    for a sample with a `period`, where it is the periodic cell; of shape "cylinder", where it is
+    the smallest upright cylinder about the axis x = y = 0; and of shape "aggregate", where it is
+    the sphere of radius sqrt(5/3) R_g, because a box about its branches would be mostly empty.
+
+    Parameters
+    ----------
+    sample
+    radius : float or array
+        Radii of the grains [m].
+
+    Returns
+    -------
+    float
     """
     grains = len(sample) * 4 / 3 * np.pi * np.mean(radius**3)
     return float(grains / _volume(sample, radius)[0])
@@ -98,9 +132,19 @@ def _volume(sample: Sample, radius) -> tuple[float, str]:
 
 
 def radius_of_gyration(sample: Sample, radius) -> float:
-    """R_g [m] of the mass of the grains: R_g^2 = mean of |x_i - x_cm|^2, and (3/5) r^2.
+    """Radius of gyration R_g [m]: R_g^2 = mean of |x_i - x_cm|^2, and (3/5) r^2.
 
     Grains of unequal radii are weighted with their volumes, whatever they are made of.
+
+    Parameters
+    ----------
+    sample
+    radius : float or array
+        Radii of the grains [m].
+
+    Returns
+    -------
+    float
     """
     if np.ndim(radius):
         weight = radius**3 / np.sum(radius**3)
@@ -113,7 +157,18 @@ def radius_of_gyration(sample: Sample, radius) -> float:
 def fractal_dimension(sample: Sample, radius) -> float:
     """D of N(<R) ~ R^D about grains of the core (geometry.grains_within).
 
-    NaN for a sample that is too small. For a single fractal aggregate it scatters by about 0.2.
+    For a single fractal aggregate it scatters by about 0.2.
+
+    Parameters
+    ----------
+    sample
+    radius : float or array
+        Radii of the grains [m].
+
+    Returns
+    -------
+    float
+        NaN for a sample that is too small.
     """
     found = grains_within(sample.positions, radius, radius_of_gyration(sample, radius))
     return float("nan") if found is None else power(*found)
@@ -122,9 +177,19 @@ def fractal_dimension(sample: Sample, radius) -> float:
 def describe(sample: Sample, radius, touch: float | None) -> dict:
     """Measures of any sample, for its info.
 
-    touch: centres no farther apart than this [m] are in contact; None: than the sum of the radii.
-    Returns filling_factor, filling_factor_in (its volume), radius_of_gyration [m], coordination,
-    and fractal_dimension if there is one.
+    Parameters
+    ----------
+    sample
+    radius : float or array
+        Radii of the grains [m].
+    touch
+        Largest distance of the centres of grains in contact [m]; None: the sum of their radii.
+
+    Returns
+    -------
+    dict
+        filling_factor, filling_factor_in (its volume), radius_of_gyration [m], coordination, and
+        fractal_dimension if there is one.
     """
     info = {
         "filling_factor": filling_factor(sample, radius),
@@ -141,11 +206,27 @@ def bulk_filling_factor(
 ) -> float:
     """Filling factor away from the surfaces; NaN if nothing is left there.
 
-    Counts the grain centres in an upright cylinder in the middle of the sample, which is unbiased:
-    the probability of a centre to be inside does not depend on the position of its surface.
-    side, bottom, top: excluded layers, from the outermost grain centres, in grain radii. The
-    bottom's 20 is the extent of the denser first layers of a deposit (in its profile: 0.20 at the
-    floor, about 5 % above the bulk further up, decaying slowly).
+    It counts the grain centres in an upright cylinder in the middle of the sample, which is
+    unbiased: the probability of a centre to be inside does not depend on the position of its
+    surface.
+
+    Parameters
+    ----------
+    sample
+    radius
+        Radius of the grains [m].
+    side
+        Excluded layer at the sides, from the outermost grain centres, in grain radii, as the next
+        two.
+    bottom
+        The default is the extent of the denser first layers of a deposit (in its profile: 0.20 at
+        the floor, about 5 % above the bulk further up, decaying slowly).
+    top
+        Excluded layer at the top.
+
+    Returns
+    -------
+    float
     """
     low, high = sample.positions.min(axis=0), sample.positions.max(axis=0)
     floor, ceiling = low[2] + bottom * radius, high[2] - top * radius
@@ -159,12 +240,37 @@ def bulk_filling_factor(
 
 
 def touching_pairs(positions: np.ndarray, distance: float) -> np.ndarray:
-    """Pairs i < j of grains whose centres are no farther apart than distance [m], (C, 2) int."""
+    """Pairs i < j of grains whose centres are no farther apart than a distance.
+
+    Parameters
+    ----------
+    positions
+        [m], (N, 3).
+    distance
+        [m].
+
+    Returns
+    -------
+    array
+        (C, 2) int.
+    """
     return scipy.spatial.cKDTree(positions).query_pairs(distance, output_type="ndarray")
 
 
 def smallest_gap(positions: np.ndarray, radius) -> float:
-    """Smallest distance of two surfaces among the four nearest neighbours of each grain [m]."""
+    """Smallest distance of two surfaces among the four nearest neighbours of each grain [m].
+
+    Parameters
+    ----------
+    positions
+        [m], (N, 3).
+    radius : float or array
+        Radii of the grains [m].
+
+    Returns
+    -------
+    float
+    """
     near = min(5, len(positions))
     distance, other = scipy.spatial.cKDTree(positions).query(positions, k=near)
     radii = np.broadcast_to(radius, len(positions))
@@ -175,10 +281,20 @@ def smallest_gap(positions: np.ndarray, radius) -> float:
 def coordination(sample: Sample, distance: float | None, radius=None) -> float:
     """Mean number of contacts of a grain.
 
-    Grains are in contact whose centres are no farther apart than distance [m], or (None) than the
-    sum of their radii.
     Contacts of the sample's file are included, however stretched. Walls and periodic images are
     not.
+
+    Parameters
+    ----------
+    sample
+    distance
+        Largest distance of the centres of grains in contact [m]; None: the sum of their radii.
+    radius : float or array
+        Radii of the grains [m].
+
+    Returns
+    -------
+    float
     """
     if distance is None:
         pairs = np.column_stack(pairs_within(sample.positions, radius)[:2])

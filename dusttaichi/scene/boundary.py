@@ -186,7 +186,17 @@ def bounded_axes(boundary: Block) -> tuple[str, ...]:
 
 
 def strains(boundary: Block, drive: Drive) -> bool:
-    """True where the height, an edge or a shear changes at a prescribed rate."""
+    """True where the height, an edge or a shear changes at a prescribed rate.
+
+    Parameters
+    ----------
+    boundary
+    drive
+
+    Returns
+    -------
+    bool
+    """
     if drive.shears:
         return True
     height = {"bottom", "top"} <= set(boundary.walls) and bool(drive.wall_speed)
@@ -199,7 +209,18 @@ def strains(boundary: Block, drive: Drive) -> bool:
 
 
 def filling_direction(boundary: Block, drive: Drive) -> int:
-    """1 where the filling factor of a bounded box only grows, -1 where it only falls, else 0."""
+    """Sign of the change of the filling factor of a bounded box.
+
+    Parameters
+    ----------
+    boundary
+    drive
+
+    Returns
+    -------
+    int
+        1 where it only grows, -1 where it only falls, else 0.
+    """
     if bounded_axes(boundary) != AXES or drive.controls_load:
         return 0
     rates = [drive.wall_speed or 0.0] if "top" in boundary.walls else []

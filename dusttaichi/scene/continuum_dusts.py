@@ -109,8 +109,10 @@ def drawn(data, draw, possible):
 
 
 def _axes(covariance):
-    """Standard deviations, and a root of the correlation, which is singular for few seeds, or
-    slightly indefinite by the digits in a file."""
+    """Standard deviations, and a root of the correlation.
+
+    The correlation is singular for few seeds, or slightly indefinite by the digits in a file.
+    """
     width = np.sqrt(covariance.diagonal())
     safe = np.where(width > 0.0, width, 1.0)
     values, vectors = np.linalg.eigh(covariance / np.outer(safe, safe))

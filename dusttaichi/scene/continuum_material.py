@@ -93,8 +93,10 @@ class Provenance(Block):
 
 
 class ContinuumMaterial(Block):
-    """Material of dust, written as a name or a file of `dust fit continuum`, as either with some
-    numbers changed (`base`) or drawn from their covariance (`draw`), or as numbers."""
+    """Material of dust: a name, a file of `dust fit continuum`, either with changes, or numbers.
+
+    `base` names the material whose numbers are changed; `draw` draws them from their covariance.
+    """
 
     extra_keys: ClassVar[tuple[str, ...]] = ("base", "draw", *moduli.KEYS)
     needed: ClassVar[str] = continuum_dusts.NEEDED

@@ -18,8 +18,11 @@ compaction fronts at 0.5 to 2 m/s; and for impacts at 2 to 10 m/s."""
 
 
 class Viscosity(NamedBlock):
-    """Artificial viscosity, by where it acts; none of it is material. Written as a word for the
-    kind of scene (quasi_static, front at 0.5 to 2 m/s, impact at 2 to 10 m/s) or as a block."""
+    """Artificial viscosity, by where it acts; none of it is material.
+
+    Written as a word for the kind of scene (quasi_static, front at 0.5 to 2 m/s, impact at 2 to 10
+    m/s) or as a block.
+    """
 
     WORDS: ClassVar[dict[str, dict[str, Any]]] = VISCOSITIES
     needed: ClassVar[str] = (

@@ -190,8 +190,10 @@ class Interaction(Block):
     )
 
     def asperity_volume(self, material: Any) -> float:
-        """Volume of asperities deformed at first contact, per area [m]: that of the scene, else of
-        a Material; 0 where they are off."""
+        """Volume of asperities deformed at first contact, per area [m]; 0 where they are off.
+
+        It is that of the scene, else that of the material.
+        """
         if self.asperities is None:
             return 0.0
         own = self.asperities.volume

@@ -18,12 +18,22 @@ DRAFT = "https://json-schema.org/draft/2020-12/schema"
 
 
 def load(path: str | Path) -> Scene:
-    """The scene of a YAML file, with `source` and `path` set.
+    """Scene of a YAML file, with `source` and `path` set.
 
-    path: a file, or the name of a bundled scene (`shipped`), such as "omni_static".
+    Parameters
+    ----------
+    path
+        A file, or the name of a bundled scene, such as "omni_static".
 
-    Raises DustError: file missing, not readable, not YAML, or not a scene; the last with one line
-    for each fault, with its path in the YAML, value, allowed values, and line number.
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    DustError
+        The file is missing, not readable, not YAML, or not a scene; the last with one line for each
+        fault, with its path in the YAML, value, allowed values, and line number.
     """
     path = _found(path)
     scene = from_yaml(_text(path), path.parent, title=str(path), check_files=True)
@@ -38,7 +48,27 @@ def from_yaml(
     title: str = "the scene",
     check_files: bool = False,
 ) -> Scene:
-    """The scene of a YAML text; folder: of relative paths in it. Raises DustError."""
+    """Scene of a YAML text.
+
+    Parameters
+    ----------
+    text
+    folder
+        Folder of relative paths in the text.
+    title
+        Name of the scene in errors.
+    check_files
+        As in `Scene.from_dict`.
+
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    DustError
+        The text is not YAML or no valid scene.
+    """
     document = _document(text, title)
     _refuse_problems(document, title)
     scene = Scene.from_dict(
@@ -51,7 +81,12 @@ def from_yaml(
 def load_extensions(path: str | Path) -> None:
     """Import the extensions of a YAML file, so that the JSON Schema includes them.
 
-    Other keys of the file need not be valid. Raises DustError.
+    Other keys of the file need not be valid.
+
+    Raises
+    ------
+    DustError
+        The file or an extension cannot be read.
     """
     path, title = _found(path), str(path)
     document = _document(_text(path), title)

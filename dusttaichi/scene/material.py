@@ -57,8 +57,10 @@ def _named(name: Any) -> dict[str, Any]:
 
 
 class _Properties(Mark):
-    """Marks the properties that laws of contacts declare (numbers.Property of physics.contact):
-    written by name with units, stored as pairs (name, SI value) in their order."""
+    """Marks the properties that laws of contacts declare (numbers.Property of physics.contact).
+
+    They are written by name with units, and stored as pairs (name, SI value) in their order.
+    """
 
     @staticmethod
     def _declared(name: str):
@@ -156,8 +158,19 @@ class Material(Block):
             yield "critical_rolling", "it must be smaller than the radius of a grain"
 
     def scaled(self, mass: float, stiffness: float) -> "Material":
-        """The unscaled material with its density and its Young's modulus multiplied by these
-        factors (numerics.mass_scaling, stiffness_scaling)."""
+        """The unscaled material with its density and its Young's modulus multiplied.
+
+        Parameters
+        ----------
+        mass
+            Factor on the density (numerics.mass_scaling).
+        stiffness
+            Factor on Young's modulus (numerics.stiffness_scaling).
+
+        Returns
+        -------
+        Material
+        """
         own = self.unscaled
         if mass == stiffness == 1.0:
             return own

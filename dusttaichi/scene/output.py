@@ -115,7 +115,7 @@ class Output(Block):
 
     @property
     def chosen(self) -> tuple[tuple[str, ...], str]:
-        """`variables` and `precision`, as results.variables.select takes them."""
+        """Values of `variables` and `precision`, as results.variables.select takes them."""
         return self.variables, self.precision
 
     def requests(self, name: str) -> bool:

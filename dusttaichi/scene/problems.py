@@ -67,8 +67,10 @@ def _more(found: list) -> str:
 
 
 def line(path: Path, text: str, data: Any, lines: Mapping[Path, int]) -> str:
-    """Line about one fault:
-    'boundary.wall_speed = "1 cm": a speed is needed, for example "1 cm/s"  (line 14)'."""
+    """Line about one fault.
+
+    Such as 'boundary.wall_speed = "1 cm": a speed is needed, for example "1 cm/s" (line 14)'.
+    """
     number = _line(path, lines)
     where = f"  (line {number})" if number else ""
     return f"{dotted(path)}{_value(path, data)}: {text}{where}"
@@ -204,8 +206,10 @@ def _members(annotation: Any) -> list[type[BaseModel]]:
 
 
 def _blocks(root: type[BaseModel], loc: Path, data: Any) -> list[type[BaseModel]]:
-    """The blocks that are allowed at a location of the data; a union member's name in it, or the
-    name of a registered law in the data, selects one."""
+    """The blocks that are allowed at a location of the data.
+
+    A union member's name in it, or the name of a registered law in the data, selects one.
+    """
     blocks = [root]
     for key in loc:
         present, value = _step(data, key)

@@ -34,8 +34,10 @@ KINDS = ("displacement", "displacement_delta0", "velocity", "spin", "force", "sp
 
 
 class Push(Block):
-    """One of displacement, displacement_delta0, velocity, spin, force and speed, on grains or a
-    face."""
+    """A push of grains or of a face.
+
+    Exactly one of displacement, displacement_delta0, velocity, spin, force and speed is given.
+    """
 
     grains: Grains | None = Field(
         None, description="numbers of the grains, from 0, or all; either this or face"

@@ -10,9 +10,8 @@ import yaml
 from pydantic import Field, PrivateAttr, ValidationError, ValidationInfo, field_validator
 
 from dusttaichi import method
-from dusttaichi.errors import DustError
 from dusttaichi.names import AXES
-from dusttaichi.scene import checks, extensions, problems
+from dusttaichi.scene import checks, extensions, plain, problems
 from dusttaichi.scene.boundary import Boundary, bounded_axes, own_drive
 from dusttaichi.scene.extensions import Extension
 from dusttaichi.scene.fields import Block, Count, Faults, name_like, needed
@@ -35,7 +34,13 @@ class Scene(Block):
 
     Each method has a scene class of its own, with further blocks (GrainsScene), which `from_dict`
     chooses by the key `method`.
-    source: the text of the YAML file as read ("" without one). path: that file, or None.
+
+    Attributes
+    ----------
+    source
+        Text of the YAML file as read ("" without one).
+    path
+        Path of that file, or None.
     """
 
     SERIES_STEPS: ClassVar[int] = 1000  # between records where nothing is strained
@@ -158,10 +163,28 @@ class Scene(Block):
     ) -> "Scene":
         """Scene, of the class of its method, from the plain data of a YAML file.
 
-        folder: folder of relative paths in `sample.file` and `extensions` (default: the current
-        directory). lines: path -> line number, for errors. check_files: refuse a `sample.file` that
-        does not exist, and an extension that has changed since this process imported it. Raises
-        DustError with one line for each problem.
+        Parameters
+        ----------
+        data
+        folder
+            Folder of relative paths in `sample.file` and `extensions`. Default: the current
+            directory.
+        lines
+            Path of a key -> line number, for errors.
+        title
+            Name of the scene in errors.
+        check_files
+            Refuse a `sample.file` that does not exist, and an extension that has changed since this
+            process imported it.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        DustError
+            The data are no valid scene; one line for each problem.
         """
         imported = extensions.load(
             data, folder, lines=lines or {}, title=title, unchanged=check_files
@@ -179,13 +202,26 @@ class Scene(Block):
         return scene
 
     def with_value(self, path: str, value: Any) -> "Scene":
-        """New scene with one value changed, written as in the YAML.
+        """New scene with one value changed; defaults that depend on other values follow the change.
 
-        path: keys joined by dots, such as "boundary.wall_speed" or "boundary.size.0".
-        Defaults that depend on other values follow the change. Raises DustError.
+        Parameters
+        ----------
+        path
+            Keys joined by dots, such as "boundary.wall_speed" or "boundary.size.0".
+        value
+            As written in the YAML.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        DustError
+            The new scene is not valid.
         """
         data = self.given
-        _set(data, path.split("."), value, path)
+        plain.set_value(data, path.split("."), value, path)
         return self.with_data(data, title=f"the scene with {path} = {value!r}")
 
     @property
@@ -196,22 +232,42 @@ class Scene(Block):
     def with_data(self, data: dict[str, Any], title: str = "the scene") -> "Scene":
         """New scene from other plain data, such as `given`, with the folder of this one.
 
-        Raises DustError.
+        Parameters
+        ----------
+        data
+        title
+            Name of the scene in errors.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        DustError
+            The data are no valid scene.
         """
         scene = Scene.from_dict(data, self._folder, title=title)
         scene._path = self._path
         return scene
 
     def _plain(self) -> dict[str, Any]:
-        return _without_none(self.model_dump(mode="json"))
+        return plain.without_none(self.model_dump(mode="json"))
 
     def to_yaml(self, absolute: bool = False) -> str:
         """YAML of the scene with every default; loads again to an equal scene.
 
-        absolute: with absolute paths of its files, so that they are found from any folder.
+        Parameters
+        ----------
+        absolute
+            Write absolute paths of its files, so that they are found from any folder.
+
+        Returns
+        -------
+        str
         """
         data = _absolute(self._plain()) if absolute else self._plain()
-        return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=1000)
+        return yaml.dump(data, Dumper=plain.Dumper, sort_keys=False, allow_unicode=True, width=1000)
 
     def _repr_html_(self) -> str:
         """HTML for a notebook: a summary of the blocks, and the whole scene to unfold."""
@@ -285,53 +341,3 @@ def _scene_class(data: dict[str, Any], lines: dict, title: str) -> type[Scene]:
         found = problems.line(("method",), text, data, lines)
         raise problems.refusal(title, [found])
     return method.named(name).scene
-
-
-class _Dumper(yaml.SafeDumper):
-    """Dumper with one line for a list of plain values, and one for each key otherwise."""
-
-    def represent_list(self, data: list) -> yaml.Node:
-        flow = not any(isinstance(item, (list, dict)) for item in data)
-        return self.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=flow)
-
-    def ignore_aliases(self, data: Any) -> bool:
-        return True
-
-
-_Dumper.add_representer(list, _Dumper.represent_list)
-
-
-def _without_none(data: Any) -> Any:
-    if isinstance(data, dict):
-        return {key: _without_none(item) for key, item in data.items() if item is not None}
-    if isinstance(data, list):
-        return [_without_none(item) for item in data]
-    return data
-
-
-# Key of the word of a shorthand that becomes a block when a value inside it is set.
-_BLOCK_KEY = {"material": "base", "damping": "model"}
-
-
-def _set(data: dict[str, Any], keys: list[str], value: Any, path: str) -> None:
-    here: Any = data
-    for depth, key in enumerate(keys):
-        last = depth == len(keys) - 1
-        if isinstance(here, list):
-            if not key.isdigit() or int(key) >= len(here):
-                raise DustError(f"{path}: a number from 0 to {len(here) - 1} is needed, not {key}")
-            key = int(key)
-        elif not isinstance(here, dict):
-            above = ".".join(keys[:depth])
-            raise DustError(f"{path}: {above} = {here!r} has no keys below it")
-        if last:
-            here[key] = value
-            return
-        below = here.get(key) if isinstance(here, dict) else here[key]
-        if isinstance(below, str) and key in _BLOCK_KEY:
-            here[key] = {_BLOCK_KEY[key]: below}
-        elif isinstance(below, str) and keys[:depth] == ["materials"]:
-            here[key] = {"base": below}
-        elif below in (None, "on", "off") or isinstance(below, bool):
-            here[key] = {}
-        here = here[key]

@@ -41,7 +41,7 @@ class Stage(Block):
 class StagePlan:
     """A stage with everything resolved; a scene without stages has a single one, without a name.
 
-    snapshots: "auto" spreads them over the stage (run.schedule).
+    `snapshots` "auto" spreads them over the stage (run.schedule).
     """
 
     name: str

@@ -143,11 +143,11 @@ def measure(scene, plan):
 
 
 class Timer:
-    """Measures the segments of a run, and stores its speed at the end. The first segment does not
-    count: it compiles the kernels.
+    """Measures the segments of a run, and stores its speed at the end.
 
-    `ready` and the Timer itself are arguments `ready` and `advancing` of dusttaichi.run.execute.
-    ends: times of the end of the first and the last segment (perf_counter), None before.
+    The first segment does not count: it compiles the kernels. `ready` and the Timer itself are
+    arguments `ready` and `advancing` of dusttaichi.run.execute. ends: times of the end of the first
+    and the last segment (perf_counter), None before.
     """
 
     def __init__(self, scene):

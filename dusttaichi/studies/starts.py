@@ -20,8 +20,11 @@ ALIKE = 5  # most runs of an estimate
 
 @dataclass(frozen=True)
 class Start:
-    """One run. kernels: everything that the compiled kernels depend on, as far as it is known
-    before the scene is built. cached: they were in the cache. seconds: besides the steps."""
+    """One run.
+
+    kernels: everything that the compiled kernels depend on, as far as it is known before the scene
+    is built. cached: they were in the cache. seconds: besides the steps.
+    """
 
     method: str
     kernels: str
@@ -52,7 +55,7 @@ def kernels_of(scene, size):
 
 
 def are_cached(scene, size):
-    """Whether kernels of such a scene are in the cache of this machine."""
+    """True if kernels of such a scene are in the cache of this machine."""
     if not any(processor.kernel_folder().glob("*.tcb")):
         return False
     kernels = kernels_of(scene, size)

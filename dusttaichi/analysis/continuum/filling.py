@@ -1,4 +1,4 @@
-"""Where dust is how dense: along the axis below a bead, as a map, and as cumulated volume (G09)."""
+"""Density of dust: along the axis below a bead, as a map, and as cumulated volume (G09)."""
 
 from dataclasses import dataclass
 
@@ -41,10 +41,10 @@ def projectile_of(run):
 
 
 def axis_profile(run, snapshot=-1):
-    """The AxisProfile of a Run with a rigid projectile: dust within one spacing of the vertical
-    through its middle (in three dimensions two), as in G09 Fig 12.
+    """Filling factor along the axis of a run with a rigid projectile, as in G09 Fig 12.
 
-    Raises DustError where the run has no projectile or no such snapshot.
+    Dust within one spacing of the vertical through the middle of the projectile counts (in three
+    dimensions two). Raises DustError where the run has no projectile or no such snapshot.
     """
     bead, frame = projectile_of(run), read_particles(run, snapshot)
     centre, surface = _centre(frame), _surface(run)

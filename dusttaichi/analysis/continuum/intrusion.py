@@ -1,4 +1,4 @@
-"""How a rigid body goes into dust: intrusion, stopping time, depth, deceleration curve (G09)."""
+"""Motion of a rigid body into dust: intrusion, stopping time, depth, deceleration curve (G09)."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from dusttaichi.errors import DustError
 
 @dataclass(frozen=True)
 class Stop:
-    """Where a body stops for the first time: after `time` [s] in the depth [m].
+    """The first stop of a body: after `time` [s] in the depth [m].
 
     rms [m]: of its intrusion from -depth sin(pi t / 2 T) until then (G09 eq 11). normalised: (2, n)
     t / T and h / D until then.

@@ -31,8 +31,10 @@ def stopping_time(mass, speed):
 
 
 def drops():
-    """The drops of G09 Table 2 in SI: dict of arrays (15,): diameter, mass, speed, depth, time, and
-    momentum m v / A [kg/(m s)]."""
+    """Drops of G09 Table 2 in SI: dict of arrays (15,).
+
+    They are diameter, mass, speed, depth, time, and momentum m v / A [kg/(m s)].
+    """
     diameter, mass, speed, reached, time = (DROPS * [1e-3, 1e-6, 1.0, 1e-3, 1e-3]).T
     momentum = mass * speed / (np.pi / 4.0 * diameter**2)
     return {

@@ -38,17 +38,17 @@ class ParticleFrame:
 
     @property
     def is_dust(self):
-        """Which particles are dust, fixed or not, (N,) bool."""
+        """True for particles of dust, fixed or not, (N,) bool."""
         return np.isin(self.role, (DUST, FIXED))
 
     @property
     def flies(self):
-        """Which particles move freely: dust that is not fixed, and elastic ones, (N,) bool."""
+        """True for particles that move freely: dust that is not fixed, and elastic ones, (N,) bool."""
         return np.isin(self.role, (DUST, ELASTIC))
 
     @property
     def is_bead(self):
-        """Which particles are of rigid or elastic bodies, (N,) bool."""
+        """True for particles of rigid or elastic bodies, (N,) bool."""
         return np.isin(self.role, (RIGID, ELASTIC))
 
     @property
@@ -67,9 +67,11 @@ class ParticleFrame:
         return float(self.position[self.is_dust][:, 2].min() - 0.5 * self.spacing)
 
     def filling_below(self, axis, reach, edges):
-        """Filling factor (slices,) in an upright cylinder about `axis` (2,) [m], `reach` [m] wide,
-        between `edges` (slices + 1,), heights that fall: mean of the particles whose centre is in
-        it."""
+        """Filling factor (slices,) in an upright cylinder about `axis` (2,) [m], `reach` [m] wide.
+
+        The slices are between `edges` (slices + 1,), heights that fall. Mean of the particles whose
+        centre is in a slice.
+        """
         x = self.position[self.is_dust]
         inside = np.hypot(*(x[:, :2] - axis).T) <= reach
         volume, phi = (a[self.is_dust][inside] for a in (self.volume, self.filling_factor))

@@ -100,7 +100,7 @@ def pieces_of(frame, planes=()):
 
 
 def _touching(fixed, x, size, planes):
-    """Which moving particles are near what does not give way, (M,) bool. fixed: (F, 3) [m]."""
+    """True for moving particles near something that does not yield, (M,) bool; fixed: (F, 3) [m]."""
     touching = np.zeros(len(x), bool)
     for axis, plane in planes:
         # a mirror image is twice as far as the plane
@@ -112,8 +112,10 @@ def _touching(fixed, x, size, planes):
 
 
 def velocities_at_start(run):
-    """Number of each body of dust that moves -> velocity at the start [m/s], (3,); 0 of one whose
-    particles move without it."""
+    """Number of each moving body of dust -> initial velocity [m/s], (3,).
+
+    It is 0 for a body whose particles move without it.
+    """
     frame = read_particles(run, 0)
     moves, found = frame.flies, {}
     for n in np.unique(frame.body[moves]):
@@ -127,12 +129,12 @@ def velocities_at_start(run):
 
 @dataclass(frozen=True)
 class Bounce:
-    """How a body of dust comes back from a wall along an axis.
+    """Rebound of a body of dust from a wall along an axis.
 
     coefficient: of restitution, speed of the largest piece away from the wall at the end over that
     of the body towards it at the start; 0 where that piece is near a wall that still acts with a
-    force, in the last tenth of the run. rebound: the largest speed back
-    of the centre of mass over the start's, at any time. parts: the Pieces of the end. axis: "z" ...
+    force, in the last tenth of the run. rebound: the largest speed back of the centre of mass over
+    the start's, at any time. parts: the Pieces of the end. axis: "z" ...
     """
 
     coefficient: float
@@ -166,10 +168,10 @@ def _pushed_at_the_end(run):
 
 
 def collide(run):
-    """Restitution of the two first bodies of a Run that fly at each other: relative speed of the
-    two heaviest pieces along the line of their first approach, over the speed of approach.
+    """Restitution of the two first bodies of a run that fly at each other.
 
-    0 where there is one piece.
+    It is the relative speed of the two heaviest pieces along the line of their first approach, over
+    the speed of approach; 0 where there is one piece.
     """
     parts = pieces(run)
     one, other, *_ = velocities_at_start(run).values()

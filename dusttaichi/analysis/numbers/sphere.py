@@ -7,8 +7,10 @@ from dusttaichi.errors import DustError
 
 
 def _measure(run):
-    """Depth and time of the stop, or the largest depth; the largest upward force, averaged between
-    two records."""
+    """Depth and time of the stop, or the largest depth; the largest upward force.
+
+    The force is averaged between two records.
+    """
     try:
         motion = penetration(run)
     except DustError:  # it flies, or there is no dust below it

@@ -31,7 +31,9 @@ def cylinder_pull(r2, soft2):
 
 
 def cylinder_potential(r2, soft2):
-    """Potential over G and mass per length [1], 1 less than at the softening radius in the
-    middle."""
+    """Potential of a cylinder over G and mass per length [1].
+
+    In the middle it is 1 less than at the softening radius.
+    """
     q2 = maximum(r2, soft2)
     return log(q2 / soft2) + r2 / q2 - 1.0

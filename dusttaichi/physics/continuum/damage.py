@@ -19,13 +19,16 @@ LEAST = 1e-30
 
 
 def tensile_strain(tension, K, m):
-    """The strain that activates flaws: the largest principal stress [Pa], positive in tension, over
-    Young's modulus 9 K r/(3 + r), r = mu/K."""
+    """Strain that activates flaws.
+
+    The largest principal stress [Pa], positive in tension, over Young's modulus 9 K r/(3 + r), r =
+    mu/K.
+    """
     return tension * (3.0 + m.mu_over_K) / (9.0 * K * m.mu_over_K)
 
 
 def active_flaws(strain, weakest, exponent, count):
-    """How many of `count` flaws are active at a strain; weakest: strain of the first."""
+    """Number of active flaws of `count` at a strain; weakest: strain of the first."""
     reached = minimum(count, exp(exponent * log(maximum(strain, LEAST) / weakest)))
     return where(strain >= weakest, reached, 0.0)
 

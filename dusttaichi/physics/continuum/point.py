@@ -92,8 +92,10 @@ class MaterialPoint:
         )
 
     def with_free_sides(self, axial, lateral=0.0):
-        """The point after a natural strain `axial` along z under a stress `lateral` [Pa] on x and
-        y, positive in tension; for a single point."""
+        """The point after a natural strain `axial` along z under a lateral stress.
+
+        lateral [Pa]: stress on x and y, positive in tension. For a single point.
+        """
 
         def missing(side):
             return float(self.strained((side, side, axial)).stress[..., 0]) - lateral

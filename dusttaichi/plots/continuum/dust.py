@@ -24,10 +24,10 @@ WIDTH, TALLEST = 6.0, 7.0  # of the figure [inches]
 
 
 def values_of(frame, color):
-    """Values that colour a ParticleFrame, (N,), in SI; not a number of what is rigid, and of what
-    is elastic no filling factor.
+    """Values that colour a ParticleFrame, (N,), in SI.
 
-    Raises DustError for a colour that there is not.
+    NaN for rigid particles; elastic ones have no filling factor. Raises DustError for an unknown
+    colour.
     """
     if color not in COLOURS:
         raise DustError(f'There is no colour by "{color}"; allowed: {", ".join(COLOURS)}.')
@@ -127,8 +127,10 @@ def paint(axes, run, frame, color, limits, *, extent):
 
 
 def _rigid(axes, run, frame, *, elastic):
-    """The outline of the projectile, and particles of other rigid bodies as dots, those of elastic
-    ones where they have no colour."""
+    """Draw the outline of the projectile, and particles of other rigid bodies as dots.
+
+    Elastic ones are dots too where they have no colour.
+    """
     bead = run.sample.get("projectile", {})
     rigid = frame.is_bead
     look = {"facecolor": "#C8C8C8", "edgecolor": style.BLACK, "linewidth": 0.8}

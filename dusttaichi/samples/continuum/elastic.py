@@ -18,8 +18,10 @@ from dusttaichi.scene.quantities import Density, Quantity
 
 
 class ElasticSample(FreeBody):
-    """An elastic sphere, ring, shell or block about the origin: p = K (rho/rho_0 - 1), without
-    strengths."""
+    """An elastic sphere, ring, shell or block about the origin, without strengths.
+
+    p = K (rho/rho_0 - 1).
+    """
 
     extra_keys: ClassVar[tuple[str, ...]] = moduli.KEYS
 

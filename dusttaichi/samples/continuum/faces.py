@@ -59,8 +59,10 @@ def _check_periods(boundary, room, reach) -> None:
 
 
 def _between(fixed, free, side, plane) -> float:
-    """End of a layer [m]: half way between its last row and the first free one, or at `plane` if no
-    particle is free."""
+    """End of a layer [m]: half way between its last row and the first free one.
+
+    It is at `plane` if no particle is free.
+    """
     if not len(free):
         return plane
     return 0.5 * (fixed.max() + free.min() if side == 0 else fixed.min() + free.max())

@@ -190,7 +190,7 @@ def _stiffness_of_stages(scene) -> Faults:
 
 
 def _too_soft(material, scale):
-    """Why a Material must not be softened so much; None where it may be."""
+    """Reason why a Material must not be softened so much; None where it may be."""
     R = constants.reduced_radius(material.radius, material.radius)
     a0 = constants.equilibrium_contact_radius(
         material.surface_energy, R, constants.reduced_modulus(material)

@@ -1,4 +1,4 @@
-"""Which collisions a study consists of, each as the sample of its scene."""
+"""The collisions of a study, each as the sample of its scene."""
 
 import hashlib
 import itertools
@@ -22,8 +22,11 @@ SAMPLE = "sample"  # name of the bodies where the study names none
 
 @dataclass(frozen=True)
 class Collision:
-    """One collision. index: along the dimensions of a Study. sample: its block of the YAML. key:
-    tells whether a stored row belongs to it."""
+    """One collision.
+
+    index: along the dimensions of a Study. sample: its block of the YAML. key: states which stored
+    row belongs to it.
+    """
 
     index: tuple[int, ...]
     sample: dict[str, Any]
@@ -49,7 +52,7 @@ class Study:
 
     @property
     def rows_file(self) -> Path:
-        """Where each collision is a line of JSON as soon as it is done."""
+        """File in which each collision is a line of JSON as soon as it is done."""
         return self.directory / "collisions.jsonl"
 
     @property
@@ -59,8 +62,10 @@ class Study:
 
 
 def make_study(scene: Scene, directory: Path, added: tuple = ()) -> Study:
-    """The Study of a scene, with the speeds `added` [m/s] beside its own. Raises DustError where
-    it has no block `collisions`."""
+    """The Study of a scene, with the speeds `added` [m/s] beside its own.
+
+    Raises DustError where it has no block `collisions`.
+    """
     own = getattr(scene, "collisions", None)
     if own is None:
         raise DustError(

@@ -29,8 +29,10 @@ def collide_and_refine(scene, directory, *, force=False, resume=False, **how):
 
 
 def next_speed(data):
-    """The speed [m/s] that halves the widest interval in which the growth efficiency of a body and
-    mass ratio falls below 0; None where none is left to halve. Three digits."""
+    """Speed [m/s] that halves the widest interval in which a growth efficiency falls below 0.
+
+    Of all bodies and mass ratios; None where none is left to halve. Three digits.
+    """
     brackets = [
         growth_bracket(data, body, ratio)
         for body, ratio in np.ndindex(data.sizes["body"], data.sizes["mass_ratio"])

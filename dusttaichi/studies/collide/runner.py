@@ -20,8 +20,10 @@ TOGETHER = 8  # collisions of a job: what is lost with a machine, and what share
 
 @dataclass(frozen=True)
 class Batch:
-    """Some collisions, as they are handed to a thread or to a worker of a Dask cluster (see
-    studies.ensemble.jobs.Job). They are made in a temporary directory: rows come back."""
+    """Some collisions, as they are handed to a thread or to a worker of a Dask cluster.
+
+    See studies.ensemble.jobs.Job. They are made in a temporary directory: rows come back.
+    """
 
     number: int
     scene: str

@@ -66,8 +66,11 @@ def make_collision(scene):
 
 @dataclass
 class _Motion:
-    """A collision under way. sim: its method.Simulation. bodies: grains of the target and of the
-    projectile. masses, radii: of the grains [kg], [m]. first: the Measurement of the start."""
+    """A collision under way.
+
+    sim: its method.Simulation. bodies: grains of the target and of the projectile. masses, radii:
+    of the grains [kg], [m]. first: the Measurement of the start.
+    """
 
     scene: object
     sample: object

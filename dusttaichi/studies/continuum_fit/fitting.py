@@ -120,8 +120,11 @@ def _refuse_missing(tests, rows):
 
 
 def _by_seed(rows, rate):
-    """Rows of each seed with compression and unloading; without tension from two filling factors,
-    with the tensions of all seeds. Raises DustError for less than two seeds."""
+    """Rows of each seed with compression and unloading.
+
+    Seeds without tension from two filling factors have the tensions of all seeds. Raises DustError
+    for less than two seeds.
+    """
     seeds = sorted({test.seed for test, _ in rows})
     whole = {}
     for seed in seeds:

@@ -44,8 +44,10 @@ def result_files(paths):
 
 
 def fit_runs(paths, phi_2=0.58, rate=None):
-    """The Found of run directories. Raises DustError where observations are missing, or where the
-    result is not a valid material."""
+    """Fit of a material to run directories.
+
+    Raises DustError where observations are missing, or where the result is not a valid material.
+    """
     tests = [grain_test(open_run(path)) for path in result_files(paths)]
     found = Found(fitting.fit(tests, phi_2, rate), speeds.curves(tests))
     try:

@@ -43,8 +43,10 @@ class Job:
 
 @dataclass(frozen=True)
 class JobResult:
-    """Result of a run: exit code, message, files of a temporary directory; found: everything that
-    the task has reported and returned."""
+    """Result of a run: exit code, message, files of a temporary directory.
+
+    found: everything that the task has reported and returned.
+    """
 
     number: int
     code: int

@@ -154,8 +154,10 @@ def _keys(block: dict, key: str, path: tuple = ()) -> Iterator[tuple[tuple[str, 
 
 
 def relative_files(block: dict) -> list[str]:
-    """Change the files of a block, at any depth, to paths relative to the current directory, which
-    are valid on a cluster, too; returns them."""
+    """Change the files of a block, at any depth, to relative paths; returns them.
+
+    They are relative to the current directory and valid on a cluster, too.
+    """
     found = [inner for _, inner in _keys(block, "file")]
     for inner in found:
         inner["file"] = os.path.relpath(inner["file"])

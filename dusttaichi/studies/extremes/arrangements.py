@@ -161,8 +161,10 @@ def packed(scene, block):
 
 
 def polydisperse(scene, ratio, around=1, speed_in=0.0):
-    """A grain of `ratio` times the radius with `around` small ones in equilibrium contact, or at a
-    small distance with speed_in [m/s] towards it."""
+    """A grain of `ratio` times the radius with `around` small ones.
+
+    They are in equilibrium contact, or at a small distance with speed_in [m/s] towards it.
+    """
     small = scene.material.radius
     c = mixed_constants(scene.material, small, scene.material, ratio * small, scene.interaction)
     ways = _sphere(around)

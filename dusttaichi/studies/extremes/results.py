@@ -53,8 +53,11 @@ def save(found, directory):
 
 
 def summary(data):
-    """Rows of text for each group and for all: cells by verdict, largest residual of the stable
-    ones, range of the ratio of estimated to measured limit."""
+    """Rows of text for each group and for all.
+
+    Cells by verdict, largest residual of the stable ones, range of the ratio of estimated to
+    measured limit.
+    """
     groups = list(dict.fromkeys(data.group.values.tolist()))
     parts = [(name, data.where(data.group == name, drop=True)) for name in groups]
     return [_row(name, part) for name, part in [*parts, ("all", data)]]

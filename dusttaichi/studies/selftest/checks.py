@@ -17,8 +17,11 @@ SHORTEST = 0.5  # s, shortest of the three measurements
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of a scene: largest difference from the stored state with its tolerance, residual of
-    the ledger over the turnover, number of searches, and whether a second run has equal bits."""
+    """Result of a scene.
+
+    The largest difference from the stored state with its tolerance, residual of the ledger over the
+    turnover, number of searches, and a flag for a second run with equal bits.
+    """
 
     name: str
     difference: float

@@ -60,8 +60,11 @@ def _presets(scene):
 
 
 def _coarser(scene):
-    """The reference at twice its spacing. If the error is at least of first order in the spacing,
-    their difference is an upper bound of the error of the reference."""
+    """The reference at twice its spacing.
+
+    If the error is at least of first order in the spacing, their difference is an upper bound of
+    the error of the reference.
+    """
     changes = _reference(scene) | spaced(scene, 2.0 * FINER[scene.dimension])
     text = "twice its spacing"
     return Point(

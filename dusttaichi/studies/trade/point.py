@@ -70,8 +70,10 @@ class PointResult:
 
 @dataclass(frozen=True)
 class Parameter:
-    """Parameter that can be varied. levels: from the base scene to rows (text, changes), or to the
-    reason why there are none."""
+    """Parameter that can be varied.
+
+    levels: from the base scene to rows (text, changes), or to the reason why there are none.
+    """
 
     name: str
     kind: str

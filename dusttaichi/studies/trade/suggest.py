@@ -32,8 +32,10 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Suggestion:
-    """Settings with their cost over that of the unchanged scene (`accuracy: balanced`), and the
-    observable with the largest error over the scatter of its seeds."""
+    """Settings with their cost over that of the unchanged scene (`accuracy: balanced`).
+
+    And the observable with the largest error over the scatter of its seeds.
+    """
 
     settings: str
     cost: float

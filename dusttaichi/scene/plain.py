@@ -1,0 +1,59 @@
+"""Plain data of a YAML file: written as text, and changed by the path of a key."""
+
+from typing import Any
+
+import yaml
+
+from dusttaichi.errors import DustError
+
+
+class Dumper(yaml.SafeDumper):
+    """Dumper with one line for a list of plain values, and one for each key otherwise."""
+
+    def represent_list(self, data: list) -> yaml.Node:
+        flow = not any(isinstance(item, (list, dict)) for item in data)
+        return self.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=flow)
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+Dumper.add_representer(list, Dumper.represent_list)
+
+
+def without_none(data: Any) -> Any:
+    """Data without the keys whose value is None."""
+    if isinstance(data, dict):
+        return {key: without_none(item) for key, item in data.items() if item is not None}
+    if isinstance(data, list):
+        return [without_none(item) for item in data]
+    return data
+
+
+# Key of the word of a shorthand that becomes a block when a value inside it is set.
+_BLOCK_KEY = {"material": "base", "damping": "model"}
+
+
+def set_value(data: dict[str, Any], keys: list[str], value: Any, path: str) -> None:
+    """Set one value of plain data; words of shorthands become blocks on the way."""
+    here: Any = data
+    for depth, key in enumerate(keys):
+        last = depth == len(keys) - 1
+        if isinstance(here, list):
+            if not key.isdigit() or int(key) >= len(here):
+                raise DustError(f"{path}: a number from 0 to {len(here) - 1} is needed, not {key}")
+            key = int(key)
+        elif not isinstance(here, dict):
+            above = ".".join(keys[:depth])
+            raise DustError(f"{path}: {above} = {here!r} has no keys below it")
+        if last:
+            here[key] = value
+            return
+        below = here.get(key) if isinstance(here, dict) else here[key]
+        if isinstance(below, str) and key in _BLOCK_KEY:
+            here[key] = {_BLOCK_KEY[key]: below}
+        elif isinstance(below, str) and keys[:depth] == ["materials"]:
+            here[key] = {"base": below}
+        elif below in (None, "on", "off") or isinstance(below, bool):
+            here[key] = {}
+        here = here[key]
