@@ -1,7 +1,8 @@
 """The table of `dust trade --grid`: cost and error of each setting, and the scatter of seeds.
 
-A setting is the mean over its seeds; its error is the difference of that mean from the mean of the
-scene as it is.
+A setting is the mean over its seeds. Its error is the mean difference from the scene as it is, each
+run compared with that of the same seed: what the seeds have in common cancels, so that the mean
+difference is known better than either mean.
 """
 
 from dataclasses import dataclass
@@ -13,7 +14,9 @@ from dusttaichi.errors import DustError
 
 AS_IT_IS = "as it is"
 CURVE, PHI = "phi(P)", "phi at "
-SHEAR = "shear strength "
+# of a stage, whose name follows
+STAGES = ("shear strength ", "deviator ", "filling factor held ", "unloading modulus ")
+NUMBERS = ("cost", "value", "shift", "error", "uncertainty", "scatter", "contacts")
 # observables in the order of their priority
 TEXTS = {
     CURVE: "filling factor against pressure",
@@ -29,10 +32,12 @@ class Outcome:
     """One observable of a setting, over all its seeds.
 
     cost: steps over those of the scene as it is. value: mean (of a curve the mean filling factor).
-    error: of the mean, relative to that of the scene as it is with the same seeds; of a curve the
-    root mean square over its pressures. scatter: standard deviation between the seeds of the scene
-    as it is, relative as well. seeds: number of finished runs. contacts: contacts a grain at the
-    end. refused: why there is no result, or "".
+    shift: mean difference from the scene as it is with the same seeds, over its mean (of a curve
+    the mean over its pressures). error: the same without its sign; of a curve the root mean square
+    over its pressures. uncertainty: standard error of it, from the scatter of the differences; not
+    a number for one seed. scatter: standard deviation between the seeds of the scene as it is,
+    relative as well. seeds: number of finished runs. contacts: contacts a grain at the end.
+    refused: why there is no result, or "".
     """
 
     scene: str
@@ -41,7 +46,9 @@ class Outcome:
     observable: str
     cost: float
     value: float
+    shift: float
     error: float
+    uncertainty: float
     scatter: float
     seeds: int
     contacts: float
@@ -51,6 +58,11 @@ class Outcome:
     def hidden(self):
         """True where the error is within the scatter of the seeds."""
         return self.error <= self.scatter
+
+    @property
+    def resolved(self):
+        """True where the error is more than twice its uncertainty: a shift, not chance."""
+        return self.error > 2.0 * self.uncertainty
 
 
 def read(path):
@@ -84,24 +96,32 @@ def _of_setting(rows, base, **about):
     finished = _finished(rows)
     about["seeds"] = len(finished)
     if finished.empty:
-        nothing = dict.fromkeys(("cost", "value", "error", "scatter", "contacts"), np.nan)
+        nothing = dict.fromkeys(NUMBERS, np.nan)
         return [Outcome(**about, **nothing, observable="", refused=rows.status.iloc[0])]
     seeds = set(finished.seed) & set(base.seed)
-    both = [some[some.seed.isin(seeds)] for some in (finished, base)]
+    both = [some[some.seed.isin(seeds)].set_index("seed") for some in (finished, base)]
     cost = np.divide(*(some.steps.mean() for some in both))
     contacts = finished.get("contacts a grain", pd.Series(dtype=float)).mean()
     result = []
     for name, columns in _observables(base).items():
-        mean, right = (some[columns].mean() for some in both)
-        known = mean.notna() & right.notna()
-        if known.any():
-            mean, right, spread = (v[known].to_numpy() for v in (mean, right, base[columns].std()))
-            scale = abs(right.mean())
-            error, scatter = (np.sqrt(np.mean(d**2)) / scale for d in (mean - right, spread))
-            numbers = dict(cost=cost, value=mean.mean(), error=error, scatter=scatter)
-            numbers = {key: float(v) for key, v in (numbers | {"contacts": contacts}).items()}
+        mine, right = (some[columns].dropna(axis=1) for some in both)
+        known = mine.columns.intersection(right.columns, sort=False)  # those that all seeds reach
+        if len(known):
+            mine, right = mine[known], right[known]
+            numbers = _numbers(mine, right, base[known].std())
+            numbers |= {"cost": float(cost), "contacts": float(contacts)}
             result.append(Outcome(**about, **numbers, observable=name))
     return result
+
+
+def _numbers(mine, right, spread):
+    """Numbers of an Outcome from tables (seed, pressure) of a setting and of the scene as it is,
+    and the standard deviation between seeds, (pressure,)."""
+    scale, change = abs(right.to_numpy().mean()), mine - right
+    rms = {"error": change.mean(), "uncertainty": change.sem(), "scatter": spread}
+    numbers = {name: np.sqrt(np.mean(d.to_numpy() ** 2)) / scale for name, d in rms.items()}
+    numbers |= {"value": mine.to_numpy().mean(), "shift": change.to_numpy().mean() / scale}
+    return {name: float(v) for name, v in numbers.items()}
 
 
 def _observables(rows):
@@ -109,10 +129,11 @@ def _observables(rows):
     known = rows.columns[rows.iloc[0].notna()]
     curve = [name for name in rows if name.startswith(PHI)]
     result = {CURVE: curve} if set(curve) & set(known) else {}
-    single = [n for n in TEXTS if n in known] + [n for n in known if n.startswith(SHEAR)]
+    single = [n for n in TEXTS if n in known] + [n for n in known if n.startswith(STAGES)]
     return result | {name: [name] for name in single}
 
 
 def text_of(observable):
     """Description of an observable."""
-    return TEXTS.get(observable, observable.replace("strength ", "strength in stage "))
+    prefix = next((p for p in STAGES if observable.startswith(p)), None)
+    return f"{prefix}in stage {observable[len(prefix) :]}" if prefix else TEXTS[observable]

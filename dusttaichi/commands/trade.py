@@ -35,7 +35,7 @@ def trade(
         str | None,
         typer.Option(
             help='every combination of these levels at every seed: "stiffness_scaling 1 0.1; '
-            'mass_scaling 1 4"; several by "|"',
+            'mass_scaling 1 4"; several by "|": "accuracy draft | speed 2"',
             metavar="LEVELS",
         ),
     ] = None,
@@ -110,21 +110,22 @@ def _grid(scene, folder, text, seeds, *, force, quiet, file):
     with options.writing(force=force, inputs=[file]):
         path = grid(scene, folder, text, seeds, force=force, log=log)
     found = outcomes(read(path))
-    title = "steps relative to the unchanged scene, and error of the mean of the seeds"
+    mine = [own for own in found if own.scene == scene.name]
+    title = "steps relative to the unchanged scene; error of the mean over seeds, standard error"
     rows = [
         (own.settings, text_of(own.observable), f"{own.cost:.3f}", percent(own.error),
-         percent(own.scatter), f"{own.contacts:.2f}", str(own.seeds))
-        for own in found
+         percent(own.uncertainty), percent(own.scatter), f"{own.contacts:.2f}", str(own.seeds))
+        for own in mine
         if not own.refused
     ]  # fmt: skip
     say_table(rows, *GRID, title=title)
-    for own in found:
+    for own in mine:
         if own.refused:
             say(f"{own.settings}: {own.refused}")
     say_written([path, save(draw(found), path.with_suffix(".png"))])
 
 
-GRID = ("settings", "observable", "cost", "error", "scatter", "contacts per grain", "seeds")
+GRID = "settings;observable;cost;error;±;scatter;contacts per grain;seeds".split(";")
 
 
 class _Shown(ProgressBar):

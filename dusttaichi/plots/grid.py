@@ -6,6 +6,7 @@ from dusttaichi.analysis.grid import AS_IT_IS, text_of
 from dusttaichi.plots import style
 
 KINDS = (  # parameters in the settings -> colour, marker, label
+    (("accuracy",), style.BLACK, "*", "preset"),
     (("stiffness_scaling",), style.RED, "s", "stiffness"),
     (("mass_scaling",), style.ORANGE, "s", "mass"),
     (("speed",), style.BLUE, "s", "speed"),
@@ -23,7 +24,7 @@ def grid(outcomes, observables=()):
     """The figure of Outcomes (analysis.grid): a panel for each scene.
 
     Of the first of `observables` that the scene has, else of its first. Dashed: a fifth of the
-    cost; open: of a single seed.
+    cost; bars: standard errors; open: of a single seed.
     """
     panels = {}
     for o in outcomes:
@@ -49,7 +50,10 @@ def _panel(axes, outcomes):
     for o, error in zip(outcomes, errors, strict=True):
         colour, marker, label = _look(o.settings)
         open_ = {"markerfacecolor": "white"} if o.seeds < 2 else {}
-        axes.plot(o.cost, error, marker, color=colour, markersize=4, label=label, **open_)
+        bar = 0.0 if np.isnan(o.uncertainty) else o.uncertainty
+        bars = [[min(bar, 0.9 * error)], [bar]]  # on a logarithmic axis
+        look = open_ | {"color": colour, "markersize": 7 if marker == "*" else 4}
+        axes.errorbar(o.cost, error, bars, fmt=marker, label=label, elinewidth=0.8, **look)
     axes.set(xscale="log", yscale="log")
     axes.set_xlabel("steps over those as it is", fontsize=7)
     axes.set_ylabel("error of the mean", fontsize=7)

@@ -13,7 +13,7 @@ from dusttaichi import __version__
 from dusttaichi.compute import processor
 
 
-def _git_commit():
+def git_commit():
     """Commit of the source tree this package runs from, `-dirty` if changed; None outside one."""
     root = Path(__file__).resolve().parents[2]
     if not (root / ".git").exists():
@@ -48,7 +48,7 @@ def provenance(scene_given, scene_resolved, **numbers):
         "Conventions": "CF-1.11",
         "source": f"dusttaichi {__version__}",
         "dusttaichi_version": __version__,
-        "git_commit": _git_commit(),
+        "git_commit": git_commit(),
         "scene_given": scene_given,
         "scene_resolved": scene_resolved,
         "cpu": processor.model(),

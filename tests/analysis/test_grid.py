@@ -1,5 +1,7 @@
 """Means over seeds of the settings of `dust trade --grid`, and what is suggested of them."""
 
+import math
+
 import pandas as pd
 import pytest
 
@@ -36,6 +38,10 @@ def test_errors_are_those_of_means():
     assert curve.hidden
     ratio = found["softer", "ratio"]
     assert (ratio.error, ratio.value) == (pytest.approx(0.25 / 1.5), pytest.approx(1.75))
+    # differences of the same seeds: of the curve 0 and 0.2, 0.1 and -0.1; of the ratio 0 and 0.5
+    assert curve.shift == pytest.approx(0.05 / 0.3) and ratio.shift == pytest.approx(0.25 / 1.5)
+    assert curve.uncertainty == pytest.approx(0.1 / 0.3)
+    assert ratio.uncertainty == pytest.approx(0.25 / 1.5) and not ratio.resolved
     assert found["as it is", CURVE].error == 0.0
 
 
@@ -45,10 +51,27 @@ def test_seeds_that_did_not_end_are_left_out():
     faster = {o.observable: o for o in found if o.settings == "faster"}["ratio"]
     assert faster.cost == pytest.approx(0.2) and faster.seeds == 1
     assert faster.error == pytest.approx(0.5)  # 1.5 against 1.0 of seed 0
+    assert math.isnan(faster.uncertainty) and not faster.resolved  # a single difference
     assert faster.scatter == pytest.approx(2**-0.5 / 1.0)
     refused = [r | {"status": "too soft"} for r in TABLE if r["settings"] == "softer"]
     found = outcomes(pd.DataFrame([*TABLE[:2], *refused]))
     assert found[-1].refused == "too soft" and found[-1].seeds == 0
+
+
+def test_seeds_that_differ_alike_are_a_resolved_shift():
+    """The differences 0.11 and 0.09 have a standard error of 0.01, the seeds scatter by 0.7."""
+    table = [*TABLE[:2], row("alike", 0, 9, ratio=1.11), row("alike", 1, 9, ratio=2.09)]
+    alike = outcomes(pd.DataFrame(table))[-1]
+    assert (alike.settings, alike.observable) == ("alike", "ratio")
+    assert alike.uncertainty == pytest.approx(0.01 / 1.5)
+    assert alike.resolved and alike.hidden
+
+
+def test_pressures_that_a_seed_does_not_reach_are_left_out():
+    low = row("low", 0, 20, **phi(0.2, 0.3)), row("low", 1, 20, **phi(0.3, math.nan))
+    found = outcomes(pd.DataFrame([*TABLE[:2], *low]))[-1]
+    assert found.observable == CURVE and found.value == pytest.approx(0.25)
+    assert found.error == pytest.approx(0.05 / 0.2)
 
 
 def test_another_table_is_refused(tmp_path):

@@ -20,6 +20,7 @@ from scenes import (
 
 from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError
+from dusttaichi.grains.grain_contacts import contact_constants
 from dusttaichi.grains.record import measurement
 from dusttaichi.grains.time_step import time_step
 from dusttaichi.physics.contact import constants
@@ -42,6 +43,18 @@ def example(name):
 @pytest.mark.parametrize("name", ["normal_laws", "damping_laws", "sintered_neck"])
 def test_an_example_is_short(name):
     assert len((EXAMPLES / f"{name}.py").read_text().splitlines()) <= LINES
+
+
+def test_unscaled_sliding_is_that_of_contacts_that_are_not_softened():
+    with extensions_forgotten():
+        scene = load(EXAMPLES / "unscaled_sliding.yaml")
+        soft = scene.with_value("numerics.stiffness_scaling", 0.1)
+        own, same = contact_constants(scene)[0], contact_constants(soft)[0]
+        linear = contact_constants(soft.with_value("interaction.sliding.law", "linear"))[0]
+    for name, factor in (("k_s", 0.1 ** (2 / 3)), ("zeta_crit", 0.1 ** (-2 / 3))):
+        # to rounding
+        assert same.numbers[name] == pytest.approx(own.numbers[name], rel=1e-12)
+        assert linear.numbers[name] == pytest.approx(factor * own.numbers[name], rel=1e-12)
 
 
 def scene_of(interaction=None, precision="f64", dt="0.05 ns", **keys):

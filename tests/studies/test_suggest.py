@@ -16,7 +16,7 @@ def row(settings, cost, error, *, scatter=0.03, grains=400, observable="phi(P)")
         zip(
             suggest.COLUMNS,
             (BOX, "trade_omni", f"{grains}", settings, observable, f"{cost}", f"{error}",
-             f"{scatter}", "4"),
+             "0.01", f"{scatter}", "4"),
             strict=True,
         )
     )  # fmt: skip
@@ -42,7 +42,7 @@ def suggested(name="omni", **how):
 def test_the_cheapest_come_first(table):
     found = suggested()
     assert [own.settings for own in found] == ["soft", "fast"]
-    assert found[0].text() == "cost 0.20, error 4 % (phi(P); scatter of seeds 3 %)"
+    assert found[0].text() == "cost 0.20, error 4 % ± 1 % (phi(P); scatter of seeds 3 %)"
     assert [own.settings for own in suggested(tolerance=0.5)][0] == "cheap"
 
 

@@ -30,12 +30,20 @@ def test_all_combinations_and_the_scene_as_it_is():
     assert (both.stiffness_scaling, both.mass_scaling) == (0.1, 4.0)
 
 
+def test_a_preset_is_a_level():
+    found = grid.settings_of(scenes.base(omni()), "accuracy draft fast")
+    assert [setting.text for setting in found] == ["as it is", "accuracy draft", "accuracy fast"]
+    numerics = scenes.changed(scenes.base(omni()), found[1].changes).numerics
+    assert (numerics.accuracy, numerics.mass_scaling) == ("draft", 4.0)
+
+
 @pytest.mark.parametrize(
     "text, why",
     [
         ("colour 1 2", "needs a parameter and its levels"),
         ("stiffness_scaling", "needs a parameter and its levels"),
         ("precision f16", "precision f16: allowed: 1, f64, mixed, f32"),
+        ("accuracy rough", "accuracy rough: allowed: 1, draft, fast, balanced, reference"),
     ],
 )
 def test_unknown_levels_are_refused(text, why):
@@ -67,3 +75,27 @@ def test_it_goes_on_with_what_is_left(monkeypatch, tmp_path):
     ]
     with open(path, newline="") as file:
         assert len(list(csv.DictReader(file))) == 6
+
+
+def test_scenes_share_a_table(monkeypatch, tmp_path):
+    """With force, a scene runs again and rows of others stay."""
+    ran = []
+
+    def row(base, folder, setting, seed):
+        ran.append(base.name)
+        return {"scene": base.name, "settings": setting.text, "seed": seed} | {
+            "steps": len(ran),
+            "seconds": "1.0",
+            "status": "finished",
+        }
+
+    monkeypatch.setattr(grid, "_row", row)
+    other = load(CONFIGS / "trade/uni.yaml")
+    for scene, force in ((omni(), False), (other, False), (omni(), False), (other, True)):
+        path = grid.grid(scene, tmp_path, "", 1, force=force)
+    assert ran == ["trade_omni", "trade_uni", "trade_uni"]
+    with open(path, newline="") as file:
+        assert [(r["scene"], r["steps"]) for r in csv.DictReader(file)] == [
+            ("trade_omni", "1"),
+            ("trade_uni", "3"),
+        ]

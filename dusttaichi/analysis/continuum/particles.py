@@ -43,7 +43,7 @@ class ParticleFrame:
 
     @property
     def flies(self):
-        """True for particles that move freely: dust that is not fixed, and elastic ones, (N,) bool."""
+        """True for particles that move freely: loose dust and elastic ones, (N,) bool."""
         return np.isin(self.role, (DUST, ELASTIC))
 
     @property

@@ -100,7 +100,7 @@ def pieces_of(frame, planes=()):
 
 
 def _touching(fixed, x, size, planes):
-    """True for moving particles near something that does not yield, (M,) bool; fixed: (F, 3) [m]."""
+    """True for moving particles near something rigid, (M,) bool; fixed: (F, 3) [m]."""
     touching = np.zeros(len(x), bool)
     for axis, plane in planes:
         # a mirror image is twice as far as the plane

@@ -4,6 +4,7 @@ Where a change shifts the mean by less than the scatter of the seeds, single run
 So each setting runs with all seeds, one after the other in this process, and its mean is compared
 with that of the unchanged scene. Costs are numbers of steps: the time of a step depends neither on
 stiffness nor on masses or speeds, and other load of the machine does not change the number.
+Several scenes may share a table.
 """
 
 import csv
@@ -17,12 +18,14 @@ import numpy as np
 
 from dusttaichi import __version__, files
 from dusttaichi.errors import DustError, Interrupted
+from dusttaichi.results.provenance import git_commit
 from dusttaichi.run.code import package_hash
 from dusttaichi.studies.trade import scenes
 from dusttaichi.studies.trade.point import parameters_of
 
 PRESSURES = (1e3, 3e3, 1e4, 3e4, 6e4)  # Pa, for the comparison of curves
 FILE = "grid.csv"
+PRESET = "accuracy"
 SCENE = ("scene", "grains", "settings", "seed", "status")
 RUN = ("steps", "time_step [s]", "ledger", "seconds", "version")
 
@@ -59,8 +62,9 @@ def settings_of(scene, text):
 def _axis(scene, words):
     """[(parameter, text, changes)] of "mass_scaling 1 4"; no changes at the value of the scene."""
     name, *wanted = words
-    known = {parameter.name: parameter for parameter in parameters_of(scene).parameters}
-    levels = known[name].levels(scene) if name in known else None
+    known = {parameter.name: parameter.levels for parameter in parameters_of(scene).parameters}
+    known[PRESET] = _presets
+    levels = known[name](scene) if name in known else None
     if levels is None or isinstance(levels, str) or not wanted:
         why = f"needs a parameter and its levels; parameters: {', '.join(known)}"
         why = levels if isinstance(levels, str) else why
@@ -73,6 +77,11 @@ def _axis(scene, words):
             raise DustError(f"--grid {name} {text}: allowed: 1, {', '.join(there)}")
         out.append((name, text, changes))
     return out
+
+
+def _presets(scene):
+    """Levels of `accuracy`: the presets."""
+    return [(point.text, point.changes) for point in parameters_of(scene).presets(scene)]
 
 
 def _between(levels, text):
@@ -89,20 +98,20 @@ def _between(levels, text):
 def grid(scene, directory, text, seeds, *, force=False, log=lambda text: None):
     """Run all settings at all seeds that `grid.csv` does not contain yet; returns its path.
 
-    Each row is written at once. Raises DustError; KeyboardInterrupt, after which all finished rows
-    are in the file.
+    Rows of other scenes stay in it. Each row is written at once. Raises DustError;
+    KeyboardInterrupt, after which all finished rows are in the file.
     """
     base, directory = scenes.base(scene), Path(directory)
     settings = settings_of(base, text)
     wanted = [(setting, n) for n in range(seeds) for setting in settings]
     with files.RunLock(directory):
         path = directory / FILE
-        if force:
-            path.unlink(missing_ok=True)
         table = _read(path)
-        done = {(row["settings"], int(row["seed"])) for row in table}
+        if force:
+            table = [row for row in table if row["scene"] != base.name]
+        done = {(row["scene"], row["settings"], int(row["seed"])) for row in table}
         for k, (setting, n) in enumerate(wanted, 1):
-            if (setting.text, n) in done:
+            if (base.name, setting.text, n) in done:
                 continue
             row = _row(base, directory / "run", setting, n)
             table.append(row)
@@ -117,7 +126,8 @@ def _row(base, folder, setting, n):
     from dusttaichi.run import execute
 
     row = {"scene": base.name, "settings": setting.text, "seed": n}
-    row |= {"version": f"{__version__} {package_hash()[:8]}"} | dict(setting.levels)
+    row |= {"version": git_commit() or f"{__version__} {package_hash()[:8]}"}
+    row |= dict(setting.levels)
     began = time.process_time()
     try:
         scene = scenes.changed(base, setting.changes | scenes.seeds_moved(base, n))
@@ -140,16 +150,13 @@ def _measured(folder):
 
     with analysis.open_run(folder) as run:
         found, last = observables.measured(run), run.series.isel(time=-1)
-        numbers = dict(found.values)
+        numbers = found.values | _of_stages(run)
         if found.curve is not None:
             lg, phi = found.curve
             for p in PRESSURES:
                 known = lg[0] <= np.log10(p) <= lg[-1]
                 if known:
                     numbers[f"phi at {p / 1e3:g} kPa"] = float(np.interp(np.log10(p), lg, phi))
-        if "shear_strain" in run.series:
-            for own in analysis.shearings(run):
-                numbers[f"shear strength {own.stage}"] = own.strength
         numbers["contacts a grain"] = float(last.contact_count) / run.grains
         through = losses_by_channel(run.series)
         numbers |= {f"lost {name} [J]": float(loss[-1]) for name, loss in through.items()}
@@ -160,6 +167,23 @@ def _measured(folder):
             "time_step [s]": run.attrs["time_step"],
             "ledger": analysis.ledger(run).worst,
         } | {name: f"{value:.6g}" for name, value in numbers.items()}
+
+
+def _of_stages(run):
+    """Numbers of single stages: strength in shear and triaxial tests, filling factor under a held
+    load, slope of unloading."""
+    from dusttaichi import analysis
+
+    numbers = {}
+    if "shear_strain" in run.series:
+        numbers |= {f"shear strength {own.stage}": own.strength for own in analysis.shearings(run)}
+    if analysis.is_triaxial(run):
+        numbers |= {f"deviator {own.stage}": own.strength for own in analysis.triaxials(run)}
+    if run.unloads:
+        found = analysis.unloadings(run)
+        numbers |= {f"unloading modulus {own.stage}": own.modulus for own in found}
+    held = analysis.controlled_loads(run)
+    return numbers | {f"filling factor held {own.stage}": own.filling_factor for own in held}
 
 
 def _read(path):

@@ -12,12 +12,13 @@ from dusttaichi.errors import DustError
 from dusttaichi.studies.trade.point import parameters_of
 
 TABLE = "measured.csv"
-COLUMNS = ("kind", "scene", "grains", "settings", "observable", "cost", "error", "scatter", "seeds")
+COLUMNS = "kind scene grains settings observable cost error uncertainty scatter seeds".split()
 TOLERANCE = 0.05
 MOST = 4  # lines
 SEEDS = 3  # fewest of a measurement
 KINDS = {
     "trade_omni": "compression in a box",
+    "trade_omni_3000": "compression in a box",
     "omni_static": "compression in a box",
     "trade_uni": "compression between plates",
     "uni_static": "compression between plates",
@@ -32,14 +33,16 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Suggestion:
-    """Settings with their cost over that of the unchanged scene (`accuracy: balanced`).
+    """Settings with their cost and largest error.
 
-    And the observable with the largest error over the scatter of its seeds.
+    cost: over that of the unchanged scene (`accuracy: balanced`). observable: the one with the
+    largest error over the scatter of its seeds; uncertainty: of that error.
     """
 
     settings: str
     cost: float
     error: float
+    uncertainty: float
     scatter: float
     observable: str
 
@@ -49,7 +52,8 @@ class Suggestion:
             worth = f"within the scatter of seeds, {_percent(self.scatter)}"
         else:
             worth = f"scatter of seeds {_percent(self.scatter)}"
-        return f"cost {self.cost:.2f}, error {_percent(self.error)} ({self.observable}; {worth})"
+        error = f"{_percent(self.error)} ± {_percent(self.uncertainty)}"
+        return f"cost {self.cost:.2f}, error {error} ({self.observable}; {worth})"
 
 
 def _percent(share):
@@ -111,7 +115,7 @@ def suggestions(scene, tolerance=TOLERANCE):
             continue
         worst = max(some, key=lambda row: float(row["error"]) / max(float(row["scatter"]), 1e-9))
         cost = max(float(row["cost"]) for row in some)
-        numbers = float(worst["error"]), float(worst["scatter"])
+        numbers = (float(worst[name]) for name in ("error", "uncertainty", "scatter"))
         found.append(Suggestion(settings, cost, *numbers, worst["observable"]))
     return _front(sorted(found, key=lambda own: own.cost))
 
