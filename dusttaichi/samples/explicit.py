@@ -21,16 +21,17 @@ from dusttaichi.samples.values import (
     MaterialName,
     Position,
     Radius,
+    Seed,
     Spin,
     Velocity,
     unknown_materials,
 )
-from dusttaichi.scene.fields import Faults, Number
+from dusttaichi.scene.fields import Count, Faults, Number
 from dusttaichi.scene.quantities import Quantity
 
 Which = Annotated[int | Literal["largest"], Number(whole=True, ge=0, word="largest")]
 Part = Literal["walls", "box", "time"]
-FROM_RUN = ("snapshot", "fragment", "keep")  # keys that only a file has
+FROM_RUN = ("snapshot", "fragment", "grains", "keep")  # keys that only a file has
 
 
 class ExplicitSample(SampleBlock):
@@ -68,6 +69,14 @@ class ExplicitSample(SampleBlock):
         description="a single fragment of another run: largest, or its number in order of "
         "decreasing mass, from 0 on; all grains by default",
     )
+    grains: Count | None = Field(
+        None,
+        description="a sphere cut from another run: so many grains, the nearest to a random one, "
+        "of which the largest fragment is used; all grains by default",
+    )
+    seed: Seed | None = Field(
+        None, description="seed of the centre of that sphere, default 1; only with grains"
+    )
     keep: tuple[Part, ...] = Field(
         (),
         description="parts of another run beside grains and their contacts: walls (positions and "
@@ -95,6 +104,12 @@ class ExplicitSample(SampleBlock):
             given = name in self.model_fields_set and getattr(self, name) != default
             if given and self.file is None:
                 yield name, "it is allowed only together with file"
+        if self.seed is not None and self.grains is None:
+            yield "seed", "it is allowed only together with grains"
+        if self.grains is not None and self.fragment is not None:
+            yield "fragment", "it is not allowed together with grains"
+        if self.grains is not None and self.keep:
+            yield "keep", "it is not allowed together with grains: a sphere has no walls"
 
     def conflicts(self, scene) -> Faults:
         yield from unknown_materials(self.materials, scene)
@@ -120,7 +135,8 @@ def make(spec: ExplicitSample, materials: Materials) -> Sample:
     """The grains of spec.
 
     A file is CSV, NetCDF, or a run directory (its result.nc); of several snapshots one is read,
-    with the stored history of its contacts, and the parts in `keep`.
+    with the stored history of its contacts, and the parts in `keep`. The largest fragment of a
+    sphere may have fewer than `grains`.
     Raises DustError for a file that is missing or lacks columns, arrays of the wrong shape,
     numbers that are not finite, no grains, a material that the scene does not have, or two centres
     closer than 0.9 diameters.
@@ -160,6 +176,8 @@ def _grains(state: dict, materials: Materials, where: str) -> Sample:
 def _of_run(spec, sample: Sample, state: dict, materials: Materials, where: str) -> Sample:
     """The sample with the other parts that `spec` selects in the file."""
     walls = state.get("wall_contacts")
+    if spec.grains is not None:
+        return _sphere(spec, sample, state, materials, where)
     if spec.fragment is not None:
         masses = materials.masses(sample)
         before = len(sample)
@@ -170,6 +188,19 @@ def _of_run(spec, sample: Sample, state: dict, materials: Materials, where: str)
     if state.get("stiffness_scaling", 1.0) != 1.0:
         sample.info.update(stiffness_scaling=state["stiffness_scaling"])
     return taken.along(sample, state, walls, spec, where)
+
+
+def _sphere(spec, sample: Sample, state: dict, materials: Materials, where: str) -> Sample:
+    """The largest fragment of the sphere that `grains` and `seed` select."""
+    seed, period = 1 if spec.seed is None else spec.seed, state.get("period", np.full(3, np.inf))
+    how = {"period": period, "nearest": _nearest(state), "where": where}
+    cut = taken.sphere(sample, spec.grains, seed, **how)
+    how = {"nearest": lambda d: d, "masses": materials.masses(cut), "where": where}
+    body, _, count = taken.fragment(cut, None, taken.LARGEST, **how)
+    body.info.update(shape="aggregate", fragments=count, grains_of_all=len(sample))
+    if state.get("stiffness_scaling", 1.0) != 1.0:
+        body.info.update(stiffness_scaling=state["stiffness_scaling"])
+    return body
 
 
 def _nearest(state: dict):

@@ -1,6 +1,7 @@
-"""Grains from another run: a fragment, contacts with walls, the box, the time.
+"""Grains from another run: a fragment, a sphere, contacts with walls, the box, the time.
 
-The keys `fragment` and `keep` select the parts of a result; `info["remarks"]` lists the other ones.
+The keys `fragment`, `grains` and `keep` select the parts of a result; `info["remarks"]` lists the
+other ones.
 """
 
 from __future__ import annotations
@@ -54,6 +55,47 @@ def fragment(sample: Sample, wall_contacts, which, *, nearest, masses, where: st
         materials=None if sample.materials is None else sample.materials[own],
     )
     return taken, wall_contacts, number
+
+
+def sphere(sample: Sample, count: int, seed: int, *, period, nearest, where: str) -> Sample:
+    """The `count` grains nearest to a random grain, with the contacts between them, at rest.
+
+    period: edges of the cell (3,) [m], inf where it is not periodic. nearest: maps distance vectors
+    (N, 3) [m] to those to the nearest image. Positions are about the centre of the sphere. A
+    collision needs bodies without motion of their own: velocities and spins are zero.
+    Raises DustError where the file has no contacts or too few grains, or where the sphere would
+    touch its own image.
+    """
+    if sample.contacts is None:
+        raise DustError(f"{where}: it has no contacts, which define fragments.")
+    if count > len(sample):
+        raise DustError(
+            f"sample.grains = {count}: {where} has {len(sample)} grains; allowed: fewer."
+        )
+    centre = np.random.default_rng(seed).integers(len(sample))
+    away = nearest(sample.positions - sample.positions[centre])
+    distance = np.linalg.norm(away, axis=1)
+    own = np.sort(np.argsort(distance, kind="stable")[:count])
+    pairs = np.column_stack([sample.contacts["i"], sample.contacts["j"]])
+    vectors = nearest(sample.positions[pairs[:, 0]] - sample.positions[pairs[:, 1]])
+    longest = np.linalg.norm(vectors, axis=1).max(initial=0.0)
+    # grains on opposite sides would else be in contact through the faces of the cell
+    if 2.0 * distance[own].max() + longest >= np.min(period):
+        inside = np.count_nonzero(distance < 0.5 * (np.min(period) - longest))
+        raise DustError(
+            f"sample.grains = {count}: the sphere is wider than the cell of {where}; allowed: up "
+            f"to {inside} grains, or a larger run."
+        )
+    rows = np.isin(pairs, own).all(axis=1)
+    still = np.zeros((count, 3))
+    return Sample(
+        away[own],
+        still,
+        still.copy(),
+        _renumbered(sample.contacts, rows, own, ("i", "j")),
+        radii=None if sample.radii is None else sample.radii[own],
+        materials=None if sample.materials is None else sample.materials[own],
+    )
 
 
 def _renumbered(contacts, rows, own, names):

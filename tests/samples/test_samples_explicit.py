@@ -34,6 +34,8 @@ def explicit_spec(file=None, positions=None, velocities=None, spins=None, units=
         units=units,
         snapshot="last",
         fragment=None,
+        grains=None,
+        seed=None,
         keep=(),
     )
 

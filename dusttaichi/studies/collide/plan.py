@@ -108,7 +108,7 @@ def _sample(template: dict, body: dict | None, point: dict) -> dict:
     sample = json.loads(json.dumps(template))
     if body is not None:
         sample["target"], sample["projectile"] = dict(body), dict(body)
-        if "seed" in body:
+        if body.get("seed") is not None:
             sample["projectile"]["seed"] = body["seed"] + OTHER
     if point["mass_ratio"] != 1.0:
         projectile = sample["projectile"]
