@@ -51,10 +51,10 @@ def test_unscaled_sliding_is_that_of_contacts_that_are_not_softened():
         soft = scene.with_value("numerics.stiffness_scaling", 0.1)
         own, same = contact_constants(scene)[0], contact_constants(soft)[0]
         linear = contact_constants(soft.with_value("interaction.sliding.law", "linear"))[0]
-    for name, factor in (("k_s", 0.1 ** (2 / 3)), ("zeta_crit", 0.1 ** (-2 / 3))):
-        # to rounding
-        assert same.numbers[name] == pytest.approx(own.numbers[name], rel=1e-12)
-        assert linear.numbers[name] == pytest.approx(factor * own.numbers[name], rel=1e-12)
+        for name, factor in (("k_s", 0.1 ** (2 / 3)), ("zeta_crit", 0.1 ** (-2 / 3))):
+            # to rounding
+            assert same.numbers[name] == pytest.approx(own.numbers[name], rel=1e-12)
+            assert linear.numbers[name] == pytest.approx(factor * own.numbers[name], rel=1e-12)
 
 
 def scene_of(interaction=None, precision="f64", dt="0.05 ns", **keys):
