@@ -7,6 +7,7 @@ from dusttaichi.compute.memory import Table, arrays_of
 from dusttaichi.continuum.kernels import store
 from dusttaichi.continuum.kernels.attraction import Attraction, make_potential
 from dusttaichi.continuum.kernels.forces import Forces
+from dusttaichi.continuum.kernels.hourglass import Hourglass
 from dusttaichi.continuum.kernels.images import Images
 from dusttaichi.continuum.kernels.lists import Lists, make_list, make_measure
 from dusttaichi.continuum.kernels.motion import Motion
@@ -110,5 +111,7 @@ def passes(f, lists, layout, attraction=None):
     if layout.separate:
         contact = Separation(f, lists, layout.dimension, slope=slope, images=images)
     law = Response(f, lists, layout)
-    rates = Rates(f, lists, layout, law=law, images=images, contact=contact)
-    return rigid, rates, Forces(f, lists, layout, images, attraction)
+    hourglass = Hourglass(f, lists, layout.dimension, slope) if layout.hourglass else None
+    both = {"images": images, "hourglass": hourglass}
+    rates = Rates(f, lists, layout, law=law, contact=contact, **both)
+    return rigid, rates, Forces(f, lists, layout, attraction=attraction, **both)

@@ -45,7 +45,7 @@ def energies(sim):
         "kinetic": float(kinetic),
         "gravity_energy": float(gravity),
         "elastic_energy": float(elastic.sum()),
-        "loss": np.array([*(work - elastic), *loss, against_artificial_stress(sim, v)]),
+        "loss": np.array([*(work - elastic), *loss, against_artificial(sim, v)]),
         "work": face_work(sim),
         "speed": float(np.sqrt(speed2.max())),
         "largest": largest(sim, role == DUST),
@@ -126,9 +126,9 @@ def heat(sim, stored):
     return out + 0.5 * sim.clock[OLD] * sim.of_particles("heating")
 
 
-def against_artificial_stress(sim, v):
-    """Work against artificial stress since the start [J], with the half step up to the present; 0
-    where there is none. Much of it is returned when the tension is relieved."""
+def against_artificial(sim, v):
+    """Work against artificial stress and the stiffness against hourglass modes since the start [J],
+    with the half step up to the present; 0 where there is neither. Much of it is returned."""
     if "taken" not in sim.tables:
         return 0.0
     half, mean = 0.5 * sim.clock[OLD], 0.5 * (sim.raised(sim.of_particles("v")) + v)

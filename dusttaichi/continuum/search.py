@@ -209,7 +209,9 @@ class Search:
         source, sign, shift = self.source
         n, d = len(x), sim.dimension
         sim.put_ghosts("x", n, x[source] * sign + shift)
-        sim.put_ghosts("v", n, sim.of_particles("v")[source] * sign)
+        for name in ("v", "hourglass"):
+            if name in sim.tables:
+                sim.put_ghosts(name, n, sim.of_particles(name)[source] * sign)
         both = (sign[:, :, None] * sign[:, None, :]).reshape(-1, d * d)
         for name in ("flux", "drag", "tension"):
             if name in sim.tables:

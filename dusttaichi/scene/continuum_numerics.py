@@ -78,8 +78,8 @@ class ContinuumNumerics(CommonNumerics):
 
     precision: ClassVar[str] = "f64"
     order: ClassVar[str] = (
-        "spacing h_over_spacing kernel viscosity artificial_stress cfl time_step deviator "
-        "plastic_return contact ledger_tolerance backend threads debug"
+        "spacing h_over_spacing kernel viscosity artificial_stress hourglass cfl time_step "
+        "deviator plastic_return contact ledger_tolerance backend threads debug"
     )
 
     spacing: Annotated[float, Quantity("length", gt=0, example="100 um")] = Field(
@@ -94,6 +94,11 @@ class ContinuumNumerics(CommonNumerics):
     viscosity: Viscosity = Field(default_factory=Viscosity, description="artificial viscosity")
     artificial_stress: Annotated[ArtificialStress | None, _STRESS] = Field(
         None, description="against the pairing of particles of elastic bodies in tension"
+    )
+    hourglass: Annotated[float, Number(ge=0, le=2)] = Field(
+        0.0,
+        description="stiffness of elastic bodies against hourglass modes, displacements of "
+        "particles that no strain explains, over their longitudinal modulus; 0 for none",
     )
     cfl: Annotated[float, Number(gt=0, le=1)] = Field(
         0.5,

@@ -23,11 +23,11 @@ from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 @ti.data_oriented
 class Forces:
     """fields, lists: see store.place; layout: store.Layout; images: images.Images or None;
-    attraction: attraction.Attraction or None."""
+    attraction: attraction.Attraction or None; hourglass: hourglass.Hourglass or None."""
 
-    def __init__(self, fields, lists, layout, images, attraction):
+    def __init__(self, fields, lists, layout, *, images, attraction, hourglass):
         self.f, self.lists, self.layout, self.images = fields, lists, layout, images
-        self.attraction = attraction
+        self.attraction, self.hourglass = attraction, hourglass
         self.slope, self.shape = KERNELS[layout.kernel], SHAPES[layout.kernel]
         self.n = layout.dimension
 
@@ -87,7 +87,7 @@ class Forces:
         stress += tensors.matrix(self.f.flux[i], self.n) @ places
         grid += k_i * motions - tensors.matrix(self.f.drag[i], self.n) @ places
         volume = numbers.scale * self.f.volume[i]
-        if ti.static(self.layout.artificial_stress):
+        if ti.static(self.layout.artificial):
             self.f.pushing[i] = volume * pushing
         grid *= volume * numbers.grid * numbers.h
         self.add_up(i, volume * stress, volume * viscous, grid, volume * power, numbers)
@@ -122,6 +122,8 @@ class Forces:
         force = stress + viscous + grid + falls * numbers.gravity
         if ti.static(self.layout.self_gravity):
             force += falls * self.attraction.pull(i, numbers)
-        if ti.static(self.layout.artificial_stress):
+        if ti.static(self.layout.hourglass):
+            self.f.pushing[i] += self.hourglass.push(i, numbers)
+        if ti.static(self.layout.artificial):
             force += self.f.pushing[i]
         self.f.force[i] = force

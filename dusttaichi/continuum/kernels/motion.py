@@ -70,7 +70,7 @@ class Motion:
             new = self.rigid.motion(group, arm)
         mean = (0.5 * half) * (v + new)
         self.f.loss[i] -= ti.Vector([self.f.viscous[i].dot(mean), self.f.grid_force[i].dot(mean)])
-        if ti.static(self.layout.artificial_stress):
+        if ti.static(self.layout.artificial):
             self.f.taken[i] -= self.f.pushing[i].dot(mean)
         if ti.static(self.layout.heat):
             self.f.warmed[i] += half * self.f.heating[i]
@@ -110,6 +110,9 @@ class Motion:
                     self.f.drag[image][k] = sign * self.f.drag[i][k]
                     if ti.static(self.layout.artificial_stress):
                         self.f.tension[image][k] = sign * self.f.tension[i][k]
+                    if ti.static(self.layout.hourglass and b == 0):
+                        along = self.lists.ghost_sign[g, a] * self.f.hourglass[i][a]
+                        self.f.hourglass[image][a] = along
                 self.f.impedance[image] = self.f.impedance[i]
                 if ti.static(self.layout.viscous):
                     self.f.alpha[image], self.f.beta[image] = self.f.alpha[i], self.f.beta[i]

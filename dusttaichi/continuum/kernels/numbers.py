@@ -23,6 +23,7 @@ def numbers_type(dimension):
         tension=ti.f64,  # artificial stress: share, exponent, 1/shape of the kernel at the spacing
         exponent=ti.f64,
         at_spacing=ti.f64,
+        hourglass=ti.f64,  # stiffness against hourglass modes, 1: that of longitudinal waves
         way2=ti.f64,  # square of the way after which a search is due
         period=ti.types.vector(
             dimension, ti.f64

@@ -21,12 +21,13 @@ STRAIN = 1e-30  # keeps a rate of strain of zero from being divided by
 class Rates:
     """fields, lists: see store.place; layout: store.Layout; law: the
     response to a velocity gradient (response.Response); images: images.Images or None; contact:
-    separation.Separation or None."""
+    separation.Separation or None; hourglass: hourglass.Hourglass or None."""
 
-    def __init__(self, fields, lists, layout, *, law, images, contact):
+    def __init__(self, fields, lists, layout, *, law, images, contact, hourglass):
         self.f, self.lists, self.layout = fields, lists, layout
         self.slope = KERNELS[layout.kernel]
         self.law, self.images, self.contact = law, images, contact
+        self.hourglass = hourglass
         self.n = layout.dimension
 
     @ti.func
@@ -106,6 +107,8 @@ class Rates:
         impedance = self.f.impedance[i]
         self.f.drag[i] = impedance * tensors.rows(L)
         self.resist(i, L, near * (1.0 - opened) < 0.0, numbers)
+        if ti.static(self.layout.hourglass):
+            self.hourglass.follow(i, L, numbers)
         if ti.static(self.layout.artificial_stress):
             self.f.tension[i] = tensors.rows(tensors.pulled(stress, -numbers.tension))
         if ti.static(self.layout.separate):

@@ -59,7 +59,8 @@ class ParticleVariable(StateVariable):
 class Layout(NamedTuple):
     """Options that are compiled in: dimension, kernel, ghosts or none, surfaces of rigid faces and
     bodies or none, contact that opens or sticks, viscosity by pairs or none, artificial stress or
-    none, self-gravity or none, heat of viscosity or none, damage or none, one material or several.
+    none, stiffness against hourglass modes or none, self-gravity or none, heat of viscosity or
+    none, damage or none, one material or several.
     """
 
     dimension: int
@@ -69,10 +70,21 @@ class Layout(NamedTuple):
     separate: bool
     viscous: bool
     artificial_stress: bool
+    hourglass: bool
     self_gravity: bool
     heat: bool
     damage: bool
     materials: bool
+
+    @property
+    def sides(self):
+        """True where particles must know to which body their neighbours belong."""
+        return self.separate or self.viscous or self.hourglass
+
+    @property
+    def artificial(self):
+        """True where there are forces of the method that store energy."""
+        return self.artificial_stress or self.hourglass
 
 
 def declare(layout):
@@ -112,14 +124,18 @@ def declare(layout):
         ("role", "dust, rigid, fixed, wall or elastic", "1", count, "own"),
         ("number", "its number in the sample", "1", count, "own"),
     ]
-    if layout.separate or layout.viscous:
+    if layout.sides:
         rows.append(("side", "dust 0, rigid 1, elastic bodies from 2", "1", count, "kind", True))
     if layout.separate:
         rows.append(("gap", "gap at which its contact opened, -1 closed", "m", one, "felt", True))
     if layout.artificial_stress:
         rows.append(("tension", "artificial stress of tension", "Pa", tensor, "felt", True))
-        rows.append(("pushing", "force of artificial stress", "N", vector, "own"))
-        rows.append(("taken", "work against artificial stress so far", "J", one, "own"))
+    if layout.hourglass:
+        rows.append(("hourglass", "displacement by hourglass modes", "m", vector, "felt", True))
+    if layout.artificial:
+        meaning = "force of artificial stress and against hourglass modes"
+        rows.append(("pushing", meaning, "N", vector, "own"))
+        rows.append(("taken", "work against that force so far", "J", one, "own"))
     if layout.heat:
         rows.append(("heating", "heat by viscosity and grid noise per time", "W", one, "own"))
         rows.append(("warmed", "heat by viscosity and grid noise so far", "J", one, "own"))

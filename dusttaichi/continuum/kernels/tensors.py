@@ -60,10 +60,15 @@ def pulled(S: ti.template(), factor):
 def turned(S: ti.template(), W: ti.template()):
     """R S R^T with the rotation R = (1 - W/2)^-1 (1 + W/2) of a spin W over a step (Hughes &
     Winget 1980): to second order the part W S - S W of Jaumann's rate, and no length changes."""
-    n = ti.static(S.n)
-    one = ti.Matrix.identity(ti.f64, n)
-    R = (one - 0.5 * W).inverse() @ (one + 0.5 * W)
+    R = rotation(W)
     return R @ S @ R.transpose()
+
+
+@ti.func
+def rotation(W: ti.template()):
+    """The rotation (1 - W/2)^-1 (1 + W/2) of a spin W over a step."""
+    one = ti.Matrix.identity(ti.f64, ti.static(W.n))
+    return (one - 0.5 * W).inverse() @ (one + 0.5 * W)
 
 
 @ti.func
