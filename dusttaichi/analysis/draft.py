@@ -26,5 +26,5 @@ def mixture(runs):
     drafts = ", ".join(name for name, text in texts.items() if text)
     return (
         f"drafts beside others: {drafts}. Grains of a draft are heavier and softer: differences "
-        "within its error, see dust trade --suggest, say nothing about the samples"
+        "within its error, which dust check prints, say nothing about the samples"
     )

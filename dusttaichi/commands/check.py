@@ -51,7 +51,7 @@ def check(
     scene, how, preview = read()
     say(f"{scene.name} is a valid scene of the method {scene.method}.")
     if preview is not None:
-        _show([*preview.sections, ("Cost", _cost(scene, preview, measure_it=time))])
+        _show([*_sections(scene, preview), ("Cost", _cost(scene, preview, measure_it=time))])
     if resolved:
         console.print("\nThe scene resolved", style="bold")
         console.print(scene.to_yaml().rstrip())
@@ -64,6 +64,14 @@ def check(
         _show(how.forces(scene) or [("Forces at the start", _NOT_KNOWN)])
     rest = {"--time": time, "--scene": resolved, "--internals": internals, "--forces": forces}
     say(f"\nmore: {', '.join(option for option, there in rest.items() if not there)}")
+
+
+def _sections(scene, preview):
+    """Sections of a preview, and the errors of a draft."""
+    from dusttaichi.studies.trade.suggest import draft_rows
+
+    rows = draft_rows(scene)
+    return [*preview.sections, *([("Draft, as measured by dust trade", rows)] if rows else [])]
 
 
 def _show(sections):
@@ -145,7 +153,7 @@ def _json_of_scene(scene, preview):
             "time_step_s": preview.dt * 1e-6,
             "stages": [_stage(*stage, preview.dt) for stage in preview.plan],
             "run_time_s": _run_time(scene, preview),
-            "text": {title: dict(rows) for title, rows in preview.sections},
+            "text": {title: dict(rows) for title, rows in _sections(scene, preview)},
         }
     return found
 

@@ -51,6 +51,16 @@ def test_the_worst_of_what_was_measured_counts(table):
     assert [own.settings for own in suggested()] == ["worse", "fast"]
 
 
+def test_a_draft_has_the_errors_that_were_measured(table):
+    omni = load(CONFIGS / "trade/omni.yaml")
+    draft = omni.with_value("numerics", {"accuracy": "draft"})
+    assert suggest.draft_rows(omni) == []
+    assert suggest.draft_rows(draft) == [("error", "not measured for this kind of scene")]
+    table.append(row("accuracy draft", 0.2, 0.02))
+    text = "2 % ± 1 % (phi(P); within the scatter of seeds, 3 %)"
+    assert suggest.draft_rows(draft) == [("error, compression in a box, 400 grains", text)]
+
+
 def test_kinds_of_scenes(table):
     kinds = {
         name: suggest.kind_of(load(CONFIGS / f"trade/{name}.yaml"))

@@ -170,8 +170,8 @@ def _measured(folder):
 
 
 def _of_stages(run):
-    """Numbers of single stages: strength in shear and triaxial tests, filling factor under a held
-    load, slope of unloading."""
+    """Numbers of single stages: strength in shear and triaxial tests, filling factor under a
+    controlled load, slope of unloading."""
     from dusttaichi import analysis
 
     numbers = {}
@@ -182,8 +182,8 @@ def _of_stages(run):
     if run.unloads:
         found = analysis.unloadings(run)
         numbers |= {f"unloading modulus {own.stage}": own.modulus for own in found}
-    held = analysis.controlled_loads(run)
-    return numbers | {f"filling factor held {own.stage}": own.filling_factor for own in held}
+    loads = analysis.controlled_loads(run)
+    return numbers | {f"filling factor under load {own.stage}": own.filling_factor for own in loads}
 
 
 def _read(path):

@@ -9,6 +9,7 @@ from importlib import resources
 
 from dusttaichi.analysis.grid import AS_IT_IS
 from dusttaichi.errors import DustError
+from dusttaichi.scene.numerics import DRAFT
 from dusttaichi.studies.trade.point import parameters_of
 
 TABLE = "measured.csv"
@@ -46,14 +47,25 @@ class Suggestion:
     scatter: float
     observable: str
 
+    @classmethod
+    def of(cls, row, cost=None):
+        """From a row of the table; cost: in place of that of the row."""
+        numbers = (float(row[name]) for name in ("error", "uncertainty", "scatter"))
+        cost = float(row["cost"]) if cost is None else cost
+        return cls(row["settings"], cost, *numbers, row["observable"])
+
     def text(self):
         """Cost, error and observable in one line."""
+        return f"cost {self.cost:.2f}, error {self.error_text()}"
+
+    def error_text(self):
+        """Error with its uncertainty and the observable."""
         if self.error <= self.scatter:
             worth = f"within the scatter of seeds, {_percent(self.scatter)}"
         else:
             worth = f"scatter of seeds {_percent(self.scatter)}"
         error = f"{_percent(self.error)} ± {_percent(self.uncertainty)}"
-        return f"cost {self.cost:.2f}, error {error} ({self.observable}; {worth})"
+        return f"{error} ({self.observable}; {worth})"
 
 
 def _percent(share):
@@ -108,16 +120,29 @@ def suggestions(scene, tolerance=TOLERANCE):
     sizes = {row["grains"] for row in rows}
     found = []
     groups.pop(AS_IT_IS, None)
-    for settings, some in groups.items():
+    for some in groups.values():
         if any(float(row["error"]) > max(tolerance, float(row["scatter"])) for row in some):
             continue
         if {row["grains"] for row in some} != sizes and len(sizes) > 1:
             continue
         worst = max(some, key=lambda row: float(row["error"]) / max(float(row["scatter"]), 1e-9))
         cost = max(float(row["cost"]) for row in some)
-        numbers = (float(worst[name]) for name in ("error", "uncertainty", "scatter"))
-        found.append(Suggestion(settings, cost, *numbers, worst["observable"]))
+        found.append(Suggestion.of(worst, cost))
     return _front(sorted(found, key=lambda own: own.cost))
+
+
+def draft_rows(scene):
+    """Rows (what, value) of the errors of a draft, as measured on scenes of its kind; [] for a
+    scene that is no draft."""
+    if getattr(scene.numerics, "accuracy", None) != DRAFT:
+        return []
+    rows = [row for row in measured(kind_of(scene)) if row["settings"] == f"accuracy {DRAFT}"]
+    if not rows:
+        return [("error", "not measured for this kind of scene")]
+    return [
+        (f"error, {row['kind']}, {row['grains']} grains", Suggestion.of(row).error_text())
+        for row in rows
+    ]
 
 
 def _front(found):

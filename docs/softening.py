@@ -1,0 +1,173 @@
+"""Tables of softened contacts and of drafts for docs/studies/trade.md, from their measurements."""
+
+from pathlib import Path
+
+import numpy as np
+from markup import text as _text
+
+from dusttaichi.analysis.grid import AS_IT_IS, CURVE, PHI, outcomes, read
+from dusttaichi.grains.grain_contacts import contact_constants
+from dusttaichi.scene import load
+
+HERE = Path(__file__).parent
+TABLE = HERE / "validation" / "softening.csv"
+SCENE = HERE.parent / "configs/trade/omni.yaml"  # that of the causes
+STIFFNESS = "stiffness_scaling"
+LEVELS = ("0.3", "0.1", "0.03", "0.01", "0.003")
+DRAFT = "accuracy draft"
+CHOSEN, UNSEEN = "trade_", "unseen_"  # prefixes of the names of scenes
+SHORT = {"strength": "tensile strength", "ratio": "pressure over T19 eq 9"}
+CHANNELS = ("rolling", "twisting", "damping", "sliding", "breaking", "forming")
+
+
+def pages():
+    """The tables by the names of their files."""
+    found = outcomes(read(TABLE))
+    return {
+        "softening_levels.md": levels(found),
+        "softening_pressures.md": pressures(read(TABLE)),
+        "softening_causes.md": causes(read(TABLE)),
+        "softening_drafts.md": drafts(found, CHOSEN),
+        "softening_unseen.md": drafts(found, UNSEEN),
+    }
+
+
+def levels(found):
+    """Cost and error of each scene and number at each level of stiffness."""
+    lines = _head("scene, grains", "number", "seeds, scatter", *LEVELS, "free down to")
+    rows = {(o.scene, o.grains, o.settings, o.observable): o for o in found}
+    for own in rows.values():
+        if own.settings != AS_IT_IS or not own.scene.startswith(CHOSEN):
+            continue
+        keys = [(own.scene, own.grains, f"{STIFFNESS} {s}", own.observable) for s in LEVELS]
+        some = [rows.get(key) for key in keys]
+        why = {o.settings: o.refused for o in found if o.scene == own.scene and o.refused}
+        if not any(some):
+            continue
+        cells = [
+            _cell(o, own.seeds) if o else _refused(why.get(f"{STIFFNESS} {s}"))
+            for s, o in zip(LEVELS, some, strict=True)
+        ]
+        scatter = f"{own.seeds}, {_percent(own.scatter)}"
+        lines.append(_row(_name(own), _number(own), scatter, *cells, _free(some)))
+    return _text(lines)
+
+
+def pressures(table):
+    """Shift of the mean filling factor of SCENE at each pressure, and the scatter of seeds."""
+    base, some = _runs_of_scene(table)
+    names = [name for name in table if name.startswith(PHI)]
+    lines = _head(f"`{STIFFNESS}`", *(f"φ at {name.removeprefix(PHI)}" for name in names))
+    mean, spread = base[names].mean(), base[names].std()
+    cells = [f"{mean[n]:.3f}, scatter {_percent(spread[n] / mean[n])}" for n in names]
+    lines.append(_row("1", *cells))
+    for s, rows in some.items():
+        change = (rows - base)[names]
+        cells = [_signed(change[n].mean() / mean[n], change[n].sem() / mean[n]) for n in names]
+        lines.append(_row(s, *cells))
+    return _text(lines)
+
+
+def causes(table):
+    """What softening changes in SCENE: events of contacts, and shares of the losses."""
+    base, some = _runs_of_scene(table)
+    lines = _head(
+        f"`{STIFFNESS}`", "energy that binds a contact", "slides from", "contacts formed per grain",
+        "contacts per grain at the end", *(f"lost on {name}" for name in CHANNELS),
+    )  # fmt: skip
+    scene = load(SCENE)
+    for s, rows in {"1": base, **some}.items():
+        pair = contact_constants(scene.with_value(f"numerics.{STIFFNESS}", float(s)))[0]
+        lost = rows[[f"lost {name} [J]" for name in CHANNELS]].fillna(0.0).mean()
+        touch = -float(pair.curve(np.array([0.0]))[1][0])
+        formed = lost["lost forming [J]"] / touch / rows.grains.iloc[0]
+        cells = (f"{pair.bound * 1e18:.3g} aJ", f"{pair.numbers['zeta_crit'] * 1e9:.2g} nm")
+        cells += (f"{formed:.1f}", f"{rows['contacts a grain'].mean():.2f}")
+        lines.append(_row(s, *cells, *(_percent(part) for part in lost / lost.sum())))
+    return _text(lines)
+
+
+def _runs_of_scene(table):
+    """Finished runs of SCENE by seed: as it is, and {level: those of the same seeds}."""
+    table = table[table.scene == load(SCENE).name]
+    table = table[table.status.str.startswith("finished")]
+    by = {s: rows.set_index("seed") for s, rows in table.groupby("settings")}
+    base = by[AS_IT_IS]
+    names = base.select_dtypes("number").columns
+    some = {s: by[f"{STIFFNESS} {s}"] for s in LEVELS if f"{STIFFNESS} {s}" in by}
+    seeds = set(base.index).intersection(*(rows.index for rows in some.values()))
+    base, some = base[names], {s: rows[names] for s, rows in some.items()}
+    return base.loc[sorted(seeds)], {s: rows.loc[sorted(seeds)] for s, rows in some.items()}
+
+
+def drafts(found, prefix):
+    """Drafts of the scenes whose names have a prefix."""
+    lines = _head("scene, grains", "number", "steps", "error of the mean", "scatter of seeds",
+                  "seeds", "verdict")  # fmt: skip
+    for o in found:
+        if o.settings != DRAFT or o.refused or not o.scene.startswith(prefix):
+            continue
+        error, scatter = _signed(_sign(o) * o.error, o.uncertainty), _percent(o.scatter)
+        numbers = (f"{o.cost:.3f}", error, scatter, str(o.seeds))
+        lines.append(_row(_name(o), _number(o), *numbers, verdict(o)))
+    return _text(lines)
+
+
+def verdict(o):
+    """Whether the error of an Outcome is within the scatter of its seeds."""
+    if o.hidden:
+        return "within, a shift" if o.resolved else "within"
+    return "open" if o.error - o.uncertainty <= o.scatter else "above"
+
+
+def _head(*names):
+    return [_row(*names), "| --- " * len(names) + "|"]
+
+
+def _row(*cells):
+    return f"| {' | '.join(cells)} |"
+
+
+def _cell(o, seeds):
+    text = f"{o.cost:.2f}: {_signed(_sign(o) * o.error, o.uncertainty)}"
+    text += f" ({o.seeds} seed{'s' * (o.seeds > 1)})" if o.seeds < seeds else ""
+    return text if o.hidden else f"**{text}**"
+
+
+def _refused(why):
+    if why is None:
+        return "not run"
+    return "refused" if "cannot be used" in why else "stopped"
+
+
+def _free(some):
+    """The last level up to which all errors are within the scatter."""
+    last = "none"
+    for s, o in zip(LEVELS, some, strict=True):
+        if o is None or not o.hidden:
+            break
+        last = s
+    return last
+
+
+def _name(o):
+    return f"`{o.scene.removeprefix(CHOSEN).removeprefix(UNSEEN)}`, {o.grains}"
+
+
+def _number(o):
+    if o.observable == CURVE:
+        return "φ(P)"
+    return SHORT.get(o.observable, o.observable.replace("_", " "))
+
+
+def _sign(o):
+    return -1.0 if o.shift < 0.0 else 1.0
+
+
+def _signed(share, uncertainty):
+    text = f"{'−' if share < 0.0 else '+'}{_percent(abs(share))}"
+    return text if np.isnan(uncertainty) else f"{text[:-2]} ± {_percent(uncertainty)}"
+
+
+def _percent(share):
+    return f"{100 * share:.1f} %" if share < 0.095 else f"{100 * share:.0f} %"
