@@ -16,7 +16,6 @@ os.environ["DUST_DOCS"] = str(HERE)
 
 import docstrings  # noqa: E402
 import generate  # noqa: E402
-import interface  # noqa: E402
 
 from dusttaichi import __version__  # noqa: E402
 
@@ -30,7 +29,6 @@ version = release = __version__
 extensions = [
     "myst_nb",
     "sphinx.ext.autodoc",
-    "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
     "sphinx_copybutton",
     "sphinx_design",
@@ -55,12 +53,6 @@ nb_execution_timeout = 180
 nitpicky = True
 nitpick_ignore_regex = docstrings.ELSEWHERE
 autodoc_member_order = "bysource"
-napoleon_google_docstring = False
-napoleon_attr_annotations = False
-napoleon_use_ivar = True
-napoleon_use_rtype = False
-napoleon_preprocess_types = True
-napoleon_type_aliases = interface.aliases()
 autodoc_typehints = "none"
 autodoc_default_options = {"exclude-members": "model_config, extra_keys"}
 autodoc_class_signature = "mixed"

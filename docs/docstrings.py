@@ -1,8 +1,11 @@
 """Docstrings of the package for Sphinx: plain text in NumPy's layout, `names` in backticks."""
 
 import re
+from functools import cache
 
+import interface
 from pydantic import BaseModel
+from sphinx.ext.napoleon import Config, NumpyDocstring
 
 # Types in words and pieces of default values, which Sphinx takes for names of classes.
 ELSEWHERE = [(r"py:(class|exc)", r"(?!dusttaichi\.).*")]
@@ -12,17 +15,30 @@ SECTIONS = ("Parameters", "Returns", "Attributes", "Raises", "Notes")  # in this
 
 def setup(app):
     """Connect the functions below to autodoc."""
-    # before napoleon (priority 500) turns the sections into fields
-    app.connect("autodoc-process-docstring", _process, priority=400)
+    app.connect("autodoc-process-docstring", _process)
     app.connect("autodoc-process-signature", _signature)
     app.connect("autodoc-skip-member", _skip)
 
 
 def _process(app, what, name, value, options, lines):
-    """Markup of reStructuredText that plain text has by chance is escaped."""
-    lines[:] = restructured("\n".join(lines)).split("\n")
+    """Turn a docstring in NumPy's layout into fields; text that looks like markup is escaped."""
+    plain = restructured("\n".join(lines)).split("\n")
+    # a property is none here: napoleon would take its text up to a colon for a type
+    kind = "object" if what in ("attribute", "data", "property") else what
+    lines[:] = NumpyDocstring(plain, _layout(), app, kind, name, value, options).lines()
     if what == "class" and issubclass(value, BaseModel):
         lines += _keys(value)
+
+
+@cache
+def _layout():
+    return Config(
+        napoleon_attr_annotations=False,
+        napoleon_use_ivar=True,
+        napoleon_use_rtype=False,
+        napoleon_preprocess_types=True,
+        napoleon_type_aliases=interface.aliases(),
+    )
 
 
 def _keys(block):
