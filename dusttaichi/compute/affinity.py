@@ -36,8 +36,10 @@ class ThreadPool:
         self.threads, self.apart = found if len(found) == count else [], False
 
     def serve(self, workers):
-        """Give each thread cores of its own where several workers wait for each other, and let a
-        single one go wherever a core is free."""
+        """Give each of several workers that wait for each other a core of its own.
+
+        A single one runs wherever a core is free.
+        """
         apart = workers > 1
         if apart == self.apart:
             return

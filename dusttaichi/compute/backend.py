@@ -51,8 +51,10 @@ def threads_of(scene, grains):
 
 @contextmanager
 def _shell(heard):
-    """Context without the variables TI_* of the shell, unless they are heard: they would change the
-    backend or the compilation. Those of the kernels on disk stay."""
+    """Context without the variables TI_* of the shell, unless they are heard.
+
+    They would change the backend or the compilation. Those of the kernels on disk remain.
+    """
     names = [] if heard else [n for n in os.environ if n.startswith("TI_")]
     foreign = [name for name in names if "OFFLINE_CACHE" not in name]
     hidden = {name: os.environ.pop(name) for name in foreign}

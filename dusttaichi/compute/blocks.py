@@ -12,28 +12,35 @@ _PADDING = 8  # numbers between the rows of two sums, which then begin in differ
 
 
 def on_device():
-    """Whether kernels run on a device, with blocks of threads, and not on the cores of a CPU."""
+    """True if kernels run on a device, with blocks of threads, and not on the cores of a CPU."""
     return settings().arch != ti.cpu
 
 
 @ti.func
 def loop_length(count: ti.template(), capacity: ti.template()):
-    """Length of a parallel loop over `count` items of at most `capacity`. On a device it is the
-    capacity, a constant of the kernel: a length in a field takes a launch of its own before the
-    loop, which then starts as many blocks as the device can hold."""
+    """Length of a parallel loop over `count` items of at most `capacity`.
+
+    On a device it is the capacity, a constant of the kernel: a length in a field takes a launch of
+    its own before the loop, which then starts as many blocks as the device can hold.
+    """
     return capacity if ti.static(on_device()) else count
 
 
 @ti.func
 def is_idle(k, count: ti.template()):
-    """Whether iteration k of such a loop is beyond the `count` items. The loop goes to the next one
-    then: Taichi moves nothing out of a loop that is within an `if`."""
+    """True if iteration k of such a loop is beyond the `count` items.
+
+    The loop continues with the next one then: Taichi moves nothing out of a loop that is within an
+    `if`.
+    """
     return k >= count if ti.static(on_device()) else 0
 
 
 def padded(capacity, threads=THREADS):
-    """Length of a loop over at most `capacity` items in whole blocks: all threads of a block meet
-    at barriers, so that each needs the same number of iterations."""
+    """Length of a loop over at most `capacity` items in whole blocks.
+
+    All threads of a block meet at barriers, so that each needs the same number of iterations.
+    """
     return -(-capacity // threads) * threads
 
 
@@ -51,8 +58,10 @@ class BlockSums:
 
     @ti.func
     def total(self, values: ti.template(), thread):
-        """Sum number `thread` of the `count` numbers of every thread; 0 for further threads. All
-        threads of the block must call it, each with its number."""
+        """Sum number `thread` of the `count` numbers of every thread; 0 for further threads.
+
+        All threads of the block must call it, each with its number.
+        """
         pad = ti.simt.block.SharedArray((ti.static(self.count * self.row),), self.real)
         for k in ti.static(range(self.count)):
             pad[k * self.row + thread] = values[k]

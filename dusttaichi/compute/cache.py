@@ -11,14 +11,18 @@ _remarks = []
 
 
 def cache_folder():
-    """$XDG_CACHE_HOME/dusttaichi or ~/.cache/dusttaichi; if that is not writable, a private folder
-    of this user among the temporary files."""
+    """Folder of caches: $XDG_CACHE_HOME/dusttaichi or ~/.cache/dusttaichi.
+
+    If that is not writable, a private folder of this user among the temporary files.
+    """
     return _folder(os.environ.get(XDG), os.environ.get("HOME"))
 
 
 def provide_home():
-    """Give Taichi the folder of `cache_folder` if it cannot write its own, as in containers without
-    HOME: it would end the process as soon as it is imported."""
+    """Give Taichi the folder of `cache_folder` if it cannot write its own.
+
+    In containers without HOME it would end the process as soon as it is imported.
+    """
     folder = cache_folder()
     if os.name == "posix" and _remarks:
         os.environ[XDG] = str(folder.parent)
@@ -46,7 +50,7 @@ def _folder(cache, home):
 
 
 def _writable(folder):
-    """Whether that folder can be written or created."""
+    """True if that folder can be written or created."""
     there = next((place for place in (folder, *folder.parents) if place.exists()), folder)
     return there.is_dir() and os.access(there, os.W_OK | os.X_OK)
 

@@ -6,6 +6,9 @@ OBJECTS = 20_000  # created between two collections; the default of Python is 70
 
 
 def collect_seldom():
-    """Collect rarely: modules, scenes and syntax trees of kernels stay, and scanning them again and
-    again takes 5 % of a short run."""
+    """Collect garbage rarely.
+
+    Modules, scenes and syntax trees of kernels stay, and scanning them again and again takes 5 % of
+    a short run.
+    """
     gc.set_threshold(OBJECTS, 10, 10)

@@ -32,8 +32,10 @@ def patch(debug):
 
 @cache
 def _patches():
-    """(module or class, name in it, Taichi's own object, replacement); none for a version that was
-    not tested."""
+    """Rows (module or class, name in it, Taichi's own object, replacement).
+
+    None for a version that was not tested.
+    """
     if VERSION not in PATCHED:
         return []
     from dusttaichi.compute import kernel_arguments, taichi_patches

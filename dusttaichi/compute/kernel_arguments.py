@@ -1,7 +1,8 @@
-"""Structs of numbers as arguments of kernels. Taichi checks and converts them member by member at
-every call, which takes a millisecond for the numbers of contacts and walls: as long as hundreds of
-steps of a small scene. Here a struct is converted once; it must not be changed after its first
-call.
+"""Structs of numbers as arguments of kernels.
+
+Taichi checks and converts them member by member at every call, which takes a millisecond for the
+numbers of contacts and walls: as long as hundreds of steps of a small scene. Here a struct is
+converted once; it must not be changed after its first call.
 """
 
 from dusttaichi.compute.engine import ti
@@ -19,7 +20,7 @@ def patches():
 
 
 def _is_of(self, instance):
-    """Whether a struct is of this type."""
+    """True if a struct is of this type."""
     known = getattr(instance, "__dict__", {}).get("_known_types", ())
     if any(kind is self for kind in known):
         return True

@@ -11,8 +11,11 @@ REASONS = 4  # reasons why no further step may begin are numbers from 1 to below
 
 
 class Look:
-    """Progress of a device: (number in place `done` of the field `sync`, reason in place `stop`, 0
-    if a further step may begin)."""
+    """Progress of a device.
+
+    (number in place `done` of the field `sync`, reason in place `stop`, 0 if a further step may
+    begin).
+    """
 
     def __init__(self, sync, done, stop):
         @ti.kernel
@@ -26,8 +29,10 @@ class Look:
 
 
 class PassOnChange:
-    """A kernel that writes its arguments to fields, launched if they are not the same objects as in
-    the previous call."""
+    """A kernel that writes its arguments to fields.
+
+    It is launched if they are not the same objects as in the previous call.
+    """
 
     def __init__(self, kernel):
         self.kernel, self._last = kernel, ()

@@ -39,8 +39,10 @@ def capacity_for(particles):
 
 
 class Lease:
-    """The right of one simulation to its fields, which ends with their Taichi program or when the
-    next simulation gets them."""
+    """The right of one simulation to its fields.
+
+    It ends with their Taichi program or when the next simulation gets them.
+    """
 
     def __init__(self):
         self._program, self._ended = program(), False
@@ -111,8 +113,10 @@ class Table:
 
 
 def arrays_of(fields):
-    """Arrays that share the memory of fields (a dict by name), which this process can read. Raises
-    DustError if there is not enough memory."""
+    """Arrays that share the memory of fields (a dict by name), which this process can read.
+
+    Raises DustError if there is not enough memory.
+    """
     base = _base(next(iter(fields.values())))
     return {name: _memory(field, base) for name, field in fields.items()}
 

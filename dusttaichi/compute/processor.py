@@ -104,8 +104,11 @@ def kernel_key():
 
 
 def kernel_folder():
-    """Folder of kernels of this processor and compiler: home directories are shared, and code for
-    one processor may not run on another, or run more slowly."""
+    """Folder of kernels of this processor and compiler.
+
+    Home directories are shared, and code for one processor may not run on another, or run more
+    slowly.
+    """
     return cache_folder() / "kernels" / kernel_key()
 
 
@@ -182,8 +185,10 @@ def _found_in_a_child():
 
 
 def _compile():
-    """In the child: bits of the vectors that LLVM makes of a sum of products of doubles. Taichi
-    writes the code into the current folder."""
+    """In the child: bits of the vectors that LLVM makes of a sum of products of doubles.
+
+    Taichi writes the code into the current folder.
+    """
     from dusttaichi.compute.engine import settings, ti
 
     ti.init(arch=ti.cpu, offline_cache=False, default_fp=ti.f64, log_level=ti.ERROR)

@@ -10,8 +10,11 @@ FEW = 16384  # particles
 
 
 def is_short(particles):
-    """Whether a loop with little work for each of so many particles runs in one thread, an argument
-    of `ti.loop_config(serialize=...)`: on a CPU it ends before other threads have woken up."""
+    """True if a loop with little work for each of so many particles runs in one thread.
+
+    An argument of `ti.loop_config(serialize=...)`: on a CPU it ends before other threads have woken
+    up.
+    """
     return settings().arch == ti.cpu and particles <= FEW
 
 
@@ -40,8 +43,10 @@ class Scan:
 
     @ti.func
     def exclusive(self, values: ti.template(), starts: ti.template(), n: ti.template()):
-        """Set starts[k] to the sum of the values before k, for the first n of them. To be called
-        outside of the loops of a kernel."""
+        """Set starts[k] to the sum of the values before k, for the first n of them.
+
+        To be called outside of the loops of a kernel.
+        """
         if ti.static(self.serial):
             ti.loop_config(serialize=True)
             for _ in range(1):
@@ -56,7 +61,9 @@ class Scan:
     @ti.func
     def by_chunks(self, values: ti.template(), starts: ti.template(), n: ti.template()):
         """Sums of chunks, of groups of chunks, and prefix sums of these; then back to the numbers.
-        All five loops are parallel but the middle one over n / CHUNK^2 numbers."""
+
+        All five loops are parallel but the middle one over n / CHUNK^2 numbers.
+        """
         sums = ti.static(self.chunk_sum)
         for chunk in range(whole(n, CHUNK)):
             total = 0
@@ -97,8 +104,9 @@ def scan_capacity(n):
 
 @ti.data_oriented
 class Largest:
-    """The largest number of each column of a table, without atomics. Row 0 is that of all rows from
-    1 on, which has one for each chunk of particles.
+    """The largest number of each column of a table, without atomics.
+
+    Row 0 is that of all rows from 1 on, which has one for each chunk of particles.
 
     table: a field of 1 + `scan_capacity` rows; chunks: their largest number.
     """
@@ -109,8 +117,11 @@ class Largest:
 
     @ti.func
     def find(self, used: ti.template()):
-        """Set row 0; used: number of chunks. A device reduces the rows of all chunks, by groups. To
-        be called outside of the loops of a kernel."""
+        """Set row 0; used: number of chunks.
+
+        A device reduces the rows of all chunks, by groups. To be called outside of the loops of a
+        kernel.
+        """
         if ti.static(self.serial):
             ti.loop_config(serialize=True)
             for _ in range(1):

@@ -9,8 +9,10 @@ ELEMENTS = {"f64": ti.f64, "f32": ti.f32, "i32": ti.i32, "i64": ti.i64}
 
 @dataclass(frozen=True)
 class StateVariable:
-    """A variable of the state: name, meaning, unit and element (name in ELEMENTS, components of a
-    vector or 0)."""
+    """A variable of the state.
+
+    Name, meaning, unit and element (name in ELEMENTS, components of a vector or 0).
+    """
 
     name: str
     meaning: str

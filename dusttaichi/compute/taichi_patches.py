@@ -1,6 +1,7 @@
-"""Patches that halve the time Taichi needs to read the sources of kernels. It reads them at every
-start, even if the compiled kernels are in its cache; the patches omit work for its error messages
-and work repeated at every call of a function.
+"""Patches that halve the time Taichi needs to read the sources of kernels.
+
+It reads them at every start, even if the compiled kernels are in its cache; the patches omit work
+for its error messages and work repeated at every call of a function.
 """
 
 import ast
@@ -54,9 +55,11 @@ def _once_for_each_code(find):
 
 
 class _Trees:
-    """Pool of syntax trees of functions. Taichi writes into the nodes of a tree during its pass, so
-    that a tree is reused only after it, and a nested call needs another one. The tree of a kernel
-    loses its arguments and is used once."""
+    """Pool of syntax trees of functions.
+
+    Taichi writes into the nodes of a tree during its pass, so that a tree is reused only after it,
+    and a nested call needs another one. The tree of a kernel loses its arguments and is used once.
+    """
 
     def __init__(self, transform):
         self._transform, self._free = transform, {}

@@ -110,8 +110,10 @@ def chosen_kernels(scene, particles, threads, kind):
 
 
 def ghost_count(scene, particles):
-    """Capacity for images beyond mirrors and periodic faces: 1.5 times as many as an even filling
-    has."""
+    """Capacity for images beyond mirrors and periodic faces.
+
+    1.5 times as many as an even filling has.
+    """
     h = scene.numerics.smoothing_length
     reach, boundary = (SUPPORT + SKIN[scene.dimension]) * h, scene.boundary
     x, share = particles.position, 1.0
@@ -154,8 +156,10 @@ def numbers_of(scene, dimension):
 
 
 def surfaces(scene, particles):
-    """(axis, side, plane) of the mirrors and (axis, low, high) of the periodic faces, in the axes
-    of the kernels [m]."""
+    """(axis, side, plane) of the mirrors and (axis, low, high) of the periodic faces.
+
+    In the axes of the kernels [m].
+    """
     axes, boundary = list(particles.axes), scene.boundary
     numbers = [WALLS.index(wall) for wall in getattr(boundary, "mirrors", ())]
     mirrors = [(axes.index(k // 2), k % 2, float(particles.room[k // 2, k % 2])) for k in numbers]
@@ -193,8 +197,10 @@ def cut_by_mirrors(body, particles, mirrors):
 
 
 def put_particles(sim, particles, moving, mirrors):
-    """The particles and rigid bodies of a sample into the fields of a Simulation; mirrors: names of
-    the faces that are."""
+    """Put the particles and rigid bodies of a sample into the fields of a Simulation.
+
+    mirrors: names of the faces that are.
+    """
     axes, n = sim.axes, len(particles)
     role = particles.role.astype(np.int32)
     rank = np.cumsum([body.rigid for body in particles.bodies]) - 1

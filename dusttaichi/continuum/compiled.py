@@ -30,8 +30,11 @@ class Fields:
 
 @dataclass(frozen=True)
 class Kernels:
-    """The kernels of a scene, and the type of their arguments. search: launches of a search on a
-    device, None where the host searches with `count`, `write` and `measure`."""
+    """The kernels of a scene, and the type of their arguments.
+
+    search: launches of a search on a device, None where the host searches with `count`, `write` and
+    `measure`.
+    """
 
     advance: Any
     search: Any
@@ -59,8 +62,10 @@ class Compiled:
     memory: dict
 
     def tables(self, n, lease):
-        """Tables of fields and lists for a scene of n particles, which begins with all numbers
-        zero and has them until its Lease ends."""
+        """Tables of fields and lists for a scene of n particles.
+
+        It begins with all numbers zero and has them until its Lease ends.
+        """
         rows = {v.name: f.shape[0] if v.ghosts else n for v, f in self._declared()}
         fields = {
             name: Table(field, rows.get(name, field.shape[0]), self.memory.get(name), lease)
@@ -79,8 +84,9 @@ class Compiled:
 
 
 def compiled_for(key, layout, capacity, kind):
-    """The Compiled of a layout; Taichi runs. capacity: numbers of particles, list entries and
-    ghosts (capacities).
+    """The Compiled of a layout; Taichi runs.
+
+    capacity: numbers of particles, list entries and ghosts (capacities).
 
     kind: of the loops (backend.Loops). A kernel a phase is for devices, whose memory is their own:
     wherever it runs, it looks at none directly.

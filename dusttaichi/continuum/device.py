@@ -40,8 +40,10 @@ class DeviceSteps:
         self._steps_per_output = 1.0
 
     def __call__(self, output_steps, pending, _workers, *arguments):
-        """Returns the number of output steps done, and whether the next one would take too many
-        time steps."""
+        """Advance; returns the number of output steps done.
+
+        And a flag for a next one that would take too many time steps.
+        """
         self.pass_numbers(*arguments)
         self._begin(output_steps)
         launched, ended, stopped = 0, 0, 0
@@ -74,8 +76,10 @@ class Known:
 
 
 def make_begin(known, StepNumbers):
-    """Kernels `begin(output_steps)`, before the steps of a call, and `pass_numbers(numbers,
-    material)`, where these have changed."""
+    """Kernels `begin(output_steps)` and `pass_numbers(numbers, material)`, before steps of a call.
+
+    The second where these have changed.
+    """
     sync, numbers, material, fastest = known.sync, known.numbers, known.material, known.fastest
 
     @ti.kernel
@@ -133,9 +137,11 @@ def make_end(known):
 
 
 def by_threads(known):
-    """Kernels `kick_and_drift()`, `respond()` and `push()` of a device: a thread for each particle,
-    a block of them for each surface. Lengths of loops are known when they are compiled: else a
-    launch of their own would find them first."""
+    """Kernels `kick_and_drift()`, `respond()` and `push()` of a device.
+
+    A thread for each particle, a block of them for each surface. Lengths of loops are known when
+    they are compiled: else a launch of their own would find them first.
+    """
     motion, rates, forces = known.motion, known.rates, known.forces
     sync, numbers, material = known.sync, known.numbers, known.material
     fastest, threads, sums = known.fastest, known.threads, BlockSums(PARTS)

@@ -1,7 +1,7 @@
-"""The search where kernels run on a device: the host launches its kernels and reads the outcome
-once.
+"""The search where kernels run on a device.
 
-The lists are those that search.py makes of the same places, in the same order.
+The host launches its kernels and reads the outcome once. The lists are those that search.py makes
+of the same places, in the same order.
 """
 
 import numpy as np

@@ -115,10 +115,11 @@ def undamaged(sim):
 
 
 def heat(sim, stored):
-    """Heat of each particle [J], (n,), in internal order: work of its stresses that is not
-    stored, and energy dissipated by both viscosities, with the half step up to the present.
+    """Heat of each particle [J], (n,), in internal order.
 
-    stored: elastic energy of each at step 0 [J], in the order of the sample.
+    Work of its stresses that is not stored, and energy dissipated by both viscosities, with the
+    half step up to the present. stored: elastic energy of each at step 0 [J], in the order of the
+    sample.
     """
     everything = np.ones(sim.n, bool)
     out = sim.of_particles("work").sum(axis=1) - elastic_of_particles(sim, everything).sum(axis=1)
@@ -127,8 +128,10 @@ def heat(sim, stored):
 
 
 def against_artificial(sim, v):
-    """Work against artificial stress and the stiffness against hourglass modes since the start [J],
-    with the half step up to the present; 0 where there is neither. Much of it is returned."""
+    """Work since the start [J] against artificial stress and the stiffness against hourglass modes.
+
+    With the half step up to the present; 0 where there is neither. Much of it is returned.
+    """
     if "taken" not in sim.tables:
         return 0.0
     half, mean = 0.5 * sim.clock[OLD], 0.5 * (sim.raised(sim.of_particles("v")) + v)
@@ -186,8 +189,10 @@ def elastic_momenta(sim, sample):
 
 
 def elastic_bodies(sim, sample):
-    """Present centre [m], velocity [m/s] and spin [rad/s] of the elastic bodies of a sample,
-    (bodies, 3) each, as a tuple."""
+    """Present centre [m], velocity [m/s] and spin [rad/s] of the elastic bodies of a sample.
+
+    (bodies, 3) each, as a tuple.
+    """
     numbers = _of_elastic(sim, sample)
     found = np.zeros((3, len(numbers), 3))
     if not numbers:

@@ -103,8 +103,10 @@ class MovingDust(SimpleSimulation):
         return _distinct((*rigid, *(body.name for body in bodies if body.elastic)))
 
     def _areas(self):
-        """Areas of the walls whose force is known [m^2], (6,); 0 of the others: open
-        faces, and mirrors, whose force is not summed."""
+        """Areas of the walls whose force is known [m^2], (6,).
+
+        0 of the others: open faces, and mirrors, whose force is not summed.
+        """
         areas = np.zeros(6)
         if self.around.box is not None:
             areas = self.around.wall_areas(self.step) * units.LENGTH**2

@@ -106,8 +106,10 @@ bead (docs/continuum.md)."""
 
 
 def _resolution(sample):
-    """Rows of the bodies that are resolved by fewer than ACROSS spacings, which makes numerical
-    dissipation large."""
+    """Rows of the bodies that are resolved by fewer than ACROSS spacings.
+
+    That makes numerical dissipation large.
+    """
     rows, axes = [], list(sample.axes)
     for number, body in enumerate(sample.bodies):
         own = sample.position[sample.body == number][:, axes]

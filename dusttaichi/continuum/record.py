@@ -21,8 +21,10 @@ def components(S, dimension):
 
 
 def series(sim, parts, window, areas, elastic):
-    """Variables of the continuum in a record; areas: of the walls [m^2], (6,); elastic: what
-    measure.elastic_bodies tells."""
+    """Variables of the continuum in a record.
+
+    areas: of the walls [m^2], (6,); elastic: result of measure.elastic_bodies.
+    """
     role = sim.of_particles("role")
     dust = role == DUST
     mass, density = sim.of_particles("mass")[dust], sim.of_particles("density")[dust]

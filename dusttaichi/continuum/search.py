@@ -59,8 +59,11 @@ class Search:
 
     @property
     def near_surface(self):
-        """Distance within which a surface is listed [m]: particle and surface may each move by half
-        of the skin, and the lists may be outdated by as much."""
+        """Distance within which a surface is listed [m].
+
+        Particle and surface may each move by half of the skin, and the lists may be outdated by as
+        much.
+        """
         return SUPPORT * self.h + 2.0 * self.skin
 
     def now(self):
@@ -156,8 +159,10 @@ class Search:
         sim.lists["touch_row"].from_numpy(rows[order].astype(np.int32))
 
     def _ghosts(self, x):
-        """Positions of all images within reach of the box; their originals, signs and shifts are
-        written to `lists`."""
+        """Positions of all images within reach of the box.
+
+        Their originals, signs and shifts are written to `lists`.
+        """
         sim, n = self.sim, len(x)
         if not sim.layout.ghosts:
             return np.zeros((0, sim.dimension))
@@ -191,7 +196,7 @@ class Search:
         return [tuple(np.array(chosen).T) for chosen in product(*along)][1:]
 
     def _near(self, image):
-        """Whether images are within reach of the box of their originals."""
+        """True for images within reach of the box of their originals."""
         inside = np.ones(len(image), bool)
         for axis, low, high in self.edges:
             inside &= image[:, axis] > low - self.reach

@@ -1,5 +1,7 @@
-"""A built continuum in motion: it advances by output steps, searches for neighbours when due, and
-returns its state. SI inside."""
+"""A built continuum in motion. SI inside.
+
+It advances by output steps, searches for neighbours when due, and returns its state.
+"""
 
 from dataclasses import asdict
 
@@ -126,8 +128,10 @@ class Simulation:
                 pending = 1
 
     def step_numbers(self):
-        """The present StepNumbers: the last ones where nothing has changed, since Taichi takes a
-        millisecond to make a struct, and searches may be as frequent as steps."""
+        """The present StepNumbers: the last ones where nothing has changed.
+
+        Taichi takes a millisecond to make a struct, and searches may be as frequent as steps.
+        """
         numbers = self.numbers | {
             "count": self.n,
             "bodies": self.bodies,

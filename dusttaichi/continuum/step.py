@@ -21,8 +21,10 @@ from dusttaichi.physics.continuum.kernels import MATERIAL
 
 
 def make_advance(phases, StepNumbers, kind):
-    """`advance` over (Motion, Rates, Forces): by "workers" (CPU), or by "launches" of a kernel a
-    phase (GPU)."""
+    """Function `advance` over (Motion, Rates, Forces).
+
+    By "workers" (CPU), or by "launches" of a kernel a phase (GPU).
+    """
     make = by_workers if kind == "workers" else DeviceSteps
     return make(*phases, StepNumbers)
 

@@ -1,5 +1,7 @@
-"""The guards of the continuum: numbers that are none, dust denser than its laws go, bodies that
-have left through a face."""
+"""The guards of the continuum.
+
+Numbers that are none, dust denser than its laws allow, bodies that have left through a face.
+"""
 
 import numpy as np
 

@@ -20,15 +20,14 @@ LOOKS = 200  # moments of a run at which the line between the bodies is examined
 
 @dataclass(frozen=True)
 class Outcome:
-    """How one scene of a batch has gone so far.
+    """Present outcome of one scene of a batch.
 
-    bound: one fragment holds more than half of the grains of both bodies; of a body at a wall: one
-    of its grains touches it. before, after [m/s]: speed of the centres of mass (of the body and the
-    wall) along the normal, of approach at the start and of separation now. normal: (3,) unit
-    vector, the line between the centres where they were closest, or the normal of the wall; it
-    says little of bodies that break up, whose centres pass through each other.
-    fragments: sets of grains connected by contacts; largest: grains of the largest. kinetic [J]:
-    of translation and rotation.
+    bound: one fragment has more than half of the grains of both bodies; of a body at a wall: one of
+    its grains touches it. before, after [m/s]: speed of the centres of mass (of the body and the
+    wall) along the normal, of approach at the start and of present separation. normal: (3,) unit
+    vector, the line between the centres where they were closest, or the normal of the wall; it says
+    little of bodies that break up, whose centres pass through each other. fragments: sets of grains
+    connected by contacts; largest: grains of the largest. kinetic [J]: of translation and rotation.
     """
 
     bound: bool

@@ -130,10 +130,10 @@ def chosen_skin(scene, smallest):
 
 
 def chosen_numbers(scene, model, own, contacts):
-    """Internal numbers of a contact of two grains, with a wall and with the sphere (None without),
-    each that which reaches farthest, and the table of interfaces (None of equal grains).
+    """Internal numbers of a contact of two grains, with a wall and with the sphere (None without).
 
-    scene: `scaled`. own: GrainProperties, or None of equal grains. contacts: `farthest_contacts`.
+    Each is that which reaches farthest; also the table of interfaces (None of equal grains). scene:
+    `scaled`. own: GrainProperties, or None of equal grains. contacts: `farthest_contacts`.
     """
     pair, wall = (internal_numbers(contact, model) for contact in contacts)
     with_sphere, table = None, None if own is None else interfaces(scene, model)
@@ -170,11 +170,12 @@ def is_tilted(scene, sample):
 
 
 def is_thick(box, cell, grains, smallest):
-    """Whether walls (a Box or None, a Cell or None) have place for so few of many grains that the
-    smaller capacity for wall contacts is enough. smallest: radius of a grain [um].
+    """True if the smaller capacity for wall contacts is enough.
 
-    A wall is full where grains cover it in a hexagonal layer. A fifth more may be near it:
-    grains of a buckled layer, overlapping ones, and what a wall that moves outwards adds.
+    Walls (a Box or None, a Cell or None) then have place for so few of many grains. smallest:
+    radius of a grain [um]. A wall is full where grains cover it in a hexagonal layer. A fifth more
+    may be near it: grains of a buckled layer, overlapping ones, and those that a wall that moves
+    outwards adds.
     """
     if box is None or grains <= COARSE:
         return False
@@ -241,10 +242,10 @@ def around(scenes):
 
 
 def environment(scene, sample, own, scenes, contacts):
-    """(Box or None, Cell or None) of a scene; own: GrainProperties or None of equal grains. Raises
-    DustError for a sample that does not fit.
+    """(Box or None, Cell or None) of a scene.
 
-    contacts: ContactConstants of the pair and of the wall contact that reach farthest.
+    own: GrainProperties or None of equal grains. contacts: ContactConstants of the pair and of the
+    wall contact that reach farthest. Raises DustError for a sample that does not fit.
     """
     (pair, wall), alone = contacts, around(scenes)
     radius, overlap = scene.material.radius / units.LENGTH, wall.rest_overlap / units.LENGTH

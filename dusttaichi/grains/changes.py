@@ -1,15 +1,14 @@
-"""A simulation continues at half its time step, or with another stiffness, from exactly the state
-it is in.
+"""Continuation of a simulation at half its time step, or with another stiffness.
 
-Positions, contact pointers and twist are those of a whole step and stay. Velocities and spins are
-half a step back: the current loads bring them to the whole step, and back by half of the new one.
-Of a contact what belongs to the step as well are speeds of half a step back, which
-effects give again (`halved`), and impulses that act as a force over one step (`IMPULSE`).
+It continues from exactly the state it is in. Positions, contact pointers and twist are those of a
+whole step and stay. Velocities and spins are half a step back: the current loads bring them to the
+whole step, and back by half of the new one. Speeds of half a step back, which effects return
+(`halved`), and impulses that act as a force over one step (`IMPULSE`) belong to the step as well.
 
 With another stiffness positions, velocities, rolling displacements and twist stay. A sliding
-displacement is scaled so that its force stays, and grains at rest have the distance that they had.
-What is loaded relaxes. The energy of the contacts changes at that moment; the difference is in the
-ledger, as work.
+displacement is scaled so that its force stays, and grains at rest have the same distance. Loaded
+contacts relax. The energy of the contacts changes at that moment; the difference is in the ledger,
+as work.
 """
 
 import copy
@@ -67,8 +66,10 @@ def _later(push):
 
 
 def contact_pairs(sim):
-    """(rows of the state, first and second grain, distance vector [um]) of all listed pairs, those
-    with the sphere included."""
+    """(rows of the state, first and second grain, distance vector [um]) of all listed pairs.
+
+    Those with the sphere are included.
+    """
     i, j = sim.state.pairs()
     rows = np.arange(len(i))
     if sim.sphere is not None:
@@ -136,8 +137,10 @@ def with_stiffness(scene, scale):
 
 
 def steps_of_stages(scene, sample, own):
-    """stiffness_scaling -> TimeStep, of all that the stages of a scene have; arguments: as of
-    `chosen_step`. Raises DustError for a step that one of them cannot take."""
+    """stiffness_scaling -> TimeStep, of all values in the stages of a scene.
+
+    Arguments as of `chosen_step`. Raises DustError for a step that one of them cannot take.
+    """
     return {
         scale: chosen_step(with_stiffness(scene, scale), sample, own)
         for scale in dict.fromkeys(scene.stiffnesses)

@@ -1,5 +1,7 @@
-"""Compiled fields and kernels of a scene, which scenes of one compile key share;
-walls and numbers of a step as the kernels take them."""
+"""Compiled fields and kernels of a scene, which scenes of one compile key share.
+
+Also walls and numbers of a step as the kernels take them.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -60,8 +62,10 @@ class Compiled:
     memory: dict
 
     def tables(self, grains, lease):
-        """Tables of fields, scratch and sums for a scene of this many grains, which begins with
-        all numbers zero and has them until its Lease ends."""
+        """Tables of fields, scratch and sums for a scene of this many grains.
+
+        It begins with all numbers zero and has them until its Lease ends.
+        """
         rows = {var.name: var.shape[0] for var in declare(grains, self.layout, self.walls)}
         out = [
             {

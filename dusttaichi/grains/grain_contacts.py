@@ -9,8 +9,11 @@ from dusttaichi.physics.contact import constants
 
 
 def scaled(scene):
-    """The scene with its materials as they are computed: numerics.mass_scaling in their densities,
-    stiffness_scaling in their moduli. That of a scene that this has made is the same again."""
+    """The scene with its materials as they are computed.
+
+    numerics.mass_scaling is in their densities, stiffness_scaling in their moduli. A scene that
+    this has made is returned as it is.
+    """
     factors = scene.numerics.mass_scaling, scene.numerics.stiffness_scaling
     if factors == (1.0, 1.0) and scene.material.unscaled is scene.material:
         return scene

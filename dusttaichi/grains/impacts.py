@@ -1,5 +1,7 @@
-"""How fast grains may meet at the start, beside what the contact model is for, and what softened
-contacts (numerics.stiffness_scaling) change of it."""
+"""Impact speeds at the start, beside the limits of the contact model.
+
+And the changes by softened contacts (numerics.stiffness_scaling).
+"""
 
 from dataclasses import dataclass
 from math import inf

@@ -1,5 +1,7 @@
-"""Inventory of a built scene: parts of the model, fields, kernels, what its preset sets; and
-the forces of its contacts at the start, which `dust check --forces` prints."""
+"""Inventory of a built scene: parts of the model, fields, kernels, values of its preset.
+
+And the forces of its contacts at the start, which `dust check --forces` prints.
+"""
 
 import numpy as np
 
@@ -137,8 +139,10 @@ def _value(numerics, key):
 
 
 def forces(scene):
-    """Sections (title, rows of (what, value)) of the configuration that a scene starts from: its
-    sample is made and built, no step is made."""
+    """Sections (title, rows) of the configuration that a scene starts from.
+
+    Its sample is made and built, no step is made.
+    """
     sim = build(scene, samples.make(scene))
     now, (force, _) = sim.measure(), sim.forces()
     rows = [*_contact_rows(sim, now), *_grain_rows(force)]

@@ -37,8 +37,10 @@ class LoadSums:
         return total
 
     def across_faces(self):
-        """Sum over the pairs of their force times the edges between them along the periodic axes
-        [nN], (3, 3): its product with the speeds of the edges is the power of the faces."""
+        """Sum over the pairs of their force times the periodic edges between them [nN], (3, 3).
+
+        Its product with the speeds of the edges is the power of the faces.
+        """
         out, blocks = np.zeros((3, 3)), -(-self.state.pair_count // self.layout.width)
         first = self.layout.load
         force = self.fields["contact"].to_numpy(blocks, slice(first, first + 3)).astype(float)
@@ -51,8 +53,11 @@ class LoadSums:
         return self.fields[name].to_numpy().sum(axis=0)
 
     def momentum_flux(self):
-        """Time integral since the start of sum m v_a v_b + sum of branch_a force_b over all
-        contacts [fJ us], (3, 3): minus volume times stress (T19 eq 23)."""
+        """Time integral of the momentum flux since the start [fJ us], (3, 3).
+
+        The sum of m v_a v_b and of branch_a force_b over all contacts: minus volume times stress
+        (T19 eq 23).
+        """
         xx, xy, xz, yy, yz, zz = self.column_sums("flux")
         total = self.sim.unit_mass * np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         for name in ("virial", "wall_virial"):

@@ -32,8 +32,10 @@ class Readout:
         return self.push.on(loads, self.step)
 
     def gravity_potential(self):
-        """Potential energy of grains and sphere in the gravity of the scene [fJ]; carried grains
-        and a driven sphere, whose weight its drive carries, left out."""
+        """Potential energy of grains and sphere in the gravity of the scene [fJ].
+
+        Carried grains and a driven sphere, whose weight its drive carries, are left out.
+        """
         if self.gravity is None:
             return 0.0
         x = self.state["x"]
@@ -143,8 +145,11 @@ class Readout:
         }
 
     def _energy_of_images(self):
-        """Change of the kinetic energy where grains that have left a moving cell since the
-        last search are taken at their images inside, as in snapshots [fJ]."""
+        """Change of the kinetic energy where grains outside a moving cell are at their images [fJ].
+
+        Grains that have left the cell since the last search are taken at their images inside, as in
+        snapshots.
+        """
         if not self.cell.speeds(self.time).any() and not self.cell.tilt_rate:
             return 0.0
         x, v = self._moving()
@@ -152,8 +157,7 @@ class Readout:
         return float(np.sum(0.5 * self.mass * (shift - 2.0 * v) * shift))
 
     def _moving(self):
-        """Positions [um] and velocities [um/us] now, (N, 3) each, in internal order, of the images
-        that are followed."""
+        """Positions [um] and velocities [um/us] of the followed images, (N, 3), internal order."""
         kick = 0.5 * self.dt / self.mass
         return self.state.of_grains("x"), self.state.of_grains("v") + kick * self.loads()[0]
 
@@ -189,8 +193,11 @@ class Readout:
         return self.cell.power(self.load_sums().across_faces(), self.time)
 
     def momentum_flux(self):
-        """Time integral since the start of sum m v_a v_b + sum of branch_a force_b over all
-        contacts [fJ us], (3, 3): minus volume times stress (T19 eq 23)."""
+        """Time integral of the momentum flux since the start [fJ us], (3, 3).
+
+        The sum of m v_a v_b and of branch_a force_b over all contacts: minus volume times stress
+        (T19 eq 23).
+        """
         return self.load_sums().momentum_flux()
 
     def lengths(self):
@@ -199,7 +206,9 @@ class Readout:
 
     def _losses(self, kind, pending):
         """Losses by channel up to now in contacts of a kind: 0 pairs, 1 walls, 2 the sphere.
-        pending: those of this step that belong to the time before it, (tiles, channels)."""
+
+        pending: those of this step that belong to the time before it, (tiles, channels).
+        """
         table = self.state["wall_loss" if kind == 1 else "loss"] if kind != 1 or self.box else None
         if table is None or (kind == 2 and self.sphere is None):
             return np.zeros(len(self.layout.channels))
@@ -230,8 +239,10 @@ class Readout:
         return out
 
     def grain_losses(self):
-        """Energy lost in the contacts of each grain since the start [fJ], (N, channels), in the
-        sample's order: of two grains half each, with a wall or the sphere all of it."""
+        """Energy lost in the contacts of each grain since the start [fJ], (N, channels).
+
+        In the sample's order: of two grains half each, with a wall or the sphere all of it.
+        """
         self.kernels.add_grain_losses()
         out = np.empty((self.grains, len(self.layout.channels)))
         out[self.order] = self.state["grain_loss"]
@@ -289,8 +300,10 @@ class Readout:
         return self.radii[i] + self.radii[j]
 
     def history_of(self, history):
-        """Histories of contacts, by the names of the result, in internal units; losses [fJ] where
-        they are followed. Zeros for what the scene does not have."""
+        """Histories of contacts, by the names of the result, in internal units.
+
+        Losses [fJ] where they are followed. Zeros for numbers that the scene does not have.
+        """
         zero, rows = np.zeros(len(history)), self.layout.rows
         out = {"twist": zero, "approach": zero}
         for name, declared in self.layout.model.history.items():

@@ -212,8 +212,7 @@ def reopen(scene, state):
 
 
 def first_body(scene, sample):
-    """How many grains the first of two bodies has that fly at each other in open space; None where
-    there are none."""
+    """Number of grains of the first of two bodies that fly at each other in open space, or None."""
     if not scene.sample.flies or scene.boundary.kind != "open":
         return None
     return sample.info.get("target_grains", 1 if len(sample) == 2 else None)

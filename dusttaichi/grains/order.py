@@ -34,8 +34,11 @@ def spatial_order(positions, cell):
 
 
 def bisected(positions, reach):
-    """(indices of the grains, in parts; (N,) which of the first cuts each is within `reach` of, a
-    bit each, that of the first cut the highest)."""
+    """Order of the grains by bisection, and the cuts that each grain is near.
+
+    (indices of the grains, in parts; (N,) which of the first cuts each is within `reach` of, a bit
+    each, that of the first cut the highest).
+    """
     parts, at_cut = [np.arange(len(positions))], np.zeros(len(positions), np.int64)
     for n in range(MOST_CUTS):
         if len(parts[0]) < 2 * PART:

@@ -15,7 +15,7 @@ def unit(n):
 
 
 def touching(layout, history):
-    """Which rows are contacts that touch, (rows,) of bool."""
+    """True for rows that are contacts that touch, (rows,) of bool."""
     return history[:, layout.rows["touched"][0]] > 0.5
 
 
@@ -34,8 +34,10 @@ def pair_displacements(n1, n2, normal, radii):
 
 
 def wall_pointers(layout, history, grain):
-    """Pointers n1 and foot points of contacts with walls that touch. grain: (place, radius,
-    normal) of each."""
+    """Pointers n1 and foot points of contacts with walls that touch.
+
+    grain: (place, radius, normal) of each.
+    """
     place, radius, normal = grain
     xi, zeta = _displacements(layout, history)
     n1 = unit(xi / radius - normal)

@@ -54,8 +54,11 @@ def preview(scene):
 
 
 def _contacts(scene, own, contacts):
-    """Sections of what touches what: of the scene's material, or, where grains differ, of every two
-    materials that they have, at their median radii; each with a wall."""
+    """Sections of the contacts of the scene's material, and of it with a wall.
+
+    Where grains differ, of every two materials that they have, at their median radii; each with a
+    wall.
+    """
     if own is None:
         pairs, walls = {"two grains": contacts[0]}, {"a grain and a wall": contacts[1]}
     else:

@@ -1,5 +1,7 @@
-"""Records of the result file (SI) from a simulation (internal units), and its energies as the
-ledger of the run takes them."""
+"""Records of the result file (SI) from a simulation (internal units), and its energies.
+
+The energies are as the ledger of the run takes them.
+"""
 
 from dataclasses import dataclass
 
@@ -97,8 +99,11 @@ def series(sim, m, window, plates=None):
 
 
 def bodies(sim, first):
-    """Centres of mass, their velocities and the angular momenta about them of two bodies, (2, 3)
-    each, SI; the grains of the one stand before number `first` of the sample, wherever they go."""
+    """Centres of mass, velocities and angular momenta of two bodies, (2, 3) each, SI.
+
+    Angular momenta are about the centres. The grains of the one are before number `first` of the
+    sample, wherever they go.
+    """
     x, v, w = sim.grain_state()
     mass, inertia = _inertia(sim)
     centres, velocities, spins = [], [], []
@@ -208,8 +213,7 @@ def _between_plates(sim, plates, mean_force, height):
 
 
 def slab_volumes(z, radius, edges):
-    """Volume of spheres (centres z, one radius or (N,)) between successive `edges`: exact, by
-    caps."""
+    """Volume of spheres (centres z, radius or (N,)) between successive `edges`, exact by caps."""
     radius = radius[:, None] if np.ndim(radius) else radius
     # volume of a unit of sphere below a plane at height t of its centre, t in [-r, r]
     t = np.clip(edges[None, :] - z[:, None], -radius, radius)
@@ -335,8 +339,7 @@ def measurement(sim):
 
 
 def _bound(sim, m):
-    """Binding energy of the current contacts [fJ]: that at rest, of JKR 1.2 F_c delta0 each; of
-    polydisperse grains the current one."""
+    """Binding energy of the current contacts [fJ]: at rest (JKR), or current if polydisperse."""
     if sim.polydisperse is None:
         bound = sim.pair.bound * m["contacts"] + sim.wall.bound * m["wall_contacts"]
         if sim.sphere is not None:

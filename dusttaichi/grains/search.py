@@ -118,10 +118,11 @@ class Search:
             sim.kernels.list_entries()
 
     def _cells(self, extent, edges, reach, tilt):
-        """Numbers and widths of the cells of the grid: no cell is narrower than `reach`, and whole
-        numbers of them fill a periodic edge. Where cells are tilted, that is their width across.
+        """Numbers and widths of the cells of the grid.
 
-        Raises GuardStop where no grid covers the grains.
+        No cell is narrower than `reach`, and whole numbers of them fill a periodic edge. Where
+        cells are tilted, that is their width across. Raises GuardStop where no grid covers the
+        grains.
         """
         # in Python's own numbers: NumPy takes as long for three as for a hundred
         extent, edges = extent.tolist(), edges.tolist()
@@ -185,10 +186,10 @@ class Search:
 
     def _next_wall_due(self, walls):
         """Step at which a wall or face has moved its part of the skin since this search.
-        walls: speed of the fastest wall [um/us].
 
-        Found at the search, not later: faces may change speed, and when a grain is wrapped must
-        not depend on how a run is cut into calls.
+        walls: speed of the fastest wall [um/us]. Found at the search, not later: faces may change
+        speed, and the moment when a grain is wrapped must not depend on how a run is cut into
+        calls.
         """
         grains, faces = self._shares()
         due = NEVER

@@ -25,8 +25,10 @@ from dusttaichi.names import NEVER
 
 @dataclass(frozen=True)
 class Typical:
-    """Radius [um], mass [pg] and moment of inertia [pg um^2] of equal grains, of others a typical
-    one."""
+    """Radius [um], mass [pg] and moment of inertia [pg um^2] of equal grains.
+
+    Of others those of a typical one.
+    """
 
     radius: float
     mass: float
@@ -182,8 +184,10 @@ class Simulation(Readout):
 
     @contextmanager
     def _booked(self, force, loads):
-        """Walls and faces get other speeds inside; the ledger continues. force: of the walls, and
-        LoadSums, now."""
+        """Context in which walls and faces get other speeds; the ledger continues.
+
+        force: of the walls, and LoadSums, now.
+        """
         before, impulse, sums = self.cell, loads.impulses(), self.ledger_sums
         across = None if before is None else loads.across_faces()
         sums.wall_work = self.wall_work(force, impulse)
@@ -218,8 +222,10 @@ class Simulation(Readout):
             self.state["cell"] = self.cell.rows
 
     def set_upright(self, time):
-        """A cell tilted by more than half its edge continues as the same lattice of images,
-        tilted less; a search must follow."""
+        """Continue a cell tilted by more than half its edge as the same lattice, tilted less.
+
+        A search must follow.
+        """
         cell = self.cell.upright(time)
         if cell is not self.cell:
             self.cell = cell
@@ -268,16 +274,20 @@ class Simulation(Readout):
         return done, done < steps
 
     def _load_contacts(self):
-        """History and loads of the contacts of a start: a pass over them in which no time goes by,
-        whose losses (those of forming) are not counted."""
+        """Form history and loads of the contacts of a start.
+
+        A pass over them in which no time goes by, whose losses (those of forming) are not counted.
+        """
         self.step -= 1
         self._call(1, 1, 0.0)
         self.step += 1
 
     def forces(self):
-        """Force [nN] and torque [nN um] of the contacts on every grain as the grains and the
-        history of their contacts are now, (N, 3) each, in the sample's order. Nothing moves and
-        nothing is changed; forces that act during one step only (first touches) are not in it."""
+        """Force [nN] and torque [nN um] of the present contacts on every grain, (N, 3) each.
+
+        In the sample's order. Nothing moves and nothing is changed; forces that act during one step
+        only (first touches) are not in it.
+        """
         loads = self.state.rows("load")
         self.kernels.evaluate(self.step, self.dt, self.walls_argument)
         found = self.contact_loads()

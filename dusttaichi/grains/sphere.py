@@ -18,8 +18,11 @@ from dusttaichi.scene.sphere import SMOOTH
 
 @dataclass(frozen=True, eq=False)
 class RigidSphere:
-    """Radius [um], mass [pg], moment of inertia [pg um^2], position [um], velocity [um/us] and spin
-    [rad/us] at the start; speed [um/us], (3,), at which it is driven, or None."""
+    """A rigid sphere at the start.
+
+    Radius [um], mass [pg], moment of inertia [pg um^2], position [um], velocity [um/us] and spin
+    [rad/us]; speed [um/us], (3,), at which it is driven, or None.
+    """
 
     radius: float
     mass: float
@@ -206,9 +209,12 @@ class MovingSphere:
         return found[:3], found[3:]
 
     def contacts(self):
-        """Grains that touch it now, a dict of arrays: grain (C,), by the sample's numbers; overlap
-        [um]; force [nN] and torque [nN um] on the grain (C, 3), the parts of these
-        (physics.contact.parts), and loss [fJ] by channel where it is followed."""
+        """Grains that touch the sphere now, a dict of arrays.
+
+        grain (C,), by the sample's numbers; overlap [um]; force [nN] and torque [nN um] on the
+        grain (C, 3), the parts of these (physics.contact.parts), and loss [fJ] by channel where it
+        is followed.
+        """
         sim = self.sim
         rows, grain, _ = sim.state.on_sphere()
         state = sim.state.rows("history")[rows]
@@ -242,8 +248,10 @@ class MovingSphere:
         return half * kick, half * torque / self.inertia
 
     def now(self, load=None):
-        """Position [um], velocity [um/us] and spin [rad/us] at the time of the positions. load:
-        what `load` gives now, where it is requested."""
+        """Position [um], velocity [um/us] and spin [rad/us] at the time of the positions.
+
+        load: result of `load` now, where it is requested.
+        """
         kick, turn = self._half_kicks(load)
         x, v, w = self._row()
         return x, v + kick, w + turn
@@ -253,8 +261,10 @@ class MovingSphere:
         return (self.sim.state.row(name, self.row) for name in "xvw")
 
     def energies(self, load):
-        """(kinetic energy, the part of it that is `kick`) [fJ] (see method.Measurement); 0 of a
-        driven sphere, which is no part of the system. load: what `load` gives now."""
+        """(kinetic energy, the part of it that is `kick`) [fJ] (see method.Measurement).
+
+        0 of a driven sphere, which is no part of the system. load: result of `load` now.
+        """
         if self.speed is not None:
             return 0.0, 0.0
         kick, turn = self._half_kicks(load)

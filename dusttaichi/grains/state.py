@@ -32,8 +32,10 @@ FAR = 1e6  # of the grains that fill empty lanes [um]
 
 @dataclass(frozen=True)
 class GrainProperties:
-    """Radius [um], mass [pg], moment of inertia [pg um^2] and number of the material of every
-    grain, each (N,), in the sample's order."""
+    """Radius [um], mass [pg], moment of inertia [pg um^2] and material of every grain.
+
+    Each (N,), in the sample's order; the material is its number.
+    """
 
     radius: np.ndarray
     mass: np.ndarray
@@ -175,8 +177,10 @@ class GrainState:
         return _by_contact(self[name])
 
     def rows(self, part, blocks=None):
-        """History ("history") or loads ("load") of the contacts of all blocks, or of the first so
-        many, (contacts, rows)."""
+        """History ("history") or loads ("load") of the contacts, (contacts, rows).
+
+        Of all blocks, or of the first so many.
+        """
         return _by_contact(self.fields["contact"].to_numpy(blocks, self._slice(part)))
 
     def put_rows(self, part, values):
@@ -243,8 +247,10 @@ class GrainState:
         self._put_springs(rows, brought, wall_displacements(pointer, foot, around))
 
     def stiffen(self, ratio):
-        """Sliding displacements whose force stays; ratio: previous over current stiffness, in
-        moduli, to whose power 2/3 springs go."""
+        """Sliding displacements whose force stays.
+
+        ratio: previous over current stiffness, in moduli, to whose power 2/3 springs go.
+        """
         if ratio == 1.0:
             return
         history, (first, width) = self.rows("history"), self.layout.rows["zeta"]
@@ -252,9 +258,12 @@ class GrainState:
         self.put_rows("history", history)
 
     def _put_springs(self, rows, contacts, displacements, order=1.0):
-        """Into these rows the contacts: displacements xi, zeta (rows, 3), and what else of the
-        history they bring along by the names of the result. order: -1 where the sample has the two
-        bodies of a contact the other way round, (rows, 1)."""
+        """Put the displacements of contacts into these rows.
+
+        Displacements xi, zeta (rows, 3), and what else of the history they have, by the names of
+        the result. order: -1 where the sample has the two bodies of a contact the other way round,
+        (rows, 1).
+        """
         history, layout = self.rows("history"), self.layout
         springs = (*displacements, np.ones((len(rows), 1)))
         for name, values in zip(("xi", "zeta", "touched"), springs, strict=True):

@@ -65,8 +65,10 @@ def by_workers(phases):
 
 
 def make_evaluate(phases):
-    """Kernel `evaluate(step, dt, box)`: the loads of a configuration, without a step; the history
-    of its contacts stays as it is."""
+    """Kernel `evaluate(step, dt, box)`: the loads of a configuration, without a step.
+
+    The history of its contacts stays as it is.
+    """
 
     @ti.kernel
     def evaluate(step: ti.i64, dt: ti.f64, box: Walls):

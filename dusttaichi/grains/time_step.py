@@ -25,8 +25,11 @@ FEW = 13  # grains below which one collision is most of what happens
 
 @dataclass(frozen=True)
 class TimeStep:
-    """The step [s], the stiffest period it is measured by, the largest stable one, the longest
-    that resolves how fast bodies meet and turn, and the hardest Impact of the start."""
+    """The step [s], and the numbers that it follows from.
+
+    The stiffest period by which it is measured, the largest stable one, the longest that resolves
+    how fast bodies meet and turn, and the hardest Impact of the start.
+    """
 
     dt: float
     period: float
@@ -99,8 +102,10 @@ def stiffest_of(scene, grains, polydisperse):
 
 
 def arrangements(scene, polydisperse):
-    """(mass [kg], ContactConstants of a pair, of a wall, strengths of the walls) of the clusters of
-    `stiffest_of`; a rigid sphere counts as a wall that grains touch."""
+    """(mass [kg], ContactConstants of a pair, of a wall, strengths of the walls) of clusters.
+
+    Those of `stiffest_of`; a rigid sphere counts as a wall that grains touch.
+    """
     scene = scaled(scene)
     strengths = wall_strengths(scene.boundary)
     if polydisperse is None:
@@ -122,8 +127,10 @@ def arrangements(scene, polydisperse):
 
 
 def contact_extremes(scene, polydisperse):
-    """ContactConstants of two grains and of a grain and a wall, (list, list): the ends of the radii
-    of every two materials."""
+    """ContactConstants of two grains and of a grain and a wall, (list, list).
+
+    The ends of the radii of every two materials.
+    """
     if polydisperse is None:
         pair, wall = contact_constants(scene)
         return [pair], [wall]
@@ -152,11 +159,11 @@ def step_of_motion(scene, polydisperse, motion):
 
 @dataclass(frozen=True)
 class Motion:
-    """Largest relative speed of two grains, of a grain and a wall and of a grain and the sphere
-    [m/s], and spin [rad/s].
+    """Largest relative speeds [m/s] and spin [rad/s].
 
-    alone: one collision is most of what happens: few grains, or hardly any that touch. thrown:
-    relative speed of two grains without what spins and the faces of a cell add.
+    Of two grains, of a grain and a wall, and of a grain and the sphere. alone: one collision is
+    most of what happens: few grains, or hardly any that touch. thrown: relative speed of two grains
+    without the parts of spins and of the faces of a cell.
     """
 
     grains: float

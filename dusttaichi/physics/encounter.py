@@ -36,15 +36,19 @@ def overlap(contact, speed):
 
 
 def speed_of_overlap(contact, most):
-    """Speed [m/s] of the head-on collision whose largest overlap is `most` [m], of at least that
-    at rest."""
+    """Speed [m/s] of the head-on collision whose largest overlap is `most` [m].
+
+    At least the overlap at rest.
+    """
     given = energy(contact, most) - energy(contact, 0.0)
     return sqrt(2.0 * max(given, 0.0) / contact.mass)
 
 
 def breaking_speed(contact):
-    """Speed [m/s] at which a pair has the energy that breaks a contact at rest: it sticks below,
-    where nothing else dissipates; 0 without adhesion."""
+    """Speed [m/s] at which a pair has the energy that breaks a contact at rest.
+
+    It sticks below, where nothing else dissipates; 0 without adhesion.
+    """
     return sqrt(2.0 * max(contact.barrier, 0.0) / contact.mass)
 
 

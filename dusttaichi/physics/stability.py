@@ -83,8 +83,10 @@ def _add_springs(matrices, contact, n, grains, strength=1.0):
 
 
 def stiffness(contact, name):
-    """Stiffness k_n, k_s, k_r or k_t of a contact, with what its further effects say that they add
-    (`STIFFNESS`: kind of spring -> their number)."""
+    """Stiffness k_n, k_s, k_r or k_t of a contact.
+
+    With the part that its further effects add (`STIFFNESS`: kind of spring -> their number).
+    """
     own, effects = getattr(contact, name), getattr(contact, "interaction", None)
     effects = () if effects is None else effects.effects
     added = [getattr(law_of("effects", effect), "STIFFNESS", {}) for effect in effects]
@@ -139,8 +141,10 @@ FEW = 8  # grains that may all touch every wall of a box made for them
 
 
 def clusters(pair, wall, grains, strengths):
-    """Matrices of the stiffest arrangements of `grains` grains; strengths: of the six walls, 0 for
-    one that is not there, or None without walls."""
+    """Matrices of the stiffest arrangements of `grains` grains.
+
+    strengths: of the six walls, 0 for one that is not there, or None without walls.
+    """
     out = [stiffness_matrix(close_packed(grains), pair)] if grains > 1 else []
     if strengths is None:
         return out

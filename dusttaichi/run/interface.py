@@ -292,9 +292,12 @@ class Simulation:
             self._run.files.save(self._run)
 
     def records(self, group):
-        """Content of a group of result.nc ("series", "snapshots", one of `every`) so far.
+        """Arrays [SI] of a group of result.nc ("series", "snapshots", one of `every`), by name.
 
-        Name -> array [SI]. Raises KeyError for a group that does not exist.
+        Raises
+        ------
+        KeyError
+            There is no such group.
         """
         self._run.files.flush()
         from dusttaichi.results.reading import open_tree  # slow to import

@@ -47,8 +47,10 @@ class Attraction:
 
 
 def make_potential(attraction, StepNumbers):
-    """A kernel: `potential(numbers)` writes the energies of particles in the field of all others
-    [J] into `potential`; each pair is in two of them."""
+    """Kernel `potential(numbers)`: energies of particles in the field of all others [J].
+
+    They are written into `potential`; each pair is in two of them.
+    """
     lists = attraction.lists
 
     @ti.kernel

@@ -28,7 +28,9 @@ class Grid:
     @ti.func
     def contain(self, chunk):
         """Row of a chunk of particles: the largest places, and with the opposite sign the smallest.
-        Note particles whose place is not a number."""
+
+        Note particles whose place is not a number.
+        """
         high, low = ti.Vector([-NOWHERE] * self.n, ti.f64), ti.Vector([-NOWHERE] * self.n, ti.f64)
         for i in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, self.numbers[None].count)):
             for a in ti.static(range(self.n)):
@@ -98,7 +100,7 @@ class Cells:
 
     @ti.func
     def takes_part(self, k, listed: ti.template()):
-        """Whether k is a particle; where lists are made, one that yields or a ghost."""
+        """True if k is a particle; where lists are made, one that yields or a ghost."""
         count = self.numbers[None].count
         out = ti.cast(k < count, ti.i32)
         if ti.static(listed):
@@ -171,7 +173,7 @@ class Ghosts:
 
     @ti.func
     def is_near(self, i, m):
-        """Whether image number m of particle i is within reach of the space of the originals."""
+        """True if image number m of particle i is within reach of the space of the originals."""
         out = self.near.yields(i)
         for a in ti.static(range(self.n)):
             x = self.f.x[i][a] * self.lists.images[m, a] + self.lists.images[m, self.n + a]

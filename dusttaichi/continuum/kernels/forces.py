@@ -22,8 +22,11 @@ from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
 @ti.data_oriented
 class Forces:
-    """fields, lists: see store.place; layout: store.Layout; images: images.Images or None;
-    attraction: attraction.Attraction or None; hourglass: hourglass.Hourglass or None."""
+    """Forces on the particles.
+
+    fields, lists: see store.place; layout: store.Layout; images: images.Images or None; attraction:
+    attraction.Attraction or None; hourglass: hourglass.Hourglass or None.
+    """
 
     def __init__(self, fields, lists, layout, *, images, attraction, hourglass):
         self.f, self.lists, self.layout, self.images = fields, lists, layout, images
@@ -106,8 +109,10 @@ class Forces:
 
     @ti.func
     def add_up(self, i, stress, viscous, grid, power, numbers: ti.template()):
-        """Add all other forces on particle i to those of its neighbours [N], and its heat: half of
-        the power of the viscosities of all its pairs [W]."""
+        """Add all other forces on particle i to those of its neighbours [N], and its heat.
+
+        Half of the power of the viscosities of all its pairs [W].
+        """
         if ti.static(self.layout.rigid):
             of_stress, of_pairs, of_noise, of_images = self.images.push(i, numbers)
             stress += of_stress

@@ -27,8 +27,11 @@ from dusttaichi.continuum.kernels.store import LAYER, PARTS, SPIN, near_begin
 
 @ti.data_oriented
 class Images:
-    """fields, lists: see store.place; layout: store.Layout; slope: that of the smoothing kernel;
-    rigid: kernels.rigid.Rigid."""
+    """Images of particles beyond surfaces.
+
+    fields, lists: see store.place; layout: store.Layout; slope: that of the smoothing kernel;
+    rigid: kernels.rigid.Rigid.
+    """
 
     def __init__(self, fields, lists, layout, slope, rigid):
         self.f, self.lists, self.layout = fields, lists, layout
@@ -36,8 +39,11 @@ class Images:
 
     @ti.func
     def apart(self, arm_i, arm_k, touch_i: ti.template(), touch_k: ti.template()):
-        """(x_i - x_k', n) of a pair as (3,) each, and 1, or 0 where the surface turns away by more
-        than a right angle between them. arm: from the centre; touch: distance and normal, (4,)."""
+        """(x_i - x_k', n) of a pair as (3,) each, and 1, or 0.
+
+        0 where the surface turns away by more than a right angle between them. arm: from the
+        centre; touch: distance and normal, (4,).
+        """
         d_i, n_i = touch_i[0], ti.Vector([touch_i[1], touch_i[2], touch_i[3]])
         d_k, n_k = touch_k[0], ti.Vector([touch_k[1], touch_k[2], touch_k[3]])
         n, there = n_i + n_k, 0.0
@@ -94,9 +100,11 @@ class Images:
 
     @ti.func
     def push(self, i, numbers: ti.template()):
-        """(stress, viscous, grid, power): forces of all images on particle i [N], and the power of
-        both viscosities [W]; forces on the surfaces are written to `touch`, with their torques
-        about the centres."""
+        """(stress, viscous, grid, power): forces of all images on particle i [N] and power [W].
+
+        The power is that of both viscosities. Forces on the surfaces are written to `touch`, with
+        their torques about the centres.
+        """
         stress, power = ti.Vector.zero(ti.f64, self.n), 0.0
         viscous, grid = stress, stress
         for e in range(self.lists.touch_first[i], self.lists.touch_first[i + 1]):
@@ -119,8 +127,10 @@ class Images:
 
     @ti.func
     def pair(self, i, k, e, arm, numbers: ti.template()):
-        """Forces on i of its images with k (stress, viscous, grid): T_ik + T_ki each; and the
-        power of both viscosities."""
+        """Forces on i of its images with k (stress, viscous, grid): T_ik + T_ki each.
+
+        And the power of both viscosities.
+        """
         row = self.lists.touch_row[e]
         touch = self.rigid.surface(row, arm, numbers.h)
         arm_k = arm - self.rigid.raised(self.f.x[i] - self.f.x[k])
@@ -189,8 +199,10 @@ class Images:
 
     @ti.func
     def resistance(self, i, k, mu):
-        """Half of alpha rho c mu - beta rho mu^2 of a pair (forces), of each of which two act [Pa];
-        mu: speed of approach, negative."""
+        """Half of alpha rho c mu - beta rho mu^2 of a pair (forces) [Pa].
+
+        Of each of which two act. mu: speed of approach, negative.
+        """
         out = 0.0
         if ti.static(self.layout.viscous):
             alpha = ti.max(self.f.alpha[i], self.f.alpha[k])

@@ -56,8 +56,10 @@ class Lists:
 
 
 def make_list(lists):
-    """Two kernels: `count(n, reach2, inv_width)` neighbours and where each list begins; `write`
-    them. inv_width: one over the width of a cell of the grid [1/m]."""
+    """Two kernels: `count(n, reach2, inv_width)` neighbours and starts of lists; `write` them.
+
+    inv_width: one over the width of a cell of the grid [1/m].
+    """
 
     @ti.kernel
     def count(n: ti.i32, reach2: ti.f64, inv_width: ti.f64):
@@ -80,8 +82,10 @@ def make_list(lists):
 
 
 def make_measure(fields, lists, rigid, StepNumbers):
-    """A kernel: `measure(row, numbers)` writes the distance of all particles from the surface of a
-    face or rigid body [m] into `distance`."""
+    """Kernel `measure(row, numbers)`: distance of all particles from a surface [m].
+
+    It is that of a face or rigid body, and is written into `distance`.
+    """
 
     @ti.kernel
     def measure(row: ti.i32, numbers: StepNumbers):

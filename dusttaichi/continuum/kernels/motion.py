@@ -41,8 +41,11 @@ ROUNDING = 1e-9  # of an output step, below which the rest counts as zero
 
 @ti.data_oriented
 class Motion:
-    """fields, lists: see store.place; layout: store.Layout; rigid: kernels.rigid.Rigid;
-    attraction: attraction.Attraction or None."""
+    """Motion of particles and bodies.
+
+    fields, lists: see store.place; layout: store.Layout; rigid: kernels.rigid.Rigid; attraction:
+    attraction.Attraction or None.
+    """
 
     def __init__(self, fields, lists, layout, rigid, attraction):
         self.f, self.lists, self.layout, self.rigid = fields, lists, layout, rigid
@@ -124,8 +127,10 @@ class Motion:
 
     @ti.func
     def move_bodies(self, numbers: ti.template()):
-        """Kick and drift of faces and rigid bodies. Returns 1 where a search is due because of
-        one."""
+        """Kick and drift of faces and rigid bodies.
+
+        Returns 1 where a search is due because of one.
+        """
         due = 0
         for b in range(FACES + numbers.bodies):
             due = ti.max(due, self.move_body(b, numbers))
@@ -133,8 +138,9 @@ class Motion:
 
     @ti.func
     def move_body(self, b, numbers: ti.template()):
-        """Kick and drift of face or rigid body b; impulse, and work of the faces. Returns 1 where
-        a search is due because of it.
+        """Kick and drift of face or rigid body b; impulse, and work of the faces.
+
+        Returns 1 where a search is due because of it.
 
         The spin of a body follows from its angular momentum, which is kicked; it turns by a
         quaternion.
@@ -191,8 +197,10 @@ class Motion:
 
     @ti.func
     def add_up(self, numbers: ti.template()):
-        """Forces and torques on faces and rigid bodies: sum over the contacts with their surfaces
-        in a fixed order, and gravity."""
+        """Sum forces and torques on faces and rigid bodies.
+
+        Over the contacts with their surfaces in a fixed order, and gravity.
+        """
         for row in range(FACES + numbers.bodies):
             self.clear_load(row, numbers)
         if ti.static(self.layout.rigid):
@@ -219,8 +227,10 @@ class Motion:
 
     @ti.func
     def share_of_load(self, row, thread, threads, numbers: ti.template()):
-        """Load on a surface from the contacts of one of a block of threads: force and torque, then
-        the parts of pairs and of grid noise, 6 numbers each."""
+        """Load on a surface from the contacts of one of a block of threads.
+
+        Force and torque, then the parts of pairs and of grid noise, 6 numbers each.
+        """
         out = ti.Vector.zero(ti.f64, PARTS)
         touches = self.lists.touch_first[numbers.count]
         for n in range(whole(touches, threads)):
@@ -246,8 +256,9 @@ class Motion:
 
     @ti.func
     def next_step(self, present, numbers: ti.template()):
-        """Choose the length of the next step; returns 1 where this one ends an output step. Sets
-        sync[STUCK] where the next steps would be too many or of no length.
+        """Choose the length of the next step; returns 1 where this one ends an output step.
+
+        Sets sync[STUCK] where the next steps would be too many or of no length.
 
         C h over the fastest signal of any particle, C h/2 over its viscosity, at most 10 % longer
         than before; the rest of an output step is divided evenly.

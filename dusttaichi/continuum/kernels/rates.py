@@ -19,9 +19,12 @@ STRAIN = 1e-30  # keeps a rate of strain of zero from being divided by
 
 @ti.data_oriented
 class Rates:
-    """fields, lists: see store.place; layout: store.Layout; law: the
-    response to a velocity gradient (response.Response); images: images.Images or None; contact:
-    separation.Separation or None; hourglass: hourglass.Hourglass or None."""
+    """Rates of the particles.
+
+    fields, lists: see store.place; layout: store.Layout; law: the response to a velocity gradient
+    (response.Response); images: images.Images or None; contact: separation.Separation or None;
+    hourglass: hourglass.Hourglass or None.
+    """
 
     def __init__(self, fields, lists, layout, *, law, images, contact, hourglass):
         self.f, self.lists, self.layout = fields, lists, layout
@@ -32,8 +35,10 @@ class Rates:
 
     @ti.func
     def pass_over(self, i, numbers: ti.template(), material: ti.template()):
-        """Update particle i from the motion of its neighbours; returns its speed of signals [m/s],
-        at least its own speed, so that a step cannot carry it past a neighbour."""
+        """Update particle i from the motion of its neighbours; returns its speed of signals [m/s].
+
+        At least its own speed, so that a step cannot carry it past a neighbour.
+        """
         speed = self.f.v[i].norm()
         self.find_neighbours(i, 4.0 * numbers.h * numbers.h)
         role = self.f.role[i]
@@ -121,8 +126,10 @@ class Rates:
 
     @ti.func
     def resist(self, i, L: ti.template(), touches, numbers: ti.template()):
-        """Coefficients of the viscosity by pairs of particle i, those of the bulk limited to where
-        it is compressed rather than sheared (Balsara 1995)."""
+        """Coefficients of the viscosity by pairs of particle i.
+
+        Those of the bulk are limited to where it is compressed rather than sheared (Balsara 1995).
+        """
         if ti.static(self.layout.viscous):
             W = 0.5 * (L - L.transpose())
             curl = ti.sqrt(2.0 * tensors.double_dot(W, W))

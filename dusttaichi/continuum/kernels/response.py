@@ -31,12 +31,11 @@ class Response:
 
     @ti.func
     def respond(self, i, end: ti.template(), dt, numbers: ti.template(), m: ti.template()):
-        """The stress of particle i after the step, and its volume over that before; its state is
-        updated.
+        """The stress of particle i after the step, and its volume over that before.
 
-        end: gradient of the velocity of the step with respect to the positions at its end. With
-        respect to those half way, L = end (1 - dt end/2)^-1, it is a pure spin where the body only
-        rotates.
+        Its state is updated. end: gradient of the velocity of the step with respect to the
+        positions at its end. With respect to those half way, L = end (1 - dt end/2)^-1, it is a
+        pure spin where the body only rotates.
         """
         one = ti.Matrix.identity(ti.f64, self.n)
         L = end @ (one - (0.5 * dt) * end).inverse()

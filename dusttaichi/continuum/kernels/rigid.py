@@ -111,8 +111,10 @@ class Rigid:
 
     @ti.func
     def share(self, row, distance):
-        """Volume of the mirror image of what is at a distance, over its own: below 1 in a sphere,
-        which has less room."""
+        """Volume of the mirror image of a volume at a distance, over its own.
+
+        Below 1 in a sphere, which has less space.
+        """
         out = 1.0
         if row >= FACES and self.f.rigid[row, HALF] == 0.0:
             radius = self.f.rigid[row, RADIUS]

@@ -56,9 +56,12 @@ def place_search(fields, lists, layout):
 
 
 def make_search(motion, numbers):
-    """Launches of a search: `wrap()` particles into the periodic cell; `lay_grid()` of cells around
-    them; `reorder()` them by cell; `write_lists()`; `place_ghosts()`; `outcome()`: 0, or not where
-    particles are lost or lists too long. numbers: field of the StepNumbers."""
+    """Launches of a search, in order.
+
+    `wrap()` particles into the periodic cell; `lay_grid()` of cells around them; `reorder()` them
+    by cell; `write_lists()`; `place_ghosts()`; `outcome()`: 0, or not where particles are lost or
+    lists too long. numbers: field of the StepNumbers.
+    """
     layout, near = motion.layout, Lists(motion.f, motion.lists, motion.n)
     known = motion, near, numbers
     ghosts = Ghosts(*known) if layout.ghosts else None

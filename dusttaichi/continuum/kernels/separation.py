@@ -1,10 +1,12 @@
-"""A contact that opens: a body leaves what is not of its kind where it would be pulled, and comes
-back. Dust may leave what is rigid or elastic, an elastic body all others.
+"""A contact that opens.
+
+A body leaves what is not of its kind where it would be pulled, and comes back. Dust may leave what
+is rigid or elastic, an elastic body all others.
 
 One number for each particle decides in both passes, so that no work appears from nothing: `gap` is
 -1 where the contact is closed, and else the gap at which it has opened. It opens where the stress
-of the particle along the normal is tensile and the gap grows, and closes when the gap is again as
-small.
+of the particle along the normal is tensile and the gap grows, and closes when the gap is as small
+again.
 """
 
 from dusttaichi.compute.engine import ti
@@ -15,8 +17,11 @@ CLOSED = -1.0
 
 @ti.data_oriented
 class Separation:
-    """fields, lists: see store.place; n: dimension; slope: that of the smoothing kernel; images:
-    images.Images or None."""
+    """Contacts of particles that open.
+
+    fields, lists: see store.place; n: dimension; slope: that of the smoothing kernel; images:
+    images.Images or None.
+    """
 
     def __init__(self, fields, lists, n, *, slope, images):
         self.f, self.lists, self.n, self.slope = fields, lists, n, slope

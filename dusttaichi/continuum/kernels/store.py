@@ -57,10 +57,12 @@ class ParticleVariable(StateVariable):
 
 
 class Layout(NamedTuple):
-    """Options that are compiled in: dimension, kernel, ghosts or none, surfaces of rigid faces and
-    bodies or none, contact that opens or sticks, viscosity by pairs or none, artificial stress or
-    none, stiffness against hourglass modes or none, self-gravity or none, heat of viscosity or
-    none, damage or none, one material or several.
+    """Options that are compiled in.
+
+    Dimension, kernel, ghosts or none, surfaces of rigid faces and bodies or none, contact that
+    opens or sticks, viscosity by pairs or none, artificial stress or none, stiffness against
+    hourglass modes or none, self-gravity or none, heat of viscosity or none, damage or none, one
+    material or several.
     """
 
     dimension: int
@@ -162,8 +164,10 @@ def near_begin(lists: ti.template(), i):
 
 
 def place(layout, room, entries, ghosts=0):
-    """Taichi fields by name; room, entries, ghosts: capacities in particles, list entries and
-    ghosts."""
+    """Taichi fields by name.
+
+    room, entries, ghosts: capacities in particles, list entries and ghosts.
+    """
     seen = room + max(LEAST_GHOSTS, ghosts) if layout.ghosts else room
     variables, fields = declare(layout), {}
     for block in dict.fromkeys(v.place for v in variables):

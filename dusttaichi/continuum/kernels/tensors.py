@@ -58,8 +58,11 @@ def pulled(S: ti.template(), factor):
 
 @ti.func
 def turned(S: ti.template(), W: ti.template()):
-    """R S R^T with the rotation R = (1 - W/2)^-1 (1 + W/2) of a spin W over a step (Hughes &
-    Winget 1980): to second order the part W S - S W of Jaumann's rate, and no length changes."""
+    """R S R^T with the rotation R = (1 - W/2)^-1 (1 + W/2) of a spin W over a step.
+
+    After Hughes & Winget 1980: to second order the part W S - S W of Jaumann's rate, and no length
+    changes.
+    """
     R = rotation(W)
     return R @ S @ R.transpose()
 

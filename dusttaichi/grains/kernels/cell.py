@@ -38,8 +38,10 @@ def make_cell(fields, layout):
 
     @ti.func
     def power(k: ti.template(), edges, force, frame):
-        """Power of the faces across axis number k on a pair with this force and so many edges
-        between, in the precision of the laws."""
+        """Power of the faces across axis k on a pair with this force and so many edges between.
+
+        In the precision of the laws.
+        """
         a = ti.static(axes[k])
         out = edges * force[a] * ti.cast(frame[2, a], law)
         if ti.static(tilted and a == 2):
@@ -75,8 +77,9 @@ def make_frame(fields, layout):
 
 
 def make_wrap(fields, layout):
-    """Kernel `wrap(low, edges, speeds, tilt, mass)`: grains that have left the cell come in again
-    on the other side, with the speed that the edge has (T19 eqs 12-15). tilt: how much further
+    """Kernel `wrap(low, edges, speeds, tilt, mass)`: grains that have left the cell come in again.
+
+    On the other side, with the speed that the edge has (T19 eqs 12-15). tilt: how much further
     along x the image above is, and how much faster it moves; the faces across x of a tilted cell
     tilt so.
     """
@@ -130,8 +133,10 @@ def make_wrap(fields, layout):
 
 
 def make_wrap_by_threads(fields, wrap_grain):
-    """Function `wrap_by_threads(low, edges, speeds, tilt, mass)`: `wrap_grain` of all grains and
-    the sums of its changes on a device, with a thread for each grain and a block for a chunk."""
+    """Function `wrap_by_threads(low, edges, speeds, tilt, mass)`: `wrap_grain` of all grains.
+
+    And the sums of its changes on a device, with a thread for each grain and a block for a chunk.
+    """
     counts, wrap_work = fields["counts"], fields["wrap_work"]
     threads, sums = padded(fields["wraps"].shape[0], CHUNK), BlockSums(1, CHUNK)
 

@@ -1,5 +1,7 @@
-"""The pass over contacts: their motion is gathered, their history brought up to date, their loads
-computed, their losses summed; a tile of blocks at a time. One pass for pairs, walls and the sphere.
+"""The pass over contacts, a tile of blocks at a time.
+
+Their motion is gathered, their history updated, their loads computed, their losses summed. One pass
+for pairs, walls and the sphere.
 
 Conditions under which LLVM turns the loop over the lanes of a block into vectors: gathers are in a
 loop of their own (kernels.gather); results are stored straight into rows of the one field of
@@ -153,8 +155,11 @@ class ContactPass:
 
     @ti.func
     def totals(self, sums: ti.template()):
-        """Sums over the lanes, by column. (In one loop: LLVM unrolls small ones, and looks at a
-        hundred uses of a local array at most before it takes it for one that others may know.)"""
+        """Sums over the lanes, by column.
+
+        In one loop: LLVM unrolls small ones, and examines a hundred uses of a local array at most
+        before it takes it for one that others may know.
+        """
         out = ti.Vector.zero(self.real, ti.static(self.CHANGES + 1))
         for lane in range(self.width):
             for n in ti.static(range(self.CHANGES + 1)):
@@ -163,8 +168,10 @@ class ContactPass:
 
     @ti.func
     def add_sums(self, totals, virial, tile):
-        """The sums of a tile and step, in the precision of the laws, to those of all steps.
-        (`+=` on a field is atomic in Taichi, and slow.)"""
+        """Add the sums of a tile and step, in the precision of the laws, to those of all steps.
+
+        `+=` on a field is atomic in Taichi, and slow.
+        """
         if ti.static(self.ledger):
             for n, channel in ti.static(self.channels):
                 self.add_loss(tile, channel, totals[n])
@@ -184,8 +191,11 @@ class ContactPass:
 
     @ti.func
     def change_block(self, block, tile: ti.template(), dt, p, place):
-        """Contacts of a block that have formed or broken. Few steps have any: so this is no part of
-        the loop over all contacts, and gathers everything again."""
+        """Change the contacts of a block that have formed or broken.
+
+        Few steps have any: so this is no part of the loop over all contacts, and gathers everything
+        again.
+        """
         b = block & self.mask
         g = ti.Vector.zero(self.real, ti.static(self.gatherer.columns * self.width))
         for lane in range(self.width):
@@ -198,9 +208,11 @@ class ContactPass:
     def change(
         self, g: ti.template(), b, lane, tile: ti.template(), dt, kind_numbers, place, state
     ):
-        """Losses of a contact that has formed (state 2) or broken (-1): its potential, less
-        what the half kick of the step has done with it. One that breaks is taken where it was a
-        step ago, and forgets its history."""
+        """Losses of a contact that has formed (state 2) or broken (-1).
+
+        Its potential, less what the half kick of the step has done with it. One that breaks is
+        taken where it was a step ago, and loses its history.
+        """
         p = self.numbers.of_contact(self.kind, b, lane, kind_numbers)
         k = self.gatherer.motion(g, lane, dt, p, place)
         h = self.rows.history(b, lane)
@@ -236,8 +248,10 @@ class ContactPass:
     def release(
         self, tile: ti.template(), b, lane, k: ti.template(), h: ti.template(), p, dt, place
     ):
-        """Energy stored in the springs of a breaking contact. A spring that breaks has worked
-        for half a step less than its displacement says."""
+        """Energy stored in the springs of a breaking contact.
+
+        A spring that breaks has worked for half a step less than its displacement says.
+        """
         strength = self.gatherer.strength(place)
         point_as_kept(k, h, p, self.flat)
         found, stored = self.mechanics.springs_of(k, h, p, strength)

@@ -35,9 +35,12 @@ class GrainVariable(StateVariable):
 
 
 class Sizes(NamedTuple):
-    """Lengths that fields have: of grains, of these and what moves beside them, their chunks,
-    blocks of pairs (with the sphere, too) and of wall contacts, lanes of a block; and element types
-    of what a contact and a grain have."""
+    """Lengths and element types of the fields.
+
+    Numbers of grains, of these and of everything that moves beside them, their chunks, blocks of
+    pairs (with the sphere, too) and of wall contacts, lanes of a block; and element types of the
+    numbers of a contact and a grain.
+    """
 
     grains: int
     moving: int

@@ -65,8 +65,10 @@ class Known:
 
 
 def make_begin(known):
-    """Kernels `begin(first, pending)`, before the steps of a call, and `pass_numbers(numbers,
-    box)`, before them where these have changed."""
+    """Kernels `begin(first, pending)` and `pass_numbers(numbers, box)`, before the steps of a call.
+
+    The second where the numbers have changed.
+    """
     sync, numbers, first_step, planes = known.sync, known.numbers, known.first, known.planes
     box_of, by_box = known.box, known.box is not None
 
@@ -86,8 +88,10 @@ def make_begin(known):
 
 
 def make_prepare(known):
-    """Kernel `prepare()`: frames and rates of the cell at the steps up to the next look. A step has
-    the row of its number in the call."""
+    """Kernel `prepare()`: frames and rates of the cell at the steps up to the next look.
+
+    A step has the row of its number in the call.
+    """
     phases, layout, sync = known.phases, known.layout, known.sync
     frames, rates = known.frames, known.rates
 
@@ -110,8 +114,10 @@ def make_prepare(known):
 
 
 def make_may_touch(known):
-    """Function `may_touch()`: whether the contacts of the step that has begun may be computed, and
-    no search must come before."""
+    """Function `may_touch()`: true if the contacts of the step that has begun may be computed.
+
+    No search must come before.
+    """
     sync, numbers, first_step = known.sync, known.numbers, known.first
 
     @ti.func
@@ -122,8 +128,11 @@ def make_may_touch(known):
 
 
 def by_threads(known):
-    """Kernels `kick_and_drift()` and `touch()` of a device. Lengths of loops are known when they
-    are compiled: else a launch of their own would find them first."""
+    """Kernels `kick_and_drift()` and `touch()` of a device.
+
+    Lengths of loops are known when they are compiled: else a launch of their own would find them
+    first.
+    """
     phases, layout, sync = known.phases, known.layout, known.sync
     numbers, first_step, may_touch = known.numbers, known.first, make_may_touch(known)
     threads = Threads(phases, layout, known.frames, known.rates, known.planes)
@@ -172,8 +181,10 @@ def by_threads(known):
 
 
 def by_tiles(known):
-    """The same kernels where there are cores in the place of a device, to test the loop: a part of
-    the grains or a tile of contacts at a time."""
+    """The same kernels where there are cores in the place of a device, to test the loop.
+
+    A part of the grains or a tile of contacts at a time.
+    """
     phases, sync, numbers = known.phases, known.sync, known.numbers
     first_step, box, may_touch = known.first, known.box, make_may_touch(known)
 

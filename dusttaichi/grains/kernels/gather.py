@@ -48,8 +48,10 @@ class Gatherer:
 
 @ti.data_oriented
 class PairGatherer(Gatherer):
-    """Of two grains, or of a grain and the sphere. place: the frame of a periodic cell
-    (kernels.cell); anything in a scene without."""
+    """Gatherer of two grains, or of a grain and the sphere.
+
+    place: the frame of a periodic cell (kernels.cell); anything in a scene without.
+    """
 
     def __init__(self, fields, layout, mechanics, numbers, kind):
         super().__init__(fields, layout, mechanics, numbers)

@@ -5,9 +5,9 @@ from dusttaichi.grains.kernels.store import FIRST_SPHERE, GRAINS
 
 
 def make_add_grain_losses(fields, layout):
-    """Kernel: what the listed contacts have lost since the last call is added to their grains: half
-    of it to each of two grains, all of it where the other body is a wall or the rigid sphere.
+    """Kernel that adds the losses of the listed contacts since the last call to their grains.
 
+    Half of it to each of two grains, all of it where the other body is a wall or the rigid sphere.
     To be called before a search replaces the lists. Every grain sums its own contacts in the order
     of its list.
     """

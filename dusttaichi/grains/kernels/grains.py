@@ -23,11 +23,11 @@ class Orientations:
 
     @ti.func
     def carry_on(self, g, spin, dt):
-        """Turn grain g about its spin of the half step for a step: a steady spin to rounding, up to
-        a tenth of a radian a step.
+        """Turn grain g about its spin of the half step for a step.
 
-        Sine and cosine of half the angle are summed up: those of a library would take as long as
-        all else that a step does with a grain.
+        A steady spin is exact to rounding, up to a tenth of a radian a step. Sine and cosine of
+        half the angle are summed up: those of a library would take as long as all else that a step
+        does with a grain.
         """
         half = (0.5 * ti.cast(dt, self.real)) * spin
         h2 = half.dot(half)
@@ -91,10 +91,10 @@ def make_push(fields, layout):
 
 
 def make_grain_pass(fields, layout):
-    """Returns `move(g, dt/m, dt/I, dt, reach2)`: kick and drift; (1 if a new search is due,
-    position, velocity). Who needs these takes them from here: to read what has just been written,
-    in another width, makes a core wait, a third of a step.
+    """Returns `move(g, dt/m, dt/I, dt, reach2)`: kick and drift.
 
+    It returns (1 if a new search is due, position, velocity). Who needs these takes them from here:
+    to read what has just been written, in another width, makes a core wait, a third of a step.
     Where grains have masses of their own (layout.polydisperse) m and I are units of them.
 
     A search is due once a grain has gone further than half the skin from where it was at the last
@@ -135,8 +135,10 @@ def make_grain_pass(fields, layout):
 
 
 def make_rates(fields, layout):
-    """Returns `rates(step, dt)`: L'/L along each axis of the cell and the rate of its shear, in the
-    middle of the step."""
+    """Returns `rates(step, dt)`: L'/L along each axis of the cell and the rate of its shear.
+
+    In the middle of the step.
+    """
     cell = fields.get("cell")
 
     @ti.func
@@ -168,14 +170,16 @@ def make_rates(fields, layout):
 
 
 def make_flux(fields, layout):
-    """Functions `add(chunk, move, step, numbers)`: moves the grains of a chunk and sums v v dt,
-    1 if a search is due; `of_grain(g, place, velocity, dt, rate)`: v v of a grain whose step ends
-    at `place`; and `rates`, see make_rates.
+    """Functions for the kinetic part of the stress: `add`, `of_grain` and `rates`.
 
-    The kinetic part of the stress, with the velocities of the half step. Where grains have masses
-    of their own (layout.polydisperse) it is m v v dt. In a periodic cell v is measured from the
-    even flow of its edges, L'/L (x - centre) along each periodic axis, and of a shear of the cell:
-    that is the same for all images of a grain.
+    `add(chunk, move, step, numbers)` moves the grains of a chunk and sums v v dt, 1 if a search is
+    due; `of_grain(g, place, velocity, dt, rate)` is v v of a grain whose step ends at `place`; for
+    `rates` see make_rates.
+
+    Velocities are those of the half step. Where grains have masses of their own
+    (layout.polydisperse) it is m v v dt. In a periodic cell v is measured from the even flow of its
+    edges, L'/L (x - centre) along each periodic axis, and of a shear of the cell: that is the same
+    for all images of a grain.
     """
     flux, mass, rates = fields["flux"], fields.get("mass"), make_rates(fields, layout)
     counts, cell = fields["counts"], fields.get("cell")

@@ -1,5 +1,8 @@
-"""Sums over the state at an output: energies, contacts, extremes. Partial sums by tile and chunk,
-added up by NumPy in their order, so that the result does not depend on the threads."""
+"""Sums over the state at an output: energies, contacts, extremes.
+
+Partial sums by tile and chunk, added up by NumPy in their order, so that the result does not depend
+on the threads.
+"""
 
 from dusttaichi.compute.blocks import THREADS, BlockSums, on_device
 from dusttaichi.compute.engine import ti
@@ -23,8 +26,11 @@ LINEAR, ANGULAR, FASTEST, FASTEST_SPIN, KICK = range(5)
 
 
 class Columns:
-    """Columns of a contact sum: potential energies; energies of the present step that belong to the
-    time before, by channel; counts and extremes; power of the faces of the cell."""
+    """Columns of a contact sum.
+
+    Potential energies; energies of the present step that belong to the time before, by channel;
+    counts and extremes; power of the faces of the cell.
+    """
 
     def __init__(self, layout):
         potentials, channels = len(layout.model.potentials), len(layout.channels)
@@ -105,10 +111,11 @@ class ContactSums:
 
 
 def make_measure(fields, sums, layout, phases):
-    """Kernels that fill `sums`: grains(mass, inertia, kick, turn), pairs(step, dt), and, or None,
-    walls(box, time, dt) and sphere(step, dt).
+    """Kernels that fill `sums`: grains, pairs, walls and sphere.
 
-    Where grains have masses of their own (layout.polydisperse) mass and inertia are units of them.
+    grains(mass, inertia, kick, turn), pairs(step, dt), and, or None, walls(box, time, dt) and
+    sphere(step, dt). Where grains have masses of their own (layout.polydisperse) mass and inertia
+    are units of them.
     """
     measure_walls = make_measure_walls(fields, sums, layout, phases) if phases.walls else None
     measure_pairs, measure_sphere = make_measure_pairs(fields, sums, layout, phases)
@@ -162,8 +169,10 @@ def make_measure_grains(fields, sums, layout):
 
 
 def make_measure_pairs(fields, sums, layout, phases):
-    """Kernels of the sums over contacts between grains, and over those with the sphere (or None)
-    with the loads on it."""
+    """Kernels of the sums over contacts between grains, and over those with the sphere (or None).
+
+    The latter with the loads on it.
+    """
     W, T = layout.width, layout.tile
     counts, frame = fields["counts"], phases.frame
     pairs = ContactSums(phases.pairs, layout, sums["pair_sum"])

@@ -8,10 +8,11 @@ from dusttaichi.grains.kernels.wall_search import make_wall_relist
 
 
 def make_neighbour_lists(fields, scratch, layout, *, walls, write_constants):
-    """Kernels `list_neighbours(box)`: pairs, contacts with walls, and, in scenes without a sphere,
-    the contacts of every grain; `list_entries()`: these where the sphere's come before; else None.
+    """Kernels `list_neighbours(box)` and `list_entries()`.
 
-    Where counts[OVERFLOW] is set meanwhile, the lists are void. walls: whether there are any.
+    The first lists pairs, contacts with walls, and, in scenes without a sphere, the contacts of
+    every grain; the second these where the sphere's come before, else it is None. Where
+    counts[OVERFLOW] is set meanwhile, the lists are void. walls: true if there are any.
     write_constants: `make_write_constants` of kernels.polydisperse, or None of equal grains.
     """
     grid_of, find = make_grid(scratch), make_find(fields, scratch, layout)

@@ -39,9 +39,11 @@ def numbers_type(model, real):
 
 
 def internal_numbers(contact, model):
-    """All numbers of a contact by name, internal units, and beside those that kernels have its
-    `delta0`, `bound`, `gap`, and `far`: gap of the surfaces up to which it may hold; contact:
-    ContactConstants."""
+    """All numbers of a contact by name, internal units.
+
+    Beside those that kernels have its `delta0`, `bound`, `gap`, and `far`: gap of the surfaces up
+    to which it may exist. contact: ContactConstants.
+    """
     r1, wall = contact.r1 / units.LENGTH, contact.r2 == float("inf")
     r2 = 0.0 if wall else contact.r2 / units.LENGTH
     own = {

@@ -134,9 +134,11 @@ class Phases:
 
     @ti.func
     def first_part(self, me, workers):
-        """Where the grains of a worker begin: with the first of its pairs, whose loads they gather,
-        so that few lines of the cache go from core to core; near an even share at least, where
-        some grains have many pairs and others few."""
+        """First grain of a worker: that of the first of its pairs, whose loads its grains gather.
+
+        So few lines of the cache go from core to core. It is near an even share at least, where
+        some grains have many pairs and others few.
+        """
         n, tiles = self.parts(), self.pair_tiles()
         even, most = first_of(me, workers, n), n // (8 * workers)
         part = even
@@ -158,7 +160,7 @@ class Phases:
 
     @ti.func
     def search_is_due(self, step, numbers):
-        """Whether a grain, or a wall at that step, has gone as far as the lists allow."""
+        """True if a grain, or a wall at that step, has gone as far as the lists allow."""
         return self.sync[DUE] == 1 or step >= numbers.wall_due
 
     @ti.func

@@ -80,11 +80,11 @@ def own_columns(model, interaction):
 
 
 def interface_table(scene, model, glue=1.0, sphere=None):
-    """Rows of the table, internal units: materials i, j at i M + j, then each with the walls, then
-    each with the sphere: its Material and the factor on the surface energy, or None without one.
+    """Rows of the table of interfaces, internal units.
 
-    The first of the scene's materials, M of them, is that of the walls. glue: factor on the normal
-    force of the walls.
+    Materials i, j at i M + j, then each with the walls, then each with the sphere: its Material and
+    the factor on the surface energy, or None without one. The first of the scene's materials, M of
+    them, is that of the walls. glue: factor on the normal force of the walls.
     """
     materials, interaction = scene.all_materials, scene.interaction
     kinds = [(a, b, 1.0, 1.0) for a, b in product(materials, repeat=2)]
@@ -155,11 +155,10 @@ class OwnNumbers(EqualNumbers):
 
 
 def make_write_constants(fields, interfaces, scene, layout):
-    """Returns `pair(b, k, g, j)`, `wall(b, k, g)`, `sphere(b, k, g, j)`, `empty(b, k)`: the numbers
-    of lane k of block b, of grains g and j, of grain g and a wall, or the sphere (number j), of
-    nothing.
+    """Returns `pair(b, k, g, j)`, `wall(b, k, g)`, `sphere(b, k, g, j)`, `empty(b, k)`.
 
-    interfaces: field of `interface_table` of the scene.
+    They write the numbers of lane k of block b, of grains g and j, of grain g and a wall, or the
+    sphere (number j), of nothing. interfaces: field of `interface_table` of the scene.
     """
     materials, table, touch = len(scene.all_materials), fields["contact"], fields["touch"]
     radius, mass, material = fields["radius"], fields["mass"], fields["material"]

@@ -1,5 +1,7 @@
-"""The lists that the steps go by, from the neighbours that a search has found: pairs with their
-history, carried over exactly, and the contacts of every grain."""
+"""The lists that the steps use, from the neighbours that a search has found.
+
+Pairs with their history, carried over exactly, and the contacts of every grain.
+"""
 
 from dusttaichi.compute.blocks import is_idle, loop_length, on_device
 from dusttaichi.compute.engine import ti
@@ -16,8 +18,10 @@ from dusttaichi.grains.kernels.store import (
 
 @ti.data_oriented
 class HistoryRows:
-    """History of the contacts, carried from the lists of the last search to the new ones. Loads are
-    computed again after that: their rows hold the old history meanwhile."""
+    """History of the contacts, carried from the lists of the last search to the new ones.
+
+    Loads are computed again after that: their rows contain the old history meanwhile.
+    """
 
     def __init__(self, fields, layout):
         self.table, self.rows, self.load = fields["contact"], layout.state_rows, layout.load
@@ -139,7 +143,7 @@ class PairLists:
 
     @ti.func
     def entries_of(self, g):
-        """How long the list of a grain's contacts is, with the number that ends it."""
+        """Length of the list of a grain's contacts, with the number that ends it."""
         n = self.near_count[g] + 1
         if ti.static(self.walls):
             for k in range(6):
@@ -176,8 +180,10 @@ class PairLists:
 
 
 def make_relist(fields, scratch, layout, write_constants=None):
-    """Functions `relist(grid)`: pairs and their history, and `list_entries()`: the contacts of
-    every grain. To be called outside of the loops of a kernel. write_constants: see PairLists."""
+    """Functions `relist(grid)`: pairs and their history, and `list_entries()`: contacts of grains.
+
+    To be called outside of the loops of a kernel. write_constants: see PairLists.
+    """
     W, counts, entry_start = layout.width, fields["counts"], fields["entry_start"]
     own_count, old_start = scratch["own_count"], scratch["old_start"]
     pair_start, scan = fields["pair_start"], Scan(scratch["chunk_sum"])

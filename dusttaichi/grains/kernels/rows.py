@@ -4,7 +4,7 @@ from dusttaichi.compute.engine import ti
 
 
 def _masks(law):
-    """Whether a law masks what it keeps of contacts that did not touch before."""
+    """True if a law masks its history of contacts that did not touch before."""
     return getattr(law, "MASKED", False)
 
 

@@ -136,8 +136,11 @@ class Cells:
 
 @ti.data_oriented
 class Neighbours:
-    """The lists of neighbours. Equal grains: NEIGHBOURS places of `near` each. Polydisperse ones:
-    one list after another, which are counted first."""
+    """The lists of neighbours.
+
+    Equal grains: NEIGHBOURS places of `near` each. Polydisperse ones: one list after another, which
+    are counted first.
+    """
 
     def __init__(self, fields, scratch, layout, cells):
         self.cells, self.periodic = cells, layout.periodic
@@ -149,8 +152,10 @@ class Neighbours:
 
     @ti.func
     def insert(self, g, other, first, found: ti.template()):
-        """Insert a neighbour of g into its sorted list, which begins at `first`. found: number of
-        its neighbours, and of those with higher numbers."""
+        """Insert a neighbour of g into its sorted list, which begins at `first`.
+
+        found: number of its neighbours, and of those with higher numbers.
+        """
         place = first + found[0]
         while place > first and self.near[ti.max(place - 1, 0)] > other:
             self.near[place] = self.near[place - 1]
@@ -176,8 +181,10 @@ class Neighbours:
     def list_polydisperse(
         self, g, found: ti.template(), low, high, image, margin, counting: ti.template()
     ):
-        """The same for grains with their own radii, or the count of them. margin: largest distance
-        of their surfaces."""
+        """The same for grains with their own radii, or the count of them.
+
+        margin: largest distance of their surfaces.
+        """
         for k in range(self.cells.start[low], self.cells.start[high + 1]):
             other = self.cells.grain[k]
             d = self.x[other] + image - self.x[g]
@@ -237,7 +244,7 @@ class Neighbours:
 
     @ti.func
     def is_full(self, counting: ti.template()):
-        """Whether the lists have grown too long; those of equal grains have places of their own."""
+        """True if the lists have grown too long; those of equal grains have places of their own."""
         checked = ti.static(self.polydisperse and not counting)
         return self.counts[OVERFLOW] > 0 if ti.static(checked) else 0
 
@@ -265,8 +272,11 @@ def make_grid(scratch):
 
 
 def make_find(fields, scratch, layout):
-    """Function `find(grid)`: the neighbours of every grain, sorted, and how many are its own (of
-    higher number); starts of the pair list. To be called outside of the loops of a kernel."""
+    """Function `find(grid)`: the neighbours of every grain, sorted; starts of the pair list.
+
+    And the number of those that are its own (of higher number). To be called outside of the loops
+    of a kernel.
+    """
     x, x_search, counts = fields["x"], fields["x_search"], fields["counts"]
     cell_start, cell_fill = scratch["cell_start"], scratch["near"]
     cell_grain, near_count = scratch["cell_grain"], scratch["near_count"]

@@ -51,13 +51,13 @@ def make_loads(fields, layout):
 
 
 def make_sphere(fields, layout):
-    """Functions `tiles()`: how many tiles of contacts there are; `loads()`: force and torque of the
-    grains on the sphere, summed in the order of the lanes; `move(dt, reach2)`: kick and drift, 1 if
-    a new search is due. None in a scene without a sphere.
+    """Functions for the rigid sphere: `tiles`, `loads` and `move`. None in a scene without one.
 
-    Of a block of threads: `share(thread, threads)`: what the contacts of one of them do to the
-    sphere, force and torque; `put_load(k, total)`: number k of the sum over the block;
-    `move_by_load(dt, reach2)`: kick and drift by these.
+    `tiles()`: number of tiles of contacts; `loads()`: force and torque of the grains on the sphere,
+    summed in the order of the lanes; `move(dt, reach2)`: kick and drift, 1 if a new search is due.
+    Of a block of threads: `share(thread, threads)`: force and torque of the contacts of one of them
+    on the sphere; `put_load(k, total)`: number k of the sum over the block; `move_by_load(dt,
+    reach2)`: kick and drift by these.
     """
     if not layout.sphere:
         return None
@@ -160,9 +160,10 @@ class SphereLists:
 
 
 def make_sphere_relist(fields, scratch, layout, write_constants=None):
-    """Kernel `relist_sphere(reach, edges)`: the grains near the sphere, in order, with the history
-    of their contacts. reach: distance of the centres within which a grain is listed, of
-    polydisperse grains less their radius. edges: of the periodic cell.
+    """Kernel `relist_sphere(reach, edges)`: the grains near the sphere, in order, with history.
+
+    reach: distance of the centres within which a grain is listed, of polydisperse grains less their
+    radius. edges: of the periodic cell.
     """
     W, full = layout.width, layout.width * layout.tile
     counts, slot = fields["counts"], fields["sphere_slot"]

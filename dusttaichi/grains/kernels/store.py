@@ -1,12 +1,12 @@
-"""Where the numbers of a scene are in memory: lanes, blocks, tiles, and how many of them.
+"""Places of the numbers of a scene in memory: lanes, blocks, tiles, and their counts.
 
-Contacts are in blocks of W lanes, pairs first (sorted by grain), then walls (each block touches
-one wall only). A tile is a fixed run of blocks that one worker passes at a time: losses are summed
-tile by tile, so that no sum depends on the number of threads. Contacts with the one rigid sphere
-that a scene may have are pairs in blocks of their own, between those of the grains and the walls.
+Contacts are in blocks of W lanes, pairs first (sorted by grain), then walls (each block touches one
+wall only). A tile is a fixed run of blocks that one worker passes at a time: losses are summed tile
+by tile, so that no sum depends on the number of threads. Contacts with the one rigid sphere that a
+scene may have are pairs in blocks of their own, between those of the grains and the walls.
 
-All that a contact has are rows of the one field `contact`: its history, its loads, and where grains
-differ its constants. Their order and widths follow from what the effects declare.
+All numbers of a contact are rows of the one field `contact`: its history, its loads, and where
+grains differ its constants. Their order and widths follow from the declarations of the effects.
 """
 
 from dataclasses import dataclass
@@ -53,12 +53,12 @@ class Layout:
 
     @property
     def polydisperse(self):
-        """Whether grains have their own radius and material (kernels.polydisperse)."""
+        """True if grains have their own radius and material (kernels.polydisperse)."""
         return bool(self.stored)
 
     @property
     def falls(self):
-        """Whether there is gravity."""
+        """True if there is gravity."""
         return self.gravity != ""
 
     @property
@@ -88,9 +88,11 @@ class Layout:
 
     @cached_property
     def rows(self):
-        """Name -> (first row, rows) of what a contact keeps; `lost`: its losses since it formed,
-        one a channel, where they are followed; `recent`: those since the last search, which
-        breaking leaves as they are, where grains are followed."""
+        """Name -> (first row, rows) of the numbers of a contact.
+
+        `lost`: its losses since it formed, one a channel, where they are followed; `recent`: those
+        since the last search, which breaking leaves as they are, where grains are followed.
+        """
         widths = {name: h.components for name, h in self.model.history.items()}
         if self.contact_loss:
             widths["lost"] = len(self.channels)
@@ -119,8 +121,10 @@ class Layout:
 
     @property
     def constants(self):
-        """First row of its constants, where grains differ. The loads have places for the history:
-        the search puts the old lists there."""
+        """First row of its constants, where grains differ.
+
+        The loads have places for the history: the search puts the old lists there.
+        """
         return self.load + max(LOADS, self.state_rows)
 
     @property
@@ -130,8 +134,11 @@ class Layout:
 
     @property
     def mask(self):
-        """Largest number of a block that 31 bits can address: what tells the compiler that no
-        address of a block overflows. A thread of a device has one block, and needs no telling."""
+        """Largest number of a block that 31 bits can address.
+
+        It shows the compiler that no address of a block overflows. A thread of a device has one
+        block, and needs none.
+        """
         if self.width == 1:
             return 2**31 - 1
         return 2 ** (31 - (self.row_count * self.width - 1).bit_length()) - 1
@@ -170,8 +177,11 @@ def wall_contacts(grains, thick):
 
 
 def wall_sections(grains):
-    """Parts of the grains whose contacts with walls stand together, so that a worker passes those
-    of its own grains. Each costs some three blocks more, as no block is of two walls."""
+    """Number of parts of the grains whose contacts with walls are adjacent.
+
+    So a worker passes those of its own grains. Each costs some three blocks more, as no block is of
+    two walls.
+    """
     return next(n for n, most in ((1, SMALL), (2, 8192), (4, 32768), (8, grains)) if grains <= most)
 
 

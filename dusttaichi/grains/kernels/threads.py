@@ -44,8 +44,10 @@ def put_planes(planes: ti.template(), box: ti.template()):
 
 @ti.data_oriented
 class PlaneGatherer(WallGatherer):
-    """The gatherer of wall contacts, which reads the walls from a field: a thread would have a copy
-    of all of them in its own memory."""
+    """The gatherer of wall contacts, which reads the walls from a field.
+
+    A thread would have a copy of all of them in its own memory.
+    """
 
     @ti.func
     def plane(self, c, planes: ti.template(), time):
@@ -61,8 +63,10 @@ class PlaneGatherer(WallGatherer):
 
 @ti.data_oriented
 class ContactThreads(ContactPass):
-    """The pass over contacts by a thread for each of them. Its sums are `books`: losses by channel,
-    branch x force (9 numbers), work of the faces of the cell."""
+    """The pass over contacts by a thread for each of them.
+
+    Its sums are losses by channel, branch x force (9 numbers), work of the faces of the cell.
+    """
 
     def __init__(self, fields, layout, mechanics, gatherer, where=""):
         super().__init__(fields, layout, mechanics, gatherer, where)
@@ -185,8 +189,11 @@ class Threads:
 
     @ti.func
     def contact(self, b, row, step, dt):
-        """The contact of block b, whichever kind it is of: pairs are first, then those with the
-        sphere, then those with walls, each kind from a whole tile on."""
+        """The contact of block b, of any kind.
+
+        Pairs are first, then those with the sphere, then those with walls, each kind from a whole
+        tile on.
+        """
         thread = b % THREADS
         first, kind = b - thread, -1
         books = ti.Vector.zero(ti.f64, ti.static(max(1, self.books)))

@@ -68,13 +68,15 @@ class WallLists:
 
     @ti.func
     def chunks(self):
-        """How many chunks of grains a loop passes."""
+        """Number of chunks of grains that a loop passes."""
         return loop_length(whole(self.counts[GRAINS], CHUNK), self.chunk_room)
 
     @ti.func
     def lay_out(self):
-        """Where the lanes of each wall and chunk begin. To be called outside of the loops of a
-        kernel."""
+        """Find the first lane of each wall and chunk.
+
+        To be called outside of the loops of a kernel.
+        """
         if ti.static(on_device()):
             # a block is a lane, so that those of a wall need not begin with a whole block
             entries = ti.static(6 * self.chunk_room)
@@ -141,8 +143,10 @@ class WallLists:
 
 @ti.data_oriented
 class WallSums:
-    """Sums over the contacts of a wall by a block of threads, in a fixed order; part(c): function
-    that gives the vector of block c of the contacts with walls."""
+    """Sums over the contacts of a wall by a block of threads, in a fixed order.
+
+    part(c): function that gives the vector of block c of the contacts with walls.
+    """
 
     def __init__(self, counts, wall_of, part):
         self.counts, self.of, self.part, self.sums = counts, wall_of, part, BlockSums(3)
@@ -184,8 +188,10 @@ def force_sums(fields, layout):
 
 
 def make_fold(fields, lists):
-    """Function `fold()`: adds the impulses of the lists before to those of the walls. To be called
-    outside of the loops of a kernel."""
+    """Function `fold()`: adds the impulses of the lists before to those of the walls.
+
+    To be called outside of the loops of a kernel.
+    """
     counts, impulse_total, sums = fields["counts"], fields["impulse_total"], impulse_sums(fields)
 
     @ti.func
@@ -207,10 +213,10 @@ def make_fold(fields, lists):
 
 
 def make_wall_relist(fields, scratch, layout, write_constants=None):
-    """Function `relist_walls(box)`, to be called outside of the loops of a kernel. Of the numbers
-    of the search wall_reach is the distance of centre and wall within which a grain is listed, of
-    polydisperse grains that of their surfaces; far below zero where there is no wall.
+    """Function `relist_walls(box)`, to be called outside of the loops of a kernel.
 
+    Of the numbers of the search wall_reach is the distance of centre and wall within which a grain
+    is listed, of polydisperse grains that of their surfaces; far below zero where there is no wall.
     write_constants: see WallLists.
     """
     counts, wall_slot = fields["counts"], fields["wall_slot"]

@@ -72,8 +72,11 @@ def impulse(u, change, p):
 
 @ti.func
 def update(k: ti.template(), h: ti.template(), p, dt):
-    """Work of the impulse of the previous step, with the current speed along the previous n_c: its
-    actual work, whatever other forces act on the grains."""
+    """Work of the impulse of the previous step.
+
+    With the current speed along the previous n_c: its actual work, whatever other forces act on the
+    grains.
+    """
     lost = -0.5 * h.touch_impulse * (h.touch_speed + k.speed_before)
     k.struck += h.touch_impulse / p.mass
     h.touch_speed = 0.0 * lost
@@ -91,8 +94,10 @@ def form(k: ti.template(), h: ti.template(), p, dt, push):
 
 @ti.func
 def pending(k: ti.template(), h: ti.template(), p, dt, push):
-    """Energy taken by half of the impulse, in half of the change of speed, up to now; push: force
-    along n_c with that of the impulse."""
+    """Energy taken by half of the impulse, in half of the change of speed, up to now.
+
+    push: force along n_c with that of the impulse.
+    """
     return -0.5 * h.touch_impulse * (h.touch_speed + (0.25 * dt / p.mass) * push)
 
 

@@ -63,8 +63,10 @@ class Interface:
 
 
 def mixed_properties(a, b, interaction):
-    """(name, value) of the properties that the chosen laws have brought in, for two materials; the
-    checks of a scene refuse it where one is missing."""
+    """(name, value) of the properties that the chosen laws have brought in, for two materials.
+
+    The checks of a scene refuse it where one is missing.
+    """
     from dusttaichi.physics.contact.registry import properties_of
 
     one, other = dict(a.properties), dict(b.properties)

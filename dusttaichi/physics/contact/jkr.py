@@ -101,8 +101,10 @@ def energy(s):
 
 @cache
 def contact_radius(newton_steps=2):
-    """Returns the function s(d): s = sqrt(a/a0) for the scaled overlap d = delta/delta0; below
-    pull-off that of pull-off."""
+    """Returns the function s(d): s = sqrt(a/a0) for the scaled overlap d = delta/delta0.
+
+    Below pull-off that of pull-off.
+    """
 
     @ti.func
     def radius(d):
@@ -118,8 +120,10 @@ def contact_radius(newton_steps=2):
 
 @cache
 def response(newton_steps=2):
-    """Returns the function respond(k, p): struct of `force` and `energy` of the Motion k, whose
-    contact_radius it sets."""
+    """Returns the function respond(k, p): struct of `force` and `energy` of the Motion k.
+
+    It sets the contact_radius of k.
+    """
     scaled_radius = contact_radius(newton_steps)
 
     @ti.func

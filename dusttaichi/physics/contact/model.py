@@ -101,8 +101,10 @@ class Mechanics:
 
     @ti.func
     def touch(self, k: ti.template(), h: ti.template(), p):
-        """Set whether the contact touched a step ago and touches now, and its elastic response. It
-        forms at first contact and exists until pull-off."""
+        """Set whether the contact touched a step ago and touches now, and its elastic response.
+
+        It forms at first contact and exists until pull-off.
+        """
         k.was = h.touched
         k.now = ti.select(k.overlap + k.was * p.reach > 0.0, 1.0, 0.0)
         found = self.respond(k, p)
@@ -110,8 +112,10 @@ class Mechanics:
 
     @ti.func
     def update(self, k: ti.template(), h: ti.template(), p, dt, flat: ti.template()):
-        """Update the history: rotated with the grains and reset to the limits. Returns a vector of
-        the energies dissipated, by law."""
+        """Update the history: rotated with the grains and reset to the limits.
+
+        Returns a vector of the energies dissipated, by law.
+        """
         lost = ti.Vector.zero(self.real, ti.static(max(self.losses, 1)))
         for n in ti.static(range(len(self.radial))):
             lost[n] = self.radial[n].update(k, h, p, dt)
@@ -126,10 +130,10 @@ class Mechanics:
 
     @ti.func
     def evaluate(self, k: ti.template(), h: ti.template(), p, strength):
-        """(load, energies) of a configuration: struct of force, torque_1, torque_2 on the grains,
-        and a vector of the potential energies by column.
+        """(load, energies) of a configuration.
 
-        strength: factor on the springs of a wall but the normal one.
+        Struct of force, torque_1, torque_2 on the grains, and a vector of the potential energies by
+        column. strength: factor on the springs of a wall but the normal one.
         """
         push = k.now * k.elastic_force
         for law in ti.static(self.pushing):

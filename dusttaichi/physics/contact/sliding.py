@@ -22,11 +22,10 @@ CHANNEL = "sliding"
 
 @ti.pyfunc
 def numbers(c, own):
-    """k_s = 8 a0 G* (S12 eq 18) times the modifier; zeta_crit = (2 - nu) a0/(16 pi) (S12 sect.
-    2.1.6).
+    """k_s = 8 a0 G* (S12 eq 18) times the modifier; zeta_crit = (2 - nu) a0/(16 pi).
 
-    A softened contact has the k_s of its moduli, which goes with s^(2/3), and slides at the same
-    force: zeta_crit goes with s^(-2/3), of which a0 has s^(-1/3).
+    The latter after S12 sect. 2.1.6. A softened contact has the k_s of its moduli, which goes with
+    s^(2/3), and slides at the same force: zeta_crit goes with s^(-2/3), of which a0 has s^(-1/3).
     """
     return {
         "k_s": own.modifier * (8.0 * c.a0 * c.G_star),

@@ -1,5 +1,6 @@
-"""Twisting: dphi/dt = (w1 - w2).n_c, U = 1/2 k_t phi^2, M1 = -k_t phi n_c (S12 eqs 10, 16, 19),
-clamped to +-phi_crit. On a wall w2 = 0 (S12 eqs 26, 27).
+"""Twisting: dphi/dt = (w1 - w2).n_c, U = 1/2 k_t phi^2, M1 = -k_t phi n_c (S12 eqs 10, 16, 19).
+
+Clamped to +-phi_crit. On a wall w2 = 0 (S12 eqs 26, 27).
 """
 
 from math import pi
@@ -17,9 +18,11 @@ CHANNEL = "twisting"
 
 @ti.pyfunc
 def numbers(c, own):
-    """k_t = (16/3) G a0^3 with 1/G = 1/G1 + 1/G2 (S12 eq 19) times the modifier, on a wall with the
-    a0 of a pair; phi_crit = 1/(16 pi) (S12 sect. 2.1.6). Of a softened contact both are the same:
-    G a0^3 does not depend on the moduli."""
+    """k_t = (16/3) G a0^3 with 1/G = 1/G1 + 1/G2 (S12 eq 19) times the modifier.
+
+    On a wall with the a0 of a pair; phi_crit = 1/(16 pi) (S12 sect. 2.1.6). Of a softened contact
+    both are the same: G a0^3 does not depend on the moduli.
+    """
     return {
         "k_t": own.modifier * (16.0 / 3.0 * c.G * c.a0_pair**3),
         "phi_crit": 1.0 / (16.0 * pi) + 0.0 * c.R,

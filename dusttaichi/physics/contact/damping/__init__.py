@@ -34,8 +34,10 @@ damping_of = cache(Damping)
 def _update(coefficient):
     @ti.func
     def update(k: ti.template(), h: ti.template(), p, dt):
-        """Set the current damping force, with the speed extrapolated by half a step from the last
-        two half steps. Returns the work of the force of the last step."""
+        """Set the current damping force; returns the work of the force of the last step.
+
+        The speed is extrapolated by half a step from the last two half steps.
+        """
         before = h.speed
         ahead = k.speed + 0.5 * k.was * (k.speed - before - k.struck)
         lost = 0.5 * dt * h.damping_force * (before + k.speed)
