@@ -115,8 +115,10 @@ def _of_setting(rows, base, **about):
 
 
 def _numbers(mine, right, spread):
-    """Numbers of an Outcome from tables (seed, pressure) of a setting and of the scene as it is,
-    and the standard deviation between seeds, (pressure,)."""
+    """Numbers of an Outcome from tables (seed, pressure) of a setting and of the scene as it is.
+
+    spread: standard deviation between seeds, (pressure,).
+    """
     scale, change = abs(right.to_numpy().mean()), mine - right
     rms = {"error": change.mean(), "uncertainty": change.sem(), "scatter": spread}
     numbers = {name: np.sqrt(np.mean(d.to_numpy() ** 2)) / scale for name, d in rms.items()}

@@ -132,8 +132,10 @@ def suggestions(scene, tolerance=TOLERANCE):
 
 
 def draft_rows(scene):
-    """Rows (what, value) of the errors of a draft, as measured on scenes of its kind; [] for a
-    scene that is no draft."""
+    """Rows (what, value) of the errors of a draft, as measured on scenes of its kind.
+
+    Empty for a scene that is no draft.
+    """
     if getattr(scene.numerics, "accuracy", None) != DRAFT:
         return []
     rows = [row for row in measured(kind_of(scene)) if row["settings"] == f"accuracy {DRAFT}"]
