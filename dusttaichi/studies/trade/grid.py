@@ -172,7 +172,8 @@ def _measured(folder):
 def _of_stages(run):
     """Numbers of single stages.
 
-    Strength in shear and triaxial tests, filling factor under a controlled load, slope of unloading.
+    Strength in shear and triaxial tests, filling factor under a controlled load, slope of
+    unloading.
     """
     from dusttaichi import analysis
 
