@@ -126,8 +126,9 @@ NEAR = {
     "verney_shell": (0.02, 0.02),
     "oscillating_plate": (0.21, 0.105),
     "rotating_block": (1e-3, 1e-3),
-    # by row: load as distributed, contact of Hertz, and its half width, which is twice as large
-    "diametral_compression": ((0.03, 0.07, 1.2), (0.03, 0.07, 1.2)),
+    # by row: load as distributed, contact of Hertz, and its half width: a surface acts before the
+    # rim touches, over a width that falls with the spacing
+    "diametral_compression": ((0.07, 0.12, 0.85), (0.02, 0.04, 0.6)),
 }
 
 

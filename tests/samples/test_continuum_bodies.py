@@ -103,6 +103,20 @@ def test_spheres_have_the_mass_of_their_shape(dimension):
     assert of_points == pytest.approx(about_y, rel=0.05)
 
 
+@pytest.mark.parametrize("hole", [0.0, 6.0])
+def test_circles_have_a_round_rim(hole):
+    """Every particle of the rim is as far from the axis; areas and distances are those of a
+    lattice, but for the rounding of the number of circles (5 and 21) and of their particles."""
+    points = lattice.circles(8e-3, 1e-3 * hole, 0.2e-3)
+    radius, nearest = np.hypot(*points.T), cKDTree(points).query(points, k=2)[0][:, 1]
+    rim = radius > radius.max() - 0.1e-3
+    assert rim.sum() > 100 and np.ptp(radius[rim]) < 1e-12
+    assert 4e-3 - radius.max() == pytest.approx(0.093e-3, rel=0.1)
+    area = np.pi * (4e-3**2 - (0.5e-3 * hole) ** 2)
+    assert len(points) == pytest.approx(area / lattice.volume_of(0.2e-3, 2), rel=0.02)
+    assert 0.85 * 0.2e-3 < nearest.min() and nearest.max() < 1.1 * 0.2e-3
+
+
 def test_the_bead_of_the_paper():
     """G09 section 4.1: 2.4e-3 kg/m, 64421 particles in 8 x 5 mm^2 at 26.8 um (section 5)."""
     matter = Matter(2, 26.8e-6, 2000.0, 0.15)
@@ -238,6 +252,11 @@ def test_what_does_not_go_with_the_dimension():
     scene = SimpleNamespace(dimension=3)
     block = SPEC.validate_python({"kind": "block", "size": SIZE[2], "lattice": "triangular"})
     assert {path for path, _ in block.conflicts(scene)} == {"size", "lattice"}
+    disc = {"kind": "elastic", "density": "1 g/cm^3", "bulk_modulus": "1 MPa", "shear_ratio": 0.5}
+    ball = SPEC.validate_python(disc | {"diameter": "1 mm", "lattice": "circles"})
+    assert [path for path, _ in ball.conflicts(scene)] == ["lattice"]
+    with pytest.raises(ValidationError, match="circles are for discs and rings"):
+        SPEC.validate_python(disc | {"size": SIZE[2], "lattice": "circles"})
     boundary = BOUNDARY.validate_python({"kind": "faces", "y_min": "mirror"})
     assert [path for path, _ in boundary.conflicts(2)] == ["y_min"]
 

@@ -35,6 +35,11 @@ class ElasticSample(FreeBody):
     hole: Annotated[float, Quantity("length", ge=0, example="0.9 mm")] = Field(
         "0 m", description="diameter of a hole in its middle: a ring, in three dimensions a shell"
     )
+    lattice: Literal["auto", "circles"] = Field(
+        "auto",
+        description="positions of the particles: rows, or layers in three dimensions, whose ends "
+        "are flat parts of the rim; or, in two dimensions, concentric circles with a round rim",
+    )
     density: Density = Field(description="density at zero pressure")
     bulk_modulus: Annotated[float, Quantity("pressure", gt=0, le=1e12, example="5 GPa")] = Field(
         description="bulk modulus K"
@@ -59,8 +64,15 @@ class ElasticSample(FreeBody):
             yield "diameter", "exactly one of diameter and size is needed"
         elif self.size is not None and self.hole:
             yield "hole", "it is for spheres; leave it out of a block"
+        elif self.size is not None and self.lattice == "circles":
+            yield "lattice", "circles are for discs and rings; leave it out of a block"
         elif self.size is None and not self.hole < self.diameter:
             yield "hole", "a hole smaller than the diameter is needed"
+
+    def conflicts(self, scene) -> Faults:
+        yield from super().conflicts(scene)
+        if self.lattice == "circles" and scene.dimension == 3:
+            yield "lattice", "circles are for dimension: 2"
 
 
 @register(ElasticSample)
@@ -74,7 +86,9 @@ def make(spec: ElasticSample, matter: Matter) -> Particles:
         lattice.check_count(volume, matter.spacing, matter.dimension, "elastic body: size")
         points = lattice.fill(np.array(spec.size), matter.spacing)
     else:
-        points, volume = lattice.hollow_sphere(spec, matter, "elastic body: diameter, hole")
+        points, volume = lattice.hollow_sphere(
+            spec, matter, "elastic body: diameter, hole", spec.lattice
+        )
     position, count = lifted(points - points.mean(axis=0)), len(points)
     mass = np.full(count, spec.density * volume / count)
     name = "block" if spec.size else "ring" if spec.hole else "bead"

@@ -132,6 +132,8 @@ def hollow_sphere(spec, matter, where: str, lattice: str = "auto", seed: int = 1
     dimension = matter.dimension
     volume = sphere_volume(spec.diameter, dimension) - sphere_volume(spec.hole, dimension)
     check_count(volume, matter.spacing, dimension, where)
+    if lattice == "circles":
+        return circles(spec.diameter, spec.hole, matter.spacing), float(volume)
     points = sphere(spec.diameter, matter.spacing, dimension, lattice, seed)
     return points[np.linalg.norm(points, axis=1) >= spec.hole / 2], float(volume)
 
@@ -151,6 +153,30 @@ def sphere(diameter: float, spacing: float, dimension: int, lattice: str = "auto
         if len(inside) and (best is None or abs(len(inside) - exact) < abs(len(best) - exact)):
             best = inside
     return best if best is not None else np.zeros((1, dimension))
+
+
+def circles(diameter: float, hole: float, spacing: float) -> np.ndarray:
+    """Points (N, 2) on concentric circles of a disc or ring about the origin.
+
+    Rims are half a distance of neighbouring circles away; a disc has a point in its middle.
+    """
+    pitch = spacing * 3**0.25 / 2**0.5  # a square of that edge is as large as a particle
+    inner, outer = hole / 2, diameter / 2
+    if hole:
+        count = max(1, round((outer - inner) / pitch))
+        pitch = (outer - inner) / count
+        radii = inner + pitch * (np.arange(count) + 0.5)
+    else:
+        count = max(0, round(outer / pitch - 0.5))
+        pitch = outer / (count + 0.5)
+        radii = pitch * np.arange(count + 1)
+    along = volume_of(spacing, 2) / pitch
+    out = []
+    for number, radius in enumerate(radii):
+        points = max(1, round(2 * np.pi * radius / along))
+        angle = 2 * np.pi * (np.arange(points) + 0.5 * (number % 2)) / points
+        out.append(radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+    return np.concatenate(out)
 
 
 def cylinder(diameter: float, height: float, spacing: float, dimension: int):
