@@ -78,7 +78,8 @@ def softening():
         writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         writer.writeheader()
         writer.writerows(to_table(found))
-    return grid(found, observables=("phi(P)", "strength", "ratio"))
+    shown = [own for own in found if own.scene.startswith("trade_")]
+    return grid(shown, observables=("phi(P)", "strength", "ratio"))
 
 
 def extremes():
