@@ -115,6 +115,8 @@ def drafts(found, prefix):
 
 def verdict(o):
     """Whether the error of an Outcome is within the scatter of its seeds."""
+    if o.seeds < 2:
+        return "one seed"
     if o.hidden:
         return "within, a shift" if o.resolved else "within"
     return "open" if o.error - o.uncertainty <= o.scatter else "above"
@@ -170,4 +172,6 @@ def _signed(share, uncertainty):
 
 
 def _percent(share):
+    if np.isnan(share):
+        return "-"
     return f"{100 * share:.1f} %" if share < 0.095 else f"{100 * share:.0f} %"
