@@ -7,6 +7,7 @@ WALLS = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
 SPRINGS = ("normal", "rolling", "sliding", "twisting")
 CHANNELS = ("forming", "breaking", "damping", "rolling", "sliding", "twisting")
 EXTRA_CHANNELS = ("asperities",)  # further channels of the ledger, of some scenes only
+LYING = "lying cylinder"  # shape of a sample between two plates
 NEVER = 2**62  # a step that no run reaches
 
 

@@ -66,7 +66,7 @@ def _code(scene):
     chosen = [(effect, law_name(scene.interaction, effect)) for effect in EFFECTS]
     chosen += [("effects", name) for name in scene.interaction.effects]
     used = [law_of(*one) for one in chosen if one[1] is not None]
-    bodies = (getattr(scene.sample, name, None) for name in ("target", "projectile"))
+    bodies = (getattr(scene.sample, name, None) for name in ("target", "projectile", "of"))
     made = [KINDS[block.kind].make for block in (scene.sample, *bodies) if block is not None]
     files = [_file_of(one) for one in (*used, *made)]
     return sorted({path for path in files if path is not None and PACKAGE not in path.parents})

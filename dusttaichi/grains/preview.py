@@ -242,6 +242,7 @@ def _sample(scene, sample):
         "bulk_filling_factor": "filling factor of the inner part",
         "pieces": "connected fragments",
         "loose_grains": "grains not connected to the floor of the deposit",
+        "left_out": "grains inside the cut that it has disconnected, left out",
     }
     known = [key for key in named if key in info and np.isfinite(info[key])]
     rows += [(named[key], f"{info[key]:.4g}") for key in known]

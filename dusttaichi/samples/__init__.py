@@ -8,6 +8,7 @@ from dusttaichi.samples import (  # noqa: F401, each registers its kind
     bcca,
     chain,
     collision,
+    cutout,
     explicit,
     lattice,
     pair,
@@ -65,8 +66,9 @@ def make(scene) -> Sample:
         too large; with the path in the YAML.
     """
     sample = made(scene.sample, Materials(scene))
-    own = type(scene.sample).__module__.startswith(f"{__name__}.")
-    if scene.sample.kind == "explicit" or not own:
+    block = getattr(scene.sample, "of", scene.sample)  # of a cutout
+    own = type(block).__module__.startswith(f"{__name__}.")
+    if block.kind == "explicit" or not own:
         sample = _remark_on_gaps(sample, scene)
     return pushed(scene, with_walls_of(scene, sample))
 

@@ -10,6 +10,7 @@ import scipy
 
 from dusttaichi.errors import DustError
 from dusttaichi.geometry import grains_within, pairs_within, power
+from dusttaichi.names import AXES, LYING
 
 ROUNDING = 1e-9  # of the touching distance: far above rounding, far below the overlap delta0
 BYTES = 1000  # least memory of a grain in sample and simulation
@@ -47,9 +48,10 @@ class Sample:
     (W,) [rad]; and approach (W,) [m/s].
 
     `info` may have `period` (3 numbers, m), edges of a periodic sample; `shape`, "cylinder" for an
-    upright cylinder about x = y = 0, "aggregate" for an uncut cluster, which determines the volume
-    of the filling factor; `room` (6 numbers, m), positions of walls and faces of the cell in the
-    order of names.WALLS, NaN where there is none; `start_time` [s] of a continued run; and
+    upright cylinder about x = y = 0, "lying cylinder" for one about the `axis` "x" or "y" through
+    the origin, "sphere" about the origin, "aggregate" for an uncut cluster, which determines the
+    volume of the filling factor; `room` (6 numbers, m), positions of walls and faces of the cell in
+    the order of names.WALLS, NaN where there is none; `start_time` [s] of a continued run; and
     `remarks`, sentences for the user.
     """
 
@@ -100,8 +102,9 @@ def filling_factor(sample: Sample, radius) -> float:
 
     The latter is the smallest upright box around the grains (S12 eq 28), surfaces included, except
     for a sample with a `period`, where it is the periodic cell; of shape "cylinder", where it is
-    the smallest upright cylinder about the axis x = y = 0; and of shape "aggregate", where it is
-    the sphere of radius sqrt(5/3) R_g, because a box about its branches would be mostly empty.
+    the smallest upright cylinder about the axis x = y = 0; of shape "lying cylinder" or "sphere",
+    where it is the smallest one about its axis or the origin; and of shape "aggregate", where it
+    is the sphere of radius sqrt(5/3) R_g, because a box about its branches would be mostly empty.
 
     Parameters
     ----------
@@ -124,11 +127,15 @@ def _volume(sample: Sample, radius) -> tuple[float, str]:
     if sample.info.get("shape") == "aggregate":
         characteristic = np.sqrt(5 / 3) * radius_of_gyration(sample, radius)
         return 4 / 3 * np.pi * characteristic**3, "sphere of radius sqrt(5/3) R_g"
-    width, depth, height = extent(sample, radius)
-    if sample.info.get("shape") == "cylinder":
-        reach = (np.hypot(*sample.positions[:, :2].T) + radius).max()
-        return np.pi * reach**2 * height, "bounding cylinder"
-    return width * depth * height, "bounding box"
+    edges, shape = extent(sample, radius), sample.info.get("shape")
+    if shape == "sphere":
+        reach = (np.linalg.norm(sample.positions, axis=1) + radius).max()
+        return 4 / 3 * np.pi * reach**3, "bounding sphere"
+    if shape in ("cylinder", LYING):
+        along = AXES.index(sample.info.get("axis", "z"))
+        reach = (np.hypot(*np.delete(sample.positions, along, axis=1).T) + radius).max()
+        return np.pi * reach**2 * edges[along], "bounding cylinder"
+    return np.prod(edges), "bounding box"
 
 
 def radius_of_gyration(sample: Sample, radius) -> float:

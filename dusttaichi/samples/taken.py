@@ -41,20 +41,28 @@ def fragment(sample: Sample, wall_contacts, which, *, nearest, masses, where: st
         )
     own = np.flatnonzero(label == order[wanted])
     positions = held_together(sample.positions, graph, own[:1], nearest)
-    inside = np.isin(sample.contacts["i"], own)
-    contacts = _renumbered(sample.contacts, inside, own, ("i", "j"))
     if wall_contacts is not None:
         rows = np.isin(wall_contacts["grain"], own)
         wall_contacts = _renumbered(wall_contacts, rows, own, ("grain",))
-    taken = Sample(
-        positions[own],
+    taken = selection(replace(sample, positions=positions), own)
+    return taken, wall_contacts, number
+
+
+def selection(sample: Sample, own) -> Sample:
+    """The sample with the grains `own` (numbers in increasing order), and the contacts between
+    them; without contacts with walls and without info."""
+    contacts = sample.contacts
+    if contacts is not None:
+        inside = np.isin(contacts["i"], own) & np.isin(contacts["j"], own)
+        contacts = _renumbered(contacts, inside, own, ("i", "j"))
+    return Sample(
+        sample.positions[own],
         sample.velocities[own],
         sample.spins[own],
         contacts,
         radii=None if sample.radii is None else sample.radii[own],
         materials=None if sample.materials is None else sample.materials[own],
     )
-    return taken, wall_contacts, number
 
 
 def sphere(sample: Sample, count: int, seed: int, *, period, nearest, where: str) -> Sample:

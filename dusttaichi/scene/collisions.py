@@ -15,6 +15,7 @@ MOST = 100_000  # collisions of a study
 
 Impact = Annotated[float, Number(ge=0, le=1)]
 Ratio = Annotated[float, Number(ge=1)]
+Filling = Annotated[float, Number(gt=0, lt=1)]
 ImpactSpeed = Annotated[float, Quantity("speed", gt=0, example="10 m/s")]
 
 
@@ -70,6 +71,11 @@ class Collisions(Block):
         description="bodies by name, each the target and the projectile of the scene in turn; "
         "without any, those of `sample`",
     )
+    filling_factor: tuple[Filling, ...] = Field(
+        (),
+        description="filling factors, each in turn that of both bodies of `sample`, which need "
+        "this key, such as those of kind cutout from space_filling; not together with bodies",
+    )
     seeds: Count = Field(
         3, description="pairs of bodies at each point; their seeds follow those of the sample"
     )
@@ -100,7 +106,7 @@ class Collisions(Block):
     def count(self) -> int:
         """Number of collisions."""
         points = (len(self.speeds) + self.refine) * len(self.impacts) * len(self.mass_ratio)
-        return points * max(1, len(self.bodies)) * self.seeds
+        return points * max(1, len(self.bodies), len(self.filling_factor)) * self.seeds
 
 
 def check(scene) -> Faults:
@@ -112,7 +118,7 @@ def check(scene) -> Faults:
         kind = scene.sample.kind
         yield "collisions", f"sample.kind is {kind}; it needs two bodies: kind: collision"
         return
-    found = [*_grid(scene, own)]
+    found = [*_grid(scene, own), *_filling(scene.sample, own)]
     yield from found or _ratios(own, {"sample.projectile": scene.sample.projectile})
 
 
@@ -123,13 +129,30 @@ def _grid(scene, own: Collisions) -> Faults:
     if isinstance(own.speed, SpeedRange) and not own.speed.lowest < own.speed.highest:
         yield "collisions.speed", "highest must be above lowest"
     lists = {"speed": own.speeds, "impact_parameter": own.impacts, "mass_ratio": own.mass_ratio}
+    lists["filling_factor"] = own.filling_factor
     for key, values in lists.items():
-        if not values:
+        if not values and key != "filling_factor":
             yield f"collisions.{key}", "at least one value is needed"
         elif len(set(values)) < len(values):
             yield f"collisions.{key}", "a value is given twice"
     if own.count > MOST:
         yield "collisions", f"these are {own.count:,} collisions; at most {MOST:,} are allowed"
+
+
+def _filling(sample, own: Collisions) -> Faults:
+    """Filling factors beside named bodies, or of bodies without that key."""
+    if own.filling_factor and own.bodies:
+        text = "it varies the bodies of `sample`, and bodies replace these; use one of the two"
+        yield "collisions.filling_factor", text
+    elif own.filling_factor:
+        for name in ("target", "projectile"):
+            body = getattr(sample, name)
+            if not hasattr(getattr(body, "of", body), "filling_factor"):
+                text = (
+                    f"a body of kind {body.kind} has no filling_factor; one that has is {{kind: "
+                    "cutout, of: {kind: space_filling, grains: 800}, diameter: 2 um}"
+                )
+                yield f"sample.{name}", text
 
 
 def _ratios(own: Collisions, bodies: dict) -> Faults:

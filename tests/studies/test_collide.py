@@ -75,6 +75,36 @@ def test_the_collisions_of_a_study(tmp_path):
     assert not {c.key for c in other.collisions} & {c.key for c in study.collisions}
 
 
+def test_filling_factors_are_those_of_both_bodies(tmp_path):
+    body = {"kind": "cutout", "of": {"kind": "space_filling", "grains": 300}, "diameter": "4 um"}
+    keys = {"filling_factor": [0.1, 0.2], "impact_parameter": [0], "seeds": 2}
+    with pytest.raises(DustError, match="sample.target.*a body of kind pca has no filling_factor"):
+        study_scene(**keys)
+    data = study_scene(impact_parameter=[0], seeds=2).given
+    data["collisions"] = data["collisions"] | keys
+    scene = Scene.from_dict(data | {"sample": {**COLLISION, "target": body, "projectile": body}})
+    study = make_study(scene, tmp_path)
+    assert study.axes["body"] == ("phi_0.1", "phi_0.2")
+    assert len(study.collisions) == scene.collisions.count == 2 * 2 * 2
+    for one in study.collisions:
+        expected = (0.1, 0.2)[one.index[0]]
+        for name in ("target", "projectile"):
+            assert one.sample[name]["of"]["filling_factor"] == expected
+    with pytest.raises(DustError, match="filling_factor.*a number of at most 0.4|at most 0.4"):
+        make_study(scene.with_value("collisions.filling_factor", [0.1, 0.5]), tmp_path)
+    with pytest.raises(DustError, match="use one of the two"):
+        scene.with_value("collisions.bodies", {"a": BODY})
+
+
+def test_bodies_with_seeds_at_any_depth_are_two(tmp_path):
+    """A body whose seed is that of the sample it is cut from does not meet itself."""
+    of = {"kind": "space_filling", "grains": 300, "seed": 3}
+    body = {"kind": "cutout", "of": of, "diameter": "4 um"}
+    study = make_study(study_scene(bodies={"cut": body}, seeds=2), tmp_path)
+    seeds = {c.sample[n]["of"]["seed"] for c in study.collisions for n in ("target", "projectile")}
+    assert seeds == {3, 4, 1_000_003, 1_000_004}
+
+
 @pytest.mark.parametrize(
     "keys, words",
     [
@@ -212,6 +242,22 @@ def test_a_study_goes_on_where_it_ended(done, monkeypatch):
     assert keys[0] == keys[1]
     # bit for bit, whatever has been made before it in the process
     assert sorted(before.splitlines()) == sorted(path.read_text(encoding="utf-8").splitlines())
+
+
+def test_a_study_on_a_dask_cluster(done):
+    """Without a shared disk, bit for bit what this machine has made."""
+    import distributed  # which takes a second, here and not where tests are collected
+
+    folder, _ = done
+    words = ["collide", str(folder / "study.yaml"), "-o", str(folder / "dask"), "-q"]
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, protocol="tcp", dashboard_address=None
+    ) as cluster:
+        address = ["--scheduler", cluster.scheduler_address, "--no-figures"]
+        app([*words, *address], standalone_mode=False)
+    rows = [(folder / name / "collisions.jsonl").read_text() for name in ("out", "dask")]
+    assert sorted(rows[0].splitlines()) == sorted(rows[1].splitlines())
+    assert (folder / "dask/collisions.csv").exists()
 
 
 def test_ctrl_c_ends_a_batch_with_its_rows(monkeypatch):

@@ -14,7 +14,7 @@ from dusttaichi.results.provenance import plain
 from dusttaichi.scene import Scene, quantities
 from dusttaichi.scene.yaml_text import read
 from dusttaichi.studies.ensemble.runs import core_of
-from dusttaichi.studies.ensemble.scenes import as_files, relative_files, seeds_moved
+from dusttaichi.studies.ensemble.scenes import as_files, keys_of, relative_files, seeds_moved
 
 OTHER = 1_000_000  # added to the seed of a projectile whose block is that of the target
 SAMPLE = "sample"  # name of the bodies where the study names none
@@ -79,37 +79,58 @@ def make_study(scene: Scene, directory: Path, added: tuple = ()) -> Study:
     data["extensions"] = [os.path.relpath(path) for path in data["extensions"]]
     if data["numerics"]["threads"] == "auto":  # many small scenes: a thread each
         data["numerics"]["threads"] = 1
+    templates = _templates(data["sample"], own)
     axes = {
-        "body": tuple(own.bodies) or (SAMPLE,),
+        "body": tuple(templates),
         "mass_ratio": own.mass_ratio,
         "speed": tuple(sorted({*own.speeds, *added})) if added else own.speeds,
         "impact_parameter": own.impacts,
         "seed": tuple(range(own.seeds)),
     }
-    bodies = {name: plain(body.model_dump(mode="json")) for name, body in own.bodies.items()}
     inputs = [
-        path for block in (data["sample"], *bodies.values()) for path in relative_files(block)
+        path for block in (data["sample"], *templates.values()) for path in relative_files(block)
     ]
     inputs = sorted({*as_files(inputs), *data["extensions"]})
     core = json.dumps([__version__, core_of(scene.to_yaml()) | {"collisions": None, "name": ""}])
     collisions = []
     for index in itertools.product(*(range(len(values)) for values in axes.values())):
         point = {name: values[n] for (name, values), n in zip(axes.items(), index, strict=True)}
-        sample = _sample(data["sample"], bodies.get(point["body"]), point)
+        sample = _sample(templates[point["body"]], point)
         text = core + json.dumps(sample, sort_keys=True)
         key = hashlib.sha256(text.encode()).hexdigest()[:32]
         collisions.append(Collision(index, sample, key))
+    for sample in templates.values():  # a filling factor that a body does not allow
+        Scene.from_dict(data | {"sample": sample}, title="the scene of the study")
     base = Scene.from_dict(data, title="the scene of the study")
     return Study(scene, base, Path(directory), axes, own.by_area, tuple(collisions), tuple(inputs))
 
 
-def _sample(template: dict, body: dict | None, point: dict) -> dict:
+def _templates(sample: dict, own) -> dict[str, dict]:
+    """Sample of the two bodies by the names of the dimension `body`."""
+    if own.filling_factor:
+        return {f"phi_{phi:g}": _filled(_copy(sample), phi) for phi in own.filling_factor}
+    found = {}
+    for name, body in own.bodies.items():
+        block = plain(body.model_dump(mode="json"))
+        other = seeds_moved(_copy(block), OTHER)
+        found[name] = _copy(sample) | {"target": block, "projectile": other}
+    return found or {SAMPLE: _copy(sample)}
+
+
+def _filled(sample: dict, phi: float) -> dict:
+    """The sample with a filling factor in place of those of its bodies; in place."""
+    for _, block in keys_of(sample, "filling_factor"):
+        block["filling_factor"] = phi
+    return sample
+
+
+def _copy(block: dict) -> dict:
+    return json.loads(json.dumps(block))
+
+
+def _sample(template: dict, point: dict) -> dict:
     """The sample of a point: its bodies, speed, impact parameter and seeds."""
-    sample = json.loads(json.dumps(template))
-    if body is not None:
-        sample["target"], sample["projectile"] = dict(body), dict(body)
-        if body.get("seed") is not None:
-            sample["projectile"]["seed"] = body["seed"] + OTHER
+    sample = _copy(template)
     if point["mass_ratio"] != 1.0:
         projectile = sample["projectile"]
         projectile["grains"] = round(projectile["grains"] / point["mass_ratio"])

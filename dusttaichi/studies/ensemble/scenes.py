@@ -105,7 +105,7 @@ def sweep_plan(scene: Scene, settings: list[str], directory: Path) -> Plan:
 def _replicas(scene: Scene, directory: Path, label: str, name: str) -> list[Member]:
     if scene.replicas is None:
         return [_member(scene, 0, directory, label, name)]
-    if not list(_keys(_data_of(scene).get("sample", {}), "seed")):
+    if not list(keys_of(_data_of(scene).get("sample", {}), "seed")):
         raise DustError(
             f"replicas = {scene.replicas}: the sample has no seed, and all runs would be equal; "
             "use a sample with a seed, such as kind: rbd, or remove replicas"
@@ -131,7 +131,7 @@ def _member(scene: Scene, number: int, directory: Path, label: str, name: str) -
     if data["output"]["snapshots"] == "auto":  # those of many runs may fill a disk
         data["output"]["snapshots"] = "off"
     seeds = {}
-    for path, block in _keys(data.get("sample", {}), "seed"):
+    for path, block in keys_of(data.get("sample", {}), "seed"):
         block["seed"] += number
         seeds["_".join(path)] = block["seed"]
     relative_files(data.get("sample", {}))
@@ -144,13 +144,13 @@ def _data_of(scene: Scene) -> dict[str, Any]:
     return read(scene.to_yaml()).data
 
 
-def _keys(block: dict, key: str, path: tuple = ()) -> Iterator[tuple[tuple[str, ...], dict]]:
+def keys_of(block: dict, key: str, path: tuple = ()) -> Iterator[tuple[tuple[str, ...], dict]]:
     """(path of the key, the block that contains it) for each `key` at any depth."""
     for name, value in block.items():
         if name == key and value is not None:
             yield (*path, name), block
         elif isinstance(value, dict):
-            yield from _keys(value, key, (*path, name))
+            yield from keys_of(value, key, (*path, name))
 
 
 def relative_files(block: dict) -> list[str]:
@@ -158,7 +158,7 @@ def relative_files(block: dict) -> list[str]:
 
     They are relative to the current directory and valid on a cluster, too.
     """
-    found = [inner for _, inner in _keys(block, "file")]
+    found = [inner for _, inner in keys_of(block, "file")]
     for inner in found:
         inner["file"] = os.path.relpath(inner["file"])
     return [inner["file"] for inner in found]
@@ -166,7 +166,7 @@ def relative_files(block: dict) -> list[str]:
 
 def seeds_moved(sample: dict, number: int) -> dict:
     """The block of a sample with `number` added to every seed, at any depth; in place."""
-    for _, block in _keys(sample, "seed"):
+    for _, block in keys_of(sample, "seed"):
         block["seed"] += number
     return sample
 
@@ -174,7 +174,7 @@ def seeds_moved(sample: dict, number: int) -> dict:
 def input_files(scene: Scene) -> list[str]:
     """Paths of the files of the sample of a scene, and of its extensions."""
     data = _data_of(scene)
-    found = [block["file"] for _, block in _keys(data.get("sample", {}), "file")]
+    found = [block["file"] for _, block in keys_of(data.get("sample", {}), "file")]
     return as_files([*found, *data["extensions"]])
 
 

@@ -1,0 +1,152 @@
+"""A sphere or a cylinder cut from another sample, such as a disc from dust that was compressed.
+
+Grains whose centres are inside remain, by default those of the largest connected fragment, with
+their velocities, spins and contacts: their number over the volume of the cut is on average that of
+the sample. A cylinder may lie, so that two plates press it across its axis.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from dusttaichi.errors import DustError
+from dusttaichi.geometry import connected, pairs_within
+from dusttaichi.names import AXES, LYING
+from dusttaichi.samples import taken
+from dusttaichi.samples.contacts import FARTHEST
+from dusttaichi.samples.materials import Materials
+from dusttaichi.samples.registry import AnyBody, SampleBlock, made, reads_samples, register
+from dusttaichi.samples.sample import Sample
+from dusttaichi.scene.fields import Faults
+from dusttaichi.scene.quantities import Quantity
+
+FILLED = 0.01  # share of an edge of the cut that may be missing in the sample
+SHAPES = {"x": LYING, "y": LYING, "z": "cylinder", None: "sphere"}
+
+
+@reads_samples
+class CutoutSample(SampleBlock):
+    """A sphere or a cylinder cut from the middle of another sample."""
+
+    kind: Literal["cutout"]
+    of: AnyBody = Field(description="the sample to cut from: one of another kind")
+    diameter: Annotated[float, Quantity("length", gt=0, example="30 um")] = Field(
+        description="diameter of the sphere or the cylinder"
+    )
+    length: Annotated[float, Quantity("length", gt=0, example="15 um")] | None = Field(
+        None, description="length of a cylinder along its axis; without it a sphere is cut"
+    )
+    axis: Literal[AXES] | None = Field(
+        None, description="axis of the cylinder, default y: it lies between bottom and top plate"
+    )
+    fragments: Literal["largest", "all"] = Field(
+        "largest", description="whether grains that the cut disconnects are left out"
+    )
+
+    @property
+    def cylinder_axis(self) -> str | None:
+        """x, y or z; None for a sphere."""
+        return None if self.length is None else self.axis or "y"
+
+    def faults(self) -> Faults:
+        if self.axis is not None and self.length is None:
+            yield "axis", "a sphere has none; give the length of a cylinder as well"
+
+    def conflicts(self, scene) -> Faults:
+        if getattr(self.of, "keep", ()):
+            yield "of.keep", "the walls and the time of a sample that is cut are not reused"
+        for path, text in self.of.conflicts(scene):
+            yield f"of.{path}", text
+
+
+@register(CutoutSample)
+def make(spec: CutoutSample, materials: Materials) -> Sample:
+    """The grains of spec.of whose centres are inside, the centre of the cut at the origin.
+
+    The cut is made about the middle of the bounding box. Contacts across the faces of a periodic
+    cell are left out. info: diameter and length [m], axis; cut_from: number of grains of spec.of;
+    left_out: those inside that the cut has disconnected; a remark where spec.of is smaller than the
+    cut. Raises DustError where no grain is inside.
+    """
+    whole = made(spec.of, materials)
+    radii = np.broadcast_to(materials.radii_of(whole), len(whole))
+    low = (whole.positions - radii[:, None]).min(axis=0)
+    high = (whole.positions + radii[:, None]).max(axis=0)
+    sample = replace(whole, positions=whole.positions - 0.5 * (low + high), wall_contacts=None)
+    inside = np.flatnonzero(_inside(spec, sample.positions))
+    if not len(inside):
+        raise DustError(
+            f"sample.diameter = {1e6 * spec.diameter:g} µm: no grain is inside; allowed: a "
+            "larger diameter or length, or a sample that is less empty."
+        )
+    sample, count = taken.selection(sample, inside), len(inside)
+    sample = _without_images(sample, radii[inside])
+    if spec.fragments == "largest":
+        sample = _largest_fragment(sample, radii[inside], materials)
+    info = {"kind": "cutout", "shape": SHAPES[spec.cylinder_axis], "diameter": spec.diameter}
+    if spec.length is not None:
+        info |= {"length": spec.length, "axis": spec.cylinder_axis}
+    info |= {"grains": len(sample), "cut_from": len(whole), "left_out": count - len(sample)}
+    brought = {k: v for k, v in whole.info.items() if k in ("stiffness_scaling",)}
+    if remarks := _extent_remarks(spec, high - low):
+        info["remarks"] = remarks
+    return replace(sample, info=info | brought | {"of": _plain(whole.info)})
+
+
+def _extent_remarks(spec, extent) -> list[str]:
+    """Remark on a sample, of that extent (3,) [m], that does not fill the cut."""
+    wanted = np.full(3, spec.diameter)
+    if spec.length is not None:
+        wanted[AXES.index(spec.cylinder_axis)] = spec.length
+    short = extent < wanted * (1.0 - FILLED)
+    if not short.any():
+        return []
+    axis = int(np.argmin(extent / wanted))
+    return [
+        f"sample.of: along {AXES[axis]} it extends over {1e6 * extent[axis]:.4g} µm, and the cut "
+        f"over {1e6 * wanted[axis]:.4g} µm; the cut is not full"
+    ]
+
+
+def _axis_number(spec):
+    return None if spec.length is None else AXES.index(spec.cylinder_axis)
+
+
+def _inside(spec, positions):
+    """Which centres (N,) are inside of the cut about the origin."""
+    distances, within = positions, np.full(len(positions), True)
+    if (number := _axis_number(spec)) is not None:
+        within = np.abs(positions[:, number]) <= 0.5 * spec.length
+        distances = np.delete(positions, number, axis=1)
+    return within & (np.linalg.norm(distances, axis=1) <= 0.5 * spec.diameter)
+
+
+def _without_images(sample: Sample, radii) -> Sample:
+    """The sample without contacts of grains that touched across the faces of a cell."""
+    if sample.contacts is None:
+        return sample
+    i, j = sample.contacts["i"], sample.contacts["j"]
+    apart = np.linalg.norm(sample.positions[i] - sample.positions[j], axis=1)
+    near = apart <= FARTHEST * (radii[i] + radii[j])
+    return replace(sample, contacts={name: a[near] for name, a in sample.contacts.items()})
+
+
+def _largest_fragment(sample: Sample, radii, materials: Materials) -> Sample:
+    """The grains of the heaviest fragment, the first of several; contacts are those of the file,
+    and all overlaps."""
+    pairs = np.column_stack(pairs_within(sample.positions, radii)[:2])
+    if sample.contacts is not None:
+        own = np.column_stack([sample.contacts["i"], sample.contacts["j"]])
+        pairs = np.concatenate([pairs, own])
+    count, label, _ = connected(pairs, len(sample))
+    masses = np.broadcast_to(materials.masses(sample), len(sample))
+    mass = np.bincount(label, masses, minlength=count)
+    return taken.selection(sample, np.flatnonzero(label == np.argmax(mass)))
+
+
+def _plain(info: dict) -> dict:
+    return {name: value for name, value in info.items() if name != "remarks"}

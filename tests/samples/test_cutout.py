@@ -1,0 +1,129 @@
+"""Cutouts: which grains and contacts remain, their filling factor, and what is refused."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from bodies import D, R, pieces, refused, scene
+from scenes import make_scene
+
+from dusttaichi import analysis
+from dusttaichi.run import execute
+from dusttaichi.samples import make
+
+LATTICE = {"kind": "lattice", "structure": "sc", "cells": [9, 9, 9]}
+
+
+def cutout(of=LATTICE, **keys):
+    return make(scene(kind="cutout", of=of, **{"fragments": "all", **keys}))
+
+
+def um(value):
+    return f"{1e6 * value:.17g} um"
+
+
+@pytest.mark.parametrize("axis", [None, "x", "y", "z"])
+def test_all_grains_whose_centres_are_inside_and_no_others(axis):
+    diameter, length = 7.3 * D, 4.1 * D
+    keys = {} if axis is None else {"axis": axis, "length": um(length)}
+    sample = cutout(diameter=um(diameter), **keys)
+    # the lattice of nine sites along each edge, about its middle
+    sites = D * (np.stack(np.meshgrid(*[np.arange(9) - 4.0] * 3), -1).reshape(-1, 3))
+    along = np.zeros(len(sites)) if axis is None else sites[:, "xyz".index(axis)]
+    across = sites if axis is None else np.delete(sites, "xyz".index(axis), axis=1)
+    inside = np.linalg.norm(across, axis=1) <= diameter / 2
+    inside &= (np.abs(along) <= length / 2) | (axis is None)
+    expected = sites[inside]
+    assert len(sample) == len(expected) > 50
+    order = [np.lexsort(np.round(x / D).T) for x in (sample.positions, expected)]
+    np.testing.assert_allclose(
+        sample.positions[order[0]], expected[order[1]], rtol=0, atol=1e-9 * D
+    )
+
+
+def test_the_filling_factor_is_that_of_the_bounding_cylinder_about_its_axis():
+    sample = cutout(diameter=um(7.3 * D), length=um(4.1 * D))
+    assert sample.info["axis"] == "y" and sample.info["filling_factor_in"] == "bounding cylinder"
+    # five layers of the 45 sites of a square lattice within 3.65 D: the farthest is (3, 2) D
+    assert len(sample) == 5 * 45
+    volume = np.pi * (np.sqrt(13) * D + R) ** 2 * (4 * D + 2 * R)
+    expected = len(sample) * 4 / 3 * np.pi * R**3 / volume
+    assert sample.info["filling_factor"] == pytest.approx(expected, rel=1e-9)
+    sphere = cutout(diameter=um(7.3 * D))
+    assert sphere.info["filling_factor_in"] == "bounding sphere"
+    volume = 4 / 3 * np.pi * (np.sqrt(13) * D + R) ** 3  # (3, 2, 0) D
+    expected = len(sphere) * 4 / 3 * np.pi * R**3 / volume
+    assert sphere.info["filling_factor"] == pytest.approx(expected, rel=1e-9)
+
+
+def test_what_the_cut_disconnects_is_left_out():
+    of = {"kind": "rbd", "grains": 500, "seed": 1}
+    every = cutout(of, diameter="9 um", length="6 um")
+    one = cutout(of, diameter="9 um", length="6 um", fragments="largest")
+    assert pieces(every.positions) > 1 and pieces(one.positions) == 1
+    assert one.info["left_out"] == len(every) - len(one) > 0 == every.info["left_out"]
+    assert one.info["cut_from"] == 500
+    rows = {tuple(row) for row in np.round(every.positions / D, 9)}
+    assert {tuple(row) for row in np.round(one.positions / D, 9)} <= rows
+
+
+@pytest.fixture(scope="module")
+def pressed(tmp_path_factory):
+    """A run of a lattice in a periodic cell, where grains touch across all faces."""
+    of = {"kind": "lattice", "structure": "sc", "cells": [5, 5, 5]}
+    folder = tmp_path_factory.mktemp("pressed") / "run"
+    boundary = {"kind": "periodic"}
+    execute(make_scene(damping="viscous", sample=of, boundary=boundary), folder)
+    return folder
+
+
+def test_contacts_of_a_run_without_those_across_its_faces(pressed):
+    keys = {"kind": "cutout", "of": {"kind": "explicit", "file": str(pressed)}}
+    with analysis.open_run(pressed) as run:
+        assert len(run.contacts(-1).grain_i) == 3 * 125  # six neighbours each
+    sample = make(scene(**keys, diameter=um(2.3 * D), length=um(4.5 * D)))
+    # five layers of the middle site and its four neighbours
+    assert len(sample) == 25 and sample.contacts is not None
+    # of the five sites of a layer four touch the middle one; layers touch grain by grain
+    assert len(sample.contacts["i"]) == 5 * 4 + 4 * 5
+    i, j = sample.contacts["i"], sample.contacts["j"]
+    apart = np.linalg.norm(sample.positions[i] - sample.positions[j], axis=1)
+    np.testing.assert_allclose(apart, D, rtol=1e-3)
+    touching = {
+        pair
+        for pair in combinations(range(25), 2)
+        if np.linalg.norm(np.subtract(*sample.positions[list(pair)])) < 1.01 * D
+    }
+    assert {tuple(sorted(pair)) for pair in zip(i.tolist(), j.tolist(), strict=True)} == touching
+
+
+def test_it_is_a_body_of_a_collision():
+    body = {"kind": "cutout", "of": {"kind": "space_filling", "grains": 400}, "diameter": "9 um"}
+    sample = make(scene(kind="collision", target=body, projectile=body, speed="1 m/s"))
+    assert sample.info["target_grains"] == sample.info["projectile_grains"] > 20
+
+
+def test_a_cut_that_is_not_full_has_a_remark():
+    (text,) = cutout(diameter="8 um", length="20 um").info["remarks"]
+    assert text.startswith("sample.of: along y it extends over 10.8 µm, and the cut over 20 µm")
+    assert "remarks" not in cutout(diameter="8 um", length="10 um").info
+
+
+@pytest.mark.parametrize(
+    "keys, words",
+    [
+        (
+            {"diameter": "0.5 um", "of": {"kind": "chain", "grains": 2}},
+            "sample.diameter = 0.5 µm: no grain is inside",
+        ),
+        ({"diameter": "5 um", "axis": "x"}, "sample.axis"),
+        ({"diameter": "5 um", "of": {"kind": "collision"}}, "sample.of.kind"),
+        (
+            {"diameter": "5 um", "of": {"kind": "explicit", "file": "a", "keep": ["box"]}},
+            "sample.of.keep",
+        ),
+        ({"diameter": "5 um", "of": {"kind": "rbd", "size": ["1 um"] * 3}}, "sample.of.size"),
+    ],
+)
+def test_what_cannot_be_cut(keys, words):
+    assert words in refused(kind="cutout", **{"of": LATTICE, **keys})
