@@ -147,6 +147,45 @@ def compression_law():
     return figure
 
 
+LABORATORY = ((0.15, 1.0e3), (0.41, 2.4e3), (0.54, 3.7e3), (0.66, 6.3e3))
+"""Filling factor and tensile strength [Pa] of cakes of 1.5 um spheres (G09 section 3.1)."""
+
+
+@style.styled
+def diametral_strength():
+    """Strength of discs beside cells that were pulled, and beside the laboratory."""
+    figure, (axes,) = style.new_figure()
+    phi = np.linspace(0.13, 0.7, 200)
+    silicate = Material(**NAMED["silicate_s12"])
+    for law, dash, text in (
+        (laws.tensile_strength_laboratory(phi), style.DASHED, "laboratory, G09 eq 8"),
+        (
+            laws.tensile_strength(phi, silicate.surface_energy, silicate.radius),
+            style.DOTTED,
+            "T19 eq 33",
+        ),
+    ):
+        axes.plot(phi, law / 1e3, label=text, **style.look(style.BLACK, 1.1, dash))
+    x, y = np.array(LABORATORY).T
+    axes.plot(x, y / 1e3, "s", color=style.BLACK, ms=5, mfc="white", label="laboratory, G09 3.1")
+    pulled = [r for r in rows("dust_grains.csv") if r["quantity"] == "tension"]
+    x, y = numbers(pulled, "filling factor"), numbers(pulled, "grains show [Pa]")
+    look = style.run_style(0)["color"]
+    axes.plot(x, y / 1e3, "^", color=look, ms=5, label="periodic cells, pulled")
+    table = rows("diametral.csv")
+    colour = style.run_style(1)["color"]
+    for passed, text in (("True", "discs"), ("False", "discs, largest value")):
+        own = [r for r in table if r["diametral_passed"] == passed]
+        x, y = numbers(own, "diametral_phi"), numbers(own, "diametral_strength")
+        fill = colour if passed == "True" else "white"
+        if own:
+            axes.plot(x, y / 1e3, "o", color=colour, mfc=fill, ms=5, label=text)
+    axes.set(yscale="log", xlabel=r"filling factor $\phi$", ylabel="tensile strength (kPa)")
+    style.few_ticks(axes.yaxis)
+    style.legend(axes)
+    return figure
+
+
 def dust_grains():
     """A material fitted to grains, and their curves at each rate of pressing."""
     seen = [
@@ -183,6 +222,7 @@ def main():
     plots.save(extremes(), FIGURES / "extremes.png")
     plots.save(tensile_strength(), FIGURES / "tensile_strength.png")
     plots.save(compression_law(), FIGURES / "compression_law.png")
+    plots.save(diametral_strength(), FIGURES / "diametral_strength.png")
     for name, figure in zip(("dust_grains", "dust_grains_speeds"), dust_grains(), strict=True):
         plots.save(figure, FIGURES / f"{name}.png")
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from dusttaichi.analysis.tension import is_tensile_test, recorded_tension, start_of_tension
+from dusttaichi.names import LYING
 
 LEAST_CHANGE = 1e-3
 """Relative change of the filling factor from which a run counts as compressed or stretched."""
@@ -18,8 +19,13 @@ class Kind:
 
     @property
     def compresses(self):
-        """True where the filling factor grows (in a stage) under the pressure of a top wall."""
-        return self._does(lambda part: part.growth > LEAST_CHANGE and part.has_top_pressure)
+        """True where the filling factor grows (in a stage) under the pressure of a top wall.
+
+        Not of a lying cylinder, whose load is no pressure (analysis.diametral).
+        """
+        return self.sample.get("shape") != LYING and self._does(
+            lambda part: part.growth > LEAST_CHANGE and part.has_top_pressure
+        )
 
     @property
     def shrinks(self):
