@@ -83,8 +83,11 @@ def diametral(run):
 
 
 def _first_maximum(strain, mean):
-    """(number, True) of the first largest of the values below which they fall by FALL, and which
-    they do not reach again within LASTING; without one that of the largest, and False."""
+    """Number of the value that is the strength, and whether the values have fallen since.
+
+    It is the first maximum below which they fall by FALL and which they do not reach again within
+    LASTING; without one the largest value.
+    """
     top = np.maximum.accumulate(mean)
     for number in np.flatnonzero((top > 0.0) & (mean < (1.0 - FALL) * top)):
         after = (strain > strain[number]) & (strain < strain[number] + LASTING)

@@ -8,11 +8,17 @@ from dusttaichi.plots.registry import figure
 
 @figure("Diametral compression", 112, applies=is_diametral, together=True)
 def diametral(runs, labels=None):
-    """Nominal tension 2 F/(pi D L) against the deflection over the diameter, for one Run or
-    several.
+    """Nominal tension 2 F/(pi D L) against the deflection of one Run or several.
 
     Lines are means over ten records, points the strengths; hollow: the force has not fallen yet.
-    With a single run the records themselves too. labels: one for each run (default: their names).
+    With a single run the records themselves too.
+
+    Parameters
+    ----------
+    runs : Run or list of Run
+        Runs of discs between plates (analysis.diametral).
+    labels : list of str, optional
+        One for each run, by default their names.
     """
     runs, labels = style.named(runs, labels)
     found = [diametral_of(run) for run in runs]

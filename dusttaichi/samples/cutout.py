@@ -117,7 +117,7 @@ def _axis_number(spec):
 
 
 def _inside(spec, positions):
-    """Which centres (N,) are inside of the cut about the origin."""
+    """Mask (N,) of the centres inside of the cut about the origin."""
     distances, within = positions, np.full(len(positions), True)
     if (number := _axis_number(spec)) is not None:
         within = np.abs(positions[:, number]) <= 0.5 * spec.length
@@ -136,8 +136,10 @@ def _without_images(sample: Sample, radii) -> Sample:
 
 
 def _largest_fragment(sample: Sample, radii, materials: Materials) -> Sample:
-    """The grains of the heaviest fragment, the first of several; contacts are those of the file,
-    and all overlaps."""
+    """The grains of the heaviest fragment, the first of several.
+
+    Contacts are those of the file, and all overlaps.
+    """
     pairs = np.column_stack(pairs_within(sample.positions, radii)[:2])
     if sample.contacts is not None:
         own = np.column_stack([sample.contacts["i"], sample.contacts["j"]])

@@ -49,8 +49,10 @@ def fragment(sample: Sample, wall_contacts, which, *, nearest, masses, where: st
 
 
 def selection(sample: Sample, own) -> Sample:
-    """The sample with the grains `own` (numbers in increasing order), and the contacts between
-    them; without contacts with walls and without info."""
+    """The sample with some of its grains, and the contacts between them.
+
+    own: numbers of the grains in increasing order. Contacts with walls and info are left out.
+    """
     contacts = sample.contacts
     if contacts is not None:
         inside = np.isin(contacts["i"], own) & np.isin(contacts["j"], own)
