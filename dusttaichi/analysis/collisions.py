@@ -28,6 +28,8 @@ NUMBERS = {
     "restitution": ("1", "coefficient of restitution, 0 where they stay together"),
     "time": ("s", "simulated time after the first touch"),
     "impact_energy": ("J", "kinetic energy of the relative motion before the collision"),
+    "compression_loss": ("J", "dissipated until the centres of mass first stop approaching"),
+    "stretching_loss": ("J", "dissipated then, until the bodies are apart or stop receding"),
     "kinetic": ("J", "kinetic energy at the end, about the common centre of mass"),
     "potential": ("J", "change of the potential energy of the contacts"),
     "residual": ("1", "residual of the energy ledger over the impact energy"),
@@ -145,14 +147,17 @@ def table(data):
     these represent equal areas also one over all of them, without an impact parameter ("area").
     Means are over the seeds of the collisions in which the bodies touched, `_error` is the standard
     error of that mean, empty where there are fewer than two; hit: their share. share_OUTCOME: of
-    these. slope: of the fragments but the two largest remnants (`fragment_slope`), of all seeds
-    together. loss_CHANNEL, kinetic, potential: over the impact energy. not_settled: collisions that
-    ended while fragments still changed; failed: those without numbers, left out of all means.
+    these. compression_loss: over the impact energy; stretching_loss: over the rest of that after
+    compression. slope: of the fragments but the two largest remnants (`fragment_slope`), of all
+    seeds together. loss_CHANNEL, kinetic, potential: over the impact energy. not_settled:
+    collisions that ended while fragments still changed; failed: those without numbers, left out of
+    all means.
     """
     energies = {f"loss_{c}": data.loss.sel(channel=c) for c in data.channel.values.tolist()}
     energies |= {name: data[name] for name in ("kinetic", "potential")}
     columns = {name: data[name].values for name in AVERAGED}
     columns |= {name: (e / data.impact_energy).values for name, e in energies.items()}
+    columns |= {name: values.values for name, values in phase_losses(data).items()}
     shares = [name for name in OUTCOMES if name != MISS]
     header = [
         "body",
@@ -178,6 +183,19 @@ def table(data):
             choice[(*index, place)] = True
             rows.append([*keys, *name, *_row(data, choice, columns, shares)])
     return header, rows
+
+
+def phase_losses(data):
+    """compression_loss: share of the impact energy that is dissipated in compression;
+    stretching_loss: share of what is then left of it that is dissipated in stretching. DataArrays.
+    """
+    if "compression_loss" not in data:  # of an older version
+        return {}
+    rest = data.impact_energy - data.compression_loss
+    return {
+        "compression_loss": data.compression_loss / data.impact_energy,
+        "stretching_loss": data.stretching_loss / rest,
+    }
 
 
 def _row(data, choice, columns, shares):

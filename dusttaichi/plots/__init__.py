@@ -11,7 +11,13 @@ from dusttaichi.errors import DustError
 from dusttaichi.names import exported
 from dusttaichi.plots import style as style
 from dusttaichi.plots.animation import animation
-from dusttaichi.plots.collisions import fragment_spectrum, growth, outcome_map, threshold_speeds
+from dusttaichi.plots.collisions import (
+    fragment_spectrum,
+    growth,
+    outcome_map,
+    phases,
+    threshold_speeds,
+)
 from dusttaichi.plots.ensemble import ensemble, points
 from dusttaichi.plots.extremes import extremes
 from dusttaichi.plots.fragments import mass_spectrum

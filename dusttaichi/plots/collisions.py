@@ -9,6 +9,7 @@ from dusttaichi.analysis.collisions import (
     OUTCOMES,
     fragment_slope,
     mean_and_error,
+    phase_losses,
     spectrum,
 )
 from dusttaichi.analysis.thresholds import MEANINGS
@@ -102,6 +103,40 @@ def growth(data):
     axes.set(xlabel=NAMES["speed"], ylabel="growth efficiency")
     if values.shape[:2] != (1, 1):
         style.legend(axes)
+    return figure
+
+
+PHASES = {
+    "compression_loss": "in compression, of the impact energy",
+    "stretching_loss": "in stretching, of what is then left",
+}
+
+
+@style.styled
+def phases(data):
+    """Shares of the energy that are dissipated in compression and in stretching against the speed:
+    mean and standard error over seeds and impact parameters, a colour for every body and mass
+    ratio. None where no collision has them."""
+    found = {name: values for name, values in phase_losses(data).items() if values.notnull().any()}
+    if not found:
+        return None
+    figure, (axes,) = style.new_figure(height=3.4)
+    for look, (name, values) in zip(("o-", "s--"), found.items(), strict=False):
+        values = values.transpose("body", "mass_ratio", "speed", ...).values
+        values = values.reshape(*values.shape[:3], -1)
+        for number, index in enumerate(np.ndindex(values.shape[:2])):
+            mean, error = np.array([mean_and_error(own) for own in values[index]]).T
+            named = f"{data.body.values[index[0]]}, {data.mass_ratio.values[index[1]]:g}:1"
+            several = values.shape[:2] != (1, 1)
+            label = f"{named}, {PHASES[name]}" if several else PHASES[name]
+            how = {"fmt": look, "ms": 4, "capsize": 2, "label": label}
+            colour = style.run_style(number)["color"]
+            axes.errorbar(data.speed, mean, np.nan_to_num(error), color=colour, **how)
+    axes.set_xscale("log")
+    style.few_ticks(axes.xaxis)
+    axes.set(xlabel=NAMES["speed"], ylabel="share of the energy dissipated")
+    axes.set_ylim(0.0, max(1.05, axes.get_ylim()[1]))
+    style.legend(axes)
     return figure
 
 

@@ -127,6 +127,17 @@ def test_what_cannot_be_a_study(keys, words):
     assert words in str(error.value)
 
 
+def test_bodies_cut_from_a_run_differ(tmp_path):
+    """Each pair has two spheres of the run, by their seeds."""
+    body = {"kind": "explicit", "file": str(tmp_path / "run"), "grains": 12}
+    study = make_study(study_scene(bodies={"a": {**body, "seed": 4}}, mass_ratio=[3]), tmp_path)
+    sample = study.collisions[0].sample
+    assert sample["target"]["seed"] == 4 and sample["projectile"]["seed"] > 1000
+    assert (sample["target"]["grains"], sample["projectile"]["grains"]) == (12, 4)
+    whole = {"kind": "explicit", "file": str(tmp_path / "run")}
+    assert make_study(study_scene(bodies={"a": whole}), tmp_path).collisions
+
+
 def test_a_scene_that_is_no_study(tmp_path):
     with pytest.raises(DustError, match="has no block `collisions`"):
         make_study(make_scene(sample=COLLISION), tmp_path)
@@ -160,6 +171,39 @@ def test_a_collision_is_the_run_of_its_scene(tmp_path):
     total = sum(row["loss"].values()) + row["kinetic"] + row["potential"]
     # in a ledger that closes the impact energy is all there is to lose, within its residual
     assert total / row["impact_energy"] == pytest.approx(1.0, abs=2e-3 + abs(row["residual"]))
+
+
+def test_compression_and_stretching_of_two_grains():
+    """Two grains at five times their sticking speed: contacts form in compression and break in
+    stretching, after which nothing is dissipated."""
+    grain = {"kind": "explicit", "positions": [["0 m", "0 m", "0 m"]]}
+    pair = {**COLLISION, "target": grain, "projectile": grain, "impact_parameter": 0}
+    # a contact of 10 ns is followed in steps of 1.25 ns
+    scene = study_scene().with_value("numerics.time_step", "0.05 ns")
+    row = task.make_collision(scene.with_value("sample", pair))
+    assert row["outcome"] == "bouncing"
+    first, second, loss = row["compression_loss"], row["stretching_loss"], row["loss"]
+    assert first + second == pytest.approx(sum(loss.values()), rel=1e-9)
+    assert first > loss["forming"] > 0.0 and second > loss["breaking"] > 0.0
+    # the damping of both directions is the same, as far as the contact is symmetric: a third
+    damped = [first - loss["forming"], second - loss["breaking"]]
+    assert damped[0] == pytest.approx(damped[1], rel=1 / 3)
+
+
+def test_compression_ends_where_the_bodies_turn(tmp_path):
+    """The loss until then is that of the run at the record of the turn."""
+    scene = study_scene().with_value("sample.speed", "8 m/s")
+    row = task.make_collision(scene)
+    scene = scene.with_value("stop.time", "1 us").with_value("output.series", {"steps": 25})
+    execute(scene, tmp_path / "run")
+    with analysis.open_run(tmp_path / "run") as run:
+        apart = run.series.body_position.isel(body=0) - run.series.body_position.isel(body=1)
+        speed = run.series.body_velocity.isel(body=0) - run.series.body_velocity.isel(body=1)
+        turned = int(np.argmax((apart * speed).sum("xyz").values > 0.0))
+        lost = run.series.loss.sum("channel").values
+    # between two times there, and between two records here, all 25 steps apart
+    assert turned > 1 and lost[turned - 2] <= row["compression_loss"] <= lost[turned + 1]
+    assert row["compression_loss"] < sum(row["loss"].values())
 
 
 class Parent:
@@ -212,7 +256,7 @@ def test_files_of_a_study(done):
     assert len(rows) == 4 and float(rows[2]["share_fragmentation"]) == 1.0
     assert float(rows[2]["growth_efficiency"]) < -0.5 and rows[2]["growth_efficiency_error"] == ""
     names = {path.name for path in (folder / "out").glob("*.png")}
-    assert names == {"outcomes.png", "growth.png", "spectrum.png"}
+    assert names == {"outcomes.png", "growth.png", "spectrum.png", "phases.png"}
 
 
 def test_a_study_goes_on_where_it_ended(done, monkeypatch):
@@ -353,6 +397,11 @@ def test_means_and_errors_over_seeds():
     assert np.isnan(found[1]["growth_efficiency_error"])
     assert found[2]["share_fragmentation"] == pytest.approx(2 / 3)
     assert found[0]["loss_rolling"] == 0.5 and found[1]["second"] == 0.0
+    assert np.isnan(found[0]["compression_loss"])
+    phases = {"compression_loss": 1.5, "stretching_loss": 0.4}  # [J] of an impact of 2 J
+    header, lines = table(dataset([row(**phases)] * 4))
+    one = dict(zip(header, lines[0], strict=True))
+    assert (one["compression_loss"], one["stretching_loss"]) == pytest.approx((0.75, 0.8))
     text = table_text(dataset(rows, by_area=0)).splitlines()
     assert len(text) == 3 and ",nan," not in "".join(text)
 
@@ -443,6 +492,11 @@ def test_figures_of_few_and_of_failed_collisions():
     widths = sorted(round(patch.get_width(), 2) for patch in axes.patches)
     assert widths == [0.47] * 4  # two halves in each of two cells
     assert len(plots.growth(data).axes[0].lines) >= 2
+    assert plots.phases(data) is None
+    losses = {"compression_loss": 1.6, "stretching_loss": 0.3}  # of 2 J
+    (axes,) = plots.phases(dataset([row(**losses)] * 4)).axes
+    drawn = [line.get_ydata()[0] for line in axes.lines if len(line.get_ydata()) == 1]
+    assert drawn[0] == pytest.approx(0.8) and 0.75 == pytest.approx(drawn[-1], abs=0.06)
     assert (
         "no fragments"
         in plots.fragment_spectrum(dataset([rows[3]] * 4)).axes[0].texts[0].get_text()

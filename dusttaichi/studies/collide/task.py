@@ -1,6 +1,6 @@
 """Task of a worker process of a study of collisions: some of them, one after another."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import xarray as xr
@@ -9,6 +9,7 @@ from dusttaichi import method, samples, units
 from dusttaichi.analysis.fragments import efficiency, fragments_of
 from dusttaichi.analysis.frame import Frame
 from dusttaichi.analysis.outcome import outcome_of
+from dusttaichi.analysis.restitution import together
 from dusttaichi.errors import DustError
 from dusttaichi.run import ledger
 from dusttaichi.samples.materials import Materials
@@ -19,6 +20,7 @@ SAME = 16  # looks over which the fragments must not change, for the collision t
 EVERY = 4  # looks between two of them at the fragments
 DIGITS = 12  # of a growth efficiency: sums of masses round
 LEAST = 50  # steps between two looks, at least
+SHORT = 25  # steps between two looks at compression and stretching: a third of a grain's contact
 
 
 def run(parent, *, scene, collisions):
@@ -51,6 +53,9 @@ def make_collision(scene):
     first touch; fragments, masses: grains and shares of the total mass of all of them, largest
     first; growth_efficiency; restitution, None of bodies that break up; impact_energy [J] of the
     relative motion; loss [J] by channel; kinetic, potential [J]: at the end, and its change;
+    compression_loss, stretching_loss [J]: dissipated from the touch until the centres of mass first
+    stop approaching each other, and then until the bodies are apart or stop receding; None where
+    the collision ends before;
     residual of the ledger over the impact energy; filling_factor: of the target and the projectile
     (within the characteristic radius); mass_ratio, grains.
     Raises GuardStop where the numbers can no longer be trusted, and DustError.
@@ -69,7 +74,9 @@ class _Motion:
     """A collision under way.
 
     sim: its method.Simulation. bodies: grains of the target and of the projectile. masses, radii:
-    of the grains [kg], [m]. first: the Measurement of the start.
+    of the grains [kg], [m]. first: the Measurement of the start. ends: energy dissipated [J] from
+    the first touch to the ends of compression and of stretching, as far as they are over; lost,
+    lost_before: from the start to the last look at them and to the touch.
     """
 
     scene: object
@@ -79,6 +86,9 @@ class _Motion:
     masses: np.ndarray
     radii: np.ndarray
     first: object
+    ends: list = field(default_factory=list)
+    lost: float = 0.0
+    lost_before: float = 0.0
 
     @classmethod
     def start(cls, scene, sample):
@@ -130,10 +140,11 @@ class _Motion:
         end = touch + round(self.scene.stop.time / dt)
         self.touch, self.before = touch, self.relative()[1]
         self.sim.advance(min(touch, end))
+        self.lost = self.lost_before = self.dissipated()
         start = method.Start.of(self.first)
         nearest, same, last, looks = np.inf, 0, None, 0
         while self.sim.step < end and same < SAME:
-            self.sim.advance(min(look, end - self.sim.step))
+            self.advance(min(look, end - self.sim.step))
             line, looks = self.relative()[0], looks + 1
             if np.linalg.norm(line) < nearest:
                 nearest = np.linalg.norm(line)
@@ -147,6 +158,25 @@ class _Motion:
             same = same + EVERY if now == last and looks > LOOKS else 0
             last = now
         self.settled = same >= SAME
+
+    def advance(self, steps):
+        """Advance by a number of steps; note the losses of compression and of stretching."""
+        end = self.sim.step + steps
+        while len(self.ends) < 2 and self.sim.step < end:
+            self.sim.advance(min(SHORT, end - self.sim.step))
+            line, velocity = self.relative()
+            lost, before = self.dissipated(), self.lost
+            self.lost = lost
+            # the direction changes between the last two times: the mean of both
+            if (line @ velocity > 0.0) != bool(self.ends):
+                self.ends.append(0.5 * (before + lost) - self.lost_before)
+            elif self.ends and not together(self.fragments(), self.bodies):
+                self.ends.append(lost - self.lost_before)
+        self.sim.advance(end - self.sim.step)
+
+    def dissipated(self):
+        """Energy dissipated since the start [J]."""
+        return float((self.sim.measure().losses - self.first.losses).sum() * units.ENERGY)
 
     def found(self):
         """Columns known at the end."""
@@ -162,6 +192,8 @@ class _Motion:
             "growth_efficiency": round(efficiency(parts, self.masses, self.bodies), DIGITS),
             "restitution": self._restitution(outcome),
             "loss": dict(zip(self.sim.channels, (m.losses * units.ENERGY).tolist(), strict=True)),
+            "compression_loss": self.ends[0] if self.ends else None,
+            "stretching_loss": self.ends[1] - self.ends[0] if len(self.ends) > 1 else None,
             "kinetic": float(m.kinetic * units.ENERGY),
             "potential": float((m.potential - self.first.potential) * units.ENERGY),
             "residual": float(residual / self.energy),

@@ -35,4 +35,6 @@ def _draw(data, found, directory):
     if data.sizes["body"] > 1:
         drawn["thresholds"] = plots.threshold_speeds(data, found)
     drawn |= {"growth": plots.growth(data), "spectrum": plots.fragment_spectrum(data)}
-    return [plots.save(figure, directory / f"{name}.png") for name, figure in drawn.items()]
+    drawn["phases"] = plots.phases(data)
+    there = {name: figure for name, figure in drawn.items() if figure is not None}
+    return [plots.save(figure, directory / f"{name}.png") for name, figure in there.items()]
