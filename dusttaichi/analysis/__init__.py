@@ -50,6 +50,14 @@ from dusttaichi.analysis.summary import summary, table
 from dusttaichi.analysis.tensile import StrengthFit, Tensile, fit_strength, tensile
 from dusttaichi.analysis.trade import front, trade_dataset
 from dusttaichi.analysis.triaxial import Triaxial, is_triaxial, triaxials
+from dusttaichi.analysis.weibull import (
+    SizeEffect,
+    Strengths,
+    Weibull,
+    size_effect,
+    strengths_of,
+    weibull,
+)
 from dusttaichi.names import exported
 
 __all__ = exported(globals())

@@ -39,12 +39,13 @@ def run_plan(plan, onward, *, quiet, verbose=False, figures=True, as_json=False,
     data = gather_plan(plan, results)
     save_ensemble(data, plan.file)
     phases.end("gathered")
-    written = [plan.file, *([_draw(data, plan)] if figures else [])]
+    written = [plan.file, *(_draw(data, plan) if figures else [])]
     write = remark if as_json else say
     if as_json:
         say_json(plain_ensemble(data))
     else:
         _say_table(data)
+        _say_strengths(data)
     for what, label, runs, why in missing(data):
         write(f"no {what} for {runs}{f', {label}' if label else ''}: {why}")
     say_written(written, write)
@@ -53,9 +54,12 @@ def run_plan(plan, onward, *, quiet, verbose=False, figures=True, as_json=False,
 
 
 def _draw(data, plan):
-    from dusttaichi.plots import ensemble, save
+    from dusttaichi.plots import ensemble, save, weibull
 
-    return save(ensemble(data), plan.file.with_suffix(".png"))
+    drawn = {plan.file.with_suffix(".png"): ensemble(data)}
+    if (strengths := weibull(data)) is not None:
+        drawn[plan.file.with_name("weibull.png")] = strengths
+    return [save(figure, path) for path, figure in drawn.items()]
 
 
 def failure(plan, failed):
@@ -90,6 +94,17 @@ def _say_table(data):
     say_abreast(keys, columns, data.attrs["title"])
     if remark:
         say(remark)
+
+
+def _say_strengths(data):
+    from dusttaichi.analysis.weibull import strength_tables, strengths_of
+
+    columns, lines = strength_tables(strengths_of(data))
+    if columns:
+        say()
+        say_abreast(columns[:1], columns[1:], "tensile strength, Weibull statistics")
+    for line in lines:
+        say(line)
 
 
 def _table_of_replicas(data, names):

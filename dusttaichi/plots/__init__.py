@@ -36,6 +36,7 @@ from dusttaichi.plots.restitution import restitution
 from dusttaichi.plots.sound_speed import sound_speed
 from dusttaichi.plots.style import bands, save, styled
 from dusttaichi.plots.trade import trade
+from dusttaichi.plots.weibull import weibull
 
 _OF_RUNS = in_package(f"{__name__}.continuum") | in_package(__name__)
 globals().update(_OF_RUNS)  # after their modules, whose names they have
@@ -119,9 +120,10 @@ def figures_of_ensemble(data):
     - sweep or ensemble: all curves in one panel
     - points: one panel for each
     - numbers: the numbers of the runs against the swept keys, or the replicas
+    - weibull: tensile strengths of several samples
     """
     drawings = {"sweep" if axes_of(data) else "ensemble": ensemble(data)}
-    more = {"points": points(data), "numbers": numbers(data)}
+    more = {"points": points(data), "numbers": numbers(data), "weibull": weibull(data)}
     return drawings | {name: drawing for name, drawing in more.items() if drawing is not None}
 
 

@@ -17,6 +17,7 @@ FIGURES = {
     "sweep": "Mean and scatter of each point",
     "points": "Each curve, with the others in the background",
     "numbers": "Numbers of the runs",
+    "weibull": "Weibull statistics of the tensile strength",
 }
 MOST_RUNS = 24  # largest number of runs with particles, evenly chosen
 

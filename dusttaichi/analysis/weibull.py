@@ -1,0 +1,199 @@
+"""Weibull statistics of strengths: their scatter between samples, and the effect of the size.
+
+A sample fails below a stress s with probability 1 - exp(-(s/s_0)^m), where m is the Weibull modulus
+and s_0 the scale (Weibull 1939). If the weakest of independent volumes decides, m is the same for
+all sizes and s_0 falls with the number of grains as N^(-1/m).
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import scipy
+
+from dusttaichi.analysis.ensemble_tables import axes_of, point_labels
+from dusttaichi.analysis.texts import quantity_text
+
+FEWEST = 5
+"""Samples at least for a modulus; with fewer its interval spans more than a factor of two."""
+CONFIDENCE = 0.68
+"""Of the intervals: that of one standard deviation."""
+DRAWS = 20_000
+"""Sets of samples drawn for the intervals, whose ends they give within a per cent or two."""
+
+
+@dataclass(frozen=True)
+class Weibull:
+    """Weibull distribution of `count` strengths.
+
+    modulus: m. scale [Pa]: s_0, the strength that exp(-1) of all samples exceed. Both are unbiased
+    in the median; low and high are the ends of their intervals of confidence.
+    """
+
+    modulus: float
+    modulus_low: float
+    modulus_high: float
+    scale: float
+    scale_low: float
+    scale_high: float
+    count: int
+
+    def share_failed(self, stress):
+        """Share of the samples that fail below `stress` [Pa]."""
+        return -np.expm1(-((np.asarray(stress, float) / self.scale) ** self.modulus))
+
+
+def weibull(strengths, confidence=CONFIDENCE):
+    """The Weibull of strengths [Pa], (n,), by maximum likelihood; None for fewer than FEWEST, for a
+    strength that is not positive, or where all are equal.
+
+    m_fit/m and m_fit ln(s_fit/s_0) have distributions that do not depend on m and s_0 (Thoman, Bain
+    and Antle 1969, Technometrics 11, 445). Their quantiles, from DRAWS sets of n samples, remove
+    the bias of few samples and give intervals whose coverage is exact for any n.
+    """
+    strengths = np.asarray(strengths, float)
+    if len(strengths) < FEWEST or np.any(strengths <= 0) or np.ptp(strengths) == 0:
+        return None
+    logs = np.log(strengths)
+    modulus, log_scale = (part.item() for part in _fitted(logs[None]))
+    tail = 0.5 * (1.0 - confidence)
+    ratio, shift = np.quantile(_pivots(len(logs)), [tail, 0.5, 1.0 - tail], axis=1).T
+    high, middle, low = modulus / ratio
+    scales = np.exp(log_scale - shift / modulus)
+    return Weibull(middle, low, high, scales[1], scales[2], scales[0], len(logs))
+
+
+@cache
+def _pivots(count):
+    """m_fit/m and m_fit ln(s_fit/s_0) of DRAWS sets of `count` samples, (2, DRAWS)."""
+    draws = np.random.default_rng(0).standard_exponential((DRAWS, count))
+    modulus, log_scale = _fitted(np.log(draws))  # of m = 1, s_0 = 1
+    return np.array([modulus, modulus * log_scale])
+
+
+def _fitted(logs):
+    """Moduli and logarithms of the scales of greatest likelihood, (sets,), of logs (sets, n).
+
+    The modulus is the root of sum(s^m ln s)/sum(s^m) - 1/m - mean(ln s), which grows with m.
+    Newton's method starts below the root.
+    """
+    middle, width = logs.mean(axis=1, keepdims=True), logs.std(axis=1, keepdims=True)
+    z = (logs - middle) / width
+
+    def means(m):
+        weights = np.exp(m[:, None] * z)
+        weights /= weights.sum(axis=1, keepdims=True)
+        first = (weights * z).sum(axis=1)
+        return first, (weights * (z - first[:, None]) ** 2).sum(axis=1)
+
+    start = np.full(len(z), 0.5)
+    shape = scipy.optimize.newton(
+        lambda m: means(m)[0] - 1.0 / m, start, fprime=lambda m: means(m)[1] + 1.0 / m**2
+    )
+    scale = scipy.special.logsumexp(shape[:, None] * z, axis=1, b=1.0 / z.shape[1]) / shape
+    width, middle = width[:, 0], middle[:, 0]
+    return shape / width, middle + width * scale
+
+
+@dataclass(frozen=True)
+class Strengths:
+    """Strengths [Pa] (n,) of the samples of one point of a sweep; grains: of each sample.
+
+    label: of the point. fit: their Weibull, or None.
+    """
+
+    label: str
+    grains: int
+    values: np.ndarray
+    fit: Weibull | None
+
+
+def strengths_of(data):
+    """A Strengths for each point of a dataset of `analysis.gather`, in order; [] without strengths.
+
+    Runs without a strength are left out.
+    """
+    if "strength" not in data or "grains" not in data:
+        return []
+    dims, labels = (*axes_of(data), "replica"), point_labels(data)
+    values = data.strength.transpose(*dims).values.reshape(len(labels), -1)
+    grains = data.grains.transpose(*dims).values.reshape(len(labels), -1)
+    found = []
+    for label, own, count in zip(labels, values, grains, strict=True):
+        known = own[np.isfinite(own)]
+        if len(known):
+            found.append(Strengths(label, round(np.nanmedian(count)), known, weibull(known)))
+    return found
+
+
+@dataclass(frozen=True)
+class SizeEffect:
+    """Strength = factor * N^exponent [Pa] of samples of N grains, geometric mean of the samples.
+
+    exponent_sigma: 1-sigma uncertainty, from the scatter between samples. weakest_link: -1/m, the
+    exponent if the weakest of independent volumes decides; m is that of the pooled scatter of
+    ln(strength) about the mean of each size, pi/(sqrt(6) std).
+    """
+
+    factor: float
+    exponent: float
+    exponent_sigma: float
+    weakest_link: float
+
+    def strength(self, grains):
+        """Geometric mean of the strengths [Pa] of samples of `grains` grains."""
+        return self.factor * np.asarray(grains, float) ** self.exponent
+
+
+def size_effect(groups):
+    """The SizeEffect of several Strengths: least squares in the logarithms, each sample once.
+
+    None for a single size, fewer than three samples, or a strength that is not positive.
+    """
+    sizes = {group.grains for group in groups}
+    logs = [group.values for group in groups]
+    count = sum(map(len, logs))
+    if len(sizes) < 2 or count <= len(groups) or min(map(np.min, logs)) <= 0:
+        return None
+    logs = [np.log(own) for own in logs]
+    x = np.log(np.repeat([group.grains for group in groups], [len(own) for own in logs]))
+    y, away = np.concatenate(logs), x - x.mean()
+    exponent = np.sum(away * y) / np.sum(away**2)
+    scatter = np.sqrt(sum(np.sum((own - own.mean()) ** 2) for own in logs) / (count - len(groups)))
+    return SizeEffect(
+        factor=float(np.exp(y.mean() - exponent * x.mean())),
+        exponent=float(exponent),
+        exponent_sigma=float(scatter / np.sqrt(np.sum(away**2))),
+        weakest_link=float(-scatter * np.sqrt(6.0) / np.pi),
+    )
+
+
+def strength_tables(groups):
+    """(columns, lines) about several Strengths, for printing.
+
+    columns: (header, texts), a row for each with a Weibull; [] where there is none. lines:
+    sentences on the effect of the size.
+    """
+    fitted = [group for group in groups if group.fit is not None]
+    if not fitted:
+        return [], []
+    columns = [
+        ("point", [group.label or "all" for group in fitted]),
+        ("grains", [f"{group.grains:,}" for group in fitted]),
+        ("samples", [str(group.fit.count) for group in fitted]),
+        ("mean", [quantity_text(g.values.mean(), "Pa", g.values.std(ddof=1)) for g in fitted]),
+        ("modulus m", [_between(group.fit, "modulus", 1.0) for group in fitted]),
+        ("scale (kPa)", [_between(group.fit, "scale", 1e-3) for group in fitted]),
+    ]
+    lines = [f"in brackets: {CONFIDENCE:.0%} confidence"]
+    if (effect := size_effect(groups)) is not None:
+        lines.append(
+            f"strength ∝ N^({effect.exponent:.3f} ± {effect.exponent_sigma:.3f}); a weakest link "
+            f"with this scatter: N^({effect.weakest_link:.3f})"
+        )
+    return columns, lines
+
+
+def _between(fit, name, factor):
+    ends = [getattr(fit, f"{name}{end}") * factor for end in ("", "_low", "_high")]
+    return "{:.3g} ({:.3g} to {:.3g})".format(*ends)

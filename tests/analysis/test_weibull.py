@@ -1,0 +1,110 @@
+"""Weibull statistics of strengths, on samples drawn from known distributions."""
+
+import numpy as np
+import pytest
+import scipy
+import xarray as xr
+
+from dusttaichi import plots
+from dusttaichi.analysis.weibull import (
+    CONFIDENCE,
+    Strengths,
+    _fitted,
+    size_effect,
+    strength_tables,
+    strengths_of,
+    weibull,
+)
+
+M, S0 = 6.0, 8e3  # modulus; scale [Pa]
+
+
+def drawn(count, sets=1, m=M, s0=S0, seed=0):
+    return s0 * np.random.default_rng(seed).weibull(m, (sets, count))
+
+
+@pytest.mark.parametrize("count", [5, 10, 200])
+def test_largest_likelihood_is_that_of_scipy(count):
+    """Within the tolerance of SciPy's simplex, 1e-4."""
+    samples = drawn(count)
+    (modulus,), (log_scale,) = _fitted(np.log(samples))
+    m, _, s0 = scipy.stats.weibull_min.fit(samples[0], floc=0)
+    assert (modulus, np.exp(log_scale)) == pytest.approx((m, s0), rel=1e-3)
+
+
+@pytest.mark.parametrize("count", [5, 10])
+def test_intervals_contain_the_truth_as_often_as_they_say(count):
+    """Of 600 sets; the share is certain to sqrt(0.68 * 0.32 / 600) = 0.019, and so is half."""
+    found = [weibull(own) for own in drawn(count, 600)]
+    for name, truth in (("modulus", M), ("scale", S0)):
+        low, middle, high = (
+            np.array([getattr(one, name + end) for one in found]) for end in ("_low", "", "_high")
+        )
+        assert np.mean((low < truth) & (truth < high)) == pytest.approx(CONFIDENCE, abs=3 * 0.019)
+        assert np.mean(middle < truth) == pytest.approx(0.5, abs=3 * 0.02)
+    one = found[0]
+    assert one.share_failed(one.scale) == pytest.approx(1 - np.exp(-1)) and one.count == count
+
+
+def test_what_has_no_modulus():
+    assert weibull([1.0, 2.0, 3.0, 4.0]) is None  # too few
+    assert weibull([1.0, 2.0, 3.0, 4.0, -1.0]) is None
+    assert weibull([2.0] * 8) is None
+
+
+def groups(exponent, sizes=(256, 1024, 4096), count=10):
+    """Strengths of samples whose scale goes with the number of grains as N^exponent."""
+    return [
+        Strengths(str(n), n, drawn(count, s0=S0 * (n / 256) ** exponent, seed=n)[0], None)
+        for n in sizes
+    ]
+
+
+@pytest.mark.parametrize("exponent", [0.0, -1.0 / M])
+def test_a_weakest_link_and_no_effect_of_the_size(exponent):
+    """300 samples of each size: the scatter of a Weibull's logarithm, pi/(sqrt(6) m), is known to
+    3 %, of which three are allowed."""
+    effect = size_effect(groups(exponent, count=300))
+    assert abs(effect.exponent - exponent) < 3 * effect.exponent_sigma < 0.03
+    assert effect.weakest_link == pytest.approx(-1.0 / M, rel=0.1)
+    # its uncertainty, by hand: the scatter over the distance of the logarithms of the sizes
+    spread = np.sqrt(600) * np.log(4.0)
+    by_hand = np.pi / np.sqrt(6.0) / M / spread
+    assert effect.exponent_sigma == pytest.approx(by_hand, rel=0.1)
+
+
+def test_no_effect_of_a_single_size():
+    assert size_effect(groups(0.0, sizes=(256,))) is None
+    assert size_effect(groups(0.0, count=1)) is None
+
+
+def sweep(values, sizes):
+    """The dataset of a sweep over the number of grains, with its strengths [Pa] alone."""
+    dims = ("sample_grains", "replica")
+    grains = np.broadcast_to(np.array(sizes)[:, None], np.shape(values)).astype(float)
+    data = {"strength": (dims, np.array(values)), "grains": (dims, grains)}
+    coords = {"sample_grains": list(sizes)}
+    return xr.Dataset(data, coords, {"summary_numbers": "strength grains"})
+
+
+def test_tables_and_figure_of_a_sweep():
+    values = np.array([group.values for group in groups(0.0, sizes=(256, 1024))])
+    values[1, 3] = np.nan  # a run without strength
+    data = sweep(values, (256, 1024))
+    assert [len(group.values) for group in strengths_of(data)] == [10, 9]
+    columns, lines = strength_tables(strengths_of(data))
+    cells = {head: texts for head, texts in columns}
+    assert cells["grains"] == ["256", "1,024"] and cells["samples"] == ["10", "9"]
+    fit = weibull(values[0])
+    assert cells["modulus m"][0].startswith(f"{fit.modulus:.3g} ({fit.modulus_low:.3g} to ")
+    assert len(lines) == 2 and "weakest link" in lines[1]
+    left, right = plots.weibull(data).axes
+    np.testing.assert_allclose(left.lines[0].get_xdata(), np.sort(values[0]) / 1e3)
+    texts = [text.get_text() for text in right.get_legend().get_texts()]
+    assert len(texts) == 2 and "fit" in texts[0] and "weakest link" in texts[1]
+
+
+def test_few_samples_have_no_table():
+    data = sweep(np.array([[1e3, 2e3, 3e3]]), (256,))
+    assert strength_tables(strengths_of(data)) == ([], []) and plots.weibull(data) is None
+    assert strengths_of(data.drop_vars("strength")) == []
