@@ -28,7 +28,8 @@ NUMBERS = {
     "restitution": ("1", "coefficient of restitution, 0 where they stay together"),
     "time": ("s", "simulated time after the first touch"),
     "impact_energy": ("J", "kinetic energy of the relative motion before the collision"),
-    "compression_loss": ("J", "dissipated until the centres of mass first stop approaching"),
+    "collision_loss": ("J", "dissipated from the first touch to the end"),
+    "compression_loss": ("J", "dissipated from the touch until the centres stop approaching"),
     "stretching_loss": ("J", "dissipated then, until the bodies are apart or stop receding"),
     "kinetic": ("J", "kinetic energy at the end, about the common centre of mass"),
     "potential": ("J", "change of the potential energy of the contacts"),
@@ -147,11 +148,10 @@ def table(data):
     these represent equal areas also one over all of them, without an impact parameter ("area").
     Means are over the seeds of the collisions in which the bodies touched, `_error` is the standard
     error of that mean, empty where there are fewer than two; hit: their share. share_OUTCOME: of
-    these. compression_loss: over the impact energy; stretching_loss: over the rest of that after
-    compression. slope: of the fragments but the two largest remnants (`fragment_slope`), of all
-    seeds together. loss_CHANNEL, kinetic, potential: over the impact energy. not_settled:
-    collisions that ended while fragments still changed; failed: those without numbers, left out of
-    all means.
+    these. compression_loss, stretching_loss: see `phase_losses`. slope: of the fragments but the
+    two largest remnants (`fragment_slope`), of all seeds together. loss_CHANNEL, kinetic,
+    potential: over the impact energy. not_settled: collisions that ended while fragments still
+    changed; failed: those without numbers, left out of all means.
     """
     energies = {f"loss_{c}": data.loss.sel(channel=c) for c in data.channel.values.tolist()}
     energies |= {name: data[name] for name in ("kinetic", "potential")}
@@ -186,15 +186,18 @@ def table(data):
 
 
 def phase_losses(data):
-    """compression_loss: share of the impact energy that is dissipated in compression;
-    stretching_loss: share of what is then left of it that is dissipated in stretching. DataArrays.
+    """DataArrays, between 0 and 1: compression_loss, share of the available energy that is
+    dissipated in compression; stretching_loss, share of the rest that is dissipated in stretching.
+
+    Available is what is dissipated from the touch on, and the kinetic energy at the end: the impact
+    energy, and the potential energy that contacts formed in the collision release.
     """
-    if "compression_loss" not in data:  # of an older version
+    if "collision_loss" not in data:  # of an older version
         return {}
-    rest = data.impact_energy - data.compression_loss
+    available = data.collision_loss + data.kinetic
     return {
-        "compression_loss": data.compression_loss / data.impact_energy,
-        "stretching_loss": data.stretching_loss / rest,
+        "compression_loss": data.compression_loss / available,
+        "stretching_loss": data.stretching_loss / (available - data.compression_loss),
     }
 
 

@@ -107,16 +107,16 @@ def growth(data):
 
 
 PHASES = {
-    "compression_loss": "in compression, of the impact energy",
-    "stretching_loss": "in stretching, of what is then left",
+    "compression_loss": "in compression",
+    "stretching_loss": "in stretching, of the rest",
 }
 
 
 @style.styled
 def phases(data):
-    """Shares of the energy that are dissipated in compression and in stretching against the speed:
-    mean and standard error over seeds and impact parameters, a colour for every body and mass
-    ratio. None where no collision has them."""
+    """Shares of the available energy that are dissipated in compression, and of the rest in
+    stretching (`phase_losses`), against the speed: mean and standard error over seeds and impact
+    parameters, a colour for every body and mass ratio. None where no collision has them."""
     found = {name: values for name, values in phase_losses(data).items() if values.notnull().any()}
     if not found:
         return None
@@ -135,7 +135,7 @@ def phases(data):
     axes.set_xscale("log")
     style.few_ticks(axes.xaxis)
     axes.set(xlabel=NAMES["speed"], ylabel="share of the energy dissipated")
-    axes.set_ylim(0.0, max(1.05, axes.get_ylim()[1]))
+    axes.set_ylim(0.0, 1.05)
     style.legend(axes)
     return figure
 

@@ -184,6 +184,7 @@ def test_compression_and_stretching_of_two_grains():
     assert row["outcome"] == "bouncing"
     first, second, loss = row["compression_loss"], row["stretching_loss"], row["loss"]
     assert first + second == pytest.approx(sum(loss.values()), rel=1e-9)
+    assert row["collision_loss"] == pytest.approx(first + second, rel=1e-9)
     assert first > loss["forming"] > 0.0 and second > loss["breaking"] > 0.0
     # the damping of both directions is the same, as far as the contact is symmetric: a third
     damped = [first - loss["forming"], second - loss["breaking"]]
@@ -398,7 +399,9 @@ def test_means_and_errors_over_seeds():
     assert found[2]["share_fragmentation"] == pytest.approx(2 / 3)
     assert found[0]["loss_rolling"] == 0.5 and found[1]["second"] == 0.0
     assert np.isnan(found[0]["compression_loss"])
-    phases = {"compression_loss": 1.5, "stretching_loss": 0.4}  # [J] of an impact of 2 J
+    # [J], of 2 J that are available
+    phases = {"compression_loss": 1.5, "stretching_loss": 0.4, "collision_loss": 1.95}
+    phases["kinetic"] = 0.05
     header, lines = table(dataset([row(**phases)] * 4))
     one = dict(zip(header, lines[0], strict=True))
     assert (one["compression_loss"], one["stretching_loss"]) == pytest.approx((0.75, 0.8))
@@ -493,7 +496,8 @@ def test_figures_of_few_and_of_failed_collisions():
     assert widths == [0.47] * 4  # two halves in each of two cells
     assert len(plots.growth(data).axes[0].lines) >= 2
     assert plots.phases(data) is None
-    losses = {"compression_loss": 1.6, "stretching_loss": 0.3}  # of 2 J
+    losses = {"compression_loss": 1.6, "stretching_loss": 0.3}  # [J], of 2 J
+    losses |= {"collision_loss": 2.0, "kinetic": 0.0}
     (axes,) = plots.phases(dataset([row(**losses)] * 4)).axes
     drawn = [line.get_ydata()[0] for line in axes.lines if len(line.get_ydata()) == 1]
     assert drawn[0] == pytest.approx(0.8) and 0.75 == pytest.approx(drawn[-1], abs=0.06)

@@ -54,8 +54,8 @@ def make_collision(scene):
     first; growth_efficiency; restitution, None of bodies that break up; impact_energy [J] of the
     relative motion; loss [J] by channel; kinetic, potential [J]: at the end, and its change;
     compression_loss, stretching_loss [J]: dissipated from the touch until the centres of mass first
-    stop approaching each other, and then until the bodies are apart or stop receding; None where
-    the collision ends before;
+    stop approaching each other, and then until the bodies are apart or stop receding, None where
+    the collision ends before; collision_loss [J]: from the touch to the end;
     residual of the ledger over the impact energy; filling_factor: of the target and the projectile
     (within the characteristic radius); mass_ratio, grains.
     Raises GuardStop where the numbers can no longer be trusted, and DustError.
@@ -194,6 +194,7 @@ class _Motion:
             "loss": dict(zip(self.sim.channels, (m.losses * units.ENERGY).tolist(), strict=True)),
             "compression_loss": self.ends[0] if self.ends else None,
             "stretching_loss": self.ends[1] - self.ends[0] if len(self.ends) > 1 else None,
+            "collision_loss": self.dissipated() - self.lost_before,
             "kinetic": float(m.kinetic * units.ENERGY),
             "potential": float((m.potential - self.first.potential) * units.ENERGY),
             "residual": float(residual / self.energy),
