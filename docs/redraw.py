@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import xarray as xr
+from strength_size import groups as strength_groups
 
 from dusttaichi import plots
 from dusttaichi.analysis.grid import outcomes, read
@@ -19,6 +20,7 @@ from dusttaichi.plots import style
 from dusttaichi.plots.continuum_fit import continuum_fit, pressing_speeds
 from dusttaichi.plots.grid import grid
 from dusttaichi.plots.strength import strengths
+from dusttaichi.plots.weibull import strength_samples
 from dusttaichi.scene.continuum_material import ContinuumMaterial
 from dusttaichi.scene.material import NAMED, Material
 from dusttaichi.studies.continuum_fit.speeds import Curve
@@ -27,6 +29,8 @@ from dusttaichi.studies.trade.suggest import COLUMNS, TABLE, to_table
 
 HERE = Path(__file__).parent
 LOOSEST = 0.01  # filling factor from which on compression is drawn
+# words of the names of tensile runs at phi = 0.1, as docs/strength_size.md has them
+SLOW = ("filling_factor_0.1", "tensile_4096", "n_4096-seed", "fiducial")
 TABLES, FIGURES = HERE / "validation", HERE / "figures"
 # of two scenes, as docs/studies/trade.md has them: the observable, its scatter between seeds, what
 # the reference moves by at its check, the tolerance
@@ -108,6 +112,11 @@ def tensile_strength():
     ]
     labels = [f"{len(chosen)} runs", *["_"] * (len(chosen) - 1)]
     return strengths(results, labels, [Material(**NAMED["ice_t19"])])
+
+
+def strength_size(table, *words):
+    """Tensile strengths of samples of several sizes: Weibull plot, and against the size."""
+    return strength_samples(strength_groups(TABLES / table, words))
 
 
 @style.styled
@@ -223,6 +232,9 @@ def main():
     plots.save(tensile_strength(), FIGURES / "tensile_strength.png")
     plots.save(compression_law(), FIGURES / "compression_law.png")
     plots.save(diametral_strength(), FIGURES / "diametral_strength.png")
+    plots.save(strength_size("strength_size.csv"), FIGURES / "strength_size.png")
+    slow = strength_size("tensile.csv", *SLOW)
+    plots.save(slow, FIGURES / "strength_size_slow.png")
     for name, figure in zip(("dust_grains", "dust_grains_speeds"), dust_grains(), strict=True):
         plots.save(figure, FIGURES / f"{name}.png")
 

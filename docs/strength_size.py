@@ -20,7 +20,8 @@ def groups(path, words):
     found = {}
     for row in rows:
         found.setdefault(int(row["grains"]), []).append(float(row["strength"]))
-    return [Strengths("", n, np.array(own), weibull(own)) for n, own in sorted(found.items())]
+    known = {n: np.array(own) for n, own in sorted(found.items())}
+    return [Strengths(f"{n} grains", n, own, weibull(own)) for n, own in known.items()]
 
 
 def main(path, *words):

@@ -6,15 +6,19 @@ from dusttaichi.analysis.weibull import size_effect, strengths_of
 from dusttaichi.plots import style
 
 
-@style.styled
 def weibull(data):
-    """Strengths of a dataset of `analysis.gather`, or None where no point has a Weibull modulus.
+    """The figure of `strength_samples` of a dataset of `analysis.gather`, or None."""
+    return strength_samples(strengths_of(data))
+
+
+@style.styled
+def strength_samples(groups):
+    """Samples of several Strengths (analysis.weibull); None where none has a Weibull modulus.
 
     A Weibull plot, in which a Weibull distribution is a straight line with its modulus as slope;
     and, for several sizes, the strengths against the number of grains with their geometric mean,
     the fitted power law and that of a weakest link.
     """
-    groups = strengths_of(data)
     if not any(group.fit for group in groups):
         return None
     effect = size_effect(groups)
@@ -27,12 +31,14 @@ def weibull(data):
 
 
 def _probabilities(axes, groups, scale, unit):
-    for number, group in enumerate(g for g in groups if g.fit):
+    for number, group in enumerate(groups):
+        if group.fit is None:
+            continue
         colour = style.run_style(number)["color"]
         values = np.sort(group.values)
         # median ranks, which are those of a straight line for a Weibull distribution
         failed = (np.arange(1, len(values) + 1) - 0.3) / (len(values) + 0.4)
-        label = f"{group.label or group.grains}: m = {group.fit.modulus:.1f}"
+        label = f"{group.label or 'all'}: m = {group.fit.modulus:.1f}"
         axes.plot(values * scale, _ordinate(failed), "o", markersize=3.5, color=colour, label=label)
         line = np.geomspace(0.9 * values[0], 1.1 * values[-1], 50)
         axes.plot(
