@@ -186,11 +186,12 @@ def table(data):
 
 
 def phase_losses(data):
-    """DataArrays, between 0 and 1: compression_loss, share of the available energy that is
-    dissipated in compression; stretching_loss, share of the rest that is dissipated in stretching.
+    """Shares of the energy that are dissipated in compression and in stretching.
 
-    Available is what is dissipated from the touch on, and the kinetic energy at the end: the impact
-    energy, and the potential energy that contacts formed in the collision release.
+    DataArrays between 0 and 1: compression_loss, share of the available energy; stretching_loss,
+    share of the rest. Available is what is dissipated from the touch on, and the kinetic energy at
+    the end: the impact energy, and the potential energy that contacts formed in the collision
+    release.
     """
     if "collision_loss" not in data:  # of an older version
         return {}

@@ -44,12 +44,23 @@ class Weibull:
 
 
 def weibull(strengths, confidence=CONFIDENCE):
-    """The Weibull of strengths [Pa], (n,), by maximum likelihood; None for fewer than FEWEST, for a
-    strength that is not positive, or where all are equal.
+    """Weibull distribution of strengths by maximum likelihood, with exact intervals.
 
     m_fit/m and m_fit ln(s_fit/s_0) have distributions that do not depend on m and s_0 (Thoman, Bain
     and Antle 1969, Technometrics 11, 445). Their quantiles, from DRAWS sets of n samples, remove
     the bias of few samples and give intervals whose coverage is exact for any n.
+
+    Parameters
+    ----------
+    strengths : array_like
+        Strengths [Pa], (n,).
+    confidence : float
+        Of the intervals.
+
+    Returns
+    -------
+    Weibull or None
+        None for fewer than FEWEST strengths, for one that is not positive, or where all are equal.
     """
     strengths = np.asarray(strengths, float)
     if len(strengths) < FEWEST or np.any(strengths <= 0) or np.ptp(strengths) == 0:

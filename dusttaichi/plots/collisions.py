@@ -114,9 +114,11 @@ PHASES = {
 
 @style.styled
 def phases(data):
-    """Shares of the available energy that are dissipated in compression, and of the rest in
-    stretching (`phase_losses`), against the speed: mean and standard error over seeds and impact
-    parameters, a colour for every body and mass ratio. None where no collision has them."""
+    """Shares of the energy dissipated in compression and in stretching against the speed.
+
+    Those of `phase_losses`, mean and standard error over seeds and impact parameters, a colour for
+    every body and mass ratio. None where no collision has them.
+    """
     found = {name: values for name, values in phase_losses(data).items() if values.notnull().any()}
     if not found:
         return None

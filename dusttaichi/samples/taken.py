@@ -96,16 +96,8 @@ def sphere(sample: Sample, count: int, seed: int, *, period, nearest, where: str
             f"sample.grains = {count}: the sphere is wider than the cell of {where}; allowed: up "
             f"to {inside} grains, or a larger run."
         )
-    rows = np.isin(pairs, own).all(axis=1)
-    still = np.zeros((count, 3))
-    return Sample(
-        away[own],
-        still,
-        still.copy(),
-        _renumbered(sample.contacts, rows, own, ("i", "j")),
-        radii=None if sample.radii is None else sample.radii[own],
-        materials=None if sample.materials is None else sample.materials[own],
-    )
+    still = np.zeros_like(away)
+    return selection(replace(sample, positions=away, velocities=still, spins=still.copy()), own)
 
 
 def _renumbered(contacts, rows, own, names):
