@@ -271,12 +271,16 @@ def _unknown(root: type[BaseModel], loc: Path, data: Any) -> str:
     return f"unknown key; {guess}allowed: {', '.join(dict.fromkeys(known))}"
 
 
-def _homes(block: type[BaseModel], key: str, path: Path = ()) -> list[str]:
-    """Paths of all keys of that name in the scene."""
-    found = []
+def _homes(block: type[BaseModel], key: str, path: Path = (), around: tuple = ()) -> list[str]:
+    """Paths of all keys of that name in the scene, outside of blocks in themselves.
+
+    around: the blocks that contain this one.
+    """
+    found, around = [], (*around, block)
     for name, item in block.model_fields.items():
         if name == key and path:
             found.append(dotted((*path, name)))
         for member in choices(item):
-            found += _homes(member, key, (*path, name))
+            if member not in around:
+                found += _homes(member, key, (*path, name), around)
     return found

@@ -20,6 +20,7 @@ KINDS = {
     ("sample", "chain"): {"grains": 9},
     ("sample", "collision"): {"target": PAIR, "projectile": PAIR, "speed": "1 m/s"},
     ("sample", "explicit"): {"file": "grains.csv"},
+    ("sample", "cutout"): {"of": PAIR, "diameter": "3 um"},
 }
 # Blocks that a scene may do without, with what they need.
 MORE = {

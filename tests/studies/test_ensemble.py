@@ -48,10 +48,10 @@ def test_replicas_need_a_seed(tmp_path):
 
 
 def test_every_seed_of_a_nested_sample_is_moved():
-    from dusttaichi.studies.ensemble.scenes import _keys
+    from dusttaichi.studies.ensemble.scenes import keys_of
 
     sample = {"kind": "collision", "target": {"seed": 1}, "projectile": {"seed": 5}}
-    found = {path: block for path, block in _keys(sample, "seed")}
+    found = {path: block for path, block in keys_of(sample, "seed")}
     assert set(found) == {("target", "seed"), ("projectile", "seed")}
     assert found["target", "seed"] is sample["target"]
 
