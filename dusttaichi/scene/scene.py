@@ -220,9 +220,15 @@ class Scene(Block):
         DustError
             The new scene is not valid.
         """
+        return self.with_values({path: value})
+
+    def with_values(self, values: dict[str, Any]) -> "Scene":
+        """New scene with several values changed at once (path -> value), as by `with_value`."""
         data = self.given
-        plain.set_value(data, path.split("."), value, path)
-        return self.with_data(data, title=f"the scene with {path} = {value!r}")
+        for path, value in values.items():
+            plain.set_value(data, path.split("."), value, path)
+        changes = ", ".join(f"{path} = {value!r}" for path, value in values.items())
+        return self.with_data(data, title=f"the scene with {changes}")
 
     @property
     def given(self) -> dict[str, Any]:

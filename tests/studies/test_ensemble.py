@@ -9,10 +9,10 @@ from scenes import scene
 from dusttaichi.commands.ensembles import failure
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.scene import Scene, from_yaml
-from dusttaichi.studies.ensemble import ensemble_plan, sweep_plan
+from dusttaichi.studies.ensemble import ensemble_plan, sweep_plan, with_settings
 from dusttaichi.studies.ensemble.jobs import Job, JobResult, perform
 from dusttaichi.studies.ensemble.runs import run_all, shares
-from dusttaichi.studies.ensemble.scenes import input_files
+from dusttaichi.studies.ensemble.scenes import input_files, keys_of
 
 # -- scenes --------------------------------------------------------------------------------------
 
@@ -48,8 +48,6 @@ def test_replicas_need_a_seed(tmp_path):
 
 
 def test_every_seed_of_a_nested_sample_is_moved():
-    from dusttaichi.studies.ensemble.scenes import keys_of
-
     sample = {"kind": "collision", "target": {"seed": 1}, "projectile": {"seed": 5}}
     found = {path: block for path, block in keys_of(sample, "seed")}
     assert set(found) == {("target", "seed"), ("projectile", "seed")}
@@ -91,6 +89,20 @@ def test_values_of_a_sweep(tmp_path):
     assert axis("stop.pressure=1kPa,10kPa").unit == "Pa"  # an optional key
 
 
+def test_settings_that_need_each_other(tmp_path):
+    """Softened contacts are refused in a collision, unless the scene says that they are wanted."""
+    both = ["numerics.stiffness_scaling=0.1", "numerics.scaling_anyway=true"]
+    bodies = "{kind: collision, target: {kind: pair}, projectile: {kind: pair}, speed: 5 m/s}"
+    collision = scene(sample=bodies, boundary="{kind: open}", stop="{time: 1 us}")
+    for settings in (both, both[::-1]):
+        found = with_settings(collision, settings).numerics
+        assert found.stiffness_scaling == 0.1 and found.scaling_anyway
+    swept = sweep_plan(collision, [both[0] + ",0.3", both[1]], tmp_path)
+    assert [m.scene.numerics.stiffness_scaling for m in swept.members] == [0.1, 0.3]
+    with pytest.raises(DustError, match="scaling_anyway: true beside it"):
+        with_settings(collision, both[:1])
+
+
 def test_long_or_equal_names_of_points_become_numbers(tmp_path):
     sizes = ",".join(f"[{n}.123456789um,40.123456789um,40um]" for n in (40, 50))
     settings = [
@@ -112,7 +124,7 @@ def test_long_or_equal_names_of_points_become_numbers(tmp_path):
         ),
         (["boundary.wall_sped=1 cm/s"], r'did you mean "wall_speed"'),
         (["boundary.wall_speed=1 cm/s,-1 m/s,x"], r'"-1 m/s"[\s\S]*= "x"'),  # all at once
-        (["boundary.wall_speed=x", "sample.grains=a"], r'= "x"[\s\S]*= "a"'),
+        (["boundary.wall_speed=x", "sample.grains=a"], r'= "a"[\s\S]*= "x"'),  # as in the scene
         (["sample.grains=1.5"], r"sample\.grains = 1\.5: a whole number"),
         (["boundary.size=[1 um, 2 um"], "not valid YAML"),
         (["boundary.wall_speed"], "a key and its values"),

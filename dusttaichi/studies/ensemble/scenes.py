@@ -252,19 +252,21 @@ def _split(text: str) -> list[str]:
 
 
 def _axes(scene: Scene, settings: dict[str, list[str]]) -> tuple[Axis, ...]:
+    """The axes of settings. Keys with a single value may need each other: they change together."""
     axes, problems = [], []
+    values = {key: [_value(key, text) for text in texts] for key, texts in settings.items()}
+    if single := {key: own[0] for key, own in values.items() if len(own) == 1}:
+        scene = scene.with_values(single)
     for key, texts in settings.items():
-        values, scenes = [], []
-        for text in texts:
+        scenes = [scene] if key in single else []
+        for value in [] if key in single else values[key]:
             try:
-                values.append(read(text).data)
-                scenes.append(scene.with_value(key, values[-1]))
+                scenes.append(scene.with_value(key, value))
             except DustError as error:
                 problems.append(str(error))
-            except yaml.YAMLError as error:
-                problems.append(f"{key} = {text}: not valid YAML: {str(error).splitlines()[0]}")
         if len(scenes) == len(texts):
-            axes.append(Axis(key, tuple(texts), tuple(values), *_coordinate(scenes, key, texts)))
+            found = _coordinate(scenes, key, texts)
+            axes.append(Axis(key, tuple(texts), tuple(values[key]), *found))
     for axis in axes:
         if len(set(axis.coordinate.tolist())) < len(axis.texts):
             problems.append(f"--set {axis.key}={','.join(axis.texts)}: a value is given twice")
@@ -273,10 +275,18 @@ def _axes(scene: Scene, settings: dict[str, list[str]]) -> tuple[Axis, ...]:
     return tuple(axes)
 
 
+def _value(key: str, text: str) -> Any:
+    """The value of a setting. Raises DustError."""
+    try:
+        return read(text).data
+    except yaml.YAMLError as error:
+        why = str(error).splitlines()[0]
+        raise DustError(f"{key} = {text}: not valid YAML: {why}") from None
+
+
 def _point(scene: Scene, axes: tuple[Axis, ...], point: tuple[int, ...]) -> Scene:
-    for axis, index in zip(axes, point, strict=True):
-        scene = scene.with_value(axis.key, axis.values[index])
-    return scene
+    values = {axis.key: axis.values[i] for axis, i in zip(axes, point, strict=True)}
+    return scene.with_values(values) if values else scene
 
 
 def _labels(axes: tuple[Axis, ...], points: list[tuple[int, ...]]) -> list[str]:
