@@ -252,6 +252,16 @@ def connected(pairs, count):
     return number, label, graph
 
 
+def heaviest_first(label, masses):
+    """Labels of fragments in order of decreasing mass, equal ones in that of the labels.
+
+    label, masses: fragment and mass of each point, (N,).
+    """
+    mass = np.bincount(label, masses)
+    # equal masses differ by rounding of their sums, which must not decide about their order
+    return np.argsort(-np.round(mass / np.min(masses), 6), kind="stable")
+
+
 def held_together(positions, graph, starts, nearest):
     """Positions (N, 3) for which fragments of a graph are not cut by the faces of a periodic cell.
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from dusttaichi.analysis.frame import grain_masses, read_frame
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import connected, grains_within, held_together, power
+from dusttaichi.geometry import connected, grains_within, heaviest_first, held_together, power
 
 
 @dataclass(frozen=True)
@@ -114,11 +114,8 @@ def fragments_of(frame, masses):
 
 def _largest_first(label, number, masses):
     """Labels in the order of falling mass, equal ones in that of their first grain."""
-    mass = np.bincount(label, masses, minlength=number)
-    # equal fragments differ by rounding of their sums, which must not decide about their order
-    order = np.argsort(-np.round(mass / masses.min(), 6), kind="stable")
     rank = np.empty(number, dtype=np.int64)
-    rank[order] = np.arange(number)
+    rank[heaviest_first(label, masses)] = np.arange(number)
     return rank[label]
 
 

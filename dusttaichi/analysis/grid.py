@@ -15,7 +15,9 @@ from dusttaichi.errors import DustError
 AS_IT_IS = "as it is"
 CURVE, PHI = "phi(P)", "phi at "
 # of a stage, whose name follows
-STAGES = ("shear strength ", "deviator ", "filling factor under load ", "unloading modulus ")
+SHEAR, DEVIATOR = "shear strength ", "deviator "
+LOAD, UNLOADING = "filling factor under load ", "unloading modulus "
+STAGES = (SHEAR, DEVIATOR, LOAD, UNLOADING)
 NUMBERS = ("cost", "value", "shift", "error", "uncertainty", "scatter", "contacts")
 # observables in the order of their priority
 TEXTS = {

@@ -83,8 +83,15 @@ def restitution(run, first=0, last=-1, bodies=None):
 
 def together(parts, bodies):
     """True where one of the Fragments has more than half of the mass of both bodies (grains)."""
-    mean = parts.mass[parts.label] / parts.grains[parts.label]
-    shares = [np.bincount(parts.label[b], mean[b], minlength=len(parts)) for b in bodies]
+    return in_one(parts.label, (parts.mass / parts.grains)[parts.label], bodies)
+
+
+def in_one(label, masses, bodies):
+    """True where one fragment has more than half of the mass of both bodies (grains).
+
+    label, masses: fragment and mass of each grain, (N,).
+    """
+    shares = [np.bincount(label[b], masses[b], minlength=label.max() + 1) for b in bodies]
     return bool(np.logical_and(*(mass > 0.5 * mass.sum() for mass in shares)).any())
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import Field
 
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import connected, pairs_within
+from dusttaichi.geometry import connected, heaviest_first, pairs_within
 from dusttaichi.names import AXES, LYING
 from dusttaichi.samples import taken
 from dusttaichi.samples.contacts import FARTHEST
@@ -91,10 +91,11 @@ def make(spec: CutoutSample, materials: Materials) -> Sample:
     if spec.length is not None:
         info |= {"length": spec.length, "axis": spec.cylinder_axis}
     info |= {"grains": len(sample), "cut_from": len(whole), "left_out": count - len(sample)}
-    brought = {k: v for k, v in whole.info.items() if k in ("stiffness_scaling",)}
     if remarks := _extent_remarks(spec, high - low):
         info["remarks"] = remarks
-    return replace(sample, info=info | brought | {"of": _plain(whole.info)})
+    if "stiffness_scaling" in whole.info:
+        info["stiffness_scaling"] = whole.info["stiffness_scaling"]
+    return replace(sample, info=info | {"of": _plain(whole.info)})
 
 
 def _extent_remarks(spec, extent) -> list[str]:
@@ -144,10 +145,9 @@ def _largest_fragment(sample: Sample, radii, materials: Materials) -> Sample:
     if sample.contacts is not None:
         own = np.column_stack([sample.contacts["i"], sample.contacts["j"]])
         pairs = np.concatenate([pairs, own])
-    count, label, _ = connected(pairs, len(sample))
+    _, label, _ = connected(pairs, len(sample))
     masses = np.broadcast_to(materials.masses(sample), len(sample))
-    mass = np.bincount(label, masses, minlength=count)
-    return taken.selection(sample, np.flatnonzero(label == np.argmax(mass)))
+    return taken.selection(sample, np.flatnonzero(label == heaviest_first(label, masses)[0]))
 
 
 def _plain(info: dict) -> dict:

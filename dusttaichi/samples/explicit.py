@@ -185,27 +185,36 @@ def _of_run(spec, sample: Sample, state: dict, materials: Materials, where: str)
             sample, walls, spec.fragment, nearest=_nearest(state), masses=masses, where=where
         )
         sample.info.update(fragments=count, grains_of_all=before)
-    if state.get("stiffness_scaling", 1.0) != 1.0:
-        sample.info.update(stiffness_scaling=state["stiffness_scaling"])
+    sample.info.update(_stiffness(state))
     return taken.along(sample, state, walls, spec, where)
 
 
 def _sphere(spec, sample: Sample, state: dict, materials: Materials, where: str) -> Sample:
     """The largest fragment of the sphere that `grains` and `seed` select."""
-    seed, period = 1 if spec.seed is None else spec.seed, state.get("period", np.full(3, np.inf))
-    how = {"period": period, "nearest": _nearest(state), "where": where}
+    seed = 1 if spec.seed is None else spec.seed
+    how = {"period": _period(state), "nearest": _nearest(state), "where": where}
     cut = taken.sphere(sample, spec.grains, seed, **how)
     how = {"nearest": lambda d: d, "masses": materials.masses(cut), "where": where}
     body, _, count = taken.fragment(cut, None, taken.LARGEST, **how)
     body.info.update(shape="aggregate", fragments=count, grains_of_all=len(sample))
-    if state.get("stiffness_scaling", 1.0) != 1.0:
-        body.info.update(stiffness_scaling=state["stiffness_scaling"])
+    body.info.update(_stiffness(state))
     return body
+
+
+def _stiffness(state: dict) -> dict:
+    """Entry of the info for contacts that are softened."""
+    scaling = state.get("stiffness_scaling", 1.0)
+    return {} if scaling == 1.0 else {"stiffness_scaling": scaling}
+
+
+def _period(state: dict):
+    """Edges (3,) [m] of the file's cell, infinite where it is not periodic."""
+    return state.get("period", np.full(3, np.inf))
 
 
 def _nearest(state: dict):
     """Function of distance vectors (N, 3) [m]: those to the nearest image of the file's cell."""
-    period = state.get("period", np.full(3, np.inf))
+    period = _period(state)
     return lambda d: nearest_image(d, period, state.get("tilt", 0.0))
 
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import connected, held_together
+from dusttaichi.geometry import connected, heaviest_first, held_together
 from dusttaichi.names import WALLS
 from dusttaichi.samples.contacts import check_wall_contacts
 from dusttaichi.samples.sample import Sample
@@ -26,13 +26,8 @@ def fragment(sample: Sample, wall_contacts, which, *, nearest, masses, where: st
     distance vectors [m] to those to the nearest image, so that the fragment is not cut by the faces
     of its cell. Raises DustError where the file has no contacts, or no such fragment.
     """
-    if sample.contacts is None:
-        raise DustError(f"{where}: it has no contacts, which define fragments.")
-    pairs = np.column_stack([sample.contacts["i"], sample.contacts["j"]])
-    number, label, graph = connected(pairs, len(sample))
-    mass = np.bincount(label, masses, minlength=number)
-    # equal masses differ by rounding of their sums; the order of their first grains decides
-    order = np.argsort(-np.round(mass / masses.min(), 6), kind="stable")
+    number, label, graph = connected(_contact_pairs(sample, where), len(sample))
+    order = heaviest_first(label, masses)
     wanted = 0 if which == LARGEST else which
     if wanted >= number:
         raise DustError(
@@ -46,6 +41,13 @@ def fragment(sample: Sample, wall_contacts, which, *, nearest, masses, where: st
         wall_contacts = _renumbered(wall_contacts, rows, own, ("grain",))
     taken = selection(replace(sample, positions=positions), own)
     return taken, wall_contacts, number
+
+
+def _contact_pairs(sample: Sample, where: str):
+    """Grains (C, 2) of the contacts. Raises DustError where the file has none."""
+    if sample.contacts is None:
+        raise DustError(f"{where}: it has no contacts, which define fragments.")
+    return np.column_stack([sample.contacts["i"], sample.contacts["j"]])
 
 
 def selection(sample: Sample, own) -> Sample:
@@ -76,8 +78,7 @@ def sphere(sample: Sample, count: int, seed: int, *, period, nearest, where: str
     Raises DustError where the file has no contacts or too few grains, or where the sphere would
     touch its own image.
     """
-    if sample.contacts is None:
-        raise DustError(f"{where}: it has no contacts, which define fragments.")
+    pairs = _contact_pairs(sample, where)
     if count > len(sample):
         raise DustError(
             f"sample.grains = {count}: {where} has {len(sample)} grains; allowed: fewer."
@@ -86,7 +87,6 @@ def sphere(sample: Sample, count: int, seed: int, *, period, nearest, where: str
     away = nearest(sample.positions - sample.positions[centre])
     distance = np.linalg.norm(away, axis=1)
     own = np.sort(np.argsort(distance, kind="stable")[:count])
-    pairs = np.column_stack([sample.contacts["i"], sample.contacts["j"]])
     vectors = nearest(sample.positions[pairs[:, 0]] - sample.positions[pairs[:, 1]])
     longest = np.linalg.norm(vectors, axis=1).max(initial=0.0)
     # grains on opposite sides would else be in contact through the faces of the cell

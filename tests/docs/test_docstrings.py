@@ -14,7 +14,7 @@ PACKAGE = ROOT / "dusttaichi"
 SECTIONS = ("Parameters", "Returns", "Attributes", "Raises", "Notes")  # in this order
 QUESTION = re.compile(r"(What|How|Where|Which|Why|Whether|When)\b")
 SECTION = re.compile(rf"^({'|'.join(SECTIONS)})\n-+\n", re.MULTILINE)
-# Raised errors and returned values that a text tells outside of the sections for them.
+# Raised errors and returned values that a text states outside of the sections for them.
 UNTIDY = re.compile(r"\b(Raises [A-Z]\w+|Returns the|Returns a)\b")
 
 

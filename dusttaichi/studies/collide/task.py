@@ -9,8 +9,9 @@ from dusttaichi import method, samples, units
 from dusttaichi.analysis.fragments import efficiency, fragments_of
 from dusttaichi.analysis.frame import Frame
 from dusttaichi.analysis.outcome import outcome_of
-from dusttaichi.analysis.restitution import together
+from dusttaichi.analysis.restitution import in_one
 from dusttaichi.errors import DustError
+from dusttaichi.geometry import connected
 from dusttaichi.run import ledger
 from dusttaichi.samples.materials import Materials
 from dusttaichi.scene import from_yaml
@@ -170,13 +171,22 @@ class _Motion:
             # the direction changes between the last two times: the mean of both
             if (line @ velocity > 0.0) != bool(self.ends):
                 self.ends.append(0.5 * (before + lost) - self.lost_before)
-            elif self.ends and not together(self.fragments(), self.bodies):
+            elif self.ends and not self.is_one():
                 self.ends.append(lost - self.lost_before)
         self.sim.advance(end - self.sim.step)
 
-    def dissipated(self):
-        """Energy dissipated since the start [J]."""
-        return float((self.sim.measure().losses - self.first.losses).sum() * units.ENERGY)
+    def is_one(self):
+        """True while one fragment has more than half of the mass of both bodies."""
+        pairs = self.sim.sim.contact_state()
+        pairs = np.column_stack([pairs["grain_i"], pairs["grain_j"]])
+        label = connected(pairs, len(self.masses))[1]
+        mean = np.bincount(label, self.masses) / np.bincount(label)
+        return in_one(label, mean[label], self.bodies)
+
+    def dissipated(self, measurement=None):
+        """Energy dissipated since the start [J], now or at a Measurement."""
+        losses = (measurement or self.sim.measure()).losses
+        return float((losses - self.first.losses).sum() * units.ENERGY)
 
     def found(self):
         """Columns known at the end."""
@@ -194,7 +204,7 @@ class _Motion:
             "loss": dict(zip(self.sim.channels, (m.losses * units.ENERGY).tolist(), strict=True)),
             "compression_loss": self.ends[0] if self.ends else None,
             "stretching_loss": self.ends[1] - self.ends[0] if len(self.ends) > 1 else None,
-            "collision_loss": self.dissipated() - self.lost_before,
+            "collision_loss": self.dissipated(m) - self.lost_before,
             "kinetic": float(m.kinetic * units.ENERGY),
             "potential": float((m.potential - self.first.potential) * units.ENERGY),
             "residual": float(residual / self.energy),

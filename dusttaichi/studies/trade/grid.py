@@ -176,17 +176,17 @@ def _of_stages(run):
     unloading.
     """
     from dusttaichi import analysis
+    from dusttaichi.analysis.grid import DEVIATOR, LOAD, SHEAR, UNLOADING
 
     numbers = {}
     if "shear_strain" in run.series:
-        numbers |= {f"shear strength {own.stage}": own.strength for own in analysis.shearings(run)}
+        numbers |= {SHEAR + own.stage: own.strength for own in analysis.shearings(run)}
     if analysis.is_triaxial(run):
-        numbers |= {f"deviator {own.stage}": own.strength for own in analysis.triaxials(run)}
+        numbers |= {DEVIATOR + own.stage: own.strength for own in analysis.triaxials(run)}
     if run.unloads:
-        found = analysis.unloadings(run)
-        numbers |= {f"unloading modulus {own.stage}": own.modulus for own in found}
+        numbers |= {UNLOADING + own.stage: own.modulus for own in analysis.unloadings(run)}
     loads = analysis.controlled_loads(run)
-    return numbers | {f"filling factor under load {own.stage}": own.filling_factor for own in loads}
+    return numbers | {LOAD + own.stage: own.filling_factor for own in loads}
 
 
 def _read(path):
