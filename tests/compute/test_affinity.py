@@ -2,6 +2,7 @@
 
 import os
 import sys
+from contextlib import suppress
 
 import pytest
 
@@ -15,9 +16,18 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-def _seconds(thread):
+def _cpu_time(thread):
     """CPU time of a thread [ns]."""
     return int((TASKS / str(thread) / "schedstat").read_text().split()[0])
+
+
+def _of_living(read, threads):
+    """What `read` finds for each thread; threads of other libraries may end at any moment."""
+    found = {}
+    for thread in threads:
+        with suppress(OSError):
+            found[thread] = read(thread)
+    return found
 
 
 def test_workers_have_cores_of_their_own():
@@ -26,21 +36,28 @@ def test_workers_have_cores_of_their_own():
     scene = make_scene(sample={"kind": "rbd", "grains": 60, "seed": 1}, threads=2)
     with simulate(scene, log=lambda text: None) as run:
         run.advance(2000)  # all kernels are compiled after that
-        own = {thread: os.sched_getaffinity(thread) for thread in thread_ids()}
+        own = _of_living(os.sched_getaffinity, thread_ids())
         bound = [thread for thread, cores in own.items() if cores != free]
-        before = {thread: _seconds(thread) for thread in own}
+        before = _of_living(_cpu_time, own)
         run.advance(2000)
-        used = {thread: _seconds(thread) - before[thread] for thread in own}
+        after = _of_living(_cpu_time, before)
+    used = {thread: after[thread] - before[thread] for thread in after}
     assert os.sched_getaffinity(0) == free  # threads of other libraries are not bound
     assert len(bound) == 2
     first, second = (own[thread] for thread in bound)
     assert not first & second
     assert first | second == free
     # the threads that were bound are those that compute
-    compiling = set(own) - {*bound, os.getpid()}
+    others = set(used) - {*bound, os.getpid()}
     assert min(used[thread] for thread in bound) > max(
-        (used[thread] for thread in compiling), default=0
+        (used[thread] for thread in others), default=0
     )
+
+
+def test_a_thread_may_end_between_two_looks():
+    ended = 2**22 + 1  # above the largest number that Linux gives a thread
+    for read in (os.sched_getaffinity, _cpu_time):
+        assert list(_of_living(read, [os.getpid(), ended])) == [os.getpid()]
 
 
 def test_a_single_worker_runs_where_a_core_is_free():
