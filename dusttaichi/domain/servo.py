@@ -1,19 +1,21 @@
 """Load control: speeds of walls and faces from the measured pressure or stress.
 
 Every EVERY steps, a time T, the load is measured as its mean over them, and e is its relative
-error. The speed v of approach changes by that of a proportional-integral controller,
+error. The speed v of approach follows from it as that of a proportional-integral controller,
 
-    v += g / (k T) (e - e_before + e T / T_i),    T_i = 4 DAMPED^2 T / g,
+    v = r e + v_0,    v_0 += r e T / T_i,    r = g / (k T),    T_i = 4 DAMPED^2 T / g,
 
-within the largest speed. g is the gain, and k the measured stiffness: the change of e over the
-strain, roots of mean squares of about the last MEMORY changes; a load that changes by itself makes
-it larger and the servo slower, never the reverse. So a load on a spring approaches its value with
-the damping ratio DAMPED for any spring, and where dust yields at a steady rate, as in shear, the
-mean error is zero: v is the sum of e.
+within the largest speed. g is the gain, and k the measured stiffness: the slope of the change of e
+over the strain in about the last MEMORY intervals, plus its standard error, so that a load that
+also changes by itself makes the servo slower but does not stop it. So a load on a spring approaches
+its value with the damping ratio DAMPED for any spring, and where dust yields at a steady rate, as
+in shear, the mean error is zero. k is that of the intervals before, and the proportional part is
+not summed up: both would shift the mean where k and e change together.
 
 A sample that yields slowly is stiff at short times (waves, unloading), and the servo can stop no
-faster than a stiff sample allows: |v| is at most LIMIT g / (k T), the speed for that relative
-error. Walls and faces are at rest when a stage begins to control a load.
+faster than a stiff sample allows: |v| is at most LIMIT r, the speed for that relative error, and
+RELIEF r e' where the load exceeds the prescribed one by a relative e' that asks for more. Walls and
+faces are at rest when a stage begins to control a load.
 """
 
 from dataclasses import asdict, dataclass, replace
@@ -23,13 +25,24 @@ import numpy as np
 from dusttaichi import units
 from dusttaichi.scene import drive as given
 
-EVERY, MEMORY = 25, 40
-DAMPED, LIMIT = 1.0, 0.5
-STIFF, SOFT = 1e5, 1.0  # k at first, stiffer than dust is (1e3 times its load), and at least
+EVERY, MEMORY = 25, 80
+DAMPED, LIMIT, RELIEF = 1.0, 0.5, 2.0
+STIFF, SOFT = 1e7, 1.0  # k at first, stiffer than any sample, and at least
 FIRST = 0.01  # change of e in the first estimate of k
 TINY = 1e-300
 WALL, CELL, EVEN = "wall", "cell", "even"
-ARRAYS = ("load", "largest", "length", "speed", "missing", "changes", "ways", "before")
+ARRAYS = (
+    "load",
+    "largest",
+    "length",
+    "speed",
+    "steady",
+    "missing",
+    "changes",
+    "ways",
+    "products",
+    "before",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +53,10 @@ class Servo:
     factor. axes: numbers of the edges. load: prescribed, positive in compression [kPa], (n,).
     scale: reference of its relative error. gain: g. largest: speed [um/us] or rate [1/us] of
     approach, (n,). length: of the box [um], or 1, by which displacements are divided, (n,). speed:
-    current, (n,). missing: e at the last change, (n,), NaN before the first. changes, ways: mean
-    squares of the changes of e and of the strains, (n,). due: step of the next change. every: steps
-    between two. before: time integral of the measured load at the last change, (n,).
+    current, (n,). steady: v_0, (n,). missing: e at the last change, (n,), NaN before the first.
+    changes, ways, products: mean squares of the changes of e and of the strains, and the mean of
+    their products, (n,). due: step of the next change. every: steps between two. before: time
+    integral of the measured load at the last change, (n,).
     """
 
     kind: str
@@ -53,9 +67,11 @@ class Servo:
     largest: np.ndarray
     length: np.ndarray
     speed: np.ndarray
+    steady: np.ndarray
     missing: np.ndarray
     changes: np.ndarray
     ways: np.ndarray
+    products: np.ndarray
     due: int
     every: int
     before: np.ndarray
@@ -68,7 +84,10 @@ class Servo:
     @property
     def stiffness(self):
         """Measured stiffness: change of the relative load per strain, (n,)."""
-        return np.maximum(np.sqrt(self.changes / np.maximum(self.ways, TINY)), SOFT)
+        ways = np.maximum(self.ways, TINY)
+        slope = self.products / ways
+        scatter = np.maximum(self.changes / ways - slope**2, 0.0) / MEMORY
+        return np.maximum(np.abs(slope) + np.sqrt(scatter), SOFT)
 
     def changed(self, load, integral, dt):
         """The Servo after a change of speed.
@@ -79,18 +98,22 @@ class Servo:
         missing, time = (self.load - load) / self.scale, self.every * dt
         change = np.where(np.isnan(self.missing), 0.0, missing - self.missing)
         strain = self.speed * time / self.length
-        new = replace(
+        response = self.gain / (self.stiffness * time) * self.length
+        steady = self.steady + response * self.gain / (4.0 * DAMPED**2) * missing
+        above = np.maximum(np.abs(load) - np.abs(self.load), 0.0) / self.scale
+        most = np.minimum(self.largest, np.maximum(LIMIT, RELIEF * above) * response)
+        speed = np.clip(response * missing + steady, -most, most)
+        return replace(
             self,
+            speed=speed,
+            steady=speed - response * missing,
             missing=missing,
             changes=self.changes + (change**2 - self.changes) / MEMORY,
             ways=self.ways + (strain**2 - self.ways) / MEMORY,
+            products=self.products + (change * strain - self.products) / MEMORY,
             due=self.due + self.every,
             before=np.array(integral, float),
         )
-        response = self.gain / (new.stiffness * time) * self.length
-        speed = self.speed + response * (change + self.gain / (4.0 * DAMPED**2) * missing)
-        most = np.minimum(self.largest, LIMIT * response)
-        return replace(new, speed=np.clip(speed, -most, most))
 
     def halved(self):
         """The Servo for steps of half the length."""
@@ -131,9 +154,11 @@ def make_servo(drive, domain, step, integral):
         # the height below the top wall, whether it has a bottom or not
         length=np.diff(domain.box.planes(domain.dt * step)[4:]) if kind == WALL else np.ones(n),
         speed=np.zeros(n),
+        steady=np.zeros(n),
         missing=np.full(n, np.nan),
         changes=np.full(n, FIRST**2),
         ways=np.full(n, (FIRST / STIFF) ** 2),
+        products=np.full(n, -(FIRST**2) / STIFF),
         due=step + EVERY,
         every=EVERY,
         before=np.zeros(n),
