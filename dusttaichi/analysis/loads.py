@@ -51,7 +51,22 @@ class ControlledLoad:
     @property
     def missed(self):
         """True where the load deviates from the controlled one by more than MISSED."""
-        return abs(self.pressure / self.wanted - 1.0) > MISSED
+        return misses(self.pressure, self.wanted)
+
+
+def misses(load, wanted, other=0.0):
+    """True where a load deviates from the prescribed one by more than MISSED of it.
+
+    other: stress that takes its place where no load is prescribed, that is 0 [Pa]. False where
+    `wanted` is NaN: the load is free.
+    """
+    return abs(load - wanted) > MISSED * (abs(wanted) or abs(other))
+
+
+def load_text(test):
+    """Load [kPa] of a Shearing or Triaxial, beside the prescribed one where that was missed."""
+    wanted = f" instead of {test.wanted / 1e3:.3g}" if test.missed else ""
+    return f"{test.load / 1e3:.3g}{wanted} kPa"
 
 
 def controlled_loads(run):
@@ -114,8 +129,8 @@ class Shearing:
         Mean of the normal stress there [Pa].
     density
         Mean of the filling factor there.
-    controlled
-        True if the scene prescribes the normal stress, or a pressure.
+    wanted
+        Normal stress, or pressure, that the scene prescribes [Pa]; NaN without one.
     direction
         1 or -1, that of the shear along x; strain and shear are positive along it.
     before
@@ -131,14 +146,24 @@ class Shearing:
     strength_sigma: float
     load: float
     density: float
-    controlled: bool
+    wanted: float
     direction: float
     before: float
 
     @property
+    def controlled(self):
+        """True if the scene prescribes the normal stress, or a pressure."""
+        return not np.isnan(self.wanted)
+
+    @property
+    def missed(self):
+        """True where the normal stress is prescribed and deviates by more than MISSED."""
+        return misses(self.load, self.wanted, self.strength)
+
+    @property
     def has_friction(self):
-        """True for a point of the line of friction: a prescribed compressive normal stress."""
-        return self.controlled and self.load > 0.0
+        """True for a point of the line of friction: a compressive normal stress, as prescribed."""
+        return self.controlled and self.load > 0.0 and not self.missed
 
     @property
     def total_strain(self):
@@ -252,13 +277,15 @@ def _sheared(part):
     return np.cumsum(np.diff(strain * height) / (0.5 * (height[1:] + height[:-1])))
 
 
-def _controls_normal_stress(part):
-    """True if the scene prescribes the stress across the shear of a stage, or a pressure."""
+def _normal_stress(part):
+    """Stress across the shear of a stage, or pressure, that the scene prescribes [Pa], or NaN."""
     drive = _drive(part)
     stress = drive.get("stress")
     if isinstance(stress, (list, tuple)):
-        return stress[2] != "free"
-    return stress is not None or drive.get("pressure") is not None
+        stress = stress[2]
+    if stress not in (None, "free"):
+        return -parse(stress, "pressure")
+    return parse(drive["pressure"], "pressure") if drive.get("pressure") else np.nan
 
 
 def _shearing(part, strain, before):
@@ -273,7 +300,7 @@ def _shearing(part, strain, before):
         shear=shear,
         normal=normal,
         filling_factor=phi,
-        controlled=_controls_normal_stress(part),
+        wanted=_normal_stress(part),
         direction=direction,
         before=before,
         **flow(strain, shear, normal, phi),

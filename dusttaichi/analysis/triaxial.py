@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi.analysis.loads import drives_of, flow
+from dusttaichi.analysis.loads import drives_of, flow, misses
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES
+from dusttaichi.scene.quantities import parse
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,8 @@ class Triaxial:
         Its standard error [Pa].
     load
         Mean confining stress there [Pa].
+    wanted
+        Prescribed confining stress [Pa].
     density
         Mean filling factor there.
     """
@@ -47,11 +50,17 @@ class Triaxial:
     strength_sigma: float
     load: float
     density: float
+    wanted: float
+
+    @property
+    def missed(self):
+        """True where the confining stress deviates from the prescribed one by more than MISSED."""
+        return misses(self.load, self.wanted, self.strength)
 
     @property
     def has_friction(self):
-        """True for a point of the line of friction: the confining stress is compressive."""
-        return self.load > 0.0
+        """True for a point of the line of friction: compressed by the prescribed stress."""
+        return self.load > 0.0 and not self.missed
 
 
 def triaxials(run):
@@ -62,10 +71,10 @@ def triaxials(run):
     DustError
         There is none.
     """
-    free = _free_axes(run)
+    stresses = _stresses(run)
     parts = run.parts if "stress" in run.series else []
-    tests = [part for part in parts if part.stage_name in free and len(part.series.time) > 2]
-    found = [_triaxial(part, free[part.stage_name]) for part in tests]
+    tests = [part for part in parts if part.stage_name in stresses and len(part.series.time) > 2]
+    found = [_triaxial(part, stresses[part.stage_name]) for part in tests]
     if not found:
         raise DustError(
             f"{run.path}: no stage is a triaxial test; it needs a stress along two axes and a "
@@ -76,20 +85,23 @@ def triaxials(run):
 
 def is_triaxial(run):
     """True where a stage of a Run is a triaxial test."""
-    return bool(_free_axes(run)) and "stress" in run.series
+    return bool(_stresses(run)) and "stress" in run.series
 
 
-def _free_axes(run):
-    """Number of the free axis of each stage that controls the stress along both others, by name."""
+def _stresses(run):
+    """Stress along each axis of each stage that controls it along two, by name of the stage."""
     stresses = {name: drive.get("stress") for name, drive in drives_of(run).items()}
     return {
-        name: list(stress).index("free")
+        name: list(stress)
         for name, stress in stresses.items()
         if isinstance(stress, (list, tuple)) and list(stress).count("free") == 1
     }
 
 
-def _triaxial(part, axis):
+def _triaxial(part, stress):
+    """Triaxial of a stage; stress: prescribed along each axis, once "free"."""
+    axis = stress.index("free")
+    wanted = -np.mean([parse(own, "pressure") for own in stress if own != "free"])
     series = part.series
     length = series.box_length.values[:, axis]
     strain = np.log(float(part.start.box_length.values[axis]) / length)
@@ -103,5 +115,6 @@ def _triaxial(part, axis):
         deviator=deviator,
         confining=confining,
         filling_factor=phi,
+        wanted=float(wanted),
         **flow(np.abs(strain), deviator, confining, phi),
     )

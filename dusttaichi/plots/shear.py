@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dusttaichi.analysis.loads import friction, shearings
+from dusttaichi.analysis.loads import friction, load_text, shearings
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
 
@@ -52,7 +52,7 @@ def _shear_curves(axes, found, scale):
     for number, one in enumerate(found):
         own = style.run_style(number)
         colors[one.stage] = own["color"]
-        label = f"{one.load / 1e3:.3g} kPa" if controlled else one.stage or "sheared"
+        label = load_text(one) if controlled else one.stage or "sheared"
         if cyclic:
             axes.plot(one.total_strain, one.direction * one.shear * scale, label=label, **own)
         else:

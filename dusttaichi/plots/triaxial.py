@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dusttaichi.analysis.loads import friction
+from dusttaichi.analysis.loads import friction, load_text
 from dusttaichi.analysis.triaxial import is_triaxial, triaxials
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
@@ -32,7 +32,7 @@ def triaxial(run, others=()):
     scale, unit = style.scaled(max(np.abs(one.deviator).max() for one in found), style.PRESSURES)
     for number, one in enumerate(found):
         own = style.run_style(number)
-        label = f"{one.load / 1e3:.3g} kPa"
+        label = load_text(one)
         curves.plot(one.strain, one.deviator * scale, label=label, **own)
         density.plot(one.strain, one.filling_factor, **own)
         circles.plot(*_circle(one, scale), **own)

@@ -13,6 +13,7 @@ from dusttaichi.analysis import (
     shearings,
     triaxials,
 )
+from dusttaichi.analysis.summary import summary, table
 from dusttaichi.errors import DustError
 from dusttaichi.names import WALLS
 from dusttaichi.plots import loads, shear, triaxial
@@ -31,12 +32,16 @@ def run(scene="", **variables):
     return Run("nowhere/result.nc", series)
 
 
-def sheared(load, strength, scene="boundary: {kind: periodic, stress: [free, free, -1 kPa]}"):
-    """A cell that yields at once, at this normal stress [Pa] and this strength [Pa]."""
+HELD = "boundary: {kind: periodic, stress: [free, free, %s Pa]}"
+
+
+def sheared(load, strength, scene=HELD):
+    """A cell that yields at once at this normal stress, as prescribed, and this strength [Pa]."""
     stress = np.zeros((N, 3, 3))
     stress[:, 0, 2] = stress[:, 2, 0] = -strength  # against the way of the image above
     stress[:, 2, 2] = -load
     strain = -np.linspace(0.0, 0.2, N)
+    scene = scene.replace("%s", f"{-load}")
     return run(scene, stress=stress, shear_strain=strain, filling_factor=np.full(N, 0.3))
 
 
@@ -47,7 +52,11 @@ def cyclic(drive=""):
     stress = np.zeros((3 * N, 3, 3))
     stress[:, 0, 2] = stress[:, 2, 0] = np.repeat([1.0, -1.0, 1.0], N) * 5e3
     stress[:, 2, 2] = -level
-    stages = "".join(f"- {{name: {n}, drive: {{shear_rate: 1{drive}}}}}\n" for n in "abc")
+    drives = [drive.replace("LOAD", f"{k} kPa") for k in (1, 2, 3)]
+    stages = "".join(
+        f"- {{name: {n}, drive: {{shear_rate: 1{own}}}}}\n"
+        for n, own in zip("abc", drives, strict=True)
+    )
     one = run(
         f"stages:\n{stages}", stress=stress, shear_strain=strain,
         filling_factor=np.full(3 * N, 0.3), stage=np.repeat([0, 1, 2], N),
@@ -58,10 +67,10 @@ def cyclic(drive=""):
 
 def test_a_line_of_friction_needs_a_prescribed_compressive_normal_stress():
     """At constant volume the normal stress is what comes of it; a tensile one has no friction."""
-    free = [cyclic(), cyclic(", stress: [-1 kPa, -1 kPa, free]"), cyclic(", strain_rate: 1")]
+    free = [cyclic(), cyclic(", stress: [-LOAD, -LOAD, free]"), cyclic(", strain_rate: 1")]
     for one in free:
         assert friction(shearings(one)) is None and len(shear(one).axes) == 1
-    for drive in (", stress: [free, free, -1 kPa]", ", stress: -1 kPa", ", pressure: 1 kPa"):
+    for drive in (", stress: [free, free, -LOAD]", ", stress: -LOAD", ", pressure: LOAD"):
         assert friction(shearings(cyclic(drive))).slope == pytest.approx(0.0, abs=1e-9)
     tensile = [shearings(sheared(load, 2e3))[0] for load in (-2e3, -5e3)]
     assert friction(tensile) is None and friction([*tensile, *shearings(sheared(1e3, 1.0))]) is None
@@ -170,6 +179,23 @@ stages:
     assert len(drawn.lines) == 2  # one load: no line of friction
     with pytest.raises(DustError, match="no stage is a triaxial test"):
         triaxials(sheared(2e3, 2e3))
+
+
+@pytest.mark.parametrize("found", [4.4e3, 5.6e3])
+def test_a_strength_under_another_load_is_no_strength(found):
+    """The deviator of a sample that is confined by more than was prescribed measures nothing."""
+    stress = -np.eye(3) * np.ones(N)[:, None, None] * found
+    stress[:, 2, 2] -= 2e3
+    scene = "stages: [{name: test, drive: {stress: [-5 kPa, -5 kPa, free]}}]"
+    one = run(scene, stress=stress, filling_factor=np.full(N, 0.3), stage=np.zeros(N, int))
+    one.series["box_length"] = (("time", "xyz"), np.exp(-np.outer(np.arange(N) / N, np.ones(3))))
+    one.attrs["stages"] = "test"
+    (test,) = triaxials(one)
+    assert test.missed and not test.has_friction
+    numbers = summary(one)
+    assert numbers["triaxial_strength"] is None
+    assert numbers["missed_loads"] == [("test", pytest.approx(found), 5e3)]
+    assert any(row[1].endswith("instead of 5 kPa") for row in table(numbers))
 
 
 def test_a_mere_release_is_no_stretch():

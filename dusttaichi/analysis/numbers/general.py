@@ -1,14 +1,17 @@
 """Numbers of every run: its end, its ledger, its size, its wall time."""
 
+from contextlib import suppress
 from functools import cached_property
 
 import numpy as np
 
 from dusttaichi.analysis.error_bar import error_bar, error_bar_rows
 from dusttaichi.analysis.ledger import ledger
-from dusttaichi.analysis.loads import controlled_loads
+from dusttaichi.analysis.loads import controlled_loads, shearings
 from dusttaichi.analysis.numbers.registry import ENSEMBLES, FILE, GENERAL, Family, Observable, quiet
 from dusttaichi.analysis.texts import quantity_text, rate_text
+from dusttaichi.analysis.triaxial import triaxials
+from dusttaichi.errors import DustError
 from dusttaichi.scene import quantities
 
 
@@ -44,16 +47,19 @@ class _End:
 
     @property
     def missed_loads(self):
-        """(stage, pressure, wanted) [Pa] of each load not reached at the end of its stage."""
-        loads = controlled_loads(self.run)
-        return [(load.stage, load.pressure, load.wanted) for load in loads if load.missed]
+        """(stage, pressure, wanted) [Pa] of each load that its stage does not reach or hold."""
+        found = {load.stage: (load.pressure, load) for load in controlled_loads(self.run)}
+        for tests in (shearings, triaxials):
+            with suppress(DustError):  # the run has none
+                found |= {test.stage: (test.load, test) for test in tests(self.run)}
+        return [(stage, load, own.wanted) for stage, (load, own) in found.items() if own.missed]
 
 
 def _missed(value, n):
     rows = []
     for stage, pressure, wanted in value:
         texts = [quantity_text(p, "Pa") for p in (pressure, wanted)]
-        what = f"load at the end{f' of {stage}' if stage else ''}"
+        what = f"load missed{f' in {stage}' if stage else ''}"
         rows.append((what, "{} instead of {}".format(*texts), ""))
     return rows
 
