@@ -74,18 +74,13 @@ def controlled_loads(run):
     return [
         _controlled_load(part, parse(pressure, "pressure"))
         for part in run.parts
-        if (pressure := _drive(part).get("pressure")) and len(part.series.time) > LAST
+        if (pressure := drive_of(part).get("pressure")) and len(part.series.time) > LAST
     ]
 
 
-def drives_of(run):
-    """Drive of each stage in the scene of a Run, by its name; {} without stages."""
-    return {stage["name"]: stage.get("drive", {}) for stage in run.scene.get("stages", [])}
-
-
-def _drive(part):
-    """Drive of a stage; of a run without stages its block `boundary`."""
-    drives = drives_of(part)
+def drive_of(part):
+    """Drive of a stage of a Run, as in its scene; of a run without stages its block `boundary`."""
+    drives = {stage["name"]: stage.get("drive", {}) for stage in part.scene.get("stages", [])}
     return drives.get(part.stage_name, {}) if drives else part.scene.get("boundary", {})
 
 
@@ -279,7 +274,7 @@ def _sheared(part):
 
 def _normal_stress(part):
     """Stress across the shear of a stage, or pressure, that the scene prescribes [Pa], or NaN."""
-    drive = _drive(part)
+    drive = drive_of(part)
     stress = drive.get("stress")
     if isinstance(stress, (list, tuple)):
         stress = stress[2]

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from dusttaichi.analysis.loads import drive_of
+
 RECORDS = 10
 """Successive records whose mean distinguishes tension from fluctuations, see stop.past_maximum."""
 
@@ -17,8 +19,21 @@ def recorded_tension(part):
     normal = np.diagonal(series.stress.values, axis1=1, axis2=2)
     if "box_length" not in series:
         return normal[:, np.argmax(np.nanmean(normal, axis=0))]
-    growth = (series.box_length[-1] / part.start.box_length).values
-    return normal[:, np.nanargmax(growth)]
+    return normal[:, _longest_axis(part)]
+
+
+def _longest_axis(part):
+    """Number of the axis along which the cell of a stage grows most."""
+    return int(np.nanargmax((part.series.box_length[-1] / part.start.box_length).values))
+
+
+def _is_load_controlled(part):
+    """True where the scene prescribes the load along the axis that grows most."""
+    drive = drive_of(part)
+    stress = drive.get("stress")
+    if isinstance(stress, (list, tuple)) and "box_length" in part.series:
+        return stress[_longest_axis(part)] != "free"
+    return bool(stress or drive.get("pressure"))
 
 
 def start_of_tension(stress):
@@ -46,6 +61,8 @@ def is_tensile_test(part):
 
 def missing_strength(run):
     """Reason why a tensile test has no tensile strength; None if it has one, and of other runs."""
+    if run.stretches and _is_load_controlled(run.part_that("stretches")):
+        return "none: the scene prescribes the load; a strength needs a speed or a strain rate"
     tests = [part for part in run.parts if is_tensile_test(part) and len(part.series.time)]
     if not tests or run.stretches:
         return None

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi.analysis.loads import drives_of, flow, misses
+from dusttaichi.analysis.loads import drive_of, flow, misses
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES
 from dusttaichi.scene.quantities import parse
@@ -89,8 +89,8 @@ def is_triaxial(run):
 
 
 def _stresses(run):
-    """Stress along each axis of each stage that controls it along two, by name of the stage."""
-    stresses = {name: drive.get("stress") for name, drive in drives_of(run).items()}
+    """Stress along each axis of each part that controls it along two, by name of the stage."""
+    stresses = {part.stage_name: drive_of(part).get("stress") for part in run.parts}
     return {
         name: list(stress)
         for name, stress in stresses.items()

@@ -171,6 +171,23 @@ def test_a_tensile_test_that_begins_under_pressure_has_a_strength(noise, fall):
     assert len(t.raw_stress) == 299  # the release is in the records
 
 
+@pytest.mark.parametrize(
+    ("drive", "held"),
+    [
+        ("stress: [1 kPa, 1 kPa, 1 kPa]", True),
+        ("stress: [-1 kPa, -1 kPa, free]", False),  # along the sides only
+        ("pressure: -1 kPa", True),
+    ],
+)
+def test_a_prescribed_tension_is_no_strength(drive, held):
+    """The sample carries what was prescribed; that says nothing of what would tear it."""
+    run = pulled_from_pressure(0.0, 0.06)
+    run.attrs["scene_resolved"] = f"stages: [{{name: press}}, {{name: pull, drive: {{{drive}}}}}]"
+    numbers = analysis.summary(run)
+    assert (numbers["strength"] is None) == held
+    assert (numbers["strength_problem"] or "").startswith("none: the scene prescribes") == held
+
+
 def test_a_tensile_test_without_tension_says_why(tmp_path):
     with analysis.open_run(synthetic.cell_run(tmp_path / "result.nc")) as run:
         assert run.stretches and analysis.summary(run)["strength_problem"] is None

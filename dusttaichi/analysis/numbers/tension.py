@@ -9,8 +9,8 @@ from dusttaichi.analysis.texts import quantity_text
 
 
 def _measure(run):
-    if not run.stretches:
-        return {"strength_problem": missing_strength(run)}
+    if problem := missing_strength(run):
+        return {"strength_problem": problem}
     result = vars(tensile(run))
     law = result["law"] if np.isfinite(result["law"]) else None
     return result | {"strength_passed": result["passed"], "strength_law": law}
