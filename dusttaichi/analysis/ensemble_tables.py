@@ -141,7 +141,7 @@ def key_of(data, axis):
 def missing(data):
     """(missing number, name of the point, "2 of 3 runs", why), in order, of finished runs.
 
-    Such as a failed fit, a test without strength, an error.
+    The reason is for example a failed fit, a test without strength, or an error.
     """
     rows, lines = known(), []
     reasons = {row.why: rows[row.why].title for row in rows.values() if row.why}

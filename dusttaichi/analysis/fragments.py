@@ -61,8 +61,8 @@ class Fragments:
     def filling_factor(self):
         """Grain volume over that of the sphere of the characteristic radius (Mukai 1992), (F,).
 
-        Not a number for a single grain. Above 1 for two or three, whose radius of gyration neglects
-        the extent of a grain.
+        It is not a number for a single grain, and above 1 for two or three, whose radius of
+        gyration neglects the extent of a grain.
         """
         sphere = 4.0 / 3.0 * np.pi * self.characteristic_radius**3
         return np.divide(self.volume, sphere, out=np.full(len(self), np.nan), where=sphere > 0.0)

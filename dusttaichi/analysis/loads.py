@@ -203,7 +203,7 @@ class Friction:
     def triaxial_angle(self):
         """Friction angle [degrees] of a line through deviators over confining stresses.
 
-        That of Mohr's circles: sin = M/(2 + M) with the slope M.
+        It is that of Mohr's circles: sin = M/(2 + M) with the slope M.
         """
         return float(np.degrees(np.arcsin(self._sine)))
 
@@ -262,7 +262,7 @@ def friction(found):
 def _sheared(part):
     """Shear strain since the start of a stage, (n,).
 
-    Of a top wall the integral of its displacement over the current height.
+    For a top wall it is the integral of its displacement over the current height.
     """
     records = [part.start, part.series]
     strain = np.concatenate([np.atleast_1d(r.shear_strain.values) for r in records])

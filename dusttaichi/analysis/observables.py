@@ -152,8 +152,8 @@ def _relative(difference, right, units):
 def scatter(runs, reference):
     """Name -> standard deviation (n - 1) of Measured of several seeds, over the reference value.
 
-    Of CURVE the root of the mean variance over the pressures that all reach, over the mean filling
-    factor there. nan where fewer than two have the number.
+    For CURVE it is the root of the mean variance over the pressures that all reach, over the mean
+    filling factor there. nan where fewer than two have the number.
     """
     out = {}
     for name in reference.names:

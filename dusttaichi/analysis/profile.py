@@ -8,8 +8,8 @@ from dusttaichi.errors import DustError
 def profile(run, most=None):
     """Profiles of a run as a dataset: filling_factor (profile, bin), height [m] ...
 
-    As in the file, and `middle` (profile, bin) [m]: the middle of the part of the bin below the top
-    wall, NaN above it.
+    Variables are those of the file, and `middle` (profile, bin) [m]: the middle of the part of the
+    bin below the top wall, NaN above it.
 
     Parameters
     ----------

@@ -178,7 +178,7 @@ class Run(Kind, AbstractContextManager):
     def snapshots(self):
         """/snapshots as an xr.Dataset read when used, or None: position (snapshot, grain, xyz) ...
 
-        Of a stage those from its start to its end.
+        A stage has those from its start to its end.
         """
         numbers = self._snapshot_numbers()
         if not len(numbers):

@@ -23,15 +23,15 @@ class Penetration:
     time
         (n,).
     depth
-        Of its lowest point below the surface, (n,).
+        Depth of its lowest point below the surface, (n,).
     velocity
         Upwards, (n,).
     force
         Upwards, (n,): from the result, or mass times acceleration.
     radius
-        Of the sphere.
+        Radius of the sphere.
     mass
-        Of the sphere.
+        Mass of the sphere.
     speed
         Downwards at time 0.
     stop
@@ -119,7 +119,7 @@ class Column:
     Attributes
     ----------
     depth
-        Of the middles of the slices below the initial surface [m], (bins,).
+        Depth of the middles of the slices below the initial surface [m], (bins,).
     filling_factor
         (bins,).
     sphere

@@ -23,7 +23,7 @@ def fitting_unit(size, unit):
 def quantity_text(value, unit, std=None, size=None):
     """ "21.9 ± 0.8 kPa": a number [unit] with its scatter, if visible in four digits.
 
-    In a suitable unit; with `size` in that of numbers up to it, without its name.
+    The unit is a suitable one; with `size` that of numbers up to it, without its name.
     """
     named = size is None
     scatters = std is not None and math.isfinite(std) and std > 1e-4 * abs(value)

@@ -9,7 +9,7 @@ import scipy
 
 RESAMPLES = 1000
 CONFIDENCE = 0.68
-"""Of the intervals: that of one standard deviation, like the errors of the table."""
+"""Confidence of the intervals: that of one standard deviation, like the errors of the table."""
 
 MEANINGS = {
     "stick": "half of the pairs that touch no longer stick (outcome sticking or growth)",

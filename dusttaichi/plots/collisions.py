@@ -116,8 +116,8 @@ PHASES = {
 def phases(data):
     """Shares of the energy dissipated in compression and in stretching against the speed.
 
-    Those of `phase_losses`, mean and standard error over seeds and impact parameters, a colour for
-    every body and mass ratio. None where no collision has them.
+    They are those of `phase_losses`: mean and standard error over seeds and impact parameters, a
+    colour for every body and mass ratio. None where no collision has them.
     """
     found = {name: values for name, values in phase_losses(data).items() if values.notnull().any()}
     if not found:

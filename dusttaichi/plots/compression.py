@@ -14,10 +14,7 @@ from dusttaichi.plots.registry import figure
 
 
 def laboratory(axes, pressure, drawn=(S12_STATIC,)):
-    """Laws that belong to the runs.
-
-    Of the laboratory by their boundaries, of S12 where the wall is fast.
-    """
+    """Laws that belong to the runs: of the laboratory, and of S12 where the wall is fast."""
     scatter = f"scatter of the experiment, ±{EXPERIMENT_SCATTER}"
     if S12_STATIC in drawn:
         _scatter(axes, pressure, S12_STATIC, scatter)

@@ -38,8 +38,8 @@ def ensemble(data):
 def points(data):
     """The curves of `ensemble`, each in a panel with the others faint in the background.
 
-    Of a sweep its points, of an ensemble its replicas, at most 12 evenly spaced ones. None for a
-    single curve.
+    Curves are the points of a sweep or the replicas of an ensemble, at most 12, evenly spaced. None
+    for a single curve.
     """
     curves = _curves(data, apart=not axes_of(data))
     chosen = _spread(curves.bands)

@@ -23,8 +23,8 @@ COLUMNS = 2
 def grid(outcomes, observables=()):
     """The figure of Outcomes (analysis.grid): a panel for each scene.
 
-    Of the first of `observables` that the scene has, else of its first. Dashed: a fifth of the
-    cost; bars: standard errors; open: of a single seed.
+    A panel shows the first of `observables` that the scene has, else its first. Dashed: a fifth of
+    the cost; bars: standard errors; open: of a single seed.
     """
     panels = {}
     for o in outcomes:

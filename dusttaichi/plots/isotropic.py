@@ -14,8 +14,8 @@ LEAST = 1e-6  # of the largest pressure, down to which the axis reaches at most
 def isotropic(runs, labels=None, stage=None):
     """Mean pressure against filling factor for one run or several, on logarithmic axes.
 
-    With (E_roll/r^3) phi^3 (T19 eq 9) and the law of Tatsuuma et al. 2023 for each material among
-    them; with a single run the records themselves too.
+    Lines are (E_roll/r^3) phi^3 (T19 eq 9) and the law of Tatsuuma et al. 2023 for each material;
+    a single run shows the records themselves too.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ FORCES = ((1e-3, "mN"), (1e-6, "µN"), (1e-9, "nN"))
 
 
 def with_spheres(runs, others=()):
-    """Those of several Runs in which a sphere penetrates dust, at least one of grains."""
+    """Runs in which a sphere penetrates dust, at least one of grains."""
     able = [run for run in runs if run.has_sphere or run.intrudes]
     return able if len(able) > 1 and any(run.has_sphere for run in able) else []
 

@@ -25,7 +25,7 @@ NOT_SHOWN = (
 def report_data(runs, *, together=True):
     """Content of the report of Runs, a dict for JSON: title, lead, runs.
 
-    Of several runs with a table and figures that compare them.
+    Several runs have a table and figures that compare them.
     """
     one = runs[0]
     if len(runs) == 1:

@@ -83,7 +83,7 @@ def chosen(frames, most=MOST):
 def radii(run, frames):
     """Radii of the drawn spheres [m]: of grains (count,), or of particles (frames, count).
 
-    Of particles half of the edge of the cube (in two dimensions of the square) of their volume.
+    A particle has half of the edge of the cube (in two dimensions the square) of its volume.
     """
     if "radius" in frames:
         return frames.radius.values
