@@ -11,7 +11,7 @@ from dusttaichi.continuum.search import Search
 
 
 class DeviceSearch(Search):
-    """As Search; `launches` of its kernels: see kernels.search.make_search."""
+    """The same as Search, with `launches` of its kernels: see kernels.search.make_search."""
 
     def __init__(self, sim, h, mirrors, edges, rigid):
         super().__init__(sim, h, mirrors, edges, rigid)

@@ -87,7 +87,7 @@ def elastic_energies(sim, gives):
 def elastic_of_particles(sim, gives):
     """The same for each deformable particle [J], (n, 3), in internal order.
 
-    Of damaged dust the undamaged share stores tension and deviator.
+    In damaged dust the undamaged share stores tension and deviator.
     """
     density = sim.of_particles("density")[gives]
     volume = sim.of_particles("mass")[gives] / density
@@ -130,7 +130,8 @@ def heat(sim, stored):
 def against_artificial(sim, v):
     """Work since the start [J] against artificial stress and the stiffness against hourglass modes.
 
-    With the half step up to the present; 0 where there is neither. Much of it is returned.
+    It includes the half step up to the present, and is 0 where there is neither. Much of it is
+    returned.
     """
     if "taken" not in sim.tables:
         return 0.0

@@ -7,7 +7,7 @@ from dusttaichi.samples.continuum.particles import DUST
 
 
 class Warming:
-    """Of the Simulation `sim` of a scene with a sample, at step 0."""
+    """Heat of the dust of a Simulation `sim`, counted from its step 0."""
 
     def __init__(self, scene, sample, sim):
         self.sim = sim

@@ -221,7 +221,7 @@ class Touches:
 
     @ti.func
     def total(self):
-        """As of Ghosts."""
+        """The same as of Ghosts."""
         n = self.first[self.numbers[None].count]
         return ti.select(n <= self.room, n, 0)
 

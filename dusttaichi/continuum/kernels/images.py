@@ -201,7 +201,7 @@ class Images:
     def resistance(self, i, k, mu):
         """Half of alpha rho c mu - beta rho mu^2 of a pair (forces) [Pa].
 
-        Of each of which two act. mu: speed of approach, negative.
+        Two of these act on each pair. mu: speed of approach, negative.
         """
         out = 0.0
         if ti.static(self.layout.viscous):

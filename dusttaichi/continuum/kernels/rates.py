@@ -128,7 +128,7 @@ class Rates:
     def resist(self, i, L: ti.template(), touches, numbers: ti.template()):
         """Coefficients of the viscosity by pairs of particle i.
 
-        Those of the bulk are limited to where it is compressed rather than sheared (Balsara 1995).
+        Coefficients of the bulk act only where it is compressed rather than sheared (Balsara 1995).
         """
         if ti.static(self.layout.viscous):
             W = 0.5 * (L - L.transpose())

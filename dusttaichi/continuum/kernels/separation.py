@@ -31,9 +31,9 @@ class Separation:
     def follow(self, i, stress: ti.template(), numbers: ti.template()):
         """Open or close the contact of particle i; stress: the present one [Pa].
 
-        From a surface: its normal and distance. Else the normal is the gradient of the foreign
-        volume around it, gap and its rate are means over the foreign particles, weighted as in the
-        normal.
+        At a surface the normal and the gap are its own. Elsewhere the normal is the gradient of the
+        foreign volume around it, gap and its rate are means over the foreign particles, weighted as
+        in the normal.
         """
         x, v = self.f.x[i], self.f.v[i]
         normal = ti.Vector.zero(ti.f64, self.n)

@@ -34,7 +34,7 @@ def double_dot(a: ti.template(), b: ti.template()):
 def pulled(S: ti.template(), factor):
     """The part of a symmetric tensor with positive principal values, times a factor.
 
-    In the plane by S = m + r (n n - t t); in space one that has hardly a deviator, whose principal
+    The plane uses S = m + r (n n - t t); in space one that has hardly a deviator, whose principal
     axes nobody knows, is taken for its mean.
     """
     n = ti.static(S.n)
